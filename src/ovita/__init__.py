@@ -1,0 +1,1 @@
+"""ovita: change how a robot moves by saying so."""

@@ -1,0 +1,237 @@
+"""Trajectories: waypoints with speeds, their time law and their resampling."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ovita.errors import TrajectoryError
+
+Array = NDArray[np.float64]
+
+TIMESTEP = 0.1
+"""Default duration of one dwell waypoint [s]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """A sequence of N >= 2 waypoints in the world frame.
+
+    Args:
+        positions: (N, 3) [m].
+        speeds: (N,) [m/s], each >= 0.
+        orientations: (N, 4) unit quaternions wxyz, or None.
+        timestep: Duration of one dwell waypoint [s].
+
+    The arrays are copied, checked and made read-only.
+
+    Raises:
+        TrajectoryError: On a wrong shape, a value that is not finite, or a negative speed; names the waypoint.
+    """
+
+    positions: Array
+    speeds: Array
+    orientations: Array | None = None
+    timestep: float = TIMESTEP
+
+    def __post_init__(self) -> None:
+        positions = _checked(self.positions, "positions", 3)
+        speeds = _checked(self.speeds, "speeds", None)
+        if len(positions) < 2:
+            raise TrajectoryError(
+                f"a trajectory needs at least 2 waypoints, this one has {len(positions)}", key="positions"
+            )
+        if len(speeds) != len(positions):
+            raise TrajectoryError(
+                f"{len(positions)} positions but {len(speeds)} speeds; give one speed per waypoint", key="speeds"
+            )
+        if (speeds < 0).any():
+            i = int(np.argmax(speeds < 0))
+            raise TrajectoryError(f"speed {speeds[i]:g} is negative; speeds are >= 0 m/s", key="speeds", index=i)
+        if self.orientations is not None:
+            quaternions = _checked(self.orientations, "orientations", 4)
+            if len(quaternions) != len(positions):
+                raise TrajectoryError(
+                    f"{len(positions)} positions but {len(quaternions)} orientations", key="orientations"
+                )
+            norms = np.linalg.norm(quaternions, axis=1)
+            if (norms < 1e-9).any():
+                i = int(np.argmin(norms))
+                raise TrajectoryError("the quaternion (wxyz) has length zero", key="orientations", index=i)
+            off = np.abs(norms - 1.0) > 1e-12
+            if off.any():
+                quaternions = np.where(off[:, None], quaternions / norms[:, None], quaternions)
+            object.__setattr__(self, "orientations", _frozen(quaternions))
+        if not (np.isfinite(self.timestep) and self.timestep > 0):
+            raise TrajectoryError(f"timestep {self.timestep!r} is not a positive time in seconds", key="timestep")
+        object.__setattr__(self, "positions", _frozen(positions))
+        object.__setattr__(self, "speeds", _frozen(speeds))
+
+    @classmethod
+    def from_array(cls, waypoints: ArrayLike, *, timestep: float = TIMESTEP) -> Trajectory:
+        """Build a trajectory from rows x, y, z, speed[, qw, qx, qy, qz].
+
+        Args:
+            waypoints: (N, 4) or (N, 8) [m, m/s].
+            timestep: Duration of one dwell waypoint [s].
+
+        Raises:
+            TrajectoryError: If the array has another shape or illegal values.
+        """
+        rows = np.asarray(waypoints, dtype=float)
+        if rows.ndim != 2 or rows.shape[1] not in (4, 8):
+            raise TrajectoryError(
+                f"waypoints have shape {rows.shape}, expected (N, 4): x, y, z, speed", key="waypoints"
+            )
+        return cls(rows[:, :3], rows[:, 3], rows[:, 4:] if rows.shape[1] == 8 else None, timestep)
+
+    def to_array(self) -> Array:
+        """Return a new array (N, 4): x, y, z [m], speed [m/s]."""
+        return np.column_stack([self.positions, self.speeds])
+
+    def __len__(self) -> int:
+        return len(self.positions)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Trajectory):
+            return NotImplemented
+        if (self.orientations is None) != (other.orientations is None) or self.timestep != other.timestep:
+            return False
+        same_q = self.orientations is None or np.array_equal(self.orientations, other.orientations)  # type: ignore[arg-type]
+        return bool(
+            same_q and np.array_equal(self.positions, other.positions) and np.array_equal(self.speeds, other.speeds)
+        )
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def with_(self, *, positions: ArrayLike | None = None, speeds: ArrayLike | None = None) -> Trajectory:
+        """Return a copy with other positions (N, 3) [m] or speeds (N,) [m/s]."""
+        return replace(
+            self,
+            positions=self.positions if positions is None else np.asarray(positions, dtype=float),
+            speeds=self.speeds if speeds is None else np.asarray(speeds, dtype=float),
+        )
+
+    @property
+    def arc_length(self) -> Array:
+        """Distance travelled up to each waypoint, (N,) [m]."""
+        return arc_length(self.positions)
+
+    @property
+    def length(self) -> float:
+        """Length of the path [m]."""
+        return float(self.arc_length[-1])
+
+    @property
+    def durations(self) -> Array:
+        """Duration of each segment, (N-1,) [s].
+
+        Segment i lasts 2 ds / (v_i + v_i+1), the time of a constant acceleration between its end speeds.
+        A waypoint that repeats the one before it at speed 0 is a dwell and lasts one `timestep`. A segment with
+        length but no speed at either end is given one `timestep` too, so that time stays finite.
+        """
+        ds = np.diff(self.arc_length)
+        total = self.speeds[:-1] + self.speeds[1:]
+        moving = total > 0
+        times = np.divide(2.0 * ds, total, out=np.full_like(ds, self.timestep), where=moving)
+        dwell = (ds == 0) & (self.speeds[1:] == 0)
+        return np.where(dwell | (~moving & (ds > 0)), self.timestep, times)
+
+    @property
+    def times(self) -> Array:
+        """Time at which each waypoint is reached, (N,) [s], starting at 0."""
+        return np.concatenate([[0.0], np.cumsum(self.durations)])
+
+    @property
+    def duration(self) -> float:
+        """Time from start to goal [s]."""
+        return float(self.durations.sum())
+
+    def resample(self, n: int, *, by: Literal["arc_length", "index"] = "arc_length") -> Trajectory:
+        """Return the same path with n waypoints, linearly interpolated; start and goal are kept exactly.
+
+        Args:
+            n: Number of waypoints, >= 2.
+            by: "arc_length" spaces them evenly along the path (a dwell, which has no length, is lost);
+                "index" spaces them evenly in waypoint count (dwells keep their share).
+
+        Raises:
+            TrajectoryError: If n < 2.
+        """
+        if n < 2:
+            raise TrajectoryError(f"cannot resample to {n} waypoints; at least 2 are needed", key="n")
+        source = source_indices(self.positions, n, by)
+        speeds = interpolate(self.speeds[:, None], source)[:, 0]
+        quaternions = None
+        if self.orientations is not None:
+            quaternions = nlerp(self.orientations, source)
+        return Trajectory(interpolate(self.positions, source), speeds, quaternions, self.timestep)
+
+
+def arc_length(positions: Array) -> Array:
+    """Cumulative length of a polyline: (N, D) [m] to (N,) [m]."""
+    steps = np.linalg.norm(np.diff(positions, axis=0), axis=1)
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def source_indices(positions: Array, n: int, by: Literal["arc_length", "index"]) -> Array:
+    """Fractional waypoint indices (n,) at which a path is sampled evenly, from 0 to N-1."""
+    last = len(positions) - 1
+    if by == "index":
+        return np.linspace(0.0, last, n)
+    s = arc_length(positions)
+    if s[-1] == 0.0:
+        return np.linspace(0.0, last, n)
+    keep = np.concatenate([[True], np.diff(s) > 0])
+    indices = np.arange(len(s), dtype=float)[keep]
+    source: Array = np.interp(np.linspace(0.0, s[-1], n), s[keep], indices)
+    source[0], source[-1] = 0.0, last
+    return source
+
+
+def interpolate(rows: Array, source: Array) -> Array:
+    """Rows (N, D) at fractional indices (M,), linearly; integer indices return the rows bit by bit."""
+    low = np.clip(np.floor(source).astype(int), 0, len(rows) - 1)
+    high = np.minimum(low + 1, len(rows) - 1)
+    t = (source - low)[:, None]
+    return np.where(t == 0.0, rows[low], rows[low] * (1.0 - t) + rows[high] * t)
+
+
+def nlerp(quaternions: Array, source: Array) -> Array:
+    """Unit quaternions (N, 4) wxyz at fractional indices (M,), by normalised linear interpolation."""
+    signs = np.cumprod(
+        np.concatenate([[1.0], np.where((quaternions[1:] * quaternions[:-1]).sum(axis=1) < 0, -1.0, 1.0)])
+    )
+    mixed = interpolate(quaternions * signs[:, None], source)
+    norms = np.linalg.norm(mixed, axis=1, keepdims=True)
+    return np.asarray(np.where(norms > 1e-9, mixed / np.maximum(norms, 1e-9), np.array([1.0, 0.0, 0.0, 0.0])))
+
+
+def first_bad(rows: Array) -> int | None:
+    """Index of the first row with a value that is not finite, or None."""
+    bad = ~np.isfinite(rows.reshape(len(rows), -1)).all(axis=1)
+    return int(np.argmax(bad)) if bad.any() else None
+
+
+def _checked(values: ArrayLike | Iterable[float], key: str, width: int | None) -> Array:
+    try:
+        array = np.array(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise TrajectoryError(f"{key} are not numbers of one shape", key=key) from None
+    expected = 1 if width is None else 2
+    if array.ndim != expected or (width is not None and array.shape[1] != width):
+        shape = "(N,)" if width is None else f"(N, {width})"
+        raise TrajectoryError(f"{key} have shape {array.shape}, expected {shape}", key=key)
+    bad = first_bad(array) if len(array) else None
+    if bad is not None:
+        raise TrajectoryError(f"{key} {array[bad].tolist()} contain a value that is not finite", key=key, index=bad)
+    return array
+
+
+def _frozen(array: Array) -> Array:
+    array.flags.writeable = False
+    return array
