@@ -1,0 +1,136 @@
+"""Measure the difference of two trajectories in a scene."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ovita.changes.approach import object_change
+from ovita.changes.matching import Mask, dwells, fractions, match
+from ovita.changes.report import Changes, Displacement, Endpoint, ObjectChange, Span, SpeedChange, SpeedRange, Vector
+from ovita.scene import Frame, Scene
+from ovita.trajectory import Array, Trajectory
+
+TOLERANCE = 1e-6
+"""Differences up to this count as none [m, m/s]."""
+
+_MANY_RANGES = 12
+
+
+def measure(original: Trajectory, adapted: Trajectory, scene: Scene) -> Changes:
+    """Measure what changed from one trajectory to another.
+
+    Args:
+        original: The trajectory before, N waypoints.
+        adapted: The trajectory after, M waypoints.
+        scene: Gives the direction words and the objects.
+    """
+    matching, before, compared = match(original, adapted)
+    objects = tuple(object_change(item, original, adapted) for item in scene)
+    same_q = (
+        original.orientations is adapted.orientations
+        if original.orientations is None or adapted.orientations is None
+        else np.array_equal(original.orientations, adapted.orientations)
+    )
+    return Changes(
+        matching=matching,
+        path_unchanged=np.array_equal(original.positions, adapted.positions),
+        speeds_unchanged=np.array_equal(original.speeds, adapted.speeds),
+        orientations_unchanged=bool(same_q),
+        waypoints=Span(len(original), len(adapted)),
+        length=Span(original.length, adapted.length),
+        duration=Span(original.duration, adapted.duration),
+        displacement=_displacement(before[:, :3], adapted, compared, scene.frame),
+        start=_endpoint(original.positions[0], adapted.positions[0], scene.frame),
+        goal=_endpoint(original.positions[-1], adapted.positions[-1], scene.frame),
+        speed=_speed_change(original, adapted, before[:, 3], compared, objects),
+        objects=objects,
+    )
+
+
+def _displacement(before: Array, adapted: Trajectory, compared: Mask, frame: Frame) -> Displacement:
+    index = np.flatnonzero(compared)
+    vectors = (adapted.positions - before)[index]
+    lengths = np.linalg.norm(vectors, axis=1)
+    worst = int(np.argmax(lengths))
+    mean = vectors.mean(axis=0)
+    moved = index[lengths > TOLERANCE]
+    return Displacement(
+        max=float(lengths[worst]),
+        mean=float(lengths.mean()),
+        index=int(index[worst]),
+        fraction=float(fractions(adapted.positions)[index[worst]]),
+        vector=_vector(mean),
+        words=_words(frame, mean),
+        max_words=_words(frame, vectors[worst]),
+        spread=float(np.linalg.norm(vectors - mean, axis=1).max()),
+        count=len(moved),
+        first=int(moved[0]) if len(moved) else None,
+        last=int(moved[-1]) if len(moved) else None,
+    )
+
+
+def _endpoint(before: Array, after: Array, frame: Frame) -> Endpoint:
+    shift = after - before
+    return Endpoint(_vector(before), _vector(after), float(np.linalg.norm(shift)), _words(frame, shift))
+
+
+def _speed_change(
+    original: Trajectory, adapted: Trajectory, before: Array, compared: Mask, objects: tuple[ObjectChange, ...]
+) -> SpeedChange:
+    index = np.flatnonzero(compared)
+    old, new = before[index], adapted.speeds[index]
+    sign = np.where(np.abs(new - old) > TOLERANCE, np.sign(new - old), 0).astype(int)
+    changed = sign != 0
+    moving = old > TOLERANCE
+    ratios = new[moving] / old[moving]
+    own = original.speeds[~dwells(original)] if len(original) != len(adapted) else original.speeds
+    cuts = np.flatnonzero(np.diff(sign)) + 1
+    runs = [run for run in np.split(np.arange(len(index)), cuts) if sign[run[0]]]
+    if len(runs) > _MANY_RANGES:
+        runs = [np.arange(runs[0][0], runs[-1][-1] + 1)]
+    steps = Span(int(dwells(original).sum()), int(dwells(adapted).sum()))
+    where = index[changed]
+    return SpeedChange(
+        mean=Span(float(own.mean()), float(new.mean())),
+        min=Span(float(own.min()), float(new.min())),
+        max=Span(float(own.max()), float(new.max())),
+        ratio_min=float(ratios.min()) if len(ratios) else None,
+        ratio_max=float(ratios.max()) if len(ratios) else None,
+        count=len(where),
+        everywhere=bool(changed.any() and changed[moving].all()),
+        first=int(where[0]) if len(where) else None,
+        last=int(where[-1]) if len(where) else None,
+        ranges=tuple(_speed_range(index[run], old[run], new[run], objects) for run in runs),
+        stops=Span(_stops(original), _stops(adapted)),
+        dwell_steps=steps,
+        dwell=Span(steps.before * original.timestep, steps.after * adapted.timestep),
+    )
+
+
+def _speed_range(index: NDArray[np.intp], old: Array, new: Array, objects: tuple[ObjectChange, ...]) -> SpeedRange:
+    first, last = int(index[0]), int(index[-1])
+    passed = [
+        item
+        for item in objects
+        if first - 0.5 <= item.distance_at.after <= last + 0.5 and item.distance.after <= item.neighbourhood
+    ]
+    near = min(passed, key=lambda item: item.distance.after).name if passed else None
+    return SpeedRange(first, last, Span(float(old.mean()), float(new.mean())), near)
+
+
+def _stops(trajectory: Trajectory) -> int:
+    """Runs of waypoints at speed 0 that lie on the way or hold a dwell."""
+    still = trajectory.speeds == 0
+    runs = np.split(np.arange(len(still)), np.flatnonzero(np.diff(still)) + 1)
+    waits, last = dwells(trajectory), len(still) - 1
+    return sum(bool(still[run[0]] and (waits[run].any() or (run[0] > 0 and run[-1] < last))) for run in runs)
+
+
+def _vector(values: Array) -> Vector:
+    x, y, z = (float(v) for v in values)
+    return x, y, z
+
+
+def _words(frame: Frame, vector: Array) -> dict[str, float]:
+    return {word: amount for word, amount in frame.words(vector).items() if amount > TOLERANCE}

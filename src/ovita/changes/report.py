@@ -1,0 +1,224 @@
+"""The report of changes: plain immutable data that goes to JSON and back.
+
+Waypoints are counted from 0 and, unless said otherwise, are those of the adapted trajectory.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+from ovita.errors import InputError
+
+Vector = tuple[float, float, float]
+Matching = Literal["waypoint", "waypoint without dwells", "arc length"]
+
+_SPANS = ("waypoints", "length", "duration")
+
+
+@dataclass(frozen=True)
+class Span:
+    """One quantity before and after."""
+
+    before: float
+    after: float
+
+    @property
+    def change(self) -> float:
+        """After minus before."""
+        return self.after - self.before
+
+
+@dataclass(frozen=True)
+class Displacement:
+    """How far waypoints of the adapted path lie from where they were.
+
+    Args:
+        max: Largest displacement [m], at waypoint `index` and share `fraction` (0..1) of the path length.
+        mean: Mean length of the displacements [m].
+        vector: Mean displacement (world frame) [m]; `words` splits it into direction words with metres > 0.
+        max_words: Direction words of the largest displacement [m].
+        spread: Largest deviation of a displacement from `vector` [m]; 0 for a pure translation.
+        count: Number of displaced waypoints, the first and last of which are `first` and `last` (None without any).
+    """
+
+    max: float
+    mean: float
+    index: int
+    fraction: float
+    vector: Vector
+    words: dict[str, float]
+    max_words: dict[str, float]
+    spread: float
+    count: int
+    first: int | None
+    last: int | None
+
+
+@dataclass(frozen=True)
+class Endpoint:
+    """Start or goal: positions before and after [m], the distance between them [m] and its direction words."""
+
+    before: Vector
+    after: Vector
+    shift: float
+    words: dict[str, float]
+
+
+@dataclass(frozen=True)
+class SpeedRange:
+    """Neighbouring waypoints that all became slower, or all faster.
+
+    Args:
+        first: First waypoint.
+        last: Last waypoint.
+        speed: Mean speed of these waypoints [m/s].
+        near: Name of the object that the path passes here, or None.
+    """
+
+    first: int
+    last: int
+    speed: Span
+    near: str | None
+
+
+@dataclass(frozen=True)
+class SpeedChange:
+    """Speeds over the waypoints, dwells left out.
+
+    Args:
+        mean: Mean speed [m/s].
+        min: Lowest speed [m/s].
+        max: Highest speed [m/s].
+        ratio_min: Lowest ratio of speed after to before, over waypoints that moved before; None without any.
+        ratio_max: Highest such ratio.
+        count: Number of waypoints whose speed changed; `everywhere` if these are all that moved before.
+        first: First waypoint whose speed changed, or None.
+        last: Last one.
+        ranges: The changed waypoints as runs of one direction; one run over all if there are very many.
+        stops: Number of stops on the way, and at the ends if the robot waits there.
+        dwell_steps: Number of dwell waypoints (repeated at speed 0); each lasts one timestep.
+        dwell: Time spent in dwells [s].
+    """
+
+    mean: Span
+    min: Span
+    max: Span
+    ratio_min: float | None
+    ratio_max: float | None
+    count: int
+    everywhere: bool
+    first: int | None
+    last: int | None
+    ranges: tuple[SpeedRange, ...]
+    stops: Span
+    dwell_steps: Span
+    dwell: Span
+
+
+@dataclass(frozen=True)
+class ObjectChange:
+    """How the path passes one object, measured along the segments too.
+
+    Args:
+        name: As in the scene.
+        distance: Closest approach to the centre [m], at fractional waypoint `distance_at` of either trajectory.
+        clearance: Closest approach to the cuboid's surface [m], negative inside, at `clearance_at`.
+        neighbourhood: Distance from the centre that counts as near [m].
+        speed_before: Mean speed of the original's waypoints in the neighbourhood [m/s]; None without any.
+        speed_after: The same of the adapted trajectory.
+    """
+
+    name: str
+    distance: Span
+    distance_at: Span
+    clearance: Span
+    clearance_at: Span
+    neighbourhood: float
+    speed_before: float | None
+    speed_after: float | None
+
+
+@dataclass(frozen=True)
+class Changes:
+    """The measured difference of two trajectories in a scene.
+
+    Args:
+        matching: How waypoints were paired. "waypoint": by number; "waypoint without dwells": by number once the
+            dwells are set aside; "arc length": leading and trailing parts of the same shape by number, what lies
+            between by equal shares of its length.
+        path_unchanged: Whether positions are the same bit by bit.
+        speeds_unchanged: Whether speeds are the same bit by bit.
+        orientations_unchanged: Whether orientations are the same bit by bit.
+        waypoints: Number of waypoints.
+        length: Length of the path [m].
+        duration: Time from start to goal [s].
+        displacement: How far the path moved.
+        start: What became of the start.
+        goal: What became of the goal.
+        speed: How speeds changed.
+        objects: How each object is passed, in the scene's order.
+    """
+
+    matching: Matching
+    path_unchanged: bool
+    speeds_unchanged: bool
+    orientations_unchanged: bool
+    waypoints: Span
+    length: Span
+    duration: Span
+    displacement: Displacement
+    start: Endpoint
+    goal: Endpoint
+    speed: SpeedChange
+    objects: tuple[ObjectChange, ...]
+
+    @property
+    def nothing_changed(self) -> bool:
+        """Whether the adapted trajectory is the original, bit by bit."""
+        return self.path_unchanged and self.speeds_unchanged and self.orientations_unchanged
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain dicts, lists and numbers, ready for JSON; `from_dict` gives an equal object back."""
+        plain: dict[str, Any] = _plain(asdict(self))
+        return plain
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> Changes:
+        """Rebuild from what `to_dict` returned, directly or through JSON.
+
+        Raises:
+            InputError: If keys are missing or unknown.
+        """
+        try:
+            rest = dict(data)
+            moved = dict(rest.pop("displacement"))
+            speed = _spans(rest.pop("speed"), "mean", "min", "max", "stops", "dwell_steps", "dwell")
+            speed["ranges"] = tuple(SpeedRange(**_spans(item, "speed")) for item in speed["ranges"])
+            keys = ("distance", "distance_at", "clearance", "clearance_at")
+            rest |= {
+                **_spans({key: rest[key] for key in _SPANS}, *_SPANS),
+                "displacement": Displacement(**{**moved, "vector": tuple(moved["vector"])}),
+                "speed": SpeedChange(**speed),
+                "objects": tuple(ObjectChange(**_spans(item, *keys)) for item in rest["objects"]),
+                "start": _endpoint(rest["start"]),
+                "goal": _endpoint(rest["goal"]),
+            }
+            return cls(**rest)
+        except (KeyError, TypeError, ValueError) as error:
+            raise InputError(f"this is not a report of changes as ovita writes it: {error}") from None
+
+
+def _endpoint(data: Mapping[str, Any]) -> Endpoint:
+    return Endpoint(**{**data, "before": tuple(data["before"]), "after": tuple(data["after"])})
+
+
+def _spans(data: Mapping[str, Any], *keys: str) -> dict[str, Any]:
+    return {**data, **{key: Span(**data[key]) for key in keys}}
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    return [_plain(item) for item in value] if isinstance(value, (list, tuple)) else value

@@ -1,0 +1,1 @@
+"""The command line: `ovita adapt`, `chat`, `plot`, `explain`, `policy`, `demo`."""

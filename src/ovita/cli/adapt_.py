@@ -1,0 +1,85 @@
+"""`ovita adapt`: one trajectory, one instruction, one result."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import click
+
+from ovita.adapt import adapt
+from ovita.adaptation import Adaptation
+from ovita.cli.options import constraints_from, robot_from, shared, task_from, writer_from
+from ovita.cli.progress import waiting
+from ovita.cli.report import EXIT_OF, show
+from ovita.errors import RequestError
+from ovita.formats import save_trajectory
+from ovita.language.request import Request
+
+
+@click.command()
+@click.argument("file", metavar="FILE")
+@click.argument("instruction", required=False)
+@click.option("--out", "-o", metavar="FILE", help="Write the whole result (JSON).")
+@click.option("--trajectory", "trajectory_out", metavar="FILE", help="Write the adapted trajectory (.json or .csv).")
+@click.option("--plot", "plot_out", metavar="FILE", help="Draw before and after (.png, .svg, .pdf or .html).")
+@click.option("--code", is_flag=True, help="Also print the policy.")
+@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON instead of a report.")
+@click.option("--no-examples", is_flag=True, help="Leave the two examples out of a model's prompt (ablation).")
+@shared
+def command(
+    file: str,
+    instruction: str | None,
+    out: str | None,
+    trajectory_out: str | None,
+    plot_out: str | None,
+    code: bool,
+    as_json: bool,
+    no_examples: bool,
+    **options: Any,
+) -> None:
+    """Adapt the trajectory in FILE (.json or .csv) to INSTRUCTION (default: the one in FILE)."""
+    task = task_from(file, options["scene_file"], options["frame"])
+    text = instruction if instruction is not None else task.instruction
+    if instruction is None and not text.strip():
+        raise RequestError(f"{file} holds no instruction; add one: ovita adapt {file} 'slow down near the cup'")
+    writer = writer_from(options["writer"], options["base_url"], options["temperature"])
+    request = Request(text, task.trajectory, task.scene, robot_from(task, options["robot"], options["max_speed"]))
+    with waiting(f"{writer.name} writes a policy", quiet=as_json):
+        result = adapt(
+            request,
+            writer=writer,
+            constraints=constraints_from(options),
+            isolation=options["isolation"],
+            examples=not no_examples,
+        )
+    written = _write(result, out, trajectory_out, plot_out, task.extra)
+    if as_json:
+        click.echo(json.dumps(result.to_document(), ensure_ascii=False))
+    else:
+        show(result, code=code)
+        for note in task.notes:
+            click.echo(f"note: {note}", err=True)
+        for path in written:
+            click.echo(f"wrote {path}")
+    raise SystemExit(EXIT_OF[result.status])
+
+
+def _write(
+    result: Adaptation, out: str | None, trajectory_out: str | None, plot_out: str | None, extra: Any
+) -> list[str]:
+    written: list[str] = []
+    if out:
+        result.save(out)
+        written.append(out)
+    if result.status not in ("ok", "infeasible"):
+        return written
+    if trajectory_out:
+        save_trajectory(trajectory_out, result.adapted, scene=result.scene, instruction=result.instruction, extra=extra)
+        written.append(trajectory_out)
+    if plot_out:
+        from ovita.cli.plot_ import draw
+
+        draw(result, plot_out)
+        written.append(plot_out)
+    return written

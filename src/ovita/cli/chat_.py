@@ -1,0 +1,165 @@
+"""`ovita chat`: the feedback loop in the terminal."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import click
+
+from ovita.cli.options import constraints_from, robot_from, shared, task_from, writer_from
+from ovita.cli.progress import waiting
+from ovita.cli.report import plain, show
+from ovita.errors import OvitaError, RequestError
+from ovita.formats import save_trajectory
+from ovita.language.request import FeedbackOn
+from ovita.session import Session
+
+HELP = """Say what should change. What you say is about the current trajectory; begin with a slash for more:
+  /original TEXT   add TEXT to what you said and apply all of it to the original again
+  /current TEXT    apply TEXT to the current trajectory (the same as saying it)
+  /set NAME=VALUE  turn a knob of the last policy and run it again
+  /undo  /redo     take the last turn back; bring it back again
+  /history         what was said so far
+  /why             the explanation in plain words
+  /code            the last policy
+  /plot FILE       draw original and current (.png, .svg, .pdf, .html)
+  /save FILE       save the last result (.json) or the current trajectory (.csv)
+  /quit            leave"""
+
+
+@click.command()
+@click.argument("file", metavar="FILE")
+@shared
+def command(file: str, **options: Any) -> None:
+    """Adapt the trajectory in FILE in a conversation; type /help for what you can say."""
+    task = task_from(file, options["scene_file"], options["frame"])
+    session = Session(
+        task.trajectory,
+        task.scene,
+        robot_from(task, options["robot"], options["max_speed"]),
+        writer_from(options["writer"], options["base_url"], options["temperature"]),
+        constraints_from(options),
+        options["isolation"],
+    )
+    names = ", ".join(task.scene.names) or "none"
+    click.echo(plain(f"{file}: {len(task.trajectory)} waypoints; objects: {names}."))
+    click.echo("Say what should change, or /help.")
+    for line in _lines():
+        try:
+            if not _obey(session, line):
+                break
+        except OvitaError as error:
+            click.echo(f"error: {plain(str(error))}")
+
+
+def _lines() -> Iterator[str]:
+    while True:
+        try:
+            line = input("> ").strip()
+        except EOFError:
+            click.echo()
+            return
+        if line:
+            yield line
+
+
+def _obey(session: Session, line: str) -> bool:
+    """Do one line; False ends the conversation."""
+    if not line.startswith("/"):
+        _say(session, line, "current")
+        return True
+    word, _, rest = line[1:].partition(" ")
+    rest = rest.strip()
+    if word in ("quit", "exit", "q"):
+        return False
+    if word in ("original", "current"):
+        _say(session, rest, "original" if word == "original" else "current")
+    elif word in _COMMANDS:
+        _COMMANDS[word](session, rest)
+    else:
+        raise RequestError(f"unknown command '/{word}'; /help lists them")
+    return True
+
+
+def _say(session: Session, text: str, on: FeedbackOn) -> None:
+    with waiting("writing a policy"):
+        result = session.say(text, on=on)
+    show(result)
+
+
+def _set(session: Session, rest: str) -> None:
+    name, equals, value = rest.partition("=")
+    if not equals:
+        raise RequestError("turn a knob like this: /set left=0.3")
+    try:
+        parsed = ast.literal_eval(value.strip())
+    except (ValueError, SyntaxError):
+        parsed = value.strip()
+    show(session.tune(**{name.strip(): parsed}))
+
+
+def _undo(session: Session, rest: str) -> None:
+    click.echo("Took the last turn back." if session.undo() else "There is nothing to undo.")
+
+
+def _redo(session: Session, rest: str) -> None:
+    click.echo("Brought the turn back." if session.redo() else "There is nothing to redo.")
+
+
+def _history(session: Session, rest: str) -> None:
+    for i, step in enumerate(session.steps, start=1):
+        click.echo(plain(f"{i}. on {step.feedback_on}: {step.said}  [{step.adaptation.status}]"))
+    if not session.steps:
+        click.echo("Nothing was said yet.")
+
+
+def _last(session: Session) -> Any:
+    if session.adaptation is None:
+        raise RequestError("there is no result yet; say what should change first")
+    return session.adaptation
+
+
+def _why(session: Session, rest: str) -> None:
+    click.echo(plain(_last(session).explanation))
+
+
+def _code(session: Session, rest: str) -> None:
+    click.echo(plain(_last(session).code))
+
+
+def _plot(session: Session, rest: str) -> None:
+    from dataclasses import replace
+
+    from ovita.cli.plot_ import draw
+
+    path = rest or "ovita.png"
+    draw(replace(_last(session), original=session.original), path)
+    click.echo(f"wrote {path}")
+
+
+def _save(session: Session, rest: str) -> None:
+    path = rest or "result.json"
+    if path.lower().endswith(".csv"):
+        save_trajectory(path, session.current)
+    else:
+        _last(session).save(path)
+    click.echo(f"wrote {path}")
+
+
+def _help(session: Session, rest: str) -> None:
+    click.echo(HELP)
+
+
+_COMMANDS: dict[str, Callable[[Session, str], None]] = {
+    "set": _set,
+    "undo": _undo,
+    "redo": _redo,
+    "history": _history,
+    "why": _why,
+    "code": _code,
+    "plot": _plot,
+    "save": _save,
+    "help": _help,
+}

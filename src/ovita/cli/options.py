@@ -1,0 +1,93 @@
+"""Options that several commands share, and the objects that they stand for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, TypeVar
+
+import click
+
+from ovita.constraints import ConstraintOptions
+from ovita.formats import Task, load_robot, load_task
+from ovita.language.writer import PolicyWriter, writer_named
+from ovita.robot import Robot
+from ovita.scene import Frame
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def shared(function: F) -> F:
+    """Add the options on scene, robot, writer and limits to a command."""
+    for option in reversed(_OPTIONS):
+        function = option(function)
+    return function
+
+
+_OPTIONS = (
+    click.option("--scene", "scene_file", metavar="FILE", help="Scene file with the objects, for a bare trajectory."),
+    click.option(
+        "--frame", type=click.Choice(["rfu", "flu", "ned"]), help="Which way is left. [default: the scene's, else rfu]"
+    ),
+    click.option(
+        "--robot", metavar="NAME|FILE", help="Limits: drone, arm, ground, none, or a .toml or .json file. [none]"
+    ),
+    click.option(
+        "--writer",
+        "--llm",
+        "writer",
+        default="auto",
+        show_default=True,
+        metavar="NAME",
+        help="auto, builtin, or PROVIDER:MODEL (openai, anthropic, google, ollama).",
+    ),
+    click.option("--base-url", metavar="URL", help="An OpenAI-compatible server; --writer then names its model."),
+    click.option("--temperature", type=click.FloatRange(0, 2), default=0.1, show_default=True, help="Of a model."),
+    click.option("--max-speed", type=float, metavar="M/S", help="Speed limit, instead of the robot's."),
+    click.option("--fix-start", is_flag=True, help="The first waypoint must stay where the policy put it."),
+    click.option("--fix-goal", is_flag=True, help="The last waypoint must stay where the policy put it."),
+    click.option("--smooth", type=click.FloatRange(0), default=0.0, metavar="WEIGHT", help="Smoothing weight. [0]"),
+    click.option("--no-obstacles", is_flag=True, help="Objects are no obstacles."),
+    click.option("--no-constraints", is_flag=True, help="Measure the limits, but do not enforce them."),
+    click.option("--repair", is_flag=True, help="Also repair a path that the change leaves as it was."),
+    click.option(
+        "--isolation",
+        type=click.Choice(["strict", "degraded"]),
+        default="strict",
+        show_default=True,
+        help="How policies are isolated.",
+    ),
+)
+
+
+def task_from(file: str, scene_file: str | None, frame: str | None) -> Task:
+    """Read the trajectory, with the objects of another file and another frame where asked."""
+    task = load_task(file)
+    if scene_file is not None:
+        task = replace(task, scene=load_task(scene_file).scene)
+    if frame is not None:
+        task = replace(task, scene=replace(task.scene, frame=Frame(frame)))
+    return task
+
+
+def robot_from(task: Task, robot: str | None, max_speed: float | None) -> Robot:
+    """The robot that was asked for, else the scene's, else none."""
+    chosen = load_robot(robot or task.robot or "none")
+    return chosen if max_speed is None else replace(chosen, max_speed=max_speed)
+
+
+def writer_from(writer: str, base_url: str | None, temperature: float) -> PolicyWriter:
+    """The writer that was asked for."""
+    return writer_named(writer, base_url=base_url, temperature=temperature)
+
+
+def constraints_from(options: dict[str, Any]) -> ConstraintOptions:
+    """How limits are enforced."""
+    return ConstraintOptions(
+        lambda_smooth=options["smooth"],
+        fix_start=options["fix_start"],
+        fix_goal=options["fix_goal"],
+        obstacles=not options["no_obstacles"],
+        repair_original=options["repair"],
+        enabled=not options["no_constraints"],
+    )

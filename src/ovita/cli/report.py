@@ -1,0 +1,46 @@
+"""What the terminal shows of an adaptation."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+import click
+
+from ovita.adaptation import Adaptation, Status
+from ovita.changes import sentences
+from ovita.language.explain import knob
+
+EXIT_OF: dict[Status, int] = {"ok": 0, "infeasible": 4, "needs_clarification": 3, "not_understood": 3, "failed": 3}
+
+_CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
+
+
+def plain(text: str) -> str:
+    """Text that is safe on a terminal: without control characters."""
+    return _CONTROL.sub("", text)
+
+
+def show(result: Adaptation, *, code: bool = False) -> None:
+    """Print an adaptation as a short report."""
+    total = sum(result.timings_ms.values())
+    by = f"{result.writer.kind}{':' + result.writer.model if result.writer.model else ''}"
+    click.echo(plain(f"{result.message}  [{result.status}; writer {by}; {total:.0f} ms]"))
+    if result.status not in ("ok", "infeasible"):
+        return
+    _section("Plan", [f"{i}. {step}" for i, step in enumerate(result.plan, start=1)])
+    _section("Changes", sentences(result.changes) if result.changes else [])
+    _section("Limits", result.constraints.sentences() if result.constraints else [])
+    _section("Assumed", result.assumptions)
+    _section("Knobs", [knob(p) for p in result.parameters])
+    _section("Warnings", [w for w in result.warnings if w.startswith(("Not as meant", "Nothing changed"))])
+    if code:
+        click.echo("\nPolicy")
+        click.echo(plain(result.code))
+
+
+def _section(title: str, lines: Sequence[str]) -> None:
+    if lines:
+        click.echo(f"\n{title}")
+        for line in lines:
+            click.echo(plain(f"  {line}"))

@@ -1,0 +1,99 @@
+"""The paper's objective without obstacles: one tri-diagonal system per axis.
+
+Speed and every axis are independent of each other until an obstacle or a sphere couples them:
+
+    minimise  lambda_dev |x - x_ref|^2 + lambda_smooth |D x|^2 + lambda_shape |D (x - x_ref)|^2,   lower <= x <= upper
+
+The Hessian is a tri-diagonal M-matrix, so a primal-dual active set finds the bounds that bind in a few O(N) solves
+(LAPACK ptsv).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import lapack
+
+from ovita.constraints.qp import Rows, Weights, laplacian_times, solve_qp
+from ovita.trajectory import Array
+
+ROUNDS = 60
+"""Most changes of the active set; it needs a handful."""
+
+
+def smooth(
+    reference: Array, weights: Weights, lower: Array, upper: Array, fixed: NDArray[np.bool_] | None = None
+) -> Array:
+    """Minimise the objective under bounds, axis by axis.
+
+    Args:
+        reference: x_ref (N, d); returned as it is if it is legal and no smoothing is asked for.
+        weights: Of the objective.
+        lower: (d,).
+        upper: (d,).
+        fixed: (N,) waypoints that must stay at the reference, whatever the bounds say.
+    """
+    fixed = np.zeros(len(reference), dtype=bool) if fixed is None else fixed
+    out = reference.copy()
+    for axis in range(reference.shape[1]):
+        ref, low, high = reference[:, axis], float(lower[axis]), float(upper[axis])
+        legal = bool(((ref >= low) & (ref <= high) | fixed).all())
+        if legal and (not weights.smooth or bool((ref == ref[0]).all())):
+            continue
+        out[:, axis] = _axis(ref, weights, low, max(low, high), fixed)
+    return out
+
+
+def decay(weights: Weights) -> float:
+    """Ratio by which a disturbance fades from one waypoint to the next, in 0..1.
+
+    It is the smaller root of the recurrence r rho^2 - (1 + 2 r) rho + r = 0 with r = (lambda_smooth + lambda_shape)
+    / lambda_dev.
+    """
+    r = (weights.smooth + weights.shape) / weights.dev
+    return 0.0 if r == 0 else 2.0 * r / (1.0 + 2.0 * r + math.sqrt(1.0 + 4.0 * r))
+
+
+def halo(weights: Weights, remaining: float = 1e-7) -> int:
+    """Number of waypoints after which a disturbance has faded to a share of `remaining`."""
+    rho = decay(weights)
+    return 2 if rho == 0 else 2 + math.ceil(math.log(remaining) / math.log(rho))
+
+
+def _axis(ref: Array, weights: Weights, low: float, high: float, fixed: NDArray[np.bool_]) -> Array:
+    n = len(ref)
+    link = weights.smooth + weights.shape
+    neighbours = np.full(n, 2.0)
+    neighbours[[0, -1]] = 1.0
+    diagonal = weights.dev + link * neighbours
+    pull = weights.dev * ref + weights.shape * laplacian_times(ref[:, None])[:, 0]
+    at_low = (ref < low) & ~fixed
+    at_high = (ref > high) & ~fixed
+    for _ in range(ROUNDS):
+        held = fixed | at_low | at_high
+        value = np.where(at_low, low, np.where(at_high, high, ref))
+        x = _solve(diagonal, link, pull, held, value)
+        slope = diagonal * x - pull  # half the gradient: what a bound that holds x must push against
+        slope[1:] -= link * x[:-1]
+        slope[:-1] -= link * x[1:]
+        next_low = ~fixed & ((x < low) | (at_low & (slope > 0)))
+        next_high = ~fixed & ((x > high) | (at_high & (slope < 0)))
+        if np.array_equal(next_low, at_low) and np.array_equal(next_high, at_high):
+            return np.where(fixed, ref, np.clip(x, low, high))
+        at_low, at_high = next_low, next_high
+    bound_low = np.where(fixed, ref, low)[:, None]
+    bound_high = np.where(fixed, ref, high)[:, None]
+    found = solve_qp(ref[:, None], weights, lower=bound_low, upper=bound_high, rows=Rows.none(1))
+    return np.where(fixed, ref, np.clip(ref, low, high)) if found.x is None else found.x[:, 0]
+
+
+def _solve(diagonal: Array, link: float, pull: Array, held: NDArray[np.bool_], value: Array) -> Array:
+    """Solve the tri-diagonal system with some unknowns held at a value."""
+    side = np.where(held[:-1] | held[1:], 0.0, -link)
+    right = np.where(held, value, pull)
+    right[1:] += np.where(held[:-1] & ~held[1:], link * value[:-1], 0.0)
+    right[:-1] += np.where(held[1:] & ~held[:-1], link * value[1:], 0.0)
+    x = lapack.dptsv(np.where(held, 1.0, diagonal), side, right)[2]
+    return np.where(held, value, x)

@@ -1,0 +1,185 @@
+"""A legal path to start from, wherever the reference runs through something.
+
+Each stretch that is blocked is replaced by a route around, from the last legal waypoint before it to the first one
+behind it, with the waypoints spread along the route so that whole segments are legal. `sequential` then pulls the
+path back towards the reference.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ovita.constraints.path import GRAZE, PAD, PathProblem
+from ovita.constraints.route import find_route, nearest_legal
+from ovita.trajectory import Array, arc_length
+
+
+@dataclass(frozen=True)
+class Blocked:
+    """A stretch between waypoints `first` and `last` for which there is no way.
+
+    Args:
+        first: Waypoint, pinned.
+        last: Waypoint, pinned.
+        why: "no route" between the two, "too few waypoints" to follow it, or "no legal point" at all.
+    """
+
+    first: int
+    last: int
+    why: Literal["no route", "too few waypoints", "no legal point"]
+
+
+def legal_path(problem: PathProblem, x: Array) -> tuple[Array, tuple[Blocked, ...]]:
+    """Move a path (N, 3) [m] out of every body.
+
+    Returns:
+        The path, and the stretches that stay blocked.
+    """
+    x = x.copy()
+    blocked: list[Blocked] = []
+    padded = replace(problem, bodies=tuple(replace(b, radius=b.radius + PAD) for b in problem.bodies))
+    for _ in range(3):
+        runs = _runs(problem, x)
+        runs = [run for run in runs if not any(b.first <= run[0] and run[1] <= b.last for b in blocked)]
+        if not runs:
+            break
+        for first, last in runs:
+            trouble = _bypass(problem, padded, x, first, last)
+            if trouble is not None:
+                blocked.append(trouble)
+    return x, tuple(blocked)
+
+
+def _runs(problem: PathProblem, x: Array) -> list[tuple[int, int]]:
+    """Blocked stretches as pairs of the waypoints around them, split where a waypoint is pinned."""
+    bad = problem.bad(x)
+    runs = []
+    for run in np.split(np.flatnonzero(bad), np.flatnonzero(np.diff(np.flatnonzero(bad)) > 1) + 1):
+        if len(run):
+            ends = [int(run[0]), *(p for p in problem.pins if run[0] < p < run[-1] + 1), int(run[-1]) + 1]
+            runs += [(a, b) for a, b in zip(ends[:-1], ends[1:], strict=True) if bad[a:b].any()]
+    return runs
+
+
+def _bypass(problem: PathProblem, padded: PathProblem, x: Array, first: int, last: int) -> Blocked | None:
+    """Reroute the waypoints of a run in place, reaching further out on both sides as far as it takes."""
+    n = len(x)
+    low = max((p for p in problem.pins if p <= first), default=0)
+    high = min((p for p in problem.pins if p >= last), default=n - 1)
+    pinned = problem.pinned
+    why: Literal["no route", "too few waypoints", "no legal point"] = "no route"
+    for reach in (0, 1, 3, 8, 20, 60, n):
+        a, b = max(low, first - reach), min(high, last + reach)
+        for start, goal in _ends(padded, x, a, b, pinned):
+            fill = _follow(padded, x, a, b, start, goal)
+            if isinstance(fill, str):
+                why = fill
+                continue
+            x[a : b + 1] = fill
+            return None
+        if (a == low and b == high) or why == "no route":
+            break
+    return _give_way(problem, padded, x, low, high, why)
+
+
+def _ends(padded: PathProblem, x: Array, a: int, b: int, pinned: NDArray[np.bool_]) -> list[tuple[Array, Array]]:
+    """Pairs of legal points to join: the waypoints a and b themselves, or legal points near them."""
+    choices = []
+    for i in (a, b):
+        legal = padded.depth(x[i][None])[0] < PAD + GRAZE and (pinned[i] or padded.inside(x[i][None])[0])
+        choices.append(x[i][None] if legal else nearest_legal(padded, x[i], 1 if pinned[i] else 4))
+    count = max(len(choices[0]), len(choices[1]))
+    if not len(choices[0]) or not len(choices[1]):
+        return []
+    pairs = [(min(k, len(choices[0]) - 1), min(k, len(choices[1]) - 1)) for k in range(count)]
+    return [(choices[0][i], choices[1][j]) for i, j in pairs]
+
+
+def _follow(
+    padded: PathProblem, x: Array, a: int, b: int, start: Array, goal: Array
+) -> Array | Literal["no route", "too few waypoints"]:
+    """Waypoints a..b along a route from start to goal; a pinned end that is not legal stays where it is."""
+    pinned = padded.pinned
+    head = [] if not pinned[a] or np.array_equal(start, x[a]) else [start]
+    tail = [] if not pinned[b] or np.array_equal(goal, x[b]) else [goal]
+    room = b - a - 1 - len(head) - len(tail)
+    if room < 0:
+        return "too few waypoints"
+    # the start and goal may graze a body, so they are given the room that they have
+    route = find_route(_lenient(padded, start, goal), start, goal, most_corners=room)
+    if route is None:
+        known = find_route(_lenient(padded, start, goal), start, goal)
+        return "no route" if known is None else "too few waypoints"
+    corner = [x[a] if pinned[a] else start, *head, *route, *tail, x[b] if pinned[b] else goal]
+    return _spread(np.array(corner), b - a + 1)
+
+
+def _lenient(padded: PathProblem, start: Array, goal: Array) -> PathProblem:
+    """The problem with each body's pad reduced to what start and goal leave of it."""
+    ends = np.stack([start, goal])
+    bodies = []
+    for body in padded.bodies:
+        short = float(np.clip(-body.signed(ends)[0].min() + PAD, 0.0, 3.0 * PAD))
+        bodies.append(replace(body, radius=body.radius - short - 1e-9) if body.radius > short else body)
+    return replace(padded, bodies=tuple(bodies))
+
+
+def _spread(corner: Array, count: int) -> Array:
+    """`count` waypoints along a polyline (K, 3), K <= count: one at each corner, the others evenly on its edges."""
+    edges = np.linalg.norm(np.diff(corner, axis=0), axis=1)
+    extra = count - len(corner)
+    share = edges / edges.sum() * extra if edges.sum() > 0 else np.full(len(edges), extra / len(edges))
+    whole = np.floor(share).astype(int)
+    whole[np.argsort(whole - share, kind="stable")[: extra - whole.sum()]] += 1
+    parts = [
+        corner[i] + np.arange(k + 1)[:, None] / (k + 1) * (corner[i + 1] - corner[i]) for i, k in enumerate(whole)
+    ]
+    return np.concatenate([*parts, corner[-1:]])
+
+
+def _give_way(
+    problem: PathProblem, padded: PathProblem, x: Array, low: int, high: int, why: Literal["no route", "too few waypoints", "no legal point"]
+) -> Blocked | None:
+    """Where there is no way around, stay on this side of a body; as a last resort stay in one place."""
+    free_low, free_high = not problem.pinned[low], not problem.pinned[high]
+    if not (free_low or free_high):
+        return Blocked(low, high, why)
+    best: tuple[float, Array] | None = None
+    for candidate in _sides(padded, x[low : high + 1], problem.pinned[low : high + 1]):
+        trial = x.copy()
+        trial[low : high + 1] = candidate
+        if problem.bad(trial)[max(low - 1, 0) : high + 1].any():
+            continue
+        price = float(((candidate - x[low : high + 1]) ** 2).sum())
+        if best is None or price < best[0]:
+            best = (price, candidate)
+    if best is None:
+        return Blocked(low, high, "no legal point")
+    x[low : high + 1] = best[1]
+    return None
+
+
+def _sides(padded: PathProblem, x: Array, pinned: NDArray[np.bool_]) -> list[Array]:
+    """Candidates for a stretch with a free end: all of it beyond one plane of a body, or all of it in one place."""
+    found = []
+    for body in padded.bodies:
+        for axis in body.rotation.T:
+            for normal in (axis * padded.axes, -axis * padded.axes):
+                length = float(np.linalg.norm(normal))
+                if length < 1e-6:
+                    continue
+                unit = normal / length
+                lack = body.support(unit[None])[0] - x @ unit
+                if (lack <= 0).all():
+                    continue
+                moved = padded.project(x + np.maximum(lack, 0.0)[:, None] * unit)
+                found.append(np.where(pinned[:, None], x, moved))
+    anchor = x[pinned] if pinned.any() else nearest_legal(padded, x[np.argmax(arc_length(x) >= arc_length(x)[-1] / 2)])
+    for spot in anchor[:2]:
+        legal = nearest_legal(padded, spot) if padded.depth(spot[None])[0] > PAD else spot[None]
+        found += [np.where(pinned[:, None], x, place) for place in legal[:1]]
+    return found

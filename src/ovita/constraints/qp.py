@@ -1,0 +1,178 @@
+"""The paper's quadratic program, sparse and waypoint-major, solved with PIQP.
+
+With N waypoints of d coordinates stacked waypoint-major, x = (x_0, x_1, ..., x_{N-1}):
+
+    minimise    lambda_dev |x - x_ref|^2 + lambda_smooth |D1 x|^2 + lambda_shape |D1 (x - x_ref)|^2
+    subject to  lower <= x <= upper,      normal_k . x_{i_k} >= offset_k
+
+where D1 = kron(D, I_d) and D is the (N-1, N) difference matrix: row i of D1 x is x_{i+1} - x_i. (The third term is
+ours; the paper has lambda_shape = 0.) The Hessian is block tri-diagonal, so the cost grows linearly with N.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+import piqp
+from numpy.typing import NDArray
+from scipy import sparse
+
+from ovita.trajectory import Array
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Linear limits normal_k . x_i >= offset_k, each on one waypoint.
+
+    Args:
+        waypoints: (M,) indices i.
+        normals: (M, d).
+        offsets: (M,).
+    """
+
+    waypoints: NDArray[np.intp]
+    normals: Array
+    offsets: Array
+
+    def __len__(self) -> int:
+        return len(self.offsets)
+
+    @classmethod
+    def none(cls, dims: int = 3) -> Rows:
+        """No limit at all."""
+        return cls(np.zeros(0, dtype=np.intp), np.zeros((0, dims)), np.zeros(0))
+
+    @classmethod
+    def join(cls, *parts: Rows) -> Rows:
+        """The limits of all parts."""
+        return cls(
+            np.concatenate([p.waypoints for p in parts]),
+            np.concatenate([p.normals for p in parts]),
+            np.concatenate([p.offsets for p in parts]),
+        )
+
+
+@dataclass(frozen=True)
+class Weights:
+    """lambda_dev > 0, lambda_smooth >= 0 and lambda_shape >= 0 of the objective."""
+
+    dev: float = 1.0
+    smooth: float = 0.0
+    shape: float = 0.0
+
+
+@dataclass(frozen=True)
+class QPSolution:
+    """What the solver found.
+
+    Args:
+        x: (N, d); None unless solved.
+        status: "solved", "infeasible" or "failed" (iteration limit, numerics).
+    """
+
+    x: Array | None
+    status: Literal["solved", "infeasible", "failed"]
+
+
+def difference_matrix(n: int, dims: int = 1) -> Any:
+    """D1 = kron(D, I_dims), sparse ((n-1) dims, n dims): the differences of neighbouring waypoints, waypoint-major."""
+    d = sparse.diags([-np.ones(n - 1), np.ones(n - 1)], [0, 1], shape=(n - 1, n))
+    return sparse.kron(d, sparse.identity(dims), format="csc")
+
+
+def objective(x: Array, reference: Array, weights: Weights) -> float:
+    """Value of the objective at x (N, d)."""
+    moved = x - reference
+    value = weights.dev * (moved**2).sum() + weights.smooth * (np.diff(x, axis=0) ** 2).sum()
+    return float(value + weights.shape * (np.diff(moved, axis=0) ** 2).sum())
+
+
+def laplacian_times(rows: Array) -> Array:
+    """D1' D1 x for x (N, d)."""
+    steps = np.diff(rows, axis=0)
+    out = np.zeros_like(rows)
+    out[:-1] -= steps
+    out[1:] += steps
+    return out
+
+
+def solve_qp(
+    reference: Array,
+    weights: Weights,
+    *,
+    lower: Array,
+    upper: Array,
+    rows: Rows,
+    slack: float | None = None,
+) -> QPSolution:
+    """Minimise the objective under bounds and linear limits.
+
+    Args:
+        reference: x_ref (N, d).
+        weights: Of the objective.
+        lower: (N, d); -inf for no bound; equal to `upper` where a coordinate is fixed.
+        upper: (N, d).
+        rows: Linear limits.
+        slack: If given, a limit may be broken at this price per unit (an exact penalty), so that there is always
+            a solution.
+    """
+    n, dims = reference.shape
+    fixed = (lower >= upper).ravel()
+    free = np.flatnonzero(~fixed)
+    x = np.where(fixed, np.where(np.isfinite(lower), lower, 0.0).ravel(), 0.0)
+    if not len(free):
+        return QPSolution(x.reshape(n, dims), "solved")
+    hessian = _hessian(n, dims, weights)
+    pull = weights.dev * reference
+    if weights.shape:
+        pull = pull + weights.shape * laplacian_times(reference)
+    gradient = -2.0 * pull.ravel() + hessian @ x
+    matrix, low = _row_matrix(rows, n, dims)
+    low = low - matrix @ x
+    p, c, g = hessian[free][:, free], gradient[free], matrix[:, free]
+    bound_low, bound_high = lower.ravel()[free], upper.ravel()[free]
+    if slack is not None and len(rows):
+        m = len(rows)
+        p = sparse.block_diag([p, sparse.csc_matrix((m, m))], format="csc")
+        c = np.concatenate([c, np.full(m, slack)])
+        g = sparse.hstack([g, sparse.identity(m)], format="csc")
+        bound_low = np.concatenate([bound_low, np.zeros(m)])
+        bound_high = np.concatenate([bound_high, np.full(m, np.inf)])
+    solution, status = solve_sparse(p, c, g, low, bound_low, bound_high)
+    if status != "solved":
+        return QPSolution(None, status)
+    x[free] = solution[: len(free)]
+    return QPSolution(np.clip(x.reshape(n, dims), lower, np.maximum(lower, upper)), "solved")
+
+
+def solve_sparse(
+    p: Any, c: Array, g: Any, low: Array, bound_low: Array, bound_high: Array
+) -> tuple[Array, Literal["solved", "infeasible", "failed"]]:
+    """Minimise x'Px/2 + c'x subject to G x >= low and bounds, with PIQP."""
+    solver = piqp.SparseSolver()
+    solver.settings.eps_abs, solver.settings.eps_rel = 1e-9, 1e-9
+    rows = None if g.shape[0] == 0 else sparse.csc_matrix(g)
+    solver.setup(sparse.csc_matrix(p), c, None, None, rows, None if rows is None else low, None, bound_low, bound_high)
+    status = solver.solve()
+    if status == piqp.PIQP_SOLVED:
+        return np.array(solver.result.x), "solved"
+    return np.zeros(len(c)), "infeasible" if status == piqp.PIQP_PRIMAL_INFEASIBLE else "failed"
+
+
+def _hessian(n: int, dims: int, weights: Weights) -> Any:
+    link = weights.smooth + weights.shape
+    neighbours = np.full(n, 2.0)
+    neighbours[[0, -1]] = 1.0
+    diagonal = np.repeat(2.0 * (weights.dev + link * neighbours), dims)
+    side = np.full(max(n - 1, 0) * dims, -2.0 * link)
+    return sparse.diags([side, diagonal, side], [-dims, 0, dims], format="csc")
+
+
+def _row_matrix(rows: Rows, n: int, dims: int) -> tuple[Any, Array]:
+    m = len(rows)
+    columns = (rows.waypoints[:, None] * dims + np.arange(dims)).ravel()
+    pointers = np.arange(m + 1) * dims
+    matrix = sparse.csr_matrix((rows.normals.ravel(), columns, pointers), shape=(m, n * dims))
+    return matrix.tocsc(), rows.offsets

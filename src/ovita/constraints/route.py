@@ -1,0 +1,148 @@
+"""A way around: the shortest polyline between two points that keeps clear of every body.
+
+The corners of the polyline are taken from a cloud of points around the bodies (a visibility graph), refined in levels
+if it is too coarse for a narrow gap. Edges are tested exactly, and only when the search asks for them. Deterministic.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Sequence
+from itertools import product
+
+import numpy as np
+
+from ovita.constraints.obstacles import Obstacle
+from ovita.constraints.path import PAD, PathProblem
+from ovita.trajectory import Array
+
+LEVELS = 4
+"""How often the cloud of corners is refined before the search gives up."""
+
+_SIGNS = np.array([s for s in product((-1.0, 0.0, 1.0), repeat=3) if any(s)])
+
+
+def find_route(problem: PathProblem, start: Array, goal: Array, *, most_corners: int | None = None) -> Array | None:
+    """The shortest legal polyline from start (3,) to goal (3,).
+
+    Args:
+        problem: Whose bodies and workspace.
+        start: A legal point [m].
+        goal: A legal point [m].
+        most_corners: Most corners that the polyline may have, or None.
+
+    Returns:
+        The corners between the two, (K, 3) [m], or None if none was found.
+    """
+    for level in range(LEVELS):
+        cloud = corners(problem, level, np.stack([start, goal]))
+        points = np.concatenate([start[None], goal[None], cloud])
+        for price in (0.0, 1e3):
+            route = _search(problem, points, price)
+            if route is None:
+                break
+            if most_corners is None or len(route) <= most_corners:
+                return points[route]
+    return None
+
+
+def corners(problem: PathProblem, level: int, around: Array) -> Array:
+    """Legal points (K, 3) near the bodies, more of them at each level; at the last ones also anywhere near."""
+    clouds = [_around(body, level) for body in problem.bodies]
+    if level >= 2:
+        clouds.append(_scatter(problem, around, 150 * 4 ** (level - 2)))
+    if not clouds:
+        return np.zeros((0, 3))
+    points = problem.project(np.concatenate(clouds))
+    points[:, ~problem.axes] = problem.lower[~problem.axes]
+    points = points[(problem.depth(points) < -PAD) & problem.inside(points)]
+    return np.asarray(np.unique(np.round(points, 9), axis=0) if not problem.axes.all() else points)
+
+
+def nearest_legal(problem: PathProblem, point: Array, count: int = 1) -> Array:
+    """The legal points (K, 3), K <= count, nearest to a point (3,), nearest first."""
+    found = []
+    moved = problem.project(point[None])[0]
+    for _ in range(30):
+        depths = [(float(-body.signed(moved[None])[0][0]), i) for i, body in enumerate(problem.bodies)]
+        depth, worst = max(depths, default=(-np.inf, 0))
+        if depth < -PAD:
+            found.append(moved)
+            break
+        normal = problem.bodies[worst].signed(moved[None])[1][0] * problem.axes
+        length = float(np.linalg.norm(normal))
+        if length < 1e-6:
+            break
+        moved = problem.project((moved + normal * ((depth + 2.0 * PAD) / length))[None])[0]
+    for level in (1, 2, 3):
+        cloud = corners(problem, level, point[None])
+        found += list(cloud[np.argsort(np.linalg.norm(cloud - point, axis=1))[:count]])
+        if found:
+            break
+    found.sort(key=lambda p: float(np.linalg.norm(p - point)))
+    return np.array(found[:count]).reshape(-1, 3)
+
+
+def _around(body: Obstacle, level: int) -> Array:
+    """Points (K, 3) around one body, just far enough that the edges between neighbours pass it."""
+    if body.half.any():
+        gaps = (1.02,) if level == 0 else (1.0 + 1e-3, 1.3)
+        local = np.concatenate([_SIGNS * (body.half + body.radius * gap + 2.0 * PAD) for gap in gaps])
+        if level >= 1:
+            long = np.maximum(body.half, 1e-9)
+            local = np.concatenate([local, _sphere(80 * level) * (np.sqrt(3.0) * long + 1.1 * body.radius)])
+    else:
+        units = _SIGNS / np.linalg.norm(_SIGNS, axis=1, keepdims=True)
+        local = units * (body.radius * 1.15 + PAD)
+        if level >= 1:
+            local = np.concatenate([local, *(_sphere(80 * level) * (body.radius * gap) for gap in (1.03, 1.4))])
+    return np.asarray(body.center + local @ body.rotation.T)
+
+
+def _sphere(count: int) -> Array:
+    """Evenly spread unit vectors (count, 3): the golden spiral."""
+    k = np.arange(count) + 0.5
+    polar, azimuth = np.arccos(1.0 - 2.0 * k / count), np.pi * (1.0 + 5.0**0.5) * k
+    return np.stack([np.cos(azimuth) * np.sin(polar), np.sin(azimuth) * np.sin(polar), np.cos(polar)], axis=1)
+
+
+def _scatter(problem: PathProblem, around: Array, count: int) -> Array:
+    """Quasi-random points (count, 3) over the region of the bodies and of the points (M, 3) around."""
+    known = np.concatenate([around, *(body.center + body.reach * _SIGNS for body in problem.bodies)])
+    low, high = known.min(axis=0), known.max(axis=0)
+    steps = np.array([0.8191725133961645, 0.6710436067037893, 0.5497004779019703])
+    return np.asarray(low + (0.5 + np.arange(1, count + 1)[:, None] * steps) % 1.0 * (high - low))
+
+
+def _search(problem: PathProblem, points: Array, price: float) -> list[int] | None:
+    """A* from point 0 to point 1; an edge costs its length plus `price` (in units of the distance of the two)."""
+    unit = max(float(np.linalg.norm(points[1] - points[0])), 1e-9)
+    ahead = np.linalg.norm(points - points[1], axis=1)
+    cost = np.full(len(points), np.inf)
+    cost[0] = 0.0
+    parent = np.full(len(points), -1)
+    done = np.zeros(len(points), dtype=bool)
+    queue: list[tuple[float, int]] = [(float(ahead[0]), 0)]
+    while queue:
+        _, i = heapq.heappop(queue)
+        if done[i]:
+            continue
+        done[i] = True
+        if i == 1:
+            return _trace(parent)
+        length = np.linalg.norm(points - points[i], axis=1)
+        better = np.flatnonzero(~done & (cost[i] + length + price * unit < cost))
+        better = better[~problem.blocked(np.broadcast_to(points[i], (len(better), 3)), points[better], pad=PAD)]
+        cost[better] = cost[i] + length[better] + price * unit
+        parent[better] = i
+        for j in better:
+            heapq.heappush(queue, (float(cost[j] + ahead[j]), int(j)))
+    return None
+
+
+def _trace(parent: Sequence[int] | Array) -> list[int]:
+    route, i = [], int(parent[1])
+    while i > 0:
+        route.append(i)
+        i = int(parent[i])
+    return route[::-1]

@@ -1,0 +1,212 @@
+"""Sequential convexification: from a legal path to the nearest one, through legal paths only.
+
+At a legal path every segment near a body has a separating plane, the tangent plane at its point nearest to the body.
+Imposed on both ends of the segment it is a convex limit inside the free space, which the present path obeys. So the
+quadratic program with these planes is feasible, its solution is legal again and no worse, and the loop can stop at
+any time. Balls and other convex regions are approached by cuts. Only windows around what has to move are solved; a
+disturbance fades geometrically (see `banded.decay`), so outside them the banded solution stands.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ovita.constraints.banded import halo
+from ovita.constraints.obstacles import Obstacle
+from ovita.constraints.path import GRAZE, PAD, PathProblem
+from ovita.constraints.qp import Rows, objective, solve_qp
+from ovita.trajectory import Array
+
+STEPS = 12
+"""Most linearisations in a row; each iterate is legal, so fewer only cost optimality."""
+
+PRICE = 1e4
+"""Price of breaking a limit by 1 m, in units of lambda_dev: exact for all but absurd problems."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """When to stop.
+
+    Args:
+        steps: Most linearisations.
+        gain: Stop when a step gains less than this share of what could be gained at all.
+    """
+
+    steps: int = STEPS
+    gain: float = 1e-3
+
+
+def improve(problem: PathProblem, base: Array, x: Array, settings: Settings | None = None) -> Array:
+    """Pull a path back towards the optimum.
+
+    Args:
+        problem: What to minimise under what.
+        base: The optimum without bodies and regions (N, 3) [m]: it stands wherever x equals it.
+        x: The path to start from (N, 3) [m], legal where the problem can be solved at all.
+        settings: When to stop.
+
+    Returns:
+        A path (N, 3) [m], legal if x is.
+    """
+    settings = settings or Settings()
+    out = x.copy()
+    for first, last in _windows(problem, base, x):
+        part = problem.part(first, last)
+        ends = [i for i in (first, last) if 0 < i < len(x) - 1]
+        fixed = part.pinned
+        fixed[[i - first for i in ends]] = True
+        window = slice(first, last + 1)
+        out[window] = _Window(part, fixed, base[window], out[window], settings).solve()
+    return out
+
+
+def _windows(problem: PathProblem, base: Array, x: Array) -> list[tuple[int, int]]:
+    """Stretches (first and last waypoint) that must be solved: what moved, and a halo on both sides."""
+    n = len(x)
+    if problem.rows:
+        return [(0, n - 1)]
+    moved = np.flatnonzero((x != base).any(axis=1))
+    reach = halo(problem.weights)
+    windows: list[tuple[int, int]] = []
+    for group in np.split(moved, np.flatnonzero(np.diff(moved) > 2 * reach) + 1):
+        if len(group):
+            windows.append((max(int(group[0]) - reach, 0), min(int(group[-1]) + reach, n - 1)))
+    return windows
+
+
+class _Window:
+    """One stretch of the path with its own quadratic programs."""
+
+    def __init__(
+        self, problem: PathProblem, fixed: NDArray[np.bool_], base: Array, x: Array, settings: Settings
+    ) -> None:
+        self.problem, self.fixed, self.base, self.x, self.settings = problem, fixed, base, x, settings
+        n = len(x)
+        # fixed waypoints stay at x, which is the base outside of what moved
+        self.lower = np.where(fixed[:, None], x, np.broadcast_to(problem.lower, (n, 3)))
+        self.upper = np.where(fixed[:, None], x, np.broadcast_to(np.maximum(problem.lower, problem.upper), (n, 3)))
+        self.cuts = Rows.none()
+
+    def solve(self) -> Array:
+        x = self.x
+        soft = bool(self.problem.rows) or not self._legal(x)
+        value = self._value(x)
+        bottom = self._value(self.base)
+        for _ in range(self.settings.steps):
+            new = self._step(x, soft)
+            if new is None:
+                break
+            gained, value = value - self._value(new), self._value(new)
+            step = float(np.abs(new - x).max())
+            x = new
+            if step < 1e-7 or (not soft and gained <= self.settings.gain * max(value - bottom, 1e-15)):
+                break
+        return x
+
+    def _step(self, x: Array, soft: bool) -> Array | None:
+        """One linearisation: solve, and solve again with the limits that turn out to be missing."""
+        within = 2.0 * float(np.linalg.norm(x - self.base, axis=1).max()) + 10.0 * PAD
+        planes: list[tuple[NDArray[np.intp], Rows]] = [self._planes(body, x, within) for body in self.problem.bodies]
+        self._cut(x, within)
+        own = [self._free(make(x)) for make in self.problem.rows]
+        new = x
+        for _ in range(10):
+            rows = Rows.join(self.cuts, *own, *(rows for _, rows in planes))
+            found = solve_qp(
+                self.problem.reference,
+                self.problem.weights,
+                lower=self.lower,
+                upper=self.upper,
+                rows=rows,
+                slack=PRICE * self.problem.weights.dev if soft else None,
+            )
+            if found.x is None:
+                return None
+            new = found.x
+            missing = self._cut(new, 0.0)
+            for k, body in enumerate(self.problem.bodies):
+                hit = np.setdiff1d(self._hit(body, new), planes[k][0])
+                if len(hit):
+                    missing = True
+                    more = self._plane_rows(body, x, hit)
+                    planes[k] = (np.concatenate([planes[k][0], hit]), Rows.join(planes[k][1], more))
+            if not missing:
+                break
+        return new if soft else self._back_off(x, new)
+
+    def _back_off(self, x: Array, new: Array) -> Array:
+        """The furthest of a few points between a legal path and a new one that is legal."""
+        share = 1.0
+        while share > 1e-3:
+            trial = new if share == 1.0 else x + share * (new - x)
+            if self._legal(trial):
+                return trial
+            share /= 2.0
+        return x
+
+    def _legal(self, x: Array) -> bool:
+        free = x[~self.fixed]
+        if any((region.excess(free) > PAD / 2.0 + GRAZE).any() for region in self.problem.regions):
+            return False
+        return not self.problem.bad(x).any()
+
+    def _value(self, x: Array) -> float:
+        return objective(x, self.problem.reference, self.problem.weights)
+
+    def _hit(self, body: Obstacle, x: Array) -> NDArray[np.intp]:
+        near = body.near(x[:-1], x[1:], 0.0)
+        return near[body.along(x[near], x[near + 1])[0] < 0.0] if len(near) else near
+
+    def _planes(self, body: Obstacle, x: Array, within: float) -> tuple[NDArray[np.intp], Rows]:
+        near = body.near(x[:-1], x[1:], within)
+        return near, self._plane_rows(body, x, near)
+
+    def _plane_rows(self, body: Obstacle, x: Array, segments: NDArray[np.intp]) -> Rows:
+        """Separating planes of segments at a legal path, each on both ends; never more than the path has now."""
+        if not len(segments):
+            return Rows.none()
+        start, end = x[segments], x[segments + 1]
+        gap, t = body.along(start, end)
+        point = start + t[:, None] * (end - start)
+        excused = self.problem.excused(body, segments)
+        if excused.any():
+            stuck = np.isin(segments, self.problem.stuck(body))
+            other = np.where(stuck[:, None], end, start)
+            point = np.where(excused[:, None], other, point)
+            gap = np.where(excused, body.signed(other)[0], gap)
+        normals = body.signed(point)[1] * self.problem.axes
+        length = np.linalg.norm(normals, axis=1)
+        sound = length > 1e-3
+        normals = normals[sound] / length[sound, None]
+        segments, support = segments[sound], body.support(normals)
+        have = np.minimum((start[sound] * normals).sum(axis=1), (end[sound] * normals).sum(axis=1)) - support
+        have = np.where(excused[sound], gap[sound], have)
+        offsets = support + np.where(have < PAD, np.minimum(have, PAD), PAD)
+        usable = have > -PAD
+        rows = Rows(
+            np.concatenate([segments[usable], segments[usable] + 1]),
+            np.tile(normals[usable], (2, 1)),
+            np.tile(offsets[usable], 2),
+        )
+        return self._free(rows)
+
+    def _free(self, rows: Rows) -> Rows:
+        keep = ~self.fixed[rows.waypoints]
+        return rows if keep.all() else Rows(rows.waypoints[keep], rows.normals[keep], rows.offsets[keep])
+
+    def _cut(self, x: Array, within: float) -> bool:
+        """Add cuts of the convex regions where x is outside of them, or nearly; whether there was any."""
+        added = False
+        for region in self.problem.regions:
+            excess = region.excess(x)
+            near = np.flatnonzero((excess > (-within if within else PAD / 2.0)) & ~self.fixed)
+            if not len(near):
+                continue
+            normals, offsets = region.cut(x[near])
+            self.cuts = Rows.join(self.cuts, Rows(near, normals, offsets))
+            added = True
+        return added

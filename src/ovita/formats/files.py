@@ -1,0 +1,177 @@
+"""Reading text from disk with every check made first, and writing it so that no half-written file is ever left."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import secrets
+import stat
+from collections.abc import Iterator
+from pathlib import Path
+
+from ovita.errors import FormatError, RobotError, SceneError, TrajectoryError
+
+MAX_BYTES = 256 * 1024 * 1024
+"""Largest file that is read [bytes]."""
+
+
+def file_name(path: str | os.PathLike[str]) -> str:
+    """The path as text that can always be printed: bytes that are not UTF-8 are replaced."""
+    return os.fspath(path).encode("utf-8", "surrogateescape").decode("utf-8", "replace")
+
+
+def examine(path: str | os.PathLike[str]) -> None:
+    """Check that a path is a regular file of at most `MAX_BYTES`, without reading it.
+
+    Raises:
+        FormatError: If it is missing, a folder, a device, out of reach, or too large.
+    """
+    file = file_name(path)
+    try:
+        status = os.stat(path)
+    except FileNotFoundError:
+        raise FormatError(file, "there is no such file") from None
+    except (OSError, ValueError) as error:
+        raise FormatError(file, f"cannot be opened: {_reason(error)}") from None
+    if stat.S_ISDIR(status.st_mode):
+        raise FormatError(file, "this is a folder; name a file in it")
+    if not stat.S_ISREG(status.st_mode):
+        raise FormatError(file, "this is a device or a pipe; copy its content to a regular file first")
+    _check_size(file, status.st_size)
+
+
+def read_text(path: str | os.PathLike[str]) -> str:
+    """Read a UTF-8 text file of at most `MAX_BYTES`, with or without a byte order mark.
+
+    Raises:
+        FormatError: If the file cannot be read, is too large, is not UTF-8, or holds nothing but blanks.
+    """
+    examine(path)
+    file = file_name(path)
+    try:
+        with open(path, "rb") as stream:
+            data = stream.read(MAX_BYTES + 1)
+    except PermissionError:
+        raise FormatError(file, "no permission to read this file; change its access rights") from None
+    except (OSError, MemoryError) as error:
+        raise FormatError(file, f"cannot be read: {_reason(error)}") from None
+    _check_size(file, len(data))
+    return decode(data, file)
+
+
+def decode(data: bytes, file: str) -> str:
+    """Decode the content of a file as UTF-8 text.
+
+    Raises:
+        FormatError: If it is not UTF-8, or holds nothing but blanks.
+    """
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        where = f"byte 0x{data[error.start]:02x} at offset {error.start}"
+        raise FormatError(file, f"this is not UTF-8 text ({where}); save it as UTF-8") from None
+    if not text.strip():
+        raise FormatError(file, "the file is empty")
+    return text
+
+
+def atomic_write(path: str | os.PathLike[str], data: str | bytes) -> None:
+    """Replace a file's content in one step, so that a reader sees the old content or the new, never a part.
+
+    The data go to a temporary file in the same folder that then takes the place of `path`. An existing file keeps
+    its access rights, a symbolic link stays a link; a device such as /dev/stdout is written to directly.
+
+    Raises:
+        FormatError: If the folder is missing or not writable, the path is a folder or write-protected, or the disk
+            refuses the data; the old content is then unchanged.
+    """
+    file = file_name(path)
+    try:
+        content = data.encode("utf-8") if isinstance(data, str) else data
+    except UnicodeEncodeError as error:
+        raise FormatError(file, f"the text to write is not valid Unicode ({error.reason})") from None
+    try:
+        mode = _target_mode(path, file)
+        if mode is not None and not stat.S_ISREG(mode):
+            with open(path, "wb") as stream:
+                stream.write(content)
+            return
+        _replace(os.path.realpath(path), content, None if mode is None else stat.S_IMODE(mode))
+    except (FileNotFoundError, NotADirectoryError):
+        folder = file_name(os.path.dirname(os.path.abspath(path)))
+        raise FormatError(file, f"the folder {folder} does not exist; create it first") from None
+    except PermissionError:
+        raise FormatError(file, "no permission to write here; choose another folder") from None
+    except (OSError, ValueError) as error:
+        raise FormatError(file, f"cannot be written: {_reason(error)}") from None
+
+
+@contextlib.contextmanager
+def errors_of(path: str | os.PathLike[str]) -> Iterator[None]:
+    """Turn an error about a trajectory, scene or robot inside the block into one that names the file as well."""
+    try:
+        yield
+    except (TrajectoryError, SceneError) as error:
+        raise FormatError(file_name(path), error.problem, key=error.key, index=error.index) from None
+    except RobotError as error:
+        raise FormatError(file_name(path), str(error)) from None
+
+
+def suffix(path: str | os.PathLike[str]) -> str:
+    """The ending of a file name in lower case, such as ".json"."""
+    return Path(path).suffix.lower()
+
+
+def _check_size(file: str, size: int) -> None:
+    if size > MAX_BYTES:
+        raise FormatError(
+            file, f"the file is too large ({size / 2**20:.0f} MB); ovita reads up to {MAX_BYTES // 2**20} MB"
+        )
+
+
+def _target_mode(path: str | os.PathLike[str], file: str) -> int | None:
+    """Mode bits of what `path` names now, or None if there is nothing yet."""
+    try:
+        mode = os.stat(path).st_mode
+    except FileNotFoundError:
+        return None
+    if stat.S_ISDIR(mode):
+        raise FormatError(file, "this is a folder; name a file in it")
+    if not os.access(path, os.W_OK):
+        raise FormatError(file, "this file is write-protected; choose another name or change its access rights")
+    return mode
+
+
+def _replace(target: str, content: bytes, mode: int | None) -> None:
+    folder = os.path.dirname(target)
+    temporary = os.path.join(folder, f".ovita-{secrets.token_hex(8)}.tmp")
+    # os.open with 0o666 obeys the umask, as a plain open() does; tempfile would leave 0o600.
+    handle = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), 0o666)
+    try:
+        with os.fdopen(handle, "wb") as stream:
+            stream.write(content)
+            stream.flush()
+            os.fsync(stream.fileno())
+        if mode is not None:
+            os.chmod(temporary, mode)
+        os.replace(temporary, target)
+    except BaseException:
+        with contextlib.suppress(OSError):
+            os.unlink(temporary)
+        raise
+    _sync_folder(folder)
+
+
+def _sync_folder(folder: str) -> None:
+    # Makes the new name survive a power cut; some systems cannot open a folder, and then there is nothing to do.
+    with contextlib.suppress(OSError):
+        handle = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)
+
+
+def _reason(error: BaseException) -> str:
+    text = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+    return text[:1].lower() + text[1:] if text else type(error).__name__

@@ -1,0 +1,1 @@
+"""Phases one and two: grounding an instruction, and the writers that answer it with a policy."""

@@ -1,0 +1,144 @@
+"""From tokens to clauses: where one thing to do ends and the next begins."""
+
+from __future__ import annotations
+
+from ovita.language.builtin.tokens import Token
+
+DIRECTIONS = frozenset({"left", "right", "front", "back", "up", "down"})
+
+ACTIONS = DIRECTIONS | {
+    "faster",
+    "slower",
+    "constant",
+    "closer",
+    "away",
+    "stop",
+    "wait",
+    "extend",
+    "smooth",
+    "through",
+    "over",
+    "keep",
+    "increase",
+    "decrease",
+    "double",
+    "half",
+    "lower",
+    "raise",
+    "toward",
+    "more",
+    "fewer",
+}
+"""Concepts that ask for something; a piece of a sentence without one belongs to its neighbour."""
+
+Clause = tuple[Token, ...]
+
+
+def split(tokens: tuple[Token, ...]) -> list[Clause]:
+    """Split a sentence's tokens into clauses at connectives and punctuation.
+
+    A piece that asks for nothing itself ("when passing the cup", the second object of a list) is joined to the
+    piece before it, or to the one after it if it comes first.
+    """
+    pieces = _pieces(tokens)
+    clauses: list[Clause] = []
+    pending: Clause = ()
+    for piece, hard in pieces:
+        if _asks(piece) or (hard and clauses and _is_statement(piece)):
+            clauses.append(pending + piece)
+            pending = ()
+        elif clauses and not pending:
+            clauses[-1] = clauses[-1] + piece
+        else:
+            pending = pending + piece
+    if pending:
+        clauses.append(pending)
+    return [_settled(c) for c in clauses]
+
+
+def _pieces(tokens: tuple[Token, ...]) -> list[tuple[Clause, bool]]:
+    """Pieces between separators; the flag says that a full stop or semicolon precedes the piece."""
+    pieces: list[tuple[Clause, bool]] = []
+    current: list[Token] = []
+    hard = False
+    for i, token in enumerate(tokens):
+        separates = token.kind == "break" or (token.kind == "join" and not _lists_objects(tokens, i))
+        if not separates:
+            if token.kind != "join":
+                current.append(token)
+            continue
+        if any(t.kind != "filler" for t in current):
+            pieces.append((tuple(current), hard))
+            hard = False
+        current = []
+        hard = hard or token.value in ".;"
+    if any(t.kind != "filler" for t in current):
+        pieces.append((tuple(current), hard))
+    return pieces
+
+
+def _lists_objects(tokens: tuple[Token, ...], i: int) -> bool:
+    """Whether the connective at i joins two objects: "the cup and the plate"."""
+    before = next((t for t in reversed(tokens[:i]) if t.kind != "filler"), None)
+    after = next((t for t in tokens[i + 1 :] if t.kind != "filler"), None)
+    return before is not None and after is not None and before.kind == "object" == after.kind
+
+
+def _asks(piece: Clause) -> bool:
+    concepts = {t.value for t in piece if t.kind == "concept"}
+    if concepts & ACTIONS:
+        conditional = next((t for t in piece if t.kind != "filler"), None)
+        alone = concepts & (ACTIONS - DIRECTIONS)
+        return not (
+            conditional is not None
+            and conditional.value in ("when", "after", "before")
+            and not alone
+            and not any(t.kind == "number" for t in piece)
+            and len([t for t in piece if t.kind != "filler"]) <= 3
+        )
+    if {"after", "goal"} <= concepts:
+        return any(t.kind != "filler" and t.value not in ("after", "goal", "reach") for t in piece)
+    endpoint = bool(concepts & {"start", "goal"})
+    return (endpoint and (any(t.kind == "object" for t in piece) or "between" in concepts)) or (
+        "speed" in concepts and any(t.kind == "number" for t in piece)
+    )
+
+
+def _is_statement(piece: Clause) -> bool:
+    """A sentence of its own that only states a number, such as "Threshold is 0.3"."""
+    return any(t.value == "threshold" for t in piece) and any(t.kind == "number" for t in piece)
+
+
+def _settled(clause: Clause) -> Clause:
+    """Settle words whose meaning depends on the clause: "lower the speed" against "go lower"."""
+    concepts = [t.value for t in clause if t.kind == "concept"]
+    about_speed = "speed" in concepts
+    settled: list[Token] = []
+    for i, token in enumerate(clause):
+        value = token.value
+        if token.kind == "concept":
+            following = next((t.value for t in clause[i + 1 :] if t.kind != "filler"), "")
+            if value in ("lower", "raise"):
+                change = ("decrease", "increase") if about_speed else ("down", "up")
+                value = change[value == "raise"]
+            elif value == "between" and not any(t.kind == "object" for t in clause):
+                value = "middle"
+            elif value in ("up", "down") and following == "speed":
+                value = "increase" if value == "up" else "decrease"
+        settled.append(token if value == token.value else Token("concept", token.text, value=value))
+    if "height" in concepts:
+        settled = _with_height(settled)
+    return tuple(settled)
+
+
+def _with_height(clause: list[Token]) -> list[Token]:
+    """Turn "increase the altitude" into up; the word height itself says nothing more."""
+    turned = {"increase": "up", "decrease": "down", "more": "up", "fewer": "down"}
+    return [
+        Token("filler", t.text)
+        if t.value == "height"
+        else Token("concept", t.text, value=turned[t.value])
+        if t.kind == "concept" and t.value in turned
+        else t
+        for t in clause
+    ]

@@ -1,0 +1,166 @@
+"""From intents to a policy: plan, parameters, code, expectations and assumptions."""
+
+from __future__ import annotations
+
+import keyword
+import re
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ovita.language.builtin.intents import Intent, Region
+from ovita.language.request import Request
+from ovita.language.scale import Scale, nice
+from ovita.scene import SceneObject, canonical
+from ovita.trajectory import Array
+
+ORDER: tuple[str, ...] = (
+    *("smooth", "move", "closer", "farther", "keep_distance", "through", "move_start", "move_goal"),
+    *("speed", "extend", "wait", "stop", "resample"),
+)
+"""Path first, from the whole to its parts, so that no step disturbs an exact amount set by another; then speed;
+what changes the number of waypoints comes last."""
+
+RESERVED = frozenset({"traj", "scene", "np", "math"})
+
+
+@dataclass
+class Draft:
+    """A policy being written: `positions` follows the shifts known so far, so that later sizes fit."""
+
+    request: Request
+    scale: Scale
+    positions: Array
+    parameters: dict[str, tuple[object, str]] = field(default_factory=dict)
+    objects: dict[str, SceneObject] = field(default_factory=dict)
+    body: list[str] = field(default_factory=list)
+    expectations: list[str] = field(default_factory=list)
+    plan: list[str] = field(default_factory=list)
+    assumptions: list[str] = field(default_factory=list)
+
+    @classmethod
+    def of(cls, request: Request) -> Draft:
+        """An empty draft for a request."""
+        return cls(request, Scale.of(request.trajectory), np.array(request.trajectory.positions))
+
+    def knob(self, name: str, value: object, comment: str) -> str:
+        """Add a parameter under a free name and return that name."""
+        free, n = name, 2
+        while free in self.parameters or free in self.objects or keyword.iskeyword(free):
+            free, n = f"{name}_{n}", n + 1
+        self.parameters[free] = (value, comment)
+        return free
+
+    def ref(self, item: SceneObject) -> str:
+        """The variable that holds an object."""
+        for name, known in self.objects.items():
+            if known is item:
+                return name
+        from ovita.toolkit import CATALOGUE
+
+        name = re.sub(r"\W+", "_", canonical(item.name), flags=re.ASCII).strip("_") or "item"
+        name = f"the_{name}" if name[0].isdigit() else name
+        while keyword.iskeyword(name) or name in RESERVED or name in CATALOGUE or name in self.parameters:
+            name += "_"
+        while name in self.objects:
+            name += "_"
+        self.objects[name] = item
+        return name
+
+    def distance(self, item: SceneObject) -> float:
+        """Closest approach of the path to an object's centre, as far as known [m]."""
+        return float(item.distance(self.positions).min())
+
+    def assume(self, text: str) -> None:
+        """Add an assumption, once."""
+        if text not in self.assumptions:
+            self.assumptions.append(text)
+
+    def source(self, summary: str) -> str:
+        """The policy's source."""
+        lines = ["def adapt(", "    traj,", "    scene,"]
+        lines += ["    *,"] if self.parameters else []
+        lines += [f"    {name}={value!r},  # {comment}" for name, (value, comment) in self.parameters.items()]
+        lines += ["):", f'    """{summary}"""']
+        lines += [f"    {name} = scene[{item.name!r}]" for name, item in self.objects.items()]
+        lines += [f"    {line}" for line in [*self.body, *self.expectations]]
+        return "\n".join([*lines, "    return traj", ""])
+
+
+def compose(intents: tuple[Intent, ...], request: Request, radius: float | None = None) -> Draft:
+    """Write the policy for some intents.
+
+    Args:
+        intents: In the order of the sentence.
+        request: What was asked, about which trajectory.
+        radius: A distance that the instruction states for every "near".
+    """
+    from ovita.language.builtin.steps import STEPS
+
+    draft = Draft.of(request)
+    for intent in sorted(dict.fromkeys(intents_once(intents)), key=lambda i: ORDER.index(i.action)):
+        STEPS[intent.action](draft, intent if radius is None else _with_radius(intent, radius))
+    return draft
+
+
+def intents_once(intents: tuple[Intent, ...]) -> list[Intent]:
+    """Drop an intent that repeats the one before it in everything but its words."""
+    kept: list[Intent] = []
+    for intent in intents:
+        if not any(replace(intent, text=k.text) == k for k in kept):
+            kept.append(intent)
+    return kept
+
+
+def _with_radius(intent: Intent, radius: float) -> Intent:
+    if intent.region.kind == "near" and intent.region.amount is None:
+        return replace(intent, region=replace(intent.region, amount=radius))
+    return intent
+
+
+def mask(draft: Draft, region: Region) -> tuple[str, str]:
+    """Code and words for a part of the path; both "" for the whole."""
+    kind = region.kind
+    if kind == "whole":
+        return "", ""
+    if kind == "near":
+        masks, words = zip(*(_near(draft, item, region.amount) for item in region.items), strict=True)
+        return " | ".join(masks), " and ".join(words)
+    if kind in ("first", "last"):
+        if region.counted:
+            n = draft.knob(f"{kind}_waypoints", int(region.amount or 1), f"number of waypoints at the {_side(kind)}")
+            return f"{kind}(traj, {n})", f"for the {kind} {int(region.amount or 1)} waypoints"
+        share = round(region.amount or 0.25, 4)
+        name = draft.knob(f"{kind}_share", share, f"share of the waypoints at the {_side(kind)}")
+        return f"{kind}(traj, fraction={name})", f"for the {kind} {share:.0%} of the waypoints"
+    if kind == "middle":
+        draft.assume('"the middle" is the middle third of the waypoints')
+        return "between(traj, 0.33, 0.67)", "in the middle of the path"
+    if kind == "between":
+        a, b = region.items
+        return f"between(traj, {draft.ref(a)}, {draft.ref(b)})", f"between {a.name} and {b.name}"
+    if kind == "heading":
+        return f"where_rising(traj, {region.direction!r})", f"where it heads {region.direction}"
+    if kind == "every":
+        return f"every(traj, {int(region.amount or 1)})", f"at every {int(region.amount or 1)}. waypoint"
+    item = region.items[0]
+    span = f"{draft.ref(item)}, 1.0" if kind == "after" else f"0.0, {draft.ref(item)}"
+    return f"between(traj, {span})", f"{kind} {item.name}"
+
+
+def _near(draft: Draft, item: SceneObject, radius: float | None) -> tuple[str, str]:
+    value = radius
+    if value is None:
+        value = nice(draft.distance(item) + 0.15 * draft.scale.extent)
+        draft.assume(f'"near {item.name}" is within {value:g} m of its centre')
+    elif draft.distance(item) > value:
+        draft.assume(
+            f"no waypoint is within {value:g} m of {item.name} (the closest is {draft.distance(item):.3g} m away)"
+        )
+    ref = draft.ref(item)
+    name = draft.knob(f"{ref}_radius", value, f"[m] distance to {item.name} that counts as near")
+    return f"near(traj, {ref}, within={name})", f"within {value:g} m of {item.name}"
+
+
+def _side(kind: str) -> str:
+    return "start" if kind == "first" else "end"

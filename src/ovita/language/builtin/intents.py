@@ -1,0 +1,85 @@
+"""What a clause asks for, before it becomes code."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from ovita.language.scale import Degree
+from ovita.scene import SceneObject
+
+Action = Literal[
+    "move",
+    "move_start",
+    "move_goal",
+    "closer",
+    "farther",
+    "keep_distance",
+    "through",
+    "extend",
+    "speed",
+    "stop",
+    "wait",
+    "smooth",
+    "resample",
+]
+
+
+@dataclass(frozen=True)
+class Region:
+    """The part of the path that an intent is about.
+
+    Args:
+        kind: "whole", "near" (objects), "first" or "last" (count or share), "middle", "between" (two objects),
+            "after" or "before" (an object), "heading" (a direction), or "every" (k-th waypoint).
+        items: Objects of "near", "between", "after" and "before".
+        amount: Radius [m], waypoint count, share of the waypoints, or k.
+        counted: Whether `amount` is a number of waypoints rather than a share.
+        direction: Word of "heading".
+    """
+
+    kind: str = "whole"
+    items: tuple[SceneObject, ...] = ()
+    amount: float | None = None
+    counted: bool = False
+    direction: str = ""
+
+
+WHOLE = Region()
+
+
+@dataclass(frozen=True)
+class Intent:
+    """One thing to do.
+
+    Args:
+        action: What.
+        directions: Direction words, each with metres or None where the instruction leaves it open.
+        items: The objects it is about.
+        amount: The number that goes with the action, in `unit`.
+        unit: "m", "x" (factor), "m/s", "step", "s", "waypoints", or "".
+        mode: A variant of the action, such as "set", "add", "factor", "ramp" and "constant" for speeds.
+        degree: How much, where no number says so.
+        region: Where on the path.
+        text: The clause, for the plan.
+    """
+
+    action: Action
+    directions: tuple[tuple[str, float | None], ...] = ()
+    items: tuple[SceneObject, ...] = ()
+    amount: float | None = None
+    unit: str = ""
+    mode: str = ""
+    degree: Degree = "moderate"
+    region: Region = WHOLE
+    text: str = ""
+
+
+@dataclass(frozen=True)
+class Understood:
+    """What the parser made of a sentence: intents in order, notes, and the words it could not place."""
+
+    intents: tuple[Intent, ...] = ()
+    notes: tuple[str, ...] = ()
+    unplaced: tuple[str, ...] = ()
+    radius: float | None = None

@@ -1,0 +1,108 @@
+"""A clause being read: which of its tokens have been placed, and which words are left over."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from ovita.language.builtin.clauses import DIRECTIONS, Clause
+from ovita.language.builtin.tokens import Token
+from ovita.language.scale import Degree
+from ovita.scene import SceneObject
+
+
+class Reader:
+    """Hands out a clause's tokens one meaning at a time and remembers what was taken."""
+
+    def __init__(self, clause: Clause) -> None:
+        self.tokens = clause
+        self.taken = [t.kind in ("filler", "join", "break") for t in clause]
+
+    @property
+    def text(self) -> str:
+        """The clause as written."""
+        return " ".join(t.text for t in self.tokens)
+
+    def has(self, *concepts: str) -> bool:
+        """Whether one of these concepts is in the clause and not yet taken."""
+        return any(self.find(c) is not None for c in concepts)
+
+    def find(self, concept: str) -> int | None:
+        """Index of the first free token of that concept."""
+        for i, token in enumerate(self.tokens):
+            if token.kind == "concept" and token.value == concept and not self.taken[i]:
+                return i
+        return None
+
+    def take(self, *concepts: str) -> bool:
+        """Take every free token of these concepts; say whether there was one."""
+        found = False
+        for i, token in enumerate(self.tokens):
+            if token.kind == "concept" and token.value in concepts and not self.taken[i]:
+                self.taken[i] = found = True
+        return found
+
+    def take_at(self, i: int) -> Token:
+        """Take the token at i."""
+        self.taken[i] = True
+        return self.tokens[i]
+
+    def after(self, i: int) -> int | None:
+        """Index of the next token behind i that is not a filler, taken or not."""
+        return next((j for j in range(i + 1, len(self.tokens)) if self.tokens[j].kind not in ("filler", "join")), None)
+
+    def before(self, i: int) -> int | None:
+        """Index of the token before i that is not a filler, taken or not."""
+        return next((j for j in range(i - 1, -1, -1) if self.tokens[j].kind not in ("filler", "join")), None)
+
+    def word_before(self, i: int) -> str:
+        """The word right before token i, lower case, fillers included."""
+        return self.tokens[i - 1].text.lower() if i > 0 else ""
+
+    def objects_from(self, i: int | None) -> tuple[SceneObject, ...]:
+        """Take the list of free objects that begins at token i ("the cup and the plate")."""
+        items: list[SceneObject] = []
+        while i is not None and self.tokens[i].item is not None and not self.taken[i]:
+            items.append(self.take_at(i).item)  # type: ignore[arg-type]
+            i = self.after(i)
+        return tuple(items)
+
+    def objects(self) -> tuple[SceneObject, ...]:
+        """Take all free objects of the clause."""
+        found = [self.take_at(i).item for i, t in enumerate(self.tokens) if t.item is not None and not self.taken[i]]
+        return tuple(item for item in found if item is not None)
+
+    def numbers(self, units: Iterable[str]) -> list[int]:
+        """Indices of the free numbers with one of these units."""
+        allowed = tuple(units)
+        return [i for i, t in enumerate(self.tokens) if t.kind == "number" and t.unit in allowed and not self.taken[i]]
+
+    def number(self, *units: str) -> float | None:
+        """Take the first free number with one of these units ("" is a bare number)."""
+        found = self.numbers(units)
+        return self.take_at(found[0]).number if found else None
+
+    def degree(self) -> Degree:
+        """Take the words of degree and return what they say."""
+        slight, large = self.take("slight"), self.take("large")
+        return "slight" if slight else "large" if large else "moderate"
+
+    def directions(self) -> tuple[tuple[str, float | None], ...]:
+        """Take the direction words, each with the length that stands next to it."""
+        found: list[tuple[str, float | None]] = []
+        for i, token in enumerate(self.tokens):
+            if token.kind != "concept" or token.value not in DIRECTIONS or self.taken[i]:
+                continue
+            self.taken[i] = True
+            amount: float | None = None
+            for j in (self.after(i), self.before(i)):
+                if j is not None and not self.taken[j] and self.tokens[j].unit in ("", "m"):
+                    if self.tokens[j].kind == "number":
+                        amount = self.take_at(j).number
+                        break
+            if not any(word == token.value for word, _ in found):
+                found.append((token.value, amount))
+        return tuple(found)
+
+    def left_over(self) -> tuple[str, ...]:
+        """The words that no meaning was found for, in their order."""
+        return tuple(t.text for t, taken in zip(self.tokens, self.taken, strict=True) if not taken)

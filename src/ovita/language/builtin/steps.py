@@ -1,0 +1,314 @@
+"""One function per action: each adds its lines of code, its knobs and its sentence to the draft."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ovita.language.builtin.compose import Draft, mask
+from ovita.language.builtin.intents import Intent
+from ovita.language.scale import Degree, nice
+
+SLOWER: dict[Degree, float] = {"slight": 0.75, "moderate": 0.5, "large": 0.25}
+FASTER: dict[Degree, float] = {"slight": 1.25, "moderate": 1.5, "large": 2.0}
+APPROACH: dict[Degree, float] = {"slight": 0.25, "moderate": 0.5, "large": 0.75}
+TO_THE = {"left": "to the left", "right": "to the right", "front": "to the front", "back": "back"}
+
+
+def _offsets(d: Draft, intent: Intent, prefix: str = "") -> tuple[str, str, dict[str, float]]:
+    """Code ("left=left"), words ("0.2 m to the left") and metres of an intent's directions."""
+    code, words, amounts = [], [], {}
+    for direction, stated in intent.directions:
+        value = stated
+        if value is None:
+            value = d.scale.step(intent.degree)
+            d.assume(f'"{_said(intent, direction)}" is {value:g} m in this scene')
+        amounts[direction] = value
+        name = d.knob(f"{prefix}{direction}", value, f"[m] shift {TO_THE.get(direction, direction)}")
+        code.append(f"{direction}={name}")
+        words.append(f"{value:g} m {TO_THE.get(direction, direction)}")
+    return ", ".join(code), " and ".join(words), amounts
+
+
+def _said(intent: Intent, direction: str) -> str:
+    return {"slight": "a little ", "moderate": "", "large": "much "}[intent.degree] + direction
+
+
+def _move(d: Draft, intent: Intent) -> None:
+    code, words, amounts = _offsets(d, intent)
+    where, part = mask(d, intent.region)
+    if not where:
+        d.body.append(f"traj = move(traj, {code})")
+        d.positions = d.positions + d.request.scene.frame.offset(**amounts)
+        d.expectations.append(f"expect_moved({code})")
+        d.plan.append(f"Shift the whole path {words}.")
+        return
+    name = "part" if not any(line.startswith("part =") for line in d.body) else f"part_{len(d.body)}"
+    ease = d.knob("ease", 0.05, "share of the path over which a partial shift fades in")
+    d.body += [f"{name} = {where}", f"traj = move(traj, {code}, where={name}, ease={ease})"]
+    d.expectations.append(f"expect_moved({code}, where={name})")
+    d.plan.append(f"Shift the path {words} {part}.")
+
+
+def _endpoint(d: Draft, intent: Intent) -> None:
+    end = "start" if intent.action == "move_start" else "goal"
+    blend = d.knob(f"{end}_blend", 0.5, f"share of the path that bends when the {end} moves")
+    if intent.mode == "between":
+        a, b = intent.items
+        target, words = f"midpoint({d.ref(a)}, {d.ref(b)})", f"the midpoint of {a.name} and {b.name}"
+    elif intent.items:
+        target, words = d.ref(intent.items[0]), intent.items[0].name
+    else:
+        code, words, _ = _offsets(d, intent, f"{end}_")
+        d.body.append(f"traj = move_{end}(traj, {code}, blend={blend})")
+        d.expectations.append(f"expect_{end}({code})")
+        d.plan.append(f"Shift the {end} {words}; the path bends towards it.")
+        return
+    offset = f", {_offsets(d, intent, f'{end}_')[0]}" if intent.directions else ""
+    d.body.append(f"traj = move_{end}(traj, {target}{offset}, blend={blend})")
+    if not offset:
+        d.expectations.append(f"expect_{end}({target})")
+    d.plan.append(f"Move the {end} to {words}; the path bends towards it.")
+
+
+def _closer(d: Draft, intent: Intent) -> None:
+    item = intent.items[0]
+    where, part = mask(d, intent.region)
+    by = intent.amount
+    if intent.unit == "x" and by is not None:
+        by = nice(d.distance(item) * (1 - 1 / max(by, 1.01)))
+    if by is None:
+        by = nice(APPROACH[intent.degree] * (d.distance(item) + 0.1 * d.scale.extent))
+        d.assume(f'"closer to {item.name}" is {by:g} m closer')
+    ref = d.ref(item)
+    name = d.knob("closer", by, f"[m] how much closer to {item.name}")
+    reach = ""
+    if intent.mode == "whole":
+        reach = f", reach={d.knob('reach', nice(4 * d.scale.extent), '[m] how far around the closest point it acts')}"
+    d.body.append(f"traj = closer(traj, {ref}, {name}{reach}{_where(where)})")
+    d.expectations.append(f"expect_closer({ref})")
+    d.plan.append(f"Bring the path {by:g} m closer to {item.name}{_part(part)}.")
+
+
+def _farther(d: Draft, intent: Intent) -> None:
+    item = intent.items[0]
+    where, part = mask(d, intent.region)
+    ref = d.ref(item)
+    d.expectations.append(f"expect_farther({ref})")
+    if intent.unit == "x" and intent.amount is not None:
+        name = d.knob("times", intent.amount, f"factor on the distance to {item.name}")
+        d.body.append(f"traj = farther(traj, {ref}, times={name}{_where(where)})")
+        d.plan.append(f"Multiply the distance to {item.name} by {intent.amount:g}{_part(part)}.")
+        return
+    moved = float(item.distance(d.positions).min() - item.distance(d.request.trajectory.positions).min())
+    if intent.amount is None and moved > 0.02 * d.scale.extent and not where:
+        d.plan.append(f"This already takes the path {moved:.3g} m farther from {item.name}.")
+        return
+    by = intent.amount
+    if by is None:
+        by = d.scale.step(intent.degree)
+        d.assume(f'"away from {item.name}" is {by:g} m farther')
+    name = d.knob("farther_by", by, f"[m] how much farther from {item.name}")
+    d.body.append(f"traj = farther(traj, {ref}, {name}{_where(where)})")
+    d.plan.append(f"Take the path {by:g} m farther from {item.name}{_part(part)}.")
+
+
+def _keep_distance(d: Draft, intent: Intent) -> None:
+    bound = intent.mode
+    name = d.knob("distance", intent.amount, f"[m] distance to keep, {bound.replace('_', ' ')}")
+    refs = [d.ref(item) for item in intent.items]
+    again = refs[:-1] if len(refs) > 1 else []
+    for ref in [*refs, *again]:
+        d.body.append(f"traj = keep_distance(traj, {ref}, {bound}={name})")
+    d.expectations += [f"expect_distance({ref}, {bound}={name})" for ref in refs]
+    names = " and ".join(item.name for item in intent.items)
+    d.plan.append(f"Keep {bound.replace('_', ' ')} {intent.amount:g} m from {names}.")
+
+
+def _through(d: Draft, intent: Intent) -> None:
+    item = intent.items[0]
+    if intent.mode == "between":
+        other = intent.items[1]
+        target = f"midpoint({d.ref(item)}, {d.ref(other)})"
+        d.body.append(f"traj = go_through(traj, {target})")
+        d.expectations.append(f"expect_visits({target}, within={_tolerance(d)})")
+        d.plan.append(f"Bend the path through the midpoint of {item.name} and {other.name}.")
+        return
+    ref = d.ref(item)
+    if intent.mode != "over":
+        d.body.append(f"traj = go_through(traj, {ref})")
+        d.expectations.append(f"expect_visits({ref}, within={_tolerance(d)})")
+        d.plan.append(f"Bend the path through {item.name}.")
+        return
+    height = intent.amount
+    if height is None:
+        height = nice(float(item.size[2]) / 2 + item.radius + d.scale.step("slight"))
+        d.assume(f'"over {item.name}" is {height:g} m above its centre')
+    name = d.knob("height", height, f"[m] height above the centre of {item.name}")
+    d.body.append(f"traj = go_through(traj, {ref}, up={name})")
+    d.plan.append(f"Bend the path over {item.name}, {height:g} m above its centre.")
+
+
+def _extend(d: Draft, intent: Intent) -> None:
+    straight = ", smooth=False" if intent.unit == "straight" else ""
+    if intent.mode == "between":
+        a, b = intent.items
+        target = f"midpoint({d.ref(a)}, {d.ref(b)})"
+        d.body.append(f"traj = continue_to(traj, {target}{straight})")
+        d.expectations.append(f"expect_goal({target})")
+        d.plan.append(f"Continue from the goal to the midpoint of {a.name} and {b.name}.")
+    elif intent.mode == "to":
+        ref = d.ref(intent.items[0])
+        d.body.append(f"traj = continue_to(traj, {ref}{straight})")
+        d.expectations.append(f"expect_goal({ref})")
+        d.plan.append(f"Continue from the goal to {intent.items[0].name}.")
+    elif intent.directions:
+        code, words, _ = _offsets(d, intent)
+        d.body.append(f"traj = extend(traj, {code})")
+        d.expectations.append(f"expect_goal({code})")
+        d.plan.append(f"After the goal, go on {words}.")
+    else:
+        by = intent.amount
+        if by is None:
+            by = d.scale.step(intent.degree)
+            d.assume(f"going on after the goal is {by:g} m in the direction of arrival")
+        name = d.knob("further", by, "[m] how far to go on after the goal")
+        d.body.append(f"traj = extend(traj, {name})")
+        d.plan.append(f"After the goal, go on for {by:g} m in the same direction.")
+
+
+def _speed(d: Draft, intent: Intent) -> None:
+    where, part = mask(d, intent.region)
+    if where:
+        name = "part" if not any(line.startswith("part =") for line in d.body) else f"part_{len(d.body)}"
+        d.body.append(f"{name} = {where}")
+        where = name
+    speeds = d.request.trajectory.speeds
+    mean = float(speeds[speeds > 0].mean()) if (speeds > 0).any() else 0.0
+    arguments = f"where={where}" if where else ""
+    if intent.mode in ("slower", "faster", "factor"):
+        factor = intent.amount
+        if factor is None:
+            factor = (SLOWER if intent.mode == "slower" else FASTER)[intent.degree]
+            d.assume(f'"{intent.mode}" is {factor:g} times the speed')
+        knob = d.knob("slowdown" if factor < 1 else "speedup", factor, "factor on the speed")
+        d.body.append(f"traj = scale_speed(traj, {knob}{_where(where)})")
+        d.expectations.append(f"expect_{'slower' if factor < 1 else 'faster'}({arguments})")
+        d.plan.append(f"Multiply the speed by {factor:g}{_part(part)}.")
+    elif intent.mode == "add":
+        amount = intent.amount or 0.0
+        knob = d.knob("speed_change", amount, "[m/s] added to the speed")
+        d.body.append(f"traj = shift_speed(traj, {knob}{_where(where)})")
+        d.expectations.append(f"expect_{'slower' if amount < 0 else 'faster'}({arguments})")
+        d.plan.append(f"{'Lower' if amount < 0 else 'Raise'} the speed by {abs(amount):g} m/s{_part(part)}.")
+    elif intent.mode in ("set", "constant"):
+        value = intent.amount
+        if value is None:
+            value = float(f"{mean:.3g}")
+            d.assume(f"the constant speed is the mean of the original, {value:g} m/s")
+        knob = d.knob("speed", value, "[m/s]")
+        d.body.append(f"traj = set_speed(traj, {knob}{_where(where)})")
+        d.expectations.append(f"expect_speed({knob}{_where(where)})")
+        d.plan.append(f"Set the speed to {value:g} m/s{_part(part)}.")
+    else:
+        _ramp(d, intent, where, part, mean)
+
+
+def _ramp(d: Draft, intent: Intent, where: str, part: str, mean: float) -> None:
+    """A speed that changes steadily along the path or a part of it."""
+    speeds = d.request.trajectory.speeds
+    at_end = intent.region.kind == "last"
+    first = float(speeds[0]) if not where else mean
+    if intent.mode == "ramp_up":
+        begin, end = min(first, 0.5 * mean), 1.5 * float(speeds.max())
+    else:
+        begin = max(first, mean)
+        end = intent.amount if intent.amount is not None else 0.0 if at_end or not where else 0.25 * mean
+    begin, end = float(f"{begin:.3g}"), float(f"{end:.3g}")
+    a = d.knob("start_speed", begin, "[m/s] where the change begins")
+    b = d.knob("end_speed", end, "[m/s] where the change ends")
+    if intent.amount is None:
+        d.assume(f"the speed changes steadily from {begin:g} to {end:g} m/s")
+    d.body.append(f"traj = ramp_speed(traj, {a}, {b}{_where(where)})")
+    d.plan.append(f"Change the speed steadily from {begin:g} to {end:g} m/s{_part(part)}.")
+
+
+def _at(d: Draft, intent: Intent) -> tuple[str, str]:
+    if intent.items:
+        return d.ref(intent.items[0]), f"closest to {intent.items[0].name}"
+    if intent.mode == "middle":
+        return "0.5", "in the middle"
+    place = intent.mode or "goal"
+    return repr(place), f"at the {place}"
+
+
+def _stop(d: Draft, intent: Intent) -> None:
+    at, words = _at(d, intent)
+    d.body.append(f"traj = stop_at(traj, {at})")
+    if intent.items:
+        d.expectations.append(f"expect_stop(near={at})")
+    d.plan.append(f"Slow down and stop {words}; the trajectory ends there.")
+    d.assume("to stop means to end there; say 'wait' to go on afterwards")
+
+
+def _wait(d: Draft, intent: Intent) -> None:
+    at, words = _at(d, intent)
+    steps = 10.0 if intent.amount is None else intent.amount
+    if intent.amount is None:
+        d.assume("the wait lasts 10 timesteps")
+    if intent.unit == "s":
+        steps = steps / d.request.trajectory.timestep
+    count = max(1, round(steps))
+    name = d.knob("steps", count, f"timesteps to wait ({d.request.trajectory.timestep:g} s each)")
+    d.body.append(f"traj = dwell(traj, {at}, steps={name})")
+    if intent.items:
+        d.expectations.append(f"expect_stop(near={at})")
+    d.plan.append(f"Wait {count} timesteps {words}.")
+
+
+def _smooth(d: Draft, intent: Intent) -> None:
+    strength = {"slight": 0.3, "moderate": 1.0, "large": 3.0}[intent.degree]
+    name = d.knob("smoothing", strength, "strength of the smoothing")
+    d.body.append(f"traj = smooth(traj, {name})")
+    d.plan.append("Smooth the path; start and goal stay.")
+
+
+def _resample(d: Draft, intent: Intent) -> None:
+    n = len(d.request.trajectory)
+    count = intent.amount if intent.unit == "waypoints" else n * (intent.amount or 1.0)
+    count = int(np.clip(round(count or n), 2, 100_000))
+    if intent.mode == "assumed":
+        d.assume(f"the number of waypoints is {'doubled' if count > n else 'halved'}")
+    name = d.knob("waypoints", count, "number of waypoints")
+    d.body.append(f"traj = resample(traj, {name})")
+    d.plan.append(f"Resample the path to {count} waypoints.")
+
+
+def _where(where: str) -> str:
+    return f", where={where}" if where else ""
+
+
+def _part(part: str) -> str:
+    return f" {part}" if part else ""
+
+
+def _tolerance(d: Draft) -> float:
+    return nice(0.02 * d.scale.extent)
+
+
+STEPS: dict[str, Callable[[Draft, Intent], None]] = {
+    "move": _move,
+    "move_start": _endpoint,
+    "move_goal": _endpoint,
+    "closer": _closer,
+    "farther": _farther,
+    "keep_distance": _keep_distance,
+    "through": _through,
+    "extend": _extend,
+    "speed": _speed,
+    "stop": _stop,
+    "wait": _wait,
+    "smooth": _smooth,
+    "resample": _resample,
+}

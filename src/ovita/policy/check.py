@@ -1,0 +1,263 @@
+"""The allowlist check: early, readable errors about what a policy may not contain.
+
+On Linux this is a courtesy to the writer of a policy, and the kernel is the wall (`ovita.policy.sandbox`). Elsewhere
+it is part of the wall, together with the reduced modules and builtins that `ovita.policy.modules` hands out.
+"""
+
+from __future__ import annotations
+
+import ast
+import builtins
+import difflib
+
+from ovita.errors import PolicyRejected
+from ovita.policy.allowed import (
+    ALLOWED_DUNDERS,
+    BUILTINS,
+    MODULES,
+    NAMEDTUPLE,
+    ONLY,
+    REASONS,
+    opens_objects,
+    refusal,
+)
+from ovita.policy.syntax import all_bindings, own_bindings, parse_tree
+from ovita.toolkit import CATALOGUE
+
+SCRIPT_CALLS = ("get_trajectory", "detect_objects")
+"""What the script form of the paper calls."""
+
+PROVIDED = frozenset({*CATALOGUE, *SCRIPT_CALLS, "np", "math"})
+"""Names at hand in every policy."""
+
+_INSTEAD = "numpy (as np), math and parts of scipy are at hand"
+
+
+def check(source: str | ast.Module) -> None:
+    """Check that a policy contains only what it may.
+
+    Args:
+        source: The policy's source, or its syntax tree.
+
+    Raises:
+        PolicyRejected: With the line and what to do instead.
+    """
+    tree = parse_tree(source) if isinstance(source, str) else source
+    try:
+        _Check(tree).visit(tree)
+    except RecursionError:
+        raise PolicyRejected("an expression is nested too deeply; split it into several statements") from None
+
+
+class _Check(ast.NodeVisitor):
+    """Visits every node; each visitor looks at one kind."""
+
+    def __init__(self, tree: ast.Module) -> None:
+        self.bound = all_bindings(tree)
+        self.own = _own_attributes(tree)
+        self.star = any(
+            isinstance(n, ast.ImportFrom) and any(a.name == "*" for a in n.names) for n in ast.walk(tree)
+        )
+
+    def generic_visit(self, node: ast.AST) -> None:
+        for name in own_bindings(node):
+            self.binding(name, node)
+        super().generic_visit(node)
+
+    def binding(self, name: str, node: ast.AST) -> None:
+        if name.startswith("__") and name not in ALLOWED_DUNDERS and name != "__all__":
+            raise _reject(node, REASONS.get(name, f"a policy may not define {name}"))
+
+    def visit_Import(self, node: ast.Import) -> None:
+        for alias in node.names:
+            self.module(alias.name, node)
+        self.generic_visit(node)
+
+    def visit_ImportFrom(self, node: ast.ImportFrom) -> None:
+        if node.level:
+            raise _reject(node, f"a policy has no package around it, so it cannot import relatively; {_INSTEAD}")
+        module = node.module or ""
+        self.module(module, node)
+        for alias in node.names:
+            if f"{module}.{alias.name}" in MODULES or alias.name == "*":
+                continue
+            only = ONLY.get(module)
+            reason = refusal(alias.name)
+            if module == "scipy":
+                raise _reject(node, f"scipy.{alias.name} is not available in a policy; {_INSTEAD}")
+            if reason or (only is not None and alias.name not in only) or alias.name.startswith("_"):
+                why = reason or REASONS.get(alias.name) or f"a policy may not import {alias.name} from {module}"
+                raise _reject(node, why)
+        self.generic_visit(node)
+
+    def module(self, name: str, node: ast.AST) -> None:
+        if name in MODULES:
+            return
+        root = name.split(".")[0]
+        why = REASONS.get(name) or REASONS.get(root) or REASONS.get(name.split(".")[-1])
+        why = why or f"{name} is not available in a policy"
+        raise _reject(node, f"{why} (import {name}); {_INSTEAD}" if root in REASONS else f"{why}; {_INSTEAD}")
+
+    def visit_Name(self, node: ast.Name) -> None:
+        name = node.id
+        if not isinstance(node.ctx, ast.Load):
+            self.binding(name, node)
+            return
+        if name in self.bound or name in PROVIDED:
+            self.binding(name, node)
+            return
+        if name == "type":
+            raise _reject(node, "a policy may call type(value) with one value, and nothing else with type")
+        if name in BUILTINS:
+            return
+        if name in REASONS and (hasattr(builtins, name) or name.startswith("__")):
+            raise _reject(node, f"{REASONS[name]} ({name})" if "open files" not in REASONS[name] else REASONS[name])
+        if hasattr(builtins, name) or name.startswith("__"):
+            raise _reject(node, f"a policy may not use {name}")
+        if self.star:
+            return
+        if name in REASONS:
+            raise _reject(node, f"{REASONS[name]} ({name})")
+        near = difflib.get_close_matches(name, sorted(self.bound | PROVIDED | BUILTINS), 1, 0.75)
+        hint = f"; did you mean {near[0]}?" if near else ""
+        raise _reject(node, f"{name} is not defined{hint}")
+
+    def visit_Attribute(self, node: ast.Attribute) -> None:
+        name = node.attr
+        reason = None if name in self.own and not name.startswith("__") else refusal(name)
+        if reason:
+            raise _reject(node, reason)
+        if name == "format" and name not in self.own:
+            if not (isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)):
+                raise _reject(node, "a policy may call .format only on a literal text; use an f-string")
+            if opens_objects(node.value.value):
+                raise _reject(node, "a policy may not reach attributes through .format; use an f-string")
+        if name.startswith("_") and not name.startswith("__") and name not in self.own | NAMEDTUPLE:
+            raise _reject(node, f"a policy may not touch the private {name}")
+        if not isinstance(node.ctx, ast.Load) and name.startswith("__"):
+            raise _reject(node, f"a policy may not set {name}")
+        self.visit(node.value)
+
+    def visit_Call(self, node: ast.Call) -> None:
+        called = node.func.id if isinstance(node.func, ast.Name) else ""
+        if called == "type" and "type" not in self.bound:
+            if len(node.args) != 1 or node.keywords or isinstance(node.args[0], ast.Starred):
+                raise _reject(node, "a policy may call type(value) with one value, and nothing else with type")
+            self.visit(node.args[0])
+            return
+        if called in ("getattr", "setattr", "hasattr") and len(node.args) > 1:
+            second = node.args[1]
+            if isinstance(second, ast.Constant) and isinstance(second.value, str):
+                reason = refusal(second.value)
+                if reason:
+                    raise _reject(node, reason)
+        self.generic_visit(node)
+
+    def visit_keyword(self, node: ast.keyword) -> None:
+        if node.arg is not None and node.arg.startswith("__"):
+            raise _reject(node, f"a policy may not pass {node.arg}")
+        self.generic_visit(node)
+
+    def visit_ClassDef(self, node: ast.ClassDef) -> None:
+        for keyword in node.keywords:
+            plain = isinstance(keyword.value, ast.Name | ast.Attribute)
+            if keyword.arg == "metaclass" and not (plain and ast.unparse(keyword.value).endswith("ABCMeta")):
+                raise _reject(node, "a policy may not use metaclasses; write a plain class")
+        self.generic_visit(node)
+
+    def visit_MatchClass(self, node: ast.MatchClass) -> None:
+        for name in node.kwd_attrs:
+            reason = refusal(name)
+            if reason or (name.startswith("_") and name not in self.own):
+                raise _reject(node, reason or f"a policy may not touch the private {name}")
+        self.generic_visit(node)
+
+    def visit_arg(self, node: ast.arg) -> None:
+        self.binding(node.arg, node)  # and not its annotation, which is never evaluated
+
+    def visit_AnnAssign(self, node: ast.AnnAssign) -> None:
+        self.visit(node.target)
+        if node.value is not None:
+            self.visit(node.value)
+
+    def visit_FunctionDef(self, node: ast.FunctionDef) -> None:
+        self.binding(node.name, node)
+        for part in (*node.decorator_list, node.args, *node.body):
+            self.visit(part)
+
+    def visit_AsyncFunctionDef(self, node: ast.AsyncFunctionDef) -> None:
+        raise _reject(node, "a policy may not be asynchronous; write plain functions")
+
+    def visit_Await(self, node: ast.Await) -> None:
+        raise _reject(node, "a policy may not be asynchronous; write plain functions")
+
+
+def only_toolkit(tree: ast.Module) -> bool:
+    """Whether a policy is one function made of toolkit calls, scene look-ups and arithmetic, and nothing else."""
+    body = [s for s in tree.body if not _is_text(s)]
+    if len(body) != 1 or not isinstance(body[0], ast.FunctionDef):
+        return False
+    function = body[0]
+    bound = all_bindings(function)
+    if function.decorator_list or bound & PROVIDED or any(name.startswith("_") for name in bound):
+        return False
+    arguments = function.args
+    defaults = [*arguments.defaults, *(d for d in arguments.kw_defaults if d is not None)]
+    return all(_simple(d, bound) for d in defaults) and all(_simple_statement(s, bound) for s in function.body)
+
+
+_SIMPLE_ATTRIBUTES = frozenset({"position", "size", "dimensions", "radius", "name", "shape", "names"})
+_SIMPLE_NODES = (
+    ast.Constant, ast.Tuple, ast.List, ast.BinOp, ast.UnaryOp, ast.Compare, ast.BoolOp, ast.operator, ast.unaryop,
+    ast.cmpop, ast.boolop, ast.expr_context, ast.keyword, ast.Slice,
+)  # fmt: skip
+
+
+def _simple_statement(node: ast.stmt, bound: set[str]) -> bool:
+    match node:
+        case ast.Expr(value=value) | ast.Return(value=ast.expr() as value):
+            return _simple(value, bound)
+        case ast.Assign(targets=[ast.Name()], value=value) | ast.AnnAssign(target=ast.Name(), value=ast.expr() as value):
+            return _simple(value, bound)
+        case ast.If(test=test, body=body, orelse=orelse):
+            return _simple(test, bound) and all(_simple_statement(s, bound) for s in [*body, *orelse])
+    return False
+
+
+def _simple(node: ast.AST, bound: set[str]) -> bool:
+    match node:
+        case ast.Name(id=name):
+            return name in bound
+        case ast.Call(func=ast.Name(id=name), args=args, keywords=keywords):
+            callable_ = (name in CATALOGUE or name in ("len", "abs", "min", "max", "float")) and name not in bound
+            plain = all(k.arg is not None for k in keywords) and not any(isinstance(a, ast.Starred) for a in args)
+            return callable_ and plain and all(_simple(a, bound) for a in [*args, *(k.value for k in keywords)])
+        case ast.Attribute(value=value, attr=attribute):
+            return attribute in _SIMPLE_ATTRIBUTES and _simple(value, bound)
+        case ast.Subscript(value=value, slice=index, ctx=ast.Load()):
+            return _simple(value, bound) and _simple(index, bound)
+        case ast.BinOp(op=ast.Pow() | ast.LShift() | ast.Mod()):
+            return False
+        case _ if isinstance(node, _SIMPLE_NODES):
+            return all(_simple(child, bound) for child in ast.iter_child_nodes(node))
+    return False
+
+
+def _is_text(node: ast.stmt) -> bool:
+    return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
+
+
+def _own_attributes(tree: ast.Module) -> set[str]:
+    """Attributes that the policy's own classes define: methods, class variables, and what they set on self."""
+    names: set[str] = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ClassDef):
+            for inner in ast.walk(node):
+                names.update(own_bindings(inner) if isinstance(inner, ast.FunctionDef | ast.Name) else ())
+                if isinstance(inner, ast.Attribute) and not isinstance(inner.ctx, ast.Load):
+                    names.add(inner.attr)
+    return {name for name in names if not name.startswith("__")}
+
+
+def _reject(node: ast.AST, problem: str) -> PolicyRejected:
+    return PolicyRejected(problem, line=getattr(node, "lineno", None))

@@ -1,0 +1,166 @@
+"""The bytes between ovita and its sandbox: fixed headers, raw float64 and JSON; nothing is ever unpickled."""
+
+from __future__ import annotations
+
+import json
+import struct
+import unicodedata
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ovita.trajectory import Array
+
+MAX_ROWS = 200_000
+"""Most waypoints that a policy may return."""
+
+MAX_RESULT = 16 << 20
+"""Most bytes that the sandbox takes from a policy."""
+
+MAX_JSON = 1 << 20
+"""Most bytes of text that come with a result."""
+
+MAX_PRINTS = 16 * 1024
+"""Most characters of printed text that are kept."""
+
+MAX_MESSAGE = 2000
+"""Most characters of an error message that are kept."""
+
+MAX_EXPECTATIONS = 100
+"""Most postconditions, and most contacts, that are kept."""
+
+ACKNOWLEDGED = b"R"
+"""What a child writes first, once it has read the request."""
+
+_REQUEST = struct.Struct("<4sIIIIQ")
+_REPLY = struct.Struct("<4sIiIQ")
+_PAYLOAD = struct.Struct("<4sIIQ")
+_MAGIC = b"OVTA"
+
+REQUEST_SIZE, REPLY_SIZE = _REQUEST.size, _REPLY.size
+
+
+class BadFrame(Exception):
+    """The bytes are not what was agreed upon."""
+
+
+@dataclass(frozen=True)
+class Request:
+    """The header of a request; the body follows and only the child reads it.
+
+    Args:
+        wall_ms: Time for the policy [ms].
+        memory_mb: Memory for the policy [MiB].
+        scipy: Parts of scipy to have ready, as `allowed.scipy_parts` counts them.
+        flags: Sum of CHECKED and LOCKED.
+        length: Of the body [bytes].
+    """
+
+    wall_ms: int
+    memory_mb: int
+    scipy: int
+    flags: int
+    length: int
+
+    def pack(self) -> bytes:
+        """As bytes."""
+        return _REQUEST.pack(_MAGIC, self.wall_ms, self.memory_mb, self.scipy, self.flags, self.length)
+
+    @classmethod
+    def unpack(cls, data: bytes) -> Request:
+        """From bytes.
+
+        Raises:
+            BadFrame: If they are none.
+        """
+        magic, *values = _REQUEST.unpack(data)
+        if magic != _MAGIC:
+            raise BadFrame("request")
+        return cls(*values)
+
+
+CHECKED, LOCKED = 1, 2
+"""Flags of a request: run the allowlist check and reduce modules and builtins; lock the kernel's doors."""
+
+
+@dataclass(frozen=True)
+class Reply:
+    """How a child ended; what it wrote follows.
+
+    Args:
+        ended: ENDED, TIMED_OUT, FLOODED or UNREAD.
+        code: Its exit code, or minus the signal that killed it.
+        elapsed_us: Time from the fork to its end [µs].
+        length: Of what it wrote [bytes].
+    """
+
+    ended: int
+    code: int
+    elapsed_us: int
+    length: int
+
+    def pack(self) -> bytes:
+        """As bytes."""
+        return _REPLY.pack(_MAGIC, self.ended, self.code, self.elapsed_us, self.length)
+
+    @classmethod
+    def unpack(cls, data: bytes) -> Reply:
+        """From bytes.
+
+        Raises:
+            BadFrame: If they are none.
+        """
+        magic, *values = _REPLY.unpack(data)
+        reply = cls(*values)
+        if magic != _MAGIC or reply.length > MAX_RESULT:
+            raise BadFrame("reply")
+        return reply
+
+
+ENDED, TIMED_OUT, FLOODED, UNREAD = range(4)
+"""Ends of a child: by itself or by a signal; by the clock; for writing too much; before it read its request."""
+
+
+def pack_payload(header: dict[str, Any], rows: Array | None = None) -> bytes:
+    """A JSON object and an array (N, D) as bytes."""
+    text = json.dumps(header).encode()
+    table = np.zeros((0, 0)) if rows is None else np.ascontiguousarray(rows, dtype="<f8")
+    return _PAYLOAD.pack(_MAGIC, *table.shape, len(text)) + text + table.tobytes()
+
+
+def unpack_payload(data: bytes | memoryview, *, max_json: int | None = None) -> tuple[dict[str, Any], Array]:
+    """A JSON object and an array (N, D) from bytes that nobody vouches for.
+
+    Raises:
+        BadFrame: If the lengths do not add up or the text is not a JSON object.
+    """
+    if len(data) < _PAYLOAD.size:
+        raise BadFrame("short payload")
+    magic, count, width, length = _PAYLOAD.unpack(data[: _PAYLOAD.size])
+    start = _PAYLOAD.size + length
+    if magic != _MAGIC or len(data) != start + 8 * count * width or (max_json is not None and length > max_json):
+        raise BadFrame("payload lengths")
+    try:
+        header = json.loads(bytes(data[_PAYLOAD.size : start]), parse_constant=_no_constant)
+    except (ValueError, RecursionError):
+        raise BadFrame("payload text") from None
+    if not isinstance(header, dict):
+        raise BadFrame("payload text")
+    return header, np.frombuffer(data[start:], dtype="<f8").reshape(count, width).astype(float)
+
+
+def clean_text(text: object, limit: int) -> str:
+    """Text for a terminal and for a prompt: no control, format or private characters, and not longer than limit."""
+    if not isinstance(text, str):
+        return ""
+    short = text[:limit]
+    kept = "".join(c for c in short if c in "\n\t" or unicodedata.category(c) not in _HIDDEN_CATEGORIES)
+    return kept if len(text) <= limit else kept + " …"
+
+
+_HIDDEN_CATEGORIES = frozenset({"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"})
+
+
+def _no_constant(name: str) -> float:
+    raise ValueError(name)

@@ -1,0 +1,249 @@
+"""The knobs of a policy: finding them in its source, and writing other values into it."""
+
+from __future__ import annotations
+
+import ast
+import io
+import math
+import re
+import tokenize
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from ovita.errors import PolicyRejected
+from ovita.policy.syntax import Entry, bound_names, find_function
+
+Value = float | int | bool | str | None | tuple[Any, ...]
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A knob of a policy.
+
+    Args:
+        name: As in the source.
+        value: Its present value.
+        unit: Such as "m", or "".
+        meaning: One phrase for a person, or "".
+    """
+
+    name: str
+    value: Value
+    unit: str = ""
+    meaning: str = ""
+
+
+@dataclass(frozen=True)
+class _Slot:
+    """A literal in the source that holds a parameter's value."""
+
+    name: str
+    value: Value
+    node: ast.expr
+    line: int
+
+
+def find_parameters(source: str, tree: ast.Module, entry: Entry) -> tuple[Parameter, ...]:
+    """Read the parameters off a policy.
+
+    In a function they are the arguments with a literal default, other than traj and scene; in a script, the
+    top-level names that are assigned a literal exactly once. Unit and meaning come from the comment at the end of
+    the line, or from a docstring line such as `distance: how far to shift [m]`.
+    """
+    slots = _slots(tree, entry)
+    lines = [slot.line for slot in slots]
+    comments = _comments(source)
+    notes = _notes(ast.get_docstring(find_function(tree, entry.name) if entry.form == "function" else tree) or "")
+    parameters = []
+    for slot in slots:
+        comment = comments.get(slot.line, "")
+        named = _notes(comment)
+        if slot.name in named:
+            text = named[slot.name]
+        elif lines.count(slot.line) == 1 and comment and not named.keys() & {s.name for s in slots}:
+            text = comment
+        else:
+            text = notes.get(slot.name, "")
+        unit, meaning = _unit(text)
+        parameters.append(Parameter(slot.name, slot.value, unit, meaning))
+    return tuple(parameters)
+
+
+def rewrite(source: str, tree: ast.Module, entry: Entry, values: Mapping[str, Value]) -> str:
+    """Write values into the source at the literals that hold them, leaving everything else as it is.
+
+    Raises:
+        PolicyRejected: If there is no such parameter, or a value has another type than the one it replaces.
+    """
+    slots = {slot.name: slot for slot in _slots(tree, entry)}
+    units = {parameter.name: parameter.unit for parameter in find_parameters(source, tree, entry)}
+    unknown = [name for name in values if name not in slots]
+    if unknown:
+        known = ", ".join(slots) or "none"
+        raise PolicyRejected(f"the policy has no parameter {unknown[0]!r}; its parameters are: {known}")
+    lines = source.split("\n")  # as the parser counts them; splitlines knows more line ends
+    for slot in sorted((slots[n] for n in values), key=lambda s: (s.node.lineno, s.node.col_offset), reverse=True):
+        text = repr(_fitting(slot, values[slot.name], units[slot.name]))
+        node = slot.node
+        assert node.end_lineno is not None and node.end_col_offset is not None
+        head = lines[node.lineno - 1].encode()[: node.col_offset].decode()
+        tail = lines[node.end_lineno - 1].encode()[node.end_col_offset :].decode()
+        lines[node.lineno - 1 : node.end_lineno] = [head + text + tail]
+    return "\n".join(lines)
+
+
+def literal(node: ast.expr) -> Value:
+    """The value of a literal or of + - * / on number literals.
+
+    Raises:
+        ValueError: If it is anything else.
+    """
+    match node:
+        case ast.Constant(value=bool() | int() | float() | str() | None as value):
+            return value
+        case ast.Tuple(elts=items):
+            return tuple(literal(item) for item in items)
+        case ast.UnaryOp(op=ast.USub() | ast.UAdd() as sign, operand=operand):
+            value = _number(literal(operand))
+            return -value if isinstance(sign, ast.USub) else value
+        case ast.BinOp(left=left, op=ast.Add() | ast.Sub() | ast.Mult() | ast.Div() as op, right=right):
+            a, b = _number(literal(left)), _number(literal(right))
+            if isinstance(op, ast.Div):
+                if b == 0:
+                    raise ValueError("division by zero")
+                return a / b
+            return a + b if isinstance(op, ast.Add) else a - b if isinstance(op, ast.Sub) else a * b
+    raise ValueError("not a literal")
+
+
+def _number(value: Value) -> float | int:
+    if isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e15:
+        return value
+    raise ValueError("not a number")
+
+
+def _slots(tree: ast.Module, entry: Entry) -> list[_Slot]:
+    candidates = _defaults(tree, entry) if entry.form == "function" else _assignments(tree)
+    slots = []
+    for name, node in candidates:
+        try:
+            value = literal(node)
+        except (ValueError, OverflowError, RecursionError):
+            continue
+        if isinstance(value, float) and not math.isfinite(value):
+            continue
+        slots.append(_Slot(name, value, node, node.end_lineno or node.lineno))
+    return slots
+
+
+def _defaults(tree: ast.Module, entry: Entry) -> Iterator[tuple[str, ast.expr]]:
+    arguments = find_function(tree, entry.name).args
+    positional = [*arguments.posonlyargs, *arguments.args]
+    first = len(positional) - len(arguments.defaults)
+    for i, default in enumerate(arguments.defaults, start=first):
+        if i >= entry.arguments:
+            yield positional[i].arg, default
+    for argument, keyword_default in zip(arguments.kwonlyargs, arguments.kw_defaults, strict=True):
+        if keyword_default is not None:
+            yield argument.arg, keyword_default
+
+
+def _assignments(tree: ast.Module) -> Iterator[tuple[str, ast.expr]]:
+    count: dict[str, int] = {}
+    for statement in tree.body:
+        for name in bound_names(statement):
+            count[name] = count.get(name, 0) + 1
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Global):
+            for name in node.names:
+                count[name] = count.get(name, 0) + 1
+    for statement in tree.body:
+        match statement:
+            case ast.Assign(targets=[ast.Name(id=name)], value=value) | ast.AnnAssign(
+                target=ast.Name(id=name), value=ast.expr() as value
+            ):
+                is_none = isinstance(value, ast.Constant) and value.value is None
+                if count[name] == 1 and not is_none and not name.startswith("_"):
+                    yield name, value
+
+
+def _comments(source: str) -> dict[int, str]:
+    """Text of the comment at the end of each line that has one."""
+    found = {}
+    try:
+        for token in tokenize.generate_tokens(io.StringIO(source).readline):
+            if token.type == tokenize.COMMENT:
+                found[token.start[0]] = token.string.lstrip("#: ").strip()
+    except (tokenize.TokenError, SyntaxError):
+        return {}
+    return found
+
+
+_NOTE = re.compile(r"^\s*(?:[-*]\s+)?[`*]{0,2}(\w+)[`*]{0,2}\s*(?:\([^()]*\))?\s*(?::|=|–|—|--)\s*(\S.*)$")
+_BRACKETS = re.compile(r"\s*\[([^\[\]]{1,16})\]")
+_PARENTHESES = re.compile(r"\s*\(([^()]{1,16})\)")
+_UNITS = frozenset(
+    "m cm mm km m/s cm/s mm/s km/h m/s^2 m/s² s ms sec seconds second min meters meter metres metre rad radians deg "
+    "degrees degree ° % percent hz 1/m waypoints points steps index factor ratio fraction unitless - 0-1 0..1".split()
+)
+
+
+def _notes(text: str) -> dict[str, str]:
+    """Lines such as `name: text` or `name (float): text`."""
+    notes: dict[str, str] = {}
+    for line in text.splitlines():
+        found = _NOTE.match(line)
+        if found:
+            notes.setdefault(found[1], found[2].strip())
+    return notes
+
+
+def _unit(text: str) -> tuple[str, str]:
+    """Split `how far to shift [m]` or `how far to shift (m)` into unit and meaning."""
+    found = next(
+        (f for f in [*_BRACKETS.finditer(text)][::-1]),
+        next((f for f in [*_PARENTHESES.finditer(text)][::-1] if f[1].strip().lower() in _UNITS), None),
+    )
+    if found is None:
+        if text.strip().lower() in _UNITS:
+            return text.strip(), ""
+        return "", text.strip()
+    meaning = (text[: found.start()] + text[found.end() :]).strip(" ,;")
+    return found[1].strip(), meaning
+
+
+def _fitting(slot: _Slot, value: Value, unit: str) -> Value:
+    """The value in the type that the parameter has, or a PolicyRejected."""
+    old = slot.value
+
+    def refuse(expected: str) -> PolicyRejected:
+        return PolicyRejected(f"parameter {slot.name} is {expected}, such as {old!r}; {value!r} is not")
+
+    if isinstance(value, float) and not math.isfinite(value):
+        raise refuse("a finite number" if isinstance(old, float | int) else "a plain value")
+    match old:
+        case bool():
+            if not isinstance(value, bool):
+                raise refuse("True or False")
+        case float():
+            if isinstance(value, bool) or not isinstance(value, int | float):
+                raise refuse("a number")
+            return float(value)
+        case int():
+            if isinstance(value, float) and (value.is_integer() or unit):
+                return int(value) if value.is_integer() else value
+            if isinstance(value, bool) or not isinstance(value, int):
+                raise refuse("a whole number")
+        case str():
+            if not isinstance(value, str):
+                raise refuse("a text")
+        case tuple():
+            if not isinstance(value, tuple | list) or len(value) != len(old):
+                raise refuse(f"a group of {len(old)} values")
+            items = zip(old, value, strict=True)
+            return tuple(_fitting(_Slot(slot.name, a, slot.node, slot.line), b, unit or "-") for a, b in items)
+        case None:
+            if value is not None and not isinstance(value, bool | int | float | str | tuple):
+                raise refuse("a plain value")
+    return value

@@ -1,0 +1,180 @@
+"""Reading a policy as a syntax tree: its form, its entry, the names it binds."""
+
+from __future__ import annotations
+
+import ast
+import threading
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+from ovita.errors import PolicyRejected
+
+Form = Literal["function", "script"]
+
+MAX_SOURCE = 64 * 1024
+"""Longest source of a policy [bytes]; the parser's worst case grows with it."""
+
+RESULT = "modified_trajectory"
+"""The variable in which a script leaves its trajectory."""
+
+NO_POLICY = (
+    "there is no policy here: define adapt(traj, scene, *, ...) that returns the new trajectory, "
+    f"or leave the new trajectory in {RESULT}"
+)
+
+_ROLES = (("traj", "path", "waypoint", "points"), ("scene", "object", "env", "world", "obstacle"))
+_quiet = threading.Lock()  # catch_warnings swaps a global
+
+
+@dataclass(frozen=True)
+class Entry:
+    """Where a policy starts.
+
+    Args:
+        form: "function" or "script".
+        name: The function to call, or "" for a script.
+        arguments: How many of (traj, scene) the function takes: 0, 1 or 2.
+    """
+
+    form: Form
+    name: str = ""
+    arguments: int = 0
+
+
+def parse_tree(source: str) -> ast.Module:
+    """Parse Python source.
+
+    Raises:
+        PolicyRejected: If it is not Python, longer than 64 KiB, or nested too deeply to be read.
+    """
+    if len(source.encode("utf-8", "surrogatepass")) > MAX_SOURCE:
+        raise PolicyRejected(f"the policy is longer than {MAX_SOURCE // 1024} KiB; write a shorter one")
+    with _quiet, warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            return ast.parse(source)
+        except SyntaxError as error:
+            raise PolicyRejected(f"this is not valid Python: {error.msg}", line=error.lineno) from None
+        except ValueError as error:
+            raise PolicyRejected(f"this is not valid Python: {error}") from None
+        except (MemoryError, RecursionError):
+            raise PolicyRejected("an expression is nested too deeply; split it into several statements") from None
+
+
+def entry_of(tree: ast.Module) -> Entry:
+    """Find where a policy starts.
+
+    The function `adapt` if there is one; else a script that leaves `modified_trajectory`; else the one function
+    that no other function calls.
+
+    Raises:
+        PolicyRejected: If there is nothing of the kind, or the function cannot be called with (traj, scene).
+    """
+    functions = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
+    if "adapt" in functions:
+        return _function_entry(functions["adapt"])
+    if RESULT in top_level_names(tree):
+        return Entry("script")
+    called = {
+        node.id
+        for name, function in functions.items()
+        for node in ast.walk(function)
+        if isinstance(node, ast.Name) and node.id != name
+    }
+    roots = [f for name, f in functions.items() if name not in called and _takes(f) is not None]
+    takers = [f for f in roots if _takes(f)] or roots
+    if len(takers) == 1:
+        return _function_entry(takers[0])
+    if takers:
+        names = ", ".join(f.name for f in takers)
+        raise PolicyRejected(f"it is not clear which function is the policy ({names}); name it adapt(traj, scene)")
+    raise PolicyRejected(NO_POLICY)
+
+
+def _takes(function: ast.FunctionDef) -> int | None:
+    """How many of (traj, scene) a function takes, or None if it demands more."""
+    arguments = function.args
+    positional = [*arguments.posonlyargs, *arguments.args]
+    required = len(positional) - len(arguments.defaults)
+    if required > 2 or any(default is None for default in arguments.kw_defaults):
+        return None
+    if arguments.vararg is not None:
+        return 2
+    taken = max(required, 0)
+    while taken < min(len(positional), 2) and any(word in positional[taken].arg.lower() for word in _ROLES[taken]):
+        taken += 1
+    return taken
+
+
+def _function_entry(function: ast.FunctionDef) -> Entry:
+    taken = _takes(function)
+    if taken is None:
+        raise PolicyRejected(
+            f"{function.name} must be callable as {function.name}(traj, scene); give every further argument a default",
+            line=function.lineno,
+        )
+    return Entry("function", function.name, taken)
+
+
+def find_function(tree: ast.Module, name: str) -> ast.FunctionDef:
+    """The last top-level function of that name (the one that a call would reach)."""
+    return [node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == name][-1]
+
+
+def top_level_names(tree: ast.Module) -> set[str]:
+    """Names that the module's own statements bind, not those inside its functions and classes."""
+    return {name for statement in tree.body for name in bound_names(statement)}
+
+
+def bound_names(node: ast.AST) -> Iterator[str]:
+    """Names that running a statement binds in its own scope; `x[0] = 1` and `x.a = 1` count as binding x."""
+    if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+        yield node.name
+        return
+    if isinstance(node, ast.Lambda | ast.ListComp | ast.SetComp | ast.DictComp | ast.GeneratorExp):
+        for inner in ast.walk(node):
+            if isinstance(inner, ast.NamedExpr):
+                yield inner.target.id
+        return
+    yield from own_bindings(node)
+    if isinstance(node, ast.Subscript | ast.Attribute) and not isinstance(node.ctx, ast.Load):
+        base = root_name(node)
+        if base is not None:
+            yield base
+    for child in ast.iter_child_nodes(node):
+        yield from bound_names(child)
+
+
+def own_bindings(node: ast.AST) -> Iterator[str]:
+    """Names that this node itself binds, its children left aside."""
+    if isinstance(node, ast.Name) and not isinstance(node.ctx, ast.Load):
+        yield node.id
+    elif isinstance(node, ast.Import | ast.ImportFrom):
+        for alias in node.names:
+            yield alias.asname or alias.name.split(".")[0]
+    elif isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+        yield node.name
+    elif isinstance(node, ast.arg):
+        yield node.arg
+    elif isinstance(node, ast.ExceptHandler | ast.MatchAs | ast.MatchStar) and node.name:
+        yield node.name
+    elif isinstance(node, ast.MatchMapping) and node.rest:
+        yield node.rest
+    elif isinstance(node, ast.Global | ast.Nonlocal):
+        yield from node.names
+    elif type(node).__name__ in ("TypeVar", "ParamSpec", "TypeVarTuple"):
+        yield node.name  # type: ignore[attr-defined]
+
+
+def all_bindings(tree: ast.AST) -> set[str]:
+    """Every name that is bound anywhere, in any scope."""
+    return {name for node in ast.walk(tree) for name in own_bindings(node)}
+
+
+def root_name(node: ast.AST) -> str | None:
+    """The name at the left of `a.b[c].d`, or None."""
+    while isinstance(node, ast.Attribute | ast.Subscript | ast.Call):
+        node = node.func if isinstance(node, ast.Call) else node.value
+    return node.id if isinstance(node, ast.Name) else None

@@ -1,0 +1,75 @@
+"""The toolkit: what a policy may call to select waypoints, edit a trajectory and state what it expects.
+
+Every edit takes an array (N, 4+k) with rows x, y, z [m], speed [m/s] and extra columns, and returns a new one; the
+extra columns travel along. Wherever an object is asked for, a point (3,) [m] will do; a mask (N,) of booleans says
+which waypoints, and None means all. Only numpy is needed, so that the toolkit can run inside the sandbox.
+"""
+
+from ovita.toolkit.approach import closer, farther, keep_distance
+from ovita.toolkit.catalogue import CATALOGUE, describe, namespace
+from ovita.toolkit.edit import resample, smooth
+from ovita.toolkit.ends import continue_to, extend, go_through, move_goal, move_start
+from ovita.toolkit.expect import (
+    expect_closer,
+    expect_distance,
+    expect_farther,
+    expect_faster,
+    expect_goal,
+    expect_moved,
+    expect_same_path,
+    expect_slower,
+    expect_speed,
+    expect_start,
+    expect_stop,
+    expect_visits,
+)
+from ovita.toolkit.judging import Outcome, judge
+from ovita.toolkit.shift import midpoint, move
+from ovita.toolkit.recorder import Expectation, Recorder
+from ovita.toolkit.select import between, every, first, last, near, where_rising
+from ovita.toolkit.speed import dwell, ramp_speed, scale_speed, set_speed, stop_at
+
+__all__ = [
+    "CATALOGUE",
+    "Expectation",
+    "Outcome",
+    "Recorder",
+    "between",
+    "closer",
+    "continue_to",
+    "describe",
+    "dwell",
+    "every",
+    "expect_closer",
+    "expect_distance",
+    "expect_farther",
+    "expect_faster",
+    "expect_goal",
+    "expect_moved",
+    "expect_same_path",
+    "expect_slower",
+    "expect_speed",
+    "expect_start",
+    "expect_stop",
+    "expect_visits",
+    "extend",
+    "farther",
+    "first",
+    "go_through",
+    "judge",
+    "keep_distance",
+    "last",
+    "midpoint",
+    "move",
+    "move_goal",
+    "move_start",
+    "namespace",
+    "near",
+    "ramp_speed",
+    "resample",
+    "scale_speed",
+    "set_speed",
+    "smooth",
+    "stop_at",
+    "where_rising",
+]

@@ -1,0 +1,171 @@
+"""Checks of what a policy passes to the toolkit; every error is one sentence for the policy's writer."""
+
+from __future__ import annotations
+
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ovita.errors import SceneError
+from ovita.scene import Frame, SceneObject
+from ovita.trajectory import Array, arc_length, first_bad
+
+Mask: TypeAlias = NDArray[np.bool_]
+Target: TypeAlias = SceneObject | ArrayLike
+"""An object, meaning its centre, or a point (3,) [m]."""
+Place: TypeAlias = SceneObject | ArrayLike | int | float | str
+"""A waypoint: its index (int), a fraction of the path's length (float 0..1), "start", "goal", or the one nearest a
+target."""
+
+MOST_WAYPOINTS = 10_000
+"""The most waypoints that one call may ask for."""
+
+
+def waypoints(traj: ArrayLike) -> Array:
+    """A fresh copy (N, 4+k) of a trajectory's rows x, y, z [m], speed [m/s], extra columns.
+
+    Raises:
+        ValueError: On another shape, fewer than 2 waypoints or values that are not finite.
+    """
+    try:
+        rows = np.array(traj, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ValueError("traj is not an array of numbers (N, 4); pass the trajectory as first argument") from None
+    if rows.ndim != 2 or rows.shape[1] < 4:
+        raise ValueError(f"traj has shape {rows.shape}, but rows x, y, z, speed (N, 4) are needed; pass it first")
+    if len(rows) < 2:
+        raise ValueError(f"traj has {len(rows)} waypoint(s), but at least 2 are needed")
+    bad = first_bad(rows)
+    if bad is not None:
+        raise ValueError(f"waypoint {bad} of traj is not finite: {rows[bad].tolist()}")
+    return rows
+
+
+def mask(where: ArrayLike | None, n: int) -> Mask:
+    """A mask (n,) of booleans; None selects everything.
+
+    Raises:
+        ValueError: If it is not one boolean a waypoint.
+    """
+    if where is None:
+        return np.ones(n, dtype=bool)
+    if isinstance(where, SceneObject):
+        raise ValueError("where is an object, but a mask is needed: write where=near(traj, obj, within=0.2)")
+    array = np.asarray(where)
+    if array.dtype != np.bool_ or array.ndim != 1:
+        raise ValueError("where must be a mask, one True or False a waypoint, as near() or first() return")
+    if len(array) != n:
+        raise ValueError(
+            f"the mask has {len(array)} entries but the trajectory has {n} waypoints; "
+            "make the mask from the trajectory that you pass"
+        )
+    return np.array(array, dtype=bool)
+
+
+def point(target: Target, name: str = "obj") -> Array:
+    """The point (3,) [m] that a target means: an object's centre, or the point itself.
+
+    Raises:
+        ValueError: For a string or anything else that is not three finite numbers.
+    """
+    if isinstance(target, SceneObject):
+        return np.array(target.position)
+    if isinstance(target, str):
+        raise ValueError(f"{name} is the text {target!r}; pass scene[{target!r}], not {target!r}")
+    try:
+        array = np.array(target, dtype=np.float64)
+    except (TypeError, ValueError):
+        array = np.zeros(0)
+    if array.shape != (3,):
+        raise ValueError(f"{name} must be an object of the scene or a point [x, y, z], not {_short(target)}")
+    if not np.isfinite(array).all():
+        raise ValueError(f"{name} {array.tolist()} is not finite")
+    return array
+
+
+def number(value: Any, name: str, *, low: float | None = None, high: float | None = None) -> float:
+    """A finite float within [low, high].
+
+    Raises:
+        ValueError: If it is none.
+    """
+    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, float, np.integer, np.floating)):
+        raise ValueError(f"{name} must be a number, not {_short(value)}")
+    result = float(value)
+    if not np.isfinite(result):
+        raise ValueError(f"{name} must be finite, not {result}")
+    if (low is not None and result < low) or (high is not None and result > high):
+        wanted = f">= {low:g}" if high is None else f"<= {high:g}" if low is None else f"from {low:g} to {high:g}"
+        raise ValueError(f"{name} must be {wanted}, not {result:g}")
+    return result
+
+
+def integer(value: Any, name: str, low: int, high: int) -> int:
+    """An int within [low, high]; a float without a fraction will do.
+
+    Raises:
+        ValueError: If it is none.
+    """
+    result = number(value, name)
+    if not result.is_integer():
+        raise ValueError(f"{name} must be a whole number, not {result:g}")
+    if not low <= result <= high:
+        raise ValueError(f"{name} must be from {low} to {high}, not {int(result)}")
+    return int(result)
+
+
+def offset(frame: Frame, words: dict[str, float]) -> Array:
+    """The vector (3,) [m] of direction words times metres in a frame.
+
+    Raises:
+        ValueError: If an amount is not a finite number.
+    """
+    return frame.offset(**{word: number(amount, word) for word, amount in words.items()})
+
+
+def direction(frame: Frame, word: Any) -> Array:
+    """The unit vector (3,) of a direction word.
+
+    Raises:
+        ValueError: For any other word.
+    """
+    if not isinstance(word, str):
+        raise ValueError(f"direction must be a word such as 'up', not {_short(word)}")
+    try:
+        return frame.direction(word)
+    except SceneError as error:
+        raise ValueError(str(error)) from None
+
+
+def locate(rows: Array, at: Place, name: str = "at") -> int:
+    """The index of the waypoint that a place means.
+
+    Raises:
+        ValueError: If it lies out of range or is none of the kinds of place.
+    """
+    last = len(rows) - 1
+    if isinstance(at, str):
+        if at in ("start", "goal"):
+            return 0 if at == "start" else last
+        raise ValueError(f"{name} is the text {at!r}; pass scene[{at!r}], 'start' or 'goal'")
+    if isinstance(at, (bool, np.bool_)):
+        raise ValueError(f"{name} must be a place, not {at}")
+    if isinstance(at, (int, np.integer)):
+        index = integer(at, name, -len(rows), last)
+        return index % len(rows)
+    if isinstance(at, (float, np.floating)):
+        fraction = number(at, name, low=0.0, high=1.0)
+        return int(np.argmin(np.abs(fractions(rows[:, :3]) - fraction)))
+    return int(np.argmin(np.linalg.norm(rows[:, :3] - point(at, name), axis=1)))
+
+
+def fractions(positions: Array) -> Array:
+    """Share of the path's length travelled up to each waypoint, (N,) from 0 to 1; by index if it has no length."""
+    s = arc_length(positions)
+    return s / s[-1] if s[-1] > 0 else np.linspace(0.0, 1.0, len(s))
+
+
+def _short(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."

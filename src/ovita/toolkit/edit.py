@@ -1,0 +1,62 @@
+"""Smooth a path and change its number of waypoints."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ovita.toolkit import arguments
+from ovita.trajectory import Array, interpolate, source_indices
+
+CUTOFF = 8.0
+"""Half-waves per path at which smoothing of strength 1 halves the amplitude."""
+
+
+def smooth(traj: ArrayLike, strength: float = 1.0) -> Array:
+    """Take out bends and jitter; strength 0 does nothing, 10 a lot; start and goal stay.
+
+    The deviation from the chord is a sine series; half-wave k is divided by 1 + strength (k / 8)^4, so that
+    the bending energy (the sum of squared second differences) falls as strength grows.
+
+    Args:
+        traj: (N, 4).
+        strength: >= 0.
+    """
+    rows = arguments.waypoints(traj)
+    amount = arguments.number(strength, "strength", low=0.0)
+    # A dwell repeats a waypoint: it is smoothed as one waypoint, so that it stays a dwell.
+    fresh = np.concatenate([[True], (np.diff(rows[:, :3], axis=0) != 0).any(axis=1)])
+    path = rows[fresh, :3]
+    n = len(path)
+    if amount == 0.0 or n < 3:
+        return rows
+    chord = path[0] + np.linspace(0.0, 1.0, n)[:, None] * (path[-1] - path[0])
+    inner = (path - chord)[1:-1]
+    gain = 1.0 / (1.0 + amount * (np.arange(1, n - 1) / CUTOFF) ** 4)
+    path[1:-1] = chord[1:-1] + _sine(_sine(inner) * gain[:, None]) * (2.0 / (n - 1))
+    rows[:, :3] = path[np.cumsum(fresh) - 1]
+    return rows
+
+
+def resample(traj: ArrayLike, n: int, by: Literal["arc_length", "index"] = "arc_length") -> Array:
+    """Give the same path n waypoints.
+
+    Args:
+        traj: (N, 4).
+        n: Number of waypoints, >= 2.
+        by: "arc_length" spaces them evenly along the path, "index" evenly in waypoint count (keeps waits).
+    """
+    rows = arguments.waypoints(traj)
+    count = arguments.integer(n, "n", 2, arguments.MOST_WAYPOINTS)
+    if by not in ("arc_length", "index"):
+        raise ValueError(f"by must be 'arc_length' or 'index', not {by!r}")
+    return interpolate(rows, source_indices(rows[:, :3], count, by))
+
+
+def _sine(values: Array) -> Array:
+    """Discrete sine transform of the first kind of columns (M, D); its own inverse up to the factor 2 / (M + 1)."""
+    zero = np.zeros((1, values.shape[1]))
+    odd = np.concatenate([zero, values, zero, -values[::-1]])
+    return np.asarray(-np.fft.rfft(odd, axis=0).imag[1 : len(values) + 1] / 2.0)

@@ -1,0 +1,259 @@
+"""Did the adapted trajectory keep what the policy promised?"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ovita.scene import Scene
+from ovita.toolkit.approach import radius_of
+from ovita.toolkit.arguments import Mask, Target, point
+from ovita.toolkit.correspondence import correspond, counterparts, selections
+from ovita.toolkit.expect import say
+from ovita.toolkit.recorder import Expectation
+from ovita.toolkit.shaping import spacing
+from ovita.trajectory import Array, arc_length
+
+TINY, RELATIVE = 1e-6, 1e-3
+"""A change counts from this on: metres (or m/s), and relative to the old value."""
+
+SLACK, SLACK_RELATIVE = 0.01, 0.1
+"""How far from an amount a repaired trajectory may end up: metres (or m/s), and relative to the amount."""
+
+AT_REST = 1e-3
+"""The robot stands still below this speed [m/s]."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of one expectation.
+
+    Args:
+        held: Whether it was kept.
+        sentence: What was measured, with numbers.
+    """
+
+    held: bool
+    sentence: str
+
+
+def judge(expectation: Expectation, original: Array, adapted: Array, scene: Scene) -> Outcome:
+    """Measure whether an expectation holds; an amount may be missed by 10 % or 1 cm.
+
+    Args:
+        expectation: As a policy stated it.
+        original: (N, 4+).
+        adapted: (M, 4+); if M differs from N, waypoints correspond as in `correspond`.
+        scene: Whose objects and frame the expectation speaks of.
+
+    Raises:
+        ValueError: If the kind of expectation is unknown.
+    """
+    check = _CHECKS.get(expectation.kind)
+    if check is None:
+        raise ValueError(f"unknown expectation {expectation.kind!r}; known are {', '.join(_CHECKS)}")
+    values = expectation.arguments
+    if "object" in values and scene.find(values["object"]) is None:
+        return Outcome(False, f"the scene has no object {values['object']!r}")
+    case = _Case(values, np.asarray(original, dtype=float), np.asarray(adapted, dtype=float), scene)
+    if not values.get("where", {}).get("ranges", True):
+        return Outcome(False, "the mask selects no waypoint")
+    if not (case.new.any() or case.paired.any()):
+        return Outcome(False, "none of the selected waypoints is left")
+    return check(case)
+
+
+class _Case:
+    """One expectation's arguments next to the two trajectories and their correspondence."""
+
+    def __init__(self, values: Mapping[str, Any], original: Array, adapted: Array, scene: Scene) -> None:
+        self.values, self.original, self.adapted, self.scene = values, original, adapted, scene
+        self.source = correspond(original, adapted)
+        self.matched = counterparts(adapted, self.source)
+        old, self.new = selections(values.get("where"), self.source, len(adapted))
+        self.paired: Mask = old & np.isfinite(self.source)
+
+    @property
+    def target(self) -> Target:
+        return self.scene[self.values["object"]] if "object" in self.values else self.values["point"]
+
+    @property
+    def name(self) -> str:
+        if "object" in self.values:
+            return str(self.values["object"])
+        return "[" + ", ".join(f"{value:g}" for value in self.values["point"]) + "]"
+
+    @property
+    def offset(self) -> Array:
+        return self.scene.frame.offset(**self.values.get("offset", {}))
+
+
+def _close(amount: float, asked: float) -> bool:
+    return abs(amount - asked) <= max(SLACK, SLACK_RELATIVE * abs(asked))
+
+
+def _approach(case: _Case, sign: float) -> Outcome:
+    """Sign +1: farther, -1: closer."""
+    centre = point(case.target)
+    old = np.linalg.norm(case.original[:, :3] - centre, axis=1)
+    new = np.linalg.norm(case.adapted[:, :3] - centre, axis=1)
+    paired = np.linalg.norm(case.matched[case.paired, :3] - centre, axis=1)
+    old_part = old[case.paired] if case.paired.any() else old
+    new_part = new[case.new] if case.new.any() else paired
+    least = float(new_part.min()), float(old_part.min())
+    mean = (float(paired.mean()), float(old_part.mean())) if len(paired) else least
+    gains = sign * (least[0] - least[1]), sign * (mean[0] - mean[1])
+    held = max(gains) > TINY + RELATIVE * mean[1] and min(gains) > -SLACK
+    asked = ""
+    if "by" in case.values:
+        by = float(case.values["by"])
+        held = gains[0] >= by - max(SLACK, SLACK_RELATIVE * by) - TINY and gains[0] > 0
+        asked = f" (asked for {by:g} m)"
+    sentence = (
+        f"the nearest distance to {case.name} went from {least[1]:.3f} to {least[0]:.3f} m{asked}, "
+        f"the average from {mean[1]:.3f} to {mean[0]:.3f} m"
+    )
+    return Outcome(held, sentence)
+
+
+def _distance(case: _Case) -> Outcome:
+    target, held, parts = case.target, True, []
+    distance = np.linalg.norm(case.adapted[:, :3] - point(target), axis=1)
+    selected = distance[case.new] if case.new.any() else distance
+    if "at_least" in case.values:
+        asked, radius = float(case.values["at_least"]), radius_of(target)
+        measured = float(selected.min()) - radius
+        held &= measured >= asked * (1.0 - SLACK_RELATIVE / 10) - TINY
+        if "where" not in case.values:
+            measured = min(measured, _path_distance(case.adapted, point(target)) - radius)
+            # A chord between two waypoints on the sphere dips inside it, deeper where waypoints are sparse.
+            held &= measured >= asked - max(SLACK, asked / 4)
+        surface = "the bounding sphere of " if radius else ""
+        parts.append(f"at least {measured:.3f} m from {surface}{case.name} (asked {asked:g} m)")
+    if "at_most" in case.values:
+        asked, measured = float(case.values["at_most"]), float(selected.max())
+        held &= measured <= asked + max(SLACK, SLACK_RELATIVE / 10 * asked)
+        parts.append(f"at most {measured:.3f} m from the centre of {case.name} (asked {asked:g} m)")
+    return Outcome(bool(held), "the path is " + " and ".join(parts))
+
+
+def _moved(case: _Case) -> Outcome:
+    if not case.paired.any():
+        return Outcome(False, "none of the selected waypoints is left")
+    shift = case.matched[case.paired, :3] - case.original[case.paired, :3]
+    held, parts = True, []
+    for word, asked in case.values["offset"].items():
+        along = shift @ case.scene.frame.direction(word)
+        mean, most = float(along.mean()), float(along.max())
+        # Where an end is kept or edges are soft, the average falls short although the middle moves in full.
+        held &= _close(mean, asked) or (_close(most, asked) and mean >= asked / 2)
+        peak = "" if _close(most, mean) else f", {most:.3f} m at most"
+        parts.append(f"{mean:.3f} m {word} on average{peak} (asked {asked:g} m)")
+    return Outcome(bool(held), "the path moved " + " and ".join(parts))
+
+
+def _same_path(case: _Case) -> Outcome:
+    old, new = case.original[:, :3], case.adapted[:, :3]
+    if len(old) == len(new):
+        off = float(np.linalg.norm(new - old, axis=1).max())
+    else:
+        off = max(_path_distances(old, new).max(), _path_distances(new, old).max())
+    allowed = 0.005 + 0.005 * float(arc_length(old)[-1])
+    return Outcome(
+        bool(off <= allowed), f"the path deviates by at most {off:.3f} m (up to {allowed:.3f} m is the same)"
+    )
+
+
+def _end(case: _Case, row: int, kind: str) -> Outcome:
+    named = "object" in case.values or "point" in case.values
+    base = point(case.target) if named else case.original[row, :3]
+    miss = float(np.linalg.norm(case.adapted[row, :3] - base - case.offset))
+    held = miss <= max(SLACK, SLACK_RELATIVE * float(np.linalg.norm(case.offset)))
+    offset = say(case.values["offset"]) if "offset" in case.values else ""
+    if named:
+        place = f"{offset} of {case.name}" if offset else case.name
+    else:
+        place = f"the place {offset} of the old {kind}" if offset else f"the old {kind}"
+    return Outcome(held, f"the {kind} is {miss:.3f} m from {place}")
+
+
+def _visits(case: _Case) -> Outcome:
+    within = float(case.values["within"])
+    distance = _path_distance(case.adapted, point(case.target))
+    held = distance <= within * (1.0 + RELATIVE) + TINY
+    return Outcome(held, f"the path comes within {distance:.3f} m of {case.name} (asked {within:g} m)")
+
+
+def _pace(case: _Case, sign: float) -> Outcome:
+    """Sign +1: faster, -1: slower."""
+    if not case.paired.any():
+        return Outcome(False, "none of the selected waypoints is left")
+    old, new = float(case.original[case.paired, 3].mean()), float(case.matched[case.paired, 3].mean())
+    held = sign * (new - old) > TINY + RELATIVE * old or (sign < 0 and new <= old <= AT_REST)
+    ratio = f", {new / old:.2f} times as fast" if old > AT_REST else ""
+    return Outcome(bool(held), f"the average speed went from {old:.3f} to {new:.3f} m/s{ratio}")
+
+
+def _speed(case: _Case) -> Outcome:
+    asked = float(case.values["value"])
+    speeds = case.adapted[case.new, 3] if case.new.any() else case.matched[case.paired, 3]
+    mean = float(speeds.mean())
+    spread = f", from {speeds.min():.3f} to {speeds.max():.3f}" if np.ptp(speeds) > SLACK else ""
+    return Outcome(_close(mean, asked), f"the average speed is {mean:.3f} m/s{spread} (asked {asked:g} m/s)")
+
+
+def _stop(case: _Case) -> Outcome:
+    speeds = case.adapted[:, 3]
+    if not ("object" in case.values or "point" in case.values):
+        return Outcome(bool(speeds[-1] <= AT_REST), f"the speed at the end is {speeds[-1]:.3f} m/s")
+    stopped = speeds <= AT_REST
+    if not stopped.any():
+        return Outcome(False, f"the robot never stops; its lowest speed is {speeds.min():.3f} m/s")
+    centre = point(case.target)
+    distance = np.linalg.norm(case.adapted[:, :3] - centre, axis=1)
+    nearest = float(distance.min())
+    found = np.isfinite(case.source)
+    if not found.all():
+        # Cut short: the nearest point of the part that is left says nothing about the part that is gone.
+        shift = np.linalg.norm(case.matched[found, :3] - case.original[found, :3], axis=1).max()
+        nearest = min(nearest, float(np.linalg.norm(case.original[:, :3] - centre, axis=1).min() + shift))
+    at = float(distance[stopped].min())
+    held = at <= nearest + max(0.05, 1.5 * spacing(case.adapted[:, :3]))
+    return Outcome(held, f"the robot stops {at:.3f} m from {case.name} (the path comes within {nearest:.3f} m)")
+
+
+def _path_distance(rows: Array, centre: Array) -> float:
+    """Distance of a point (3,) to the polyline of rows (N, 3+) [m]."""
+    return float(_path_distances(rows[:, :3], centre[None])[0])
+
+
+def _path_distances(path: Array, points: Array) -> Array:
+    """Distances (M,) of points (M, 3) to a polyline (N, 3) [m]."""
+    start, step = path[:-1], np.diff(path, axis=0)
+    squared = np.maximum((step**2).sum(axis=1), 1e-300)
+    result = np.empty(len(points))
+    size = max(1, 1_000_000 // len(step))
+    for low in range(0, len(points), size):
+        away = points[low : low + size, None] - start
+        share = np.clip((away * step).sum(axis=2) / squared, 0.0, 1.0)
+        result[low : low + size] = np.linalg.norm(away - share[:, :, None] * step, axis=2).min(axis=1)
+    return result
+
+
+_CHECKS: dict[str, Callable[[_Case], Outcome]] = {
+    "closer": lambda case: _approach(case, -1.0),
+    "distance": _distance,
+    "farther": lambda case: _approach(case, 1.0),
+    "faster": lambda case: _pace(case, 1.0),
+    "goal": lambda case: _end(case, -1, "goal"),
+    "moved": _moved,
+    "same_path": _same_path,
+    "slower": lambda case: _pace(case, -1.0),
+    "speed": _speed,
+    "start": lambda case: _end(case, 0, "start"),
+    "stop": _stop,
+    "visits": _visits,
+}

@@ -1,0 +1,106 @@
+"""Masks: which waypoints an edit applies to. Combine them with &, | and ~."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ovita.scene import RFU, Frame
+from ovita.toolkit import arguments
+from ovita.toolkit.arguments import Mask, Place, Target
+from ovita.trajectory import Array
+
+
+def near(traj: ArrayLike, obj: Target, within: float) -> Mask:
+    """Mask: waypoints at most that many metres from an object's centre.
+
+    Args:
+        traj: (N, 4).
+        obj: Object or point (3,) [m].
+        within: Distance [m], >= 0.
+    """
+    rows = arguments.waypoints(traj)
+    radius = arguments.number(within, "within", low=0.0)
+    return np.asarray(np.linalg.norm(rows[:, :3] - arguments.point(obj), axis=1) <= radius)
+
+
+def first(traj: ArrayLike, n: int | None = None, *, fraction: float | None = None) -> Mask:
+    """Mask: the first n waypoints, or the first fraction (0..1) of them.
+
+    Args:
+        traj: (N, 4).
+        n: Number of waypoints, 1 to N.
+        fraction: Share of the waypoint count; exactly one of n and fraction is given.
+    """
+    rows = arguments.waypoints(traj)
+    return np.arange(len(rows)) < _count(rows, n, fraction)
+
+
+def last(traj: ArrayLike, n: int | None = None, *, fraction: float | None = None) -> Mask:
+    """Mask: the last n waypoints, or the last fraction (0..1) of them.
+
+    Args:
+        traj: (N, 4).
+        n: Number of waypoints, 1 to N.
+        fraction: Share of the waypoint count; exactly one of n and fraction is given.
+    """
+    rows = arguments.waypoints(traj)
+    return np.arange(len(rows)) >= len(rows) - _count(rows, n, fraction)
+
+
+def between(traj: ArrayLike, a: Place, b: Place) -> Mask:
+    """Mask: from PLACE a to PLACE b, both included.
+
+    Args:
+        traj: (N, 4).
+        a: Waypoint index (int), fraction of the path's length (float), "start", "goal", or an object or
+            point (3,) [m] that means the waypoint nearest to it.
+        b: The other end, in any order.
+    """
+    rows = arguments.waypoints(traj)
+    low, high = sorted((arguments.locate(rows, a, "a"), arguments.locate(rows, b, "b")))
+    index = np.arange(len(rows))
+    return (index >= low) & (index <= high)
+
+
+def where_rising(traj: ArrayLike, direction: str = "up", *, frame: Frame = RFU) -> Mask:
+    """Mask: where the path heads up (or another direction word).
+
+    Args:
+        traj: (N, 4).
+        direction: A direction word.
+        frame: Which way is left.
+    """
+    rows = arguments.waypoints(traj)
+    axis = arguments.direction(frame, direction)
+    steps = np.diff(rows[:, :3], axis=0)
+    rising = steps @ axis > 1e-6 * np.linalg.norm(steps, axis=1)
+    return np.concatenate([rising, rising[-1:]])
+
+
+def every(traj: ArrayLike, k: int, start: int = 0) -> Mask:
+    """Mask: every k-th waypoint from index start on.
+
+    Args:
+        traj: (N, 4).
+        k: Stride, 1 to N.
+        start: Index of the first selected waypoint.
+    """
+    n = len(arguments.waypoints(traj))
+    stride, begin = arguments.integer(k, "k", 1, n), arguments.integer(start, "start", 0, n - 1)
+    selected = np.zeros(n, dtype=bool)
+    selected[begin::stride] = True
+    return selected
+
+
+def _count(rows: Array, n: Any, fraction: Any) -> int:
+    if (n is None) == (fraction is None):
+        raise ValueError("give exactly one of n (a number of waypoints) and fraction (0..1)")
+    if fraction is not None:
+        share = arguments.number(fraction, "fraction", low=0.0, high=1.0)
+        return max(round(share * len(rows)), int(share > 0))
+    if isinstance(n, float) and not n.is_integer():
+        raise ValueError(f"n counts waypoints and {n:g} is no whole number; did you mean fraction={n:g}?")
+    return arguments.integer(n, "n", 1, len(rows))

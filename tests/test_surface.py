@@ -1,0 +1,35 @@
+"""The public names are sorted, importable and cheap to import."""
+
+import subprocess
+import sys
+
+import ovita
+
+
+def test_public_names_are_sorted_and_importable():
+    assert list(ovita.__all__) == sorted(ovita.__all__)
+    assert set(ovita.__all__) == set(ovita._HOMES)
+    for name in ovita.__all__:
+        assert getattr(ovita, name) is not None
+    assert set(ovita.__all__) <= set(dir(ovita))
+
+
+def test_version_is_that_of_the_changelog_and_the_package():
+    from importlib.metadata import version
+    from pathlib import Path
+
+    assert version("ovita") == ovita.__version__
+    changelog = (Path(__file__).parents[1] / "CHANGELOG.md").read_text(encoding="utf-8")
+    assert f"## [{ovita.__version__}]" in changelog
+
+
+def test_import_and_help_load_nothing_heavy():
+    code = (
+        "import sys, ovita, ovita.cli.__main__ as m\n"
+        "try:\n    m.cli(['--help'], standalone_mode=False)\nexcept SystemExit:\n    pass\n"
+        "heavy = {'numpy', 'scipy', 'pydantic', 'rich', 'matplotlib', 'pydantic_ai', 'piqp'} & set(sys.modules)\n"
+        "assert not heavy, heavy"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    assert "adapt" in done.stdout and "demo" in done.stdout
