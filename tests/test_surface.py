@@ -25,7 +25,7 @@ def test_version_is_that_of_the_changelog_and_the_package():
 
 def test_import_and_help_load_nothing_heavy():
     code = (
-        "import sys, ovita, ovita.cli.__main__ as m\n"
+        "import sys, ovita, ovita.cli.main as m\n"
         "try:\n    m.cli(['--help'], standalone_mode=False)\nexcept SystemExit:\n    pass\n"
         "heavy = {'numpy', 'scipy', 'pydantic', 'rich', 'matplotlib', 'pydantic_ai', 'piqp'} & set(sys.modules)\n"
         "assert not heavy, heavy"

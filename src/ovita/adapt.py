@@ -19,7 +19,9 @@ from ovita.language.explain import Facts, explain
 from ovita.language.grounding import ground
 from ovita.language.request import Prompt, Reply, Request, WriterInfo
 from ovita.language.writer import PolicyWriter, writer_named
-from ovita.policy import Policy, Rollout, parse, run
+from ovita.policy import Policy
+from ovita.policy.sandbox import Rollout, run
+from ovita.policy.source import parse
 from ovita.toolkit import Outcome, judge
 
 REPAIRS = 2

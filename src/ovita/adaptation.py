@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields, is_dataclass
 from typing import Any, Literal
 
 from pydantic import TypeAdapter, ValidationError
@@ -16,7 +16,7 @@ from ovita.language.request import WriterInfo
 from ovita.policy import Parameter
 from ovita.robot import Robot
 from ovita.scene import Scene
-from ovita.trajectory import Array, Trajectory
+from ovita.trajectory import Trajectory
 
 SCHEMA = "ovita.adaptation/1"
 
@@ -122,12 +122,12 @@ class Adaptation:
             "timestep": self.original.timestep,
             "plan": list(self.plan),
             "code": self.code,
-            "parameters": [asdict(p) for p in self.parameters],
+            "parameters": _plain(self.parameters),
             "assumptions": list(self.assumptions),
             "explanation": self.explanation,
             "changes": None if self.changes is None else self.changes.to_dict(),
-            "constraints": None if self.constraints is None else asdict(self.constraints),
-            "postconditions": [asdict(p) for p in self.postconditions],
+            "constraints": _plain(self.constraints),
+            "postconditions": _plain(self.postconditions),
             "contacts": list(self.contacts),
             "writer": {**asdict(self.writer), "attempts": self.attempts},
             "question": self.question,
@@ -137,7 +137,7 @@ class Adaptation:
             "warnings": list(self.warnings),
             "timings_ms": dict(self.timings_ms),
             "scene": scene_dict(self.scene),
-            "robot": asdict(self.robot),
+            "robot": _plain(self.robot),
         }
 
     @classmethod
@@ -226,6 +226,10 @@ class _Fields:
             raise FormatError(self.file, str(error), key=key) from None
 
 
-def waypoints(trajectory: Trajectory) -> Array:
-    """The waypoints as the array that policies and expectations work on, (N, 4) [m, m/s]."""
-    return trajectory.to_array()
+def _plain(value: Any) -> Any:
+    """Dataclasses, tuples and lists as JSON values."""
+    if is_dataclass(value) and not isinstance(value, type):
+        return {f.name: _plain(getattr(value, f.name)) for f in fields(value)}
+    if isinstance(value, tuple | list):
+        return [_plain(item) for item in value]
+    return value

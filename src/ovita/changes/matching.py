@@ -57,5 +57,3 @@ def fractions(positions: Array) -> Array:
     """Share of the path's length travelled up to each point, (N,) from 0 to 1; by index if it has no length."""
     s = arc_length(positions)
     return s / s[-1] if s[-1] > 0 else np.linspace(0.0, 1.0, len(s))
-
-

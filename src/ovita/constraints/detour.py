@@ -8,6 +8,7 @@ path back towards the reference.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -61,7 +62,7 @@ def _runs(problem: PathProblem, x: Array) -> list[tuple[int, int]]:
     for run in np.split(np.flatnonzero(bad), np.flatnonzero(np.diff(np.flatnonzero(bad)) > 1) + 1):
         if len(run):
             ends = [int(run[0]), *(p for p in problem.pins if run[0] < p < run[-1] + 1), int(run[-1]) + 1]
-            runs += [(a, b) for a, b in zip(ends[:-1], ends[1:], strict=True) if bad[a:b].any()]
+            runs += [(a, b) for a, b in pairwise(ends) if bad[a:b].any()]
     return runs
 
 
@@ -109,11 +110,10 @@ def _follow(
     room = b - a - 1 - len(head) - len(tail)
     if room < 0:
         return "too few waypoints"
-    # the start and goal may graze a body, so they are given the room that they have
-    route = find_route(_lenient(padded, start, goal), start, goal, most_corners=room)
-    if route is None:
-        known = find_route(_lenient(padded, start, goal), start, goal)
-        return "no route" if known is None else "too few waypoints"
+    # start and goal may graze a body: there the pad is what they leave of it
+    route = find_route(_lenient(padded, start, goal), start, goal, room=room)
+    if isinstance(route, str):
+        return route
     corner = [x[a] if pinned[a] else start, *head, *route, *tail, x[b] if pinned[b] else goal]
     return _spread(np.array(corner), b - a + 1)
 
@@ -135,14 +135,17 @@ def _spread(corner: Array, count: int) -> Array:
     share = edges / edges.sum() * extra if edges.sum() > 0 else np.full(len(edges), extra / len(edges))
     whole = np.floor(share).astype(int)
     whole[np.argsort(whole - share, kind="stable")[: extra - whole.sum()]] += 1
-    parts = [
-        corner[i] + np.arange(k + 1)[:, None] / (k + 1) * (corner[i + 1] - corner[i]) for i, k in enumerate(whole)
-    ]
+    parts = [corner[i] + np.arange(k + 1)[:, None] / (k + 1) * (corner[i + 1] - corner[i]) for i, k in enumerate(whole)]
     return np.concatenate([*parts, corner[-1:]])
 
 
 def _give_way(
-    problem: PathProblem, padded: PathProblem, x: Array, low: int, high: int, why: Literal["no route", "too few waypoints", "no legal point"]
+    problem: PathProblem,
+    padded: PathProblem,
+    x: Array,
+    low: int,
+    high: int,
+    why: Literal["no route", "too few waypoints", "no legal point"],
 ) -> Blocked | None:
     """Where there is no way around, stay on this side of a body; as a last resort stay in one place."""
     free_low, free_high = not problem.pinned[low], not problem.pinned[high]

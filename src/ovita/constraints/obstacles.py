@@ -90,6 +90,13 @@ class Obstacle:
             t[inner], distance[inner] = _deepest(a[inner], d[inner], self.half)
         return np.asarray(distance - self.radius), t
 
+    def hit(self, start: Array, end: Array, pad: float) -> NDArray[np.bool_]:
+        """Whether segments from (M, 3) to (M, 3) [m] come closer than `pad` [m], (M,); quicker than `along`."""
+        a, d = (start - self.center) @ self.rotation, (end - start) @ self.rotation
+        t = _closest(a, d, self.half)
+        beyond = np.maximum(np.abs(a + t[:, None] * d) - self.half, 0.0)
+        return np.asarray((beyond * beyond).sum(axis=1) < (self.radius + pad) ** 2)
+
     def near(self, start: Array, end: Array, within: float) -> NDArray[np.intp]:
         """Indices of the segments (M, 3) to (M, 3) [m] that may come closer than `within` [m]: a quick sieve."""
         middle = np.linalg.norm((start + end) / 2.0 - self.center, axis=1)

@@ -79,14 +79,14 @@ class PathProblem:
         depths = [-body.signed(points)[0] for body in self.bodies]
         return np.max(depths, axis=0) if depths else np.full(len(points), -np.inf)
 
-    def blocked(self, start: Array, end: Array, *, pad: float = 0.0) -> NDArray[np.bool_]:
-        """(M,) whether the segment from start (M, 3) to end (M, 3) comes within `pad` of a body."""
+    def blocked(self, start: Array, end: Array, pad: float) -> NDArray[np.bool_]:
+        """(M,) whether the segment from start (M, 3) to end (M, 3) comes within `pad` > 0 of a body."""
         hit = np.zeros(len(start), dtype=bool)
         for body in self.bodies:
             near = body.near(start, end, pad)
             near = near[~hit[near]]
             if len(near):
-                hit[near] = body.along(start[near], end[near])[0] < pad
+                hit[near] = body.hit(start[near], end[near], pad)
         return hit
 
     def stuck(self, body: Obstacle) -> NDArray[np.intp]:

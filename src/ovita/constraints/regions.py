@@ -76,7 +76,9 @@ class Ball(_Convex):
         """See `Region`."""
         offset = points - np.asarray(self.center)
         distance = np.linalg.norm(offset, axis=1, keepdims=True)
-        return np.where(distance > self.radius, self.center + offset * (self.radius / np.maximum(distance, 1e-300)), points)
+        return np.where(
+            distance > self.radius, self.center + offset * (self.radius / np.maximum(distance, 1e-300)), points
+        )
 
     def cut(self, points: Array) -> tuple[Array, Array]:
         """See `Region`."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 import heapq
 from collections.abc import Sequence
 from itertools import product
+from typing import Literal
 
 import numpy as np
 
@@ -22,28 +23,37 @@ LEVELS = 4
 _SIGNS = np.array([s for s in product((-1.0, 0.0, 1.0), repeat=3) if any(s)])
 
 
-def find_route(problem: PathProblem, start: Array, goal: Array, *, most_corners: int | None = None) -> Array | None:
+def find_route(
+    problem: PathProblem, start: Array, goal: Array, *, room: int | None = None
+) -> Array | Literal["no route", "too few waypoints"]:
     """The shortest legal polyline from start (3,) to goal (3,).
 
     Args:
         problem: Whose bodies and workspace.
         start: A legal point [m].
         goal: A legal point [m].
-        most_corners: Most corners that the polyline may have, or None.
+        room: Most corners that the polyline may have, or None for any number.
 
     Returns:
-        The corners between the two, (K, 3) [m], or None if none was found.
+        The corners between the two, (K, 3) [m], or why there are none.
     """
+    if not problem.blocked(start[None], goal[None], PAD)[0]:
+        return np.zeros((0, 3))
+    if room == 0:
+        return "too few waypoints"
+    known = False
     for level in range(LEVELS):
         cloud = corners(problem, level, np.stack([start, goal]))
         points = np.concatenate([start[None], goal[None], cloud])
-        for price in (0.0, 1e3):
-            route = _search(problem, points, price)
-            if route is None:
-                break
-            if most_corners is None or len(route) <= most_corners:
-                return points[route]
-    return None
+        route = _search(problem, points)
+        if route is not None and room is not None and len(route) > room:
+            known = True
+            route = _search(problem, points, room)
+        if route is not None:
+            return points[route]
+        if known and level >= 1:
+            break
+    return "too few waypoints" if known else "no route"
 
 
 def corners(problem: PathProblem, level: int, around: Array) -> Array:
@@ -114,10 +124,11 @@ def _scatter(problem: PathProblem, around: Array, count: int) -> Array:
     return np.asarray(low + (0.5 + np.arange(1, count + 1)[:, None] * steps) % 1.0 * (high - low))
 
 
-def _search(problem: PathProblem, points: Array, price: float) -> list[int] | None:
-    """A* from point 0 to point 1; an edge costs its length plus `price` (in units of the distance of the two)."""
-    unit = max(float(np.linalg.norm(points[1] - points[0])), 1e-9)
+def _search(problem: PathProblem, points: Array, room: int | None = None) -> list[int] | None:
+    """A* from point 0 to point 1 by length, or with at most `room` points between by their number, then length."""
     ahead = np.linalg.norm(points - points[1], axis=1)
+    price = 0.0 if room is None else 1e3 * max(float(ahead.max()), 1e-9)
+    most = np.inf if room is None else price * (room + 1.5)
     cost = np.full(len(points), np.inf)
     cost[0] = 0.0
     parent = np.full(len(points), -1)
@@ -130,10 +141,10 @@ def _search(problem: PathProblem, points: Array, price: float) -> list[int] | No
         done[i] = True
         if i == 1:
             return _trace(parent)
-        length = np.linalg.norm(points - points[i], axis=1)
-        better = np.flatnonzero(~done & (cost[i] + length + price * unit < cost))
-        better = better[~problem.blocked(np.broadcast_to(points[i], (len(better), 3)), points[better], pad=PAD)]
-        cost[better] = cost[i] + length[better] + price * unit
+        reached = cost[i] + np.linalg.norm(points - points[i], axis=1) + price
+        better = np.flatnonzero(~done & (reached < cost) & (reached < most))
+        better = better[~problem.blocked(np.broadcast_to(points[i], (len(better), 3)), points[better], PAD)]
+        cost[better] = reached[better]
         parent[better] = i
         for j in better:
             heapq.heappush(queue, (float(cost[j] + ahead[j]), int(j)))

@@ -3,25 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ovita.constraints import workspace
+from ovita.constraints import banded, diagnosis, paper, plugins, tuning, workspace
+from ovita.constraints.detour import Blocked, legal_path
 from ovita.constraints.limits import lower_speeds
-from ovita.constraints.obstacles import Obstacle, build
+from ovita.constraints.obstacles import build
+from ovita.constraints.path import PAD, PathProblem, flatten
 from ovita.constraints.problem import ConstraintCheck, ConstraintOptions, Solution, Status, Verdict
-from ovita.constraints.qp import QPSolution, Rows, Weights, solve_qp
+from ovita.constraints.qp import Weights
+from ovita.constraints.regions import KeepOut, Region
+from ovita.constraints.sequential import improve
 from ovita.constraints.verify import verify
 from ovita.robot import Robot
 from ovita.scene import Scene
 from ovita.trajectory import Array, Trajectory
-
-STEPS = 20
-"""Most quadratic programs in a row."""
-
-PAD = 5e-6
-"""How much further than asked the solver stays away, so that rounding cannot break a limit [m]."""
 
 
 def constrain(
@@ -51,146 +49,155 @@ def constrain(
 
     Raises:
         UnknownObject: If a contact is not in the scene.
-        ConstraintDefinitionError: If a pinned waypoint does not exist.
+        ConstraintDefinitionError: If a pinned waypoint does not exist, or a custom constraint is none.
+        MissingExtra: If method "paper" is to search its weights and optuna is not installed.
     """
-    options = options or ConstraintOptions()
-    exempt = tuple(dict.fromkeys(scene[name].name for name in contacts))
-
-    def judge(result: Trajectory) -> tuple[ConstraintCheck, ...]:
-        return verify(result, scene, robot, proposed=proposed, original=original, contacts=contacts, options=options)
-
-    def answer(result: Trajectory, checks: tuple[ConstraintCheck, ...], status: Status) -> Solution:
-        conflicts = explain(checks) if status == "infeasible" else ()
-        return Solution(result, _verdict(result, proposed, original, checks, status, exempt, conflicts))
-
-    checks = judge(proposed)
-    if not options.enabled:
-        return answer(proposed, checks, "off")
-    untouched = np.array_equal(proposed.positions, original.positions)
-    keep_path = untouched and not options.repair_original and not options.lambda_smooth
-    broken = [check for check in checks if not check.held]
-    if not broken and not options.lambda_smooth:
-        return answer(proposed, checks, "satisfied")
-    positions = proposed.positions
-    if not keep_path and (options.lambda_smooth or any(check.geometric for check in broken)):
-        obstacles = build(scene, robot, contacts=contacts, shape=options.obstacle_shape) if options.obstacles else ()
-        positions = _path(proposed.positions, robot, (*workspace.keep_out(robot), *obstacles), options)
-    speeds = lower_speeds(
-        proposed.speeds,
-        positions,
-        max_speed=robot.max_speed,
-        max_acceleration=options.max_acceleration,
-        max_lateral_acceleration=options.max_lateral_acceleration,
-    )
-    result = proposed.with_(positions=positions, speeds=speeds)
-    after = judge(result)
-    if all(check.held for check in after):
-        return answer(result, after, "repaired" if broken else "satisfied")
-    only_old = keep_path and all(check.held or check.geometric for check in after)
-    return answer(result, after, "preexisting" if only_old else "infeasible")
+    task = _Task(proposed, scene, robot, original, tuple(contacts), options or ConstraintOptions())
+    return task.solve()
 
 
-def explain(checks: Sequence[ConstraintCheck]) -> tuple[str, ...]:
-    """Sentences on the limits that could not be kept."""
-    return tuple(
-        f"The {check.name} limit ({check.limit}{' of ' + repr(check.subject) if check.subject else ''}) cannot hold; "
-        f"relax it, free pinned waypoints, or ask for another path."
-        for check in checks
-        if not check.held
-    )
+@dataclass(frozen=True)
+class _Task:
+    proposed: Trajectory
+    scene: Scene
+    robot: Robot
+    original: Trajectory
+    contacts: tuple[str, ...]
+    options: ConstraintOptions
 
+    def solve(self) -> Solution:
+        for candidate in self.options.custom:
+            plugins.check(candidate)
+        before = self.judge(self.proposed)
+        broken = [check for check in before if not check.held]
+        if not self.options.enabled:
+            return self.answer(self.proposed, before, "off")
+        if self.options.method == "paper":
+            return self.as_published(broken)
+        if not broken and not self.options.lambda_smooth:
+            return self.answer(self.proposed, before, "satisfied")
+        options = self.options
+        notes: tuple[str, ...] = ()
+        if options.lambda_smooth == "auto":
+            options, notes = tuning.choose(self.proposed, self.problem(options), options)
+        untouched = np.array_equal(self.proposed.positions, self.original.positions)
+        keep_path = untouched and not options.repair_original and not options.lambda_smooth
+        problem = self.problem(options)
+        positions = self.proposed.positions
+        blocked: tuple[Blocked, ...] = ()
+        if not keep_path and (options.lambda_smooth or any(check.geometric for check in broken)):
+            positions, blocked = solve_path(problem)
+        result = self.proposed.with_(positions=positions, speeds=self.speeds(positions, problem.weights))
+        after = self.judge(result)
+        if all(check.held for check in after):
+            return self.answer(result, after, "repaired" if broken else "satisfied", notes=notes)
+        if keep_path and all(check.held or check.geometric for check in after):
+            return self.answer(result, after, "preexisting", notes=notes)
+        conflicts = diagnosis.explain(problem, self.robot, after, blocked, self.options)
+        return self.answer(result, after, "infeasible", conflicts, notes)
 
-def _path(reference: Array, robot: Robot, obstacles: Sequence[Obstacle], options: ConstraintOptions) -> Array:
-    n = len(reference)
-    pins = list(options.pins(n))
-    low, high = workspace.bounds(robot)
-    lower, upper = np.tile(low, (n, 1)), np.tile(high, (n, 1))
-    lower[pins] = upper[pins] = reference[pins]
-    smooth = 0.0 if options.lambda_smooth == "auto" else options.lambda_smooth
-    weights = Weights(options.lambda_dev, smooth, options.lambda_shape)
-    x = workspace.project(robot, reference)
-    x[pins] = reference[pins]
-    for _ in range(STEPS):
-        rows = Rows.join(_ball_rows(x, robot), *(_planes(body, x) for body in obstacles))
-        free = ~np.isin(rows.waypoints, pins)
-        rows = Rows(rows.waypoints[free], rows.normals[free], rows.offsets[free])
-        found: QPSolution = solve_qp(
-            reference, weights, lower=lower, upper=upper, rows=rows, slack=1e4 * options.lambda_dev
+    def as_published(self, broken: list[ConstraintCheck]) -> Solution:
+        """The paper's module, judged by ours."""
+        result, notes = paper.solve(self.proposed, self.scene, self.robot, self.contacts, self.options)
+        after = self.judge(result)
+        if all(check.held for check in after):
+            return self.answer(result, after, "repaired" if broken else "satisfied", notes=notes)
+        left = ", ".join(dict.fromkeys(f"'{c.subject}'" if c.subject else c.name for c in after if not c.held))
+        conflict = f"The published module leaves a limit broken ({left}); method 'verified' looks further."
+        return self.answer(result, after, "infeasible", (conflict,), notes)
+
+    def problem(self, options: ConstraintOptions) -> PathProblem:
+        """The path's part of the problem."""
+        lower, upper = workspace.bounds(self.robot)
+        empty = lower > upper  # margins that eat the workspace up: its middle is the best effort
+        lower[empty] = upper[empty] = (lower[empty] + upper[empty]) / 2.0
+        bodies = list(workspace.keep_out(self.robot))
+        if options.obstacles:
+            bodies += build(self.scene, self.robot, contacts=self.contacts, shape=options.obstacle_shape)
+        bodies += [c.body for c in options.custom if isinstance(c, KeepOut)]
+        reach = workspace.ball(self.robot)
+        regions = [*([reach] if reach else []), *(c for c in options.custom if isinstance(c, Region))]
+        others = [c for c in options.custom if not isinstance(c, KeepOut | Region)]
+        smooth = 0.0 if options.lambda_smooth == "auto" else options.lambda_smooth
+        return PathProblem(
+            reference=self.proposed.positions,
+            weights=Weights(options.lambda_dev, smooth, options.lambda_shape),
+            lower=lower,
+            upper=upper,
+            bodies=flatten(bodies, lower, upper),
+            regions=tuple(region.shrunk(PAD) for region in regions),
+            pins=options.pins(len(self.proposed)),
+            rows=tuple(c.rows for c in others),
         )
-        if found.x is None:
-            break
-        step = float(np.abs(found.x - x).max())
-        x = found.x
-        if step < 1e-7:
-            break
-    return x
+
+    def speeds(self, positions: Array, weights: Weights) -> Array:
+        """Speeds smoothed as asked, then lowered to every limit."""
+        top = np.inf if self.robot.max_speed is None else self.robot.max_speed
+        speeds = self.proposed.speeds
+        if weights.smooth:
+            plain = replace(weights, shape=0.0)
+            speeds = banded.smooth(speeds[:, None], plain, np.zeros(1), np.full(1, top))[:, 0]
+        return lower_speeds(
+            speeds,
+            positions,
+            max_speed=self.robot.max_speed,
+            max_acceleration=self.options.max_acceleration,
+            max_lateral_acceleration=self.options.max_lateral_acceleration,
+        )
+
+    def judge(self, result: Trajectory) -> tuple[ConstraintCheck, ...]:
+        """Measure every limit, without looking at how the result came about."""
+        return verify(
+            result,
+            self.scene,
+            self.robot,
+            proposed=self.proposed,
+            original=self.original,
+            contacts=self.contacts,
+            options=self.options,
+        )
+
+    def answer(
+        self,
+        result: Trajectory,
+        checks: tuple[ConstraintCheck, ...],
+        status: Status,
+        conflicts: tuple[str, ...] = (),
+        notes: tuple[str, ...] = (),
+    ) -> Solution:
+        """The solution with its verdict."""
+        shift = np.linalg.norm(result.positions - self.proposed.positions, axis=1)
+        changed = (shift > 0) | (result.speeds != self.proposed.speeds)
+        undone = None
+        if len(self.proposed) == len(self.original):
+            wanted = float(np.linalg.norm(self.proposed.positions - self.original.positions))
+            undone = min(float(np.linalg.norm(shift)) / wanted, 1.0) if wanted > 0 else None
+        verdict = Verdict(
+            status=status,
+            checks=checks,
+            exempt=tuple(dict.fromkeys(self.scene[name].name for name in self.contacts)),
+            conflicts=conflicts,
+            max_shift=float(shift.max()),
+            waypoints_changed=int(changed.sum()),
+            undone=undone,
+            notes=notes,
+        )
+        return Solution(result, verdict)
 
 
-def _ball_rows(x: Array, robot: Robot) -> Rows:
-    outer = workspace.ball(robot)
-    if outer is None:
-        return Rows.none()
-    center, radius = outer
-    offset = x - center
-    distance = np.linalg.norm(offset, axis=1)
-    near = np.flatnonzero(distance > 0.9 * radius)
-    normals = -offset[near] / distance[near, None]
-    return Rows(near, normals, normals @ center - radius + PAD)
+def solve_path(problem: PathProblem) -> tuple[Array, tuple[Blocked, ...]]:
+    """The path nearest to the reference (in the sense of the objective) that is legal, and what stays blocked.
 
-
-def _planes(body: Obstacle, x: Array) -> Rows:
-    """Half-spaces that keep every near segment out of an obstacle, each imposed on both ends of the segment."""
-    start, end = x[:-1], x[1:]
-    near = body.near(start, end, 2.0 * body.reach)
-    if not len(near):
-        return Rows.none()
-    distance, t = body.along(start[near], end[near])
-    normals = body.signed(start[near] + t[:, None] * (end[near] - start[near]))[1]
-    deep = distance < 0
-    for run in _runs(near[deep]):
-        normals[np.isin(near, run)] = _way_out(body, x, run)
-    offsets = body.support(normals) + PAD
-    return Rows(np.concatenate([near, near + 1]), np.tile(normals, (2, 1)), np.tile(offsets, 2))
-
-
-def _way_out(body: Obstacle, x: Array, run: NDArray[np.intp]) -> Array:
-    """A unit normal across the path along which a run of crossing segments leaves an obstacle."""
-    chord = x[run[-1] + 1] - x[run[0]]
-    length = float(np.linalg.norm(chord))
-    along = chord / length if length > 0 else np.zeros(3)
-    offset = (x[run] + x[run + 1]).mean(axis=0) / 2.0 - body.center
-    across = offset - (offset @ along) * along
-    if np.linalg.norm(across) < 1e-3 * body.reach:
-        axis = body.rotation[:, np.argmin(np.abs(along @ body.rotation))]
-        across = axis - (axis @ along) * along
-    return np.asarray(across / np.linalg.norm(across))
-
-
-def _runs(indices: NDArray[np.intp]) -> list[NDArray[np.intp]]:
-    return [run for run in np.split(indices, np.flatnonzero(np.diff(indices) > 1) + 1) if len(run)]
-
-
-def _verdict(
-    result: Trajectory,
-    proposed: Trajectory,
-    original: Trajectory,
-    checks: tuple[ConstraintCheck, ...],
-    status: Status,
-    exempt: tuple[str, ...],
-    conflicts: tuple[str, ...],
-) -> Verdict:
-    shift = np.linalg.norm(result.positions - proposed.positions, axis=1)
-    changed = (shift > 0) | (result.speeds != proposed.speeds)
-    undone = None
-    if len(proposed) == len(original):
-        wanted = float(np.linalg.norm(proposed.positions - original.positions))
-        undone = min(float(np.linalg.norm(shift)) / wanted, 1.0) if wanted > 0 else None
-    return Verdict(
-        status=status,
-        checks=checks,
-        exempt=exempt,
-        conflicts=conflicts,
-        max_shift=float(shift.max()),
-        waypoints_changed=int(changed.sum()),
-        undone=undone,
-    )
+    Four steps: smooth and bound each axis (`banded`), move into the convex regions, find a way around every body
+    (`detour`), and pull the path back to the reference as far as the limits let it (`sequential`).
+    """
+    pinned = problem.pinned
+    base = banded.smooth(problem.reference, problem.weights, problem.lower, problem.upper, pinned)
+    outside = ~pinned & ~problem.inside(base)
+    start = base.copy()
+    if outside.any():
+        start[outside] = problem.project(base[outside])
+    start, blocked = legal_path(problem, start)
+    if np.array_equal(start, base) and not problem.rows:
+        return base, blocked
+    return improve(problem, base, start), blocked

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -109,12 +110,23 @@ def measure_all(
         text = f"at most {options.max_lateral_acceleration:g} m/s^2"
         across = options.max_lateral_acceleration
         found.append(Measure("lateral acceleration", "", text, "m/s", "waypoint", lambda t: _too_bent(t, across)))
+    found += [_custom(constraint, proposed) for constraint in options.custom]
     for i in options.pins(len(proposed)):
         start, goal = i == 0 and options.fix_start, i == len(proposed) - 1 and options.fix_goal
         name = "start" if start else "goal" if goal else "pinned"
         place = proposed.positions[i]
         found.append(Measure(name, "", f"waypoint {i} stays", "m", "waypoint", _moved(i, place)))
     return found
+
+
+def _custom(constraint: Any, proposed: Trajectory) -> Measure:
+    """A constraint of the user's own, see `plugins.Constraint`."""
+    place: Place = "segment" if len(constraint.margin(proposed)) == len(proposed) - 1 else "waypoint"
+
+    def excess(trajectory: Trajectory) -> Array:
+        return -np.asarray(constraint.margin(trajectory), dtype=float)
+
+    return Measure(constraint.name, "", constraint.limit, constraint.unit, place, excess)
 
 
 def _outside(positions: Array, robot: Robot) -> Array:

@@ -109,10 +109,10 @@ def from_columns(
         if "t" in columns:
             notes.append("ignored the times t, because speeds are given")
     elif "t" in columns:
-        speeds, dwell, remark = speeds_from_times(positions, columns["t"], key or "t")
+        speeds, dwell, remarks = speeds_from_times(positions, columns["t"], key or "t")
         timestep = dwell if timestep is None else timestep
         notes.append("derived the speeds from the times t")
-        notes.extend([remark] if remark else [])
+        notes.extend(remarks)
     else:
         speeds = np.full(len(positions), DEFAULT_SPEED)
         notes.append(f"no speeds are given; assumed {DEFAULT_SPEED:g} m/s at every waypoint")

@@ -35,7 +35,7 @@ _TOP_LEVEL_CODE = re.compile(
 
 # Without a bound a small model whose output is held to the schema can add list items until it is cut off. It is part
 # of the schema only: a longer list that comes anyway is welcome.
-_AT_MOST_TEN = WithJsonSchema({"type": "array", "items": {"type": "string"}, "maxItems": 10})
+_AT_MOST_EIGHT = WithJsonSchema({"type": "array", "items": {"type": "string"}, "maxItems": 8})
 
 
 class Answer(BaseModel):
@@ -43,17 +43,17 @@ class Answer(BaseModel):
 
     model_config = ConfigDict(use_attribute_docstrings=True, extra="ignore", frozen=True)
 
-    plan: Annotated[list[str], _AT_MOST_TEN]
+    plan: Annotated[list[str], _AT_MOST_EIGHT]
     """The high-level plan: a few short steps."""
     code: str
     """The whole Python source of the policy, without fences; empty if you ask back or did not understand."""
-    assumptions: Annotated[list[str], _AT_MOST_TEN]
+    assumptions: Annotated[list[str], _AT_MOST_EIGHT]
     """What you assumed because the instruction leaves it open."""
-    contacts: Annotated[list[str], _AT_MOST_TEN]
+    contacts: Annotated[list[str], _AT_MOST_EIGHT]
     """Names of the objects that are to be touched or passed through."""
     question: str | None
     """One question back, only if the instruction has two readings that matter."""
-    not_understood: Annotated[list[str], _AT_MOST_TEN]
+    not_understood: Annotated[list[str], _AT_MOST_EIGHT]
     """The words of the instruction that cannot be placed."""
 
     @field_validator("plan", "assumptions", "contacts", "not_understood", mode="before")

@@ -85,7 +85,7 @@ def _object_lines(scene: Scene, trajectory: Trajectory, scale: Scale) -> str:
         size = "about 0.05 m (not given)" if item.dimensions is None else " x ".join(f"{s:.3g}" for s in item.size)
         lines.append(
             f"- {json.dumps(item.name, ensure_ascii=False)}: {point(item.position)}; {size}; "
-            f"{d[i]:.3g} m at waypoint {i}; {scale.near(trajectory, item):g} m"
+            f"{d[i]:.3g} m at waypoint {i}; {scale.near(trajectory.positions, item):g} m"
         )
     return "\n".join(lines)
 

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from ovita.scene import SceneObject
-from ovita.trajectory import Trajectory
+from ovita.trajectory import Array, Trajectory
 
 Degree = Literal["slight", "moderate", "large"]
 
@@ -20,7 +20,7 @@ SPEED_SHARE: dict[Degree, float] = {"slight": 0.2, "moderate": 0.4, "large": 0.6
 """Share by which a speed changes for each degree."""
 
 NEAR_SHARE = 0.15
-"""How far "near an object" reaches beyond the closest approach, as a share of the path's extent."""
+"""Half the length of the stretch that is "near an object" on a straight path, as a share of the path's extent."""
 
 
 @dataclass(frozen=True)
@@ -43,10 +43,18 @@ class Scale:
         """Displacement for a degree [m], to two digits."""
         return nice(STEP_SHARE[degree] * self.extent)
 
-    def near(self, trajectory: Trajectory, item: SceneObject) -> float:
-        """Distance to the object's centre that counts as near [m]: never so small that no waypoint is near."""
-        closest = float(item.distance(trajectory.positions).min())
-        return nice(closest + NEAR_SHARE * self.extent)
+    def near(self, positions: Array, item: SceneObject) -> float:
+        """Distance to the object's centre that counts as near a path [m].
+
+        On a straight path that passes at distance d, the sphere of radius sqrt(d^2 + h^2) holds a stretch of length 2h;
+        so the radius is never so small that no waypoint is near, nor so large that all are.
+
+        Args:
+            positions: The path, (N, 3) [m].
+            item: The object.
+        """
+        closest = float(item.distance(positions).min())
+        return nice(math.hypot(closest, NEAR_SHARE * self.extent))
 
 
 def nice(value: float) -> float:

@@ -1,26 +1,28 @@
 """The process in which policies run: it forks a child for each, locks it in and reports how it ended.
 
 Started by `ovita.policy.processes` with an environment made from nothing. It never reads a request's body, so
-that no child inherits anything of an earlier policy. This is the only module of ovita that runs text as code.
+that no child inherits anything of an earlier policy; and it forks the child for the next policy ahead of time, so that
+nobody waits for that. This is the only module of ovita that runs text as code.
 """
 
 from __future__ import annotations
+import __future__
 
-import gc
 import json
 import os
 import struct
 import sys
 import time
-from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-
 from ovita.policy import frames, lockdown, runtime
-from ovita.policy.allowed import MODULES, SCIPY_PARTS
 from ovita.policy.frames import CHECKED, ENDED, FLOODED, LOCKED, TIMED_OUT, UNREAD, Reply, Request
 from ovita.policy.modules import Modules
+
+if sys.platform != "win32":
+    import mmap
+    import resource
+    import select
 
 READ_LIMIT_S = 30.0
 """How long a child may take to receive its request [s]."""
@@ -33,83 +35,100 @@ def main(mode: str, parent: int) -> None:
         mode: "serve" for a long-lived worker that forks, "once" for a process that runs one policy.
         parent: Process id of ovita.
     """
-    modules = _prepare()
+    stage = runtime.Stage(Modules())
     if mode == "once":
-        _say(json.dumps({"missing": []}).encode())
+        _say({"missing": []})
         head = Request.unpack(_read_exact(0, frames.REQUEST_SIZE))
-        _load_scipy(modules, head.scipy)
-        _run(head, 0, 1, modules, strict=False)
+        stage.load_scipy(head.scipy)
+        _run(head, 0, 1, stage, strict=False)
     else:
-        _say(json.dumps({"missing": lockdown.missing_locks(), "landlock": lockdown.landlock_version()}).encode())
-        _Server(modules, parent).serve()
+        stage.prepare_to_fork()
+        _say({"missing": lockdown.missing_locks(), "landlock": lockdown.landlock_version()})
+        _Server(stage, parent).serve()
 
 
-def _prepare() -> Modules:
-    """Import what policies use, so that a child finds it without opening a file."""
-    modules = Modules()
-    for name in sorted(MODULES):
-        if not name.startswith("scipy"):
-            modules.load(name)
-    runtime.make_deterministic()
-    runtime.warm_up()
-    gc.collect()
-    gc.freeze()
-    return modules
+class _Spare:
+    """A child that was forked ahead of time and waits for the header of its request."""
 
+    def __init__(self, stage: runtime.Stage, max_fd: int) -> None:
+        self.reading, writing = os.pipe()
+        control, self.control = os.pipe()
+        worker = os.getpid()
+        self.pid = os.fork()
+        if self.pid == 0:
+            try:
+                lockdown.die_with(worker)
+                os.close(self.control)
+                stage.rehearse()
+                head = Request.unpack(_read_exact(control, frames.REQUEST_SIZE))
+                _run(head, 0, writing, stage, strict=True, max_fd=max_fd)
+            finally:
+                os._exit(70)
+        os.close(writing)
+        os.close(control)
 
-def _load_scipy(modules: Modules, mask: int) -> None:
-    if mask:
-        modules.load("scipy")
-        for i, part in enumerate(SCIPY_PARTS):
-            if mask & (1 << i):
-                modules.load(part)
-        runtime.warm_up_scipy(mask)
-        gc.collect()
-        gc.freeze()
+    def end(self, grace_s: float = 0.0) -> int:
+        """Kill the child unless it ends by itself in time; its exit code, or minus the signal that ended it."""
+        os.close(self.reading)
+        os.close(self.control)
+        if grace_s:
+            descriptor = os.pidfd_open(self.pid)
+            poll = select.poll()
+            poll.register(descriptor, select.POLLIN)
+            poll.poll(grace_s * 1000.0)
+            os.close(descriptor)
+        os.kill(self.pid, 9)
+        return os.waitstatus_to_exitcode(os.waitpid(self.pid, 0)[1])
 
 
 class _Server:
     """The loop of a long-lived worker."""
 
-    def __init__(self, modules: Modules, parent: int) -> None:
-        import mmap
-        import resource
-        import select
-
-        self.modules = modules
-        self.parent = parent
+    def __init__(self, stage: runtime.Stage, parent: int) -> None:
+        self.stage, self.parent, self.scipy = stage, parent, 0
         hard = resource.getrlimit(resource.RLIMIT_NOFILE)[1]
-        limit = 64 if hard == resource.RLIM_INFINITY else min(64, hard)
-        resource.setrlimit(resource.RLIMIT_NOFILE, (limit, limit))
-        self.max_fd = limit
+        self.max_fd = 64 if hard == resource.RLIM_INFINITY else min(64, hard)
+        resource.setrlimit(resource.RLIMIT_NOFILE, (self.max_fd, self.max_fd))
         # Private, never inherited and emptied after each policy: results do not meet.
         self.buffer = mmap.mmap(-1, frames.MAX_RESULT + 4096, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
-        self.buffer.madvise(getattr(mmap, "MADV_DONTFORK", 10))
-        self.forget: Callable[[], None] = lambda: self.buffer.madvise(mmap.MADV_DONTNEED)
-        self.poll = select.poll
+        self.buffer.madvise(mmap.MADV_DONTFORK)
+        self.view = memoryview(self.buffer)
         self.alive = self._watch_parent()
 
     def _watch_parent(self) -> int:
-        """A descriptor that becomes readable when ovita ends, or -1."""
+        """A descriptor that becomes readable when ovita ends, however it ends; -1 if the kernel has none."""
         try:
             descriptor = os.pidfd_open(self.parent)
-        except (OSError, AttributeError):
+        except OSError:
             return -1
         if os.getppid() != self.parent:
             os._exit(0)
         return descriptor
 
     def serve(self) -> None:
+        """Answer requests until ovita ends."""
+        spare = _Spare(self.stage, self.max_fd)
         while True:
-            head = Request.unpack(self._next_header())
-            _load_scipy(self.modules, head.scipy)
-            reply = self._one(head)
-            _write_all(1, reply.pack())
-            _write_all(1, memoryview(self.buffer)[: reply.length])
-            if reply.length:
-                self.forget()
-            if reply.ended == UNREAD:
+            data = self._next_header()
+            head = Request.unpack(data)
+            if head.scipy & ~self.scipy:
+                spare.end()
+                self.scipy |= head.scipy
+                self.stage.load_scipy(head.scipy)
+                spare = _Spare(self.stage, self.max_fd)
+            started = time.monotonic()
+            os.write(spare.control, data)
+            ended, length = self._listen(head, spare.reading)
+            complete = ended == ENDED and length == self._announced(length)
+            code = 0 if complete else spare.end(grace_s=0.1 if ended == ENDED else 0.0)
+            _write_all(1, Reply(ended, code, int((time.monotonic() - started) * 1e6), length).pack())
+            _write_all(1, self.view[:length])
+            if complete:
+                spare.end()
+            if ended == UNREAD:
                 os._exit(3)  # the rest of the body is still in the pipe
+            self.buffer.madvise(mmap.MADV_DONTNEED)
+            spare = _Spare(self.stage, self.max_fd)
 
     def _next_header(self) -> bytes:
         data = b""
@@ -123,9 +142,7 @@ class _Server:
 
     def _wait(self, descriptor: int, timeout_s: float | None) -> bool:
         """Wait until there is something to read; leave when ovita does."""
-        import select
-
-        poll = self.poll()
+        poll = select.poll()
         poll.register(descriptor, select.POLLIN)
         if descriptor != 0:
             poll.register(0, 0)
@@ -136,73 +153,43 @@ class _Server:
             os._exit(0)  # the child dies with this process
         return descriptor in events
 
-    def _one(self, head: Request) -> Reply:
-        started = time.monotonic()
-        reading, writing = os.pipe()
-        child = os.fork()
-        if child == 0:
-            try:
-                os.close(reading)
-                _run(head, 0, writing, self.modules, strict=True, max_fd=self.max_fd)
-            finally:
-                os._exit(70)
-        os.close(writing)
-        try:
-            ended, length = self._listen(head, reading)
-        finally:
-            os.close(reading)
-            if _still_runs(child):
-                os.kill(child, 9)
-            status = os.waitpid(child, 0)[1]
-        code = os.waitstatus_to_exitcode(status)
-        return Reply(ended, code, int((time.monotonic() - started) * 1e6), length)
-
     def _listen(self, head: Request, reading: int) -> tuple[int, int]:
-        """Collect what the child writes until it ends; how it ended, and how much it wrote."""
+        """Collect what the child writes until it has written its result or ends; how that went, and how much."""
         deadline = time.monotonic() + READ_LIMIT_S
-        acknowledged = False
-        view = memoryview(self.buffer)
-        length = 0
+        acknowledged, length = False, 0
         while True:
             if not self._wait(reading, deadline - time.monotonic()):
-                return (TIMED_OUT if acknowledged else UNREAD), length
+                return (TIMED_OUT if acknowledged else UNREAD), 0
             if not acknowledged:
                 if os.read(reading, 1) != frames.ACKNOWLEDGED:
                     return UNREAD, 0
                 acknowledged = True
                 deadline = time.monotonic() + head.wall_ms / 1000.0
                 continue
-            got = os.readv(reading, [view[length : frames.MAX_RESULT + 1]])
-            if got == 0:
-                return ENDED, length
+            got = os.readv(reading, [self.view[length : frames.MAX_RESULT + 1]])
             length += got
             if length > frames.MAX_RESULT:
                 return FLOODED, 0
+            if got == 0 or length == self._announced(length):
+                return ENDED, length
+
+    def _announced(self, length: int) -> int:
+        """Length of the result by its own account, or -1 while that is unknown."""
+        return frames.payload_length(self.view[:length])
 
 
-def _still_runs(child: int) -> bool:
-    """Whether a child has not ended, leaving it to be waited for; an ending one gets a moment to do so."""
-    for _ in range(20):
-        if os.waitid(os.P_PID, child, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None:
-            return False
-        time.sleep(0.0005)
-    return True
-
-
-def _run(head: Request, reading: int, writing: int, modules: Modules, *, strict: bool, max_fd: int = 0) -> None:
+def _run(head: Request, reading: int, writing: int, stage: runtime.Stage, *, strict: bool, max_fd: int = 0) -> None:
     """Read the body, lock the door, run the policy, write the result, end. Never returns."""
     body = _read_exact(reading, head.length)
     os.write(writing, frames.ACKNOWLEDGED)
     if strict:
         os.closerange(0, writing)
         os.closerange(writing + 1, max_fd)
-    prints = runtime.Prints()
-    sys.stdin = None  # type: ignore[assignment]
-    sys.stdout = sys.stderr = prints  # type: ignore[assignment]
-    sys.__stdin__ = sys.__stdout__ = sys.__stderr__ = None  # type: ignore[misc,assignment]
-    checked = bool(head.flags & CHECKED)
+    sys.stdin = None
+    sys.stdout = sys.stderr = stage.prints
+    sys.__stdin__ = sys.__stdout__ = sys.__stderr__ = None  # type: ignore[misc]
     try:
-        outcome = runtime.prepare(body, prints, modules, checked=checked)
+        outcome = stage.prepare(body, checked=bool(head.flags & CHECKED))
         if outcome.failure is None:
             _lock(head, writing, strict=strict)
             outcome.run(_execute)
@@ -210,46 +197,36 @@ def _run(head: Request, reading: int, writing: int, modules: Modules, *, strict:
         outcome = runtime.Outcome.failed("isolation", str(failed))
     except BaseException as error:
         outcome = runtime.Outcome.failed("crashed", f"{type(error).__name__}: {error}")
-    _write_all(writing, outcome.payload(prints))
+    _write_all(writing, outcome.payload(stage.prints))
     os._exit(0)
 
 
 def _lock(head: Request, writing: int, *, strict: bool) -> None:
     """Close what the kernel can close; outside strict isolation, as much as there is."""
     memory, cpu_s = head.memory_mb << 20, head.wall_ms // 1000 + 2
-    if strict:
-        base = lockdown.address_space()
-        lockdown.drop_privileges()
-        lockdown.landlock()
-        lockdown.limit_resources(memory, cpu_s, base=base)
-        lockdown.seccomp(writing)
-        return
     if sys.platform == "win32":
-        return
-    if sys.platform == "linux" and head.flags & LOCKED:
-        base = lockdown.address_space()
-        for step in (lockdown.drop_privileges, lockdown.landlock):
-            try:
-                step()
-            except lockdown.LockFailed:
-                pass
+        return  # a job object around this process holds the limits
+    base = lockdown.address_space()
+    if sys.platform == "linux" and (strict or head.flags & LOCKED):
+        best_effort = not strict
+        lockdown.attempt(lockdown.drop_privileges, best_effort)
+        lockdown.attempt(lockdown.landlock, best_effort)
         lockdown.limit_resources(memory, cpu_s, base=base)
-        if lockdown.has_seccomp():
+        if strict or lockdown.has_seccomp():
             lockdown.seccomp(writing)
         return
     runtime.watch_memory(memory)
-    lockdown.limit_resources(memory, cpu_s)
+    lockdown.limit_resources(memory, cpu_s, base=base)
 
 
 def _execute(source: str, namespace: dict[str, Any]) -> None:
-    import __future__
-
     code = compile(source, runtime.FILENAME, "exec", flags=__future__.annotations.compiler_flag, dont_inherit=True)
     exec(code, namespace)
 
 
-def _say(hello: bytes) -> None:
-    _write_all(1, struct.pack("<I", len(hello)) + hello)
+def _say(hello: dict[str, Any]) -> None:
+    data = json.dumps(hello).encode()
+    _write_all(1, struct.pack("<I", len(data)) + data)
 
 
 def _read_exact(descriptor: int, length: int) -> bytearray:
@@ -269,6 +246,3 @@ def _write_all(descriptor: int, data: bytes | memoryview) -> None:
     view = memoryview(data)
     while view:
         view = view[os.write(descriptor, view) :]
-
-
-_ = np

@@ -68,7 +68,7 @@ class Request:
         return _REQUEST.pack(_MAGIC, self.wall_ms, self.memory_mb, self.scipy, self.flags, self.length)
 
     @classmethod
-    def unpack(cls, data: bytes) -> Request:
+    def unpack(cls, data: bytes | bytearray) -> Request:
         """From bytes.
 
         Raises:
@@ -129,18 +129,26 @@ def pack_payload(header: dict[str, Any], rows: Array | None = None) -> bytes:
     return _PAYLOAD.pack(_MAGIC, *table.shape, len(text)) + text + table.tobytes()
 
 
+def payload_length(data: bytes | memoryview) -> int:
+    """Length that a payload has by its own account [bytes], or -1 if its beginning does not say."""
+    if len(data) < _PAYLOAD.size:
+        return -1
+    magic, count, width, length = _PAYLOAD.unpack(data[: _PAYLOAD.size])
+    return _PAYLOAD.size + length + 8 * count * width if magic == _MAGIC else -1
+
+
 def unpack_payload(data: bytes | memoryview, *, max_json: int | None = None) -> tuple[dict[str, Any], Array]:
     """A JSON object and an array (N, D) from bytes that nobody vouches for.
 
     Raises:
         BadFrame: If the lengths do not add up or the text is not a JSON object.
     """
-    if len(data) < _PAYLOAD.size:
-        raise BadFrame("short payload")
-    magic, count, width, length = _PAYLOAD.unpack(data[: _PAYLOAD.size])
-    start = _PAYLOAD.size + length
-    if magic != _MAGIC or len(data) != start + 8 * count * width or (max_json is not None and length > max_json):
+    if len(data) != payload_length(data):
         raise BadFrame("payload lengths")
+    _, count, width, length = _PAYLOAD.unpack(data[: _PAYLOAD.size])
+    if max_json is not None and length > max_json:
+        raise BadFrame("payload text")
+    start = _PAYLOAD.size + length
     try:
         header = json.loads(bytes(data[_PAYLOAD.size : start]), parse_constant=_no_constant)
     except (ValueError, RecursionError):

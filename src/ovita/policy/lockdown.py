@@ -11,6 +11,7 @@ import os
 import platform
 import struct
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass
 
 NOBODY = 65534
@@ -99,6 +100,7 @@ def missing_locks() -> tuple[str, ...]:
 
 def drop_privileges() -> None:
     """Become nobody if root, lose every capability and every way to gain one, and die with the parent."""
+    parent = os.getppid()
     if os.geteuid() == 0:
         try:
             os.setgroups([])
@@ -114,7 +116,25 @@ def drop_privileges() -> None:
         _must("capset", _syscall(machine.capset, ctypes.addressof(buffer), ctypes.addressof(nothing)))
     _must("no_new_privs", _prctl(_PR_SET_NO_NEW_PRIVS, 1))
     _must("dumpable", _prctl(_PR_SET_DUMPABLE, 0))
-    _must("pdeathsig", _prctl(_PR_SET_PDEATHSIG, _SIGKILL))  # after setresuid, which clears it
+    _must("pdeathsig", _prctl(_PR_SET_PDEATHSIG, _SIGKILL))  # again: setresuid cleared it
+    if os.getppid() != parent:
+        os._exit(0)
+
+
+def die_with(parent: int) -> None:
+    """End this process when its parent does, however that ends."""
+    _must("pdeathsig", _prctl(_PR_SET_PDEATHSIG, _SIGKILL))
+    if os.getppid() != parent:
+        os._exit(0)
+
+
+def attempt(step: Callable[[], None], best_effort: bool) -> None:
+    """Take a step, and pass over its failure if it is an effort only."""
+    try:
+        step()
+    except LockFailed:
+        if not best_effort:
+            raise
 
 
 def landlock() -> None:

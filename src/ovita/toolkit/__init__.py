@@ -24,9 +24,9 @@ from ovita.toolkit.expect import (
     expect_visits,
 )
 from ovita.toolkit.judging import Outcome, judge
-from ovita.toolkit.shift import midpoint, move
 from ovita.toolkit.recorder import Expectation, Recorder
 from ovita.toolkit.select import between, every, first, last, near, where_rising
+from ovita.toolkit.shift import midpoint, move
 from ovita.toolkit.speed import dwell, ramp_speed, scale_speed, set_speed, stop_at
 
 __all__ = [

@@ -141,6 +141,7 @@ def _bound(function: Callable[..., Any], frame: Frame, recorder: Recorder) -> Ca
             raise ValueError(f"{function.__name__}: {error}; call it as {shown}") from None
         return function(*args, **kwargs, **context)
 
-    call.__signature__ = public
-    del call.__wrapped__
+    # Otherwise inspect.signature() would follow __wrapped__ and show the hidden parameters.
+    vars(call).pop("__wrapped__")
+    vars(call)["__signature__"] = public
     return call

@@ -19,7 +19,7 @@ def correspond(original: Array, adapted: Array) -> Array:
 
     Equal counts correspond by index. Otherwise repeats (dwells) are set aside, and then the counts are equal, or
     the waypoints correspond from the start on (the path was extended or cut short), or by fraction of the path's
-    length (it was resampled): whichever makes the displacement along the path vary least.
+    length (it was resampled): whichever makes the displacements of the waypoints differ least.
 
     Args:
         original: (N, 3+) [m].
@@ -37,7 +37,7 @@ def correspond(original: Array, adapted: Array) -> Array:
         by_count = np.full(len(old), np.nan)
         by_count[:shared] = np.arange(shared)
         by_length = np.interp(fractions(old), fractions(new), np.arange(len(new), dtype=np.float64))
-        source = min(by_count, by_length, key=lambda candidate: _roughness(old, new, candidate))
+        source = min(by_count, by_length, key=lambda candidate: _unevenness(old, new, candidate))
     into = np.flatnonzero(new_keep).astype(np.float64)
     found = np.isfinite(source)
     source[found] = np.interp(source[found], np.arange(len(into)), into)
@@ -83,9 +83,9 @@ def _fresh(rows: Array) -> Mask:
     return np.concatenate([[True], moved])
 
 
-def _roughness(old: Array, new: Array, source: Array) -> float:
+def _unevenness(old: Array, new: Array, source: Array) -> float:
     found = np.isfinite(source)
     if found.sum() < 2:
         return np.inf
     shift = interpolate(new, source[found]) - old[found]
-    return float((np.diff(shift, axis=0) ** 2).sum(axis=1).mean())
+    return float(shift.var(axis=0).sum())

@@ -14,7 +14,7 @@ from ovita.toolkit.arguments import Mask, Target, point
 from ovita.toolkit.correspondence import correspond, counterparts, selections
 from ovita.toolkit.expect import say
 from ovita.toolkit.recorder import Expectation
-from ovita.toolkit.shaping import spacing
+from ovita.toolkit.shaping import path_distances, spacing
 from ovita.trajectory import Array, arc_length
 
 TINY, RELATIVE = 1e-6, 1e-3
@@ -110,7 +110,9 @@ def _approach(case: _Case, sign: float) -> Outcome:
     asked = ""
     if "by" in case.values:
         by = float(case.values["by"])
-        held = gains[0] >= by - max(SLACK, SLACK_RELATIVE * by) - TINY and gains[0] > 0
+        # Nothing comes closer than the centre, or the sphere at which closer() ends.
+        arrived = sign < 0 and least[0] <= radius_of(case.target) + SLACK and gains[0] > -TINY
+        held = arrived or (gains[0] >= by - max(SLACK, SLACK_RELATIVE * by) - TINY and gains[0] > 0)
         asked = f" (asked for {by:g} m)"
     sentence = (
         f"the nearest distance to {case.name} went from {least[1]:.3f} to {least[0]:.3f} m{asked}, "
@@ -160,7 +162,7 @@ def _same_path(case: _Case) -> Outcome:
     if len(old) == len(new):
         off = float(np.linalg.norm(new - old, axis=1).max())
     else:
-        off = max(_path_distances(old, new).max(), _path_distances(new, old).max())
+        off = max(path_distances(old, new).max(), path_distances(new, old).max())
     allowed = 0.005 + 0.005 * float(arc_length(old)[-1])
     return Outcome(
         bool(off <= allowed), f"the path deviates by at most {off:.3f} m (up to {allowed:.3f} m is the same)"
@@ -227,20 +229,7 @@ def _stop(case: _Case) -> Outcome:
 
 def _path_distance(rows: Array, centre: Array) -> float:
     """Distance of a point (3,) to the polyline of rows (N, 3+) [m]."""
-    return float(_path_distances(rows[:, :3], centre[None])[0])
-
-
-def _path_distances(path: Array, points: Array) -> Array:
-    """Distances (M,) of points (M, 3) to a polyline (N, 3) [m]."""
-    start, step = path[:-1], np.diff(path, axis=0)
-    squared = np.maximum((step**2).sum(axis=1), 1e-300)
-    result = np.empty(len(points))
-    size = max(1, 1_000_000 // len(step))
-    for low in range(0, len(points), size):
-        away = points[low : low + size, None] - start
-        share = np.clip((away * step).sum(axis=2) / squared, 0.0, 1.0)
-        result[low : low + size] = np.linalg.norm(away - share[:, :, None] * step, axis=2).min(axis=1)
-    return result
+    return float(path_distances(rows[:, :3], centre[None])[0])
 
 
 _CHECKS: dict[str, Callable[[_Case], Outcome]] = {

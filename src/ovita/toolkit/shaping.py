@@ -9,11 +9,19 @@ import numpy as np
 from ovita.toolkit.arguments import Mask
 from ovita.trajectory import Array, arc_length
 
+ROUNDING = 1e-9
+"""Weights nearer than this to 0 or 1 are taken for it."""
+
 
 def smoothstep(x: Array) -> Array:
     """The cubic 3x^2 - 2x^3 of x clipped to [0, 1]; flat at both ends."""
-    t = np.clip(x, 0.0, 1.0)
+    t = snapped(x)
     return np.asarray(t * t * (3.0 - 2.0 * t))
+
+
+def snapped(x: Array) -> Array:
+    """Clip x to [0, 1]; what rounding keeps from 0 or 1 becomes exactly that, so that edges are bit-identical."""
+    return np.where(x < ROUNDING, 0.0, np.where(x > 1.0 - ROUNDING, 1.0, x))
 
 
 def runs(mask: Mask) -> Iterator[tuple[int, int]]:
@@ -84,3 +92,16 @@ def spacing(positions: Array) -> float:
     """Mean length of the segments that have one [m]; 0 if none has."""
     lengths = np.linalg.norm(np.diff(positions, axis=0), axis=1)
     return float(lengths[lengths > 0].mean()) if (lengths > 0).any() else 0.0
+
+
+def path_distances(path: Array, points: Array) -> Array:
+    """Distances (M,) of points (M, 3) to a polyline (N, 3) [m]."""
+    start, step = path[:-1], np.diff(path, axis=0)
+    squared = np.maximum((step**2).sum(axis=1), 1e-300)
+    result = np.empty(len(points))
+    size = max(1, 1_000_000 // len(step))
+    for low in range(0, len(points), size):
+        away = points[low : low + size, None] - start
+        share = np.clip((away * step).sum(axis=2) / squared, 0.0, 1.0)
+        result[low : low + size] = np.linalg.norm(away - share[:, :, None] * step, axis=2).min(axis=1)
+    return result

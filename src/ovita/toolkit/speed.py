@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from ovita.toolkit import arguments
 from ovita.toolkit.arguments import Place
-from ovita.toolkit.shaping import eased, runs
+from ovita.toolkit.shaping import eased, runs, snapped
 from ovita.trajectory import Array, arc_length
 
 
@@ -84,7 +84,7 @@ def stop_at(traj: ArrayLike, at: Place, *, brake: float = 0.15, resume: bool = F
     s = arc_length(rows[:, :3])
     gap = np.abs(s - s[i])
     span = share * s[-1]
-    left = np.minimum(gap / span, 1.0) if span > 0 else np.ones_like(gap)
+    left = snapped(gap / span) if span > 0 else np.ones_like(gap)
     rows[:, 3] *= np.sqrt(left)
     rows[i, 3] = 0.0
     return rows if resume else rows[: i + 1].copy()

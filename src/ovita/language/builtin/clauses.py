@@ -63,6 +63,7 @@ def _pieces(tokens: tuple[Token, ...]) -> list[tuple[Clause, bool]]:
     hard = False
     for i, token in enumerate(tokens):
         separates = token.kind == "break" or (token.kind == "join" and not _lists_objects(tokens, i))
+        separates = separates or (token.text.lower() == "while" and _about_speed(tokens[i + 1 :]))
         if not separates:
             if token.kind != "join":
                 current.append(token)
@@ -84,6 +85,12 @@ def _lists_objects(tokens: tuple[Token, ...], i: int) -> bool:
     return before is not None and after is not None and before.kind == "object" == after.kind
 
 
+def _about_speed(rest: Clause) -> bool:
+    """Whether what follows "while", up to the next mark, changes the speed rather than naming a part of the path."""
+    until = next((i for i, t in enumerate(rest) if t.kind in ("break", "join")), len(rest))
+    return any(t.value in ("speed", "faster", "slower", "constant") or t.unit == "m/s" for t in rest[:until])
+
+
 def _asks(piece: Clause) -> bool:
     concepts = {t.value for t in piece if t.kind == "concept"}
     if concepts & ACTIONS:
@@ -99,6 +106,8 @@ def _asks(piece: Clause) -> bool:
     if {"after", "goal"} <= concepts:
         return any(t.kind != "filler" and t.value not in ("after", "goal", "reach") for t in piece)
     endpoint = bool(concepts & {"start", "goal"})
+    if any(t.unit == "m/s" for t in piece):
+        return True
     return (endpoint and (any(t.kind == "object" for t in piece) or "between" in concepts)) or (
         "speed" in concepts and any(t.kind == "number" for t in piece)
     )

@@ -10,8 +10,9 @@ import numpy as np
 
 from ovita.language.builtin.intents import Intent, Region
 from ovita.language.request import Request
-from ovita.language.scale import Scale, nice
+from ovita.language.scale import Scale
 from ovita.scene import SceneObject, canonical
+from ovita.toolkit import CATALOGUE
 from ovita.trajectory import Array
 
 ORDER: tuple[str, ...] = (
@@ -21,16 +22,23 @@ ORDER: tuple[str, ...] = (
 """Path first, from the whole to its parts, so that no step disturbs an exact amount set by another; then speed;
 what changes the number of waypoints comes last."""
 
+OPPOSITE = {"left": "right", "right": "left", "front": "back", "back": "front", "up": "down", "down": "up"}
+
 RESERVED = frozenset({"traj", "scene", "np", "math"})
 
 
 @dataclass
 class Draft:
-    """A policy being written: `positions` follows the shifts known so far, so that later sizes fit."""
+    """A policy being written.
+
+    `positions` follows the shifts of the whole path written so far, and `shifts` names their knobs by direction, so
+    that later steps can allow for them.
+    """
 
     request: Request
     scale: Scale
     positions: Array
+    shifts: dict[str, list[str]] = field(default_factory=dict)
     parameters: dict[str, tuple[object, str]] = field(default_factory=dict)
     objects: dict[str, SceneObject] = field(default_factory=dict)
     body: list[str] = field(default_factory=list)
@@ -46,7 +54,7 @@ class Draft:
     def knob(self, name: str, value: object, comment: str) -> str:
         """Add a parameter under a free name and return that name."""
         free, n = name, 2
-        while free in self.parameters or free in self.objects or keyword.iskeyword(free):
+        while not self._is_free(free):
             free, n = f"{name}_{n}", n + 1
         self.parameters[free] = (value, comment)
         return free
@@ -56,20 +64,26 @@ class Draft:
         for name, known in self.objects.items():
             if known is item:
                 return name
-        from ovita.toolkit import CATALOGUE
-
         name = re.sub(r"\W+", "_", canonical(item.name), flags=re.ASCII).strip("_") or "item"
         name = f"the_{name}" if name[0].isdigit() else name
-        while keyword.iskeyword(name) or name in RESERVED or name in CATALOGUE or name in self.parameters:
-            name += "_"
-        while name in self.objects:
+        while not self._is_free(name):
             name += "_"
         self.objects[name] = item
         return name
 
+    def _is_free(self, name: str) -> bool:
+        taken = name in self.parameters or name in self.objects or name in CATALOGUE or name in RESERVED
+        return not (taken or keyword.iskeyword(name))
+
     def distance(self, item: SceneObject) -> float:
         """Closest approach of the path to an object's centre, as far as known [m]."""
         return float(item.distance(self.positions).min())
+
+    def shifted(self, direction: str) -> str:
+        """The shift of the whole path along a direction as an expression, such as "up - down", or ""."""
+        along = [f" + {name}" for name in self.shifts.get(direction, [])]
+        against = [f" - {name}" for name in self.shifts.get(OPPOSITE[direction], [])]
+        return "".join([*along, *against])
 
     def assume(self, text: str) -> None:
         """Add an assumption, once."""
@@ -98,7 +112,7 @@ def compose(intents: tuple[Intent, ...], request: Request, radius: float | None 
     from ovita.language.builtin.steps import STEPS
 
     draft = Draft.of(request)
-    for intent in sorted(dict.fromkeys(intents_once(intents)), key=lambda i: ORDER.index(i.action)):
+    for intent in sorted(intents_once(intents), key=lambda i: ORDER.index(i.action)):
         STEPS[intent.action](draft, intent if radius is None else _with_radius(intent, radius))
     return draft
 
@@ -151,7 +165,7 @@ def mask(draft: Draft, region: Region) -> tuple[str, str]:
 def _near(draft: Draft, item: SceneObject, radius: float | None) -> tuple[str, str]:
     value = radius
     if value is None:
-        value = nice(draft.distance(item) + 0.15 * draft.scale.extent)
+        value = draft.scale.near(draft.positions, item)
         draft.assume(f'"near {item.name}" is within {value:g} m of its centre')
     elif draft.distance(item) > value:
         draft.assume(

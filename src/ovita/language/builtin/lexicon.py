@@ -24,7 +24,7 @@ CONCEPTS: dict[str, str] = {
     "speed": "speed, velocity, pace, rate of motion, speeds",
     "constant": "constant, constantly, steady, steadily, fixed, unchanging, same",
     "gradual": "gradually, uniformly, linearly, steadily increasing, progressively, uniform",
-    "increase": "increase, grow, boost, enlarge, add, up the, raise the",
+    "increase": "increase, grow, boost, enlarge, add",
     "decrease": "decrease, reduce, lessen, cut, diminish, drop, shrink",
     "more": "more, greater, larger, bigger",
     "fewer": "fewer, less, smaller",
@@ -56,7 +56,7 @@ CONCEPTS: dict[str, str] = {
     " origin, begin, starting location, initial point",
     "goal": "goal, end, ending, destination, finish, goal position, end position, final position, final point,"
     " end point, endpoint, goal point, final goal, target position, final waypoint",
-    "whole": "whole, entire, complete, overall, full, all, everywhere, throughout",
+    "whole": "whole, entire, complete, overall, full, all, everything, everywhere, throughout",
     "waypoints": "waypoint, waypoints, point, points, sample, samples, way point, way points",
     "count": "number, count, amount, density, resolution",
     "every": "every, each",
@@ -84,8 +84,8 @@ CONCEPTS: dict[str, str] = {
 FILLER = frozenset(
     """a an the to of by in on at it its is be as for from with this that there so into onto towards's
     go move walk drive fly travel run shift translate transfer displace make let have get do take bring change modify
-    adjust set perform execute follow put stay navigate come push pull traverse steer relocate adapt alter update
-    trajectory path route motion movement robot drone arm rover gripper effector vehicle agent course way
+    adjust set perform execute follow put stay navigate come push pull traverse steer relocate head aim adapt alter
+    update trajectory path route motion movement robot drone arm rover gripper effector vehicle agent course way
     please can could would you i we me us my your want like should need to will must shall
     position location place side part region area phase portion rest section zone new value direction itself
     unit units metre metres meter meters m

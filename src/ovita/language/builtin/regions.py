@@ -106,8 +106,8 @@ def _near(r: Reader) -> Region | None:
         return None
     items = r.objects_from(j)
     r.take("near", "pass", "when", "reach", "only", "after" if r.find("after") == r.before(i) else "only")
-    radius = r.number("m", "") if r.take("threshold") else None
-    return Region("near", items, radius)
+    stated = r.number("m", "") if r.take("threshold") else None
+    return Region("near", items, stated)
 
 
 def _order(r: Reader) -> Region | None:

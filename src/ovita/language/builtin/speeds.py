@@ -11,7 +11,7 @@ from ovita.language.scale import Degree
 
 def read_speed(r: Reader) -> list[Intent]:
     """Slow down near the cup; move at a constant speed of 1; accelerate uniformly; twice as fast within 0.3 of it."""
-    if not r.has("faster", "slower", "speed", "constant"):
+    if not r.has("faster", "slower", "speed", "constant") and not r.numbers(("m/s",)):
         return []
     if r.has("constant") and not r.has("speed", "faster", "slower") and r.has("distance", "away"):
         return []

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
-from ovita.language.builtin.compose import Draft, mask
+from ovita.language.builtin.compose import OPPOSITE, Draft, mask
 from ovita.language.builtin.intents import Intent
 from ovita.language.scale import Degree, nice
 
@@ -16,9 +17,25 @@ APPROACH: dict[Degree, float] = {"slight": 0.25, "moderate": 0.5, "large": 0.75}
 TO_THE = {"left": "to the left", "right": "to the right", "front": "to the front", "back": "back"}
 
 
-def _offsets(d: Draft, intent: Intent, prefix: str = "") -> tuple[str, str, dict[str, float]]:
-    """Code ("left=left"), words ("0.2 m to the left") and metres of an intent's directions."""
-    code, words, amounts = [], [], {}
+@dataclass(frozen=True)
+class _Offset:
+    """An intent's directions: knobs by direction, metres by direction, and words such as "0.2 m to the left"."""
+
+    knobs: dict[str, str]
+    metres: dict[str, float]
+    words: str
+
+    @property
+    def code(self) -> str:
+        return _arguments(self.knobs)
+
+
+def _arguments(expressions: dict[str, str]) -> str:
+    return ", ".join(f"{direction}={expression}" for direction, expression in expressions.items())
+
+
+def _offset(d: Draft, intent: Intent, prefix: str = "") -> _Offset:
+    knobs, words, amounts = {}, [], {}
     for direction, stated in intent.directions:
         value = stated
         if value is None:
@@ -26,9 +43,25 @@ def _offsets(d: Draft, intent: Intent, prefix: str = "") -> tuple[str, str, dict
             d.assume(f'"{_said(intent, direction)}" is {value:g} m in this scene')
         amounts[direction] = value
         name = d.knob(f"{prefix}{direction}", value, f"[m] shift {TO_THE.get(direction, direction)}")
-        code.append(f"{direction}={name}")
+        knobs[direction] = name
         words.append(f"{value:g} m {TO_THE.get(direction, direction)}")
-    return ", ".join(code), " and ".join(words), amounts
+    return _Offset(knobs, amounts, " and ".join(words))
+
+
+def _with_shift(d: Draft, knobs: dict[str, str], *, own: bool) -> dict[str, str]:
+    """Where an end lies from its original place: its own directions, and the shift of the whole path.
+
+    With `own`, an end's own direction overrides the shift along that axis; without, the two add up.
+    """
+    total = {direction: name + ("" if own else d.shifted(direction)) for direction, name in knobs.items()}
+    for direction in d.shifts:
+        if direction not in total and OPPOSITE[direction] not in total:
+            total[direction] = d.shifted(direction).removeprefix(" + ")
+    return total
+
+
+def _negated(shift: str) -> str:
+    return shift.replace(" + ", " ~ ").replace(" - ", " + ").replace(" ~ ", " - ")
 
 
 def _said(intent: Intent, direction: str) -> str:
@@ -36,11 +69,14 @@ def _said(intent: Intent, direction: str) -> str:
 
 
 def _move(d: Draft, intent: Intent) -> None:
-    code, words, amounts = _offsets(d, intent)
+    offset = _offset(d, intent)
+    code, words = offset.code, offset.words
     where, part = mask(d, intent.region)
     if not where:
         d.body.append(f"traj = move(traj, {code})")
-        d.positions = d.positions + d.request.scene.frame.offset(**amounts)
+        d.positions = d.positions + d.request.scene.frame.offset(**offset.metres)
+        for direction, name in offset.knobs.items():
+            d.shifts.setdefault(direction, []).append(name)
         d.expectations.append(f"expect_moved({code})")
         d.plan.append(f"Shift the whole path {words}.")
         return
@@ -60,12 +96,13 @@ def _endpoint(d: Draft, intent: Intent) -> None:
     elif intent.items:
         target, words = d.ref(intent.items[0]), intent.items[0].name
     else:
-        code, words, _ = _offsets(d, intent, f"{end}_")
-        d.body.append(f"traj = move_{end}(traj, {code}, blend={blend})")
-        d.expectations.append(f"expect_{end}({code})")
-        d.plan.append(f"Shift the {end} {words}; the path bends towards it.")
+        own = _offset(d, intent, f"{end}_")
+        undone = {direction: name + _negated(d.shifted(direction)) for direction, name in own.knobs.items()}
+        d.body.append(f"traj = move_{end}(traj, {_arguments(undone)}, blend={blend})")
+        d.expectations.append(f"expect_{end}({_arguments(_with_shift(d, own.knobs, own=True))})")
+        d.plan.append(f"Shift the {end} {own.words}; the path bends towards it.")
         return
-    offset = f", {_offsets(d, intent, f'{end}_')[0]}" if intent.directions else ""
+    offset = f", {_offset(d, intent, f'{end}_').code}" if intent.directions else ""
     d.body.append(f"traj = move_{end}(traj, {target}{offset}, blend={blend})")
     if not offset:
         d.expectations.append(f"expect_{end}({target})")
@@ -82,7 +119,7 @@ def _closer(d: Draft, intent: Intent) -> None:
         by = nice(APPROACH[intent.degree] * (d.distance(item) + 0.1 * d.scale.extent))
         d.assume(f'"closer to {item.name}" is {by:g} m closer')
     ref = d.ref(item)
-    name = d.knob("closer", by, f"[m] how much closer to {item.name}")
+    name = d.knob("closer_by", by, f"[m] how much closer to {item.name}")
     reach = ""
     if intent.mode == "whole":
         reach = f", reach={d.knob('reach', nice(4 * d.scale.extent), '[m] how far around the closest point it acts')}"
@@ -101,9 +138,10 @@ def _farther(d: Draft, intent: Intent) -> None:
         d.body.append(f"traj = farther(traj, {ref}, times={name}{_where(where)})")
         d.plan.append(f"Multiply the distance to {item.name} by {intent.amount:g}{_part(part)}.")
         return
-    moved = float(item.distance(d.positions).min() - item.distance(d.request.trajectory.positions).min())
-    if intent.amount is None and moved > 0.02 * d.scale.extent and not where:
-        d.plan.append(f"This already takes the path {moved:.3g} m farther from {item.name}.")
+    now, was = item.distance(d.positions), item.distance(d.request.trajectory.positions)
+    gain = min(float(now.min() - was.min()), float(now.mean() - was.mean()))
+    if intent.amount is None and gain > 0.02 * d.scale.extent and not where:
+        d.plan.append(f"This already takes the path {gain:.3g} m farther from {item.name}.")
         return
     by = intent.amount
     if by is None:
@@ -164,10 +202,11 @@ def _extend(d: Draft, intent: Intent) -> None:
         d.expectations.append(f"expect_goal({ref})")
         d.plan.append(f"Continue from the goal to {intent.items[0].name}.")
     elif intent.directions:
-        code, words, _ = _offsets(d, intent)
-        d.body.append(f"traj = extend(traj, {code})")
-        d.expectations.append(f"expect_goal({code})")
-        d.plan.append(f"After the goal, go on {words}.")
+        beyond = _offset(d, intent)
+        d.body.append(f"traj = extend(traj, {beyond.code})")
+        if not any(line.startswith("traj = move_goal") for line in d.body):
+            d.expectations.append(f"expect_goal({_arguments(_with_shift(d, beyond.knobs, own=False))})")
+        d.plan.append(f"After the goal, go on {beyond.words}.")
     else:
         by = intent.amount
         if by is None:

@@ -144,15 +144,20 @@ def _name_table(scene: Scene) -> dict[tuple[str, ...], SceneObject]:
     table: dict[tuple[str, ...], SceneObject] = {}
     owners: dict[str, list[SceneObject]] = {}
     for item in scene.objects:
-        parts = tuple(canonical(item.name).split())
+        parts = _parts(item)
         table[parts] = item
         for word in set(parts):
             owners.setdefault(word, []).append(item)
     for item in scene.objects:
-        head = canonical(item.name).split()[-1]
-        if len(owners[head]) == 1 and (head,) not in phrases() and head not in FILLER:
+        head = (_parts(item) or ("",))[-1]
+        if len(owners.get(head, ())) == 1 and (head,) not in phrases() and head not in FILLER:
             table.setdefault((head,), item)
     return table
+
+
+def _parts(item: SceneObject) -> tuple[str, ...]:
+    """The words of an object's name, cut as a sentence is cut."""
+    return tuple(w for w in _WORD.findall(canonical(item.name)) if w[0].isalnum())
 
 
 @cache

@@ -1,0 +1,70 @@
+"""Entry point of the `ovita` command; each subcommand is imported only when it runs."""
+
+from __future__ import annotations
+
+import os
+import sys
+from importlib import import_module
+
+import click
+
+from ovita.errors import MissingExtra, OvitaError, WriterError
+
+EXIT_INPUT, EXIT_WRITER, EXIT_INFEASIBLE = 2, 3, 4
+
+COMMANDS: dict[str, tuple[str, str]] = {
+    "adapt": ("ovita.cli.adapt_:command", "Adapt a trajectory to an instruction."),
+    "chat": ("ovita.cli.chat_:command", "Adapt in a conversation: feedback, undo, save."),
+    "demo": ("ovita.cli.demo_:command", "Adapt a shipped scene three times and save the pictures."),
+    "explain": ("ovita.cli.explain_:command", "Explain a result in plain words."),
+    "plot": ("ovita.cli.plot_:command", "Draw a result or a scene: PNG, SVG, PDF, or an interactive page."),
+    "policy": ("ovita.cli.policy_:group", "Check or run policy files in the sandbox."),
+}
+
+
+class _LazyGroup(click.Group):
+    """A group whose commands are imported on use, so that `--help` is instant."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name not in COMMANDS:
+            return None
+        module, _, name = COMMANDS[cmd_name][0].partition(":")
+        command: click.Command = getattr(import_module(module), name)
+        return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, short) for name, (_, short) in COMMANDS.items()])
+
+
+@click.command(cls=_LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(package_name="ovita")
+def cli() -> None:
+    """Change how a robot moves by saying so.
+
+    Start with `ovita demo`, or: ovita adapt SCENE.json "Go left by 0.2 and slow down near the cup"
+
+    Exit codes: 0 done; 2 bad usage or input; 3 not understood, or the writer failed; 4 the limits cannot all hold
+    (the best effort is written and flagged).
+    """
+
+
+def main() -> None:
+    """Run the command line; a user's mistake gives one sentence and an exit code, never a traceback."""
+    try:
+        cli(standalone_mode=False)
+    except click.ClickException as error:
+        error.show()
+        sys.exit(error.exit_code)
+    except (click.Abort, KeyboardInterrupt):
+        click.echo("stopped", err=True)
+        sys.exit(130)
+    except OvitaError as error:
+        click.echo(f"error: {error}", err=True)
+        sys.exit(EXIT_WRITER if isinstance(error, WriterError) and not isinstance(error, MissingExtra) else EXIT_INPUT)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(0)

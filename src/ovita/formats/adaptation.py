@@ -1,0 +1,44 @@
+"""The document of an adaptation: a plain dict on disk, with its schema checked.
+
+What the keys mean is the business of `ovita.adapt`; here they are only written and read without loss.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from typing import Any
+
+from ovita.errors import FormatError
+from ovita.formats import json_
+from ovita.formats.files import atomic_write, file_name, read_text
+
+SCHEMA = json_.ADAPTATION_SCHEMA
+"""Value of the key `schema`."""
+
+
+def save_document(path: str | os.PathLike[str], document: Mapping[str, Any]) -> None:
+    """Write an adaptation atomically as JSON, with its schema as the first key.
+
+    Raises:
+        FormatError: If it cannot be written there, holds NaN or what JSON does not know, or has another schema.
+    """
+    file = file_name(path)
+    complete = {"schema": SCHEMA, **document}
+    json_.check_schema(complete, file)
+    atomic_write(path, json_.dumps(complete, file))
+
+
+def load_document(path: str | os.PathLike[str]) -> dict[str, Any]:
+    """Read an adaptation that `save_document` wrote.
+
+    Raises:
+        FormatError: If the file cannot be read, is not JSON, has another schema, or holds a number that is not finite.
+    """
+    file = file_name(path)
+    document = json_.parse_object(read_text(path), file)
+    if "schema" not in document and "trajectory" in document:
+        raise FormatError(file, "this is a task, not a saved adaptation; run `ovita adapt` on it first")
+    json_.check_schema(document, file)
+    json_.check_values(document, file)
+    return document

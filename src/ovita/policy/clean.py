@@ -1,0 +1,282 @@
+"""Removing from a policy's source what only its author needed: demos, dummies, prints and dead code.
+
+Whole lines go, so that comments and layout of the rest stay as they were, and each line that stays is known by its
+number in the original.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from ovita.errors import PolicyRejected
+from ovita.policy.allowed import MODULES, REASONS, refusal
+from ovita.policy.check import PROVIDED, SCRIPT_CALLS
+from ovita.policy.syntax import RESULT, Entry, bound_names, entry_of, parse_tree, root_name
+
+_HARMLESS = MODULES | {"time", "datetime", "logging", "pprint"}
+_MUTATORS = frozenset({"pop", "append", "extend", "insert", "remove", "update", "sort", "popleft", "add", "clear"})
+_GIVEN_MODULES = {"numpy": "np", "math": "math"}
+_COMMENT = re.compile(r"(\s*)#")
+
+
+@dataclass(frozen=True)
+class Cleaned:
+    """Source without what it does not need.
+
+    Args:
+        source: What is left.
+        lines: For each line of it, its number in the original, counted from 1.
+    """
+
+    source: str
+    lines: tuple[int, ...]
+
+
+def clean(source: str) -> Cleaned:
+    """Remove what a policy does not need.
+
+    That is: imports of what is provided anyway, dummies of `get_trajectory` and `detect_objects`, the demo of a
+    function, prints, and code that is never reached.
+
+    Raises:
+        PolicyRejected: If the source is not Python or holds no policy.
+    """
+    tree = parse_tree(source)
+    entry = entry_of(tree)
+    page = _Page(source, tree)
+    surplus = _surplus(tree, entry)
+    _drop(tree.body, surplus, page, is_module=True)
+    cleaned = page.rest()
+    try:
+        if entry_of(parse_tree(cleaned.source)).form == entry.form:
+            return cleaned
+    except PolicyRejected:
+        pass
+    return _Page(source, tree).rest()
+
+
+def _drop(body: list[ast.stmt], surplus: set[ast.stmt], page: _Page, *, is_module: bool) -> None:
+    """Take the surplus statements of a body, and of the bodies in it, off the page."""
+    dead = set(_unreachable(body))
+    going = [s for s in body if (s in surplus or s in dead or _is_idle_print(s)) and page.owns(s)]
+    empty = len(going) == len(body) and not is_module
+    for statement in body:
+        if statement in going:
+            page.remove(statement, instead="pass" if empty and statement is going[0] else None)
+        else:
+            for inner in _bodies(statement):
+                _drop(inner, surplus, page, is_module=False)
+
+
+def _bodies(statement: ast.stmt) -> Iterator[list[ast.stmt]]:
+    for name in ("body", "orelse", "finalbody"):
+        inner = getattr(statement, name, None)
+        if isinstance(inner, list) and inner and isinstance(inner[0], ast.stmt):
+            yield inner
+    for part in [*getattr(statement, "handlers", []), *getattr(statement, "cases", [])]:
+        yield part.body
+
+
+def _unreachable(body: list[ast.stmt]) -> list[ast.stmt]:
+    for i, statement in enumerate(body):
+        if isinstance(statement, ast.Return | ast.Raise | ast.Break | ast.Continue):
+            tail = body[i + 1 :]
+            generator = any(isinstance(n, ast.Yield | ast.YieldFrom) for s in tail for n in ast.walk(s))
+            return [] if generator else tail
+    return []
+
+
+def _is_idle_print(statement: ast.stmt) -> bool:
+    """Whether a statement is a print whose arguments do nothing."""
+    match statement:
+        case ast.Expr(value=ast.Call(func=ast.Name(id="print")) as call):
+            for node in ast.walk(call):
+                match node:
+                    case ast.NamedExpr() | ast.Await() | ast.Yield() | ast.YieldFrom():
+                        return False
+                    case ast.Name(id=name) if name in REASONS or name == "next":
+                        return False
+                    case ast.Attribute(attr=name) if name in _MUTATORS or refusal(name):
+                        return False
+            return True
+    return False
+
+
+def _surplus(tree: ast.Module, entry: Entry) -> set[ast.stmt]:
+    """Statements that a policy can do without, other than prints and dead code."""
+    guards = [s for s in tree.body if _is_main_guard(s)]
+    outside = {name for s in tree.body if s not in guards for name in bound_names(s)}
+    surplus: set[ast.stmt] = set(guards if entry.form == "function" or RESULT in outside else [])
+    surplus |= {s for s in tree.body if _is_dummy(s)}
+    if entry.form == "function":
+        surplus |= _demo(tree, entry, surplus)
+    used = {
+        node.id
+        for statement in tree.body
+        if statement not in surplus
+        for node in ast.walk(statement)
+        if isinstance(node, ast.Name)
+    }
+    rebound = _rebound(tree)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import | ast.ImportFrom) and (
+            _is_given(node, rebound) or (node in tree.body and _is_idle_import(node, used))
+        ):
+            surplus.add(node)
+    return surplus
+
+
+def _is_main_guard(statement: ast.stmt) -> bool:
+    return (
+        isinstance(statement, ast.If)
+        and not statement.orelse
+        and any(isinstance(n, ast.Name) and n.id == "__name__" for n in ast.walk(statement.test))
+    )
+
+
+def _is_dummy(statement: ast.stmt) -> bool:
+    match statement:
+        case ast.FunctionDef(name=name) | ast.Assign(targets=[ast.Name(id=name)], value=ast.Lambda()):
+            return name in SCRIPT_CALLS
+    return False
+
+
+def _demo(tree: ast.Module, entry: Entry, gone: set[ast.stmt]) -> set[ast.stmt]:
+    """Top-level statements that the entry of a function-form policy does not depend on."""
+    statements = [s for s in tree.body if s not in gone]
+    touched = {s: _touched(s) for s in statements}
+    needed, kept = {entry.name}, set[ast.stmt]()
+    while True:
+        more = [s for s in statements if s not in kept and (touched[s] & needed or _must_stay(s))]
+        if not more:
+            break
+        kept |= set(more)
+        needed |= {n.id for s in more for n in ast.walk(s) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load)}
+    return {s for s in statements if s not in kept and not isinstance(s, ast.Import | ast.ImportFrom)}
+
+
+def _touched(statement: ast.stmt) -> set[str]:
+    """Names that a top-level statement binds or, short of an assignment, may change by calling their methods."""
+    names = set(bound_names(statement))
+    if not isinstance(statement, ast.Assign | ast.AnnAssign | ast.FunctionDef | ast.ClassDef):
+        for node in ast.walk(statement):
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
+                names |= {name for name in (root_name(node.func),) if name and name not in ("np", "math")}
+    return names
+
+
+def _must_stay(statement: ast.stmt) -> bool:
+    """Docstrings, errors raised on purpose, and seeds."""
+    match statement:
+        case ast.Expr(value=ast.Constant()) | ast.Raise():
+            return True
+        case ast.Expr(value=ast.Call(func=function)):
+            return ast.unparse(function) in ("np.random.seed", "random.seed", "np.seterr", "numpy.random.seed")
+    return False
+
+
+def _rebound(tree: ast.Module) -> set[str]:
+    """Names that something other than an import binds, or that an import binds to something unusual."""
+    names = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Name) and not isinstance(node.ctx, ast.Load):
+            names.add(node.id)
+        elif isinstance(node, ast.FunctionDef | ast.ClassDef):
+            names.add(node.name)
+        elif isinstance(node, ast.arg):
+            names.add(node.arg)
+    return names
+
+
+def _is_given(node: ast.Import | ast.ImportFrom, rebound: set[str]) -> bool:
+    """Whether an import only repeats what every policy is given."""
+    if isinstance(node, ast.Import):
+        return all(
+            _GIVEN_MODULES.get(a.name) == (a.asname or a.name) and _GIVEN_MODULES[a.name] not in rebound
+            for a in node.names
+        )
+    root = (node.module or "").split(".")[0]
+    if root == "__future__":
+        return all(alias.name == "annotations" for alias in node.names)
+    if node.level == 0 and (root in sys.stdlib_module_names or root in ("numpy", "scipy")):
+        return False
+    if root in ("ovita", "toolkit") and [alias.name for alias in node.names] == ["*"]:
+        return True
+    return all(a.name in PROVIDED and a.asname in (None, a.name) and a.name not in rebound for a in node.names)
+
+
+def _is_idle_import(node: ast.Import | ast.ImportFrom, used: set[str]) -> bool:
+    """Whether an import is of something harmless that nothing uses."""
+    if any((alias.asname or alias.name.split(".")[0]) in used or alias.name == "*" for alias in node.names):
+        return False
+    names = [a.name for a in node.names] if isinstance(node, ast.Import) else [node.module or ""]
+    roots = [name.split(".")[0] for name in names]
+    return all(root in _HARMLESS or root not in sys.stdlib_module_names for root in roots)
+
+
+@dataclass
+class _Page:
+    """The lines of a source, some of them struck out."""
+
+    source: str
+    tree: ast.Module
+    gone: set[int] = field(default_factory=set)
+    instead: dict[int, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.lines = self.source.split("\n")
+        self.text = {
+            number
+            for node in ast.walk(self.tree)
+            if isinstance(node, ast.Constant | ast.JoinedStr) and isinstance(getattr(node, "value", ""), str | bytes)
+            for number in range(node.lineno, node.end_lineno or node.lineno)
+        }
+
+    def owns(self, statement: ast.stmt) -> bool:
+        """Whether no other statement shares the statement's lines."""
+        first, last = _span(statement)
+        before = self.lines[first - 1].encode()[: statement.col_offset]
+        after = self.lines[last - 1].encode()[statement.end_col_offset :].strip()
+        return not before.strip() and (not after or after.startswith(b"#"))
+
+    def remove(self, statement: ast.stmt, *, instead: str | None) -> None:
+        """Strike a statement out, with the comments that introduce it or trail in it."""
+        first, last = _span(statement)
+        if instead is not None:
+            self.instead[first] = " " * statement.col_offset + instead
+        if isinstance(statement, ast.If | ast.FunctionDef) and statement.col_offset == 0:
+            while last < len(self.lines) and _indented_comment(self.lines[last]):
+                last += 1
+            while first > 1 and self.lines[first - 2].startswith("#"):
+                first -= 1
+        self.gone |= set(range(first, last + 1)) - self.instead.keys()
+
+    def rest(self) -> Cleaned:
+        """What is left, without runs of more than two blank lines."""
+        kept: list[tuple[int, str]] = []
+        for number, line in enumerate(self.lines, start=1):
+            if number in self.gone:
+                continue
+            line = self.instead.get(number, line if number in self.text else line.rstrip())
+            blank = not line and number not in self.text
+            if blank and (not kept or (kept[-2:] and all(not text for _, text in kept[-2:]) and len(kept) > 1)):
+                continue
+            kept.append((number, line))
+        while kept and not kept[-1][1]:
+            kept.pop()
+        return Cleaned("\n".join(line for _, line in kept) + "\n", tuple(number for number, _ in kept))
+
+
+def _span(statement: ast.stmt) -> tuple[int, int]:
+    """First and last line of a statement, its decorators included."""
+    decorators = getattr(statement, "decorator_list", [])
+    return min([statement.lineno, *(d.lineno for d in decorators)]), statement.end_lineno or statement.lineno
+
+
+def _indented_comment(line: str) -> bool:
+    found = _COMMENT.match(line)
+    return found is not None and bool(found[1])

@@ -1,0 +1,300 @@
+"""The parent's side of the sandbox's processes: starting them, talking to them, ending them."""
+
+from __future__ import annotations
+
+import atexit
+import json
+import os
+import select
+import struct
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from ovita.errors import IsolationUnavailable, PolicyCrashed
+from ovita.policy.frames import MAX_RESULT, REPLY_SIZE, BadFrame, Reply, Request
+
+START_LIMIT_S = 60.0
+"""How long a worker may take to come up [s]; scipy on a loaded machine takes a few."""
+
+GRACE_S = 5.0
+"""How long a worker may take beyond a policy's wall clock before it is given up [s]."""
+
+SCIPY_GRACE_S = 60.0
+"""The same when parts of scipy may have to be loaded first [s]."""
+
+_THREADS = ("OPENBLAS", "OMP", "MKL", "BLIS", "NUMEXPR", "VECLIB_MAXIMUM")
+
+_BOOT = """\
+import sys
+at = next((i for i, p in enumerate(sys.path) if p.endswith("-packages")), len(sys.path))
+sys.path[at:at] = [p for p in sys.argv[3:] if p not in sys.path]
+from ovita.policy._worker import main
+main(sys.argv[1], int(sys.argv[2]))
+"""
+
+
+@dataclass
+class Answer:
+    """What came back for one request, unjudged."""
+
+    reply: Reply
+    data: bytes
+
+
+class WorkerLost(Exception):
+    """The worker ended or fell silent in the middle of a conversation."""
+
+
+class Worker:
+    """A long-lived worker process; one request at a time."""
+
+    def __init__(self) -> None:
+        self.process = start("serve")
+        self.hello = _hello(self.process)
+        assert self.process.stdin is not None and self.process.stdout is not None
+        self.writing, self.reading = self.process.stdin.fileno(), self.process.stdout.fileno()
+        os.set_blocking(self.writing, False)
+        os.set_blocking(self.reading, False)
+
+    def ask(self, head: Request, body: bytes) -> Answer:
+        """Send a request and wait for its answer.
+
+        Raises:
+            WorkerLost: If the worker ends or does not answer in time.
+        """
+        grace = SCIPY_GRACE_S if head.scipy else GRACE_S
+        deadline = time.monotonic() + head.wall_ms / 1000.0 + grace
+        try:
+            self._write(head.pack() + body, deadline)
+            reply = Reply.unpack(self._read(REPLY_SIZE, deadline))
+            return Answer(reply, self._read(reply.length, deadline))
+        except (OSError, BadFrame) as error:
+            raise WorkerLost(str(error)) from None
+
+    def _write(self, data: bytes, deadline: float) -> None:
+        view = memoryview(data)
+        while view:
+            self._wait(self.writing, select.POLLOUT, deadline)
+            view = view[os.write(self.writing, view) :]
+
+    def _read(self, length: int, deadline: float) -> bytes:
+        data = bytearray()
+        while len(data) < length:
+            self._wait(self.reading, select.POLLIN, deadline)
+            part = os.read(self.reading, min(1 << 20, length - len(data)))
+            if not part:
+                raise WorkerLost("the worker ended")
+            data += part
+        return bytes(data)
+
+    def _wait(self, descriptor: int, event: int, deadline: float) -> None:
+        poll = select.poll()
+        poll.register(descriptor, event)
+        if not poll.poll(max(0.0, deadline - time.monotonic()) * 1000.0):
+            raise WorkerLost("the worker does not answer")
+
+    def stop(self) -> None:
+        """Kill the worker, and with it the policy that it may be running."""
+        _end(self.process)
+
+    def forget(self) -> None:
+        """Let go of a worker that belongs to the process this one was forked from."""
+        self.process.returncode = 0  # or its destructor would wait for a process that is not ours
+        for pipe in (self.process.stdin, self.process.stdout):
+            if pipe is not None:
+                pipe.close()
+
+
+class Pool:
+    """The workers of this process: one with numpy, and one with scipy once a policy asks for it."""
+
+    def __init__(self) -> None:
+        self._workers: dict[bool, Worker] = {}
+        self._locks = {False: threading.Lock(), True: threading.Lock()}
+
+    def ask(self, head: Request, body: bytes) -> Answer:
+        """Have a request answered by the worker that fits, started if need be and restarted once if it was lost.
+
+        Raises:
+            IsolationUnavailable: If no worker can be started, or the machine cannot lock a policy in.
+            PolicyCrashed: If the worker is lost twice over the same request.
+        """
+        kind = bool(head.scipy)
+        with self._locks[kind]:
+            for _ in range(2):
+                worker = self._worker(kind)
+                try:
+                    return worker.ask(head, body)
+                except WorkerLost:
+                    self._discard(kind)
+                except BaseException:
+                    self._discard(kind)  # interrupted in the middle of a conversation
+                    raise
+            raise PolicyCrashed("the sandbox's worker ended while it ran the policy")
+
+    def missing(self) -> tuple[str, ...]:
+        """What this machine lacks for strict isolation, as a worker found it."""
+        with self._locks[False]:
+            return tuple(self._worker(False).hello["missing"])
+
+    def pids(self) -> tuple[int, ...]:
+        """Process ids of the running workers."""
+        return tuple(worker.process.pid for worker in self._workers.values())
+
+    def _worker(self, kind: bool) -> Worker:
+        worker = self._workers.get(kind)
+        if worker is not None and worker.process.poll() is not None:
+            self._discard(kind)
+            worker = None
+        if worker is None:
+            worker = self._workers[kind] = Worker()
+        return worker
+
+    def _discard(self, kind: bool) -> None:
+        worker = self._workers.pop(kind, None)
+        if worker is not None:
+            worker.stop()
+
+    def close(self) -> None:
+        """Stop all workers; the next request starts a new one."""
+        for kind in list(self._workers):
+            with self._locks[kind]:
+                self._discard(kind)
+
+    def after_fork(self) -> None:
+        """Start afresh in a forked child: the workers answer to the parent."""
+        for worker in self._workers.values():
+            worker.forget()
+        self.__init__()  # type: ignore[misc]
+
+
+POOL = Pool()
+atexit.register(POOL.close)
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=POOL.after_fork)
+
+
+def start(mode: str) -> subprocess.Popen[bytes]:
+    """Start a worker with an environment made from nothing.
+
+    The flags are those of `-I`, except that it would ignore PYTHONHASHSEED too, and with it sets of texts would
+    come in another order in every process.
+
+    Raises:
+        IsolationUnavailable: If Python cannot be started.
+    """
+    if not sys.executable:
+        raise IsolationUnavailable("the sandbox needs a Python to start (sys.executable is empty)")
+    command = [sys.executable, "-s", "-P", "-c", _BOOT, mode, str(os.getpid()), *_paths()]
+    environment = {"PYTHONHASHSEED": "0", "LANG": "C.UTF-8", "PATH": os.defpath}
+    environment |= {f"{name}_NUM_THREADS": "1" for name in _THREADS}
+    environment |= {name: os.environ[name] for name in ("LD_LIBRARY_PATH", "SYSTEMROOT") if name in os.environ}
+    try:
+        return subprocess.Popen(
+            command,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            cwd=Path(sys.executable).anchor or None,
+            env=environment,
+            start_new_session=True,
+        )
+    except OSError as error:
+        raise IsolationUnavailable(f"the sandbox's Python could not be started: {error}") from None
+
+
+def once(head: Request, body: bytes) -> Answer:
+    """Run one policy in a process of its own, started for it: slower than a worker, and possible everywhere."""
+    process = start("once")
+    try:
+        _hello(process)
+        return _communicate(process, head, body)
+    finally:
+        _end(process)
+
+
+def _communicate(process: subprocess.Popen[bytes], head: Request, body: bytes) -> Answer:
+    assert process.stdin is not None and process.stdout is not None
+    received = bytearray()
+    writer = threading.Thread(target=_feed, args=(process, head.pack() + body), daemon=True)
+    reader = threading.Thread(target=_collect, args=(process, received), daemon=True)
+    started = time.monotonic()
+    writer.start()
+    reader.start()
+    reader.join(head.wall_ms / 1000.0 + (SCIPY_GRACE_S if head.scipy and len(received) == 0 else 0.2))
+    from ovita.policy.frames import ENDED, FLOODED, TIMED_OUT, UNREAD
+
+    timed_out = reader.is_alive()
+    process.kill() if timed_out else None
+    code = process.wait()
+    reader.join(1.0)
+    elapsed = int((time.monotonic() - started) * 1e6)
+    ended = TIMED_OUT if timed_out else FLOODED if len(received) > MAX_RESULT else ENDED if received else UNREAD
+    data = bytes(received[1:]) if ended == ENDED else b""
+    return Answer(Reply(ended, code, elapsed, len(data)), data)
+
+
+def _feed(process: subprocess.Popen[bytes], data: bytes) -> None:
+    assert process.stdin is not None
+    try:
+        process.stdin.write(data)
+        process.stdin.close()
+    except OSError:
+        pass
+
+
+def _collect(process: subprocess.Popen[bytes], received: bytearray) -> None:
+    assert process.stdout is not None
+    while len(received) <= MAX_RESULT:
+        part = process.stdout.read1(1 << 16)  # type: ignore[attr-defined]
+        if not part:
+            return
+        received += part
+
+
+def _hello(process: subprocess.Popen[bytes]) -> dict[str, Any]:
+    """Read what a fresh worker says of itself."""
+    assert process.stdout is not None
+    timer = threading.Timer(START_LIMIT_S, process.kill)
+    timer.daemon = True
+    timer.start()
+    try:
+        size = process.stdout.read(4)
+        data = process.stdout.read(struct.unpack("<I", size)[0]) if len(size) == 4 else b""
+    finally:
+        timer.cancel()
+    if not data:
+        _end(process)
+        raise IsolationUnavailable(
+            f"the sandbox's worker did not start (exit code {process.returncode}); "
+            f"try: {sys.executable} -s -P -c 'import numpy, ovita'"
+        )
+    return dict(json.loads(data))
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    process.kill()
+    process.wait()
+    for pipe in (process.stdin, process.stdout):
+        try:
+            if pipe is not None:
+                pipe.close()
+        except OSError:
+            pass
+
+
+def _paths() -> Sequence[str]:
+    """Where the worker finds ovita, numpy and scipy: where this process found them."""
+    found = []
+    for package in ("ovita", "numpy", "scipy"):
+        spec = find_spec(package)
+        if spec is not None and spec.origin:
+            found.append(str(Path(spec.origin).parent.parent))
+    return list(dict.fromkeys(found))

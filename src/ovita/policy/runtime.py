@@ -1,0 +1,359 @@
+"""What happens around a policy inside the sandbox: its inputs, its namespace, its output and its failures."""
+
+from __future__ import annotations
+
+import builtins
+import gc
+import math
+import random
+import sys
+import threading
+import time
+import types
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ovita.errors import PolicyError, PolicyOutputInvalid
+from ovita.policy import frames
+from ovita.policy.allowed import MODULES, SCIPY_PARTS
+from ovita.policy.check import check
+from ovita.policy.modules import Modules, reduced_builtins
+from ovita.policy.output import to_rows
+from ovita.policy.syntax import RESULT, Entry, entry_of, parse_tree
+from ovita.scene import Frame, Scene, SceneObject
+from ovita.toolkit import Recorder, namespace
+from ovita.trajectory import Array
+
+FILENAME = "<policy>"
+SEED = 20240229
+FRAMES = ("rfu", "flu", "ned")
+
+_REHEARSAL = frames.pack_payload(
+    {
+        "source": "def adapt(traj, scene, *, d=0.1):\n    traj = np.asarray(traj)[:, :4] + d\n    return f'{traj}'\n",
+        "scene": {
+            "frame": "rfu",
+            "environment": "",
+            "objects": [{"name": "cup", "position": [0, 0, 0], "dimensions": None, "orientation": [1, 0, 0, 0]}],
+        },
+    },
+    np.zeros((2, 4)),
+)
+
+Execute = Callable[[str, dict[str, Any]], None]
+
+
+class Prints:
+    """Stands in for stdout and keeps the first few characters."""
+
+    encoding = "utf-8"
+
+    def __init__(self) -> None:
+        self.parts: list[str] = []
+        self.room = frames.MAX_PRINTS
+
+    def write(self, text: str) -> int:
+        """Keep what there is room for."""
+        if self.room > 0:
+            part = str(text[: self.room])
+            self.parts.append(part)
+            self.room -= len(part)
+        return len(text)
+
+    def flush(self) -> None:
+        """Do nothing."""
+
+    def isatty(self) -> bool:
+        """Say no."""
+        return False
+
+    def print(self, *values: object, sep: str | None = " ", end: str | None = "\n", **_: object) -> None:
+        """Stand in for the builtin `print`."""
+        if self.room > 0:
+            self.write((" " if sep is None else sep).join(map(str, values)) + ("\n" if end is None else end))
+
+
+class Waypoint(dict[str, float]):
+    """A waypoint of the script form: x, y, z and velocity; `speed` may be read too."""
+
+    def __missing__(self, key: str) -> float:
+        if key == "speed":
+            return self["velocity"]
+        raise KeyError(key)
+
+
+class Outcome:
+    """A policy that is ready to run, and then what came of it."""
+
+    def __init__(self) -> None:
+        self.source = ""
+        self.entry = Entry("function")
+        self.original: Array = np.zeros((0, 4))
+        self.given: Array = self.original
+        self.scene = Scene()
+        self.recorder = Recorder()
+        self.namespace: dict[str, Any] = {}
+        self.rows: Array | None = None
+        self.failure: dict[str, Any] | None = None
+
+    @classmethod
+    def failed(cls, kind: str, message: str, line: int | None = None) -> Outcome:
+        """An outcome that is a failure from the start."""
+        outcome = cls()
+        outcome.failure = {"status": kind, "message": message[: frames.MAX_MESSAGE], "line": line}
+        return outcome
+
+    def run(self, execute: Execute) -> None:
+        """Run the policy and read its result, or note why there is none."""
+        try:
+            execute(self.source, self.namespace)
+            if self.entry.form == "function":
+                arguments = (self.given, self.scene)[: self.entry.arguments]
+                result, what = self.namespace[self.entry.name](*arguments), f"the result of {self.entry.name}"
+            else:
+                result, what = self.namespace.get(RESULT), RESULT
+            self.rows = to_rows(result, self.original, what)
+        except BaseException as error:
+            self.failure = _explain(error)
+
+    def payload(self, prints: Prints) -> bytes:
+        """Everything as bytes."""
+        header = self.failure or {
+            "status": "ok",
+            "contacts": [str(name) for name in self.recorder.contacts[: frames.MAX_EXPECTATIONS]],
+            "expectations": [
+                {"kind": e.kind, "arguments": dict(e.arguments), "text": e.text}
+                for e in self.recorder.expectations[: frames.MAX_EXPECTATIONS]
+            ],
+        }
+        header["prints"] = "".join(prints.parts)
+        try:
+            return frames.pack_payload(header, None if self.failure else self.rows)
+        except (TypeError, ValueError, RecursionError):
+            message = "an expectation holds something that is not plain numbers and text"
+            return frames.pack_payload({"status": "output", "message": message, "line": None})
+
+
+class Stage:
+    """What every policy finds in place: made once in a worker, copied by each fork."""
+
+    def __init__(self, modules: Modules) -> None:
+        self.modules = modules
+        self.prints = Prints()
+        for name in sorted(MODULES):
+            if not name.startswith("scipy"):
+                modules.load(name)
+        self.builtins = reduced_builtins(modules.import_, self.prints.print)
+        self._toolkits: dict[str, tuple[Recorder, dict[str, Any]]] = {}
+        make_deterministic()
+
+    def prepare_to_fork(self) -> None:
+        """Do what can be done before there is a policy, since nothing can be imported behind the locked door."""
+        warm_up()
+        for name in FRAMES:
+            self.toolkit(Frame(name))
+        gc.collect()
+        gc.freeze()
+
+    def load_scipy(self, mask: int) -> None:
+        """Load parts of scipy, as `allowed.scipy_parts` counts them."""
+        if mask:
+            self.modules.load("scipy")
+            for i, part in enumerate(SCIPY_PARTS):
+                if mask & (1 << i):
+                    self.modules.load(part)
+            warm_up_scipy()
+            gc.collect()
+            gc.freeze()
+
+    def toolkit(self, frame: Frame) -> tuple[Recorder, dict[str, Any]]:
+        """The toolkit for a frame, and the recorder that it writes to."""
+        if frame.name not in self._toolkits:
+            recorder = Recorder()
+            self._toolkits[frame.name] = recorder, namespace(frame, recorder)
+        return self._toolkits[frame.name]
+
+    def rehearse(self) -> None:
+        """Go through the motions, so that a forked process has its pages before the clock runs."""
+        self.prepare(_REHEARSAL, checked=True).payload(self.prints)
+        warm_up()
+
+    def prepare(self, body: bytes | bytearray, *, checked: bool) -> Outcome:
+        """Make a policy ready to run from the body of a request."""
+        header, table = frames.unpack_payload(memoryview(body))
+        outcome = Outcome()
+        outcome.source, outcome.given, outcome.original = header["source"], table, table[:, :4].copy()
+        outcome.scene = scene_from_json(header["scene"])
+        try:
+            tree = parse_tree(outcome.source)
+            outcome.entry = entry_of(tree)
+            if checked:
+                check(tree)
+        except PolicyError as error:
+            return Outcome.failed("rejected", error.problem, error.line)
+        outcome.recorder, toolkit = self.toolkit(outcome.scene.frame)
+        name = "__main__" if outcome.entry.form == "script" else "policy"
+        module = sys.modules[name] = types.ModuleType(name)
+        outcome.namespace = module.__dict__
+        for hidden in ("__loader__", "__spec__", "__package__"):
+            del outcome.namespace[hidden]
+        outcome.namespace.update(
+            toolkit,
+            np=self.modules.load("numpy") if checked else np,
+            math=self.modules.load("math") if checked else math,
+            get_trajectory=_get_trajectory(outcome.original),
+            detect_objects=_detect_objects(outcome.scene),
+            __builtins__=self.builtins if checked else builtins,
+        )
+        seed_all()
+        return outcome
+
+
+def scene_to_json(scene: Scene) -> dict[str, Any]:
+    """A scene as plain JSON values; what else the scene file says of an object goes along if it is plain too."""
+    return {
+        "frame": scene.frame.name,
+        "environment": scene.environment,
+        "objects": [
+            {
+                "name": item.name,
+                "position": item.position.tolist(),
+                "dimensions": None if item.dimensions is None else item.dimensions.tolist(),
+                "orientation": item.orientation.tolist(),
+            }
+            for item in scene
+        ],
+    }
+
+
+def scene_from_json(value: dict[str, Any]) -> Scene:
+    """The inverse of `scene_to_json`."""
+    objects = (
+        SceneObject(o["name"], np.array(o["position"]), _array(o["dimensions"]), np.array(o["orientation"]))
+        for o in value["objects"]
+    )
+    return Scene(tuple(objects), Frame(value["frame"]), value["environment"])
+
+
+def _array(value: list[float] | None) -> Array | None:
+    return None if value is None else np.array(value, dtype=float)
+
+
+def _get_trajectory(original: Array) -> Callable[[], list[Waypoint]]:
+    def get_trajectory() -> list[Waypoint]:
+        """All waypoints of the trajectory, as dicts x, y, z [m], velocity [m/s]."""
+        return [Waypoint(x=x, y=y, z=z, velocity=v) for x, y, z, v in original.tolist()]
+
+    return get_trajectory
+
+
+def _detect_objects(scene: Scene) -> Callable[..., list[dict[str, Any]]]:
+    def detect_objects(name: str | None = None) -> list[dict[str, Any]]:
+        """The objects of the scene, or those that a name can mean, as dicts name, x, y, z, dimensions [m]."""
+        found = list(scene)
+        if name is not None:
+            one = scene.find(str(name))
+            found = [one] if one else [item for item in scene if str(name).lower() in item.name.lower()]
+        return [
+            {
+                "name": item.name.lower(),
+                **dict(zip("xyz", item.position.tolist(), strict=True)),
+                "dimensions": item.size.tolist(),
+            }
+            for item in found
+        ]
+
+    return detect_objects
+
+
+def _explain(error: BaseException) -> dict[str, Any]:
+    """A failure as a JSON object; asking the error for its text runs code of the policy, so that may fail too."""
+    kind = "crashed"
+    if isinstance(error, MemoryError):
+        kind, text = "memory", "it used too much memory"
+    elif isinstance(error, PolicyOutputInvalid):
+        return {"status": "output", "message": error.problem, "line": error.line}
+    elif isinstance(error, SystemExit | KeyboardInterrupt | GeneratorExit):
+        text = f"it ended with {type(error).__name__}; a policy returns its trajectory instead"
+    else:
+        try:
+            text = str(error)
+        except BaseException:
+            text = ""
+        text = f"{type(error).__name__}: {text}" if text else type(error).__name__
+    return {"status": kind, "message": text[: frames.MAX_MESSAGE], "line": _line(error)}
+
+
+def _line(error: BaseException) -> int | None:
+    """The last line of the policy that the error passed through."""
+    if isinstance(error, SyntaxError) and error.filename == FILENAME:
+        return error.lineno
+    line, frame = None, error.__traceback__
+    while frame is not None:
+        if frame.tb_frame.f_code.co_filename == FILENAME:
+            line = frame.tb_lineno
+        frame = frame.tb_next
+    return line
+
+
+def make_deterministic() -> None:
+    """Give generators that are made without a seed a fixed one, so that a policy is a function of its input."""
+    original = random.Random.seed
+
+    def fixed(self: random.Random, a: Any = None, version: int = 2) -> None:
+        original(self, SEED if a is None else a, version)
+
+    random.Random.seed = fixed  # type: ignore[method-assign]
+
+
+def seed_all() -> None:
+    """Start every source of chance from the same point."""
+    np.random.bit_generator.randbits = random.Random(SEED).getrandbits  # type: ignore[attr-defined]
+    random.seed(SEED)
+    np.random.seed(SEED)
+
+
+def warm_up() -> None:
+    """Touch what numpy and Python import late, since nothing can be imported once the door is locked."""
+    rows = np.linspace(0.0, 1.0, 12).reshape(4, 3)
+    rows.mean(), rows.sum(axis=0), rows.any(), np.linalg.norm(rows, axis=1), np.median(rows), str(rows), f"{rows!r}"
+    rows.std(), np.unique(rows), np.einsum("ij,ij->i", rows, rows), np.polyfit([0, 1, 2], [0, 1, 4], 1)
+    np.interp(0.5, [0, 1], [0, 1]), np.gradient(rows, axis=0), np.random.default_rng(0).normal(), np.fft.fft([1, 2])
+    np.ma.masked_array([1], [False]), np.isclose(rows, rows).all(), np.percentile(rows, 50), rows.var(axis=0)
+    "ä".encode("latin-1"), "a".encode("ascii"), b"a".decode("unicode_escape")
+
+
+def warm_up_scipy() -> None:
+    """Touch what scipy imports late, for the parts that are loaded."""
+    x = np.linspace(0.0, 1.0, 12)
+    loaded: Callable[[str], Any] = sys.modules.get
+    if interpolate := loaded("scipy.interpolate"):
+        interpolate.CubicSpline(x, x)(x), interpolate.interp1d(x, x)(x), interpolate.UnivariateSpline(x, x)(x)
+        interpolate.splev(x, interpolate.splprep([x, x**2], s=0)[0]), interpolate.make_interp_spline(x, x)(x)
+    if ndimage := loaded("scipy.ndimage"):
+        ndimage.gaussian_filter1d(x, 1.0), ndimage.uniform_filter1d(x, 3)
+    if signal := loaded("scipy.signal"):
+        signal.savgol_filter(x, 5, 2)
+    if optimize := loaded("scipy.optimize"):
+        optimize.minimize(lambda p: float((p**2).sum()), [1.0])
+    if spatial := loaded("scipy.spatial"):
+        spatial.cKDTree(x[:, None]).query(x[:, None])
+
+
+def watch_memory(limit: int) -> None:
+    """End the process when it has taken more memory than allowed, where the kernel does not see to it."""
+    if sys.platform != "darwin":
+        return
+    import os
+    import resource
+
+    start = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+
+    def watch() -> None:
+        while resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - start < limit:
+            time.sleep(0.05)
+        os._exit(71)
+
+    threading.Thread(target=watch, daemon=True).start()

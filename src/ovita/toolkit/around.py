@@ -1,0 +1,83 @@
+"""Push waypoints out of a sphere without letting the path cut through it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ovita.toolkit.arguments import Mask, fractions
+from ovita.toolkit.shaping import path_distances, perpendicular
+from ovita.trajectory import Array
+
+SHALLOW = 0.05
+"""How deep a segment between waypoints may dip into a sphere, as a fraction of its radius, before something is done."""
+
+
+def pushed_out(away: Array, a: int, b: int, radius: float) -> Array:
+    """Where waypoints a..b inside a sphere go: points (b - a + 1, 3) on it, from its centre [m].
+
+    The sideways push is the rule; if the path then dips into the sphere between waypoints, the first of a radial
+    push and an arc from entry to exit that does not is taken, or the one that dips least.
+
+    Args:
+        away: All waypoints (N, 3) from the centre [m].
+        a: First waypoint inside.
+        b: Last waypoint inside, with everything between.
+        radius: [m].
+    """
+    before, after = away[max(a - 1, 0) : a], away[b + 1 : b + 2]
+    best, deepest = away[a : b + 1], np.inf
+    for points in _ways_out(away, a, b, radius):
+        path = np.concatenate([before, points, after])
+        depth = radius - float(path_distances(path, np.zeros((1, 3)))[0]) if len(path) > 1 else 0.0
+        if depth < deepest:
+            best, deepest = points, depth
+        if depth <= SHALLOW * radius:
+            break
+    return best
+
+
+def clear_segments(rows: Array, centre: Array, radius: float, selected: Mask) -> None:
+    """Move segments that cross a sphere far from both of their ends sideways, out of it, in place."""
+    away = rows[:, :3] - centre
+    outside = (away**2).sum(axis=1) > (radius * (1.0 + 1e-9)) ** 2
+    both = outside[:-1] & outside[1:] & selected[:-1] & selected[1:]
+    for i in np.flatnonzero(both).tolist():
+        ends = rows[i : i + 2, :3] - centre
+        depth = radius - float(path_distances(ends, np.zeros((1, 3)))[0])
+        if depth > SHALLOW * radius:
+            rows[i : i + 2, :3] += depth * _lateral(ends)
+
+
+def _ways_out(away: Array, a: int, b: int, radius: float) -> Iterator[Array]:
+    q = away[a : b + 1]
+    lateral = _lateral(away[max(a - 1, 0) : b + 2])
+    along = q @ lateral
+    t = -along + np.sqrt(np.maximum(along**2 - (q**2).sum(axis=1) + radius**2, 0.0))
+    yield q + t[:, None] * lateral
+    distance = np.linalg.norm(q, axis=1, keepdims=True)
+    outward = np.divide(q, distance, out=np.tile(lateral, (len(q), 1)), where=distance > 1e-9)
+    yield radius * outward
+    start, end = outward[0], outward[-1]
+    angle = float(np.arccos(np.clip(start @ end, -1.0, 1.0)))
+    side = end - (end @ start) * start
+    length = float(np.linalg.norm(side))
+    side = side / length if length > 1e-6 else perpendicular(start[None])[0]
+    turn = (fractions(q) * angle)[:, None] if len(q) > 1 else np.zeros((1, 1))
+    yield radius * (np.cos(turn) * start + np.sin(turn) * side)
+
+
+def _lateral(path: Array) -> Array:
+    """Unit vector (3,) from the origin to the closest approach of a path (M, 3), perpendicular to the path there."""
+    start, step = path[:-1], np.diff(path, axis=0)
+    squared = (step**2).sum(axis=1)
+    share = np.divide(-(start * step).sum(axis=1), squared, out=np.zeros_like(squared), where=squared > 0)
+    closest = start + np.clip(share, 0.0, 1.0)[:, None] * step
+    i = int(np.argmin((closest**2).sum(axis=1)))
+    heading = step[i] / max(float(np.sqrt(squared[i])), 1e-12)
+    side = closest[i] - (closest[i] @ heading) * heading
+    length = float(np.linalg.norm(side))
+    if length > 1e-9:
+        return np.asarray(side / length)
+    return np.asarray(perpendicular(heading[None])[0])

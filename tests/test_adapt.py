@@ -1,0 +1,178 @@
+"""The chain: from a request to a result that can be trusted."""
+
+import json
+
+import numpy as np
+import pytest
+
+from ovita.adapt import adapt, rerun
+from ovita.adaptation import Adaptation
+from ovita.constraints import ConstraintOptions
+from ovita.errors import PolicyError, WriterError
+from ovita.language.request import Reply, Request, WriterInfo
+from ovita.robot import Robot
+from ovita.scene import Scene, SceneObject
+from ovita.trajectory import Trajectory
+
+PATH = Trajectory.from_array(
+    np.column_stack([np.linspace(0, 1, 30), np.zeros(30), np.zeros(30), np.full(30, 0.4)]), timestep=0.2
+)
+SCENE = Scene((SceneObject("cup", [0.5, 0.3, 0.0], [0.06, 0.06, 0.1]), SceneObject("box", [1.2, 0.5, 0])))
+
+
+class Scripted:
+    """A writer that gives its answers one after the other, and keeps the prompts."""
+
+    name = "scripted"
+
+    def __init__(self, *answers):
+        self.answers, self.prompts = list(answers), []
+
+    def write(self, prompt):
+        self.prompts.append(prompt)
+        answer = self.answers.pop(0)
+        if isinstance(answer, Exception):
+            raise answer
+        return answer
+
+
+def policy(body, **kwargs):
+    info = WriterInfo("scripted", "m", 0.1, 100, 10)
+    return Reply("policy", plan=("A step.",), code=f"def adapt(traj, scene):\n    {body}\n", writer=info, **kwargs)
+
+
+GOOD = policy("return move(traj, left=0.1)")
+
+
+def request(instruction="go left", **kwargs):
+    return Request(instruction, PATH, SCENE, **kwargs)
+
+
+def test_the_builtin_writer_end_to_end():
+    result = adapt(request("go up by 0.1 and slow down near the cup"), writer="builtin")
+    assert result.status == "ok" and result.attempts == 1 and result.isolation
+    assert result.adapted.positions[:, 2] == pytest.approx(0.1)
+    assert all(p.held for p in result.postconditions) and len(result.postconditions) == 2
+    assert {p.name for p in result.parameters} == {"up", "cup_radius", "slowdown"}
+    assert set(result.timings_ms) == {"ground", "write", "run", "constrain", "report"}
+    assert result.adapted.timestep == 0.2
+
+
+def test_documents_round_trip(tmp_path):
+    for instruction in ("go up by 0.1", "moonwalk", "wait at the cup for 3 steps"):
+        result = adapt(request(instruction, robot=Robot.preset("drone")), writer="builtin")
+        path = tmp_path / "r.json"
+        result.save(str(path))
+        loaded = Adaptation.load(str(path))
+        assert loaded == result
+        assert json.loads(path.read_text()) == result.to_document()
+
+
+def test_a_crashing_policy_goes_back_with_its_error_and_tokens_add_up():
+    writer = Scripted(policy("return traj / nothing"), GOOD)
+    result = adapt(request(), writer=writer)
+    assert result.status == "ok" and result.attempts == 2
+    assert "nothing" in writer.prompts[1].attempts[0].error and "line 2" in writer.prompts[1].attempts[0].error
+    assert (result.writer.input_tokens, result.writer.output_tokens) == (200, 20)
+
+
+def test_after_two_repairs_it_gives_up_with_the_last_error():
+    writer = Scripted(*[policy("return traj[:1]")] * 3, GOOD)
+    result = adapt(request(), writer=writer)
+    assert result.status == "failed" and result.attempts == 3 and result.adapted == PATH
+    assert "waypoint" in result.error and len(writer.answers) == 1
+    assert adapt(request(), writer=Scripted(policy("import os")), repairs=0).status == "failed"
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        "return traj * float('nan')",
+        "return 'hello'",
+        "return traj * 1e9",
+        "while True: pass",
+        "open('/etc/passwd')",
+        "import socket",
+        "return (",
+    ],
+)
+def test_what_a_policy_must_not_do_or_return_is_never_a_result(body):
+    result = adapt(request(), writer=Scripted(policy(body)), repairs=0)
+    assert result.status == "failed" and result.error and result.adapted == PATH
+
+
+def test_a_broken_promise_goes_back_and_the_last_policy_counts():
+    bad = policy("expect_moved(left=0.1); return move(traj, right=0.1)")
+    writer = Scripted(bad, policy("expect_moved(left=0.1); return move(traj, left=0.1)"))
+    result = adapt(request(), writer=writer)
+    assert result.attempts == 2 and not result.warnings
+    assert "does not do what it promises" in writer.prompts[1].attempts[0].error
+    stubborn = adapt(request(), writer=Scripted(bad, bad, bad))
+    assert stubborn.status == "ok" and any("Not as meant" in w for w in stubborn.warnings)
+    assert not stubborn.postconditions[0].held
+
+
+def test_a_question_and_a_refusal_are_statuses():
+    asked = adapt(request(), writer=Scripted(Reply("question", question="Which one?")))
+    assert (asked.status, asked.message) == ("needs_clarification", "Which one?")
+    refused = adapt(request(), writer=Scripted(Reply("not_understood", unplaced=("moonwalk",))))
+    assert refused.status == "not_understood" and "'moonwalk'" in refused.message
+    broken = adapt(request(), writer=Scripted(WriterError("the server is down")))
+    assert broken.status == "failed" and broken.error == "the server is down"
+
+
+def test_objects_to_be_touched_are_no_obstacles():
+    through = "go through the cup"
+    touched = adapt(request(through), writer="builtin")
+    assert touched.contacts == ("cup",) and touched.constraints.exempt == ("cup",)
+    assert SCENE["cup"].distance(touched.adapted.positions).min() == pytest.approx(0, abs=1e-9)
+    named = adapt(request(), writer=Scripted(policy("return go_through(traj, [0.5, 0.3, 0.0])", contacts=("the cup",))))
+    assert named.contacts == ("cup",)
+    kept = adapt(request(), writer=Scripted(policy("return go_through(traj, [0.5, 0.3, 0.0])")))
+    assert SCENE["cup"].clearance(kept.adapted.positions).min() >= 0.01 - 1e-6
+
+
+def test_limits_that_cannot_hold_are_a_status_with_the_best_effort():
+    far = Trajectory.from_array([[9, 0, 0, 0.1], [1, 0, 0, 0.1]])
+    result = adapt(
+        Request("go up by 0.1", far, robot=Robot.preset("drone")),
+        writer="builtin",
+        constraints=ConstraintOptions(fix_start=True),
+    )
+    assert result.status == "infeasible" and "best effort" in result.message
+    assert result.adapted.positions[-1] == pytest.approx([1, 0, 0.1], abs=1e-6)
+
+
+def test_nothing_changed_is_said():
+    result = adapt(request(), writer=Scripted(policy("return traj")))
+    assert any("Nothing changed" in w for w in result.warnings)
+
+
+def test_a_speed_edit_leaves_the_path_bit_by_bit():
+    for robot in ("none", "drone", "ground"):
+        result = adapt(request("slow down", robot=Robot.preset(robot)), writer="builtin")
+        assert np.array_equal(result.adapted.positions, PATH.positions)
+
+
+def test_the_explanation_holds_plan_numbers_and_knobs():
+    text = adapt(request("go left by 0.2 and slow down near the cup"), writer="builtin").explanation
+    for part in ("You asked", "0.2 m", "left", "cup", "What you can turn", "slowdown = 0.5"):
+        assert part in text
+
+
+def test_rerun_turns_a_knob_without_a_writer():
+    result = adapt(request("go left by 0.2"), writer="builtin")
+    again = rerun(result, left=0.3)
+    assert again.adapted.positions[:, 0] - PATH.positions[:, 0] == pytest.approx(-0.3)
+    assert {p.name: p.value for p in again.parameters}["left"] == 0.3
+    assert "0.3" in again.code and again.writer == result.writer
+    with pytest.raises(PolicyError, match="left"):
+        rerun(result, leftt=0.3)
+
+
+def test_orientations_travel_along():
+    turned = Trajectory(PATH.positions, PATH.speeds, np.tile([0.0, 0, 0, 1], (30, 1)))
+    for instruction in ("go left by 0.1", "wait at the cup for 5 steps", "double the number of waypoints"):
+        result = adapt(Request(instruction, turned, SCENE), writer="builtin")
+        assert len(result.adapted.orientations) == len(result.adapted)
+        assert np.abs(result.adapted.orientations) == pytest.approx(np.tile([0.0, 0, 0, 1], (len(result.adapted), 1)))

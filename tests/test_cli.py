@@ -1,0 +1,263 @@
+"""The command line, run as a user runs it: results, messages, exit codes, never a traceback."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ovita.adaptation import Adaptation
+from ovita.formats import load_task
+
+TABLETOP = Path(__file__).parents[1] / "src" / "ovita" / "data" / "tabletop.json"
+
+
+def ovita(*arguments, cwd=None, stdin=""):
+    env = {k: v for k, v in os.environ.items() if not k.endswith("_API_KEY") and k != "OVITA_MODEL"}
+    return subprocess.run(
+        [sys.executable, "-m", "ovita.cli", *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        cwd=cwd,
+        input=stdin,
+        timeout=120,
+        env=env,
+    )
+
+
+def scene(**changes):
+    document = {
+        "trajectory": [[0, 0, 0, 0.1], [0.5, 0, 0, 0.5], [1, 0, 0, 0.1]],
+        "objects": [{"name": "cup", "x": 0.5, "y": 0.3, "z": 0}],
+        "instruction": "go left by 0.1",
+    }
+    document.update(changes)
+    return {k: v for k, v in document.items() if v is not None}
+
+
+@pytest.fixture
+def written(tmp_path):
+    def write(content, name="scene.json"):
+        path = tmp_path / name
+        if isinstance(content, bytes):
+            path.write_bytes(content)
+        else:
+            path.write_text(content if isinstance(content, str) else json.dumps(content), encoding="utf-8")
+        return path
+
+    return write
+
+
+def test_adapt_moves_by_exactly_the_amount_and_slows_only_near_the_cup(tmp_path):
+    out = tmp_path / "r.json"
+    done = ovita("adapt", TABLETOP, "Go left by 0.2 and slow down near the cup", "--out", out)
+    assert done.returncode == 0, done.stderr
+    result = Adaptation.load(str(out))
+    assert result.status == "ok" and not result.warnings
+    shift = result.adapted.positions - result.original.positions
+    assert np.abs(shift - [-0.2, 0, 0]).max() < 1e-12
+    slower = result.adapted.speeds < result.original.speeds
+    distance = result.scene["cup"].distance(result.adapted.positions)
+    radius = {p.name: p.value for p in result.parameters}["cup_radius"]
+    assert np.array_equal(slower, (distance <= radius) & (result.original.speeds > 0))
+    assert 0 < slower.sum() < len(slower) / 2
+    assert np.array_equal(result.adapted.speeds[~slower], result.original.speeds[~slower])
+    assert "0.2 m" in done.stdout and "left" in done.stdout and "cup" in done.stdout
+    assert "0.2" in result.explanation and "cup" in result.explanation
+
+
+def test_adapt_takes_the_instruction_of_the_file_and_prints_json(written):
+    done = ovita("adapt", written(scene()), "--json")
+    assert done.returncode == 0, done.stderr
+    document = json.loads(done.stdout)
+    assert document["schema"] == "ovita.adaptation/1" and document["instruction"] == "go left by 0.1"
+    assert np.array(document["adapted"])[:, 0] == pytest.approx([-0.1, 0.4, 0.9])
+    assert Adaptation.from_document(document).to_document() == document
+
+
+def test_not_understood_exits_3_names_the_words_and_writes_a_loadable_result(written, tmp_path):
+    out = tmp_path / "r.json"
+    done = ovita("adapt", written(scene()), "do a moonwalk", "--out", out)
+    assert done.returncode == 3
+    assert "'moonwalk'" in done.stdout and "'cup'" in done.stdout
+    result = Adaptation.load(str(out))
+    assert result.status == "not_understood" and result.adapted == result.original
+
+
+def test_a_question_exits_3_and_is_shown(written):
+    cups = [{"name": "red cup", "x": 0, "y": 1, "z": 0}, {"name": "blue cup", "x": 1, "y": 1, "z": 0}]
+    done = ovita("adapt", written(scene(objects=cups)), "go closer to the cup")
+    assert done.returncode == 3 and "Which cup: 'red cup' or 'blue cup'?" in done.stdout
+
+
+def test_infeasible_exits_4_with_the_best_effort(written, tmp_path):
+    out = tmp_path / "r.json"
+    far = scene(trajectory=[[5, 0, 0, 0.1], [2, 0, 0, 0.5], [1, 0, 0, 0.1]])
+    done = ovita("adapt", written(far), "go up by 0.1", "--robot", "drone", "--fix-start", "--out", out)
+    assert done.returncode == 4, done.stdout + done.stderr
+    assert Adaptation.load(str(out)).status == "infeasible" and "start" in done.stdout
+
+
+def test_result_can_be_adapted_again_explained_plotted_and_converted(written, tmp_path):
+    first = tmp_path / "first.json"
+    assert ovita("adapt", written(scene()), "--out", first).returncode == 0
+    again = ovita("adapt", first, "go up by 0.1", "--trajectory", tmp_path / "t.csv")
+    assert again.returncode == 0, again.stderr
+    assert load_task(tmp_path / "t.csv").trajectory.positions[0] == pytest.approx([-0.1, 0, 0.1])
+    explained = ovita("explain", first)
+    assert explained.returncode == 0 and "0.1 m" in explained.stdout
+    for name, head in (("p.png", b"\x89PNG"), ("p.svg", b"<?xml"), ("p.pdf", b"%PDF"), ("p.html", b"<")):
+        plotted = ovita("plot", first, "--out", tmp_path / name)
+        assert plotted.returncode == 0, plotted.stderr
+        assert (tmp_path / name).read_bytes().startswith(head)
+
+
+def test_csv_with_a_scene_file_and_another_frame(written):
+    path = written("speed,x,y,z\n0,0,0,0\n0.5,0.5,0,0\n0,1,0,0\n", "path.csv")
+    done = ovita("adapt", path, "go left by 0.2", "--scene", written(scene()), "--frame", "flu", "--json")
+    assert done.returncode == 0, done.stderr
+    assert np.array(json.loads(done.stdout)["adapted"])[:, 1] == pytest.approx(0.2)
+
+
+def test_chat_feedback_undo_knob_and_save(written, tmp_path):
+    lines = [
+        "go left by 0.1",
+        "go up by 0.1",
+        "/undo",
+        "/redo",
+        "/undo",
+        "/original go right by 0.3",
+        "/set right=0.4",
+        "/history",
+        "/set sideways=1",
+        "moonwalk",
+        "/nonsense",
+        "/why",
+        f"/save {tmp_path / 'end.json'}",
+        f"/save {tmp_path / 'end.csv'}",
+        "/quit",
+    ]
+    done = ovita("chat", written(scene()), stdin="\n".join(lines) + "\n")
+    assert done.returncode == 0, done.stderr
+    assert "Took the last turn back." in done.stdout and "unknown command '/nonsense'" in done.stdout
+    assert "'moonwalk'" in done.stdout and "sideways" in done.stdout
+    assert load_task(tmp_path / "end.csv").trajectory.positions[0] == pytest.approx([0.3, 0, 0])
+    assert Adaptation.load(str(tmp_path / "end.json")).adapted.positions[0] == pytest.approx([0.3, 0, 0])
+
+
+def test_demo_adapts_three_times_and_saves_pictures(tmp_path):
+    done = ovita("demo", "--out", tmp_path / "demo")
+    assert done.returncode == 0, done.stderr
+    for i in (1, 2, 3):
+        assert Adaptation.load(str(tmp_path / "demo" / f"{i}.json")).status == "ok"
+        assert (tmp_path / "demo" / f"{i}.png").read_bytes().startswith(b"\x89PNG")
+        assert (tmp_path / "demo" / f"{i}.html").stat().st_size > 100_000
+
+
+ROW = [[0, 0, 0, 0.1], [1, 0, 0, 0.1]]
+BAD_FILES = [
+    ("not-json", "{oops", "scene.json", ["not JSON", "line 1"]),
+    ("not-an-object", "[1, 2]", "scene.json", ["object"]),
+    ("no-trajectory", {"objects": []}, "scene.json", ["trajectory"]),
+    ("wrong-shape", scene(trajectory=[1, 2, 3]), "scene.json", ["trajectory[0]"]),
+    ("too-wide", scene(trajectory=[[1, 2, 3, 4, 5], [1, 2, 3, 4, 5]]), "scene.json", ["trajectory"]),
+    ("nan", '{"trajectory": [[0, 0, 0, 0], [0, NaN, 0, 0]]}', "scene.json", ["NaN"]),
+    ("ragged", scene(trajectory=[[0, 0, 0, 0], [1, 2]]), "scene.json", ["trajectory[1]"]),
+    ("text-in-row", scene(trajectory=[[0, 0, 0, 0], [1, 2, "x", 0]]), "scene.json", ["trajectory[1]"]),
+    ("empty-file", "", "scene.json", ["empty"]),
+    ("empty-trajectory", scene(trajectory=[]), "scene.json", ["trajectory"]),
+    ("one-waypoint", scene(trajectory=[[0, 0, 0, 0]]), "scene.json", ["at least 2"]),
+    ("negative-speed", scene(trajectory=[[0, 0, 0, 0], [1, 0, 0, -2]]), "scene.json", ["trajectory[1]", "negative"]),
+    (
+        "duplicate-names",
+        scene(objects=[{"name": "cup", "x": 0, "y": 0, "z": 0}, {"name": "CUP", "x": 1, "y": 0, "z": 0}]),
+        "scene.json",
+        ["objects[1]", "'CUP'"],
+    ),
+    ("object-without-x", scene(objects=[{"name": "cup", "y": 0, "z": 0}]), "scene.json", ["objects[0]", "x"]),
+    ("unknown-frame", scene(frame="enu"), "scene.json", ["frame", "'enu'", "rfu"]),
+    ("binary", b"\xff\xfe\x00\x01", "scene.json", ["UTF-8"]),
+    ("unknown-ending", "hello", "scene.txt", [".txt", ".json"]),
+    ("csv-no-z", "x,y\n1,2\n", "path.csv", ["z"]),
+    ("csv-ragged", "x,y,z,speed\n0,0,0,1\n1,2\n", "path.csv", ["1"]),
+    ("csv-nan", "x,y,z,speed\n0,0,0,1\n1,nan,0,1\n", "path.csv", ["y"]),
+    ("csv-word", "x,y,z,speed\n0,0,0,1\n1,abc,0,1\n", "path.csv", ["abc"]),
+    ("csv-empty", "x,y,z,speed\n", "path.csv", ["waypoint"]),
+    ("csv-time-back", "x,y,z,t\n0,0,0,0\n1,0,0,2\n2,0,0,1\n", "path.csv", ["t"]),
+]
+
+
+@pytest.mark.parametrize(("content", "name", "said"), [b[1:] for b in BAD_FILES], ids=[b[0] for b in BAD_FILES])
+def test_bad_files_get_one_sentence_and_exit_2(written, content, name, said):
+    refused(ovita("adapt", written(content, name), "go left"), name, *said)
+
+
+def refused(done, *said):
+    assert done.returncode == 2, done.stdout + done.stderr
+    assert done.stdout == ""
+    assert done.stderr.startswith("error: ") and done.stderr.count("\n") == 1, done.stderr
+    for word in said:
+        assert word in done.stderr, done.stderr
+
+
+def test_missing_file_directory_huge_file_and_unreadable_file(tmp_path):
+    refused(ovita("adapt", tmp_path / "nowhere.json", "go left"), "nowhere.json")
+    folder = tmp_path / "folder.json"
+    folder.mkdir()
+    refused(ovita("adapt", folder, "go left"), "folder.json", "director")
+    huge = tmp_path / "huge.json"
+    with huge.open("wb") as file:
+        file.truncate(2 << 30)
+    refused(ovita("adapt", huge, "go left"), "huge.json", "MB")
+    secret = tmp_path / "secret.json"
+    secret.write_text(json.dumps(scene()))
+    secret.chmod(0)
+    if not os.access(secret, os.R_OK):
+        refused(ovita("adapt", secret, "go left"), "secret.json")
+
+
+BAD_USE = [
+    ("empty-instruction", ["  "], ["instruction is empty"]),
+    ("long-instruction", ["go left " * 500], ["2000"]),
+    ("unknown-robot", ["go left", "--robot", "submarine"], ["submarine", "drone, arm, ground, none"]),
+    ("unknown-writer", ["go left", "--writer", "oracle"], ["unknown writer 'oracle'", "builtin"]),
+    ("out-in-no-folder", ["go left", "--out", "/nowhere/r.json"], ["/nowhere"]),
+    ("plot-ending", ["go left", "--plot", "p.bmp"], ["p.bmp", ".png"]),
+    ("max-speed", ["go left", "--max-speed", "-1"], ["max_speed"]),
+]
+
+
+@pytest.mark.parametrize(("arguments", "said"), [b[1:] for b in BAD_USE], ids=[b[0] for b in BAD_USE])
+def test_bad_use_gets_one_sentence_and_exit_2(written, arguments, said):
+    refused(ovita("adapt", written(scene()), *arguments), *said)
+
+
+def test_a_scene_without_instruction_says_how_to_give_one(written):
+    refused(ovita("adapt", written(scene(instruction=None))), "holds no instruction")
+
+
+def test_unknown_options_and_commands_exit_2(written):
+    for arguments in (["adapt"], ["adapt", written(scene()), "go left", "--frobnicate"], ["fly"]):
+        done = ovita(*arguments)
+        assert done.returncode == 2 and "Traceback" not in done.stderr and done.stderr
+
+
+def test_a_missing_key_exits_3_before_anything_is_sent(written):
+    done = ovita("adapt", written(scene()), "go left", "--llm", "openai:gpt-5")
+    assert done.returncode == 3
+    assert "OPENAI_API_KEY" in done.stdout + done.stderr and "Traceback" not in done.stderr
+
+
+def test_explain_and_plot_refuse_what_is_no_result(written):
+    refused(ovita("explain", written(scene())), "scene.json")
+    broken = written({"schema": "ovita.adaptation/1", "adapted": []}, "r.json")
+    refused(ovita("explain", broken), "r.json")
+
+
+def test_nothing_is_half_written(written, tmp_path):
+    before = sorted(os.listdir(tmp_path))
+    ovita("adapt", written(scene()), "go left", "--out", tmp_path)
+    assert sorted(set(os.listdir(tmp_path)) - {"scene.json"}) == before

@@ -1,0 +1,86 @@
+import inspect
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import ovita.toolkit
+from ovita.scene import RFU, Frame
+from ovita.toolkit import CATALOGUE, Recorder, describe, namespace
+
+
+@pytest.mark.parametrize("name", CATALOGUE)
+def test_every_function_is_exported_and_documents_each_parameter(name):
+    function = CATALOGUE[name]
+    assert getattr(ovita.toolkit, name) is function
+    doc = inspect.getdoc(function)
+    assert doc.splitlines()[0].endswith(".")
+    for parameter in inspect.signature(function).parameters:
+        assert f"    {parameter}: " in doc, parameter
+
+
+def test_the_description_is_short_and_complete():
+    text = describe()
+    for name in CATALOGUE:
+        assert f"\n{name}(" in text
+    assert "frame" not in text and "recorder" not in text
+    assert len(text) < 3600
+
+
+def test_the_description_of_some_names():
+    assert describe(["near"]).startswith("near(traj, obj, within): ")
+    assert describe(["move"]).splitlines()[0].startswith("OFFSET: any of left, right")
+    with pytest.raises(ValueError, match="fly"):
+        describe(["fly"])
+
+
+def test_the_namespace_binds_frame_and_recorder_and_looks_like_the_catalogue(line, cup):
+    recorder = Recorder()
+    bound = namespace(Frame("flu"), recorder)
+    assert list(bound) == list(CATALOGUE)
+    for name, function in bound.items():
+        assert function.__name__ == name
+        assert function.__doc__ == CATALOGUE[name].__doc__
+        assert not {"frame", "recorder"} & set(inspect.signature(function).parameters)
+    assert np.allclose(bound["move"](line, left=1.0)[:, 1], 1.0)
+    with pytest.raises(ValueError, match="frame"):
+        bound["move"](line, left=1.0, frame=RFU)
+    bound["expect_moved"](left=1.0)
+    assert recorder.expectations[0].arguments == {"offset": {"left": 1.0}}
+
+
+def test_contacts_are_objects_reached_without_an_offset(line, cup, scene):
+    recorder = Recorder()
+    bound = namespace(RFU, recorder)
+    bound["move_goal"](line, cup, up=0.1)
+    bound["go_through"](line, [0.5, 0.1, 0.0])
+    bound["move_goal"](line, up=0.1)
+    assert recorder.contacts == []
+    bound["go_through"](line, cup)
+    bound["continue_to"](line, cup)
+    bound["move_start"](line, scene["box"])
+    assert recorder.contacts == ["cup", "box"]
+
+
+def test_expectations_are_plain_json(line, cup):
+    recorder = Recorder()
+    bound = namespace(RFU, recorder)
+    mask = bound["near"](line, cup, 0.32)
+    bound["expect_slower"](where=mask)
+    bound["expect_visits"](np.array([1.0, 2.0, 3.0]), within=0.1)
+    bound["expect_closer"](cup, 0.1, where=mask)
+    slower, visits, nearer = recorder.expectations
+    assert slower.arguments == {"where": {"count": 21, "ranges": [[8, 12]]}}
+    assert slower.text == "the robot moves slower (waypoints 8 to 12)"
+    assert visits.arguments == {"point": [1.0, 2.0, 3.0], "within": 0.1}
+    assert nearer.arguments["object"] == "cup"
+    for item in recorder.expectations:
+        assert json.loads(json.dumps(item.arguments)) == item.arguments
+
+
+def test_only_numpy_is_imported():
+    code = "import sys, ovita.toolkit; print({'scipy', 'pydantic', 'matplotlib'} & set(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "set()"

@@ -1,0 +1,294 @@
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from toolkit_paths import amounts, bending, distances, modest, paths, paths_and_masks, points, shares, words
+
+from ovita.scene import RFU, Frame, SceneObject
+from ovita.toolkit import (
+    closer,
+    continue_to,
+    extend,
+    farther,
+    go_through,
+    keep_distance,
+    midpoint,
+    move,
+    move_goal,
+    move_start,
+    resample,
+    smooth,
+)
+from ovita.trajectory import Trajectory
+
+BALL = SceneObject("ball", [0.5, 0.02, 0.0], [0.1, 0.1, 0.1])
+
+SAME_COUNT = {
+    "move": lambda t: move(t, left=0.2, up=-0.1, keep="both"),
+    "move_start": lambda t: move_start(t, BALL),
+    "move_goal": lambda t: move_goal(t, up=0.3),
+    "closer": lambda t: closer(t, BALL, 0.1),
+    "farther": lambda t: farther(t, BALL, 0.1),
+    "times": lambda t: farther(t, BALL, times=2),
+    "keep_distance": lambda t: keep_distance(t, BALL, 0.2, 2.0),
+    "smooth": lambda t: smooth(t, 2.0),
+}
+LONGER = {
+    "extend": lambda t: extend(t, left=0.4),
+    "continue_to": lambda t: continue_to(t, BALL),
+}
+
+
+@modest
+@given(paths(extra=2), st.sampled_from(sorted({**SAME_COUNT, **LONGER})))
+def test_every_edit_returns_a_finite_new_array_and_carries_extra_columns(rows, name):
+    before = rows.copy()
+    rows.flags.writeable = False
+    out = {**SAME_COUNT, **LONGER}[name](rows)
+    assert np.array_equal(rows, before)
+    assert not np.shares_memory(out, rows)
+    assert np.isfinite(out).all()
+    assert out.shape[1] == 6
+    assert np.array_equal(out[: len(rows), 4:], rows[:, 4:])
+    assert np.array_equal(out[: len(rows), 3], rows[:, 3])
+    Trajectory.from_array(out[:, :4])
+    if name in SAME_COUNT:
+        assert len(out) == len(rows)
+    else:
+        assert np.array_equal(out[: len(rows)], rows)
+
+
+@modest
+@given(paths_and_masks(), words, amounts, shares)
+def test_move_leaves_the_rest_bit_identical_and_never_overshoots(drawn, word, amount, ease):
+    rows, mask = drawn
+    out = move(rows, **{word: amount}, where=mask, ease=ease)
+    assert np.array_equal(out[~mask], rows[~mask])
+    along = (out - rows)[:, :3] @ RFU.direction(word)
+    assert (along >= 0).all() and (along <= amount + 1e-9).all()
+    if ease == 0:
+        assert np.array_equal(out[mask, :3], rows[mask, :3] + amount * RFU.direction(word))
+
+
+@pytest.mark.parametrize(("keep", "fixed"), [("start", [0]), ("goal", [20]), ("both", [0, 20]), (None, [])])
+def test_move_keeps_ends(line, keep, fixed):
+    out = move(line, left=0.2, keep=keep)
+    moved = [i for i in (0, 20) if i not in fixed]
+    assert np.array_equal(out[fixed], line[fixed])
+    assert (out[moved, 0] == line[moved, 0] - 0.2).all()
+    assert out[10, 0] == line[10, 0] - 0.2
+
+
+def test_the_ramp_of_move_lies_inside_the_mask_and_reaches_the_full_shift(line):
+    mask = np.zeros(21, dtype=bool)
+    mask[5:16] = True
+    lift = move(line, up=1.0, where=mask, ease=0.2)[:, 2]
+    assert (lift[~mask] == 0).all()
+    assert 0 < lift[5] < lift[6] < lift[7] < 1 and lift[10] == 1
+    mask[:] = False
+    mask[7] = True
+    assert move(line, up=1.0, where=mask, ease=0.5)[7, 2] == 1
+    mask[:8] = True
+    assert (move(line, up=1.0, where=mask, ease=0.1)[:4, 2] == 1).all()
+
+
+@pytest.mark.parametrize(
+    ("frame", "left", "front", "up"),
+    [
+        ("rfu", [-1, 0, 0], [0, 1, 0], [0, 0, 1]),
+        ("flu", [0, 1, 0], [1, 0, 0], [0, 0, 1]),
+        ("ned", [0, -1, 0], [1, 0, 0], [0, 0, -1]),
+    ],
+)
+def test_direction_words_follow_the_frame_in_every_function(line, frame, left, front, up):
+    line[:, 1] = np.linspace(0.0, 0.3, 21)
+    shift = 0.1 * np.array(left) + 0.2 * np.array(front) + 0.3 * np.array(up)
+    words = {"left": 0.1, "back": -0.2, "up": 0.3, "frame": Frame(frame)}
+    assert np.allclose((move(line, **words) - line)[:, :3], shift)
+    assert np.allclose((move_start(line, **words) - line)[0, :3], shift)
+    assert np.allclose((move_goal(line, **words) - line)[-1, :3], shift)
+    assert np.allclose(extend(line, **words)[-1, :3] - line[-1, :3], shift)
+    assert np.allclose(continue_to(line, [2, 0, 0], **words)[-1, :3], np.add([2, 0, 0], shift))
+    out = go_through(line, [0.5, 0, 0], **words)
+    assert distances(out, np.add([0.5, 0, 0], shift)).min() < 1e-12
+
+
+@modest
+@given(paths(), points, shares)
+def test_an_end_moves_exactly_and_the_other_stays(rows, point, blend):
+    out = move_goal(rows, point, blend=blend)
+    assert np.array_equal(out[-1, :3], point)
+    assert np.array_equal(out[0], rows[0])
+    if blend == 0:
+        assert np.array_equal(out[:-1], rows[:-1])
+    mirrored = move_start(rows[::-1], point, blend=blend)
+    assert np.allclose(mirrored[::-1], out)
+    assert np.array_equal(mirrored[-1], rows[0])
+
+
+def test_an_end_moves_to_an_object_plus_an_offset(line, cup):
+    assert np.array_equal(move_goal(line, cup)[-1, :3], cup.position)
+    assert np.allclose(move_goal(line, cup, up=0.1, right=0.2)[-1, :3], np.add(cup.position, [0.2, 0, 0.1]))
+    assert np.allclose(move_start(line, cup, up=0.1)[0, :3], np.add(cup.position, [0, 0, 0.1]))
+    share = move_goal(line, back=1.0, blend=0.5)[:, 1]
+    assert (share[:11] == 0).all() and (np.diff(share) <= 0).all()
+
+
+@modest
+@given(paths_and_masks(), points, amounts, amounts)
+def test_closer_never_goes_away_and_more_is_more(drawn, point, a, b):
+    rows, mask = drawn
+    d = distances(rows, point)
+    less, more = (distances(closer(rows, point, by, where=mask), point) for by in sorted((a, b)))
+    assert (less <= d + 1e-12).all() and (more <= less + 1e-12).all()
+    assert np.array_equal(closer(rows, point, a, where=mask)[~mask], rows[~mask])
+    assert np.array_equal(closer(rows, point, 0.0), rows)
+    if mask.any():
+        nearest = np.flatnonzero(mask)[np.argmin(d[mask])]
+        assert more[nearest] == pytest.approx(max(d[nearest] - max(a, b), 0.0), abs=1e-9)
+
+
+@modest
+@given(paths_and_masks(), points, amounts, amounts)
+def test_farther_never_comes_near_and_more_is_more(drawn, point, a, b):
+    rows, mask = drawn
+    d = distances(rows, point)
+    less, more = (distances(farther(rows, point, by, where=mask), point) for by in sorted((a, b)))
+    assert (less >= d - 1e-12).all() and (more >= less - 1e-12).all()
+    assert np.array_equal(farther(rows, point, a, where=mask)[~mask], rows[~mask])
+    assert np.allclose(distances(farther(rows, point, times=1 + a), point), (1 + a) * d)
+
+
+def test_closer_stops_at_the_bounding_sphere_and_keeps_what_is_out_of_reach(line, cup):
+    out = closer(line, cup, 5.0, reach=0.05)
+    assert distances(out, cup.position).min() == pytest.approx(cup.radius)
+    assert np.array_equal(out[:4], line[:4])
+    assert np.array_equal(closer(out, cup, 1.0, reach=1e-6)[10], out[10])
+
+
+def test_a_waypoint_at_the_centre_is_pushed_sideways(line):
+    push = farther(line, line[10, :3], 0.2, reach=0.01)[10, :3] - line[10, :3]
+    assert np.linalg.norm(push) == pytest.approx(0.2)
+    assert push[0] == 0 and push[2] == 0
+
+
+@modest
+@given(paths_and_masks(), points, st.floats(0.05, 0.4), st.floats(0.01, 0.3))
+def test_keep_distance_puts_what_was_inside_on_the_sphere(drawn, point, at_least, size):
+    rows, mask = drawn
+    ball = SceneObject("ball", point, [size] * 3)
+    radius = at_least + ball.radius
+    out = keep_distance(rows, ball, at_least, where=mask)
+    inside = (distances(rows, point) < radius) & mask
+    assert np.allclose(distances(out, point)[inside], radius)
+    assert np.array_equal(out[~mask], rows[~mask])
+    steps = np.linalg.norm(np.diff(rows[:, :3], axis=0), axis=1)
+    if steps.max() < 0.3 * radius:
+        assert np.array_equal(out[~inside], rows[~inside])
+
+
+def test_keep_distance_bulges_to_the_side_where_the_path_already_is(line):
+    centre = np.array([0.5, 0.01, 0.0])
+    out = keep_distance(line, centre, 0.3)
+    assert (out[:, 1] <= 0).all() and out[10, 1] == pytest.approx(-0.29)
+    assert np.array_equal(out[:, [0, 2, 3]], line[:, [0, 2, 3]])
+    straight = keep_distance(line, [0.5, 0, 0], 0.3)
+    assert np.abs(straight[:, 2]).max() == 0 and np.ptp(np.sign(straight[:, 1])) == 1
+
+
+def test_keep_distance_clears_a_segment_that_jumps_across(line):
+    sparse = line[::10]
+    out = keep_distance(sparse, [0.25, 0.05, 0.0], 0.1)
+    assert np.allclose(out[:2, 1], -0.05)
+    assert np.array_equal(out[2], sparse[2])
+
+
+@modest
+@given(paths(), points, st.floats(0.1, 1.0))
+def test_at_most_pulls_in(rows, point, at_most):
+    d = distances(rows, point)
+    out = keep_distance(rows, point, at_most=at_most)
+    assert np.allclose(distances(out, point), np.minimum(d, at_most))
+    assert np.array_equal(out[d <= at_most], rows[d <= at_most])
+
+
+@modest
+@given(paths(smallest=3), points, shares)
+def test_go_through_visits_and_keeps_the_ends(rows, point, width):
+    assume(len(np.unique(rows[:, :3], axis=0)) != 2)
+    out = go_through(rows, point, width=width)
+    assert distances(out, point).min() == 0
+    assert np.array_equal(out[[0, -1]], rows[[0, -1]])
+
+
+def test_go_through_leaves_what_is_outside_the_window(line):
+    out = go_through(line, [0.5, 0.2, 0.0], width=0.2)
+    assert np.array_equal(out[:7], line[:7]) and np.array_equal(out[14:], line[14:])
+    assert np.array_equal(out[10, :3], [0.5, 0.2, 0.0])
+
+
+def test_extend_goes_on_in_the_final_heading(line):
+    line[-1, 3] = 0.0
+    out = extend(line, 0.5)
+    assert np.allclose(out[-1, :3], [1.5, 0, 0])
+    assert len(out) == 31
+    assert np.allclose(np.diff(out[:, 0]), 0.05)
+    assert out[-1, 3] == 0 and out[25, 3] == 0.5
+    assert np.array_equal(extend(line, 0.0), line)
+
+
+@modest
+@given(paths(), points, st.booleans())
+def test_continue_to_arrives(rows, point, smoothly):
+    out = continue_to(rows, point, smooth=smoothly)
+    assert np.allclose(out[-1, :3], point, atol=1e-12)
+    assert out[-1, 3] == rows[-1, 3]
+    assert (out[:, 3] >= 0).all()
+
+
+def test_continue_to_starts_with_the_final_heading(line):
+    out = continue_to(line, [1.5, 0.5, 0.0])
+    first = out[21, :3] - out[20, :3]
+    assert first[0] > 5 * abs(first[1])
+    straight = continue_to(line, [1.5, 0.5, 0.0], smooth=False)
+    assert np.allclose(straight[21:, 0] - 1.0, straight[21:, 1])
+
+
+@modest
+@given(paths(smallest=3), st.floats(0.0, 10.0), st.floats(0.0, 10.0))
+def test_more_smoothing_bends_less(rows, a, b):
+    less, more = (smooth(rows, s) for s in sorted((a, b)))
+    dwell = (np.diff(rows[:, :3], axis=0) == 0).all(axis=1)
+    if not dwell.any():
+        assert bending(more) <= bending(less) + 1e-12
+    assert (np.diff(more[:, :3], axis=0)[dwell] == 0).all()
+    assert np.array_equal(more[[0, -1]], rows[[0, -1]])
+    assert np.array_equal(smooth(rows, 0), rows)
+
+
+@modest
+@given(paths(), st.integers(2, 60), st.sampled_from(["arc_length", "index"]))
+def test_resample_keeps_ends_and_counts(rows, n, by):
+    out = resample(rows, n, by)
+    assert out.shape == (n, rows.shape[1])
+    assert np.array_equal(out[[0, -1]], rows[[0, -1]])
+
+
+def test_midpoint(cup):
+    assert np.allclose(midpoint(cup, [0.0, 0.0, 1.0]), [0.25, 0.15, 0.5])
+
+
+def test_keep_distance_does_not_jump_across_when_the_path_turns_inside_the_sphere():
+    along = np.linspace(-0.5, 0.0, 26)[:, None]
+    corner = np.concatenate([along * [1, 0, 0], along[-2::-1] * [0, 1, 0]])
+    corner += [0.02, 0.05, 0]
+    rows = np.column_stack([corner, np.ones(len(corner))])
+    out = keep_distance(rows, [0.0, 0.0, 0.0], 0.2)
+    assert distances((out[1:] + out[:-1]) / 2, np.zeros(3)).min() > 0.19
+    assert np.linalg.norm(np.diff(out[:, :3], axis=0), axis=1).max() < 0.15
+
+
+@modest
+@given(paths(), points, amounts)
+def test_farther_moves_the_nearest_distance_by_the_full_amount(rows, point, by):
+    assert distances(farther(rows, point, by), point).min() == pytest.approx(distances(rows, point).min() + by)

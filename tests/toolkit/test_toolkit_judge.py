@@ -1,0 +1,152 @@
+import numpy as np
+import pytest
+
+from ovita.scene import Frame, Scene
+from ovita.toolkit import (
+    Expectation,
+    closer,
+    continue_to,
+    dwell,
+    expect_closer,
+    expect_distance,
+    expect_farther,
+    expect_faster,
+    expect_goal,
+    expect_moved,
+    expect_same_path,
+    expect_slower,
+    expect_speed,
+    expect_start,
+    expect_stop,
+    expect_visits,
+    extend,
+    farther,
+    go_through,
+    judge,
+    keep_distance,
+    last,
+    move,
+    move_goal,
+    move_start,
+    near,
+    resample,
+    scale_speed,
+    set_speed,
+    stop_at,
+)
+
+SPOT = [0.5, 0.3, 0.0]
+
+
+def first_ten(rows):
+    return np.arange(len(rows)) < 10
+
+
+KEPT = {
+    "closer": (lambda t, cup: closer(t, cup, 0.1), lambda t, cup: expect_closer(cup)),
+    "closer by": (lambda t, cup: closer(t, cup, 0.1), lambda t, cup: expect_closer(cup, 0.1)),
+    "closer, arrived": (lambda t, cup: closer(t, cup, 9.0), lambda t, cup: expect_closer(cup, 9.0)),
+    "closer, resampled": (lambda t, cup: resample(closer(t, cup, 0.1), 50), lambda t, cup: expect_closer(cup)),
+    "closer by arriving": (lambda t, cup: continue_to(t, cup), lambda t, cup: expect_closer(cup)),
+    "farther": (lambda t, cup: farther(t, cup, 0.1), lambda t, cup: expect_farther(cup, 0.1)),
+    "farther times": (lambda t, cup: farther(t, cup, times=2), lambda t, cup: expect_farther(cup)),
+    "distance": (lambda t, cup: keep_distance(t, cup, 0.4), lambda t, cup: expect_distance(cup, 0.4)),
+    "at most": (lambda t, cup: keep_distance(t, cup, at_most=0.4), lambda t, cup: expect_distance(cup, at_most=0.4)),
+    "moved": (lambda t, cup: move(t, left=0.2, up=0.1), lambda t, cup: expect_moved(left=0.2, up=0.1)),
+    "moved and extended": (lambda t, cup: extend(move(t, left=0.2), 0.5), lambda t, cup: expect_moved(left=0.2)),
+    "moved and stopped": (lambda t, cup: stop_at(move(t, up=0.2), 0.5), lambda t, cup: expect_moved(up=0.2)),
+    "moved and waiting": (lambda t, cup: dwell(move(t, up=0.2), 0.5, 9), lambda t, cup: expect_moved(up=0.2)),
+    "moved, resampled": (lambda t, cup: resample(move(t, up=0.2), 13), lambda t, cup: expect_moved(up=0.2)),
+    "moved with ends": (lambda t, cup: move(t, up=0.2, keep="both"), lambda t, cup: expect_moved(up=0.2)),
+    "moved a part": (
+        lambda t, cup: move(t, up=0.2, where=first_ten(t)),
+        lambda t, cup: expect_moved(up=0.2, where=first_ten(t)),
+    ),
+    "same path": (lambda t, cup: scale_speed(t, 0.5), lambda t, cup: expect_same_path()),
+    "same path, resampled": (lambda t, cup: resample(t, 33), lambda t, cup: expect_same_path()),
+    "start": (lambda t, cup: move_start(t, cup, up=0.1), lambda t, cup: expect_start(cup, up=0.1)),
+    "start stays": (lambda t, cup: move_goal(t, cup), lambda t, cup: expect_start()),
+    "goal": (lambda t, cup: move_goal(t, cup), lambda t, cup: expect_goal(cup)),
+    "goal by": (lambda t, cup: move_goal(t, up=0.1), lambda t, cup: expect_goal(up=0.1)),
+    "visits": (lambda t, cup: go_through(t, SPOT), lambda t, cup: expect_visits(SPOT, within=0.01)),
+    "slower": (
+        lambda t, cup: scale_speed(t, 0.5, where=near(t, cup, 0.4)),
+        lambda t, cup: expect_slower(near(t, cup, 0.4)),
+    ),
+    "slower after a wait": (
+        lambda t, cup: dwell(scale_speed(t, 0.5, where=last(t, 5)), "start", 6),
+        lambda t, cup: expect_slower(last(t, 5)),
+    ),
+    "faster": (lambda t, cup: scale_speed(t, 2), lambda t, cup: expect_faster()),
+    "speed": (lambda t, cup: set_speed(t, 0.2), lambda t, cup: expect_speed(0.2)),
+    "speed of the new end": (
+        lambda t, cup: set_speed(extend(t, 0.5), 0.2, where=last(extend(t, 0.5), 5)),
+        lambda t, cup: expect_speed(0.2, last(extend(t, 0.5), 5)),
+    ),
+    "stop": (lambda t, cup: stop_at(t, cup), lambda t, cup: expect_stop(near=cup)),
+    "stop and go": (lambda t, cup: stop_at(t, cup, resume=True), lambda t, cup: expect_stop(near=cup)),
+    "stop beside": (lambda t, cup: stop_at(move(t, back=0.5), cup), lambda t, cup: expect_stop(near=cup)),
+    "stop at the end": (lambda t, cup: stop_at(t, "goal"), lambda t, cup: expect_stop()),
+}
+
+
+@pytest.mark.parametrize("case", KEPT)
+def test_a_promise_kept_is_held_and_the_unchanged_trajectory_breaks_it(case, line, cup, scene):
+    edit, promise = KEPT[case]
+    expectation = promise(line, cup)
+    outcome = judge(expectation, line, edit(line, cup), scene)
+    assert outcome.held, outcome.sentence
+    assert any(c.isdigit() for c in outcome.sentence)
+    if not case.startswith(("same path", "start stays")):
+        assert not judge(expectation, line, line, scene).held
+
+
+BROKEN = {
+    "too little": (lambda t, cup: move(t, left=0.1), lambda t, cup: expect_moved(left=0.2)),
+    "wrong way": (lambda t, cup: move(t, right=0.2), lambda t, cup: expect_moved(left=0.2)),
+    "only a few": (lambda t, cup: move(t, left=0.2, where=first_ten(t)), lambda t, cup: expect_moved(left=0.2)),
+    "closer but less": (lambda t, cup: closer(t, cup, 0.05), lambda t, cup: expect_closer(cup, 0.2)),
+    "farther instead": (lambda t, cup: farther(t, cup, 0.05), lambda t, cup: expect_closer(cup)),
+    "elsewhere": (lambda t, cup: move(t, up=0.1), lambda t, cup: expect_same_path()),
+    "cut short": (lambda t, cup: stop_at(t, 0.5), lambda t, cup: expect_same_path()),
+    "goal missed": (lambda t, cup: move_goal(t, cup, up=0.05), lambda t, cup: expect_goal(cup)),
+    "no such waypoint": (lambda t, cup: t, lambda t, cup: expect_slower(near(t, cup, 0.01))),
+    "slow elsewhere": (
+        lambda t, cup: scale_speed(t, 0.5, where=last(t, 5)),
+        lambda t, cup: expect_slower(first_ten(t)),
+    ),
+    "cut off": (lambda t, cup: stop_at(t, 0.5), lambda t, cup: expect_slower(last(t, 5))),
+    "stopped too early": (lambda t, cup: stop_at(t, 0.1), lambda t, cup: expect_stop(near=cup)),
+    "between waypoints": (lambda t, cup: t[::10], lambda t, cup: expect_distance([0.25, 0.0, 0.0], 0.2)),
+}
+
+
+@pytest.mark.parametrize("case", BROKEN)
+def test_a_broken_promise_is_not_held(case, line, cup, scene):
+    edit, promise = BROKEN[case]
+    outcome = judge(promise(line, cup), line, edit(line, cup), scene)
+    assert not outcome.held, outcome.sentence
+
+
+def test_the_sentence_gives_the_numbers(line, scene):
+    outcome = judge(expect_moved(left=0.2), line, move(line, left=0.2), scene)
+    assert outcome.sentence == "the path moved 0.200 m left on average (asked 0.2 m)"
+
+
+def test_directions_are_those_of_the_scene(line):
+    for name in ("rfu", "flu", "ned"):
+        frame = Frame(name)
+        moved = move(line, left=0.2, down=0.1, frame=frame)
+        assert judge(expect_moved(left=0.2, down=0.1, frame=frame), line, moved, Scene(frame=frame)).held
+
+
+def test_a_repair_within_ten_percent_is_accepted(line, scene):
+    assert judge(expect_moved(left=0.2), line, move(line, left=0.185), scene).held
+    assert judge(expect_moved(left=0.02), line, move(line, left=0.012), scene).held
+
+
+def test_unknown_objects_and_kinds(line, scene):
+    outcome = judge(Expectation("closer", {"object": "vase"}, ""), line, line, scene)
+    assert not outcome.held and "vase" in outcome.sentence
+    with pytest.raises(ValueError, match="unknown expectation 'prettier'"):
+        judge(Expectation("prettier", {}, ""), line, line, scene)
