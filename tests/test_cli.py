@@ -164,7 +164,7 @@ BAD_FILES = [
     ("no-trajectory", {"objects": []}, "scene.json", ["trajectory"]),
     ("wrong-shape", scene(trajectory=[1, 2, 3]), "scene.json", ["trajectory[0]"]),
     ("too-wide", scene(trajectory=[[1, 2, 3, 4, 5], [1, 2, 3, 4, 5]]), "scene.json", ["trajectory"]),
-    ("nan", '{"trajectory": [[0, 0, 0, 0], [0, NaN, 0, 0]]}', "scene.json", ["NaN"]),
+    ("nan", '{"trajectory": [[0, 0, 0, 0], [0, NaN, 0, 0]]}', "scene.json", ["trajectory[1]", "nan"]),
     ("ragged", scene(trajectory=[[0, 0, 0, 0], [1, 2]]), "scene.json", ["trajectory[1]"]),
     ("text-in-row", scene(trajectory=[[0, 0, 0, 0], [1, 2, "x", 0]]), "scene.json", ["trajectory[1]"]),
     ("empty-file", "", "scene.json", ["empty"]),

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Any, Literal
 
 from ovita.adaptation import Adaptation, Postcondition, Status
 from ovita.changes import measure, sentences
@@ -97,7 +97,7 @@ def rerun(
     *,
     constraints: ConstraintOptions | None = None,
     isolation: Isolation = "strict",
-    **parameters: object,
+    **parameters: Any,
 ) -> Adaptation:
     """Run an adaptation's policy again with other parameters; no writer is asked.
 

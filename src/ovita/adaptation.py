@@ -12,13 +12,12 @@ from ovita.changes import Changes
 from ovita.constraints import Verdict
 from ovita.errors import FormatError, OvitaError
 from ovita.formats import load_document, save_document, scene_dict, scene_from_dict, trajectory_rows
+from ovita.formats.adaptation import SCHEMA
 from ovita.language.request import WriterInfo
 from ovita.policy import Parameter
 from ovita.robot import Robot
 from ovita.scene import Scene
 from ovita.trajectory import Trajectory
-
-SCHEMA = "ovita.adaptation/1"
 
 Status = Literal["ok", "needs_clarification", "not_understood", "infeasible", "failed"]
 

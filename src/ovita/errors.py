@@ -64,7 +64,7 @@ class UnknownObject(SceneError):
     def __init__(self, name: str, available: Sequence[str]) -> None:
         self.name, self.available = name, tuple(available)
         known = ", ".join(repr(n) for n in self.available) or "none at all"
-        super().__init__(f"the scene has no object {name!r}; its objects are {known}")
+        super().__init__(f"the scene has no object {name!r}; its objects are {known}", key="objects")
 
 
 class RobotError(InputError):

@@ -212,6 +212,9 @@ class Scene:
     def __len__(self) -> int:
         return len(self.objects)
 
+    def __bool__(self) -> bool:
+        return True
+
     def __contains__(self, name: object) -> bool:
         return isinstance(name, str) and self.find(name) is not None
 

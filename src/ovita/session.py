@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 from ovita.adapt import Isolation, adapt, rerun
 from ovita.adaptation import Adaptation
@@ -100,7 +101,7 @@ class Session:
             self._undone.clear()
         return result
 
-    def tune(self, **parameters: object) -> Adaptation:
+    def tune(self, **parameters: Any) -> Adaptation:
         """Turn knobs of the last turn's policy and run it again; no writer is asked.
 
         Raises:

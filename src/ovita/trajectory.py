@@ -198,7 +198,7 @@ def interpolate(rows: Array, source: Array) -> Array:
     low = np.clip(np.floor(source).astype(int), 0, len(rows) - 1)
     high = np.minimum(low + 1, len(rows) - 1)
     t = (source - low)[:, None]
-    return np.where(t == 0.0, rows[low], rows[low] * (1.0 - t) + rows[high] * t)
+    return np.asarray(np.where(t == 0.0, rows[low], rows[low] * (1.0 - t) + rows[high] * t))
 
 
 def nlerp(quaternions: Array, source: Array) -> Array:

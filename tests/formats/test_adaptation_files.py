@@ -1,10 +1,12 @@
 import json
 import math
+from dataclasses import asdict
 
 import pytest
 
 from ovita.errors import FormatError
-from ovita.formats import load_document, load_task, save_document, scene_dict
+from ovita.formats import is_adaptation, load_document, load_task, save_document, scene_dict
+from ovita.robot import Robot
 from ovita.scene import Frame, Scene, SceneObject
 from ovita.trajectory import Trajectory
 
@@ -47,6 +49,40 @@ def test_a_saved_adaptation_is_a_task_again(tmp_path):
     assert (task.scene, task.instruction, task.robot, task.extra) == (SCENE, "go left", "arm", {})
 
 
+def test_the_robot_of_an_adaptation(tmp_path):
+    path, drone = tmp_path / "r.json", json.loads(json.dumps(asdict(Robot.preset("drone"))))
+    save_document(path, document(robot=drone))
+    task = load_task(path)
+    assert (task.robot, task.notes) == ("drone", ())
+    save_document(path, document(robot={**drone, "max_speed": 0.1}))
+    task = load_task(path)
+    assert task.robot is None
+    assert "limits of the robot 'drone' are not taken over" in task.notes[0]
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "expected"),
+    [
+        ("a.json", '{"schema": "ovita.adaptation/1"}', True),
+        ("a.json", '{"schema": "ovita.adaptation/2"}', True),
+        ("a.json", '{"schema": 1}', False),
+        ("a.json", '{"trajectory": []}', False),
+        ("a.csv", "x,y,z", False),
+    ],
+)
+def test_an_adaptation_is_told_from_a_task(tmp_path, name, content, expected):
+    (tmp_path / name).write_text(content)
+    assert is_adaptation(tmp_path / name) is expected
+
+
+def test_what_cannot_be_read_is_not_told_apart(tmp_path):
+    with pytest.raises(FormatError, match="no such file"):
+        is_adaptation(tmp_path / "a.json")
+    (tmp_path / "a.json").write_text("{")
+    with pytest.raises(FormatError, match="not JSON"):
+        is_adaptation(tmp_path / "a.json")
+
+
 @pytest.mark.parametrize(
     ("content", "fragment"),
     [
@@ -86,6 +122,6 @@ def test_a_document_that_is_no_task(tmp_path, keys, fragment):
 
 @pytest.mark.parametrize("keys", [{"schema": "other"}, {"a": float("nan")}, {"a": object()}])
 def test_a_document_that_cannot_be_saved(tmp_path, keys):
-    with pytest.raises(FormatError, match="r.json"):
+    with pytest.raises(FormatError, match=r"r\.json"):
         save_document(tmp_path / "r.json", document(**keys))
     assert not (tmp_path / "r.json").exists()

@@ -52,6 +52,7 @@ def parse_everything(data):
         except FormatError as error:
             assert str(error).startswith("f: ")
             assert len(str(error)) < 400
+            assert "\n" not in str(error)
             str(error).encode("utf-8")
 
 

@@ -41,17 +41,17 @@ BAD = {
     "not JSON": ("hello", "f.json: this is not JSON", "line 1, column 1"),
     "cut off": ('{"trajectory": [\n[1, 2', "not JSON", "line 2, column 6"),
     "two documents": ("{} {}", "not JSON", "extra data"),
-    "a list": ([[0, 0, 0, 1]], "top level is a list of 1", "'trajectory'"),
+    "a list": ([[0, 0, 0, 1]], "top level is a list of 1, expected an object"),
     "a number": ("3", "top level is 3"),
     "null": ("null", "top level is null"),
     "no trajectory": ({"path": [], "objects": []}, "no key 'trajectory', only path, objects", "rows"),
-    "nothing at all": ({}, "no key 'trajectory', only none"),
-    "misspelt": ({"Trajectroy": ROWS}, "did you mean 'Trajectroy'?"),
+    "nothing at all": ({}, "the object is empty; give a list of rows"),
+    "misspelt": ({"Trajectroy": ROWS}, "rename 'Trajectroy' to 'trajectory'"),
     "null trajectory": ({"trajectory": None}, "the trajectory is null"),
     "a text": ({"trajectory": "x"}, "f.json: trajectory is 'x', expected a list of rows"),
     "columns": ({"trajectory": {"x": [1]}}, "trajectory is an object, expected a list of rows"),
     "empty": (rows(), "trajectory is empty"),
-    "one waypoint": (rows([0, 0, 0, 1]), "trajectory a trajectory needs at least 2 waypoints, this one has 1"),
+    "one waypoint": (rows([0, 0, 0, 1]), "trajectory has 1 waypoint; a trajectory needs at least 2"),
     "flat": (rows(0, 0, 0, 1), "trajectory[0] is 0, expected a row"),
     "flat later": (rows([0, 0, 0, 1], 5), "trajectory[1] is 5, expected a row of 4 numbers"),
     "two columns": (rows([0, 0], [1, 1]), "trajectory[0] holds 2 numbers, expected 3 (x, y, z)"),
@@ -69,13 +69,19 @@ BAD = {
     "endless integer": ('{"trajectory": ' + "9" * 5000 + "}", "thousands of digits"),
     "negative speed": (rows([0, 0, 0, 1], [1, 0, 0, -0.5]), "trajectory[1] speed -0.5 is negative"),
     "zero quaternion": (rows([0] * 8, [1] * 8), "trajectory[0] the quaternion (wxyz) has length zero"),
-    "dict without z": (rows({"x": 0, "y": 0}, {"x": 1, "y": 0}), "trajectory no z among the columns x, y"),
+    "dict without z": (rows({"x": 0, "y": 0}, {"x": 1, "y": 0}), "trajectory has no z, only x, y"),
     "dict lacks": (rows({"x": 0, "y": 0, "z": 0}, {"x": 1, "y": 0}), "trajectory[1] lacks z, unlike the first"),
     "dict has more": (rows({"x": 0, "y": 0, "z": 0}, {"x": 1, "y": 0, "z": 0, "v": 1}), "trajectory[1] has v"),
     "dict then list": (rows({"x": 0, "y": 0, "z": 0}, [1, 0, 0]), "trajectory[1] is a list of 3"),
     "speed twice": (rows({"x": 0, "y": 0, "z": 0, "v": 1, "speed": 1}), "trajectory[0] gives speed twice"),
-    "half a quaternion": (rows(*[{"x": i, "y": 0, "z": 0, "qw": 1} for i in (0, 1)]), "only qw of the quaternion"),
-    "time stands still": (rows(*[{"x": i, "y": 0, "z": 0, "t": 1} for i in (0, 1)]), "trajectory[1] the time 1 s"),
+    "half a quaternion": (
+        rows(*[{"x": i, "y": 0, "z": 0, "qw": 1} for i in (0, 1)]),
+        "trajectory has only qw of the quaternion",
+    ),
+    "time stands still": (
+        rows(*[{"x": i, "y": 0, "z": 0, "t": 1} for i in (0, 1)]),
+        "trajectory[1] is at 1 s, not after the 1 s before",
+    ),
     "instruction": ({"trajectory": ROWS, "instruction": ["go"]}, "instruction is a list of 1, expected text"),
     "timestep": ({"trajectory": ROWS, "timestep": 0}, "timestep is 0, expected a time > 0"),
     "timestep text": ({"trajectory": ROWS, "timestep": "fast"}, "timestep is 'fast'"),
@@ -84,7 +90,7 @@ BAD = {
     "constraints": ({"trajectory": ROWS, "constraints": 5}, "constraints is 5, expected text"),
     "unknown frame": (
         {"trajectory": ROWS, "frame": "enu"},
-        "frame unknown frame 'enu'; known frames are rfu, flu, ned",
+        "frame is an unknown frame 'enu'; known frames are rfu, flu, ned",
     ),
     "frame": ({"trajectory": ROWS, "frame": 1}, "frame is 1, expected text"),
     "objects": ({"trajectory": ROWS, "objects": {"mug": [0, 0, 0]}}, "objects is an object, expected a list"),
@@ -246,7 +252,7 @@ def test_a_waypoint_is_a_line(tmp_path):
     ],
 )
 def test_what_json_does_not_know_is_not_written(tmp_path, extra, fragment):
-    with pytest.raises(FormatError, match="t.json") as caught:
+    with pytest.raises(FormatError, match=r"t\.json") as caught:
         save_trajectory(tmp_path / "t.json", Trajectory.from_array(ROWS), extra=extra)
     assert fragment in str(caught.value)
     assert os.listdir(tmp_path) == []

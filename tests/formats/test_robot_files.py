@@ -49,9 +49,9 @@ def test_without_a_speed_or_workspace_there_is_no_such_limit(tmp_path):
 @pytest.mark.parametrize(
     ("content", "fragment"),
     [
-        ("max_sped = 1", "max_sped unknown key; did you mean 'max_speed'?"),
-        ("colour = 1", "colour unknown key; known keys are name, workspace"),
-        ("[workspace]\nlowr = [0,0,0]", "workspace.lowr unknown key; did you mean 'lower'?"),
+        ("max_sped = 1", "max_sped is an unknown key; did you mean 'max_speed'?"),
+        ("colour = 1", "colour is an unknown key; known keys are name, workspace"),
+        ("[workspace]\nlowr = [0,0,0]", "workspace.lowr is an unknown key; did you mean 'lower'?"),
         ("[workspace]\nlower = [0,0,0]", "workspace a box needs lower, upper; upper is missing"),
         ("[workspace]\ncenter = [0,0,0]", "workspace a shell needs center, r_min, r_max; r_min is missing"),
         ("[workspace]\nkind = 'ball'", "workspace.kind is 'ball', expected 'box' or 'shell'"),
@@ -86,7 +86,7 @@ def test_neither_a_preset_nor_a_file(tmp_path):
         load_robot("dron")
     with pytest.raises(FormatError, match="no such file"):
         load_robot("dron.toml")
-    with pytest.raises(FormatError, match="top level is a list"):
+    with pytest.raises(FormatError, match="top level is an empty list, expected an object"):
         load_robot(write(tmp_path, "[]", "r.json"))
     with pytest.raises(FormatError, match=r"a \.toml or a \.json"):
         load_robot(write(tmp_path, "x", "r.yaml"))

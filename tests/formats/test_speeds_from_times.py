@@ -46,7 +46,7 @@ def test_noise_does_not_become_oscillation():
 
 
 def test_a_stop_in_the_middle():
-    there, times = minimum_jerk(50)
+    there, _ = minimum_jerk(50)
     positions = np.concatenate([there, np.repeat(there[-1:], 10, axis=0), there[::-1]])
     trajectory, remarks = rebuilt(positions, np.arange(len(positions)) * 0.05)
     assert (trajectory.speeds[50:61] == 0).all()

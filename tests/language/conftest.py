@@ -151,6 +151,8 @@ def local_model() -> Iterator[str]:
     parameters.n_ctx = 8192
     parameters.n_parallel = 1
     parameters.verbosity = 0
+    parameters.sampling.penalty_repeat = 1.1  # else so small a model goes on and on
+    parameters.sampling.penalty_last_n = 256
     parameters.cpuparams.n_threads = 1
     parameters.cpuparams_batch.n_threads = 1
     server = xllamacpp.Server(parameters)

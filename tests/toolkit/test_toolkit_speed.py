@@ -4,13 +4,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from toolkit_paths import modest, paths, paths_and_masks, shares
 
-from ovita.toolkit import dwell, ramp_speed, scale_speed, set_speed, stop_at
+from ovita.toolkit import dwell, ramp_speed, scale_speed, set_speed, shift_speed, stop_at
 from ovita.trajectory import Trajectory
 
 OPERATIONS = {
     "scale": lambda t, m: scale_speed(t, 0.5, where=m),
     "ease": lambda t, m: scale_speed(t, 1.5, where=m, ease=0.2),
     "set": lambda t, m: set_speed(t, 0.3, where=m),
+    "shift": lambda t, m: shift_speed(t, -0.1, where=m),
     "ramp": lambda t, m: ramp_speed(t, 0.1, 0.4, where=m),
     "slow": lambda t, m: ramp_speed(t, end=0.0, where=m),
 }
@@ -41,6 +42,12 @@ def test_exact_factors_and_soft_edges(line):
     mask = (np.arange(21) >= 5) & (np.arange(21) <= 15)
     speed = scale_speed(line, 0.0, where=mask, ease=0.2)[:, 3]
     assert speed[10] == 0 and 0 < speed[6] < 0.5
+
+
+def test_shifted_speeds_never_fall_below_zero_and_rest_stays_rest(line):
+    line[0, 3] = 0.0
+    assert np.allclose(shift_speed(line, 0.2)[:, 3], np.append(0.0, np.full(20, 0.7)))
+    assert (shift_speed(line, -0.9)[:, 3] == 0).all()
 
 
 def test_ramps_are_linear_in_arc_length(line):

@@ -2,7 +2,7 @@
 
 from ovita.changes.matching import dwells
 from ovita.changes.measure import measure
-from ovita.changes.report import Changes, Displacement, Endpoint, ObjectChange, Span, SpeedChange, SpeedRange
+from ovita.changes.report import Changes, Displacement, Endpoint, ObjectChange, Span, SpeedChange, SpeedRange, Stop
 from ovita.changes.sentences import sentences
 
 __all__ = [
@@ -13,6 +13,7 @@ __all__ = [
     "Span",
     "SpeedChange",
     "SpeedRange",
+    "Stop",
     "dwells",
     "measure",
     "sentences",

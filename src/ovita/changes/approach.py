@@ -14,6 +14,7 @@ NEIGHBOURHOOD = 0.25
 
 
 def object_change(item: SceneObject, original: Trajectory, adapted: Trajectory) -> ObjectChange:
+    """Measure how both paths pass one object."""
     neighbourhood = item.radius + NEIGHBOURHOOD * float(np.linalg.norm(np.ptp(original.positions, axis=0)))
     (d0, i0), (d1, i1) = (closest_to_centre(item, t.positions) for t in (original, adapted))
     (c0, j0), (c1, j1) = (closest_to_surface(item, t.positions) for t in (original, adapted))

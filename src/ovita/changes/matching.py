@@ -49,7 +49,7 @@ def _shared(p: Array, q: Array) -> tuple[int, int]:
         return 0, 0
     near = 1e-9 * max(1.0, float(np.abs(p).max()))
     head = int(np.cumprod((np.abs(p[:n] - q[:n]) <= near).all(axis=1)).sum())
-    tail = int(np.cumprod((np.abs(p[-n:] - q[-n:]) <= near).all(axis=1)[::-1]).sum())
+    tail = int(np.cumprod((np.abs(p[-n:][::-1] - q[-n:][::-1]) <= near).all(axis=1)).sum())
     return head, min(tail, n - head)
 
 

@@ -7,7 +7,17 @@ from numpy.typing import NDArray
 
 from ovita.changes.approach import object_change
 from ovita.changes.matching import Mask, dwells, fractions, match
-from ovita.changes.report import Changes, Displacement, Endpoint, ObjectChange, Span, SpeedChange, SpeedRange, Vector
+from ovita.changes.report import (
+    Changes,
+    Displacement,
+    Endpoint,
+    ObjectChange,
+    Span,
+    SpeedChange,
+    SpeedRange,
+    Stop,
+    Vector,
+)
 from ovita.scene import Frame, Scene
 from ovita.trajectory import Array, Trajectory
 
@@ -91,6 +101,7 @@ def _speed_change(
         runs = [np.arange(runs[0][0], runs[-1][-1] + 1)]
     steps = Span(int(dwells(original).sum()), int(dwells(adapted).sum()))
     where = index[changed]
+    stopped = _stops(adapted, objects)
     return SpeedChange(
         mean=Span(float(own.mean()), float(new.mean())),
         min=Span(float(own.min()), float(new.min())),
@@ -102,7 +113,8 @@ def _speed_change(
         first=int(where[0]) if len(where) else None,
         last=int(where[-1]) if len(where) else None,
         ranges=tuple(_speed_range(index[run], old[run], new[run], objects) for run in runs),
-        stops=Span(_stops(original), _stops(adapted)),
+        stops=Span(len(_stops(original, ())), len(stopped)),
+        stopped=stopped,
         dwell_steps=steps,
         dwell=Span(steps.before * original.timestep, steps.after * adapted.timestep),
     )
@@ -110,21 +122,32 @@ def _speed_change(
 
 def _speed_range(index: NDArray[np.intp], old: Array, new: Array, objects: tuple[ObjectChange, ...]) -> SpeedRange:
     first, last = int(index[0]), int(index[-1])
+    return SpeedRange(first, last, Span(float(old.mean()), float(new.mean())), _near(first, last, objects))
+
+
+def _near(first: int, last: int, objects: tuple[ObjectChange, ...]) -> str | None:
+    """The object that the adapted path passes, within its neighbourhood, closest to the middle of these waypoints."""
     passed = [
         item
         for item in objects
         if first - 0.5 <= item.distance_at.after <= last + 0.5 and item.distance.after <= item.neighbourhood
     ]
-    near = min(passed, key=lambda item: item.distance.after).name if passed else None
-    return SpeedRange(first, last, Span(float(old.mean()), float(new.mean())), near)
+    if not passed:
+        return None
+    middle, half = (first + last) / 2, max(1.0, (last - first) / 2)
+    return min(passed, key=lambda o: abs(o.distance_at.after - middle) / half + o.distance.after / o.neighbourhood).name
 
 
-def _stops(trajectory: Trajectory) -> int:
+def _stops(trajectory: Trajectory, objects: tuple[ObjectChange, ...]) -> tuple[Stop, ...]:
     """Runs of waypoints at speed 0 that lie on the way or hold a dwell."""
     still = trajectory.speeds == 0
     runs = np.split(np.arange(len(still)), np.flatnonzero(np.diff(still)) + 1)
     waits, last = dwells(trajectory), len(still) - 1
-    return sum(bool(still[run[0]] and (waits[run].any() or (run[0] > 0 and run[-1] < last))) for run in runs)
+    return tuple(
+        Stop(int(run[0]), int(run[-1]), int(waits[run].sum()) * trajectory.timestep, _near(run[0], run[-1], objects))
+        for run in runs
+        if still[run[0]] and (waits[run].any() or (run[0] > 0 and run[-1] < last))
+    )
 
 
 def _vector(values: Array) -> Vector:

@@ -84,6 +84,16 @@ class SpeedRange:
 
 
 @dataclass(frozen=True)
+class Stop:
+    """A stop of the adapted trajectory: waypoints `first` to `last` at speed 0, waiting `seconds` [s], near what."""
+
+    first: int
+    last: int
+    seconds: float
+    near: str | None
+
+
+@dataclass(frozen=True)
 class SpeedChange:
     """Speeds over the waypoints, dwells left out.
 
@@ -98,6 +108,7 @@ class SpeedChange:
         last: Last one.
         ranges: The changed waypoints as runs of one direction; one run over all if there are very many.
         stops: Number of stops on the way, and at the ends if the robot waits there.
+        stopped: The stops of the adapted trajectory.
         dwell_steps: Number of dwell waypoints (repeated at speed 0); each lasts one timestep.
         dwell: Time spent in dwells [s].
     """
@@ -113,6 +124,7 @@ class SpeedChange:
     last: int | None
     ranges: tuple[SpeedRange, ...]
     stops: Span
+    stopped: tuple[Stop, ...]
     dwell_steps: Span
     dwell: Span
 
@@ -196,6 +208,7 @@ class Changes:
             moved = dict(rest.pop("displacement"))
             speed = _spans(rest.pop("speed"), "mean", "min", "max", "stops", "dwell_steps", "dwell")
             speed["ranges"] = tuple(SpeedRange(**_spans(item, "speed")) for item in speed["ranges"])
+            speed["stopped"] = tuple(Stop(**item) for item in speed["stopped"])
             keys = ("distance", "distance_at", "clearance", "clearance_at")
             rest |= {
                 **_spans({key: rest[key] for key in _SPANS}, *_SPANS),

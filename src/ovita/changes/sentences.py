@@ -30,7 +30,7 @@ def sentences(changes: Changes) -> list[str]:
         *_total("The path is", changes.length, "m", ("longer", "shorter")),
     ]
     if not path:
-        told.append("The path is exactly as before." if changes.path_unchanged else _nearly(changes))
+        told.append(_still(changes))
     elif not speed:
         exact = "exactly" if changes.speed.count == 0 else "practically"
         told.append(f"The speed along the path is {exact} as before.")
@@ -67,21 +67,25 @@ _PHRASES = {"front": "forward", "back": "backward"}
 def _path(changes: Changes) -> list[str]:
     moved = changes.displacement
     ends = [("start", changes.start), ("goal", changes.goal)]
-    if moved.max < _VISIBLE:
-        return [_end(name, end) for name, end in ends if end.shift >= _VISIBLE]
+    shifted = [(name, end) for name, end in ends if end.shift >= _VISIBLE]
+    if moved.max < _VISIBLE or moved.first is None or moved.last is None:
+        return [_end(name, end) for name, end in shifted]
     mean = sum(part**2 for part in moved.vector) ** 0.5
     if moved.spread <= max(_VISIBLE, 0.01 * mean):
         return [f"The whole path moved {directions(moved.words)}."]
-    n = int(changes.waypoints.after)
-    assert moved.first is not None and moved.last is not None
-    where = (
-        "The path" if (moved.first, moved.last) == (0, n - 1) else f"The path between {_range(moved.first, moved.last)}"
-    )
+    before, after = int(changes.waypoints.before), int(changes.waypoints.after)
+    added = moved.last - moved.first + 1
+    if changes.matching == "arc length" and added == after - before and moved.last == after - 1:
+        return [f"The path goes on beyond its old goal: the goal moved {directions(changes.goal.words)}."]
+    where = f"The path between waypoints {moved.first} and {moved.last}"
+    if (moved.first, moved.last) == (0, after - 1):
+        where = "The path"
+    elif moved.first == moved.last:
+        where = f"The path at waypoint {moved.first}"
     told = [
         f"{where} moved by up to {number(moved.max)} m (waypoint {moved.index}: {directions(moved.max_words)}), "
         f"{number(moved.mean)} m on average over all waypoints."
     ]
-    shifted = [(name, end) for name, end in ends if end.shift >= _VISIBLE]
     told += [_end(name, end) for name, end in shifted]
     if not shifted:
         told.append("The start and the goal stay where they were.")
@@ -94,49 +98,62 @@ def _end(name: str, end: Endpoint) -> str:
     return f"The {name} moved {directions(end.words)}."
 
 
-def _nearly(changes: Changes) -> str:
-    return f"The path is practically as before (moved by at most {number(changes.displacement.max * 1000)} mm)."
+def _still(changes: Changes) -> str:
+    moved = changes.displacement
+    if changes.path_unchanged or moved.count == 0:
+        return "The path is exactly as before."
+    return f"The path is practically as before (moved by at most {number(moved.max * 1000)} mm)."
 
 
 def _speeds(changes: Changes) -> list[str]:
     speed = changes.speed
-    ranges = [r for r in speed.ranges if abs(r.speed.change) >= _VISIBLE or _relative(r.speed) >= 0.01]
+    halts = {(stop.first, stop.last) for stop in speed.stopped}
+    ranges = [
+        r
+        for r in speed.ranges
+        if (abs(r.speed.change) >= _VISIBLE or _relative(r.speed) >= 0.01)
+        and not (r.speed.after == 0 and any(first <= r.first and r.last <= last for first, last in halts))
+    ]
     if not ranges:
         return []
-    ratio_min, ratio_max = speed.ratio_min, speed.ratio_max
-    one_way = len({r.speed.change > 0 for r in ranges}) == 1
-    if speed.everywhere and one_way:
-        factor = ""
-        if ratio_min is not None and ratio_max is not None and 0 < ratio_max - ratio_min + 1e-9 < 0.01 * ratio_max:
-            factor = f", {number(ratio_max)} times the speed before"
+    low, high = speed.ratio_min, speed.ratio_max
+    if speed.max.after - speed.min.after < _VISIBLE <= speed.max.before - speed.min.before:
+        before = f"{number(speed.min.before)} to {number(speed.max.before)} m/s"
+        return [f"Speed is now {number(speed.mean.after)} m/s everywhere (before: {before})."]
+    if len(speed.ranges) == 1 and low is not None and high is not None and low < 1 < high:
+        return [f"Speed changes at {speed.count} waypoints, to {number(low)} ... {number(high)} times that before."]
+    if speed.everywhere and len({r.speed.change > 0 for r in ranges}) == 1:
+        same = low is not None and high is not None and high - low < 0.01 * high
+        factor = f", {number(high)} times that before" if same and high is not None else ""
         return [f"Speed is {_higher(speed.mean)} everywhere: {_span(speed.mean, 'm/s')} on average{factor}."]
     told = sorted(ranges, key=lambda r: -abs(r.speed.change) * (r.last - r.first + 1))[:_MOST]
     told.sort(key=lambda r: r.first)
     rest = len(ranges) - len(told)
+    tail = "" if speed.everywhere else "; unchanged elsewhere"
     if rest:
-        tail = f"; {rest} more such {'stretch' if rest == 1 else 'stretches'}, see the profile"
-    else:
-        tail = "" if speed.everywhere else "; unchanged elsewhere"
+        tail = f"; it changes on {rest} more {'stretch' if rest == 1 else 'stretches'}"
     return [_stretch(r) + (tail if r is told[-1] else "") + "." for r in told]
 
 
 def _stretch(item: SpeedRange) -> str:
-    near = f" near {_the(item.near)}" if item.near else ""
-    if item.first == item.last:
-        return f"Speed is {_higher(item.speed)}{near}: {_span(item.speed, 'm/s')} at waypoint {item.first}"
-    return f"Speed is {_higher(item.speed)}{near}: {_span(item.speed, 'm/s')} between {_range(item.first, item.last)}"
+    where = (
+        f"at waypoint {item.first}" if item.first == item.last else f"between waypoints {item.first} and {item.last}"
+    )
+    return f"Speed is {_higher(item.speed)}{_near(item.near)}: {_span(item.speed, 'm/s')} {where}"
 
 
 def _stops(changes: Changes) -> list[str]:
     speed = changes.speed
+    if speed.stops.change == 0 and abs(speed.dwell.change) < _VISIBLE:
+        return []
+    if not speed.stopped:
+        return ["It no longer stops on the way."]
     told = []
-    if speed.dwell.change >= _VISIBLE:
-        told.append(f"It waits {number(speed.dwell.change)} s {'longer' if speed.dwell.before else 'on the way'}.")
-    elif speed.dwell.change <= -_VISIBLE:
-        told.append(f"It waits {number(-speed.dwell.change)} s less.")
-    if speed.stops.change:
-        before, after = int(speed.stops.before), int(speed.stops.after)
-        told.append(f"It stops {_times(after)} (before: {_times(before)}).")
+    for stop in speed.stopped[:_MOST]:
+        waits = f" and waits {number(stop.seconds)} s" if stop.seconds else ""
+        told.append(f"It stops at waypoint {stop.first}{_near(stop.near)}{waits}.")
+    if len(speed.stopped) > _MOST:
+        told.append(f"It stops {len(speed.stopped)} times in all (before: {int(speed.stops.before)}).")
     return told
 
 
@@ -187,12 +204,8 @@ def _higher(span: Span) -> str:
     return "higher" if span.change > 0 else "lower"
 
 
-def _range(first: int, last: int) -> str:
-    return f"waypoints {first} and {last}"
-
-
-def _times(count: int) -> str:
-    return {0: "nowhere", 1: "once", 2: "twice"}.get(count, f"{count} times")
+def _near(name: str | None) -> str:
+    return "" if name is None else f" near {_the(name)}"
 
 
 def _the(name: str) -> str:

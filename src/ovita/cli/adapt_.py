@@ -11,7 +11,7 @@ from ovita.adapt import adapt
 from ovita.adaptation import Adaptation
 from ovita.cli.options import constraints_from, robot_from, shared, task_from, writer_from
 from ovita.cli.progress import waiting
-from ovita.cli.report import EXIT_OF, show
+from ovita.cli.report import EXIT_OF, plain, show
 from ovita.errors import RequestError
 from ovita.formats import save_trajectory
 from ovita.language.request import Request
@@ -59,7 +59,7 @@ def command(
     else:
         show(result, code=code)
         for note in task.notes:
-            click.echo(f"note: {note}", err=True)
+            click.echo(f"note: {plain(note)}", err=True)
         for path in written:
             click.echo(f"wrote {path}")
     raise SystemExit(EXIT_OF[result.status])

@@ -45,6 +45,8 @@ def command(file: str, **options: Any) -> None:
     )
     names = ", ".join(task.scene.names) or "none"
     click.echo(plain(f"{file}: {len(task.trajectory)} waypoints; objects: {names}."))
+    for note in task.notes:
+        click.echo(f"note: {plain(note)}", err=True)
     click.echo("Say what should change, or /help.")
     for line in _lines():
         try:

@@ -15,8 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ovita.constraints.path import GRAZE, PAD, PathProblem
-from ovita.constraints.route import find_route, nearest_legal
+from ovita.constraints.route import find_route, nearest_legal, push_out
 from ovita.trajectory import Array, arc_length
+
+Trouble = Literal["no route", "too few waypoints", "no legal point"]
 
 
 @dataclass(frozen=True)
@@ -31,7 +33,7 @@ class Blocked:
 
     first: int
     last: int
-    why: Literal["no route", "too few waypoints", "no legal point"]
+    why: Trouble
 
 
 def legal_path(problem: PathProblem, x: Array) -> tuple[Array, tuple[Blocked, ...]]:
@@ -71,51 +73,38 @@ def _bypass(problem: PathProblem, padded: PathProblem, x: Array, first: int, las
     n = len(x)
     low = max((p for p in problem.pins if p <= first), default=0)
     high = min((p for p in problem.pins if p >= last), default=n - 1)
-    pinned = problem.pinned
-    why: Literal["no route", "too few waypoints", "no legal point"] = "no route"
+    why: Trouble = "no route"
     for reach in (0, 1, 3, 8, 20, 60, n):
         a, b = max(low, first - reach), min(high, last + reach)
-        for start, goal in _ends(padded, x, a, b, pinned):
-            fill = _follow(padded, x, a, b, start, goal)
-            if isinstance(fill, str):
-                why = fill
-                continue
-            x[a : b + 1] = fill
-            return None
+        for start, goal in _ends(padded, x, a, b):
+            # start and goal may graze a body: there the pad is what they leave of it
+            route = find_route(_lenient(padded, start, goal), start, goal, room=b - a - 1)
+            if not isinstance(route, str):
+                x[a : b + 1] = _along(padded, start, route, goal, b - a + 1)
+                return None
+            why = route
         if (a == low and b == high) or why == "no route":
             break
-    return _give_way(problem, padded, x, low, high, why)
+    trouble = _give_way(problem, padded, x, low, high, why)
+    if trouble is not None:
+        for i in range(low + 1, high):
+            pushed = push_out(padded, x[i]) if padded.depth(x[i][None])[0] > PAD + GRAZE else None
+            x[i] = x[i] if pushed is None else pushed
+    return trouble
 
 
-def _ends(padded: PathProblem, x: Array, a: int, b: int, pinned: NDArray[np.bool_]) -> list[tuple[Array, Array]]:
-    """Pairs of legal points to join: the waypoints a and b themselves, or legal points near them."""
+def _ends(padded: PathProblem, x: Array, a: int, b: int) -> list[tuple[Array, Array]]:
+    """Pairs of points to join: the waypoints a and b if they are legal or pinned, else legal points near them."""
+    pinned = padded.pinned
     choices = []
     for i in (a, b):
-        legal = padded.depth(x[i][None])[0] < PAD + GRAZE and (pinned[i] or padded.inside(x[i][None])[0])
-        choices.append(x[i][None] if legal else nearest_legal(padded, x[i], 1 if pinned[i] else 4))
-    count = max(len(choices[0]), len(choices[1]))
+        stays = pinned[i] or (padded.depth(x[i][None])[0] < PAD + GRAZE and padded.inside(x[i][None])[0])
+        choices.append(x[i][None] if stays else nearest_legal(padded, x[i], 4))
     if not len(choices[0]) or not len(choices[1]):
         return []
+    count = max(len(choices[0]), len(choices[1]))
     pairs = [(min(k, len(choices[0]) - 1), min(k, len(choices[1]) - 1)) for k in range(count)]
     return [(choices[0][i], choices[1][j]) for i, j in pairs]
-
-
-def _follow(
-    padded: PathProblem, x: Array, a: int, b: int, start: Array, goal: Array
-) -> Array | Literal["no route", "too few waypoints"]:
-    """Waypoints a..b along a route from start to goal; a pinned end that is not legal stays where it is."""
-    pinned = padded.pinned
-    head = [] if not pinned[a] or np.array_equal(start, x[a]) else [start]
-    tail = [] if not pinned[b] or np.array_equal(goal, x[b]) else [goal]
-    room = b - a - 1 - len(head) - len(tail)
-    if room < 0:
-        return "too few waypoints"
-    # start and goal may graze a body: there the pad is what they leave of it
-    route = find_route(_lenient(padded, start, goal), start, goal, room=room)
-    if isinstance(route, str):
-        return route
-    corner = [x[a] if pinned[a] else start, *head, *route, *tail, x[b] if pinned[b] else goal]
-    return _spread(np.array(corner), b - a + 1)
 
 
 def _lenient(padded: PathProblem, start: Array, goal: Array) -> PathProblem:
@@ -123,13 +112,33 @@ def _lenient(padded: PathProblem, start: Array, goal: Array) -> PathProblem:
     ends = np.stack([start, goal])
     bodies = []
     for body in padded.bodies:
-        short = float(np.clip(-body.signed(ends)[0].min() + PAD, 0.0, 3.0 * PAD))
-        bodies.append(replace(body, radius=body.radius - short - 1e-9) if body.radius > short else body)
+        depth = -body.signed(ends)[0]
+        short = float(np.where(depth <= PAD + GRAZE, depth + PAD, 0.0).max(initial=0.0))
+        bodies.append(replace(body, radius=body.radius - short - 1e-9) if body.radius > short > 0.0 else body)
     return replace(padded, bodies=tuple(bodies))
 
 
-def _spread(corner: Array, count: int) -> Array:
-    """`count` waypoints along a polyline (K, 3), K <= count: one at each corner, the others evenly on its edges."""
+def _along(padded: PathProblem, start: Array, route: Array, goal: Array, count: int) -> Array:
+    """`count` waypoints from start over the corners of a route (K, 3) to goal; none on the way out of a body."""
+    depth = padded.depth(np.stack([start, goal])) > PAD + GRAZE
+    leaving, arriving = bool(depth[0]), bool(depth[1])
+    if not len(route) and count > 2 and (leaving or arriving):
+        spot = nearest_legal(padded, start) if leaving and arriving else (goal if leaving else start)[None]
+        route = spot[:1] if len(spot) else start[None]
+    return _spread(np.concatenate([start[None], route, goal[None]]), count, leaving, arriving)
+
+
+def _spread(corner: Array, count: int, leaving: bool = False, arriving: bool = False) -> Array:
+    """`count` waypoints along a polyline (K, 3), K <= count: one at each corner, the others evenly on its edges.
+
+    With `leaving` none is put on the first edge but all that is left over at its end; `arriving` likewise.
+    """
+    if leaving or arriving:
+        first, last = int(leaving), len(corner) - int(arriving)
+        inner = _spread(corner[first:last], count - leaving - arriving)
+        return np.concatenate([corner[:first], inner, corner[last:]])
+    if len(corner) <= 1:
+        return np.repeat(corner, count, axis=0)
     edges = np.linalg.norm(np.diff(corner, axis=0), axis=1)
     extra = count - len(corner)
     share = edges / edges.sum() * extra if edges.sum() > 0 else np.full(len(edges), extra / len(edges))
@@ -145,7 +154,7 @@ def _give_way(
     x: Array,
     low: int,
     high: int,
-    why: Literal["no route", "too few waypoints", "no legal point"],
+    why: Trouble,
 ) -> Blocked | None:
     """Where there is no way around, stay on this side of a body; as a last resort stay in one place."""
     free_low, free_high = not problem.pinned[low], not problem.pinned[high]

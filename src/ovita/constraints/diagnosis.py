@@ -12,7 +12,7 @@ from ovita.constraints.detour import Blocked
 from ovita.constraints.obstacles import Obstacle
 from ovita.constraints.path import PathProblem
 from ovita.constraints.problem import TOLERANCE, ConstraintCheck, ConstraintOptions
-from ovita.constraints.route import find_route, nearest_legal
+from ovita.constraints.route import find_route
 from ovita.robot import Box, Robot
 
 
@@ -136,10 +136,7 @@ def _minimal(problem: PathProblem, stretch: Blocked) -> tuple[Obstacle, ...]:
 
     def free(bodies: list[Obstacle]) -> bool:
         trial = replace(problem, bodies=tuple(bodies))
-        ends = [nearest_legal(trial, p) if trial.depth(p[None])[0] > 0 else p[None] for p in (start, goal)]
-        if not all(len(e) for e in ends):
-            return False
-        return not isinstance(find_route(trial, ends[0][0], ends[1][0], room=room), str)
+        return not isinstance(find_route(trial, start, goal, room=room), str)
 
     if len(kept) > 12:
         line = start[None], goal[None]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -82,12 +83,20 @@ class PathProblem:
     def blocked(self, start: Array, end: Array, pad: float) -> NDArray[np.bool_]:
         """(M,) whether the segment from start (M, 3) to end (M, 3) comes within `pad` > 0 of a body."""
         hit = np.zeros(len(start), dtype=bool)
-        for body in self.bodies:
-            near = body.near(start, end, pad)
-            near = near[~hit[near]]
-            if len(near):
-                hit[near] = body.hit(start[near], end[near], pad)
+        if not self.bodies:
+            return hit
+        centers, reaches = self._spheres
+        apart = np.linalg.norm((start + end)[:, None, :] / 2.0 - centers, axis=2)
+        within = apart - np.linalg.norm(end - start, axis=1)[:, None] / 2.0 < reaches + pad
+        for k in np.flatnonzero(within.any(axis=0)):
+            near = np.flatnonzero(within[:, k] & ~hit)
+            hit[near] = self.bodies[k].hit(start[near], end[near], pad)
         return hit
+
+    @cached_property
+    def _spheres(self) -> tuple[Array, Array]:
+        """Centres (B, 3) and radii (B,) of the bodies' bounding spheres."""
+        return np.array([body.center for body in self.bodies]), np.array([body.reach for body in self.bodies])
 
     def stuck(self, body: Obstacle) -> NDArray[np.intp]:
         """Pinned waypoints inside a body: the segments at them cannot be helped."""

@@ -121,25 +121,21 @@ def solve_qp(
     n, dims = reference.shape
     fixed = (lower >= upper).ravel()
     free = np.flatnonzero(~fixed)
-    x = np.where(fixed, np.where(np.isfinite(lower), lower, 0.0).ravel(), 0.0)
+    x = np.where(fixed & np.isfinite(lower.ravel()), lower.ravel(), 0.0)
     if not len(free):
         return QPSolution(x.reshape(n, dims), "solved")
-    hessian = _hessian(n, dims, weights)
-    pull = weights.dev * reference
-    if weights.shape:
-        pull = pull + weights.shape * laplacian_times(reference)
-    gradient = -2.0 * pull.ravel() + hessian @ x
-    matrix, low = _row_matrix(rows, n, dims)
-    low = low - matrix @ x
-    p, c, g = hessian[free][:, free], gradient[free], matrix[:, free]
-    bound_low, bound_high = lower.ravel()[free], upper.ravel()[free]
-    if slack is not None and len(rows):
-        m = len(rows)
-        p = sparse.block_diag([p, sparse.csc_matrix((m, m))], format="csc")
-        c = np.concatenate([c, np.full(m, slack)])
-        g = sparse.hstack([g, sparse.identity(m)], format="csc")
-        bound_low = np.concatenate([bound_low, np.zeros(m)])
-        bound_high = np.concatenate([bound_high, np.full(m, np.inf)])
+    position = np.full(n * dims, -1)
+    position[free] = np.arange(len(free))
+    at_fixed = x.reshape(n, dims)
+    gradient = -2.0 * (weights.dev * reference + weights.shape * laplacian_times(reference))
+    gradient = gradient + 2.0 * (weights.smooth + weights.shape) * laplacian_times(at_fixed)
+    low = rows.offsets - (rows.normals * at_fixed[rows.waypoints]).sum(axis=1)
+    penalised = len(rows) if slack is not None else 0
+    p = _hessian(free, position, n, dims, weights, penalised)
+    g = _row_matrix(rows, position, dims, len(free), penalised)
+    c = np.concatenate([gradient.ravel()[free], np.full(penalised, slack or 0.0)])
+    bound_low = np.concatenate([lower.ravel()[free], np.zeros(penalised)])
+    bound_high = np.concatenate([upper.ravel()[free], np.full(penalised, np.inf)])
     solution, status = solve_sparse(p, c, g, low, bound_low, bound_high)
     if status != "solved":
         return QPSolution(None, status)
@@ -150,29 +146,48 @@ def solve_qp(
 def solve_sparse(
     p: Any, c: Array, g: Any, low: Array, bound_low: Array, bound_high: Array
 ) -> tuple[Array, Literal["solved", "infeasible", "failed"]]:
-    """Minimise x'Px/2 + c'x subject to G x >= low and bounds, with PIQP."""
+    """Minimise x'Px/2 + c'x subject to G x >= low and bounds, with PIQP; of P the upper triangle is enough."""
     solver = piqp.SparseSolver()
     solver.settings.eps_abs, solver.settings.eps_rel = 1e-9, 1e-9
-    rows = None if g.shape[0] == 0 else sparse.csc_matrix(g)
-    solver.setup(sparse.csc_matrix(p), c, None, None, rows, None if rows is None else low, None, bound_low, bound_high)
+    rows, floor = (None, None) if g.shape[0] == 0 else (g, low)
+    solver.setup(p, c, None, None, rows, floor, None, bound_low, bound_high)
     status = solver.solve()
     if status == piqp.PIQP_SOLVED:
         return np.array(solver.result.x), "solved"
     return np.zeros(len(c)), "infeasible" if status == piqp.PIQP_PRIMAL_INFEASIBLE else "failed"
 
 
-def _hessian(n: int, dims: int, weights: Weights) -> Any:
+def _hessian(free: NDArray[np.intp], position: NDArray[np.intp], n: int, dims: int, weights: Weights, more: int) -> Any:
+    """Upper triangle of 2 (lambda_dev I + (lambda_smooth + lambda_shape) D1' D1) on the free unknowns, in CSC form.
+
+    Column j holds the link to the waypoint before it, if that is free, and the diagonal; `more` empty columns follow.
+    """
     link = weights.smooth + weights.shape
     neighbours = np.full(n, 2.0)
-    neighbours[[0, -1]] = 1.0
-    diagonal = np.repeat(2.0 * (weights.dev + link * neighbours), dims)
-    side = np.full(max(n - 1, 0) * dims, -2.0 * link)
-    return sparse.diags([side, diagonal, side], [-dims, 0, dims], format="csc")
+    neighbours[[0, -1]] = 1.0 if n > 1 else 0.0
+    before = np.where(free >= dims, position[free - dims], -1)
+    linked = before >= 0
+    starts = np.concatenate([[0], np.cumsum(1 + linked)])
+    indices = np.empty(starts[-1], dtype=np.int32)
+    data = np.empty(starts[-1])
+    indices[starts[1:] - 1] = np.arange(len(free))
+    data[starts[1:] - 1] = 2.0 * (weights.dev + link * neighbours[free // dims])
+    indices[starts[:-1][linked]] = before[linked]
+    data[starts[:-1][linked]] = -2.0 * link
+    size = len(free) + more
+    starts = np.concatenate([starts, np.full(more, starts[-1])])
+    return sparse.csc_matrix((data, indices, starts.astype(np.int32)), shape=(size, size))
 
 
-def _row_matrix(rows: Rows, n: int, dims: int) -> tuple[Any, Array]:
+def _row_matrix(rows: Rows, position: NDArray[np.intp], dims: int, free: int, more: int) -> Any:
+    """The limits on the free unknowns, in CSC form, and an identity for their `more` slacks."""
     m = len(rows)
-    columns = (rows.waypoints[:, None] * dims + np.arange(dims)).ravel()
-    pointers = np.arange(m + 1) * dims
-    matrix = sparse.csr_matrix((rows.normals.ravel(), columns, pointers), shape=(m, n * dims))
-    return matrix.tocsc(), rows.offsets
+    columns = position[(rows.waypoints[:, None] * dims + np.arange(dims)).ravel()]
+    columns = np.concatenate([columns, free + np.arange(more)])
+    row = np.concatenate([np.repeat(np.arange(m), dims), np.arange(more)])
+    data = np.concatenate([rows.normals.ravel(), np.ones(more)])
+    keep = np.flatnonzero(columns >= 0)
+    order = keep[np.argsort(columns[keep], kind="stable")]
+    starts = np.concatenate([[0], np.cumsum(np.bincount(columns[order], minlength=free + more))])
+    parts = (data[order], row[order].astype(np.int32), starts.astype(np.int32))
+    return sparse.csc_matrix(parts, shape=(m, free + more))

@@ -8,10 +8,12 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import product
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ovita.constraints.obstacles import Obstacle
 from ovita.constraints.path import PAD, PathProblem
@@ -30,25 +32,27 @@ def find_route(
 
     Args:
         problem: Whose bodies and workspace.
-        start: A legal point [m].
-        goal: A legal point [m].
+        start: A point [m]; bodies that it lies in do not block the way out of it, only the rest of the way.
+        goal: A point [m]; likewise.
         room: Most corners that the polyline may have, or None for any number.
 
     Returns:
         The corners between the two, (K, 3) [m], or why there are none.
     """
-    if not problem.blocked(start[None], goal[None], PAD)[0]:
+    graph = _Graph(problem, start, goal)
+    if not graph.blocked_direct():
         return np.zeros((0, 3))
     if room == 0:
         return "too few waypoints"
     known = False
-    for level in range(LEVELS):
-        cloud = corners(problem, level, np.stack([start, goal]))
+    in_between = [body for body in problem.bodies if body.hit(start[None], goal[None], PAD)[0]]
+    for level, bodies in [(0, in_between), *((level, problem.bodies) for level in range(LEVELS))]:
+        cloud = corners(problem, level, np.stack([start, goal]), bodies)
         points = np.concatenate([start[None], goal[None], cloud])
-        route = _search(problem, points)
+        route = graph.search(points)
         if route is not None and room is not None and len(route) > room:
             known = True
-            route = _search(problem, points, room)
+            route = graph.search(points, room)
         if route is not None:
             return points[route]
         if known and level >= 1:
@@ -56,9 +60,9 @@ def find_route(
     return "too few waypoints" if known else "no route"
 
 
-def corners(problem: PathProblem, level: int, around: Array) -> Array:
+def corners(problem: PathProblem, level: int, around: Array, bodies: Sequence[Obstacle] | None = None) -> Array:
     """Legal points (K, 3) near the bodies, more of them at each level; at the last ones also anywhere near."""
-    clouds = [_around(body, level) for body in problem.bodies]
+    clouds = [_around(body, level) for body in (problem.bodies if bodies is None else bodies)]
     if level >= 2:
         clouds.append(_scatter(problem, around, 150 * 4 ** (level - 2)))
     if not clouds:
@@ -71,19 +75,8 @@ def corners(problem: PathProblem, level: int, around: Array) -> Array:
 
 def nearest_legal(problem: PathProblem, point: Array, count: int = 1) -> Array:
     """The legal points (K, 3), K <= count, nearest to a point (3,), nearest first."""
-    found = []
-    moved = problem.project(point[None])[0]
-    for _ in range(30):
-        depths = [(float(-body.signed(moved[None])[0][0]), i) for i, body in enumerate(problem.bodies)]
-        depth, worst = max(depths, default=(-np.inf, 0))
-        if depth < -PAD:
-            found.append(moved)
-            break
-        normal = problem.bodies[worst].signed(moved[None])[1][0] * problem.axes
-        length = float(np.linalg.norm(normal))
-        if length < 1e-6:
-            break
-        moved = problem.project((moved + normal * ((depth + 2.0 * PAD) / length))[None])[0]
+    pushed = push_out(problem, point)
+    found = [] if pushed is None else [pushed]
     for level in (1, 2, 3):
         cloud = corners(problem, level, point[None])
         found += list(cloud[np.argsort(np.linalg.norm(cloud - point, axis=1))[:count]])
@@ -91,6 +84,22 @@ def nearest_legal(problem: PathProblem, point: Array, count: int = 1) -> Array:
             break
     found.sort(key=lambda p: float(np.linalg.norm(p - point)))
     return np.array(found[:count]).reshape(-1, 3)
+
+
+def push_out(problem: PathProblem, point: Array) -> Array | None:
+    """A legal point reached from a point (3,) by leaving the worst body again and again, or None."""
+    moved = problem.project(point[None])[0]
+    for _ in range(30):
+        depths = [float(-body.signed(moved[None])[0][0]) for body in problem.bodies]
+        worst = int(np.argmax(depths)) if depths else -1
+        if worst < 0 or depths[worst] < -PAD:
+            return np.asarray(moved)
+        normal = problem.bodies[worst].signed(moved[None])[1][0] * problem.axes
+        length = float(np.linalg.norm(normal))
+        if length < 1e-6:
+            return None
+        moved = problem.project((moved + normal * ((depths[worst] + 2.0 * PAD) / length))[None])[0]
+    return None
 
 
 def _around(body: Obstacle, level: int) -> Array:
@@ -124,34 +133,61 @@ def _scatter(problem: PathProblem, around: Array, count: int) -> Array:
     return np.asarray(low + (0.5 + np.arange(1, count + 1)[:, None] * steps) % 1.0 * (high - low))
 
 
-def _search(problem: PathProblem, points: Array, room: int | None = None) -> list[int] | None:
-    """A* from point 0 to point 1 by length, or with at most `room` points between by their number, then length."""
-    ahead = np.linalg.norm(points - points[1], axis=1)
-    price = 0.0 if room is None else 1e3 * max(float(ahead.max()), 1e-9)
-    most = np.inf if room is None else price * (room + 1.5)
-    cost = np.full(len(points), np.inf)
-    cost[0] = 0.0
-    parent = np.full(len(points), -1)
-    done = np.zeros(len(points), dtype=bool)
-    queue: list[tuple[float, int]] = [(float(ahead[0]), 0)]
-    while queue:
-        _, i = heapq.heappop(queue)
-        if done[i]:
-            continue
-        done[i] = True
-        if i == 1:
-            return _trace(parent)
-        reached = cost[i] + np.linalg.norm(points - points[i], axis=1) + price
-        better = np.flatnonzero(~done & (reached < cost) & (reached < most))
-        better = better[~problem.blocked(np.broadcast_to(points[i], (len(better), 3)), points[better], PAD)]
-        cost[better] = reached[better]
-        parent[better] = i
-        for j in better:
-            heapq.heappush(queue, (float(cost[j] + ahead[j]), int(j)))
-    return None
+class _Graph:
+    """The visibility graph on a cloud whose points 0 and 1 are start and goal."""
+
+    def __init__(self, problem: PathProblem, start: Array, goal: Array) -> None:
+        self.problem, self.start, self.goal = problem, start, goal
+        self.leaving = self._without(problem, start)
+        self.arriving = self._without(problem, goal)
+
+    @staticmethod
+    def _without(problem: PathProblem, point: Array) -> PathProblem:
+        bodies = tuple(b for b in problem.bodies if b.signed(point[None])[0][0] >= -PAD)
+        return problem if len(bodies) == len(problem.bodies) else replace(problem, bodies=bodies)
+
+    def blocked_direct(self) -> bool:
+        """Whether the straight line from start to goal is blocked."""
+        both = self._without(self.leaving, self.goal)
+        return bool(both.blocked(self.start[None], self.goal[None], PAD)[0])
+
+    def blocked(self, points: Array, i: int, others: NDArray[np.intp]) -> NDArray[np.bool_]:
+        """Whether the edges from point i to others are blocked."""
+        start = np.broadcast_to(points[i], (len(others), 3))
+        hit = (self.leaving if i == 0 else self.problem).blocked(start, points[others], PAD)
+        last = np.flatnonzero(others == 1)
+        if len(last):
+            hit[last] = self.blocked_direct() if i == 0 else self.arriving.blocked(start[last], points[[1]], PAD)
+        return hit
+
+    def search(self, points: Array, room: int | None = None) -> list[int] | None:
+        """A* from point 0 to point 1 by length, or with at most `room` points between by their number, then length."""
+        ahead = np.linalg.norm(points - points[1], axis=1)
+        price = 0.0 if room is None else 1e3 * max(float(ahead.max()), 1e-9)
+        most = np.inf if room is None else price * (room + 1.5)
+        cost = np.full(len(points), np.inf)
+        cost[0] = 0.0
+        parent = np.full(len(points), -1)
+        done = np.zeros(len(points), dtype=bool)
+        queue: list[tuple[float, int]] = [(float(ahead[0]), 0)]
+        while queue:
+            _, i = heapq.heappop(queue)
+            if done[i]:
+                continue
+            done[i] = True
+            if i == 1:
+                return _trace(parent)
+            reached = cost[i] + np.linalg.norm(points - points[i], axis=1) + price
+            better = np.flatnonzero(~done & (reached < cost) & (reached < most))
+            better = better[~self.blocked(points, i, better)]
+            cost[better] = reached[better]
+            parent[better] = i
+            for j in better:
+                heapq.heappush(queue, (float(cost[j] + ahead[j]), int(j)))
+        return None
 
 
-def _trace(parent: Sequence[int] | Array) -> list[int]:
+def _trace(parent: NDArray[np.intp]) -> list[int]:
     route, i = [], int(parent[1])
     while i > 0:
         route.append(i)

@@ -37,7 +37,7 @@ class Settings:
     """
 
     steps: int = STEPS
-    gain: float = 1e-3
+    gain: float = 1e-2
 
 
 def improve(problem: PathProblem, base: Array, x: Array, settings: Settings | None = None) -> Array:
@@ -109,7 +109,7 @@ class _Window:
 
     def _step(self, x: Array, soft: bool) -> Array | None:
         """One linearisation: solve, and solve again with the limits that turn out to be missing."""
-        within = 2.0 * float(np.linalg.norm(x - self.base, axis=1).max()) + 10.0 * PAD
+        within = float(np.linalg.norm(x - self.base, axis=1).max()) + 10.0 * PAD
         planes: list[tuple[NDArray[np.intp], Rows]] = [self._planes(body, x, within) for body in self.problem.bodies]
         self._cut(x, within)
         own = [self._free(make(x)) for make in self.problem.rows]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -12,11 +13,11 @@ from ovita.constraints.detour import Blocked, legal_path
 from ovita.constraints.limits import lower_speeds
 from ovita.constraints.obstacles import build
 from ovita.constraints.path import PAD, PathProblem, flatten
-from ovita.constraints.problem import ConstraintCheck, ConstraintOptions, Solution, Status, Verdict
+from ovita.constraints.problem import ConstraintCheck, ConstraintOptions, Solution, Status, Verdict, Violation
 from ovita.constraints.qp import Weights
 from ovita.constraints.regions import KeepOut, Region
 from ovita.constraints.sequential import improve
-from ovita.constraints.verify import verify
+from ovita.constraints.verify import Measure, compare, measure_all
 from ovita.robot import Robot
 from ovita.scene import Scene
 from ovita.trajectory import Array, Trajectory
@@ -147,15 +148,17 @@ class _Task:
 
     def judge(self, result: Trajectory) -> tuple[ConstraintCheck, ...]:
         """Measure every limit, without looking at how the result came about."""
-        return verify(
-            result,
-            self.scene,
-            self.robot,
-            proposed=self.proposed,
-            original=self.original,
-            contacts=self.contacts,
-            options=self.options,
-        )
+        measures, first, before = self.measured
+        after = before if result is self.proposed else [m.worst(result) for m in measures]
+        return compare(measures, first, before, after)
+
+    @cached_property
+    def measured(self) -> tuple[list[Measure], list[Violation], list[Violation]]:
+        """Every limit, and its violation by the original and by what was proposed."""
+        measures = measure_all(self.scene, self.robot, self.proposed, self.contacts, self.options)
+        before = [m.worst(self.proposed) for m in measures]
+        same = self.original is self.proposed
+        return measures, before if same else [m.worst(self.original) for m in measures], before
 
     def answer(
         self,

@@ -66,24 +66,29 @@ def verify(
         options: Which limits are asked for.
     """
     measures = measure_all(scene, robot, proposed, contacts, options or ConstraintOptions())
-    checks = []
-    for m in measures:
-        before, after, first = (m.worst(t) for t in (proposed, result, original))
-        checks.append(
-            ConstraintCheck(
-                name=m.name,
-                subject=m.subject,
-                limit=m.limit,
-                violation_before=before.amount,
-                violation_after=after.amount,
-                unit=m.unit,
-                where_before=before.where,
-                where_after=after.where,
-                place=m.place,
-                violation_original=first.amount,
-            )
+    first, before, after = ([m.worst(t) for m in measures] for t in (original, proposed, result))
+    return compare(measures, first, before, after)
+
+
+def compare(
+    measures: Sequence[Measure], first: Sequence[Violation], before: Sequence[Violation], after: Sequence[Violation]
+) -> tuple[ConstraintCheck, ...]:
+    """One check per measure, from its violations by the original, by what was proposed and by the result."""
+    return tuple(
+        ConstraintCheck(
+            name=m.name,
+            subject=m.subject,
+            limit=m.limit,
+            violation_before=b.amount,
+            violation_after=a.amount,
+            unit=m.unit,
+            where_before=b.where,
+            where_after=a.where,
+            place=m.place,
+            violation_original=f.amount,
         )
-    return tuple(checks)
+        for m, f, b, a in zip(measures, first, before, after, strict=True)
+    )
 
 
 def measure_all(

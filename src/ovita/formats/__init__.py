@@ -8,7 +8,7 @@ from typing import Any
 
 from ovita.errors import FormatError
 from ovita.formats import csv_, json_
-from ovita.formats.adaptation import load_document, save_document
+from ovita.formats.adaptation import is_adaptation, load_document, save_document
 from ovita.formats.files import atomic_write, examine, file_name, read_text, suffix
 from ovita.formats.robot_ import load_robot
 from ovita.formats.scenes import scene_dict, scene_from_dict
@@ -20,6 +20,7 @@ from ovita.trajectory import Trajectory
 __all__ = [
     "Task",
     "atomic_write",
+    "is_adaptation",
     "load_document",
     "load_robot",
     "load_task",

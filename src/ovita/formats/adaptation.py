@@ -11,7 +11,7 @@ from typing import Any
 
 from ovita.errors import FormatError
 from ovita.formats import json_
-from ovita.formats.files import atomic_write, file_name, read_text
+from ovita.formats.files import atomic_write, examine, file_name, read_text, suffix
 
 SCHEMA = json_.ADAPTATION_SCHEMA
 """Value of the key `schema`."""
@@ -42,3 +42,15 @@ def load_document(path: str | os.PathLike[str]) -> dict[str, Any]:
     json_.check_schema(document, file)
     json_.check_values(document, file)
     return document
+
+
+def is_adaptation(path: str | os.PathLike[str]) -> bool:
+    """Whether a file says that it holds an adaptation; any other JSON object or format does not.
+
+    Raises:
+        FormatError: If the file cannot be read, or ends in .json but holds no JSON object.
+    """
+    examine(path)
+    if suffix(path) != ".json":
+        return False
+    return json_.is_adaptation(json_.parse_object(read_text(path), file_name(path)))

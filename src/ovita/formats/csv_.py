@@ -11,7 +11,7 @@ import numpy as np
 from ovita.errors import FormatError
 from ovita.formats.files import errors_of
 from ovita.formats.task import Task
-from ovita.formats.values import LARGEST, listing, number, show
+from ovita.formats.values import LARGEST, brief, listing, number, show
 from ovita.formats.waypoints import COLUMNS, column_name, from_columns, trajectory_rows
 from ovita.trajectory import TIMESTEP, Array, Trajectory
 
@@ -97,7 +97,7 @@ def _check_header(names: list[str], header: list[str], file: str) -> None:
         raise FormatError(file, problem)
     for i, name in enumerate(names):
         if name and name in names[:i]:
-            raise FormatError(file, f"the header names the column {name} twice", key=header[i].strip()[:40])
+            raise FormatError(file, f"repeats the column {name}; keep one of the two", key=brief(header[i].strip()))
 
 
 def _columns(rows: list[tuple[list[str], int]], names: list[str], file: str) -> dict[str, Array]:

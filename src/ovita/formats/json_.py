@@ -6,14 +6,16 @@ import json
 import math
 import re
 from collections.abc import Collection, Mapping
+from dataclasses import asdict
 from typing import Any
 
 from ovita.errors import FormatError
 from ovita.formats.files import errors_of
 from ovita.formats.scenes import SCENE_KEYS, scene_dict, scene_from_dict
 from ovita.formats.task import Task
-from ovita.formats.values import listing, nearest, number, plain, show, text
+from ovita.formats.values import brief, listing, nearest, number, plain, show, text
 from ovita.formats.waypoints import read_rows, trajectory_rows
+from ovita.robot import PRESETS
 from ovita.scene import Scene
 from ovita.trajectory import TIMESTEP, Trajectory
 
@@ -43,10 +45,10 @@ def parse(content: str, file: str) -> Task:
         FormatError: If something in it is malformed; names the key and the index.
     """
     document = parse_object(content, file)
-    is_adaptation = str(document.get("schema")).startswith("ovita.adaptation")
-    key = "adapted" if is_adaptation else "trajectory"
+    adaptation = is_adaptation(document)
+    key = "adapted" if adaptation else "trajectory"
     others = {k: v for k, v in document.items() if k != key}
-    if is_adaptation:
+    if adaptation:
         check_schema(document, file)
         others = {k: others[k] for k in ("scene", "instruction", "timestep", "robot") if k in others}
     check_values(others, file)
@@ -54,10 +56,13 @@ def parse(content: str, file: str) -> Task:
         raise FormatError(file, _no_trajectory(document, key))
     with errors_of(file):
         trajectory, notes = read_rows(document[key], key=key, timestep=_timestep(others, file))
-        scene = scene_from_dict(_scene_part(others, file) if is_adaptation else _only(others, SCENE_KEYS))
+        scene = scene_from_dict(_scene_part(others, file) if adaptation else _only(others, SCENE_KEYS))
     robot = others.get("robot")
+    if adaptation:
+        robot, remarks = _robot_of_adaptation(robot)
+        notes += remarks
     named = isinstance(robot, str) and bool(robot.strip())
-    kept = {} if is_adaptation else {k: v for k, v in others.items() if k not in TASK_KEYS}
+    kept = {} if adaptation else {k: v for k, v in others.items() if k not in TASK_KEYS}
     if named:
         kept.pop("robot", None)
     return Task(trajectory, scene, _instruction(others, file), kept, file, robot if named else None, notes)
@@ -81,7 +86,7 @@ def document_of(
     document: dict[str, Any] = {"trajectory": trajectory_rows(trajectory), "instruction": instruction or ""}
     if trajectory.timestep != TIMESTEP:
         document["timestep"] = float(trajectory.timestep)
-    surroundings = scene_dict(scene or Scene())
+    surroundings = scene_dict(Scene() if scene is None else scene)
     reserved = {"trajectory", "instruction", "timestep"}
     return {**document, **{k: v for k, v in surroundings.items() if k not in reserved}, **plain(extra or {})}
 
@@ -128,7 +133,7 @@ def parse_object(content: str, file: str) -> dict[str, Any]:
     except ValueError:
         raise FormatError(file, "a whole number in it has thousands of digits; shorten it") from None
     if not isinstance(document, dict):
-        raise FormatError(file, f"the top level is {show(document)}, expected an object with the key 'trajectory'")
+        raise FormatError(file, f"the top level is {show(document)}, expected an object")
     return document
 
 
@@ -151,6 +156,12 @@ def check_values(document: Mapping[str, Any], file: str) -> None:
                 stack.append((item, _join(path, key), depth + 1))
 
 
+def is_adaptation(document: Mapping[str, Any]) -> bool:
+    """Whether a parsed document says that it is a saved adaptation, of whatever version."""
+    schema = document.get("schema")
+    return isinstance(schema, str) and schema.startswith("ovita.adaptation/")
+
+
 def check_schema(document: Mapping[str, Any], file: str) -> None:
     """Check that a parsed document is an adaptation of the version that ovita reads.
 
@@ -168,12 +179,12 @@ def check_schema(document: Mapping[str, Any], file: str) -> None:
 def _join(path: str, key: str | int) -> str:
     if isinstance(key, int):
         return f"{path}[{key}]"
-    return f"{path}.{key[:40]}" if path else key[:40]
+    return f"{path}.{brief(key)}" if path else brief(key)
 
 
 class _RepeatedKeyError(Exception):
     def __init__(self, key: str) -> None:
-        self.key = key if len(key) <= 40 else key[:37] + "..."
+        self.key = brief(key)
 
 
 def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -193,6 +204,18 @@ def _scene_part(document: Mapping[str, Any], file: str) -> Mapping[str, Any]:
     if not isinstance(scene, (dict, type(None))):
         raise FormatError(file, f"is {show(scene)}, expected an object with 'objects'", key="scene")
     return scene or {}
+
+
+def _robot_of_adaptation(robot: object) -> tuple[str | None, tuple[str, ...]]:
+    """The preset that an adaptation was made for; its limits are those of the file, so others are only remarked."""
+    if not isinstance(robot, Mapping):
+        return (robot, ()) if isinstance(robot, str) else (None, ())
+    name = robot.get("name")
+    if not isinstance(name, str):
+        return None, ()
+    if name in PRESETS and plain(asdict(PRESETS[name])) == robot:
+        return name, ()
+    return None, (f"the limits of the robot {brief(name)!r} are not taken over; name its file again",)
 
 
 def _timestep(document: Mapping[str, Any], file: str) -> float:
@@ -221,16 +244,19 @@ def _no_trajectory(document: Mapping[str, Any], key: str) -> str:
     if key in document:
         return "the trajectory is null; give a list of rows [x, y, z, speed]"
     guess = nearest(key, list(document))
-    hint = f"did you mean {guess!r}?" if guess else "give a list of rows [x, y, z, speed]"
+    hint = f"rename {brief(guess)!r} to 'trajectory'" if guess else "give a list of rows [x, y, z, speed]"
+    if not document:
+        return f"the object is empty; {hint} under the key 'trajectory'"
     return f"there is no key 'trajectory', only {listing(document)}; {hint}"
 
 
 def _layout(value: Any, indent: str) -> str:
     if not isinstance(value, (list, dict)) or not value or _is_flat(value):
         return _compact(value)
-    line = _compact(value) if len(value) <= 12 and all(_is_flat(item) for item in _items(value)) else ""
-    if line and len(line) <= _LINE and indent:
-        return line
+    if isinstance(value, dict) and indent and len(value) <= 12 and all(map(_is_flat, value.values())):
+        line = _compact(value)
+        if len(line) <= _LINE:
+            return line
     deeper = indent + " "
     if isinstance(value, list):
         return "[\n" + ",\n".join(deeper + _layout(item, deeper) for item in value) + f"\n{indent}]"
@@ -243,10 +269,6 @@ def _is_flat(value: Any) -> bool:
     return not isinstance(value, (list, dict)) or (
         isinstance(value, list) and not any(isinstance(item, (list, dict)) for item in value)
     )
-
-
-def _items(value: Any) -> Collection[Any]:
-    return value.values() if isinstance(value, dict) else value
 
 
 def _compact(value: Any) -> str:

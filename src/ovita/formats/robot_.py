@@ -24,7 +24,7 @@ from typing import Any
 from ovita.errors import FormatError
 from ovita.formats import json_
 from ovita.formats.files import errors_of, examine, file_name, read_text, suffix
-from ovita.formats.values import listing, nearest, number, show, vector
+from ovita.formats.values import brief, listing, nearest, number, show, vector
 from ovita.robot import Box, Robot, Shell, Vector
 
 _KEYS = ("name", "workspace", "margin", "obstacle_margin", "max_speed", "object_size")
@@ -133,4 +133,4 @@ def _check_keys(document: Mapping[str, Any], known: Sequence[str], prefix: str, 
         if key not in known:
             guess = nearest(key, known)
             hint = f"did you mean {guess!r}?" if guess else f"known keys are {listing(known)}"
-            raise FormatError(file, f"unknown key; {hint}", key=f"{prefix}{key[:40]}")
+            raise FormatError(file, f"is an unknown key; {hint}", key=f"{prefix}{brief(key)}")

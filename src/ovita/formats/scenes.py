@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ovita.errors import SceneError
-from ovita.formats.values import listing, number, plain, show, text, vector
+from ovita.formats.values import brief, listing, number, plain, show, text, vector
 from ovita.scene import RFU, Frame, Scene, SceneObject
 
 SCENE_KEYS = ("objects", "environment", "Env_descp", "constraints", "frame")
@@ -19,6 +19,7 @@ PUBLIC_ENVIRONMENT = "Env_descp"
 
 _ENVIRONMENT_KEY = "environment_key"
 _OBJECT_KEYS = ("name", "x", "y", "z", "position", "dimensions", "orientation")
+_LONGEST_NAME = 200
 _XYZ = ("x", "y", "z")
 
 
@@ -91,7 +92,10 @@ def _frame(value: object) -> Frame:
     if value is None:
         return RFU
     name = _text(value, "frame")
-    return Frame(name.lower() if len(name) < 40 else name[:37] + "...")
+    try:
+        return Frame(name.lower() if len(name) < 30 else brief(name))
+    except SceneError as error:
+        raise SceneError(f"is an {error.problem}", key="frame") from None
 
 
 def _object(item: object, index: int) -> SceneObject:
@@ -102,6 +106,8 @@ def _object(item: object, index: int) -> SceneObject:
         if not isinstance(name, str) or not name.strip():
             has = f"its keys are {listing(map(str, item))}" if "name" not in item else f"its name is {show(name)}"
             raise ValueError(f"has no name ({has}); give every object a name")
+        if len(name) > _LONGEST_NAME:
+            raise ValueError(f"has a name of {len(name)} characters; shorten it to {_LONGEST_NAME}")
         size, turn = item.get("dimensions"), item.get("orientation")
         return SceneObject(
             name=name,

@@ -46,7 +46,7 @@ def speeds_from_times(positions: Array, times: Array, key: str = "t") -> tuple[A
     dt = np.diff(times)
     if (dt <= 0).any():
         i = int(np.argmax(dt <= 0)) + 1
-        problem = f"the time {times[i]:g} s does not come after {times[i - 1]:g} s; times must increase strictly"
+        problem = f"is at {times[i]:.9g} s, not after the {times[i - 1]:.9g} s before it; times must increase strictly"
         raise TrajectoryError(problem, key=key, index=i)
     ds = np.linalg.norm(np.diff(positions, axis=0), axis=1)
     with np.errstate(over="ignore"):

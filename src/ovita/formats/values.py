@@ -27,9 +27,15 @@ def show(value: object) -> str:
     return text if len(text) <= 40 else text[:30] + "..." + text[-7:]
 
 
+def brief(name: str) -> str:
+    """A name of any length and content as one short printable line."""
+    cut = name if len(name) <= 30 else name[:27] + "..."
+    return cut if cut.isprintable() else repr(cut)[1:-1]
+
+
 def listing(names: Iterable[str], limit: int = 8) -> str:
     """Names joined by commas, cut after `limit`; "none" if there are none."""
-    shown = [name if len(name) <= 40 else name[:37] + "..." for name in names]
+    shown = [brief(name) for name in names]
     more = f" and {len(shown) - limit} more" if len(shown) > limit else ""
     return (", ".join(shown[:limit]) + more) or "none"
 

@@ -90,16 +90,18 @@ def from_columns(
     Raises:
         TrajectoryError: If a column is missing or a value is illegal; names the waypoint.
     """
-    names = ", ".join(columns)
+    names = listing(columns)
     missing = [name for name in COLUMNS[:3] if name not in columns]
     if missing:
-        raise TrajectoryError(f"no {' and no '.join(missing)} among the columns {names}; x, y, z are needed", key=key)
+        raise TrajectoryError(f"has no {', '.join(missing)}, only {names}; x, y and z are needed", key=key)
     turns = [name for name in _QUATERNION if name in columns]
     if turns and len(turns) < 4:
-        raise TrajectoryError(f"only {', '.join(turns)} of the quaternion qw, qx, qy, qz; give all or none", key=key)
+        raise TrajectoryError(
+            f"has only {', '.join(turns)} of the quaternion qw, qx, qy, qz; give all or none", key=key
+        )
     positions = np.column_stack([columns[name] for name in COLUMNS[:3]])
     if len(positions) < 2:
-        raise TrajectoryError(f"a trajectory needs at least 2 waypoints, this one has {len(positions)}", key=key)
+        raise TrajectoryError(f"has {len(positions)} waypoint; a trajectory needs at least 2", key=key)
     notes = []
     unknown = [name or "(without a name)" for name in columns if name not in (*COLUMNS, "t")]
     if unknown:

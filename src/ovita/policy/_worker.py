@@ -58,8 +58,11 @@ class _Spare:
         if self.pid == 0:
             try:
                 lockdown.die_with(worker)
-                os.close(self.control)
-                stage.rehearse()
+                _close_all_but((0, control, writing), max_fd)
+                for step in stage.rehearsal():
+                    if _is_ready(control):
+                        break
+                    step()
                 head = Request.unpack(_read_exact(control, frames.REQUEST_SIZE))
                 _run(head, 0, writing, stage, strict=True, max_fd=max_fd)
             finally:
@@ -73,12 +76,24 @@ class _Spare:
         os.close(self.control)
         if grace_s:
             descriptor = os.pidfd_open(self.pid)
-            poll = select.poll()
-            poll.register(descriptor, select.POLLIN)
-            poll.poll(grace_s * 1000.0)
+            _is_ready(descriptor, grace_s)
             os.close(descriptor)
         os.kill(self.pid, 9)
         return os.waitstatus_to_exitcode(os.waitpid(self.pid, 0)[1])
+
+
+def _close_all_but(kept: tuple[int, ...], max_fd: int) -> None:
+    first = 0
+    for descriptor in [*sorted(kept), max_fd]:
+        if first < descriptor:  # closerange(0, 0) closes everything
+            os.closerange(first, descriptor)
+        first = descriptor + 1
+
+
+def _is_ready(descriptor: int, timeout_s: float = 0.0) -> bool:
+    poll = select.poll()
+    poll.register(descriptor, select.POLLIN)
+    return bool(poll.poll(timeout_s * 1000.0))
 
 
 class _Server:
@@ -116,19 +131,22 @@ class _Server:
                 self.scipy |= head.scipy
                 self.stage.load_scipy(head.scipy)
                 spare = _Spare(self.stage, self.max_fd)
+            child = spare
             started = time.monotonic()
-            os.write(spare.control, data)
-            ended, length = self._listen(head, spare.reading)
+            os.write(child.control, data)
+            spare = _Spare(self.stage, self.max_fd)
+            ended, length = self._listen(head, child.reading)
             complete = ended == ENDED and length == self._announced(length)
-            code = 0 if complete else spare.end(grace_s=0.1 if ended == ENDED else 0.0)
+            if complete:
+                os.kill(child.pid, 9)
+            code = 0 if complete else child.end(grace_s=0.1 if ended == ENDED else 0.0)
             _write_all(1, Reply(ended, code, int((time.monotonic() - started) * 1e6), length).pack())
             _write_all(1, self.view[:length])
             if complete:
-                spare.end()
+                child.end()
             if ended == UNREAD:
                 os._exit(3)  # the rest of the body is still in the pipe
             self.buffer.madvise(mmap.MADV_DONTNEED)
-            spare = _Spare(self.stage, self.max_fd)
 
     def _next_header(self) -> bytes:
         data = b""
@@ -183,8 +201,7 @@ def _run(head: Request, reading: int, writing: int, stage: runtime.Stage, *, str
     body = _read_exact(reading, head.length)
     os.write(writing, frames.ACKNOWLEDGED)
     if strict:
-        os.closerange(0, writing)
-        os.closerange(writing + 1, max_fd)
+        _close_all_but((writing,), max_fd)
     sys.stdin = None
     sys.stdout = sys.stderr = stage.prints
     sys.__stdin__ = sys.__stdout__ = sys.__stderr__ = None  # type: ignore[misc]

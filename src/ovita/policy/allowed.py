@@ -100,10 +100,10 @@ REASONS: dict[str, str] = {
         _INTERPRETER,
     ),
     **dict.fromkeys("eval exec compile pickle marshal cloudpickle dill numexpr numba".split(), _CODE),
+    **dict.fromkeys("input breakpoint pdb getpass".split(), "a policy may not ask anybody; give it parameters instead"),
     **dict.fromkeys(
-        "input breakpoint pdb getpass".split(), "a policy may not ask anybody; give it parameters instead"
+        "time datetime timeit uuid secrets".split(), "a policy depends on its input alone, not on the time"
     ),
-    **dict.fromkeys("time datetime timeit uuid secrets".split(), "a policy is a function of its input: no clock, no chance"),
     **dict.fromkeys("exit quit".split(), "a policy may not end the program; return the trajectory"),
     **dict.fromkeys(
         "as_strided ctypes ctypeslib f2py capsule from_dlpack memoryview LowLevelCallable".split(),

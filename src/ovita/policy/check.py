@@ -55,9 +55,7 @@ class _Check(ast.NodeVisitor):
     def __init__(self, tree: ast.Module) -> None:
         self.bound = all_bindings(tree)
         self.own = _own_attributes(tree)
-        self.star = any(
-            isinstance(n, ast.ImportFrom) and any(a.name == "*" for a in n.names) for n in ast.walk(tree)
-        )
+        self.star = any(isinstance(n, ast.ImportFrom) and any(a.name == "*" for a in n.names) for n in ast.walk(tree))
 
     def generic_visit(self, node: ast.AST) -> None:
         for name in own_bindings(node):
@@ -217,7 +215,7 @@ def _simple_statement(node: ast.stmt, bound: set[str]) -> bool:
     match node:
         case ast.Expr(value=value) | ast.Return(value=ast.expr() as value):
             return _simple(value, bound)
-        case ast.Assign(targets=[ast.Name()], value=value) | ast.AnnAssign(target=ast.Name(), value=ast.expr() as value):
+        case ast.Assign(targets=[ast.Name()], value=value):
             return _simple(value, bound)
         case ast.If(test=test, body=body, orelse=orelse):
             return _simple(test, bound) and all(_simple_statement(s, bound) for s in [*body, *orelse])

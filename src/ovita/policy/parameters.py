@@ -160,8 +160,9 @@ def _assignments(tree: ast.Module) -> Iterator[tuple[str, ast.expr]]:
                 count[name] = count.get(name, 0) + 1
     for statement in tree.body:
         match statement:
-            case ast.Assign(targets=[ast.Name(id=name)], value=value) | ast.AnnAssign(
-                target=ast.Name(id=name), value=ast.expr() as value
+            case (
+                ast.Assign(targets=[ast.Name(id=name)], value=value)
+                | ast.AnnAssign(target=ast.Name(id=name), value=ast.expr() as value)
             ):
                 is_none = isinstance(value, ast.Constant) and value.value is None
                 if count[name] == 1 and not is_none and not name.startswith("_"):
@@ -214,36 +215,32 @@ def _unit(text: str) -> tuple[str, str]:
 
 
 def _fitting(slot: _Slot, value: Value, unit: str) -> Value:
-    """The value in the type that the parameter has, or a PolicyRejected."""
+    """The value in the type that the parameter has.
+
+    Raises:
+        PolicyRejected: If it has another type.
+    """
     old = slot.value
-
-    def refuse(expected: str) -> PolicyRejected:
-        return PolicyRejected(f"parameter {slot.name} is {expected}, such as {old!r}; {value!r} is not")
-
-    if isinstance(value, float) and not math.isfinite(value):
-        raise refuse("a finite number" if isinstance(old, float | int) else "a plain value")
+    number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
     match old:
         case bool():
-            if not isinstance(value, bool):
-                raise refuse("True or False")
+            fits, kind = isinstance(value, bool), "True or False"
         case float():
-            if isinstance(value, bool) or not isinstance(value, int | float):
-                raise refuse("a number")
-            return float(value)
+            fits, kind = number, "a number"
+            value = float(value) if fits else value  # type: ignore[arg-type]
         case int():
-            if isinstance(value, float) and (value.is_integer() or unit):
-                return int(value) if value.is_integer() else value
-            if isinstance(value, bool) or not isinstance(value, int):
-                raise refuse("a whole number")
+            whole = number and float(value) == int(value)  # type: ignore[arg-type]
+            fits, kind = whole or (number and bool(unit)), "a number" if unit else "a whole number"
+            value = int(value) if whole else value  # type: ignore[arg-type]
         case str():
-            if not isinstance(value, str):
-                raise refuse("a text")
+            fits, kind = isinstance(value, str), "a text"
         case tuple():
-            if not isinstance(value, tuple | list) or len(value) != len(old):
-                raise refuse(f"a group of {len(old)} values")
-            items = zip(old, value, strict=True)
-            return tuple(_fitting(_Slot(slot.name, a, slot.node, slot.line), b, unit or "-") for a, b in items)
-        case None:
-            if value is not None and not isinstance(value, bool | int | float | str | tuple):
-                raise refuse("a plain value")
+            fits, kind = isinstance(value, tuple | list) and len(value) == len(old), f"a group of {len(old)} values"
+            if fits:
+                pairs = zip(old, value, strict=True)  # type: ignore[arg-type]
+                value = tuple(_fitting(_Slot(slot.name, a, slot.node, slot.line), b, unit or "-") for a, b in pairs)
+        case _:
+            fits, kind = value is None or number or isinstance(value, bool | str | tuple), "a plain value"
+    if not fits:
+        raise PolicyRejected(f"parameter {slot.name} is {kind}, such as {old!r}; {value!r} is not")
     return value

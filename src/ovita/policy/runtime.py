@@ -10,7 +10,7 @@ import sys
 import threading
 import time
 import types
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -175,10 +175,11 @@ class Stage:
             self._toolkits[frame.name] = recorder, namespace(frame, recorder)
         return self._toolkits[frame.name]
 
-    def rehearse(self) -> None:
-        """Go through the motions, so that a forked process has its pages before the clock runs."""
-        self.prepare(_REHEARSAL, checked=True).payload(self.prints)
-        warm_up()
+    def rehearsal(self) -> Iterator[Callable[[], object]]:
+        """Steps of going through the motions, so that a forked process has its pages before the clock runs."""
+        yield lambda: self.prepare(_REHEARSAL, checked=True)
+        yield lambda: Outcome.failed("", "").payload(self.prints)
+        yield warm_up
 
     def prepare(self, body: bytes | bytearray, *, checked: bool) -> Outcome:
         """Make a policy ready to run from the body of a request."""

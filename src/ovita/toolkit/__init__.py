@@ -27,7 +27,7 @@ from ovita.toolkit.judging import Outcome, judge
 from ovita.toolkit.recorder import Expectation, Recorder
 from ovita.toolkit.select import between, every, first, last, near, where_rising
 from ovita.toolkit.shift import midpoint, move
-from ovita.toolkit.speed import dwell, ramp_speed, scale_speed, set_speed, stop_at
+from ovita.toolkit.speed import dwell, ramp_speed, scale_speed, set_speed, shift_speed, stop_at
 
 __all__ = [
     "CATALOGUE",
@@ -69,6 +69,7 @@ __all__ = [
     "resample",
     "scale_speed",
     "set_speed",
+    "shift_speed",
     "smooth",
     "stop_at",
     "where_rising",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import ArrayLike
 from ovita.scene import SceneObject
 from ovita.toolkit import arguments
 from ovita.toolkit.arguments import Mask, Target
-from ovita.toolkit.around import clear_segments, pushed_out
+from ovita.toolkit.around import clear_segments, pushed_out, pushed_out_of_all
 from ovita.toolkit.shaping import headings, perpendicular, runs, smoothstep
 from ovita.trajectory import Array
 
@@ -85,45 +86,63 @@ def farther(
 
 def keep_distance(
     traj: ArrayLike,
-    obj: Target,
+    obj: Target | Sequence[Target],
     at_least: float | None = None,
     at_most: float | None = None,
     *,
     where: ArrayLike | None = None,
 ) -> Array:
-    """Bend the path around an object: metres at_least from its surface, at_most from its centre.
+    """Bend the path around an object or a list: metres at_least from its surface, at_most from its centre.
 
     A waypoint q from the centre inside the sphere of radius R is pushed along the lateral direction n of the
     closest approach by t = -(q.n) + sqrt((q.n)^2 - |q|^2 + R^2), which puts it on the sphere; on a path that turns
     inside the sphere, radially or along an arc. Where waypoints are so sparse that a segment crosses the sphere with
-    both ends outside, these ends move in parallel until it is clear.
+    both ends outside, these ends move in parallel until it is clear. With several objects, whose spheres may overlap,
+    each stretch inside them is pushed aside until it is outside all.
 
     Args:
         traj: (N, 4).
-        obj: Object or point (3,) [m].
+        obj: Object or point (3,) [m], or a list of them.
         at_least: [m], >= 0, from the bounding sphere of an object with dimensions, else from the centre.
         at_most: [m], >= 0, from the centre.
         where: Mask (N,), or None for all waypoints; waypoints that already comply stay as they are.
     """
     rows = arguments.waypoints(traj)
-    centre, selected = arguments.point(obj), arguments.mask(where, len(rows))
+    targets = _targets(obj)
+    centres = np.array([arguments.point(target) for target in targets])
+    selected = arguments.mask(where, len(rows))
     if at_least is None and at_most is None:
         raise ValueError("give at_least or at_most in metres")
-    inner = 0.0 if at_least is None else arguments.number(at_least, "at_least", low=0.0) + radius_of(obj)
+    gap = None if at_least is None else arguments.number(at_least, "at_least", low=0.0)
+    radii = np.array([0.0 if gap is None else gap + radius_of(target) for target in targets])
     if at_most is not None:
         outer = arguments.number(at_most, "at_most", low=0.0)
-        if outer < inner:
-            raise ValueError(f"at_most {outer:g} m from the centre contradicts at_least, which needs {inner:g} m")
-        away, distance = _polar(rows, centre)
-        beyond = selected & (distance > outer)
-        rows[beyond, :3] = centre + away[beyond] * (outer / distance[beyond])[:, None]
-    if inner > 0.0:
-        away, distance = _polar(rows, centre)
-        for a, b in runs(distance < inner):
-            part, pushed = slice(a, b + 1), selected[a : b + 1]
-            rows[part, :3][pushed] = (centre + pushed_out(away, a, b, inner))[pushed]
-        clear_segments(rows, centre, inner, selected)
+        if outer < radii.max():
+            raise ValueError(f"at_most {outer:g} m from the centre contradicts at_least, which needs {radii.max():g} m")
+        for centre in centres:
+            away, distance = _polar(rows, centre)
+            beyond = selected & (distance > outer)
+            rows[beyond, :3] = centre + away[beyond] * (outer / distance[beyond])[:, None]
+    if len(targets) > 1:
+        rows[:, :3] = pushed_out_of_all(rows[:, :3], centres, radii, selected)
+    elif radii[0] > 0.0:
+        _bend_around(rows, centres[0], float(radii[0]), selected)
     return rows
+
+
+def _bend_around(rows: Array, centre: Array, radius: float, selected: Mask) -> None:
+    """Push what is inside one sphere out of it, in place."""
+    away, distance = _polar(rows, centre)
+    for a, b in runs(distance < radius):
+        part, pushed = slice(a, b + 1), selected[a : b + 1]
+        rows[part, :3][pushed] = (centre + pushed_out(away, a, b, radius))[pushed]
+    clear_segments(rows, centre, radius, selected)
+
+
+def _targets(obj: Any) -> list[Any]:
+    """The targets of a list, or the one target; a list of three numbers is a point."""
+    listed = isinstance(obj, list | tuple) and any(not isinstance(item, int | float) for item in obj)
+    return list(obj) if listed else [obj]
 
 
 def radius_of(obj: Any) -> float:

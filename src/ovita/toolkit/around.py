@@ -7,11 +7,14 @@ from collections.abc import Iterator
 import numpy as np
 
 from ovita.toolkit.arguments import Mask, fractions
-from ovita.toolkit.shaping import path_distances, perpendicular
+from ovita.toolkit.shaping import path_distances, perpendicular, runs
 from ovita.trajectory import Array
 
 SHALLOW = 0.05
 """How deep a segment between waypoints may dip into a sphere, as a fraction of its radius, before something is done."""
+
+ROUNDS = 10
+"""How often segments are moved out of a sphere at most; each move may bring a neighbour in."""
 
 
 def pushed_out(away: Array, a: int, b: int, radius: float) -> Array:
@@ -38,16 +41,73 @@ def pushed_out(away: Array, a: int, b: int, radius: float) -> Array:
     return best
 
 
+def pushed_out_of_all(positions: Array, centres: Array, radii: Array, selected: Mask) -> Array:
+    """Positions (N, 3) [m] with each stretch inside one of several spheres pushed aside until it is outside all.
+
+    A stretch moves along one direction, as a ray leaves each sphere once: of eight directions around it, the one
+    that needs the shortest push is taken.
+
+    Args:
+        positions: (N, 3) [m].
+        centres: (K, 3) [m].
+        radii: (K,) [m].
+        selected: Mask (N,) of the waypoints that may move.
+    """
+    result = positions.copy()
+    inside = (np.linalg.norm(positions[:, None] - centres, axis=2) < radii).any(axis=1) & selected
+    for a, b in runs(inside):
+        part = positions[a : b + 1]
+        chord = positions[min(b + 1, len(positions) - 1)] - positions[max(a - 1, 0)]
+        first = perpendicular(chord[None])[0]
+        second = np.cross(chord, first) / max(float(np.linalg.norm(chord)), 1e-12)
+        angles = np.arange(8) * np.pi / 4
+        directions = np.cos(angles)[:, None] * first + np.sin(angles)[:, None] * second
+        pushes = [_exit(part, centres, radii, direction) for direction in directions]
+        best = int(np.argmin([push.max() for push in pushes]))
+        result[a : b + 1] = part + pushes[best][:, None] * directions[best]
+    return result
+
+
+def _exit(points: Array, centres: Array, radii: Array, direction: Array) -> Array:
+    """How far each point (M, 3) must go along a direction to be outside all spheres, (M,) [m]."""
+    t = np.zeros(len(points))
+    for _ in range(len(centres)):
+        away = (points + t[:, None] * direction)[:, None] - centres
+        deep = np.linalg.norm(away, axis=2) < radii * (1.0 - 1e-12)
+        along = away @ direction
+        leave = -along + np.sqrt(np.maximum(along**2 - (away**2).sum(axis=2) + radii**2, 0.0))
+        step = np.where(deep, leave, 0.0).max(axis=1)
+        if not step.any():
+            break
+        t += step
+    return t
+
+
 def clear_segments(rows: Array, centre: Array, radius: float, selected: Mask) -> None:
-    """Move segments that cross a sphere far from both of their ends sideways, out of it, in place."""
-    away = rows[:, :3] - centre
-    outside = (away**2).sum(axis=1) > (radius * (1.0 + 1e-9)) ** 2
-    both = outside[:-1] & outside[1:] & selected[:-1] & selected[1:]
-    for i in np.flatnonzero(both).tolist():
-        ends = rows[i : i + 2, :3] - centre
-        depth = radius - float(path_distances(ends, np.zeros((1, 3)))[0])
-        if depth > SHALLOW * radius:
-            rows[i : i + 2, :3] += depth * _lateral(ends)
+    """Move the ends of segments that cut deep into a sphere sideways until the segments are clear, in place.
+
+    Only sparse waypoints need it: neighbours on opposite sides of the sphere.
+    """
+    origin = np.zeros((1, 3))
+    for _ in range(ROUNDS):
+        cut = False
+        for i in np.flatnonzero(selected[:-1] & selected[1:] & _near_sphere(rows, centre, radius)).tolist():
+            ends = rows[i : i + 2, :3] - centre
+            depth = radius - float(path_distances(ends, origin)[0])
+            if depth > SHALLOW * radius:
+                rows[i : i + 2, :3] += depth * _lateral(ends)
+                cut = True
+        if not cut:
+            return
+
+
+def _near_sphere(rows: Array, centre: Array, radius: float) -> Mask:
+    """Which segments (N - 1,) come into the sphere."""
+    start, step = rows[:-1, :3] - centre, np.diff(rows[:, :3], axis=0)
+    squared = (step**2).sum(axis=1)
+    share = np.divide(-(start * step).sum(axis=1), squared, out=np.zeros_like(squared), where=squared > 0)
+    closest = start + np.clip(share, 0.0, 1.0)[:, None] * step
+    return np.asarray((closest**2).sum(axis=1) < ((1.0 - SHALLOW) * radius) ** 2)
 
 
 def _ways_out(away: Array, a: int, b: int, radius: float) -> Iterator[Array]:

@@ -35,6 +35,7 @@ CATALOGUE: Mapping[str, Callable[..., Any]] = MappingProxyType(
             ends.extend,
             ends.continue_to,
             speed.scale_speed,
+            speed.shift_speed,
             speed.set_speed,
             speed.ramp_speed,
             speed.stop_at,

@@ -28,6 +28,22 @@ def scale_speed(traj: ArrayLike, factor: float, *, where: ArrayLike | None = Non
     return rows
 
 
+def shift_speed(traj: ArrayLike, by: float, *, where: ArrayLike | None = None) -> Array:
+    """Add so many m/s to the speed (negative: slower), never below 0.
+
+    Waypoints at rest stay at rest, so that starts, stops and dwells survive.
+
+    Args:
+        traj: (N, 4).
+        by: [m/s].
+        where: Mask (N,), or None for all waypoints.
+    """
+    rows = arguments.waypoints(traj)
+    moving = arguments.mask(where, len(rows)) & (rows[:, 3] > 0.0)
+    rows[moving, 3] = np.maximum(rows[moving, 3] + arguments.number(by, "by"), 0.0)
+    return rows
+
+
 def set_speed(traj: ArrayLike, speed: float, *, where: ArrayLike | None = None) -> Array:
     """Set the speed to so many m/s.
 

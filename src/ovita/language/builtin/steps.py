@@ -156,9 +156,8 @@ def _keep_distance(d: Draft, intent: Intent) -> None:
     bound = intent.mode
     name = d.knob("distance", intent.amount, f"[m] distance to keep, {bound.replace('_', ' ')}")
     refs = [d.ref(item) for item in intent.items]
-    again = refs[:-1] if len(refs) > 1 else []
-    for ref in [*refs, *again]:
-        d.body.append(f"traj = keep_distance(traj, {ref}, {bound}={name})")
+    target = refs[0] if len(refs) == 1 else f"[{', '.join(refs)}]"
+    d.body.append(f"traj = keep_distance(traj, {target}, {bound}={name})")
     d.expectations += [f"expect_distance({ref}, {bound}={name})" for ref in refs]
     names = " and ".join(item.name for item in intent.items)
     d.plan.append(f"Keep {bound.replace('_', ' ')} {intent.amount:g} m from {names}.")

@@ -1,0 +1,157 @@
+"""`ovita policy`: check policy files, and run them in the sandbox."""
+
+from __future__ import annotations
+
+import ast
+import json
+import time
+from collections.abc import Mapping
+from typing import Any
+
+import click
+
+from ovita.cli.report import plain
+from ovita.errors import IsolationUnavailable, PolicyError
+from ovita.formats import Task, atomic_write, load_task
+from ovita.formats.files import read_text
+from ovita.policy.sandbox import Isolation, Rollout, SandboxLimits, run
+from ovita.policy.source import Reading, read
+
+EXIT_POLICY = 3
+
+
+@click.group()
+def group() -> None:
+    """Check policy files, or run them in the sandbox.
+
+    A policy is Python source: a function adapt(traj, scene, *, ...) or a script that leaves modified_trajectory;
+    a model's reply with the code between ``` fences will do as well.
+    """
+
+
+@group.command("check")
+@click.argument("files", metavar="FILE.py...", nargs=-1, required=True)
+def check_command(files: tuple[str, ...]) -> None:
+    """Say whether FILE.py is a policy that may run, and list its parameters; exit code 3 if one is not."""
+    failed = False
+    for file in files:
+        try:
+            policy = read(read_text(file)).policy
+        except PolicyError as error:
+            failed = True
+            click.echo(plain(f"{file}: {error}"))
+            continue
+        calls = ", toolkit calls only" if policy.toolkit_only else ""
+        click.echo(plain(f"{file}: ok ({policy.form}{calls})" + (f": {policy.summary}" if policy.summary else "")))
+        for parameter in policy.parameters:
+            unit = f" {parameter.unit}" if parameter.unit else ""
+            meaning = f"  {parameter.meaning}" if parameter.meaning else ""
+            click.echo(plain(f"  {parameter.name} = {parameter.value!r}{unit}{meaning}"))
+    if failed:
+        raise SystemExit(EXIT_POLICY)
+
+
+@group.command("run")
+@click.argument("files", metavar="FILE.py...", nargs=-1, required=True)
+@click.option("--scene", "scene_file", metavar="S.json", required=True, help="File with the trajectory and objects.")
+@click.option("--out", metavar="OUT.json", help="Where to write the result; a list of results for several files.")
+@click.option("--param", "params", metavar="NAME=VALUE", multiple=True, help="Another value for a parameter.")
+@click.option(
+    "--isolation",
+    type=click.Choice(["strict", "degraded"]),
+    default="strict",
+    show_default=True,
+    help="degraded: without the kernel's locks, where it has none.",
+)
+@click.option("--time-limit", type=float, default=5.0, show_default=True, metavar="S", help="For each policy.")
+@click.option("--memory-limit", type=int, default=1024, show_default=True, metavar="MIB", help="For each policy.")
+def run_command(
+    files: tuple[str, ...],
+    scene_file: str,
+    out: str | None,
+    params: tuple[str, ...],
+    isolation: Isolation,
+    time_limit: float,
+    memory_limit: int,
+) -> None:
+    """Run FILE.py on the trajectory of a scene; exit code 3 if a policy fails.
+
+    OUT holds `adapted` ([[x, y, z, speed], ...]), `isolation` and `timings_ms`, and where a policy failed `error`
+    with its kind, line and message.
+    """
+    values = _values(params)
+    limits = SandboxLimits(time_limit, memory_limit)
+    task = load_task(scene_file)
+    results = [_run_one(file, read_text(file), task, values, limits, isolation) for file in files]
+    if out is not None:
+        document: Any = results[0] if len(results) == 1 else results
+        atomic_write(out, json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+    for result in results:
+        click.echo(plain(_report(result)))
+    if any("error" in result for result in results):
+        raise SystemExit(EXIT_POLICY)
+
+
+def _run_one(
+    file: str, text: str, task: Task, values: Mapping[str, Any], limits: SandboxLimits, isolation: Isolation
+) -> dict[str, Any]:
+    started = time.perf_counter()
+    timings: dict[str, float] = {}
+    reading: Reading | None = None
+    result: dict[str, Any] = {"file": file, "isolation": isolation, "timings_ms": timings}
+    try:
+        reading = read(text)
+        policy = reading.policy.with_parameters(**values)
+        timings["read"] = _since(started)
+        rollout = run(policy, task.trajectory, task.scene, limits=limits, isolation=isolation)
+        result |= _success(rollout)
+        result["parameters"] = [{"name": p.name, "value": p.value, "unit": p.unit} for p in policy.parameters]
+    except PolicyError as error:
+        line = reading.line(error.line) if reading is not None else error.line
+        result["error"] = {"kind": error.kind, "line": line, "message": error.problem}
+    except IsolationUnavailable as error:
+        result["error"] = {"kind": "isolation", "line": None, "message": str(error)}
+    timings["total"] = _since(started)
+    timings["run"] = round(timings["total"] - timings.get("read", timings["total"]), 3)
+    return result
+
+
+def _success(rollout: Rollout) -> dict[str, Any]:
+    return {
+        "adapted": rollout.trajectory.to_array().tolist(),
+        "isolation": rollout.isolation,
+        "contacts": list(rollout.contacts),
+        "expectations": [{"kind": e.kind, "text": e.text} for e in rollout.expectations],
+        "prints": rollout.prints,
+    }
+
+
+def _report(result: Mapping[str, Any]) -> str:
+    error = result.get("error")
+    if error is not None:
+        where = "" if error["line"] is None else f"line {error['line']}: "
+        return f"{result['file']}: {error['kind']}: {where}{error['message']}"
+    spent = result["timings_ms"]["run"]
+    lines = [f"{result['file']}: {len(result['adapted'])} waypoints in {spent:.0f} ms ({result['isolation']})"]
+    lines += [f"  it expects: {item['text']}" for item in result["expectations"]]
+    lines += [f"  | {line}" for line in result["prints"].splitlines()]
+    return "\n".join(lines)
+
+
+def _values(params: tuple[str, ...]) -> dict[str, Any]:
+    """Read NAME=VALUE; a value that is not a Python literal is text."""
+    values: dict[str, Any] = {}
+    for param in params:
+        name, sign, text = param.partition("=")
+        if not sign or not name.strip().isidentifier():
+            raise click.BadParameter(f"{param!r} is not NAME=VALUE", param_hint="--param")
+        try:
+            value = ast.literal_eval(text.strip())
+        except (ValueError, SyntaxError, MemoryError, RecursionError):
+            value = {"true": True, "false": False}.get(text.strip().lower(), text.strip())
+        values[name.strip()] = value
+    return values
+
+
+def _since(started: float) -> float:
+    return round((time.perf_counter() - started) * 1000.0, 3)
