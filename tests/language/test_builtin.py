@@ -126,6 +126,9 @@ CLAUSES = [
     ("when passing the cup, slow down", ["speed"]),
     ("double the number of waypoints and smooth the path", ["resample", "smooth"]),
     ("go left by 0.2 for the first half and right by 0.2 for the second half", ["move", "move"]),
+    ("speed up while going left", ["speed"]),
+    ("finish 5 cm above the plate", ["move_goal"]),
+    ("set the pace to 0.1 m/s between the cup and the fan", ["speed"]),
     ("keep 0.2 m distance from the cup while moving at 0.5 m/s", ["keep_distance", "speed"]),
 ]
 
@@ -138,6 +141,17 @@ def test_several_clauses(sentence, actions):
 def test_a_distance_stated_once_holds_for_every_near():
     understood = parse("go faster near the cup and slower near the fan. The threshold is 0.25", SCENE)
     assert understood.radius == 0.25 and understood.unplaced == ()
+
+
+def test_there_is_near_what_was_named_last():
+    found = short("stay further from the fan and go slower there")
+    assert found[1][6] == ("near", "fan", None)
+
+
+def test_all_objects_can_be_meant_at_once():
+    assert [i.items[0].name for i in intents("stay away from all the obstacles")] == list(SCENE.names)
+    assert intents("slow down near every object")[0].region.items == SCENE.objects
+    assert "object" in parse("go to the round object", SCENE).unplaced
 
 
 def test_misspelt_words_are_read_and_said():
@@ -154,6 +168,8 @@ UNKNOWN = [
     ("paint the cup blue", "paint"),
     ("slow down except near the fan", "except"),
     ("xyzzy", "xyzzy"),
+    ("go around the fan", "around"),
+    ("don't slow down", "don't"),
 ]
 
 

@@ -128,6 +128,22 @@ def test_script_form_without_a_fence() -> None:
     assert answer is not None and (answer.code, answer.plan) == (script, ["Shift it."])
 
 
+def test_a_last_fence_that_is_not_closed_counts_unless_the_reply_was_cut_off() -> None:
+    text = f"Plan:\n1. Shift.\n```python\n{CODE}"
+    answer = read_answer(text)
+    assert answer is not None and (answer.code, answer.plan) == (CODE, ["Shift."])
+    assert read_answer(text, truncated=True) is None
+
+
+@pytest.mark.parametrize("unit", ["```py\n", '{"', '{"a":', "<think>", "def adapt(\n", "?", "*", "# ", "plan:"])
+def test_odd_text_is_read_in_little_time(unit: str) -> None:
+    text = unit * (20_000 // len(unit))
+    started = time.monotonic()
+    for truncated in (False, True):
+        read_answer(text, truncated=truncated)
+    assert time.monotonic() - started < 4.0
+
+
 def test_question_and_not_understood(stub: Any, prompt: Prompt) -> None:
     stub.script(
         stub.answers(question="Left of the cup, or to the left?"),

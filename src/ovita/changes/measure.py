@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -53,7 +55,7 @@ def measure(original: Trajectory, adapted: Trajectory, scene: Scene) -> Changes:
         displacement=_displacement(before[:, :3], adapted, compared, scene.frame),
         start=_endpoint(original.positions[0], adapted.positions[0], scene.frame),
         goal=_endpoint(original.positions[-1], adapted.positions[-1], scene.frame),
-        speed=_speed_change(original, adapted, before[:, 3], compared, objects),
+        speed=_speed_change(original, adapted, before[:, 3], compared, scene, objects),
         objects=objects,
     )
 
@@ -86,7 +88,12 @@ def _endpoint(before: Array, after: Array, frame: Frame) -> Endpoint:
 
 
 def _speed_change(
-    original: Trajectory, adapted: Trajectory, before: Array, compared: Mask, objects: tuple[ObjectChange, ...]
+    original: Trajectory,
+    adapted: Trajectory,
+    before: Array,
+    compared: Mask,
+    scene: Scene,
+    objects: tuple[ObjectChange, ...],
 ) -> SpeedChange:
     index = np.flatnonzero(compared)
     old, new = before[index], adapted.speeds[index]
@@ -101,7 +108,8 @@ def _speed_change(
         runs = [np.arange(runs[0][0], runs[-1][-1] + 1)]
     steps = Span(int(dwells(original).sum()), int(dwells(adapted).sum()))
     where = index[changed]
-    stopped = _stops(adapted, objects)
+    radii = {item.name: item.neighbourhood for item in objects}
+    stopped = _stops(adapted, scene, radii)
     return SpeedChange(
         mean=Span(float(own.mean()), float(new.mean())),
         min=Span(float(own.min()), float(new.min())),
@@ -113,7 +121,7 @@ def _speed_change(
         first=int(where[0]) if len(where) else None,
         last=int(where[-1]) if len(where) else None,
         ranges=tuple(_speed_range(index[run], old[run], new[run], objects) for run in runs),
-        stops=Span(len(_stops(original, ())), len(stopped)),
+        stops=Span(len(_stops(original, scene, radii)), len(stopped)),
         stopped=stopped,
         dwell_steps=steps,
         dwell=Span(steps.before * original.timestep, steps.after * adapted.timestep),
@@ -125,29 +133,31 @@ def _speed_range(index: NDArray[np.intp], old: Array, new: Array, objects: tuple
     return SpeedRange(first, last, Span(float(old.mean()), float(new.mean())), _near(first, last, objects))
 
 
-def _near(first: int, last: int, objects: tuple[ObjectChange, ...]) -> str | None:
-    """The object that the adapted path passes, within its neighbourhood, closest to the middle of these waypoints."""
-    passed = [
-        item
-        for item in objects
-        if first - 0.5 <= item.distance_at.after <= last + 0.5 and item.distance.after <= item.neighbourhood
-    ]
-    if not passed:
-        return None
+def _near(first: int, last: int, objects: tuple[ObjectChange, ...]) -> tuple[str, ...]:
+    """The objects, two at most, that these waypoints pass within their neighbourhood, nearest the middle first."""
     middle, half = (first + last) / 2, max(1.0, (last - first) / 2)
-    return min(passed, key=lambda o: abs(o.distance_at.after - middle) / half + o.distance.after / o.neighbourhood).name
+    scores = {
+        o.name: abs(o.distance_at.after - middle) / half + o.distance.after / o.neighbourhood
+        for o in objects
+        if first - 0.5 <= o.distance_at.after <= last + 0.5 and o.distance.after <= o.neighbourhood
+    }
+    ranked = sorted(scores, key=scores.__getitem__)[:2]
+    return tuple(name for name in ranked if scores[name] <= scores[ranked[0]] + 0.35)
 
 
-def _stops(trajectory: Trajectory, objects: tuple[ObjectChange, ...]) -> tuple[Stop, ...]:
+def _stops(trajectory: Trajectory, scene: Scene, radii: Mapping[str, float]) -> tuple[Stop, ...]:
     """Runs of waypoints at speed 0 that lie on the way or hold a dwell."""
     still = trajectory.speeds == 0
     runs = np.split(np.arange(len(still)), np.flatnonzero(np.diff(still)) + 1)
     waits, last = dwells(trajectory), len(still) - 1
-    return tuple(
-        Stop(int(run[0]), int(run[-1]), int(waits[run].sum()) * trajectory.timestep, _near(run[0], run[-1], objects))
-        for run in runs
-        if still[run[0]] and (waits[run].any() or (run[0] > 0 and run[-1] < last))
-    )
+    stops = []
+    for run in runs:
+        if still[run[0]] and (waits[run].any() or (run[0] > 0 and run[-1] < last)):
+            away = {o.name: float(o.distance(trajectory.positions[run]).min()) for o in scene}
+            near = sorted((name for name in away if away[name] <= radii[name]), key=away.__getitem__)
+            seconds = int(waits[run].sum()) * trajectory.timestep
+            stops.append(Stop(int(run[0]), int(run[-1]), seconds, tuple(near[:1])))
+    return tuple(stops)
 
 
 def _vector(values: Array) -> Vector:

@@ -74,13 +74,13 @@ class SpeedRange:
         first: First waypoint.
         last: Last waypoint.
         speed: Mean speed of these waypoints [m/s].
-        near: Name of the object that the path passes here, or None.
+        near: Names of the objects, two at most, that the path passes here.
     """
 
     first: int
     last: int
     speed: Span
-    near: str | None
+    near: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ class Stop:
     first: int
     last: int
     seconds: float
-    near: str | None
+    near: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -207,8 +207,8 @@ class Changes:
             rest = dict(data)
             moved = dict(rest.pop("displacement"))
             speed = _spans(rest.pop("speed"), "mean", "min", "max", "stops", "dwell_steps", "dwell")
-            speed["ranges"] = tuple(SpeedRange(**_spans(item, "speed")) for item in speed["ranges"])
-            speed["stopped"] = tuple(Stop(**item) for item in speed["stopped"])
+            speed["ranges"] = tuple(SpeedRange(**_near(_spans(item, "speed"))) for item in speed["ranges"])
+            speed["stopped"] = tuple(Stop(**_near(item)) for item in speed["stopped"])
             keys = ("distance", "distance_at", "clearance", "clearance_at")
             rest |= {
                 **_spans({key: rest[key] for key in _SPANS}, *_SPANS),
@@ -225,6 +225,10 @@ class Changes:
 
 def _endpoint(data: Mapping[str, Any]) -> Endpoint:
     return Endpoint(**{**data, "before": tuple(data["before"]), "after": tuple(data["after"])})
+
+
+def _near(data: Mapping[str, Any]) -> dict[str, Any]:
+    return {**data, "near": tuple(data["near"])}
 
 
 def _spans(data: Mapping[str, Any], *keys: str) -> dict[str, Any]:

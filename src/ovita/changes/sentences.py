@@ -204,8 +204,8 @@ def _higher(span: Span) -> str:
     return "higher" if span.change > 0 else "lower"
 
 
-def _near(name: str | None) -> str:
-    return "" if name is None else f" near {_the(name)}"
+def _near(names: tuple[str, ...]) -> str:
+    return " near " + _listed([_the(name) for name in names]) if names else ""
 
 
 def _the(name: str) -> str:

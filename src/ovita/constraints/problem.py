@@ -23,6 +23,8 @@ import numpy as np
 from ovita.errors import ConstraintDefinitionError
 from ovita.trajectory import Trajectory
 
+_CHOICES = (("method", ("verified", "paper")), ("obstacle_shape", ("box", "sphere")), ("tuner", ("grid", "optuna")))
+
 TOLERANCE = 1e-6
 """A violation up to this counts as none [m, m/s, ...]."""
 
@@ -52,7 +54,8 @@ class ConstraintOptions:
         max_acceleration: Along the path [m/s^2], or None for no limit.
         max_lateral_acceleration: Across the path, v^2 times curvature [m/s^2], or None for no limit.
         custom: Further constraints, see `plugins.Constraint`.
-        trials: Trials of the search for the weights with method "paper".
+        tuner: How lambda_smooth "auto" is searched: on a grid, or by Optuna.
+        trials: Trials of any search for weights; with method "paper" 0 takes the weights as they are.
         seed: Of that search.
 
     Raises:
@@ -62,7 +65,7 @@ class ConstraintOptions:
     method: Literal["verified", "paper"] = "verified"
     lambda_dev: float = 1.0
     lambda_smooth: float | Literal["auto"] = 0.0
-    lambda_shape: float = 4.0
+    lambda_shape: float = 16.0
     fix_start: bool = False
     fix_goal: bool = False
     pinned: tuple[int, ...] = ()
@@ -73,6 +76,7 @@ class ConstraintOptions:
     max_acceleration: float | None = None
     max_lateral_acceleration: float | None = None
     custom: tuple[Any, ...] = ()
+    tuner: Literal["grid", "optuna"] = "grid"
     trials: int = 50
     seed: int = 0
 
@@ -85,7 +89,7 @@ class ConstraintOptions:
             value = getattr(self, key)
             if value is not None and not (_number(value) and value > 0):
                 raise ConstraintDefinitionError(f"{key} {value!r} is not > 0 m/s^2; leave it out for no limit")
-        for key, known in (("method", ("verified", "paper")), ("obstacle_shape", ("box", "sphere"))):
+        for key, known in _CHOICES:
             if getattr(self, key) not in known:
                 raise ConstraintDefinitionError(f"{key} {getattr(self, key)!r} is not one of {', '.join(known)}")
 

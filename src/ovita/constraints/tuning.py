@@ -34,11 +34,17 @@ RANGE = (1e-3, 1e1)
 def choose(
     proposed: Trajectory, problem: PathProblem, options: ConstraintOptions
 ) -> tuple[ConstraintOptions, tuple[str, ...]]:
-    """The options with lambda_smooth chosen on a grid of `options.trials` ratios, and a note that says so."""
-    score = criterion(proposed, problem)
-    ratios = np.geomspace(*RANGE, max(options.trials, 2))
-    best = float(min(ratios, key=score))
-    note = f"lambda_smooth / lambda_dev = {best:.3g} was chosen from {len(ratios)} values."
+    """The options with lambda_smooth chosen by `options.trials` evaluations of the criterion, and a note.
+
+    Raises:
+        MissingExtra: If Optuna is asked for and not installed.
+    """
+    score, trials = criterion(proposed, problem), max(options.trials, 2)
+    if options.tuner == "optuna":
+        best = search(score, trials=trials, seed=options.seed)
+    else:
+        best = float(min(np.geomspace(*RANGE, trials), key=score))
+    note = f"Smoothing was chosen: lambda_smooth / lambda_dev = {best:.3g}, the best of {trials}."
     return replace(options, lambda_smooth=best * options.lambda_dev), (note,)
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import re
+from itertools import islice
 from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, ValidationError, WithJsonSchema, field_validator
@@ -16,10 +17,9 @@ from pydantic_core import from_json
 from ovita.language.request import Reply, WriterInfo
 
 _KEYS = ("code", "plan", "question", "not_understood")
+_PYTHON = ("", "python", "py", "python3")
 _NOTHING = frozenset({"", "none", "null", "nothing", "no", "n/a", "na", "-", "[]"})
-_FENCE = re.compile(
-    r"^[ \t]*(?:```|~~~)[ \t]*([\w+-]*)[^\n]*\n(.*?)^[ \t]*(?:```|~~~)[ \t]*$", re.DOTALL | re.MULTILINE
-)
+_FENCE = re.compile(r"[ \t]*(?:```|~~~)[ \t]*([\w+-]*)")
 _THOUGHTS = re.compile(r"<(think|thinking|reasoning)>.*?</\1>", re.DOTALL | re.IGNORECASE)
 _MARKER = re.compile(r"^\s*(?:(?:step\s*)?\d+\s*[.):]|[-*•])\s+", re.IGNORECASE)
 _LABEL = re.compile(
@@ -125,7 +125,7 @@ def _plain(item: object) -> str:
 
 def _json_in(text: str, *, truncated: bool) -> dict[str, Any] | None:
     decoder = json.JSONDecoder(strict=False)
-    for start in (match.start() for match in re.finditer(r"\{\s*\"", text)):
+    for start in (match.start() for match in islice(re.finditer(r"\{\s*\"", text), 100)):
         try:
             found = decoder.raw_decode(text, start)[0]
         except (json.JSONDecodeError, RecursionError):
@@ -142,15 +142,15 @@ def _json_in(text: str, *, truncated: bool) -> dict[str, Any] | None:
 
 
 def _from_prose(text: str, *, truncated: bool) -> Answer | None:
-    code = _fenced(text) or ("" if truncated else _unfenced(text))
-    prose = _FENCE.sub("\nCode:\n", text)
+    code = _fenced(text, truncated=truncated) or ("" if truncated else _unfenced(text))
+    prose = _blocks(text)[1]
     if code:
         prose = prose.replace(code, "\nCode:\n")
     sections = _sections(prose)
     lead = [line for line in sections.get("", []) if _MARKER.match(line)]
     question = " ".join(sections.get("question", []))
     if not code and not question:
-        asked = re.findall(r"[^.?!\n]*\?", prose)
+        asked = [said for said in re.split(r"(?<=[.?!])\s|\n", prose) if said.endswith("?")]
         question = asked[-1].strip() if asked else ""
     return answer_from(
         {
@@ -164,11 +164,35 @@ def _from_prose(text: str, *, truncated: bool) -> Answer | None:
     )
 
 
-def _fenced(text: str) -> str:
+def _fenced(text: str, *, truncated: bool = False) -> str:
     """Return the block of code that looks most like a policy, or ""."""
-    blocks = [body for language, body in _FENCE.findall(text) if language.lower() in ("", "python", "py", "python3")]
+    blocks = [body for language, body in _blocks(text, truncated=truncated)[0] if language in _PYTHON]
     policies = [body for body in blocks if "def adapt" in body or "modified_trajectory" in body]
-    return str(max(policies or blocks, key=len, default="")).strip("\n").rstrip()
+    return max(policies or blocks, key=len, default="").strip("\n").rstrip()
+
+
+def _blocks(text: str, *, truncated: bool = False) -> tuple[list[tuple[str, str]], str]:
+    """Split a text into its fenced blocks, each with its language, and the prose around them.
+
+    A last block that is never closed counts too, unless the text was cut off.
+    """
+    blocks: list[tuple[str, str]] = []
+    prose: list[str] = []
+    body: list[str] | None = None
+    language = ""
+    for line in text.split("\n"):
+        fence = _FENCE.match(line)
+        if body is None and fence:
+            body, language = [], fence[1].lower()
+            prose.append("Code:")
+        elif body is not None and fence and not fence[1]:
+            blocks.append((language, "\n".join(body)))
+            body = None
+        else:
+            (prose if body is None else body).append(line)
+    if body is not None and not truncated:
+        blocks.append((language, "\n".join(body)))
+    return blocks, "\n".join(prose)
 
 
 def _unfenced(text: str) -> str:
@@ -187,7 +211,7 @@ def _sections(prose: str) -> dict[str, list[str]]:
     sections: dict[str, list[str]] = {"": []}
     title = ""
     for line in prose.split("\n"):
-        label = _LABEL.match(line)
+        label = _LABEL.match(line) if len(line) < 1000 else None
         if label:
             title = label[1].lower().rstrip("s").replace("high-level ", "").replace("high level ", "")
             line = label[2] or ""

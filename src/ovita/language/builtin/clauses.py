@@ -31,6 +31,9 @@ ACTIONS = DIRECTIONS | {
 }
 """Concepts that ask for something; a piece of a sentence without one belongs to its neighbour."""
 
+SPEED = frozenset({"speed", "faster", "slower", "constant"})
+"""Concepts that make a clause one about speed."""
+
 Clause = tuple[Token, ...]
 
 
@@ -88,7 +91,7 @@ def _lists_objects(tokens: tuple[Token, ...], i: int) -> bool:
 def _about_speed(rest: Clause) -> bool:
     """Whether what follows "while", up to the next mark, changes the speed rather than naming a part of the path."""
     until = next((i for i, t in enumerate(rest) if t.kind in ("break", "join")), len(rest))
-    return any(t.value in ("speed", "faster", "slower", "constant") or t.unit == "m/s" for t in rest[:until])
+    return any(t.value in SPEED or t.unit == "m/s" for t in rest[:until])
 
 
 def _asks(piece: Clause) -> bool:
@@ -130,6 +133,8 @@ def _settled(clause: Clause) -> Clause:
             if value in ("lower", "raise"):
                 change = ("decrease", "increase") if about_speed else ("down", "up")
                 value = change[value == "raise"]
+            elif value == "around" and SPEED & set(concepts):
+                value = "near"
             elif value == "between" and not any(t.kind == "object" for t in clause):
                 value = "middle"
             elif value in ("up", "down") and following == "speed":

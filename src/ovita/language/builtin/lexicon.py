@@ -38,14 +38,14 @@ CONCEPTS: dict[str, str] = {
     "toward": "towards, toward, in the direction of",
     "distance": "distance, clearance, gap, separation, space",
     "near": "near, nearby, close, close to, next to, vicinity, close vicinity, proximity, close proximity, surrounding,"
-    " surroundings, neighbourhood, neighborhood, beside, alongside, around, adjacent to, in the area of",
+    " surroundings, neighbourhood, neighborhood, beside, alongside, adjacent to, in the area of",
     "pass": "pass, cross, traverse, encounter",
     "within": "within, inside",
     "at_least": "at least, minimum, no less than, not less than, more than, min, minimum of",
     "at_most": "at most, maximum, no more than, not more than, less than, max, maximum of",
     "threshold": "threshold, radius, range",
     "between": "between, in between, midpoint, midpoint of, middle of, halfway between",
-    "through": "through, via, touch, hit",
+    "through": "through, via, touch, hit, visit",
     "over": "over, above, on top of, over the top of, hop over, hop over the top of, jump over",
     # parts of the path
     "first": "first, initial, beginning, starting phase, initial phase",
@@ -75,6 +75,9 @@ CONCEPTS: dict[str, str] = {
     "when": "when, while, whenever, during, as",
     "reach": "reach, arrive, get to, hit, reaching",
     "only": "only, just",
+    "around": "around, round",
+    "there": "there",
+    "ground": "ground, floor, table top",
     # how much
     "slight": "slightly, a little, little, a bit, bit, a touch, small, somewhat, a tad, minor, a little bit, tiny",
     "large": "much, a lot, lot, very, far more, significantly, considerably, strongly, a great deal, big, drastically,"
@@ -82,11 +85,11 @@ CONCEPTS: dict[str, str] = {
 }
 
 FILLER = frozenset(
-    """a an the to of by in on at it its is be as for from with this that there so into onto towards's
+    """a an the to of by in on at it its is be as for from with this that so into onto towards's
     go move walk drive fly travel run shift translate transfer displace make let have get do take bring change modify
     adjust set perform execute follow put stay navigate come push pull traverse steer relocate head aim adapt alter
     update trajectory path route motion movement robot drone arm rover gripper effector vehicle agent course way
-    please can could would you i we me us my your want like should need to will must shall
+    please use can could would you i we me us my your want like should need to will must shall
     position location place side part region area phase portion rest section zone new value direction itself
     unit units metre metres meter meters m
     are was were am look respectively also too even keeping going such any some certain bit own""".split()

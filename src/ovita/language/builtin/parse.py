@@ -30,11 +30,15 @@ def parse(instruction: str, scene: Scene) -> Understood:
     radius: float | None = None
     for clause in split(tokens):
         r = Reader(clause)
+        there = r.take("there")
         if r.has("threshold") and not _asks(r):
             r.take("threshold")
             radius = r.number("", "m")
         else:
-            intents += _read(r, intents)
+            found = _read(r)
+            if there:
+                found = [_located(intent, intents) for intent in found]
+            intents += found
         unplaced += r.left_over()
     if not intents and not unplaced:
         unplaced = instruction.split()
@@ -45,7 +49,15 @@ def _asks(r: Reader) -> bool:
     return r.has("near", "closer", "away", "faster", "slower", "distance", *DIRECTIONS)
 
 
-def _read(r: Reader, earlier: list[Intent]) -> list[Intent]:
+def _located(intent: Intent, earlier: list[Intent]) -> Intent:
+    """Read "there" as near the objects that were named last."""
+    items = next((i.items or i.region.items for i in reversed(earlier) if i.items or i.region.items), ())
+    if items and intent.region.kind == "whole":
+        return replace(intent, region=Region("near", items))
+    return intent
+
+
+def _read(r: Reader) -> list[Intent]:
     for rule in RULES:
         found = rule(r)
         if found:
@@ -144,6 +156,8 @@ def _endpoint(r: Reader) -> list[Intent]:
     degree = r.degree()
     directions = r.directions()
     items = r.objects()
+    if items and r.take("over"):
+        directions = (("up", r.number("m", "")),)
     if (between and len(items) != 2) or not (directions or items):
         return []
     mode = "between" if between else "to" if items else ""
@@ -158,7 +172,7 @@ def _through(r: Reader) -> list[Intent]:
     if not r.has("through", "over") and not (r.has("between") and not r.has("when")):
         return []
     over, between = r.has("over"), r.has("between")
-    r.take("through", "over", "between", "pass", "middle", "smooth")
+    r.take("through", "over", "between", "pass", "middle", "smooth", "raise", *(["up"] if over else []))
     items = r.objects()
     if not items or (between and len(items) != 2):
         return []

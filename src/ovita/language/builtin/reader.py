@@ -61,15 +61,15 @@ class Reader:
     def objects_from(self, i: int | None) -> tuple[SceneObject, ...]:
         """Take the list of free objects that begins at token i ("the cup and the plate")."""
         items: list[SceneObject] = []
-        while i is not None and self.tokens[i].item is not None and not self.taken[i]:
-            items.append(self.take_at(i).item)  # type: ignore[arg-type]
+        while i is not None and self.tokens[i].items and not self.taken[i]:
+            items += self.take_at(i).items
             i = self.after(i)
         return tuple(items)
 
     def objects(self) -> tuple[SceneObject, ...]:
         """Take all free objects of the clause."""
-        found = [self.take_at(i).item for i, t in enumerate(self.tokens) if t.item is not None and not self.taken[i]]
-        return tuple(item for item in found if item is not None)
+        found = [self.take_at(i).items for i, t in enumerate(self.tokens) if t.items and not self.taken[i]]
+        return tuple(item for items in found for item in items)
 
     def numbers(self, units: Iterable[str]) -> list[int]:
         """Indices of the free numbers with one of these units."""

@@ -18,13 +18,14 @@ def read_region(r: Reader, *, speed: bool) -> Region:
         r: The clause.
         speed: Whether the clause is about speed; then "near the goal" and "when going up" are parts of the path.
     """
-    for reading in (_every, _count, _share, _near, _order, _between, _middle):
+    for reading in (_every, _count, _share, _near, _order, _middle):
         region = reading(r)
         if region is not None:
             return region
-    if speed:
-        return _heading(r) or _end(r) or WHOLE
-    return WHOLE
+    between = _between(r, needs_when=not speed)
+    if between is not None or not speed:
+        return between or WHOLE
+    return _heading(r) or _end(r) or WHOLE
 
 
 def _every(r: Reader) -> Region | None:
@@ -97,14 +98,17 @@ def _near(r: Reader) -> Region | None:
     i = r.find("near")
     if i is None and r.has("pass") and r.has("when"):
         i = r.find("pass")
-    if i is None and r.has("when") and r.has("reach"):
+    if i is None and r.has("when"):
         i = r.find("reach")
+    if i is None and r.has("when"):
+        i = next((k for k, t in enumerate(r.tokens) if t.text.lower() == "approaching" and not r.taken[k]), None)
     j = r.after(i) if i is not None else None
     while j is not None and r.tokens[j].value in ("reach", "near", "pass"):
         j = r.after(j)
-    if i is None or j is None or r.tokens[j].item is None:
+    if i is None or j is None or not r.tokens[j].items:
         return None
     items = r.objects_from(j)
+    r.take_at(i)
     r.take("near", "pass", "when", "reach", "only", "after" if r.find("after") == r.before(i) else "only")
     stated = r.number("m", "") if r.take("threshold") else None
     return Region("near", items, stated)
@@ -121,7 +125,7 @@ def _order(r: Reader) -> Region | None:
             j = r.after(j)
         if j is None:
             continue
-        if r.tokens[j].item is not None and not r.taken[j]:
+        if r.tokens[j].items and not r.taken[j]:
             r.take(word, "reach", "pass", "near", "when")
             return Region(word, r.objects_from(j))
         if r.tokens[j].value == "middle":
@@ -130,13 +134,12 @@ def _order(r: Reader) -> Region | None:
     return None
 
 
-def _between(r: Reader) -> Region | None:
+def _between(r: Reader, *, needs_when: bool) -> Region | None:
     """Between the fan and the chair, as a part of the path; as a place it is read by the action."""
     i = r.find("between")
-    if i is None or not r.has("when", "pass"):
+    if i is None or (needs_when and not r.has("when", "pass")):
         return None
-    j = r.after(i)
-    items = r.objects_from(j)
+    items = r.objects_from(r.after(i))
     if len(items) != 2:
         return None
     r.take("between", "when", "pass")

@@ -27,7 +27,7 @@ class Token:
         kind: "object", "number", "concept", "filler", "join" (and, then), "break" (punctuation) or "unknown".
         text: The words as the person wrote them.
         value: The concept, or the connective, or "".
-        item: The object, where kind is "object".
+        items: The object, or all objects ("every obstacle"), where kind is "object".
         number: In SI units (a share for %), where kind is "number".
         unit: "", "m", "m/s", "%", "x" (times), "step", "s" or "deg".
     """
@@ -35,7 +35,7 @@ class Token:
     kind: str
     text: str
     value: str = ""
-    item: SceneObject | None = None
+    items: tuple[SceneObject, ...] = ()
     number: float = 0.0
     unit: str = ""
 
@@ -52,7 +52,7 @@ def tokenize(sentence: str, scene: Scene) -> tuple[tuple[Token, ...], tuple[str,
     notes: list[str] = []
     i = 0
     while i < len(words):
-        token, used = _match(words, lowered, i, names)
+        token, used = _match(words, lowered, i, names, scene)
         if token.kind == "unknown":
             token, note = _corrected(token, scene)
             notes += [note] if note else []
@@ -62,13 +62,16 @@ def tokenize(sentence: str, scene: Scene) -> tuple[tuple[Token, ...], tuple[str,
 
 
 def _match(
-    words: list[str], lowered: list[str], i: int, names: dict[tuple[str, ...], SceneObject]
+    words: list[str], lowered: list[str], i: int, names: dict[tuple[str, ...], SceneObject], scene: Scene
 ) -> tuple[Token, int]:
     longest = max((len(n) for n in names), default=0)
     name, used = _object_at(lowered, i, names, longest)
     concept, length = _concept_at(lowered, i)
     if name is not None and used >= length:
-        return Token("object", " ".join(words[i : i + used]), item=name), used
+        return Token("object", " ".join(words[i : i + used]), items=(name,)), used
+    every = _all_objects_at(lowered, i)
+    if every and scene.objects:
+        return Token("object", " ".join(words[i : i + every]), items=scene.objects), every
     number = _number_at(lowered, i)
     if number is not None and number[1] >= length:
         token, count = number
@@ -103,6 +106,18 @@ def _object_at(
             if form in names:
                 best = (names[form], used)
     return best
+
+
+def _all_objects_at(lowered: list[str], i: int) -> int:
+    """How many words from i on mean all objects: "objects", "all the obstacles", "every object"; 0 for none."""
+    quantified = lowered[i] in ("all", "every", "each", "any")
+    rest = [w for w in lowered[i + quantified : i + quantified + 3] if w not in ("of", "the")]
+    skipped = next((k for k, w in enumerate(lowered[i + quantified :]) if w not in ("of", "the")), 0)
+    if skipped and not quantified:
+        return 0
+    plural = rest[:1] in (["objects"], ["obstacles"])
+    single = quantified and rest[:1] in (["object"], ["obstacle"])
+    return quantified + skipped + 1 if plural or single else 0
 
 
 def _singular(word: str) -> tuple[str, ...]:
@@ -175,7 +190,7 @@ def _corrected(token: Token, scene: Scene) -> tuple[Token, str]:
     close = difflib.get_close_matches(word, heads, 1, 0.8)
     if close:
         item = heads[close[0]]
-        return Token("object", token.text, item=item), f"read {token.text!r} as {item.name!r}"
+        return Token("object", token.text, items=(item,)), f"read {token.text!r} as {item.name!r}"
     for form in stems(word):
         near = difflib.get_close_matches(form, _vocabulary(), 1, 0.84)
         if near and len(form) > 4:

@@ -1,0 +1,147 @@
+"""Shapes that both kinds of figure draw: cuboids, workspaces, and what part of the world to show."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ovita.robot import Box, Shell
+from ovita.scene import DIRECTIONS, Frame, Scene, SceneObject
+from ovita.trajectory import Array, Trajectory
+
+View = Literal["auto", "3d", "top"]
+
+COLOURS = {
+    "before": "#1f5fbf",
+    "after": "#d62728",
+    "proposed": "#8a8a8a",
+    "start": "#2ca02c",
+    "goal": "#111111",
+    "workspace": "#9aa5b1",
+    "violation": "#c2185b",
+    "slower": "#f2a900",
+    "faster": "#17becf",
+}
+"""Colour of each part of a figure."""
+
+OBJECT_COLOURS = ("#e69f00", "#009e73", "#9467bd", "#8c564b", "#56b4e9", "#e377c2", "#7f7f7f", "#bcbd22")
+"""Colours of the objects, in turn."""
+
+FACES: NDArray[np.int_] = np.array(
+    [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]]
+)
+"""Corner numbers of a cuboid's 6 faces, each in order around the face."""
+
+TRIANGLES: NDArray[np.int_] = np.concatenate([FACES[:, [0, 1, 2]], FACES[:, [0, 2, 3]]])
+"""Corner numbers of the 12 triangles that make up a cuboid."""
+
+_FAR = 2.0
+_FLAT = 0.01
+
+
+@dataclass(frozen=True)
+class Extent:
+    """The part of the world that a figure shows.
+
+    Args:
+        lower: Lower corner (3,) [m].
+        upper: Upper corner (3,) [m].
+        shown: The objects inside.
+        left_out: Names of objects so far away that showing them would shrink everything else to a dot.
+    """
+
+    lower: Array
+    upper: Array
+    shown: tuple[SceneObject, ...]
+    left_out: tuple[str, ...]
+
+    @property
+    def size(self) -> Array:
+        """Edge lengths (3,) [m]."""
+        return self.upper - self.lower
+
+
+def corners(item: SceneObject, least: float = 0.0) -> Array:
+    """The 8 corners (8, 3) [m] of an object's cuboid; edges shorter than `least` [m] are drawn that long."""
+    signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
+    return np.asarray(item.position + (signs * np.maximum(item.size, least) / 2.0) @ item.rotation.T)
+
+
+def extent(paths: Sequence[Trajectory], scene: Scene) -> Extent:
+    """What to show: the paths and the objects, except objects much farther away than the paths are large."""
+    points = np.concatenate([path.positions for path in paths])
+    lower, upper = points.min(axis=0), points.max(axis=0)
+    reach = _FAR * max(float(np.linalg.norm(upper - lower)), 0.1)
+    near = [item for item in scene if _gap(item, lower, upper) <= reach]
+    for item in near:
+        box = corners(item)
+        lower, upper = np.minimum(lower, box.min(axis=0)), np.maximum(upper, box.max(axis=0))
+    longest = max(float((upper - lower).max()), 1e-3)
+    least = np.maximum(upper - lower, 0.35 * longest) * 1.08
+    middle = (lower + upper) / 2.0
+    left_out = tuple(item.name for item in scene if item not in near)
+    return Extent(middle - least / 2.0, middle + least / 2.0, tuple(near), left_out)
+
+
+def _gap(item: SceneObject, lower: Array, upper: Array) -> float:
+    outside = np.maximum(np.maximum(lower - item.position, item.position - upper), 0.0)
+    return float(np.linalg.norm(outside))
+
+
+def planar(paths: Sequence[Trajectory]) -> bool:
+    """Whether all paths lie in one horizontal plane, so that a view from above shows everything."""
+    spread = np.ptp(np.concatenate([path.positions for path in paths]), axis=0)
+    return bool(spread[2] <= _FLAT * max(float(spread[0]), float(spread[1])))
+
+
+def axis_word(frame: Frame, axis: int) -> str:
+    """Direction word of a world axis (0, 1, 2), such as "right" for x in the frame "rfu"."""
+    return next(word for word in DIRECTIONS if frame.direction(word)[axis] > 0.5)
+
+
+def axis_of(frame: Frame, word: str) -> tuple[int, float]:
+    """World axis (0, 1, 2) along which a direction word points, and its sign."""
+    direction = frame.direction(word)
+    axis = int(np.argmax(np.abs(direction)))
+    return axis, float(direction[axis])
+
+
+def workspace_lines(workspace: Box | Shell, lower: Array, upper: Array) -> list[Array]:
+    """Lines (K, 3) [m] that outline a workspace; what lies outside the shown part is cut away with NaN rows.
+
+    A box gives its 12 edges, a shell circles of both of its spheres. Lines that are outside throughout are dropped.
+    """
+    lines = _box_lines(workspace) if isinstance(workspace, Box) else _shell_lines(workspace)
+    clipped = []
+    for line in lines:
+        inside = ((line >= lower - 1e-9) & (line <= upper + 1e-9)).all(axis=1)
+        if inside.sum() > 1:
+            clipped.append(np.where(inside[:, None], line, np.nan))
+    return clipped
+
+
+def _box_lines(box: Box) -> list[Array]:
+    item = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
+    points = np.asarray(box.lower) + item * (np.asarray(box.upper) - box.lower)
+    edges = [(i, j) for i in range(8) for j in range(i + 1, 8) if np.abs(item[i] - item[j]).sum() == 1]
+    share = np.linspace(0.0, 1.0, 201)[:, None]
+    return [points[i] * (1.0 - share) + points[j] * share for i, j in edges]
+
+
+def _shell_lines(shell: Shell) -> list[Array]:
+    turn = np.linspace(0.0, 2.0 * np.pi, 181)
+    lines = []
+    for radius in (shell.r_min, shell.r_max):
+        if radius == 0.0:
+            continue
+        for angle in np.arange(6) * np.pi / 6.0:
+            across = np.cos(turn)
+            lines.append(np.stack([across * np.cos(angle), across * np.sin(angle), np.sin(turn)], axis=1) * radius)
+        for angle in np.array([-60.0, -30.0, 0.0, 30.0, 60.0]) * np.pi / 180.0:
+            ring = np.stack([np.cos(turn), np.sin(turn), np.full_like(turn, np.tan(angle))], axis=1) * np.cos(angle)
+            lines.append(ring * radius)
+    return [line + np.asarray(shell.center) for line in lines]
