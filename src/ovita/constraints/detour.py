@@ -77,7 +77,7 @@ def _bypass(problem: PathProblem, padded: PathProblem, x: Array, first: int, las
     for reach in (0, 1, 3, 8, 20, 60, n):
         a, b = max(low, first - reach), min(high, last + reach)
         for start, goal in _ends(padded, x, a, b):
-            # start and goal may graze a body: there the pad is what they leave of it
+            # a pinned end may graze a body: there the pad is what it leaves of it
             route = find_route(_lenient(padded, start, goal), start, goal, room=b - a - 1)
             if not isinstance(route, str):
                 x[a : b + 1] = _along(padded, start, route, goal, b - a + 1)
@@ -98,8 +98,14 @@ def _ends(padded: PathProblem, x: Array, a: int, b: int) -> list[tuple[Array, Ar
     pinned = padded.pinned
     choices = []
     for i in (a, b):
-        stays = pinned[i] or (padded.depth(x[i][None])[0] < PAD + GRAZE and padded.inside(x[i][None])[0])
-        choices.append(x[i][None] if stays else nearest_legal(padded, x[i], 4))
+        depth = float(padded.depth(x[i][None])[0])
+        pushed = push_out(padded, x[i]) if 0.0 <= depth <= PAD + GRAZE and not pinned[i] else None
+        if pushed is not None:
+            choices.append(pushed[None])
+        elif pinned[i] or (depth < 0.0 and padded.inside(x[i][None])[0]):
+            choices.append(x[i][None])
+        else:
+            choices.append(nearest_legal(padded, x[i], 4))
     if not len(choices[0]) or not len(choices[1]):
         return []
     count = max(len(choices[0]), len(choices[1]))

@@ -12,7 +12,7 @@ from ovita.constraints.detour import Blocked
 from ovita.constraints.obstacles import Obstacle
 from ovita.constraints.path import PathProblem
 from ovita.constraints.problem import TOLERANCE, ConstraintCheck, ConstraintOptions
-from ovita.constraints.route import find_route
+from ovita.constraints.route import find_route, nearest_legal
 from ovita.robot import Box, Robot
 
 
@@ -136,6 +136,8 @@ def _minimal(problem: PathProblem, stretch: Blocked) -> tuple[Obstacle, ...]:
 
     def free(bodies: list[Obstacle]) -> bool:
         trial = replace(problem, bodies=tuple(bodies))
+        if stretch.why == "no legal point":
+            return len(nearest_legal(trial, start)) > 0
         return not isinstance(find_route(trial, start, goal, room=room), str)
 
     if len(kept) > 12:

@@ -69,11 +69,15 @@ class PathProblem:
         return points
 
     def inside(self, points: Array) -> NDArray[np.bool_]:
-        """(M,) whether points are in the convex part of the workspace."""
-        legal = ((points >= self.lower - GRAZE) & (points <= self.upper + GRAZE)).all(axis=1)
+        """(M,) whether points are in the workspace, bodies aside."""
+        legal = np.asarray(((points >= self.lower - GRAZE) & (points <= self.upper + GRAZE)).all(axis=1))
         for region in self.regions:
             legal &= region.excess(points) <= GRAZE
-        return np.asarray(legal)
+        for make in self.rows:
+            rows = make(points)
+            broken = (rows.normals * points[rows.waypoints]).sum(axis=1) < rows.offsets - GRAZE
+            legal[rows.waypoints[broken]] = False
+        return legal
 
     def depth(self, points: Array) -> Array:
         """By how much points (M, 3) are inside the worst body, (M,) [m]; negative outside."""

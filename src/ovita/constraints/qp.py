@@ -2,11 +2,12 @@
 
 With N waypoints of d coordinates stacked waypoint-major, x = (x_0, x_1, ..., x_{N-1}):
 
-    minimise    lambda_dev |x - x_ref|^2 + lambda_smooth |D1 x|^2 + lambda_shape |D1 (x - x_ref)|^2
+    minimise    lambda_dev |x - x_ref|^2 + lambda_smooth |D1 x|^2 + lambda_shape |D1 (x - x_shape)|^2
     subject to  lower <= x <= upper,      normal_k . x_{i_k} >= offset_k
 
-where D1 = kron(D, I_d) and D is the (N-1, N) difference matrix: row i of D1 x is x_{i+1} - x_i. (The third term is
-ours; the paper has lambda_shape = 0.) The Hessian is block tri-diagonal, so the cost grows linearly with N.
+where D1 = kron(D, I_d) and D is the (N-1, N) difference matrix: row i of D1 x is x_{i+1} - x_i. The third term is
+ours (the paper has lambda_shape = 0); x_shape is x_ref, or the smoothed x_ref where smoothing is asked for. The
+Hessian is block tri-diagonal, so the cost grows linearly with N.
 """
 
 from __future__ import annotations
@@ -82,11 +83,11 @@ def difference_matrix(n: int, dims: int = 1) -> Any:
     return sparse.kron(d, sparse.identity(dims), format="csc")
 
 
-def objective(x: Array, reference: Array, weights: Weights) -> float:
-    """Value of the objective at x (N, d)."""
-    moved = x - reference
-    value = weights.dev * (moved**2).sum() + weights.smooth * (np.diff(x, axis=0) ** 2).sum()
-    return float(value + weights.shape * (np.diff(moved, axis=0) ** 2).sum())
+def objective(x: Array, reference: Array, weights: Weights, shape: Array | None = None) -> float:
+    """Value of the objective at x (N, d), with x_shape the reference unless given."""
+    bent = x - (reference if shape is None else shape)
+    value = weights.dev * ((x - reference) ** 2).sum() + weights.smooth * (np.diff(x, axis=0) ** 2).sum()
+    return float(value + weights.shape * (np.diff(bent, axis=0) ** 2).sum())
 
 
 def laplacian_times(rows: Array) -> Array:
@@ -105,6 +106,7 @@ def solve_qp(
     lower: Array,
     upper: Array,
     rows: Rows,
+    shape: Array | None = None,
     slack: float | None = None,
 ) -> QPSolution:
     """Minimise the objective under bounds and linear limits.
@@ -115,6 +117,7 @@ def solve_qp(
         lower: (N, d); -inf for no bound; equal to `upper` where a coordinate is fixed.
         upper: (N, d).
         rows: Linear limits.
+        shape: x_shape (N, d), by default the reference.
         slack: If given, a limit may be broken at this price per unit (an exact penalty), so that there is always
             a solution.
     """
@@ -127,7 +130,8 @@ def solve_qp(
     position = np.full(n * dims, -1)
     position[free] = np.arange(len(free))
     at_fixed = x.reshape(n, dims)
-    gradient = -2.0 * (weights.dev * reference + weights.shape * laplacian_times(reference))
+    kept = reference if shape is None else shape
+    gradient = -2.0 * (weights.dev * reference + weights.shape * laplacian_times(kept))
     gradient = gradient + 2.0 * (weights.smooth + weights.shape) * laplacian_times(at_fixed)
     low = rows.offsets - (rows.normals * at_fixed[rows.waypoints]).sum(axis=1)
     penalised = len(rows) if slack is not None else 0

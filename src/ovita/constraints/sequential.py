@@ -23,6 +23,9 @@ from ovita.trajectory import Array
 STEPS = 12
 """Most linearisations in a row; each iterate is legal, so fewer only cost optimality."""
 
+STILL = 1e-8
+"""A waypoint that moved less than this did not move [m]."""
+
 PRICE = 1e4
 """Price of breaking a limit by 1 m, in units of lambda_dev: exact for all but absurd problems."""
 
@@ -60,7 +63,9 @@ def improve(problem: PathProblem, base: Array, x: Array, settings: Settings | No
         fixed = part.pinned
         fixed[[i - first for i in ends]] = True
         window = slice(first, last + 1)
-        out[window] = _Window(part, fixed, base[window], out[window], settings).solve()
+        found = _Window(part, fixed, base[window], out[window], settings).solve()
+        still = np.abs(found - base[window]).max(axis=1) < STILL
+        out[window] = np.where(still[:, None], base[window], found)
     return out
 
 
@@ -89,6 +94,7 @@ class _Window:
         # fixed waypoints stay at x, which is the base outside of what moved
         self.lower = np.where(fixed[:, None], x, np.broadcast_to(problem.lower, (n, 3)))
         self.upper = np.where(fixed[:, None], x, np.broadcast_to(np.maximum(problem.lower, problem.upper), (n, 3)))
+        self.shape = base if problem.weights.smooth else problem.reference
         self.cuts = Rows.none()
 
     def solve(self) -> Array:
@@ -122,6 +128,7 @@ class _Window:
                 lower=self.lower,
                 upper=self.upper,
                 rows=rows,
+                shape=self.shape,
                 slack=PRICE * self.problem.weights.dev if soft else None,
             )
             if found.x is None:
@@ -155,7 +162,7 @@ class _Window:
         return not self.problem.bad(x).any()
 
     def _value(self, x: Array) -> float:
-        return objective(x, self.problem.reference, self.problem.weights)
+        return objective(x, self.problem.reference, self.problem.weights, self.shape)
 
     def _hit(self, body: Obstacle, x: Array) -> NDArray[np.intp]:
         near = body.near(x[:-1], x[1:], 0.0)

@@ -194,12 +194,16 @@ def solve_path(problem: PathProblem) -> tuple[Array, tuple[Blocked, ...]]:
     Four steps: smooth and bound each axis (`banded`), move into the convex regions, find a way around every body
     (`detour`), and pull the path back to the reference as far as the limits let it (`sequential`).
     """
-    pinned = problem.pinned
-    base = banded.smooth(problem.reference, problem.weights, problem.lower, problem.upper, pinned)
+    pinned, weights = problem.pinned, problem.weights
+    if weights.smooth:
+        weights = replace(weights, shape=0.0)
+    base = banded.smooth(problem.reference, weights, problem.lower, problem.upper, pinned)
     outside = ~pinned & ~problem.inside(base)
     start = base.copy()
     if outside.any():
         start[outside] = problem.project(base[outside])
+    if problem.rows:
+        start = improve(replace(problem, bodies=()), base, start)
     start, blocked = legal_path(problem, start)
     if np.array_equal(start, base) and not problem.rows:
         return base, blocked

@@ -9,12 +9,12 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from ovita.plots.interactive import interactive
+    from ovita.plots.browser import interactive
     from ovita.plots.static import figure, save
 
 __all__ = ["figure", "interactive", "save"]
 
-_HOMES = {"figure": "static", "interactive": "interactive", "save": "static"}
+_HOMES = {"figure": "static", "interactive": "browser", "save": "static"}
 
 
 def __getattr__(name: str) -> Any:

@@ -31,9 +31,7 @@ COLOURS = {
 OBJECT_COLOURS = ("#e69f00", "#009e73", "#9467bd", "#8c564b", "#56b4e9", "#e377c2", "#7f7f7f", "#bcbd22")
 """Colours of the objects, in turn."""
 
-FACES: NDArray[np.int_] = np.array(
-    [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]]
-)
+FACES: NDArray[np.int_] = np.array([[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]])
 """Corner numbers of a cuboid's 6 faces, each in order around the face."""
 
 TRIANGLES: NDArray[np.int_] = np.concatenate([FACES[:, [0, 1, 2]], FACES[:, [0, 2, 3]]])
@@ -118,9 +116,9 @@ def workspace_lines(workspace: Box | Shell, lower: Array, upper: Array) -> list[
     lines = _box_lines(workspace) if isinstance(workspace, Box) else _shell_lines(workspace)
     clipped = []
     for line in lines:
-        inside = ((line >= lower - 1e-9) & (line <= upper + 1e-9)).all(axis=1)
-        if inside.sum() > 1:
-            clipped.append(np.where(inside[:, None], line, np.nan))
+        outside = np.any((line < lower - 1e-9) | (line > upper + 1e-9), axis=1, keepdims=True)
+        if len(line) - np.count_nonzero(outside) > 1:
+            clipped.append(np.where(outside, np.nan, line))
     return clipped
 
 

@@ -47,6 +47,8 @@ def to_rows(result: Any, original: Array, what: str) -> Array:
     if len(result) and all(isinstance(row, Mapping) for row in result):
         result = [_row(waypoint, i, original, len(result), what) for i, waypoint in enumerate(result)]
     try:
+        if np.iscomplexobj(result):
+            raise TypeError
         rows = np.asarray(result, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
         raise PolicyOutputInvalid(f"{what} is not a table of numbers; it must be (N, 4): x, y, z, speed") from None

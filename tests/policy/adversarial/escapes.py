@@ -78,7 +78,7 @@ BODIES: dict[str, str] = {
     "class_getitem": "class A:\n    def __class_getitem__(cls, k):\n        return open(k, 'w')\nA[TRACE]",
     "class_pattern": "match np.mean:\n    case object(__globals__=g):\n        g['__builtins__']['open'](TRACE, 'w')",
     "class_pattern_args": "class A:\n    __match_args__ = ('__globals__',)\n    __instancecheck__ = None\nmatch move:\n"
-    "    case object(__code__=c):\n        raise ValueError(NAME, c)",
+    "    case object(__code__=c):\n        raise ValueError(INSIDE, c)",
     "nfkc_open": "\uff4f\uff50\uff45\uff4e(TRACE, 'w')",
     "nfkc_dunder": "().__cl\u1d43ss__.__b\u1d43se__.__subcl\u1d43sses__()\nraise ValueError(INSIDE)",
     "nfkc_import": "import \uff4fs\n\uff4fs.system(f'touch {TRACE}')",

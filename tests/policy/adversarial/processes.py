@@ -73,6 +73,11 @@ BODIES: dict[str, str] = {
     "mprotect_executable": _C + "import mmap\nm = mmap.mmap(-1, 4096)\na = ctypes.addressof(ctypes.c_char.from_buffer(m))\n"
     "if libc.mprotect(ctypes.c_void_p(a), 4096, 5) == 0:\n    raise ValueError(NAME)",
     "seccomp_again": _C + "if libc.prctl(22, 2, None) == 0 or libc.prctl(38, 0, 0, 0, 0) == 0:\n    raise ValueError(NAME)",
+    "thread_raw": _C + "if libc.pthread_create(ctypes.create_string_buffer(8), None, libc.abs, None) == 0:\n    raise ValueError(NAME)",
+    "every_system_call": _C + "skip = {60, 231, 15, 9, 10, 11, 12, 25, 35, 230, 202, 28, 219, 131, 1, 14, 335, 336}\nallowed = []\nfor n in range(0, 470):\n"
+    "    if n not in skip:\n        ctypes.set_errno(0)\n        if libc.syscall(n, 0, 0, 0, 0, 0, 0) >= 0 or ctypes.get_errno() != 1:\n            allowed.append(n)\n"
+    "if set(allowed) - {24, 39, 96, 201, 228, 229, 309, 318}:\n    raise ValueError(NAME, allowed)",
+    "write_elsewhere": _C + "if sum(libc.write(fd, b'', 0) == 0 for fd in range(64)) > 1:\n    raise ValueError(NAME)",
     "undo_death_signal": _C + "if libc.prctl(1, 0, 0, 0, 0) == 0:\n    raise ValueError(NAME)",
     "ioctl_terminal": "import fcntl\nfor fd in range(3):\n    try:\n        fcntl.ioctl(fd, 0x5412, b'x')\n        raise ValueError(NAME)\n    except OSError:\n        pass",
     "time_of_machine": "import time\ntime.clock_settime(time.CLOCK_REALTIME, 0)\nraise ValueError(NAME)",

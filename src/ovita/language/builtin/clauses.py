@@ -28,6 +28,8 @@ ACTIONS = DIRECTIONS | {
     "toward",
     "more",
     "fewer",
+    *("spiral", "circle", "eight", "zigzag", "wave", "hop", "hover", "mirror", "rotate", "tilt", "resize"),
+    *("curvature", "straight", "average", "reverse", "noise", "quadrant", "trapezoid", "exponential", "never"),
 }
 """Concepts that ask for something; a piece of a sentence without one belongs to its neighbour."""
 
@@ -140,7 +142,7 @@ def _settled(clause: Clause) -> Clause:
             elif value in ("up", "down") and following == "speed":
                 value = "increase" if value == "up" else "decrease"
         settled.append(token if value == token.value else Token("concept", token.text, value=value))
-    if "height" in concepts:
+    if "height" in concepts and set(concepts) & {"increase", "decrease", "more", "fewer", "up", "down"}:
         settled = _with_height(settled)
     return tuple(settled)
 

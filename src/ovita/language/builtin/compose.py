@@ -16,8 +16,10 @@ from ovita.toolkit import CATALOGUE
 from ovita.trajectory import Array
 
 ORDER: tuple[str, ...] = (
-    *("smooth", "move", "closer", "farther", "keep_distance", "through", "move_start", "move_goal"),
-    *("speed", "extend", "wait", "stop", "resample"),
+    *("reverse", "mirror", "rotate", "tilt", "resize", "curve", "smooth", "straighten", "move", "quadrant", "height"),
+    *("closer", "farther", "keep_distance", "side", "through", "hop", "bound", "move_start", "move_goal"),
+    *("zigzag", "wave", "noise", "speed", "shortcut", "extend", "circle", "eight", "spiral", "hover"),
+    *("wait", "stop", "average", "resample"),
 )
 """Path first, from the whole to its parts, so that no step disturbs an exact amount set by another; then speed;
 what changes the number of waypoints comes last."""
@@ -178,3 +180,13 @@ def _near(draft: Draft, item: SceneObject, radius: float | None) -> tuple[str, s
 
 def _side(kind: str) -> str:
     return "start" if kind == "first" else "end"
+
+
+def argument(where: str) -> str:
+    """A mask as a further argument, or ""."""
+    return f", where={where}" if where else ""
+
+
+def suffix(part: str) -> str:
+    """The words for a part of the path behind a sentence, or ""."""
+    return f" {part}" if part else ""

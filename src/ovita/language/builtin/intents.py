@@ -22,6 +22,27 @@ Action = Literal[
     "wait",
     "smooth",
     "resample",
+    "spiral",
+    "circle",
+    "eight",
+    "zigzag",
+    "wave",
+    "hop",
+    "hover",
+    "mirror",
+    "rotate",
+    "tilt",
+    "resize",
+    "curve",
+    "straighten",
+    "shortcut",
+    "average",
+    "reverse",
+    "noise",
+    "bound",
+    "side",
+    "quadrant",
+    "height",
 ]
 
 
@@ -58,6 +79,7 @@ class Intent:
         items: The objects it is about.
         amount: The number that goes with the action, in `unit`.
         unit: "m", "x" (factor), "m/s", "step", "s", "waypoints", or "".
+        count: A second number, such as the turns of a spiral, or None.
         mode: A variant of the action, such as "set", "add", "factor", "ramp" and "constant" for speeds.
         degree: How much, where no number says so.
         region: Where on the path.
@@ -69,6 +91,7 @@ class Intent:
     items: tuple[SceneObject, ...] = ()
     amount: float | None = None
     unit: str = ""
+    count: float | None = None
     mode: str = ""
     degree: Degree = "moderate"
     region: Region = WHOLE

@@ -24,8 +24,8 @@ CONCEPTS: dict[str, str] = {
     "speed": "speed, velocity, pace, rate of motion, speeds",
     "constant": "constant, constantly, steady, steadily, fixed, unchanging, same",
     "gradual": "gradually, uniformly, linearly, steadily increasing, progressively, uniform",
-    "increase": "increase, grow, boost, enlarge, add",
-    "decrease": "decrease, reduce, lessen, cut, diminish, drop, shrink",
+    "increase": "increase, grow, boost, add",
+    "decrease": "decrease, reduce, lessen, cut, diminish, drop",
     "more": "more, greater, larger, bigger",
     "fewer": "fewer, less, smaller",
     "double": "double, twice, doubled",
@@ -37,8 +37,9 @@ CONCEPTS: dict[str, str] = {
     "away": "away, further, farther, further away, farther away, avoid, steer clear, clear of, far, distant, far away",
     "toward": "towards, toward, in the direction of",
     "distance": "distance, clearance, gap, separation, space",
-    "near": "near, nearby, close, close to, next to, vicinity, close vicinity, proximity, close proximity, surrounding,"
-    " surroundings, neighbourhood, neighborhood, beside, alongside, adjacent to, in the area of",
+    "near": "near, nearby, nearest, nearest to, closest, closest to, close, close to, next to, vicinity,"
+    " close vicinity, proximity, close proximity, surrounding, surroundings, neighbourhood, neighborhood, beside,"
+    " alongside, adjacent to, in the area of",
     "pass": "pass, cross, traverse, encounter",
     "within": "within, inside",
     "at_least": "at least, minimum, no less than, not less than, more than, min, minimum of",
@@ -46,7 +47,7 @@ CONCEPTS: dict[str, str] = {
     "threshold": "threshold, radius, range",
     "between": "between, in between, midpoint, midpoint of, middle of, halfway between",
     "through": "through, via, touch, hit, visit",
-    "over": "over, above, on top of, over the top of, hop over, hop over the top of, jump over",
+    "over": "over, above, on top of, over the top of",
     # parts of the path
     "first": "first, initial, beginning, starting phase, initial phase",
     "last": "last, final phase, ending phase",
@@ -78,6 +79,36 @@ CONCEPTS: dict[str, str] = {
     "around": "around, round",
     "there": "there",
     "ground": "ground, floor, table top",
+    "stay": "stay, remain, always, constantly stay",
+    "never": "never, do not, don't, dont, not, must not, should not, without",
+    "under": "under, below, beneath, underneath",
+    "beyond": "exceed, beyond, past the",
+    # shapes
+    "spiral": "spiral, helix, corkscrew",
+    "circle": "circle, revolve, orbit, encircle, circulate, loop around, revolution around",
+    "eight": "figure eight, figure of eight, eight shape",
+    "zigzag": "zigzag, zig zag, zigzagging, zig zagging",
+    "wave": "wave, sinusoid, sinusoidal, sine, sine wave, sinusoidally, wavy, oscillate, undulate, sinewave",
+    "hop": "hop over, hop over the top of, jump over, leap over, hop, jump",
+    "hover": "hover",
+    "turn": "turn, turns, corner, corners, revolutions, loops, rounds, bends, curves, rotations",
+    "mirror": "mirror, reflect, flip",
+    "rotate": "rotate, rotation",
+    "tilt": "tilt, incline, lean",
+    "clockwise": "clockwise",
+    "anticlockwise": "anticlockwise, counterclockwise, anti clockwise, counter clockwise",
+    "axis": "axis",
+    "resize": "scale, resize, stretch, expand, enlarge, magnify, shrink, compress, scale up, scale down",
+    "curvature": "curvature, curved, curvy, curvier, bendy, bendier, curve",
+    "average": "average, mean, centroid",
+    "group": "group, groups, batch, block",
+    "reverse": "reverse, invert, in reverse order, backwards order, the other way round",
+    "noise": "noise, jitter, randomness, random, perturb, perturbation, shake",
+    "quadrant": "quadrant",
+    "trapezoid": "trapezoid, trapezoidal",
+    "exponential": "exponential, exponentially",
+    "acceleration": "acceleration, deceleration",
+    "again": "again, and back",
     # how much
     "slight": "slightly, a little, little, a bit, bit, a touch, small, somewhat, a tad, minor, a little bit, tiny",
     "large": "much, a lot, lot, very, far more, significantly, considerably, strongly, a great deal, big, drastically,"
@@ -86,13 +117,14 @@ CONCEPTS: dict[str, str] = {
 
 FILLER = frozenset(
     """a an the to of by in on at it its is be as for from with this that so into onto towards's
-    go move walk drive fly travel run shift translate transfer displace make let have get do take bring change modify
-    adjust set perform execute follow put stay navigate come push pull traverse steer relocate head aim adapt alter
+    go move walk drive fly travel run shift translate transfer displace make let have get do take bring change replace
+    modify adjust set perform execute follow put navigate come push pull traverse steer relocate head aim adapt alter
     update trajectory path route motion movement robot drone arm rover gripper effector vehicle agent course way
-    please use can could would you i we me us my your want like should need to will must shall
+    please use can could would you i we me us my your their want like should need to will must shall
     position location place side part region area phase portion rest section zone new value direction itself
     unit units metre metres meter meters m
-    are was were am look respectively also too even keeping going such any some certain bit own""".split()
+    are was were am look respectively fashion pattern manner shape shaped style reached profile law
+    also too even keeping going such any some certain bit own""".split()
 ) - {"rest"}
 
 CONNECTIVES = frozenset({"and", "then", "but", "also", "afterwards", "plus", "while", "whereas", "finally"})

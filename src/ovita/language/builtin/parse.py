@@ -13,6 +13,7 @@ from ovita.language.builtin.clauses import DIRECTIONS, Clause, split
 from ovita.language.builtin.intents import Intent, Region, Understood
 from ovita.language.builtin.reader import Reader
 from ovita.language.builtin.regions import read_region
+from ovita.language.builtin.shapes import SHAPES
 from ovita.language.builtin.speeds import read_speed
 from ovita.language.builtin.tokens import tokenize
 from ovita.scene import Scene
@@ -61,14 +62,16 @@ def _read(r: Reader) -> list[Intent]:
     for rule in RULES:
         found = rule(r)
         if found:
-            r.take("only", "whole")
+            r.take("only", "whole", "stay")
             return [replace(intent, text=r.text) for intent in found]
     return []
 
 
 def _resample(r: Reader) -> list[Intent]:
     """Double the number of waypoints; fewer waypoints; 80 waypoints."""
-    if not r.has("waypoints") or r.has("first", "last", "every", "distance", "speed", *DIRECTIONS):
+    if not r.has("waypoints") or r.has(
+        "average", "mirror", "rotate", "first", "last", "every", "distance", "speed", *DIRECTIONS
+    ):
         return []
     number = r.number("")
     if not (r.has("count", "more", "fewer", "double", "half") or number):
@@ -232,7 +235,7 @@ def _approach(r: Reader) -> list[Intent]:
     return [
         *shifts,
         *(
-            Intent(action, (), (i,), amount, unit, "whole" if whole else "", degree, region)  # type: ignore[arg-type]
+            Intent(action, (), (i,), amount, unit, None, "whole" if whole else "", degree, region)  # type: ignore[arg-type]
             for i in items
         ),
     ]
@@ -254,6 +257,7 @@ def _move(r: Reader) -> list[Intent]:
 
 RULES: tuple[Callable[[Reader], list[Intent]], ...] = (
     _resample,
+    *SHAPES,
     read_speed,
     _wait,
     _extend,

@@ -81,6 +81,13 @@ class Reader:
         found = self.numbers(units)
         return self.take_at(found[0]).number if found else None
 
+    def letter(self) -> str:
+        """Take the name of a coordinate axis, x, y or z, or return ""."""
+        for i, token in enumerate(self.tokens):
+            if token.text.lower() in ("x", "y", "z") and not self.taken[i]:
+                return self.take_at(i).text.lower()
+        return ""
+
     def degree(self) -> Degree:
         """Take the words of degree and return what they say."""
         slight, large = self.take("slight"), self.take("large")

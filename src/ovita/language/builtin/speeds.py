@@ -11,11 +11,18 @@ from ovita.language.scale import Degree
 
 def read_speed(r: Reader) -> list[Intent]:
     """Slow down near the cup; move at a constant speed of 1; accelerate uniformly; twice as fast within 0.3 of it."""
-    if not r.has("faster", "slower", "speed", "constant") and not r.numbers(("m/s",)):
+    laws = ("trapezoid", "exponential", "acceleration")
+    if not r.has("faster", "slower", "speed", "constant", *laws) and not r.numbers(("m/s",)):
+        return []
+    if r.has("exponential", "height") and r.has("height", *DIRECTIONS):
         return []
     if r.has("constant") and not r.has("speed", "faster", "slower") and r.has("distance", "away"):
         return []
     moves = _shift_first(r)
+    law = next((law for law in laws if r.take(law)), "")
+    turns = r.has("turn")
+    if turns:
+        r.take("turn", "before", "when", "pass", "near", "reach")
     region = read_region(r, speed=True)
     slower = r.has("slower") or (r.has("decrease", "fewer") and not r.has("faster"))
     faster = r.has("faster", "increase", "more") and not r.has("slower")
@@ -29,6 +36,12 @@ def read_speed(r: Reader) -> list[Intent]:
     if stops:
         set_to = 0.0
     intent: Intent | None = None
+    if turns:
+        return [*moves, Intent("speed", mode="turns", degree=degree, amount=_factor(r), region=region)]
+    if law:
+        amount = set_to if set_to is not None else r.number("m/s", "m", "")
+        mode = f"{law}_down" if slower and not faster else law
+        return [*moves, Intent("speed", amount=amount, unit="m/s", mode=mode, region=region)]
     if set_to is not None and (gradual or (slower and set_to == 0.0)):
         intent = Intent("speed", amount=set_to, unit="m/s", mode="ramp", region=region)
     elif gradual and (slower or faster):
@@ -64,6 +77,14 @@ def _target(r: Reader) -> float | None:
         if before in ("to", "of", "at", "is", "be") or (r.tokens[i].unit == "m/s" and before != "by"):
             return r.take_at(i).number
     return None
+
+
+def _factor(r: Reader) -> float | None:
+    """A share of the speed: by half, by 30 %."""
+    if r.take("half"):
+        return 0.5
+    share = r.number("%")
+    return None if share is None else max(0.0, 1 - share)
 
 
 def _change(r: Reader, *, slower: bool, degree: Degree, region: Region = WHOLE) -> Intent:

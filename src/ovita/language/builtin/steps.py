@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ovita.language.builtin.compose import OPPOSITE, Draft, mask
+from ovita.language.builtin.compose import OPPOSITE, Draft, argument, mask, suffix
 from ovita.language.builtin.intents import Intent
+from ovita.language.builtin.shape_steps import SHAPE_STEPS
+from ovita.language.builtin.speed_steps import speed
 from ovita.language.scale import Degree, nice
 
-SLOWER: dict[Degree, float] = {"slight": 0.75, "moderate": 0.5, "large": 0.25}
-FASTER: dict[Degree, float] = {"slight": 1.25, "moderate": 1.5, "large": 2.0}
 APPROACH: dict[Degree, float] = {"slight": 0.25, "moderate": 0.5, "large": 0.75}
 TO_THE = {"left": "to the left", "right": "to the right", "front": "to the front", "back": "back"}
 
@@ -123,9 +123,9 @@ def _closer(d: Draft, intent: Intent) -> None:
     reach = ""
     if intent.mode == "whole":
         reach = f", reach={d.knob('reach', nice(4 * d.scale.extent), '[m] how far around the closest point it acts')}"
-    d.body.append(f"traj = closer(traj, {ref}, {name}{reach}{_where(where)})")
+    d.body.append(f"traj = closer(traj, {ref}, {name}{reach}{argument(where)})")
     d.expectations.append(f"expect_closer({ref})")
-    d.plan.append(f"Bring the path {by:g} m closer to {item.name}{_part(part)}.")
+    d.plan.append(f"Bring the path {by:g} m closer to {item.name}{suffix(part)}.")
 
 
 def _farther(d: Draft, intent: Intent) -> None:
@@ -135,8 +135,8 @@ def _farther(d: Draft, intent: Intent) -> None:
     d.expectations.append(f"expect_farther({ref})")
     if intent.unit == "x" and intent.amount is not None:
         name = d.knob("times", intent.amount, f"factor on the distance to {item.name}")
-        d.body.append(f"traj = farther(traj, {ref}, times={name}{_where(where)})")
-        d.plan.append(f"Multiply the distance to {item.name} by {intent.amount:g}{_part(part)}.")
+        d.body.append(f"traj = farther(traj, {ref}, times={name}{argument(where)})")
+        d.plan.append(f"Multiply the distance to {item.name} by {intent.amount:g}{suffix(part)}.")
         return
     now, was = item.distance(d.positions), item.distance(d.request.trajectory.positions)
     gain = min(float(now.min() - was.min()), float(now.mean() - was.mean()))
@@ -148,8 +148,8 @@ def _farther(d: Draft, intent: Intent) -> None:
         by = d.scale.step(intent.degree)
         d.assume(f'"away from {item.name}" is {by:g} m farther')
     name = d.knob("farther_by", by, f"[m] how much farther from {item.name}")
-    d.body.append(f"traj = farther(traj, {ref}, {name}{_where(where)})")
-    d.plan.append(f"Take the path {by:g} m farther from {item.name}{_part(part)}.")
+    d.body.append(f"traj = farther(traj, {ref}, {name}{argument(where)})")
+    d.plan.append(f"Take the path {by:g} m farther from {item.name}{suffix(part)}.")
 
 
 def _keep_distance(d: Draft, intent: Intent) -> None:
@@ -216,62 +216,6 @@ def _extend(d: Draft, intent: Intent) -> None:
         d.plan.append(f"After the goal, go on for {by:g} m in the same direction.")
 
 
-def _speed(d: Draft, intent: Intent) -> None:
-    where, part = mask(d, intent.region)
-    if where:
-        name = "part" if not any(line.startswith("part =") for line in d.body) else f"part_{len(d.body)}"
-        d.body.append(f"{name} = {where}")
-        where = name
-    speeds = d.request.trajectory.speeds
-    mean = float(speeds[speeds > 0].mean()) if (speeds > 0).any() else 0.0
-    arguments = f"where={where}" if where else ""
-    if intent.mode in ("slower", "faster", "factor"):
-        factor = intent.amount
-        if factor is None:
-            factor = (SLOWER if intent.mode == "slower" else FASTER)[intent.degree]
-            d.assume(f'"{intent.mode}" is {factor:g} times the speed')
-        knob = d.knob("slowdown" if factor < 1 else "speedup", factor, "factor on the speed")
-        d.body.append(f"traj = scale_speed(traj, {knob}{_where(where)})")
-        d.expectations.append(f"expect_{'slower' if factor < 1 else 'faster'}({arguments})")
-        d.plan.append(f"Multiply the speed by {factor:g}{_part(part)}.")
-    elif intent.mode == "add":
-        amount = intent.amount or 0.0
-        knob = d.knob("speed_change", amount, "[m/s] added to the speed")
-        d.body.append(f"traj = shift_speed(traj, {knob}{_where(where)})")
-        d.expectations.append(f"expect_{'slower' if amount < 0 else 'faster'}({arguments})")
-        d.plan.append(f"{'Lower' if amount < 0 else 'Raise'} the speed by {abs(amount):g} m/s{_part(part)}.")
-    elif intent.mode in ("set", "constant"):
-        value = intent.amount
-        if value is None:
-            value = float(f"{mean:.3g}")
-            d.assume(f"the constant speed is the mean of the original, {value:g} m/s")
-        knob = d.knob("speed", value, "[m/s]")
-        d.body.append(f"traj = set_speed(traj, {knob}{_where(where)})")
-        d.expectations.append(f"expect_speed({knob}{_where(where)})")
-        d.plan.append(f"Set the speed to {value:g} m/s{_part(part)}.")
-    else:
-        _ramp(d, intent, where, part, mean)
-
-
-def _ramp(d: Draft, intent: Intent, where: str, part: str, mean: float) -> None:
-    """A speed that changes steadily along the path or a part of it."""
-    speeds = d.request.trajectory.speeds
-    at_end = intent.region.kind == "last"
-    first = float(speeds[0]) if not where else mean
-    if intent.mode == "ramp_up":
-        begin, end = min(first, 0.5 * mean), 1.5 * float(speeds.max())
-    else:
-        begin = max(first, mean)
-        end = intent.amount if intent.amount is not None else 0.0 if at_end or not where else 0.25 * mean
-    begin, end = float(f"{begin:.3g}"), float(f"{end:.3g}")
-    a = d.knob("start_speed", begin, "[m/s] where the change begins")
-    b = d.knob("end_speed", end, "[m/s] where the change ends")
-    if intent.amount is None:
-        d.assume(f"the speed changes steadily from {begin:g} to {end:g} m/s")
-    d.body.append(f"traj = ramp_speed(traj, {a}, {b}{_where(where)})")
-    d.plan.append(f"Change the speed steadily from {begin:g} to {end:g} m/s{_part(part)}.")
-
-
 def _at(d: Draft, intent: Intent) -> tuple[str, str]:
     if intent.items:
         return d.ref(intent.items[0]), f"closest to {intent.items[0].name}"
@@ -323,19 +267,12 @@ def _resample(d: Draft, intent: Intent) -> None:
     d.plan.append(f"Resample the path to {count} waypoints.")
 
 
-def _where(where: str) -> str:
-    return f", where={where}" if where else ""
-
-
-def _part(part: str) -> str:
-    return f" {part}" if part else ""
-
-
 def _tolerance(d: Draft) -> float:
     return nice(0.02 * d.scale.extent)
 
 
 STEPS: dict[str, Callable[[Draft, Intent], None]] = {
+    **SHAPE_STEPS,
     "move": _move,
     "move_start": _endpoint,
     "move_goal": _endpoint,
@@ -344,7 +281,7 @@ STEPS: dict[str, Callable[[Draft, Intent], None]] = {
     "keep_distance": _keep_distance,
     "through": _through,
     "extend": _extend,
-    "speed": _speed,
+    "speed": speed,
     "stop": _stop,
     "wait": _wait,
     "smooth": _smooth,

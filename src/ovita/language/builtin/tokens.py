@@ -40,12 +40,17 @@ class Token:
     unit: str = ""
 
 
+REASONS = (("to", "prevent"), ("to", "ensure"), ("so", "that"), ("in", "order", "to"), ("because",), ("since",))
+"""How a clause begins that says why."""
+
+SIGNS = ("-", "+", "_", "/")
+
 _WORD = re.compile(r"\d+(?:\.\d+)?|\.\d+|m/s|cm/s|[^\W\d_]+(?:['’][^\W\d_]+)?|%|[.,;:!?()]|[-+_/]")
 
 
 def tokenize(sentence: str, scene: Scene) -> tuple[tuple[Token, ...], tuple[str, ...]]:
     """Split a sentence into tokens; also return the spellings that were corrected, as notes."""
-    words = [m.group() for m in _WORD.finditer(sentence)]
+    words = _without_hyphens([m.group() for m in _WORD.finditer(sentence)])
     lowered = [w.lower() for w in words]
     names = _name_table(scene)
     tokens: list[Token] = []
@@ -58,7 +63,42 @@ def tokenize(sentence: str, scene: Scene) -> tuple[tuple[Token, ...], tuple[str,
             notes += [note] if note else []
         tokens.append(token)
         i += used
-    return tuple(t for t in tokens if t.text not in "-+_/" or t.kind == "object"), tuple(notes)
+    tokens = [t for t in tokens if t.text not in SIGNS]
+    reason = _reason(tokens)
+    if reason:
+        notes.append(f"took {' '.join(t.text for t in tokens[reason])!r} as the reason, not as something to do")
+        tokens[reason] = []
+    return tuple(tokens), tuple(notes)
+
+
+def _reason(tokens: list[Token]) -> slice | None:
+    """The words that only say why, up to the next mark: "to prevent skidding", "so that nobody is hurt".
+
+    Words that name an object, a number or something to do are never a mere reason.
+    """
+    words = [t.text.lower() for t in tokens]
+    for i in range(len(words)):
+        opening = next((o for o in REASONS if words[i : i + len(o)] == list(o)), None)
+        if opening is None:
+            continue
+        end = next((k for k in range(i, len(tokens)) if tokens[k].kind in ("break", "join")), len(tokens))
+        rest = tokens[i + len(opening) : end]
+        if rest and all(t.kind in ("unknown", "filler") for t in rest):
+            return slice(i, end)
+    return None
+
+
+def _without_hyphens(words: list[str]) -> list[str]:
+    """Drop the marks inside words ("zig-zag", "remote_control"), but keep the sign of a number."""
+    return [
+        word
+        for i, word in enumerate(words)
+        if word not in SIGNS or (word == "-" and i + 1 < len(words) and _is_digits(words[i + 1]))
+    ]
+
+
+def _is_digits(word: str) -> bool:
+    return re.fullmatch(r"\d+(?:\.\d+)?|\.\d+", word) is not None
 
 
 def _match(
@@ -83,7 +123,7 @@ def _match(
         return Token("break", word, value=word), 1
     if word in CONNECTIVES:
         return Token("join", words[i], value=word), 1
-    if word in "-+_/" or any(s in FILLER for s in stems(word)):
+    if word in SIGNS or any(s in FILLER for s in stems(word)):
         return Token("filler", words[i]), 1
     return Token("unknown", words[i]), 1
 
@@ -95,8 +135,6 @@ def _object_at(
     best: tuple[SceneObject | None, int] = (None, 0)
     collected: list[str] = []
     for used, word in enumerate(span, start=1):
-        if word in "-_":
-            continue
         if not word[0].isalnum():
             break
         collected.append(word)
@@ -138,7 +176,7 @@ def _concept_at(lowered: list[str], i: int) -> tuple[str, int]:
 
 def _number_at(lowered: list[str], i: int) -> tuple[tuple[float, str], int] | None:
     word = lowered[i]
-    if re.fullmatch(r"\d+(?:\.\d+)?|\.\d+", word):
+    if _is_digits(word):
         value, used = float(word), 1
     elif word in NUMBER_WORDS:
         value, used = NUMBER_WORDS[word], 1

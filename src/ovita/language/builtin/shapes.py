@@ -1,0 +1,222 @@
+"""Reading clauses that ask for a new shape: spirals, circles, waves, mirrored and rotated paths, bounds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from ovita.language.builtin.clauses import DIRECTIONS, SPEED
+from ovita.language.builtin.intents import Intent
+from ovita.language.builtin.reader import Reader
+from ovita.language.builtin.regions import read_region
+
+QUADRANTS = {"first": 1.0, "second": 2.0, "third": 3.0}
+
+
+def read_spiral(r: Reader) -> list[Intent]:
+    """Execute a small spiral of 3 turns after the goal; a spiral of radius 0.1 near the cup."""
+    if not r.take("spiral"):
+        return []
+    turns = _count(r)
+    r.take("at_most", "threshold", "turn")
+    radius = r.number("m", "")
+    degree = r.degree()
+    items, place = _spot(r)
+    return [Intent("spiral", (), items[:1], radius, "m", turns, place or "goal", degree)]
+
+
+def read_circle(r: Reader) -> list[Intent]:
+    """Revolve twice around the cup; orbit the fan with a radius of 0.3."""
+    turns_about = r.has("rotate") and r.has("around") and not r.numbers(("deg",))
+    if not r.has("circle") and not turns_about:
+        return []
+    turns = _count(r)
+    r.take("circle", "rotate", "around", "threshold", "turn", "before", "after", "reach", "goal", "near")
+    radius = r.number("m", "")
+    degree = r.degree()
+    items = r.objects()
+    return [Intent("circle", (), (item,), radius, "m", turns, "", degree) for item in items]
+
+
+def read_wave(r: Reader) -> list[Intent]:
+    """Follow the path in a zigzag; move sinusoidally with an amplitude of 0.1; a figure eight at the cup."""
+    action = next((a for a in ("zigzag", "wave", "eight") if r.has(a)), None)
+    if action is None:
+        return []
+    r.take(action)
+    waves = _count(r)
+    region = read_region(r, speed=False)
+    r.take("turn", "count")
+    amplitude = r.number("m", "")
+    degree = r.degree()
+    directions = r.directions()[:1]
+    if action == "eight":
+        items, place = (region.items, "") if region.items else _spot(r)
+        return [Intent("eight", (), items[:1], amplitude, "m", None, place or "goal", degree)]
+    return [Intent(action, directions, (), amplitude, "m", waves, "", degree, region)]  # type: ignore[arg-type]
+
+
+def read_hop(r: Reader) -> list[Intent]:
+    """Hop over the cup; hover 0.1 above the plate for 10 steps."""
+    action = "hop" if r.has("hop") else "hover" if r.has("hover") else None
+    if action is None:
+        return []
+    steps, seconds = r.number("step"), r.number("s")
+    r.take("hop", "hover", "over", "near", "up", "height")
+    height = r.number("m", "")
+    degree = r.degree()
+    count = steps if steps is not None else seconds
+    unit = "s" if seconds is not None else "m"
+    return [Intent(action, (), (i,), height, unit, count, "", degree) for i in r.objects()]  # type: ignore[arg-type]
+
+
+def read_turned(r: Reader) -> list[Intent]:
+    """Rotate by 30 degrees; tilt it clockwise; mirror the first half around the x axis; scale by 1.5."""
+    if r.has("mirror"):
+        r.take("mirror", "around", "axis", "over", "second")
+        axis = r.letter()
+        region = read_region(r, speed=False)
+        directions = r.directions()[:1]
+        r.take("waypoints")
+        return [Intent("mirror", directions, r.objects()[:1], mode=axis, region=region)]
+    if r.has("resize"):
+        smaller = any(t.text.lower().startswith(("shrink", "compress", "scale down")) for t in r.tokens)
+        r.take("resize", "around", "up", "down")
+        factor = r.number("x", "%", "")
+        double, half = r.take("double"), r.take("half")
+        factor = 2.0 if double else 0.5 if half else factor
+        mode = "smaller" if smaller else ""
+        return [Intent("resize", (), r.objects()[:1], factor, "x", None, mode, r.degree())]
+    action = "tilt" if r.has("tilt") else "rotate" if r.has("rotate") else None
+    if action is None:
+        return []
+    r.take("tilt", "rotate", "around", "axis", "anticlockwise", "near")
+    sign = -1.0 if r.take("clockwise") else 1.0
+    degrees = r.number("deg")
+    axis = r.letter()
+    region = read_region(r, speed=False)
+    directions = r.directions()[:1]
+    r.take("waypoints")
+    amount = None if degrees is None else sign * degrees
+    items = r.objects()[:1]
+    return [Intent(action, directions, items, amount, "deg", sign, axis, r.degree(), region)]  # type: ignore[arg-type]
+
+
+def read_bend(r: Reader) -> list[Intent]:
+    """Go straight between the fan and the chair; more curved; follow it until the cup, then straight to the fan."""
+    if r.has("curvature") and not r.has(*DIRECTIONS):
+        r.take("curvature")
+        less = r.take("fewer", "decrease") or r.take("straight")
+        r.take("more", "increase")
+        factor = r.number("x", "")
+        return [Intent("curve", (), (), factor, "x", None, "less" if less else "more", r.degree())]
+    if not r.has("straight") or r.has("after") or r.has("extend"):
+        return []
+    if r.take("before"):
+        r.take("straight", "near", "reach", "toward")
+        items = r.objects()
+        return [Intent("shortcut", items=items)] if len(items) == 2 else []
+    if r.has("closer", "away", "toward", *DIRECTIONS, *SPEED):
+        return []
+    r.take("straight", "when", "pass", "between", "keep", "through")
+    items = r.objects()
+    if len(items) == 2 or not items:
+        return [Intent("straighten", items=items)]
+    return []
+
+
+def read_order(r: Reader) -> list[Intent]:
+    """Merge each group of 4 waypoints into its mean; reverse the second half; add some noise."""
+    if r.has("average") and r.has("waypoints"):
+        r.take("average", "group", "every", "waypoints")
+        number = r.number("")
+        return [Intent("average", amount=number or 3.0, unit="waypoints")]
+    if r.has("reverse") and not r.has(*SPEED):
+        r.take("reverse")
+        region = read_region(r, speed=False)
+        r.take("waypoints")
+        return [Intent("reverse", region=region)]
+    if r.has("noise"):
+        r.take("noise", "increase")
+        region = read_region(r, speed=False)
+        return [Intent("noise", (), (), r.number("m", ""), "m", None, "", r.degree(), region)]
+    return []
+
+
+def read_bounds(r: Reader) -> list[Intent]:
+    """Never go above 0.3; stay below 0.5; stay left of the cup; keep to the first quadrant; a height of 0.1."""
+    if r.has("quadrant"):
+        i = next((k for k, t in enumerate(r.tokens) if t.value in QUADRANTS and not r.taken[k]), None)
+        which = QUADRANTS[r.take_at(i).value] if i is not None else 1.0
+        r.take("quadrant", "stay", "keep")
+        return [Intent("quadrant", amount=which)]
+    numbers = r.numbers(("m", ""))
+    if r.has("height") and numbers and not r.has("over", "under", "never"):
+        r.take("height", "stay", "keep", "ground", "constant", "over")
+        return [Intent("height", amount=r.take_at(numbers[0]).number, region=read_region(r, speed=False))]
+    return _side(r) or _bound(r, numbers)
+
+
+def _side(r: Reader) -> list[Intent]:
+    """Stay above the cup; stay to the left of it."""
+    side = next((w for w in ("over", "under", *sorted(DIRECTIONS)) if r.has(w)), None)
+    stays = r.has("stay", "keep") or (r.has("never") and r.has("over", "under"))
+    if side is None or not stays or not any(t.items for t in r.tokens) or r.has("distance", "closer", "away", *SPEED):
+        return []
+    opposite = {"over": "below", "under": "above"}
+    word = {"over": "above", "under": "below"}.get(side, side)
+    if r.take("never"):
+        word = opposite.get(side, word)
+    r.take(side, "stay", "keep", "near")
+    gap = r.number("m", "")
+    return [Intent("side", (), (item,), gap, "m", None, word) for item in r.objects()]
+
+
+def _bound(r: Reader, numbers: list[int]) -> list[Intent]:
+    """Never go above 0.3: an upper bound up; stay above 0.1: an upper bound down."""
+    if not numbers or any(t.items for t in r.tokens) or not r.has("never", "stay", "keep", "height"):
+        return []
+    never = r.has("never", "at_most")
+    if r.has("over") or (r.has("up") and never):
+        word, sign = ("up", 1.0) if never else ("down", -1.0)
+    elif r.has("under") or (r.has("down") and never):
+        word, sign = ("down", -1.0) if never else ("up", 1.0)
+    elif never and r.has("beyond") and r.has(*DIRECTIONS):
+        word, sign = next(w for w in sorted(DIRECTIONS) if r.has(w)), 1.0
+    else:
+        return []
+    amount = r.take_at(numbers[0]).number
+    r.take("never", "stay", "keep", "over", "under", "beyond", "height", "ground", "at_most", *DIRECTIONS)
+    return [Intent("bound", ((word, sign * amount),))]
+
+
+def _count(r: Reader) -> float | None:
+    """Take how often: 3 turns, twice, once, 4 times."""
+    for i, token in enumerate(r.tokens):
+        j = r.after(i)
+        followed = j is not None and r.tokens[j].value in ("turn", "zigzag", "wave")
+        if token.kind == "number" and not r.taken[i] and (token.unit == "x" or (token.unit == "" and followed)):
+            return r.take_at(i).number
+        if token.text.lower() == "once" and not r.taken[i]:
+            r.take_at(i)
+            return 1.0
+    return 2.0 if r.take("double") else None
+
+
+def _spot(r: Reader) -> tuple[tuple, str]:  # type: ignore[type-arg]
+    """Take where something happens: near an object, after the goal, at the start."""
+    items = r.objects()
+    place = "goal" if r.has("goal") else "start" if r.has("start") else "middle" if r.has("middle") else ""
+    r.take("goal", "start", "middle", "after", "before", "reach", "when", "near", "around", "over", "closer")
+    return items, "" if items else place
+
+
+SHAPES: tuple[Callable[[Reader], list[Intent]], ...] = (
+    read_spiral,
+    read_circle,
+    read_wave,
+    read_hop,
+    read_turned,
+    read_order,
+    read_bounds,
+    read_bend,
+)

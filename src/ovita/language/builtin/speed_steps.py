@@ -1,0 +1,101 @@
+"""Steps that change how fast the robot moves."""
+
+from __future__ import annotations
+
+from ovita.language.builtin.compose import Draft, argument, mask, suffix
+from ovita.language.builtin.intents import Intent
+from ovita.language.scale import Degree
+
+SLOWER: dict[Degree, float] = {"slight": 0.75, "moderate": 0.5, "large": 0.25}
+FASTER: dict[Degree, float] = {"slight": 1.25, "moderate": 1.5, "large": 2.0}
+
+
+def speed(d: Draft, intent: Intent) -> None:
+    """A change of speed, or a speed law."""
+    where, part = mask(d, intent.region)
+    if where:
+        name = "part" if not any(line.startswith("part =") for line in d.body) else f"part_{len(d.body)}"
+        d.body.append(f"{name} = {where}")
+        where = name
+    speeds = d.request.trajectory.speeds
+    mean = float(speeds[speeds > 0].mean()) if (speeds > 0).any() else 0.0
+    arguments = f"where={where}" if where else ""
+    if intent.mode in ("slower", "faster", "factor"):
+        factor = intent.amount
+        if factor is None:
+            factor = (SLOWER if intent.mode == "slower" else FASTER)[intent.degree]
+            d.assume(f'"{intent.mode}" is {factor:g} times the speed')
+        knob = d.knob("slowdown" if factor < 1 else "speedup", factor, "factor on the speed")
+        d.body.append(f"traj = scale_speed(traj, {knob}{argument(where)})")
+        d.expectations.append(f"expect_{'slower' if factor < 1 else 'faster'}({arguments})")
+        d.plan.append(f"Multiply the speed by {factor:g}{suffix(part)}.")
+    elif intent.mode == "add":
+        amount = intent.amount or 0.0
+        knob = d.knob("speed_change", amount, "[m/s] added to the speed")
+        d.body.append(f"traj = shift_speed(traj, {knob}{argument(where)})")
+        d.expectations.append(f"expect_{'slower' if amount < 0 else 'faster'}({arguments})")
+        d.plan.append(f"{'Lower' if amount < 0 else 'Raise'} the speed by {abs(amount):g} m/s{suffix(part)}.")
+    elif intent.mode in ("set", "constant"):
+        value = intent.amount
+        if value is None:
+            value = float(f"{mean:.3g}")
+            d.assume(f"the constant speed is the mean of the original, {value:g} m/s")
+        knob = d.knob("speed", value, "[m/s]")
+        d.body.append(f"traj = set_speed(traj, {knob}{argument(where)})")
+        d.expectations.append(f"expect_speed({knob}{argument(where)})")
+        d.plan.append(f"Set the speed to {value:g} m/s{suffix(part)}.")
+    elif intent.mode.startswith("ramp"):
+        _ramp(d, intent, where, part, mean)
+    else:
+        _law(d, intent, where, part, mean)
+
+
+def _ramp(d: Draft, intent: Intent, where: str, part: str, mean: float) -> None:
+    """A speed that changes steadily along the path or a part of it."""
+    speeds = d.request.trajectory.speeds
+    at_end = intent.region.kind == "last"
+    first = float(speeds[0]) if not where else mean
+    if intent.mode == "ramp_up":
+        begin, end = min(first, 0.5 * mean), 1.5 * float(speeds.max())
+    else:
+        begin = max(first, mean)
+        end = intent.amount if intent.amount is not None else 0.0 if at_end or not where else 0.25 * mean
+    begin, end = float(f"{begin:.3g}"), float(f"{end:.3g}")
+    a = d.knob("start_speed", begin, "[m/s] where the change begins")
+    b = d.knob("end_speed", end, "[m/s] where the change ends")
+    if intent.amount is None:
+        d.assume(f"the speed changes steadily from {begin:g} to {end:g} m/s")
+    d.body.append(f"traj = ramp_speed(traj, {a}, {b}{argument(where)})")
+    d.plan.append(f"Change the speed steadily from {begin:g} to {end:g} m/s{suffix(part)}.")
+
+
+def _law(d: Draft, intent: Intent, where: str, part: str, mean: float) -> None:
+    """A speed law by name: slow in turns, trapezoidal, exponential, constant acceleration."""
+    law, _, falling = intent.mode.partition("_")
+    if law == "turns":
+        factor = intent.amount if intent.amount is not None else SLOWER[intent.degree]
+        name = d.knob("slowdown", factor, "factor on the speed in turns")
+        d.body.append(f"traj = slow_turns(traj, {name})")
+        d.plan.append(f"Slow down before and in turns, to {factor:g} times the speed.")
+    elif law == "trapezoid":
+        cruise = intent.amount if intent.amount is not None else float(f"{mean:.3g}")
+        name = d.knob("cruise", cruise, "[m/s] speed between the ramps")
+        d.body.append(f"traj = trapezoid_speed(traj, {name})")
+        d.plan.append(f"Speed up to {cruise:g} m/s, keep it, and slow down again (a trapezoid).")
+    elif law == "acceleration":
+        rate = intent.amount
+        if rate is None:
+            rate = float(f"{mean**2 / max(2 * d.request.trajectory.length, 1e-9):.2g}")
+            d.assume(f"the acceleration is {rate:g} m/s^2")
+        rate = -abs(rate) if falling else rate
+        name = d.knob("acceleration", rate, "[m/s^2]")
+        d.body.append(f"traj = accelerate(traj, {name}{argument(where)})")
+        d.plan.append(f"Accelerate at a constant {rate:g} m/s^2{suffix(part)}.")
+    else:
+        low, high = float(f"{0.25 * mean:.3g}"), float(f"{1.5 * mean:.3g}")
+        begin, end = (high, low) if falling else (low, high)
+        a = d.knob("start_speed", begin, "[m/s] where the change begins")
+        b = d.knob("end_speed", end, "[m/s] where the change ends")
+        d.assume(f"the speed changes exponentially from {begin:g} to {end:g} m/s")
+        d.body.append(f"traj = exponential_speed(traj, {a}, {b}{argument(where)})")
+        d.plan.append(f"Change the speed exponentially from {begin:g} to {end:g} m/s{suffix(part)}.")

@@ -1,0 +1,244 @@
+"""An interactive figure as one HTML page, drawn with plotly, that loads nothing from anywhere."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ovita.errors import MissingExtra
+from ovita.plots import geometry
+from ovita.plots.geometry import COLOURS, OBJECT_COLOURS, TRIANGLES, Extent, View
+from ovita.robot import Robot
+from ovita.scene import Frame, Scene, SceneObject
+from ovita.trajectory import Array, Trajectory
+
+try:
+    import plotly.graph_objects as go
+    from plotly.subplots import make_subplots
+except ImportError:
+    raise MissingExtra("plotly", "plot") from None
+
+_PAGE = """<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta http-equiv="Content-Security-Policy" content="default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval';
+ style-src 'unsafe-inline'; img-src data: blob:; font-src data:">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>{title}</title>
+<style>
+body {{ font-family: system-ui, sans-serif; color: #222; max-width: 1200px; margin: 0 auto; padding: 0.6rem 1rem; }}
+h1 {{ font-size: 1.25rem; margin: 0.3rem 0; overflow-wrap: anywhere; }}
+li, p {{ line-height: 1.4; overflow-wrap: anywhere; }}
+p {{ color: #5f6b76; font-size: 0.9rem; }}
+</style>
+</head>
+<body>
+<h1>{title}</h1>
+{figure}
+{remarks}{notes}
+</body>
+</html>
+"""
+
+
+def interactive(
+    original: Trajectory,
+    adapted: Trajectory,
+    scene: Scene,
+    *,
+    robot: Robot | None = None,
+    proposed: Trajectory | None = None,
+    title: str = "",
+    notes: Sequence[str] = (),
+    view: View = "auto",
+) -> str:
+    """Return an HTML page with a scene to turn, zoom and point at, and the speeds over time and distance below.
+
+    Everything is inside the page; a content security policy forbids it to load anything. Title, notes and names
+    are shown as plain text, whatever they contain.
+
+    Args:
+        original: Before (blue).
+        adapted: After (red).
+        scene: Objects are drawn as cuboids with their names, the frame names the axes.
+        robot: Whose workspace to outline, where it lies in the picture.
+        proposed: What was asked for before the limits had their say (grey, dotted).
+        title: Heading, such as the instruction.
+        notes: Lines listed below, such as the plan or the explanation.
+        view: First look: "3d", "top" (from above), or "auto": from above if the paths lie in one horizontal plane.
+
+    Raises:
+        MissingExtra: If plotly is not installed.
+    """
+    paths = {"before": original, "after": adapted}
+    if proposed is not None:
+        paths["proposed"] = proposed
+    shown = geometry.extent(list(paths.values()), scene)
+    figure: Any = make_subplots(
+        rows=2,
+        cols=2,
+        specs=[[{"type": "scene", "colspan": 2}, None], [{"type": "xy"}, {"type": "xy"}]],
+        row_heights=[0.72, 0.28],
+        vertical_spacing=0.06,
+    )
+    for word, path in paths.items():
+        _add_path(figure, word, path)
+    if robot is not None and robot.workspace is not None:
+        for i, line in enumerate(geometry.workspace_lines(robot.workspace, shown.lower, shown.upper)):
+            style = {"color": COLOURS["workspace"], "width": 1.5}
+            figure.add_trace(_line(line, style, name="workspace", legendgroup="workspace", showlegend=i == 0), 1, 1)
+    for i, item in enumerate(shown.shown):
+        _add_object(figure, item, OBJECT_COLOURS[i % len(OBJECT_COLOURS)], 0.012 * float(shown.size.max()))
+    flat = view == "top" or (view == "auto" and geometry.planar(list(paths.values())))
+    figure.update_layout(
+        template="plotly_white",
+        height=860,
+        margin={"l": 60, "r": 20, "t": 50, "b": 50},
+        legend={"orientation": "h", "x": 0.5, "xanchor": "center", "y": 1.0, "yanchor": "bottom"},
+        scene=_axes(shown, scene.frame, flat),
+        updatemenus=[_buttons(figure)],
+        hoverlabel={"namelength": -1},
+    )
+    for column, label in ((1, "time [s]"), (2, "distance [m]")):
+        figure.update_xaxes(title_text=label, row=2, col=column)
+        figure.update_yaxes(title_text="speed [m/s]", rangemode="tozero", row=2, col=column)
+    drawing = figure.to_html(full_html=False, include_plotlyjs=True, config={"displaylogo": False, "responsive": True})
+    return _PAGE.format(
+        title=html.escape(title or "Before and after"),
+        figure=drawing,
+        remarks=_left_out(shown),
+        notes=_listed(notes),
+    )
+
+
+def plain(text: str) -> str:
+    """Text for plotly, which takes <b> and <a> for markup: angle brackets become look-alikes."""
+    return text.replace("<", "\u2039").replace(">", "\u203a").replace("&", "\uff06")
+
+
+def _add_path(figure: Any, word: str, path: Trajectory) -> None:
+    times, distance = path.times, path.arc_length
+    data = np.column_stack([np.arange(len(path)), path.speeds, times, distance])
+    told = (
+        f"{word}: waypoint %{{customdata[0]:.0f}}<br>speed %{{customdata[1]:.3g}} m/s"
+        "<br>time %{customdata[2]:.3g} s<br>distance %{customdata[3]:.3g} m"
+    )
+    style = {"color": COLOURS[word], "width": {"before": 7, "after": 4, "proposed": 3}[word]}
+    if word == "proposed":
+        style["dash"] = "dot"
+    name = "proposed (before limits)" if word == "proposed" else word
+    common = {"customdata": data, "legendgroup": word, "meta": word}
+    dots = {"size": 2.5 if word == "after" else 3.5, "color": COLOURS[word]}
+    place = "<br>x %{x:.3f}, y %{y:.3f}, z %{z:.3f} m<extra></extra>"
+    line = _line(path.positions, style, mode="lines+markers", name=name, marker=dots, hovertemplate=told + place,
+                 opacity=0.6 if word == "before" else 1.0, **common)  # fmt: skip
+    figure.add_trace(line, 1, 1)
+    for column, across in ((1, times), (2, distance)):
+        thin = {**style, "width": 4 if word == "before" else 2}
+        figure.add_trace(
+            go.Scatter(
+                x=across, y=path.speeds, mode="lines", line=thin, opacity=0.6 if word == "before" else 1.0,
+                showlegend=False, hovertemplate=told + "<extra></extra>", **common,
+            ), 2, column,
+        )  # fmt: skip
+    if word == "proposed":
+        return
+    for end, index, symbol in (("start", 0, "circle"), ("goal", -1, "diamond")):
+        x, y, z = path.positions[index]
+        marker = {"color": COLOURS[end], "size": 7 if word == "after" else 5, "symbol": symbol}
+        figure.add_trace(
+            go.Scatter3d(
+                x=[x], y=[y], z=[z], mode="markers", marker=marker, name=end, meta=word,
+                showlegend=word == "after", legendgroup=end, customdata=data[[index]],
+                hovertemplate=f"{end} {told}{place}",
+            ), 1, 1,
+        )  # fmt: skip
+
+
+def _add_object(figure: Any, item: SceneObject, colour: str, least: float) -> None:
+    points = geometry.corners(item, least)
+    size = " x ".join(f"{edge:.3g}" for edge in item.size)
+    name = plain(item.name)
+    told = f"{name}<br>centre %{{customdata}}<br>{size} m<extra></extra>"
+    centre = ", ".join(f"{v:.3f}" for v in item.position)
+    (i, j, k), (x, y, z) = TRIANGLES.T, points.T
+    mesh = go.Mesh3d(
+        x=x, y=y, z=z, i=i, j=j, k=k, color=colour, opacity=0.4, flatshading=True, meta="object",
+        customdata=[centre + " m"] * 8, hovertemplate=told,
+    )  # fmt: skip
+    figure.add_trace(mesh, 1, 1)
+    edges = np.concatenate([np.vstack([points[face], points[face[:1]], np.full((1, 3), np.nan)])
+                            for face in geometry.FACES])  # fmt: skip
+    figure.add_trace(_line(edges, {"color": colour, "width": 2}, showlegend=False, hoverinfo="skip"), 1, 1)
+    top = points[:, 2].max() if np.isfinite(points).all() else item.position[2]
+    figure.add_trace(
+        go.Scatter3d(
+            x=[item.position[0]], y=[item.position[1]], z=[top], mode="text", text=[name], meta="object",
+            textposition="top center", textfont={"size": 12, "color": "#222"}, showlegend=False, hoverinfo="skip",
+        ), 1, 1,
+    )  # fmt: skip
+
+
+def _line(points: Array, style: dict[str, Any], *, mode: str = "lines", **more: Any) -> Any:
+    x, y, z = points.T
+    if "hovertemplate" not in more:
+        more["hoverinfo"] = "skip"
+    return go.Scatter3d(x=x, y=y, z=z, mode=mode, line=style, **more)
+
+
+def _axes(shown: Extent, frame: Frame, flat: bool) -> dict[str, Any]:
+    down = frame.direction("up")[2] < 0
+    axes: dict[str, Any] = {}
+    for axis, name in enumerate("xyz"):
+        limits = [float(shown.lower[axis]), float(shown.upper[axis])]
+        # turned upside down about x, so that it stays right-handed with z pointing down
+        axes[f"{name}axis"] = {
+            "title": {"text": f"{name} [m] ({geometry.axis_word(frame, axis)})"},
+            "range": limits[::-1] if down and axis > 0 else limits,
+        }
+    ratio = shown.size / shown.size.max()
+    axes["aspectmode"] = "manual"
+    axes["aspectratio"] = dict(zip("xyz", ratio.tolist(), strict=True))
+    front_is_y = geometry.axis_of(frame, "front")[0] == 1
+    if flat:
+        up = {"x": 0.0, "y": 1.0, "z": 0.0} if front_is_y else {"x": 1.0, "y": 0.0, "z": 0.0}
+        axes["camera"] = {"eye": {"x": 0.0, "y": 0.0, "z": 1.6}, "up": up, "projection": {"type": "orthographic"}}
+    else:
+        behind, beside = -1.45, 0.8
+        x, y = (beside, behind) if front_is_y else (behind, -beside)
+        axes["camera"] = {"eye": {"x": x, "y": y, "z": 0.75}}
+    return axes
+
+
+def _buttons(figure: Any) -> dict[str, Any]:
+    def button(label: str, hidden: tuple[str, ...]) -> dict[str, Any]:
+        return {"label": label, "method": "restyle", "args": ["visible", [t.meta not in hidden for t in figure.data]]}
+
+    return {
+        "type": "buttons",
+        "direction": "right",
+        "x": 0.0,
+        "xanchor": "left",
+        "y": 1.0,
+        "yanchor": "top",
+        "buttons": [
+            button("both", ()),
+            button("before", ("after", "proposed")),
+            button("after", ("before", "proposed")),
+        ],
+    }
+
+
+def _left_out(shown: Extent) -> str:
+    if not shown.left_out:
+        return ""
+    return f"<p>Too far away to be shown: {html.escape(', '.join(shown.left_out))}.</p>\n"
+
+
+def _listed(notes: Sequence[str]) -> str:
+    items = "\n".join(f"<li>{html.escape(note)}</li>" for note in notes if note.strip())
+    return f"<ul>\n{items}\n</ul>" if items else ""
