@@ -13,6 +13,9 @@ from ovita.errors import TrajectoryError
 
 Array = NDArray[np.float64]
 
+REST = 1e-12
+"""Speeds up to this count as no speed in the time law [m/s]."""
+
 TIMESTEP = 0.1
 """Default duration of one dwell waypoint [s]."""
 
@@ -136,7 +139,7 @@ class Trajectory:
         """
         ds = np.diff(self.arc_length)
         total = self.speeds[:-1] + self.speeds[1:]
-        moving = total > 0
+        moving = total > REST
         times = np.divide(2.0 * ds, total, out=np.full_like(ds, self.timestep), where=moving)
         dwell = (ds == 0) & (self.speeds[1:] == 0)
         return np.where(dwell | (~moving & (ds > 0)), self.timestep, times)

@@ -10,6 +10,7 @@ import click
 from ovita.adapt import adapt
 from ovita.adaptation import Adaptation
 from ovita.cli.options import constraints_from, robot_from, shared, task_from, writer_from
+from ovita.cli.plot_ import check_picture, draw
 from ovita.cli.progress import waiting
 from ovita.cli.report import EXIT_OF, plain, show
 from ovita.errors import RequestError
@@ -39,6 +40,8 @@ def command(
     **options: Any,
 ) -> None:
     """Adapt the trajectory in FILE (.json or .csv) to INSTRUCTION (default: the one in FILE)."""
+    if plot_out:
+        check_picture(plot_out)
     task = task_from(file, options["scene_file"], options["frame"])
     text = instruction if instruction is not None else task.instruction
     if instruction is None and not text.strip():
@@ -78,8 +81,6 @@ def _write(
         save_trajectory(trajectory_out, result.adapted, scene=result.scene, instruction=result.instruction, extra=extra)
         written.append(trajectory_out)
     if plot_out:
-        from ovita.cli.plot_ import draw
-
         draw(result, plot_out)
         written.append(plot_out)
     return written

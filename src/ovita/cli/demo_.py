@@ -20,7 +20,7 @@ from ovita.robot import Robot
 INSTRUCTIONS = (
     "Go left by 0.2 and slow down near the cup",
     "Keep a distance of at least 0.25 from the bottle and wait for 10 timesteps near the plate",
-    "Smoothen the trajectory, move at a constant speed of 0.25, then continue to the box after reaching the goal",
+    "Start a little higher, end 0.15 above the box and move at a constant speed of 0.25",
 )
 
 

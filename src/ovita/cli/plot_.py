@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import os
+from typing import Literal
 
 import click
 
 from ovita.adaptation import Adaptation
 from ovita.errors import FormatError
-from ovita.formats import is_adaptation, load_robot, load_task
+from ovita.formats import atomic_write, is_adaptation, load_robot, load_task
 from ovita.robot import Robot
-from ovita.scene import Scene
-from ovita.trajectory import Trajectory
+
+SUFFIXES = (".png", ".svg", ".pdf", ".html")
+
+View = Literal["auto", "3d", "top"]
 
 
 @click.command()
@@ -19,7 +22,7 @@ from ovita.trajectory import Trajectory
 @click.option("--out", "-o", metavar="FILE", help=".png, .svg, .pdf or .html. [FILE with .png]")
 @click.option("--robot", metavar="NAME|FILE", help="Whose workspace to draw. [the result's]")
 @click.option("--view", type=click.Choice(["auto", "3d", "top"]), default="auto", show_default=True)
-def command(file: str, out: str | None, robot: str | None, view: str) -> None:
+def command(file: str, out: str | None, robot: str | None, view: View) -> None:
     """Draw FILE, a result of `ovita adapt --out` (before and after) or a scene (its trajectory)."""
     out = out or os.path.splitext(file)[0] + ".png"
     drawn = load_robot(robot) if robot else None
@@ -27,34 +30,53 @@ def command(file: str, out: str | None, robot: str | None, view: str) -> None:
         draw(Adaptation.load(file), out, robot=drawn, view=view)
     else:
         task = load_task(file)
-        _draw(task.trajectory, task.trajectory, task.scene, drawn, task.instruction, (), out, view)
+        shown = Adaptation(task.instruction, "ok", task.trajectory, task.trajectory, scene=task.scene)
+        draw(shown, out, robot=drawn or load_robot(task.robot or "none"), view=view)
     click.echo(f"wrote {out}")
 
 
-def draw(result: Adaptation, out: str, *, robot: Robot | None = None, view: str = "auto") -> None:
-    """Draw an adaptation into a file, by its suffix."""
-    notes = [*result.plan, *result.explanation.split("\n")]
-    drawn = robot or result.robot
-    _draw(result.original, result.adapted, result.scene, drawn, result.instruction, notes, out, view)
+def check_picture(out: str) -> None:
+    """Refuse a file name that says no picture format.
+
+    Raises:
+        FormatError: If it ends in none of .png, .svg, .pdf and .html.
+    """
+    if os.path.splitext(out)[1].lower() not in SUFFIXES:
+        raise FormatError(out, f"pictures are written as {', '.join(SUFFIXES)}")
 
 
-def _draw(
-    original: Trajectory,
-    adapted: Trajectory,
-    scene: Scene,
-    robot: Robot | None,
-    title: str,
-    notes: tuple[str, ...] | list[str],
-    out: str,
-    view: str,
-) -> None:
+def draw(result: Adaptation, out: str, *, robot: Robot | None = None, view: View = "auto") -> None:
+    """Draw an adaptation into a file, by its suffix.
+
+    Raises:
+        FormatError: If the suffix is unknown or the file cannot be written.
+        MissingExtra: If the plotting packages are not installed.
+    """
     from ovita import plots
-    from ovita.formats import atomic_write
 
-    suffix = os.path.splitext(out)[1].lower()
-    if suffix in (".html", ".htm"):
-        atomic_write(out, plots.interactive(original, adapted, scene, robot=robot, title=title, notes=notes))
-    elif suffix in (".png", ".svg", ".pdf"):
-        plots.save(out, plots.figure(original, adapted, scene, robot=robot, title=title, view=view))  # type: ignore[arg-type]
-    else:
-        raise FormatError(out, "pictures are written as .png, .svg, .pdf or .html")
+    check_picture(out)
+    proposed = None if result.proposed == result.adapted else result.proposed
+    if out.lower().endswith(".html"):
+        page = plots.interactive(
+            result.original,
+            result.adapted,
+            result.scene,
+            robot=robot or result.robot,
+            proposed=proposed,
+            title=result.instruction,
+            notes=result.explanation.split("\n"),
+            view=view,
+        )
+        atomic_write(out, page)
+        return
+    figure = plots.figure(
+        result.original,
+        result.adapted,
+        result.scene,
+        robot=robot or result.robot,
+        proposed=proposed,
+        title=result.instruction,
+        violations=result.constraints.checks if result.constraints else None,
+        view=view,
+    )
+    plots.save(out, figure)

@@ -30,6 +30,10 @@ PRICE = 1e4
 """Price of breaking a limit by 1 m, in units of lambda_dev: exact for all but absurd problems."""
 
 
+LEAD = 1.0
+"""Most steps that a linearisation anticipates."""
+
+
 @dataclass(frozen=True)
 class Settings:
     """When to stop.
@@ -102,32 +106,43 @@ class _Window:
         soft = bool(self.problem.rows) or not self._legal(x)
         value = self._value(x)
         bottom = self._value(self.base)
+        step: Array | None = None
+        lead = 1.0  # how many further such steps the next linearisation anticipates
         for _ in range(self.settings.steps):
-            new = self._step(x, soft)
+            new = None if step is None or soft else self._step(x, soft, x + lead * step)
+            if new is None or self._value(new) >= value:
+                new, step, lead = self._step(x, soft), None, 1.0
             if new is None:
                 break
             gained, value = value - self._value(new), self._value(new)
-            step = float(np.abs(new - x).max())
-            x = new
-            if step < 1e-7 or (not soft and gained <= self.settings.gain * max(value - bottom, 1e-15)):
+            if step is not None:  # steps that shrink by a ratio r add up to r / (1 - r) more
+                ratio = min(_size(new - x) / max(_size(step), 1e-300), LEAD / (1.0 + LEAD))
+                lead = ratio / (1.0 - ratio)
+            step, x = new - x, new
+            if _size(step) < 1e-7 or (not soft and gained <= self.settings.gain * max(value - bottom, 1e-15)):
                 break
         return x
 
-    def _step(self, x: Array, soft: bool) -> Array | None:
-        """One linearisation: solve, and solve again with the limits that turn out to be missing."""
+    def _step(self, x: Array, soft: bool, ahead: Array | None = None) -> Array | None:
+        """One linearisation: solve, and solve again with the limits that turn out to be missing.
+
+        Every solution is legal, since every plane separates; linearised at x there is one that is no worse than x.
+        Linearised further `ahead` there may be none, or a much better one.
+        """
         within = float(np.linalg.norm(x - self.base, axis=1).max()) + 10.0 * PAD
-        planes: list[tuple[NDArray[np.intp], Rows]] = [self._planes(body, x, within) for body in self.problem.bodies]
+        bodies = self.problem.bodies
+        near = [body.near(x[:-1], x[1:], within) for body in bodies]
+        planes = [self._plane_rows(body, x, n, ahead) for body, n in zip(bodies, near, strict=True)]
         self._cut(x, within)
         own = [self._free(make(x)) for make in self.problem.rows]
         new = x
         for _ in range(10):
-            rows = Rows.join(self.cuts, *own, *(rows for _, rows in planes))
             found = solve_qp(
                 self.problem.reference,
                 self.problem.weights,
                 lower=self.lower,
                 upper=self.upper,
-                rows=rows,
+                rows=Rows.join(self.cuts, *own, *planes),
                 shape=self.shape,
                 slack=PRICE * self.problem.weights.dev if soft else None,
             )
@@ -135,15 +150,19 @@ class _Window:
                 return None
             new = found.x
             missing = self._cut(new, 0.0)
-            for k, body in enumerate(self.problem.bodies):
-                hit = np.setdiff1d(self._hit(body, new), planes[k][0])
+            for k, body in enumerate(bodies):
+                hit = np.setdiff1d(self._hit(body, new), near[k])
                 if len(hit):
                     missing = True
-                    more = self._plane_rows(body, x, hit)
-                    planes[k] = (np.concatenate([planes[k][0], hit]), Rows.join(planes[k][1], more))
+                    near[k] = np.concatenate([near[k], hit])
+                    planes[k] = Rows.join(planes[k], self._plane_rows(body, x, hit, ahead))
             if not missing:
                 break
-        return new if soft else self._back_off(x, new)
+        if soft:
+            return new
+        if ahead is not None:
+            return new if self._legal(new) else None
+        return self._back_off(x, new)
 
     def _back_off(self, x: Array, new: Array) -> Array:
         """The furthest of a few points between a legal path and a new one that is legal."""
@@ -168,17 +187,21 @@ class _Window:
         near = body.near(x[:-1], x[1:], 0.0)
         return near[body.along(x[near], x[near + 1])[0] < 0.0] if len(near) else near
 
-    def _planes(self, body: Obstacle, x: Array, within: float) -> tuple[NDArray[np.intp], Rows]:
-        near = body.near(x[:-1], x[1:], within)
-        return near, self._plane_rows(body, x, near)
+    def _plane_rows(self, body: Obstacle, x: Array, segments: NDArray[np.intp], ahead: Array | None) -> Rows:
+        """Separating planes of segments, each on both ends.
 
-    def _plane_rows(self, body: Obstacle, x: Array, segments: NDArray[np.intp]) -> Rows:
-        """Separating planes of segments at a legal path, each on both ends; never more than the path has now."""
+        They touch the body where it is nearest to the segments of `ahead`, if those are clear of it, else to those of
+        the legal path x; a plane that x is closer to than PAD asks for no more than x has.
+        """
         if not len(segments):
             return Rows.none()
         start, end = x[segments], x[segments + 1]
         gap, t = body.along(start, end)
         point = start + t[:, None] * (end - start)
+        if ahead is not None:
+            gap_there, t = body.along(ahead[segments], ahead[segments + 1])
+            there = ahead[segments] + t[:, None] * (ahead[segments + 1] - ahead[segments])
+            point = np.where((gap_there > PAD)[:, None], there, point)
         excused = self.problem.excused(body, segments)
         if excused.any():
             stuck = np.isin(segments, self.problem.stuck(body))
@@ -192,8 +215,8 @@ class _Window:
         segments, support = segments[sound], body.support(normals)
         have = np.minimum((start[sound] * normals).sum(axis=1), (end[sound] * normals).sum(axis=1)) - support
         have = np.where(excused[sound], gap[sound], have)
-        offsets = support + np.where(have < PAD, np.minimum(have, PAD), PAD)
-        usable = have > -PAD
+        offsets = support + np.where((have < PAD) & (have > -PAD), have, PAD)
+        usable = have > (-np.inf if ahead is not None else -PAD)
         rows = Rows(
             np.concatenate([segments[usable], segments[usable] + 1]),
             np.tile(normals[usable], (2, 1)),
@@ -217,3 +240,7 @@ class _Window:
             self.cuts = Rows.join(self.cuts, Rows(near, normals, offsets))
             added = True
         return added
+
+
+def _size(step: Array) -> float:
+    return float(np.linalg.norm(step))

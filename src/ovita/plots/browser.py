@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Sequence
+import textwrap
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
 from ovita.errors import MissingExtra
-from ovita.plots import geometry
+from ovita.plots import geometry, labels
 from ovita.plots.geometry import COLOURS, OBJECT_COLOURS, TRIANGLES, Extent, View
 from ovita.robot import Robot
 from ovita.scene import Frame, Scene, SceneObject
@@ -21,12 +22,21 @@ try:
 except ImportError:
     raise MissingExtra("plotly", "plot") from None
 
+_CONFIG = {
+    "displaylogo": False,
+    "responsive": True,
+    "modeBarButtonsToRemove": ["sendChartToCloud"],
+}
+
+_PIXELS = 256.0, 616.0
+"""About how many pixels a unit of the scene takes as the page opens: from above, and in space at depth 1."""
+
 _PAGE = """<!DOCTYPE html>
 <html lang="en">
 <head>
 <meta charset="utf-8">
 <meta http-equiv="Content-Security-Policy" content="default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval';
- style-src 'unsafe-inline'; img-src data: blob:; font-src data:">
+ style-src 'unsafe-inline'; img-src data: blob:; font-src data:; form-action 'none'; base-uri 'none'">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <title>{title}</title>
 <style>
@@ -99,14 +109,14 @@ def interactive(
         height=860,
         margin={"l": 60, "r": 20, "t": 50, "b": 50},
         legend={"orientation": "h", "x": 0.5, "xanchor": "center", "y": 1.0, "yanchor": "bottom"},
-        scene=_axes(shown, scene.frame, flat),
+        scene=_axes(shown, scene.frame, flat, list(paths.values())),
         updatemenus=[_buttons(figure)],
         hoverlabel={"namelength": -1},
     )
     for column, label in ((1, "time [s]"), (2, "distance [m]")):
         figure.update_xaxes(title_text=label, row=2, col=column)
         figure.update_yaxes(title_text="speed [m/s]", rangemode="tozero", row=2, col=column)
-    drawing = figure.to_html(full_html=False, include_plotlyjs=True, config={"displaylogo": False, "responsive": True})
+    drawing = figure.to_html(full_html=False, include_plotlyjs=True, config=_CONFIG)
     return _PAGE.format(
         title=html.escape(title or "Before and after"),
         figure=drawing,
@@ -149,7 +159,7 @@ def _add_path(figure: Any, word: str, path: Trajectory) -> None:
         return
     for end, index, symbol in (("start", 0, "circle"), ("goal", -1, "diamond")):
         x, y, z = path.positions[index]
-        marker = {"color": COLOURS[end], "size": 7 if word == "after" else 5, "symbol": symbol}
+        marker = {"color": COLOURS[end], "size": 6 if word == "after" else 4, "symbol": symbol}
         figure.add_trace(
             go.Scatter3d(
                 x=[x], y=[y], z=[z], mode="markers", marker=marker, name=end, meta=word,
@@ -174,13 +184,6 @@ def _add_object(figure: Any, item: SceneObject, colour: str, least: float) -> No
     edges = np.concatenate([np.vstack([points[face], points[face[:1]], np.full((1, 3), np.nan)])
                             for face in geometry.FACES])  # fmt: skip
     figure.add_trace(_line(edges, {"color": colour, "width": 2}, showlegend=False, hoverinfo="skip"), 1, 1)
-    top = points[:, 2].max() if np.isfinite(points).all() else item.position[2]
-    figure.add_trace(
-        go.Scatter3d(
-            x=[item.position[0]], y=[item.position[1]], z=[top], mode="text", text=[name], meta="object",
-            textposition="top center", textfont={"size": 12, "color": "#222"}, showlegend=False, hoverinfo="skip",
-        ), 1, 1,
-    )  # fmt: skip
 
 
 def _line(points: Array, style: dict[str, Any], *, mode: str = "lines", **more: Any) -> Any:
@@ -190,8 +193,9 @@ def _line(points: Array, style: dict[str, Any], *, mode: str = "lines", **more: 
     return go.Scatter3d(x=x, y=y, z=z, mode=mode, line=style, **more)
 
 
-def _axes(shown: Extent, frame: Frame, flat: bool) -> dict[str, Any]:
+def _axes(shown: Extent, frame: Frame, flat: bool, paths: Sequence[Trajectory]) -> dict[str, Any]:
     down = frame.direction("up")[2] < 0
+    across, along = geometry.axis_of(frame, "right")[0], geometry.axis_of(frame, "front")[0]
     axes: dict[str, Any] = {}
     for axis, name in enumerate("xyz"):
         limits = [float(shown.lower[axis]), float(shown.upper[axis])]
@@ -199,19 +203,67 @@ def _axes(shown: Extent, frame: Frame, flat: bool) -> dict[str, Any]:
         axes[f"{name}axis"] = {
             "title": {"text": f"{name} [m] ({geometry.axis_word(frame, axis)})"},
             "range": limits[::-1] if down and axis > 0 else limits,
+            "visible": not (flat and axis == 2),
         }
     ratio = shown.size / shown.size.max()
-    axes["aspectmode"] = "manual"
-    axes["aspectratio"] = dict(zip("xyz", ratio.tolist(), strict=True))
-    front_is_y = geometry.axis_of(frame, "front")[0] == 1
     if flat:
-        up = {"x": 0.0, "y": 1.0, "z": 0.0} if front_is_y else {"x": 1.0, "y": 0.0, "z": 0.0}
-        axes["camera"] = {"eye": {"x": 0.0, "y": 0.0, "z": 1.6}, "up": up, "projection": {"type": "orthographic"}}
-    else:
-        behind, beside = -1.45, 0.8
-        x, y = (beside, behind) if front_is_y else (behind, -beside)
-        axes["camera"] = {"eye": {"x": x, "y": y, "z": 0.75}}
+        ratio = ratio * min(1.55 / ratio[along], 3.6 / ratio[across])
+    eye, up = np.array([0.8, -1.45, 0.75] if along == 1 else [-1.45, -0.8, 0.75]), np.array([0.0, 0.0, 1.0])
+    if flat:
+        eye, up = np.array([0.0, 0.0, 1.6]), np.eye(3)[along]
+    axes["aspectmode"], axes["aspectratio"] = "manual", _xyz(ratio)
+    center = np.array([0.0, 0.0, 0.0 if flat else -0.1])
+    axes["camera"] = {"eye": _xyz(eye), "up": _xyz(up), "center": _xyz(center)}
+    if flat:
+        axes["camera"]["projection"] = {"type": "orthographic"}
+    mirrored = np.array([1.0, -1.0, -1.0]) if down else np.ones(3)
+    middle, scale = (shown.lower + shown.upper) / 2.0, ratio / shown.size * mirrored
+    ahead = (center - eye) / np.linalg.norm(center - eye)
+    right = np.cross(ahead, up) / np.linalg.norm(np.cross(ahead, up))
+    screen = np.stack([right, np.cross(right, ahead)])
+
+    def seen(points: Array) -> Array:
+        from_eye = (points - middle) * scale - eye
+        return np.asarray(from_eye @ screen.T * (_PIXELS[0] if flat else _PIXELS[1] / (from_eye @ ahead)[:, None]))
+
+    axes["annotations"] = _names(shown, seen, paths)
     return axes
+
+
+def _names(shown: Extent, seen: Callable[[Array], Array], paths: Sequence[Trajectory]) -> list[dict[str, Any]]:
+    """Names of the objects, placed so that they do not cover each other as the page opens.
+
+    Args:
+        shown: With the objects.
+        seen: Where points (K, 3) [m] appear as the page opens, (K, 2) [pixels] from the middle.
+        paths: What names should not cover.
+    """
+    texts = [
+        plain(textwrap.shorten(item.name, 40, placeholder="...") or item.name[:37] + "...") for item in shown.shown
+    ]
+    projected = [seen(geometry.corners(item)) for item in shown.shown]
+    boxes = [(p.min(axis=0), p.max(axis=0)) for p in projected]
+    sizes = [(7.0 * len(text) + 8.0, 18.0) for text in texts]
+    lines = [path.resample(150).positions for path in paths]
+    ends = [np.repeat(path.positions[[0, -1]], 4, axis=0) for path in paths]
+    busy = seen(np.concatenate(lines + ends))
+    placed = labels.place(boxes, sizes, busy, (np.array([-500.0, -230.0]), np.array([500.0, 230.0])))
+    told = []
+    for i, (item, text, spot) in enumerate(zip(shown.shown, texts, placed, strict=True)):
+        x, y = spot.middle - seen(item.position[None])[0]
+        colour = OBJECT_COLOURS[i % len(OBJECT_COLOURS)]
+        told.append(
+            {
+                **_xyz(item.position), "text": text, "ax": float(x), "ay": float(-y), "xanchor": "center",
+                "yanchor": "middle", "arrowhead": 0, "arrowwidth": 1, "arrowcolor": colour, "bordercolor": colour,
+                "bgcolor": "rgba(255,255,255,0.8)", "borderpad": 1, "font": {"size": 12, "color": "#222"},
+            }
+        )  # fmt: skip
+    return told
+
+
+def _xyz(values: Array) -> dict[str, float]:
+    return dict(zip("xyz", values.tolist(), strict=True))
 
 
 def _buttons(figure: Any) -> dict[str, Any]:

@@ -7,8 +7,8 @@ import re
 
 MODULES: frozenset[str] = frozenset(
     """
-    __future__ abc bisect cmath collections collections.abc copy dataclasses decimal fractions functools heapq
-    itertools json math numbers operator random statistics string typing warnings
+    __future__ abc bisect cmath collections collections.abc contextlib copy dataclasses decimal fractions functools
+    heapq itertools json math numbers operator random re statistics string typing warnings
     numpy numpy.exceptions numpy.fft numpy.lib numpy.lib.stride_tricks numpy.linalg numpy.ma
     numpy.polynomial numpy.polynomial.polynomial numpy.random numpy.typing
     scipy scipy.fft scipy.integrate scipy.interpolate scipy.linalg scipy.ndimage scipy.optimize scipy.signal
@@ -23,6 +23,7 @@ SCIPY_PARTS: tuple[str, ...] = tuple(sorted(m for m in MODULES if m.startswith("
 ONLY: dict[str, frozenset[str]] = {
     "copy": frozenset({"copy", "deepcopy"}),
     "json": frozenset({"loads", "dumps", "JSONDecodeError"}),
+    "contextlib": frozenset({"suppress", "nullcontext", "contextmanager"}),
     "abc": frozenset({"ABC", "ABCMeta", "abstractmethod"}),
     "string": frozenset({"ascii_letters", "ascii_lowercase", "ascii_uppercase", "digits", "punctuation"}),
     "warnings": frozenset({"warn", "filterwarnings", "simplefilter"}),

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ast
 import re
+import symtable
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -155,8 +156,24 @@ def _demo(tree: ast.Module, entry: Entry, gone: set[ast.stmt]) -> set[ast.stmt]:
         if not more:
             break
         kept |= set(more)
-        needed |= {n.id for s in more for n in ast.walk(s) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load)}
+        needed |= {name for statement in more for name in _reads(statement)}
     return {s for s in statements if s not in kept and not isinstance(s, ast.Import | ast.ImportFrom)}
+
+
+def _reads(statement: ast.stmt) -> set[str]:
+    """Top-level names that a statement may read when it runs, or its function when it is called."""
+    try:
+        table = symtable.symtable(ast.unparse(statement), "<policy>", "exec")
+    except SyntaxError as error:
+        raise PolicyRejected(f"this is not valid Python: {error.msg}", line=statement.lineno) from None
+    except (RecursionError, MemoryError, ValueError):
+        raise PolicyRejected("this is nested too deeply; write it simpler", line=statement.lineno) from None
+    found, tables = set[str](), [table]
+    while tables:
+        scope = tables.pop()
+        tables += scope.get_children()
+        found |= {s.get_name() for s in scope.get_symbols() if s.is_referenced() and (s.is_global() or scope is table)}
+    return found
 
 
 def _touched(statement: ast.stmt) -> set[str]:
@@ -262,10 +279,10 @@ class _Page:
             if number in self.gone:
                 continue
             line = self.instead.get(number, line if number in self.text else line.rstrip())
-            blank = not line and number not in self.text
-            if blank and (not kept or (kept[-2:] and all(not text for _, text in kept[-2:]) and len(kept) > 1)):
-                continue
-            kept.append((number, line))
+            before = [text for _, text in kept[-2:]]
+            gap = not kept or number - 1 in self.gone or (kept[-1][0] < number - 1 and not kept[-1][1])
+            if line or number in self.text or not ((gap and before[-1:] in ([], [""])) or before == ["", ""]):
+                kept.append((number, line))
         while kept and not kept[-1][1]:
             kept.pop()
         return Cleaned("\n".join(line for _, line in kept) + "\n", tuple(number for number, _ in kept))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import struct
 import unicodedata
 from dataclasses import dataclass
@@ -29,6 +30,9 @@ MAX_MESSAGE = 2000
 
 MAX_EXPECTATIONS = 100
 """Most postconditions, and most contacts, that are kept."""
+
+READY = b"H"
+"""What a worker writes first, once it has loaded everything."""
 
 ACKNOWLEDGED = b"R"
 """What a child writes first, once it has read the request."""
@@ -124,7 +128,7 @@ ENDED, TIMED_OUT, FLOODED, UNREAD = range(4)
 
 def pack_payload(header: dict[str, Any], rows: Array | None = None) -> bytes:
     """A JSON object and an array (N, D) as bytes."""
-    text = json.dumps(header).encode()
+    text = json.dumps(header, allow_nan=False).encode()
     table = np.zeros((0, 0)) if rows is None else np.ascontiguousarray(rows, dtype="<f8")
     return _PAYLOAD.pack(_MAGIC, *table.shape, len(text)) + text + table.tobytes()
 
@@ -156,6 +160,26 @@ def unpack_payload(data: bytes | memoryview, *, max_json: int | None = None) -> 
     if not isinstance(header, dict):
         raise BadFrame("payload text")
     return header, np.frombuffer(data[start:], dtype="<f8").reshape(count, width).astype(float)
+
+
+def read_exact(descriptor: int, length: int) -> bytearray:
+    """Read so many bytes; the process ends if they do not come, since nobody is left to answer."""
+    data = bytearray(length)
+    done = 0
+    while done < length:
+        part = os.read(descriptor, min(1 << 20, length - done))
+        if not part:
+            os._exit(0)
+        data[done : done + len(part)] = part
+        done += len(part)
+    return data
+
+
+def write_all(descriptor: int, data: bytes | memoryview) -> None:
+    """Write all bytes."""
+    view = memoryview(data)
+    while view:
+        view = view[os.write(descriptor, view) :]
 
 
 def clean_text(text: object, limit: int) -> str:

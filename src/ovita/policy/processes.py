@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import atexit
-import json
 import os
 import select
-import struct
 import subprocess
 import sys
 import threading
@@ -15,10 +13,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
 
 from ovita.errors import IsolationUnavailable, PolicyCrashed
-from ovita.policy.frames import MAX_RESULT, REPLY_SIZE, BadFrame, Reply, Request
+from ovita.policy.frames import READY, REPLY_SIZE, BadFrame, Reply, Request
 
 START_LIMIT_S = 60.0
 """How long a worker may take to come up [s]; scipy on a loaded machine takes a few."""
@@ -57,7 +54,7 @@ class Worker:
 
     def __init__(self) -> None:
         self.process = start("serve")
-        self.hello = _hello(self.process)
+        hello(self.process)
         assert self.process.stdin is not None and self.process.stdout is not None
         self.writing, self.reading = self.process.stdin.fileno(), self.process.stdout.fileno()
         os.set_blocking(self.writing, False)
@@ -102,7 +99,7 @@ class Worker:
 
     def stop(self) -> None:
         """Kill the worker, and with it the policy that it may be running."""
-        _end(self.process)
+        end(self.process)
 
     def forget(self) -> None:
         """Let go of a worker that belongs to the process this one was forked from."""
@@ -138,11 +135,6 @@ class Pool:
                     self._discard(kind)  # interrupted in the middle of a conversation
                     raise
             raise PolicyCrashed("the sandbox's worker ended while it ran the policy")
-
-    def missing(self) -> tuple[str, ...]:
-        """What this machine lacks for strict isolation, as a worker found it."""
-        with self._locks[False]:
-            return tuple(self._worker(False).hello["missing"])
 
     def pids(self) -> tuple[int, ...]:
         """Process ids of the running workers."""
@@ -210,76 +202,30 @@ def start(mode: str) -> subprocess.Popen[bytes]:
         raise IsolationUnavailable(f"the sandbox's Python could not be started: {error}") from None
 
 
-def once(head: Request, body: bytes) -> Answer:
-    """Run one policy in a process of its own, started for it: slower than a worker, and possible everywhere."""
-    process = start("once")
-    try:
-        _hello(process)
-        return _communicate(process, head, body)
-    finally:
-        _end(process)
+def hello(process: subprocess.Popen[bytes]) -> None:
+    """Wait until a fresh worker says that it is ready.
 
-
-def _communicate(process: subprocess.Popen[bytes], head: Request, body: bytes) -> Answer:
-    assert process.stdin is not None and process.stdout is not None
-    received = bytearray()
-    writer = threading.Thread(target=_feed, args=(process, head.pack() + body), daemon=True)
-    reader = threading.Thread(target=_collect, args=(process, received), daemon=True)
-    started = time.monotonic()
-    writer.start()
-    reader.start()
-    reader.join(head.wall_ms / 1000.0 + (SCIPY_GRACE_S if head.scipy and len(received) == 0 else 0.2))
-    from ovita.policy.frames import ENDED, FLOODED, TIMED_OUT, UNREAD
-
-    timed_out = reader.is_alive()
-    process.kill() if timed_out else None
-    code = process.wait()
-    reader.join(1.0)
-    elapsed = int((time.monotonic() - started) * 1e6)
-    ended = TIMED_OUT if timed_out else FLOODED if len(received) > MAX_RESULT else ENDED if received else UNREAD
-    data = bytes(received[1:]) if ended == ENDED else b""
-    return Answer(Reply(ended, code, elapsed, len(data)), data)
-
-
-def _feed(process: subprocess.Popen[bytes], data: bytes) -> None:
-    assert process.stdin is not None
-    try:
-        process.stdin.write(data)
-        process.stdin.close()
-    except OSError:
-        pass
-
-
-def _collect(process: subprocess.Popen[bytes], received: bytearray) -> None:
-    assert process.stdout is not None
-    while len(received) <= MAX_RESULT:
-        part = process.stdout.read1(1 << 16)  # type: ignore[attr-defined]
-        if not part:
-            return
-        received += part
-
-
-def _hello(process: subprocess.Popen[bytes]) -> dict[str, Any]:
-    """Read what a fresh worker says of itself."""
+    Raises:
+        IsolationUnavailable: If it ends or says nothing.
+    """
     assert process.stdout is not None
     timer = threading.Timer(START_LIMIT_S, process.kill)
     timer.daemon = True
     timer.start()
     try:
-        size = process.stdout.read(4)
-        data = process.stdout.read(struct.unpack("<I", size)[0]) if len(size) == 4 else b""
+        greeting = process.stdout.read(1)
     finally:
         timer.cancel()
-    if not data:
-        _end(process)
+    if greeting != READY:
+        end(process)
         raise IsolationUnavailable(
             f"the sandbox's worker did not start (exit code {process.returncode}); "
             f"try: {sys.executable} -s -P -c 'import numpy, ovita'"
         )
-    return dict(json.loads(data))
 
 
-def _end(process: subprocess.Popen[bytes]) -> None:
+def end(process: subprocess.Popen[bytes]) -> None:
+    """Kill a process, wait for it and close its pipes."""
     process.kill()
     process.wait()
     for pipe in (process.stdin, process.stdout):

@@ -19,10 +19,11 @@ from ovita.errors import PolicyError, PolicyOutputInvalid
 from ovita.policy import frames
 from ovita.policy.allowed import MODULES, SCIPY_PARTS
 from ovita.policy.check import check
+from ovita.policy.inputs import object_detector, scene_from_json, trajectory_getter
 from ovita.policy.modules import Modules, reduced_builtins
 from ovita.policy.output import to_rows
 from ovita.policy.syntax import RESULT, Entry, entry_of, parse_tree
-from ovita.scene import Frame, Scene, SceneObject
+from ovita.scene import Frame, Scene
 from ovita.toolkit import Recorder, namespace
 from ovita.trajectory import Array
 
@@ -73,15 +74,6 @@ class Prints:
         """Stand in for the builtin `print`."""
         if self.room > 0:
             self.write((" " if sep is None else sep).join(map(str, values)) + ("\n" if end is None else end))
-
-
-class Waypoint(dict[str, float]):
-    """A waypoint of the script form: x, y, z and velocity; `speed` may be read too."""
-
-    def __missing__(self, key: str) -> float:
-        if key == "speed":
-            return self["velocity"]
-        raise KeyError(key)
 
 
 class Outcome:
@@ -179,7 +171,7 @@ class Stage:
         """Steps of going through the motions, so that a forked process has its pages before the clock runs."""
         yield lambda: self.prepare(_REHEARSAL, checked=True)
         yield lambda: Outcome.failed("", "").payload(self.prints)
-        yield warm_up
+        yield _common_calls
 
     def prepare(self, body: bytes | bytearray, *, checked: bool) -> Outcome:
         """Make a policy ready to run from the body of a request."""
@@ -204,69 +196,12 @@ class Stage:
             toolkit,
             np=self.modules.load("numpy") if checked else np,
             math=self.modules.load("math") if checked else math,
-            get_trajectory=_get_trajectory(outcome.original),
-            detect_objects=_detect_objects(outcome.scene),
+            get_trajectory=trajectory_getter(outcome.original),
+            detect_objects=object_detector(outcome.scene),
             __builtins__=self.builtins if checked else builtins,
         )
         seed_all()
         return outcome
-
-
-def scene_to_json(scene: Scene) -> dict[str, Any]:
-    """A scene as plain JSON values; what else the scene file says of an object goes along if it is plain too."""
-    return {
-        "frame": scene.frame.name,
-        "environment": scene.environment,
-        "objects": [
-            {
-                "name": item.name,
-                "position": item.position.tolist(),
-                "dimensions": None if item.dimensions is None else item.dimensions.tolist(),
-                "orientation": item.orientation.tolist(),
-            }
-            for item in scene
-        ],
-    }
-
-
-def scene_from_json(value: dict[str, Any]) -> Scene:
-    """The inverse of `scene_to_json`."""
-    objects = (
-        SceneObject(o["name"], np.array(o["position"]), _array(o["dimensions"]), np.array(o["orientation"]))
-        for o in value["objects"]
-    )
-    return Scene(tuple(objects), Frame(value["frame"]), value["environment"])
-
-
-def _array(value: list[float] | None) -> Array | None:
-    return None if value is None else np.array(value, dtype=float)
-
-
-def _get_trajectory(original: Array) -> Callable[[], list[Waypoint]]:
-    def get_trajectory() -> list[Waypoint]:
-        """All waypoints of the trajectory, as dicts x, y, z [m], velocity [m/s]."""
-        return [Waypoint(x=x, y=y, z=z, velocity=v) for x, y, z, v in original.tolist()]
-
-    return get_trajectory
-
-
-def _detect_objects(scene: Scene) -> Callable[..., list[dict[str, Any]]]:
-    def detect_objects(name: str | None = None) -> list[dict[str, Any]]:
-        """The objects of the scene, or those that a name can mean, as dicts name, x, y, z, dimensions [m]."""
-        found = list(scene)
-        if name is not None:
-            one = scene.find(str(name))
-            found = [one] if one else [item for item in scene if str(name).lower() in item.name.lower()]
-        return [
-            {
-                "name": item.name.lower(),
-                **dict(zip("xyz", item.position.tolist(), strict=True)),
-                "dimensions": item.size.tolist(),
-            }
-            for item in found
-        ]
-
-    return detect_objects
 
 
 def _explain(error: BaseException) -> dict[str, Any]:
@@ -316,10 +251,17 @@ def seed_all() -> None:
     np.random.seed(SEED)
 
 
+def _common_calls() -> Array:
+    """What most policies call."""
+    rows = np.linspace(0.0, 1.0, 12).reshape(4, 3)
+    rows.mean(), rows.sum(axis=0), rows.any(), np.linalg.norm(rows - rows[0], axis=1), np.where(rows > 0.5, rows, 0.0)
+    return rows
+
+
 def warm_up() -> None:
     """Touch what numpy and Python import late, since nothing can be imported once the door is locked."""
-    rows = np.linspace(0.0, 1.0, 12).reshape(4, 3)
-    rows.mean(), rows.sum(axis=0), rows.any(), np.linalg.norm(rows, axis=1), np.median(rows), str(rows), f"{rows!r}"
+    rows = _common_calls()
+    np.median(rows), str(rows), f"{rows!r}"
     rows.std(), np.unique(rows), np.einsum("ij,ij->i", rows, rows), np.polyfit([0, 1, 2], [0, 1, 4], 1)
     np.interp(0.5, [0, 1], [0, 1]), np.gradient(rows, axis=0), np.random.default_rng(0).normal(), np.fft.fft([1, 2])
     np.ma.masked_array([1], [False]), np.isclose(rows, rows).all(), np.percentile(rows, 50), rows.var(axis=0)

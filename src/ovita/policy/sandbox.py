@@ -21,12 +21,13 @@ from ovita.errors import (
 from ovita.policy import frames
 from ovita.policy.allowed import scipy_parts
 from ovita.policy.frames import CHECKED, ENDED, FLOODED, LOCKED, TIMED_OUT, Request
+from ovita.policy.inputs import scene_to_json
 from ovita.policy.output import to_trajectory
 from ovita.policy.policy import Policy
-from ovita.policy.processes import POOL, Answer, once
-from ovita.policy.runtime import scene_to_json
+from ovita.policy.processes import POOL, Answer
+from ovita.policy.spawn import once
 from ovita.scene import Scene
-from ovita.toolkit import Expectation
+from ovita.toolkit import CATALOGUE, Expectation
 from ovita.trajectory import Array, Trajectory
 
 Isolation = Literal["strict", "degraded"]
@@ -221,5 +222,20 @@ def _expectations(header: Mapping[str, Any]) -> tuple[Expectation, ...]:
     for item in items[: frames.MAX_EXPECTATIONS] if isinstance(items, list) else []:
         match item:
             case {"kind": str() as kind, "arguments": dict() as arguments, "text": str() as text}:
-                found.append(Expectation(kind, arguments, frames.clean_text(text, frames.MAX_MESSAGE)))
+                if f"expect_{kind}" in CATALOGUE and _is_plain(arguments):
+                    found.append(Expectation(kind, arguments, frames.clean_text(text, frames.MAX_MESSAGE)))
     return tuple(found)
+
+
+def _is_plain(value: object, depth: int = 6) -> bool:
+    """Whether a JSON value is shallow and holds no text that could do harm on a terminal."""
+    if depth == 0:
+        return False
+    match value:
+        case dict():
+            return all(_is_plain(v, depth - 1) for item in value.items() for v in item)
+        case list():
+            return all(_is_plain(v, depth - 1) for v in value)
+        case str():
+            return value == frames.clean_text(value, frames.MAX_MESSAGE)
+    return True

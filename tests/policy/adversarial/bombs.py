@@ -64,7 +64,7 @@ BODIES: dict[str, str] = {
     "result_strings": "return [['1e999', 'nan', '0', '1']] * 3",
     "write_pipe_flood": "import os\nfor fd in range(64):\n    try:\n        while True:\n            os.write(fd, b'x' * (1 << 20))\n    except OSError:\n        pass",
     "write_pipe_garbage": "import os\nfor fd in range(64):\n    try:\n        os.write(fd, b'OVTA' + b'\\xff' * 60)\n    except OSError:\n        pass\nos._exit(0)",
-    "write_pipe_forged": "import os, struct\nh = b'{\"status\": \"ok\", \"prints\": \"\\\\u001b[2J\", \"contacts\": [[[]]], \"expectations\": [{\"kind\": 1}]}'\n"
+    "write_pipe_forged": 'import os, struct\nh = b\'{"status": "ok", "prints": "\\\\u001b[2J", "contacts": [[[]]], "expectations": [{"kind": 1}]}\'\n'
     "p = struct.pack('<4sIIQ', b'OVTA', 2, 4, len(h)) + h + struct.pack('<8d', *[float('nan')] * 8)\n"
     "for fd in range(64):\n    try:\n        os.write(fd, p)\n    except OSError:\n        pass\nos._exit(0)",
     "write_pipe_deep_json": "import os, struct\nh = b'[' * 100000\np = struct.pack('<4sIIQ', b'OVTA', 0, 0, len(h)) + h\n"

@@ -34,14 +34,19 @@ BODIES: dict[str, str] = {
     "eventfd": "import os\nos.eventfd(0)\nraise ValueError(NAME)",
     "dup_result_pipe": "import os\nfor fd in range(64):\n    try:\n        os.dup(fd)\n    except OSError:\n        continue\n    raise ValueError(NAME)",
     "pty": "import os\nos.openpty()\nraise ValueError(NAME)",
-    "raw_tcp": _RAW + "connect(2, 1, struct.pack('<H', 2) + struct.pack('>H', PORT) + bytes([127, 0, 0, 1]) + bytes(8))",
+    "raw_tcp": _RAW
+    + "connect(2, 1, struct.pack('<H', 2) + struct.pack('>H', PORT) + bytes([127, 0, 0, 1]) + bytes(8))",
     "raw_udp": _RAW + "connect(2, 2, struct.pack('<H', 2) + struct.pack('>H', UDP) + bytes([127, 0, 0, 1]) + bytes(8))",
     "raw_unix": _RAW + "connect(1, 1, struct.pack('<H', 1) + UNIX.encode() + b'\\0')",
     "raw_abstract": _RAW + "connect(1, 1, struct.pack('<H', 1) + b'\\0' + ABSTRACT.encode())",
-    "raw_socket_any": _RAW + "if any(libc.socket(f, k, 0) >= 0 for f in range(1, 46) for k in (1, 2, 3, 5)):\n    raise ValueError(NAME)",
+    "raw_socket_any": _RAW
+    + "if any(libc.socket(f, k, 0) >= 0 for f in range(1, 46) for k in (1, 2, 3, 5)):\n    raise ValueError(NAME)",
     "raw_socketpair": _RAW + "if libc.socketpair(1, 1, 0, (ctypes.c_int * 2)()) == 0:\n    raise ValueError(NAME)",
     "raw_pipe": _RAW + "if libc.pipe((ctypes.c_int * 2)()) == 0:\n    raise ValueError(NAME)",
-    "raw_shared_memory": _RAW + "if libc.shmget(4711, 4096, 0o1666) >= 0 or libc.shm_open(b'/ovita_evil', 0o102, 0o666) >= 0:\n    raise ValueError(NAME)",
-    "raw_connect_existing": _RAW + "a = struct.pack('<H', 1) + b'\\0' + ABSTRACT.encode()\nfor fd in range(64):\n    libc.connect(fd, a, len(a))",
-    "raw_sendmsg": _RAW + "for fd in range(64):\n    if libc.send(fd, b'x', 1, 0) >= 0:\n        raise ValueError(NAME)",
+    "raw_shared_memory": _RAW
+    + "if libc.shmget(4711, 4096, 0o1666) >= 0 or libc.shm_open(b'/ovita_evil', 0o102, 0o666) >= 0:\n    raise ValueError(NAME)",
+    "raw_connect_existing": _RAW
+    + "a = struct.pack('<H', 1) + b'\\0' + ABSTRACT.encode()\nfor fd in range(64):\n    libc.connect(fd, a, len(a))",
+    "raw_sendmsg": _RAW
+    + "for fd in range(64):\n    if libc.send(fd, b'x', 1, 0) >= 0:\n        raise ValueError(NAME)",
 }

@@ -41,7 +41,8 @@ BODIES: dict[str, str] = {
     "alarm": "import signal\nsignal.setitimer(signal.ITIMER_REAL, 5)\nraise ValueError(NAME)",
     "ptrace_parent": _C + "if libc.ptrace(16, PARENT, 0, 0) == 0:\n    raise ValueError(NAME)",
     "ptrace_me": _C + "if libc.ptrace(0, 0, 0, 0) == 0:\n    raise ValueError(NAME)",
-    "process_vm_read": _C + "buf = ctypes.create_string_buffer(8)\nv = (ctypes.c_size_t * 2)(ctypes.addressof(buf), 8)\n"
+    "process_vm_read": _C
+    + "buf = ctypes.create_string_buffer(8)\nv = (ctypes.c_size_t * 2)(ctypes.addressof(buf), 8)\n"
     "if libc.process_vm_readv(PARENT, v, 1, v, 1, 0) >= 0 or ctypes.get_errno() != 1:\n    raise ValueError(NAME)",
     "set_user_root": "import os\nos.setuid(0)\nif os.getuid() == 0:\n    open(TRACE, 'w').write('x')",
     "set_groups": "import os\nos.setgroups([0])\nraise ValueError(NAME)",
@@ -70,11 +71,15 @@ BODIES: dict[str, str] = {
     "int80_open": _C + "import mmap\nm = mmap.mmap(-1, 4096, prot=7)\nraise ValueError(NAME)",
     "x32_call": _C + "libc.syscall(0x40000000 + 39)\nraise ValueError(NAME)",
     "executable_memory": "import mmap\nm = mmap.mmap(-1, 4096, prot=mmap.PROT_READ | mmap.PROT_WRITE | mmap.PROT_EXEC)\nraise ValueError(NAME)",
-    "mprotect_executable": _C + "import mmap\nm = mmap.mmap(-1, 4096)\na = ctypes.addressof(ctypes.c_char.from_buffer(m))\n"
+    "mprotect_executable": _C
+    + "import mmap\nm = mmap.mmap(-1, 4096)\na = ctypes.addressof(ctypes.c_char.from_buffer(m))\n"
     "if libc.mprotect(ctypes.c_void_p(a), 4096, 5) == 0:\n    raise ValueError(NAME)",
-    "seccomp_again": _C + "if libc.prctl(22, 2, None) == 0 or libc.prctl(38, 0, 0, 0, 0) == 0:\n    raise ValueError(NAME)",
-    "thread_raw": _C + "if libc.pthread_create(ctypes.create_string_buffer(8), None, libc.abs, None) == 0:\n    raise ValueError(NAME)",
-    "every_system_call": _C + "skip = {60, 231, 15, 9, 10, 11, 12, 25, 35, 230, 202, 28, 219, 131, 1, 14, 335, 336}\nallowed = []\nfor n in range(0, 470):\n"
+    "seccomp_again": _C
+    + "if libc.prctl(22, 2, None) == 0 or libc.prctl(38, 0, 0, 0, 0) == 0:\n    raise ValueError(NAME)",
+    "thread_raw": _C
+    + "if libc.pthread_create(ctypes.create_string_buffer(8), None, libc.abs, None) == 0:\n    raise ValueError(NAME)",
+    "every_system_call": _C
+    + "skip = {60, 231, 15, 9, 10, 11, 12, 25, 35, 230, 202, 28, 219, 131, 1, 14, 335, 336}\nallowed = []\nfor n in range(0, 470):\n"
     "    if n not in skip:\n        ctypes.set_errno(0)\n        if libc.syscall(n, 0, 0, 0, 0, 0, 0) >= 0 or ctypes.get_errno() != 1:\n            allowed.append(n)\n"
     "if set(allowed) - {24, 39, 96, 201, 228, 229, 309, 318}:\n    raise ValueError(NAME, allowed)",
     "write_elsewhere": _C + "if sum(libc.write(fd, b'', 0) == 0 for fd in range(64)) > 1:\n    raise ValueError(NAME)",

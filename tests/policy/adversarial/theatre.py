@@ -48,7 +48,11 @@ def policies() -> dict[str, str]:
     sources = {f"script/{name}": source for name, source in escapes.SOURCES.items()}
     for module in (files, network, processes, escapes, numpy_doors, bombs):
         topic = module.__name__.rpartition(".")[2]
-        groups = (("", module.BODIES), ("hang_", getattr(module, "HANGS", {})), ("poison_", getattr(module, "POISONS", {})))
+        groups = (
+            ("", module.BODIES),
+            ("hang_", getattr(module, "HANGS", {})),
+            ("poison_", getattr(module, "POISONS", {})),
+        )
         for prefix, group in groups:
             for name, body in group.items():
                 source = "def adapt(traj, scene):\n" + textwrap.indent(body, "    ") + "\n    return traj\n"
@@ -208,7 +212,9 @@ def _text_of(outcome: Rollout | OvitaError) -> str:
         return str(outcome)
     rows = outcome.trajectory.to_array()
     digits = "".join(chr(int(v)) for v in rows.ravel() if 32 <= v < 127)
-    return "".join([outcome.prints, digits, *outcome.contacts, *(e.text + str(e.arguments) for e in outcome.expectations)])
+    return "".join(
+        [outcome.prints, digits, *outcome.contacts, *(e.text + str(e.arguments) for e in outcome.expectations)]
+    )
 
 
 def _descendants(roots: set[int]) -> list[int]:

@@ -1,0 +1,177 @@
+"""The long-lived worker on Linux: it forks a child for each policy and reports how it ended.
+
+It never reads a request's body, so that no child inherits anything of an earlier policy; and it forks the child for
+the next policy ahead of time, so that nobody waits for that.
+"""
+
+from __future__ import annotations
+
+import mmap
+import os
+import resource
+import select
+import time
+from collections.abc import Callable
+
+from ovita.policy import frames, lockdown
+from ovita.policy.frames import ENDED, FLOODED, TIMED_OUT, UNREAD, Reply, Request, read_exact, write_all
+from ovita.policy.runtime import Stage
+
+READ_LIMIT_S = 30.0
+"""How long a child may take to receive its request [s]."""
+
+MAX_FD = 64
+"""Descriptors that a worker may have."""
+
+RunChild = Callable[[Request, int], None]
+"""Runs the policy of a request and writes its result to a descriptor; never returns."""
+
+
+class _Spare:
+    """A child that was forked ahead of time and waits for the header of its request."""
+
+    def __init__(self, stage: Stage, run: RunChild, max_fd: int) -> None:
+        self.reading, writing = os.pipe()
+        control, self.control = os.pipe()
+        worker = os.getpid()
+        self.pid = os.fork()
+        if self.pid == 0:
+            try:
+                lockdown.die_with(worker)
+                close_all_but((0, control, writing), max_fd)
+                for step in stage.rehearsal():
+                    if _is_ready(control):
+                        break
+                    step()
+                head = Request.unpack(read_exact(control, frames.REQUEST_SIZE))
+                run(head, writing)
+            finally:
+                os._exit(70)
+        os.close(writing)
+        os.close(control)
+
+    def end(self, grace_s: float = 0.0) -> int:
+        """Kill the child unless it ends by itself in time; its exit code, or minus the signal that ended it."""
+        os.close(self.reading)
+        os.close(self.control)
+        if grace_s:
+            descriptor = os.pidfd_open(self.pid)
+            _is_ready(descriptor, grace_s)
+            os.close(descriptor)
+        os.kill(self.pid, 9)
+        return os.waitstatus_to_exitcode(os.waitpid(self.pid, 0)[1])
+
+
+def close_all_but(kept: tuple[int, ...], max_fd: int = MAX_FD) -> None:
+    """Close every descriptor below max_fd other than these."""
+    first = 0
+    for descriptor in [*sorted(kept), max_fd]:
+        if first < descriptor:  # closerange(0, 0) closes everything
+            os.closerange(first, descriptor)
+        first = descriptor + 1
+
+
+def _is_ready(descriptor: int, timeout_s: float = 0.0) -> bool:
+    poll = select.poll()
+    poll.register(descriptor, select.POLLIN)
+    return bool(poll.poll(timeout_s * 1000.0))
+
+
+class Server:
+    """The loop of a long-lived worker."""
+
+    def __init__(self, stage: Stage, run: RunChild, parent: int) -> None:
+        self.stage, self.run, self.parent, self.scipy = stage, run, parent, 0
+        hard = resource.getrlimit(resource.RLIMIT_NOFILE)[1]
+        self.max_fd = MAX_FD if hard == resource.RLIM_INFINITY else min(MAX_FD, hard)
+        resource.setrlimit(resource.RLIMIT_NOFILE, (self.max_fd, self.max_fd))
+        # Private, never inherited and emptied after each policy: results do not meet.
+        self.buffer = mmap.mmap(-1, frames.MAX_RESULT + 4096, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
+        self.buffer.madvise(mmap.MADV_DONTFORK)
+        self.view = memoryview(self.buffer)
+        self.alive = self._watch_parent()
+
+    def _watch_parent(self) -> int:
+        """A descriptor that becomes readable when ovita ends, however it ends; -1 if the kernel has none."""
+        try:
+            descriptor = os.pidfd_open(self.parent)
+        except OSError:
+            return -1
+        if os.getppid() != self.parent:
+            os._exit(0)
+        return descriptor
+
+    def serve(self) -> None:
+        """Answer requests until ovita ends."""
+        spare = _Spare(self.stage, self.run, self.max_fd)
+        while True:
+            data = self._next_header()
+            head = Request.unpack(data)
+            if head.scipy & ~self.scipy:
+                spare.end()
+                self.scipy |= head.scipy
+                self.stage.load_scipy(head.scipy)
+                spare = _Spare(self.stage, self.run, self.max_fd)
+            child = spare
+            started = time.monotonic()
+            os.write(child.control, data)
+            spare = _Spare(self.stage, self.run, self.max_fd)
+            ended, length = self._listen(head, child.reading)
+            complete = ended == ENDED and length == self._announced(length)
+            if complete:
+                os.kill(child.pid, 9)
+            code = 0 if complete else child.end(grace_s=0.1 if ended == ENDED else 0.0)
+            write_all(1, Reply(ended, code, int((time.monotonic() - started) * 1e6), length).pack())
+            write_all(1, self.view[:length])
+            if complete:
+                child.end()
+            if ended == UNREAD:
+                os._exit(3)  # the rest of the body is still in the pipe
+            self.buffer.madvise(mmap.MADV_DONTNEED)
+
+    def _next_header(self) -> bytes:
+        data = b""
+        while len(data) < frames.REQUEST_SIZE:
+            self._wait(0, None)
+            part = os.read(0, frames.REQUEST_SIZE - len(data))
+            if not part:
+                os._exit(0)
+            data += part
+        return data
+
+    def _wait(self, descriptor: int, timeout_s: float | None) -> bool:
+        """Wait until there is something to read; leave when ovita does."""
+        poll = select.poll()
+        poll.register(descriptor, select.POLLIN)
+        if descriptor != 0:
+            poll.register(0, 0)
+        if self.alive >= 0:
+            poll.register(self.alive, select.POLLIN)
+        events = dict(poll.poll(None if timeout_s is None else max(0.0, timeout_s * 1000.0)))
+        if self.alive in events or (descriptor != 0 and 0 in events):
+            os._exit(0)  # the child dies with this process
+        return descriptor in events
+
+    def _listen(self, head: Request, reading: int) -> tuple[int, int]:
+        """Collect what the child writes until it has written its result or ends; how that went, and how much."""
+        deadline = time.monotonic() + READ_LIMIT_S
+        acknowledged, length = False, 0
+        while True:
+            if not self._wait(reading, deadline - time.monotonic()):
+                return (TIMED_OUT if acknowledged else UNREAD), 0
+            if not acknowledged:
+                if os.read(reading, 1) != frames.ACKNOWLEDGED:
+                    return UNREAD, 0
+                acknowledged = True
+                deadline = time.monotonic() + head.wall_ms / 1000.0
+                continue
+            got = os.readv(reading, [self.view[length : frames.MAX_RESULT + 1]])
+            length += got
+            if length > frames.MAX_RESULT:
+                return FLOODED, 0
+            if got == 0 or length == self._announced(length):
+                return ENDED, length
+
+    def _announced(self, length: int) -> int:
+        """Length of the result by its own account, or -1 while that is unknown."""
+        return frames.payload_length(self.view[:length])

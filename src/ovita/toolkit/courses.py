@@ -1,0 +1,147 @@
+"""New waypoints: how densely they lie along a curve, how fast they are passed, and where they are put in."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ovita.toolkit import arguments
+from ovita.toolkit.arguments import Mask, Place
+from ovita.toolkit.shaping import headings, smoothstep
+from ovita.trajectory import Array, arc_length, interpolate
+
+SOFT = 0.3
+"""Share of a new stretch over which its speed rises from, and falls to, the speeds at its ends."""
+
+
+def anchor(rows: Array, at: Place, name: str) -> Array:
+    """The point (3,) [m] that a place is: an object's centre or a point itself, else a waypoint's position.
+
+    Raises:
+        ValueError: If it is no place.
+    """
+    if isinstance(at, (str, bool, int, float, np.generic)):
+        return np.array(rows[arguments.locate(rows, at, name), :3])
+    return arguments.point(at, name)
+
+
+def positive(value: Any, name: str, high: float | None = None) -> float:
+    """A finite float > 0, and at most `high`.
+
+    Raises:
+        ValueError: If it is none.
+    """
+    result = arguments.number(value, name, low=0.0, high=high)
+    if result == 0.0:
+        raise ValueError(f"{name} must be > 0")
+    return result
+
+
+def distinct(rows: Array) -> Mask:
+    """Mask (N,) of the waypoints that are no repeat of the one before; a dwell is one waypoint and its repeats."""
+    return np.concatenate([[True], (np.diff(rows[:, :3], axis=0) != 0).any(axis=1)])
+
+
+def course_headings(rows: Array) -> Array:
+    """Unit vectors (N, 3) of the local path direction, the same for all repeats of a waypoint."""
+    fresh = distinct(rows)
+    return headings(rows[fresh, :3])[np.cumsum(fresh) - 1]
+
+
+def level_heading(rows: Array, i: int, up: Array, ahead: Array) -> Array:
+    """Horizontal unit vector (3,) of the path's direction at waypoint i, or `ahead` where it has none.
+
+    Args:
+        rows: (N, 3+) [m].
+        i: Index.
+        up: Unit vector (3,).
+        ahead: Horizontal unit vector (3,).
+    """
+    heading = course_headings(rows)[i]
+    level = heading - (heading @ up) * up
+    length = float(np.linalg.norm(level))
+    return np.asarray(level / length) if length > 1e-6 else ahead
+
+
+def evenly(curve: Callable[[Array], Array], step: float, least: int) -> Array:
+    """Points (M, 3) on a curve at even arc length, the end included and the beginning not.
+
+    Args:
+        curve: From parameters (K,) in 0..1 to points (K, 3) [m].
+        step: About this far apart [m]; 0 for as few as allowed.
+        least: At least so many points.
+    """
+    u = np.linspace(0.0, 1.0, max(16 * least, 256) + 1)
+    s = arc_length(curve(u))
+    if s[-1] == 0.0:
+        return np.zeros((0, 3))
+    count = min(max(round(s[-1] / step) if step > 0 else 0, least), arguments.MOST_WAYPOINTS)
+    even = np.interp(np.linspace(0.0, s[-1], count + 1)[1:], s, u)
+    even[-1] = 1.0
+    return curve(even)
+
+
+def leg(begin: Array, end: Array, step: float) -> Array:
+    """Points (M, 3) on a straight line, its end included and its beginning not; none if it has no length.
+
+    Args:
+        begin: (3,) [m].
+        end: (3,) [m].
+        step: About this far apart [m].
+    """
+    points = evenly(lambda u: begin + u[:, None] * (end - begin), step, 1)
+    points[-1:] = end
+    return points
+
+
+def usual_speed(rows: Array) -> float:
+    """Median speed of the waypoints that are not at rest [m/s]; 0 if all are."""
+    moving = rows[rows[:, 3] > 0.0, 3]
+    return float(np.median(moving)) if len(moving) else 0.0
+
+
+def speeds_between(begin: float, cruise: float, end: float, count: int) -> Array:
+    """Speeds (count,) of new waypoints after one at speed `begin`; the last of them has speed `end` [m/s]."""
+    u = np.arange(1, count + 1) / count
+    rise = begin + (cruise - begin) * smoothstep(u / SOFT)
+    fall = end + (cruise - end) * smoothstep((1.0 - u) / SOFT)
+    return np.where(u < 0.5, rise, fall)
+
+
+def inserted(rows: Array, i: int, points: Array) -> Array:
+    """Rows with waypoints at points (M, 3) [m] after waypoint i, whose extra columns they repeat.
+
+    A waypoint in motion lends them its speed; after a waypoint at rest, the start or the goal they take the usual
+    speed. The last has the speed of the waypoint that follows, or of the goal.
+    """
+    if not len(points):
+        return rows
+    last = len(rows) - 1
+    begin = float(rows[i, 3])
+    cruise = begin if 0 < i < last and begin > 0.0 else usual_speed(rows)
+    new = np.repeat(rows[i : i + 1], len(points), axis=0)
+    new[:, :3] = points
+    new[:, 3] = speeds_between(begin, cruise, float(rows[min(i + 1, last), 3]), len(points))
+    return np.concatenate([rows[: i + 1], new, rows[i + 1 :]])
+
+
+def densified(rows: Array, selected: Mask, step: float) -> tuple[Array, Mask]:
+    """Rows and mask with waypoints put into the selected segments that are longer than `step`.
+
+    Args:
+        rows: (N, 4+k); the old waypoints stay as they are, the new ones are interpolated.
+        selected: Mask (N,); a segment is selected if both its ends are.
+        step: [m], > 0.
+    """
+    lengths = np.diff(arc_length(rows[:, :3]))
+    # A segment that rounding made longer than the step needs no waypoint.
+    pieces = np.where(selected[:-1] & selected[1:], np.ceil(lengths / step - 1e-6), 1.0).astype(int)
+    pieces = np.maximum(pieces, 1)
+    if int((pieces - 1).sum()) > arguments.MOST_WAYPOINTS:
+        raise ValueError(f"this would need more than {arguments.MOST_WAYPOINTS} new waypoints; ask for less")
+    part = np.arange(pieces.sum()) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+    source = np.append(np.repeat(np.arange(len(pieces)), pieces) + part / np.repeat(pieces, pieces), len(rows) - 1.0)
+    low, high = np.floor(source).astype(int), np.ceil(source).astype(int)
+    return interpolate(rows, source), selected[low] & selected[high]

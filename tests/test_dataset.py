@@ -1,0 +1,37 @@
+"""Every file of the public dataset's half that lies beside the checkout goes through the whole chain."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ovita.adapt import adapt
+from ovita.adaptation import Adaptation
+from ovita.formats import load_task
+from ovita.language.request import Request
+from ovita.robot import Robot
+
+FOLDER = Path(__file__).parents[1].parent / "shared" / "data" / "ovita-dev"
+FILES = sorted(FOLDER.rglob("*.json"))
+
+pytestmark = pytest.mark.skipif(not FILES, reason=f"the dataset is not at {FOLDER}; its licence keeps it out of here")
+
+
+def preset_for(path):
+    return {"Drone": "drone", "Manipulator": "arm", "Ground_robot": "ground"}.get(path.parent.name, "none")
+
+
+@pytest.mark.parametrize("path", FILES, ids=[str(p.relative_to(FOLDER)) for p in FILES])
+def test_every_file_gives_a_result_that_loads_again(path, tmp_path):
+    task = load_task(path)
+    for robot in dict.fromkeys(["none", preset_for(path)]):
+        result = adapt(Request(task.instruction, task.trajectory, task.scene, Robot.preset(robot)), writer="builtin")
+        assert result.status in ("ok", "not_understood", "needs_clarification"), result.error
+        assert result.message
+        if result.status == "ok":
+            assert np.isfinite(result.adapted.to_array()).all()
+            assert result.constraints.status != "infeasible"
+        else:
+            assert result.adapted == task.trajectory
+        result.save(str(tmp_path / "r.json"))
+        assert Adaptation.load(str(tmp_path / "r.json")) == result
