@@ -18,7 +18,7 @@ TABLETOP = Path(__file__).parents[1] / "src" / "ovita" / "data" / "tabletop.json
 def ovita(*arguments, cwd=None, stdin=""):
     env = {k: v for k, v in os.environ.items() if not k.endswith("_API_KEY") and k != "OVITA_MODEL"}
     return subprocess.run(
-        [sys.executable, "-m", "ovita.cli", *map(str, arguments)],
+        [sys.executable, "-m", "ovita", *map(str, arguments)],
         capture_output=True,
         text=True,
         cwd=cwd,

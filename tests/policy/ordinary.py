@@ -29,7 +29,7 @@ def adapt(traj: npt.NDArray[np.float64], scene: Scene, *, gain: float = 0.3) -> 
     return result
 """,
     "boolean_masks": """
-def adapt(traj, scene, *, radius=0.25):
+def adapt(traj, scene, *, radius=0.45):
     d = np.linalg.norm(traj[:, :3] - scene["laptop"].position, axis=1)
     mask = (d < radius) & (traj[:, 3] > 0.1) | (d > 1.0)
     traj[mask, 3] = np.clip(traj[mask, 3] * 0.4, 0.05, None)

@@ -1,5 +1,8 @@
 """Ordinary policies run in the sandbox exactly as they run in plain Python."""
 
+import math
+import sys
+
 import numpy as np
 import pytest
 from ordinary import FUNCTIONS, SCRIPTS
@@ -9,7 +12,7 @@ from ovita.policy.sandbox import run
 from ovita.policy.source import parse
 from ovita.toolkit import Recorder, namespace
 
-pytestmark = pytest.mark.skipif("sys.platform != 'linux'")
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="strict isolation needs Linux")
 
 
 def plain(source, line, table):
@@ -31,8 +34,6 @@ def plain(source, line, table):
             if name is None or name in o.name.lower()
         ]
 
-    import math
-
     names = {
         **namespace(table.frame, Recorder()),
         "np": np,
@@ -49,7 +50,9 @@ def plain(source, line, table):
     rows = np.array([list(r) for r in result], dtype=float)
     if rows.shape[1] == 3:
         rows = np.column_stack([rows, line.speeds])
-    return np.where(np.isnan(rows), line.speeds[: len(rows), None], rows)
+    lost = np.isnan(rows[:, 3])
+    rows[lost, 3] = line.speeds[: len(rows)][lost] if lost.any() else 0.0
+    return rows
 
 
 @pytest.mark.parametrize("name", [f"function/{n}" for n in FUNCTIONS] + [f"script/{n}" for n in SCRIPTS])

@@ -113,15 +113,20 @@ REASONS: dict[str, str] = {
 }
 """Why something is refused, by the name that was met."""
 
-_DUNDER = re.compile(r"__\w*__\Z|__\w+\Z")
+_DUNDER = re.compile(r"__\w*__\Z")
 _FORMAT_FIELD = re.compile(r"\{[^{}]*?(?:\.\s*_|\[\s*_|__)")
+
+
+def is_dunder(name: str) -> bool:
+    """Whether a name belongs to Python itself, such as `__globals__`; `__private` does not."""
+    return _DUNDER.match(name) is not None
 
 
 def refusal(attribute: str) -> str | None:
     """Why an attribute of that name may not be touched, or None if it may."""
     if attribute in DENIED_ATTRIBUTES:
         return REASONS.get(attribute, f"a policy may not use {attribute}")
-    if _DUNDER.match(attribute) and attribute not in ALLOWED_DUNDERS:
+    if is_dunder(attribute) and attribute not in ALLOWED_DUNDERS:
         return f"a policy may not touch {attribute}"
     return None
 

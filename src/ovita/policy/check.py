@@ -18,6 +18,7 @@ from ovita.policy.allowed import (
     NAMEDTUPLE,
     ONLY,
     REASONS,
+    is_dunder,
     opens_objects,
     refusal,
 )
@@ -63,7 +64,7 @@ class _Check(ast.NodeVisitor):
         super().generic_visit(node)
 
     def binding(self, name: str, node: ast.AST) -> None:
-        if name.startswith("__") and name not in ALLOWED_DUNDERS and name != "__all__":
+        if is_dunder(name) and name not in ALLOWED_DUNDERS and name != "__all__":
             raise _reject(node, REASONS.get(name, f"a policy may not define {name}"))
 
     def visit_Import(self, node: ast.Import) -> None:
@@ -108,9 +109,9 @@ class _Check(ast.NodeVisitor):
             raise _reject(node, "a policy may call type(value) with one value, and nothing else with type")
         if name in BUILTINS:
             return
-        if name in REASONS and (hasattr(builtins, name) or name.startswith("__")):
+        if name in REASONS and (hasattr(builtins, name) or is_dunder(name)):
             raise _reject(node, f"{REASONS[name]} ({name})" if "open files" not in REASONS[name] else REASONS[name])
-        if hasattr(builtins, name) or name.startswith("__"):
+        if hasattr(builtins, name) or is_dunder(name):
             raise _reject(node, f"a policy may not use {name}")
         if self.star:
             return
@@ -122,7 +123,7 @@ class _Check(ast.NodeVisitor):
 
     def visit_Attribute(self, node: ast.Attribute) -> None:
         name = node.attr
-        reason = None if name in self.own and not name.startswith("__") else refusal(name)
+        reason = None if name in self.own else refusal(name)
         if reason:
             raise _reject(node, reason)
         if name == "format" and name not in self.own:
@@ -130,9 +131,9 @@ class _Check(ast.NodeVisitor):
                 raise _reject(node, "a policy may call .format only on a literal text; use an f-string")
             if opens_objects(node.value.value):
                 raise _reject(node, "a policy may not reach attributes through .format; use an f-string")
-        if name.startswith("_") and not name.startswith("__") and name not in self.own | NAMEDTUPLE:
+        if name.startswith("_") and not is_dunder(name) and name not in self.own | NAMEDTUPLE:
             raise _reject(node, f"a policy may not touch the private {name}")
-        if not isinstance(node.ctx, ast.Load) and name.startswith("__"):
+        if not isinstance(node.ctx, ast.Load) and is_dunder(name):
             raise _reject(node, f"a policy may not set {name}")
         self.visit(node.value)
 
@@ -152,7 +153,7 @@ class _Check(ast.NodeVisitor):
         self.generic_visit(node)
 
     def visit_keyword(self, node: ast.keyword) -> None:
-        if node.arg is not None and node.arg.startswith("__"):
+        if node.arg is not None and is_dunder(node.arg):
             raise _reject(node, f"a policy may not pass {node.arg}")
         self.generic_visit(node)
 
@@ -254,7 +255,7 @@ def _own_attributes(tree: ast.Module) -> set[str]:
                 names.update(own_bindings(inner) if isinstance(inner, ast.FunctionDef | ast.Name) else ())
                 if isinstance(inner, ast.Attribute) and not isinstance(inner.ctx, ast.Load):
                     names.add(inner.attr)
-    return {name for name in names if not name.startswith("__")}
+    return {name for name in names if not is_dunder(name)}
 
 
 def _reject(node: ast.AST, problem: str) -> PolicyRejected:

@@ -10,9 +10,7 @@ import types
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from ovita.policy.allowed import BUILTINS, MODULES, ONLY, refusal
-
-_FUTURE = "__future__"
+from ovita.policy.allowed import BUILTINS, MODULES, ONLY, is_dunder, refusal
 
 
 class Modules:
@@ -118,7 +116,7 @@ def _hasattr(value: Any, name: str) -> bool:
 
 
 def _setattr(target: Any, name: str, value: Any) -> None:
-    if _checked(name).startswith("__"):
+    if is_dunder(_checked(name)):
         raise AttributeError(f"a policy may not set {name}")
     setattr(target, name, value)
 

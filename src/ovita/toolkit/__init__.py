@@ -24,19 +24,32 @@ from ovita.toolkit.expect import (
     expect_visits,
 )
 from ovita.toolkit.judging import Outcome, judge
+from ovita.toolkit.loops import circle, figure_eight, spiral
+from ovita.toolkit.overhead import hop, hover
 from ovita.toolkit.recorder import Expectation, Recorder
+from ovita.toolkit.regions import at_height, bound, quadrant, stay_on
+from ovita.toolkit.ripples import noise, wave, zigzag
+from ovita.toolkit.routes import average, reverse, shortcut, straighten
 from ovita.toolkit.select import between, every, first, last, near, where_rising
 from ovita.toolkit.shift import midpoint, move
 from ovita.toolkit.speed import dwell, ramp_speed, scale_speed, set_speed, shift_speed, stop_at
+from ovita.toolkit.speedlaws import accelerate, exponential_speed, slow_turns, trapezoid_speed
+from ovita.toolkit.transforms import curve, mirror, rotate, scale, tilt
 
 __all__ = [
     "CATALOGUE",
     "Expectation",
     "Outcome",
     "Recorder",
+    "accelerate",
+    "at_height",
+    "average",
     "between",
+    "bound",
+    "circle",
     "closer",
     "continue_to",
+    "curve",
     "describe",
     "dwell",
     "every",
@@ -52,25 +65,44 @@ __all__ = [
     "expect_start",
     "expect_stop",
     "expect_visits",
+    "exponential_speed",
     "extend",
     "farther",
+    "figure_eight",
     "first",
     "go_through",
+    "hop",
+    "hover",
     "judge",
     "keep_distance",
     "last",
     "midpoint",
+    "mirror",
     "move",
     "move_goal",
     "move_start",
     "namespace",
     "near",
+    "noise",
+    "quadrant",
     "ramp_speed",
     "resample",
+    "reverse",
+    "rotate",
+    "scale",
     "scale_speed",
     "set_speed",
     "shift_speed",
+    "shortcut",
+    "slow_turns",
     "smooth",
+    "spiral",
+    "stay_on",
     "stop_at",
+    "straighten",
+    "tilt",
+    "trapezoid_speed",
+    "wave",
     "where_rising",
+    "zigzag",
 ]

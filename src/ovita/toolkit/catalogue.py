@@ -9,7 +9,22 @@ from types import MappingProxyType
 from typing import Any
 
 from ovita.scene import DIRECTIONS, Frame
-from ovita.toolkit import approach, edit, ends, expect, select, shift, speed
+from ovita.toolkit import (
+    approach,
+    edit,
+    ends,
+    expect,
+    loops,
+    overhead,
+    regions,
+    ripples,
+    routes,
+    select,
+    shift,
+    speed,
+    speedlaws,
+    transforms,
+)
 from ovita.toolkit.recorder import Recorder
 
 HIDDEN = ("frame", "recorder")
@@ -32,16 +47,41 @@ CATALOGUE: Mapping[str, Callable[..., Any]] = MappingProxyType(
             approach.farther,
             approach.keep_distance,
             ends.go_through,
+            overhead.hop,
+            overhead.hover,
             ends.extend,
             ends.continue_to,
+            routes.shortcut,
+            routes.straighten,
+            transforms.curve,
+            transforms.rotate,
+            transforms.tilt,
+            transforms.mirror,
+            transforms.scale,
+            loops.spiral,
+            loops.circle,
+            loops.figure_eight,
+            ripples.zigzag,
+            ripples.wave,
+            ripples.noise,
+            regions.bound,
+            regions.stay_on,
+            regions.quadrant,
+            regions.at_height,
             speed.scale_speed,
             speed.shift_speed,
             speed.set_speed,
             speed.ramp_speed,
+            speedlaws.exponential_speed,
+            speedlaws.accelerate,
+            speedlaws.trapezoid_speed,
+            speedlaws.slow_turns,
             speed.stop_at,
             speed.dwell,
             edit.smooth,
             edit.resample,
+            routes.average,
+            routes.reverse,
             shift.midpoint,
             expect.expect_closer,
             expect.expect_farther,
@@ -101,15 +141,20 @@ def describe(names: Iterable[str] | None = None) -> str:
     return "\n".join(lines)
 
 
-def signature(name: str) -> str:
-    """A call as a policy writes it, such as "near(traj, obj, within)"; the direction words are one OFFSET."""
+def signature(name: str, *, spelled: bool = False) -> str:
+    """A call as a policy writes it, such as "near(traj, obj, within)"; the direction words are one OFFSET.
+
+    Args:
+        name: Of a function in the catalogue.
+        spelled: Write the direction words out.
+    """
     parts: list[str] = []
     starred = False
     for parameter in _public(CATALOGUE[name]).parameters.values():
         if parameter.kind is parameter.KEYWORD_ONLY and not starred:
             parts.append("*")
             starred = True
-        if parameter.name in DIRECTIONS:
+        if parameter.name in DIRECTIONS and not spelled:
             if "OFFSET" not in parts:
                 parts.append("OFFSET")
         elif parameter.default is parameter.empty:
@@ -138,7 +183,7 @@ def _bound(function: Callable[..., Any], frame: Frame, recorder: Recorder) -> Ca
         try:
             public.bind(*args, **kwargs)
         except TypeError as error:
-            shown = signature(function.__name__).replace("OFFSET", ", ".join(f"{word}=0" for word in DIRECTIONS))
+            shown = signature(function.__name__, spelled=True)
             raise ValueError(f"{function.__name__}: {error}; call it as {shown}") from None
         return function(*args, **kwargs, **context)
 

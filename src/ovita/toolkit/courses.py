@@ -47,7 +47,7 @@ def distinct(rows: Array) -> Mask:
 def course_headings(rows: Array) -> Array:
     """Unit vectors (N, 3) of the local path direction, the same for all repeats of a waypoint."""
     fresh = distinct(rows)
-    return headings(rows[fresh, :3])[np.cumsum(fresh) - 1]
+    return np.asarray(headings(rows[fresh, :3])[np.cumsum(fresh) - 1])
 
 
 def level_heading(rows: Array, i: int, up: Array, ahead: Array) -> Array:

@@ -32,7 +32,7 @@ def spiral(
     clockwise: bool = False,
     frame: Frame = RFU,
 ) -> Array:
-    """Spiral outward at a PLACE to a radius in metres, rising by height; then the path goes on.
+    """Spiral out at a PLACE, rising by height; the path goes on.
 
     The spiral is Archimedean and level: after the share u of the turns it is u radius away from the waypoint and
     u height above it. It begins with the path's heading. From its end the rest of the path, if there is one, is
@@ -76,10 +76,10 @@ def circle(
     clockwise: bool | None = None,
     frame: Frame = RFU,
 ) -> Array:
-    """Go around an object in a level circle from the waypoint nearest to it, and back to that.
+    """Go around an object from the nearest waypoint and back.
 
-    The circle lies at that waypoint's height. Where the waypoint is not on it, a straight line leads there and back;
-    after turns that are not whole, the path goes on from where the circle ends.
+    The circle is level and at that waypoint's height. Where the waypoint is not on it, a straight line leads there and
+    back; after turns that are not whole, the path goes on from where the circle ends.
 
     Args:
         traj: (N, 4); the result has the new waypoints inserted at the mean spacing, 24 a turn at least.
@@ -121,10 +121,10 @@ def circle(
 
 
 def figure_eight(traj: ArrayLike, at: Place, *, size: float, frame: Frame = RFU) -> Array:
-    """Put in a level figure eight, size metres long, at a PLACE.
+    """Drive an 8, size metres long, at a PLACE.
 
-    The curve is Gerono's lemniscate, half as wide as long, crossing itself at the waypoint; it leaves and comes back
-    with the path's heading.
+    The curve is Gerono's lemniscate, level and half as wide as long, crossing itself at the waypoint; it leaves and
+    comes back with the path's heading.
 
     Args:
         traj: (N, 4); the result has the new waypoints inserted at the mean spacing, 48 at least.

@@ -20,10 +20,10 @@ PER_SLOPE = 4.0
 
 
 def hop(traj: ArrayLike, obj: Target, height: float, *, width: float = 0.2, frame: Frame = RFU) -> Array:
-    """Jump over an object, height metres above its top; start and goal stay.
+    """Jump over an object, height above its top.
 
-    The waypoint nearest to the object comes to lie above it; the path rises smoothly, is level as long as it is within
-    the bounding sphere's radius, and falls. What is higher already is not lowered.
+    The start and the goal stay. The waypoint nearest to the object comes to lie above it; the path rises smoothly, is
+    level over the bounding sphere, and falls. What is higher already is not lowered.
 
     Args:
         traj: (N, 4); where the waypoints are too sparse for the jump, more are inserted.
@@ -65,7 +65,9 @@ def hover(
     frame: Frame = RFU,
     recorder: Recorder | None = None,
 ) -> Array:
-    """Pass over an object, height metres above its centre, and wait there.
+    """Wait height metres above an object's centre.
+
+    The path bends to pass exactly there; start and goal stay.
 
     Args:
         traj: (N, 4); the result is (N + steps, 4).
@@ -93,7 +95,7 @@ def _window(rows: Array, centre: Array, share: float) -> Mask:
     i = int(np.argmin(np.linalg.norm(rows[:, :3] - centre, axis=1)))
     inside = np.flatnonzero(np.abs(fraction - fraction[i]) <= share)
     index = np.arange(len(rows))
-    return (index >= inside[0] - 1) & (index <= inside[-1] + 1)
+    return np.asarray((index >= inside[0] - 1) & (index <= inside[-1] + 1))
 
 
 def _jump(fraction: Array, i: int, share: float, level: float) -> Array:

@@ -36,7 +36,7 @@ def bound(
     where: ArrayLike | None = None,
     frame: Frame = RFU,
 ) -> Array:
-    """Go at most so far up (or another word) of the origin or of=cup: up=0.3; down=-0.1 is at least 0.1 up.
+    """At most so far up, ... of the origin or of=cup; down=-0.1: at least 0.1 up.
 
     A limit is a coordinate along its word, so right=-0.1 with of=cup means at least 0.1 m left of the cup's centre.
     Waypoints beyond a limit are moved onto it, the others stay as they are.
@@ -75,7 +75,7 @@ def bound(
 
 
 def stay_on(traj: ArrayLike, obj: Target, side: str, *, gap: float = 0.05, frame: Frame = RFU) -> Array:
-    """Keep the path left, right, front, back, above or below of an object, gap metres from it.
+    """Keep left, ..., above or below of an object.
 
     Waypoints on the wrong side are shifted onto the limit. So that there is no corner, the path gives way already where
     it comes near: a waypoint e before the limit is shifted by (m - e)^2 / 4m, with m the gap but 2 cm at least. A part
@@ -84,7 +84,7 @@ def stay_on(traj: ArrayLike, obj: Target, side: str, *, gap: float = 0.05, frame
     Args:
         traj: (N, 4).
         obj: Object or point (3,) [m].
-        side: Direction word, or "above", "below", "behind".
+        side: "left", "right", "front", "back", "up", "down", "above", "below" or "behind".
         gap: [m], >= 0, from the surface of an object with dimensions, else from the centre.
         frame: Which way is left.
     """
@@ -109,9 +109,9 @@ def stay_on(traj: ArrayLike, obj: Target, side: str, *, gap: float = 0.05, frame
 
 
 def quadrant(traj: ArrayLike, which: int = 1, *, frame: Frame = RFU) -> Array:
-    """Shift the path into a quadrant of the ground: 1 front right, 2 front left, 3 back left, 4 back right.
+    """Shift into a quadrant: 1 is front right, then counter-clockwise.
 
-    The shift is the smallest that does; the shape stays.
+    Of the horizontal plane, by the smallest shift that does; the shape stays.
 
     Args:
         traj: (N, 4).
@@ -128,7 +128,7 @@ def quadrant(traj: ArrayLike, which: int = 1, *, frame: Frame = RFU) -> Array:
 
 
 def at_height(traj: ArrayLike, height: float, *, where: ArrayLike | None = None, frame: Frame = RFU) -> Array:
-    """Set the height above the ground in metres.
+    """Set the height above the ground.
 
     Args:
         traj: (N, 4).

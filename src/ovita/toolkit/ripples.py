@@ -33,7 +33,7 @@ def zigzag(
     direction: str | None = None,
     frame: Frame = RFU,
 ) -> Array:
-    """Zigzag by amplitude metres to either side, or along a direction word.
+    """Zigzag sideways, or along a direction word.
 
     The displacement is a triangle wave over the path's length, level and perpendicular to the heading, to the right
     first; its corners are at waypoints.
@@ -59,7 +59,7 @@ def wave(
     direction: str | None = None,
     frame: Frame = RFU,
 ) -> Array:
-    """As zigzag, but in a sinusoid.
+    """As zigzag, in a sinusoid.
 
     Args:
         traj: (N, 4); where the waypoints are too sparse for the waves, more are inserted.
@@ -74,7 +74,7 @@ def wave(
 
 
 def noise(traj: ArrayLike, amount: float, *, seed: int = 0, where: ArrayLike | None = None) -> Array:
-    """Shake waypoints by at most amount metres.
+    """Shake by up to amount metres.
 
     The displacements are uniform in a ball; the same seed shakes in the same directions, whatever the amount.
 
@@ -146,7 +146,7 @@ def _phase(part: Array, waves: float) -> Array:
     nearest = np.where(wanted - s[after - 1] <= s[after] - wanted, s[after - 1], s[after])
     inner = (nearest > 0.0) & (nearest < s[-1]) & (np.diff(nearest, prepend=-1.0) > 0.0)
     knots = np.concatenate([[0.0], nearest[inner], [s[-1]]])
-    return np.interp(s, knots, np.concatenate([[0.0], crests[inner], [2.0 * np.pi * waves]]))
+    return np.asarray(np.interp(s, knots, np.concatenate([[0.0], crests[inner], [2.0 * np.pi * waves]])))
 
 
 def _triangle(phase: Array) -> Array:

@@ -15,7 +15,7 @@ from ovita.trajectory import Array
 
 
 def straighten(traj: ArrayLike, a: Place = "start", b: Place = "goal") -> Array:
-    """Go straight from PLACE a to PLACE b.
+    """Go straight from PLACE a to b.
 
     The waypoints between keep their number and their speeds and lie evenly on the line; a dwell stays one.
 
@@ -51,7 +51,7 @@ def shortcut(
     frame: Frame = RFU,
     recorder: Recorder | None = None,
 ) -> Array:
-    """Follow the path to PLACE a, then end straight at b (object, point or PLACE) plus OFFSET.
+    """Follow to PLACE a, then end straight at b plus OFFSET.
 
     Args:
         traj: (N, 4); what came after a is dropped, new waypoints lie at the mean spacing.
@@ -86,7 +86,9 @@ def shortcut(
 
 
 def average(traj: ArrayLike, k: int) -> Array:
-    """Replace each k waypoints in turn by their mean.
+    """Merge each k waypoints into one.
+
+    That one is their mean, speed and extra columns included.
 
     Args:
         traj: (N, 4); the result is (ceil(N / k), 4), its last waypoint the mean of what is left over.
@@ -100,7 +102,7 @@ def average(traj: ArrayLike, k: int) -> Array:
 
 
 def reverse(traj: ArrayLike, *, where: ArrayLike | None = None) -> Array:
-    """Reverse the order of the waypoints.
+    """Reverse the waypoints' order.
 
     Speeds and extra columns go along.
 

@@ -22,10 +22,10 @@ LEAD = 0.1
 
 
 def trapezoid_speed(traj: ArrayLike, cruise: float | None = None, *, ramp: float = 0.25) -> Array:
-    """Rise from 0 to cruise m/s, keep it, fall to 0: a trapezoid over time.
+    """From 0 to cruise m/s and back to 0.
 
-    Rise and fall have constant acceleration: the speed is cruise sqrt(s / l) at the distance s from an end, with l the
-    length of the ramp. A dwell stays at rest.
+    The speed is a trapezoid over time: rise and fall have constant acceleration, so that it is cruise sqrt(s / l) at
+    the distance s from an end, with l the length of the ramp. A dwell stays at rest.
 
     Args:
         traj: (N, 4); where a ramp has no waypoint inside, some are inserted.
@@ -48,7 +48,7 @@ def trapezoid_speed(traj: ArrayLike, cruise: float | None = None, *, ramp: float
 def exponential_speed(
     traj: ArrayLike, start: float | None = None, end: float | None = None, *, where: ArrayLike | None = None
 ) -> Array:
-    """As ramp_speed, but exponentially.
+    """As ramp_speed, exponentially.
 
     The speed is start (end / start)^u at the fraction u of the length; between the ends, an end at less than a
     hundredth of the other's speed counts as that. A dwell stays at rest.
@@ -77,7 +77,7 @@ def exponential_speed(
 
 
 def accelerate(traj: ArrayLike, rate: float, *, where: ArrayLike | None = None) -> Array:
-    """Accelerate constantly by rate m/s^2 (negative: brake).
+    """Accelerate by rate m/s^2 (negative: brake).
 
     The speed at the distance s is sqrt(v0^2 + 2 rate s), and 0 once that is negative; v0 is the speed at the first
     waypoint, for a negative rate at the first that moves. A dwell stays at rest.
@@ -104,7 +104,7 @@ def accelerate(traj: ArrayLike, rate: float, *, where: ArrayLike | None = None) 
 
 
 def slow_turns(traj: ArrayLike, factor: float = 0.5, *, angle: float = 30.0) -> Array:
-    """Slow down smoothly before and in turns sharper than angle (degrees).
+    """Slow down before and in turns over angle degrees.
 
     A waypoint is in a turn if the directions over 5 % of the path's length before it and behind it differ by the
     angle. The speed is multiplied by the factor there, and by less and less over 10 % of the path before a turn and

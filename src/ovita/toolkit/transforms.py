@@ -24,14 +24,14 @@ def rotate(
     where: ArrayLike | None = None,
     frame: Frame = RFU,
 ) -> Array:
-    """Turn counter-clockwise, seen from the tip of axis, about the centroid, an object, a point or a PLACE.
+    """Turn counter-clockwise about the centroid or a PLACE.
 
     Args:
         traj: (N, 4).
-        degrees: Negative: clockwise.
+        degrees: Counter-clockwise as seen from the tip of the axis; negative: clockwise.
         about: Object or point (3,) [m] that stays where it is, or a waypoint: "start", "goal", its index (int) or
             fraction of the path (float). None for the mean of the selected waypoints.
-        axis: Direction word; "up" turns in the horizontal plane, counter-clockwise as seen from above.
+        axis: Direction word; "up" turns in the horizontal plane.
         where: Mask (N,), or None for all waypoints.
         frame: Which way is up.
     """
@@ -50,7 +50,7 @@ def rotate(
 def tilt(
     traj: ArrayLike, degrees: float, *, axis: str = "front", about: Place | None = None, frame: Frame = RFU
 ) -> Array:
-    """As rotate, around a level axis: "front" lifts the left side, "right" the front.
+    """As rotate: "front" lifts the left side, "right" the front.
 
     Args:
         traj: (N, 4).
@@ -67,7 +67,7 @@ def tilt(
 def mirror(
     traj: ArrayLike, axis: str, *, about: Place | None = None, where: ArrayLike | None = None, frame: Frame = RFU
 ) -> Array:
-    """Mirror: "left" swaps left and right, "up" up and down; "x" keeps x and flips y, "y" flips x.
+    """Flip: "left" swaps left and right; "x" keeps x and flips y.
 
     Args:
         traj: (N, 4).
@@ -89,7 +89,7 @@ def mirror(
 
 
 def scale(traj: ArrayLike, factor: float, *, about: Place | None = None, where: ArrayLike | None = None) -> Array:
-    """Enlarge or shrink the path; about as in rotate.
+    """Enlarge or shrink about a PLACE.
 
     Args:
         traj: (N, 4).
@@ -107,7 +107,7 @@ def scale(traj: ArrayLike, factor: float, *, about: Place | None = None, where: 
 
 
 def curve(traj: ArrayLike, factor: float) -> Array:
-    """Bend more (factor > 1) or less (< 1) away from the line from start to goal.
+    """Bend more (>1) or less (<1) off the start-goal line.
 
     Each waypoint's distance from that line is multiplied by the factor; what lies on the line stays there.
 

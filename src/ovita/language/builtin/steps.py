@@ -102,7 +102,10 @@ def _endpoint(d: Draft, intent: Intent) -> None:
         d.expectations.append(f"expect_{end}({_arguments(_with_shift(d, own.knobs, own=True))})")
         d.plan.append(f"Shift the {end} {own.words}; the path bends towards it.")
         return
-    offset = f", {_offset(d, intent, f'{end}_').code}" if intent.directions else ""
+    offset = ""
+    if intent.directions:
+        beside = _offset(d, intent, f"{end}_")
+        offset, words = f", {beside.code}", f"{beside.words} of {words}"
     d.body.append(f"traj = move_{end}(traj, {target}{offset}, blend={blend})")
     if not offset:
         d.expectations.append(f"expect_{end}({target})")

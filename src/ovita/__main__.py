@@ -1,0 +1,5 @@
+"""`python -m ovita`: the command line."""
+
+from ovita.cli.main import main
+
+main()

@@ -1,5 +1,0 @@
-"""`python -m ovita.cli`."""
-
-from ovita.cli.main import main
-
-main()
