@@ -183,6 +183,17 @@ def test_how_much_of_the_change_was_undone():
     assert any("51%" in s for s in verdict.sentences())
 
 
+def test_every_step_is_legal_and_more_steps_are_nearer():
+    t = line(n=100)
+    far = []
+    for steps in (1, 3, 12):
+        found = constrain(t, scene(CUP), OPEN, original=moved(t), options=ConstraintOptions(steps=steps))
+        assert found.verdict.status == "repaired"
+        assert clearance(found, scene(CUP)) > -1e-6
+        far.append(float(((found.trajectory.positions - t.positions) ** 2).sum()))
+    assert far[2] <= far[1] * 1.05 <= far[0] * 1.1
+
+
 def test_it_is_deterministic_and_settles():
     t = line()
     first = constrain(t, scene(CUP), OPEN, original=moved(t))

@@ -108,6 +108,7 @@ def test_margins_that_eat_the_workspace():
         {"lambda_shape": "much"},
         {"max_acceleration": 0.0},
         {"max_lateral_acceleration": -2.0},
+        {"steps": 0},
         {"method": "magic"},
         {"obstacle_shape": "cone"},
     ],

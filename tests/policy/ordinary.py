@@ -1,5 +1,7 @@
 """Ordinary policies, as a model writes them: what the sandbox must run and the check must not refuse."""
 
+# ruff: noqa: E501
+
 FUNCTIONS: dict[str, str] = {
     "toolkit": '''
 def adapt(traj, scene, *, distance=0.2, slowdown=0.5, radius=0.3):

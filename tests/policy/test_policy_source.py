@@ -275,7 +275,7 @@ def test_values_that_do_not_fit_are_refused(values, problem):
     [
         (FUNCTION, True),
         (
-            "def adapt(traj, scene):\n    if 'cup' in scene:\n        traj = closer(traj, scene['cup'], by=0.1)\n    return traj\n",
+            "def adapt(traj, scene):\n    if 'cup' in scene:\n        traj = move(traj, up=1)\n    return traj\n",
             True,
         ),
         ("def adapt(traj, scene):\n    return move(traj, up=2 * scene['cup'].size[2])\n", True),

@@ -302,3 +302,18 @@ def test_keep_distance_does_not_jump_across_when_the_path_turns_inside_the_spher
 @given(paths(), points, amounts)
 def test_farther_moves_the_nearest_distance_by_the_full_amount(rows, point, by):
     assert distances(farther(rows, point, by), point).min() == pytest.approx(distances(rows, point).min() + by)
+
+
+@pytest.mark.parametrize(
+    "operation", [lambda t, o, **k: closer(t, o, 0.1, **k), lambda t, o, **k: farther(t, o, 0.1, **k)]
+)
+def test_approach_can_hold_a_direction(line, operation):
+    above = [0.5, 0.3, 0.4]
+    out = operation(line, above, hold="up")
+    assert np.array_equal(out[:, 2], line[:, 2]) and not np.array_equal(out, line)
+    assert np.array_equal(operation(line, above, hold=["up", "front", "left"]), line)
+    before, after = distances(line, above), distances(out, above)
+    toward = operation(line, above)
+    assert (np.sign((after - before).round(12)) == np.sign((distances(toward, above) - before).round(12))).all()
+    with pytest.raises(ValueError, match="direction"):
+        operation(line, above, hold="sideways")

@@ -37,12 +37,17 @@ def smooth(
     """
     fixed = np.zeros(len(reference), dtype=bool) if fixed is None else fixed
     out = reference.copy()
-    for axis in range(reference.shape[1]):
-        ref, low, high = reference[:, axis], float(lower[axis]), float(upper[axis])
-        legal = bool(((ref >= low) & (ref <= high) | fixed).all())
-        if legal and (not weights.smooth or bool((ref == ref[0]).all())):
-            continue
-        out[:, axis] = _axis(ref, weights, low, max(low, high), fixed)
+    still = (reference == reference[0]).all(axis=0) if weights.smooth else np.ones(reference.shape[1], dtype=bool)
+    legal = (((reference >= lower) & (reference <= upper)) | fixed[:, None]).all(axis=0)
+    todo = np.flatnonzero(~(legal & still))
+    if weights.smooth and len(todo):
+        x = _solve(*_system(reference[:, todo], weights), fixed, reference[:, todo])
+        inside = (((x >= lower[todo]) & (x <= upper[todo])) | fixed[:, None]).all(axis=0)
+        out[:, todo[inside]] = x[:, inside]
+        todo = todo[~inside]
+    for axis in todo:
+        low, high = float(lower[axis]), float(upper[axis])
+        out[:, axis] = _axis(reference[:, axis], weights, low, max(low, high), fixed)
     return out
 
 
@@ -62,19 +67,26 @@ def halo(weights: Weights, remaining: float = 1e-7) -> int:
     return 2 if rho == 0 else 2 + math.ceil(math.log(remaining) / math.log(rho))
 
 
-def _axis(ref: Array, weights: Weights, low: float, high: float, fixed: NDArray[np.bool_]) -> Array:
-    n = len(ref)
+def _system(reference: Array, weights: Weights) -> tuple[Array, float, Array]:
+    """Diagonal (N,) and negated side of the tri-diagonal matrix, and the right-hand sides (N, k)."""
     link = weights.smooth + weights.shape
-    neighbours = np.full(n, 2.0)
+    neighbours = np.full(len(reference), 2.0)
     neighbours[[0, -1]] = 1.0
-    diagonal = weights.dev + link * neighbours
-    pull = weights.dev * ref + weights.shape * laplacian_times(ref[:, None])[:, 0]
+    pull = weights.dev * reference
+    if weights.shape:
+        pull = pull + weights.shape * laplacian_times(reference)
+    return weights.dev + link * neighbours, link, pull
+
+
+def _axis(ref: Array, weights: Weights, low: float, high: float, fixed: NDArray[np.bool_]) -> Array:
+    diagonal, link, pulls = _system(ref[:, None], weights)
+    pull = pulls[:, 0]
     at_low = (ref < low) & ~fixed
     at_high = (ref > high) & ~fixed
     for _ in range(ROUNDS):
         held = fixed | at_low | at_high
         value = np.where(at_low, low, np.where(at_high, high, ref))
-        x = _solve(diagonal, link, pull, held, value)
+        x = _solve(diagonal, link, pulls, held, value[:, None])[:, 0]
         slope = diagonal * x - pull  # half the gradient: what a bound that holds x must push against
         slope[1:] -= link * x[:-1]
         slope[:-1] -= link * x[1:]
@@ -90,10 +102,13 @@ def _axis(ref: Array, weights: Weights, low: float, high: float, fixed: NDArray[
 
 
 def _solve(diagonal: Array, link: float, pull: Array, held: NDArray[np.bool_], value: Array) -> Array:
-    """Solve the tri-diagonal system with some unknowns held at a value."""
+    """Solve the tri-diagonal system for k right-hand sides (N, k) with some unknowns (N,) held at values (N, k)."""
+    if not held.any():
+        return np.asarray(lapack.dptsv(diagonal, np.full(len(diagonal) - 1, -link), pull)[2])
+    hold = held[:, None]
     side = np.where(held[:-1] | held[1:], 0.0, -link)
-    right = np.where(held, value, pull)
-    right[1:] += np.where(held[:-1] & ~held[1:], link * value[:-1], 0.0)
-    right[:-1] += np.where(held[1:] & ~held[:-1], link * value[1:], 0.0)
+    right = np.where(hold, value, pull)
+    right[1:] += np.where(hold[:-1] & ~hold[1:], link * value[:-1], 0.0)
+    right[:-1] += np.where(hold[1:] & ~hold[:-1], link * value[1:], 0.0)
     x = lapack.dptsv(np.where(held, 1.0, diagonal), side, right)[2]
-    return np.where(held, value, x)
+    return np.where(hold, value, x)

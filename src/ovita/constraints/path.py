@@ -110,6 +110,8 @@ class PathProblem:
     def excused(self, body: Obstacle, segments: NDArray[np.intp]) -> NDArray[np.bool_]:
         """(M,) whether a segment touches a waypoint that is stuck in the body."""
         stuck = self.stuck(body)
+        if not len(stuck):
+            return np.zeros(len(segments), dtype=bool)
         return np.isin(segments, stuck) | np.isin(segments + 1, stuck)
 
     def bad(self, x: Array) -> NDArray[np.bool_]:

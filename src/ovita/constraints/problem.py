@@ -54,6 +54,7 @@ class ConstraintOptions:
         max_acceleration: Along the path [m/s^2], or None for no limit.
         max_lateral_acceleration: Across the path, v^2 times curvature [m/s^2], or None for no limit.
         custom: Further constraints, see `plugins.Constraint`.
+        steps: Most linearisations in a row, >= 1; every one of them gives a legal path, more give a nearer one.
         tuner: How lambda_smooth "auto" is searched: on a grid, or by Optuna.
         trials: Trials of any search for weights; with method "paper" 0 takes the weights as they are.
         seed: Of that search.
@@ -76,6 +77,7 @@ class ConstraintOptions:
     max_acceleration: float | None = None
     max_lateral_acceleration: float | None = None
     custom: tuple[Any, ...] = ()
+    steps: int = 12
     tuner: Literal["grid", "optuna"] = "grid"
     trials: int = 50
     seed: int = 0
@@ -89,6 +91,8 @@ class ConstraintOptions:
             value = getattr(self, key)
             if value is not None and not (_number(value) and value > 0):
                 raise ConstraintDefinitionError(f"{key} {value!r} is not > 0 m/s^2; leave it out for no limit")
+        if not (_number(self.steps) and self.steps >= 1):
+            raise ConstraintDefinitionError(f"steps {self.steps!r} is not a number >= 1")
         for key, known in _CHOICES:
             if getattr(self, key) not in known:
                 raise ConstraintDefinitionError(f"{key} {getattr(self, key)!r} is not one of {', '.join(known)}")

@@ -20,9 +20,6 @@ from ovita.constraints.path import GRAZE, PAD, PathProblem
 from ovita.constraints.qp import Rows, objective, solve_qp
 from ovita.trajectory import Array
 
-STEPS = 12
-"""Most linearisations in a row; each iterate is legal, so fewer only cost optimality."""
-
 STILL = 1e-8
 """A waypoint that moved less than this did not move [m]."""
 
@@ -39,12 +36,12 @@ class Settings:
     """When to stop.
 
     Args:
-        steps: Most linearisations.
+        steps: Most linearisations in a row; each iterate is legal, so fewer only cost optimality.
         gain: Stop when a step gains less than this share of what could be gained at all.
     """
 
-    steps: int = STEPS
-    gain: float = 1e-2
+    steps: int = 12
+    gain: float = 2e-2
 
 
 def improve(problem: PathProblem, base: Array, x: Array, settings: Settings | None = None) -> Array:
@@ -107,10 +104,13 @@ class _Window:
         value = self._value(x)
         bottom = self._value(self.base)
         step: Array | None = None
+        gained = enough = 0.0
         lead = 1.0  # how many further such steps the next linearisation anticipates
         for _ in range(self.settings.steps):
             new = None if step is None or soft else self._step(x, soft, x + lead * step)
             if new is None or self._value(new) >= value:
+                if step is not None and gained <= 4.0 * enough:
+                    break
                 new, step, lead = self._step(x, soft), None, 1.0
             if new is None:
                 break
@@ -119,7 +119,8 @@ class _Window:
                 ratio = min(_size(new - x) / max(_size(step), 1e-300), LEAD / (1.0 + LEAD))
                 lead = ratio / (1.0 - ratio)
             step, x = new - x, new
-            if _size(step) < 1e-7 or (not soft and gained <= self.settings.gain * max(value - bottom, 1e-15)):
+            enough = self.settings.gain * max(value - bottom, 1e-15)
+            if _size(step) < 1e-7 or (not soft and gained <= enough):
                 break
         return x
 
@@ -135,7 +136,7 @@ class _Window:
         planes = [self._plane_rows(body, x, n, ahead) for body, n in zip(bodies, near, strict=True)]
         self._cut(x, within)
         own = [self._free(make(x)) for make in self.problem.rows]
-        new = x
+        new, clean = x, False
         for _ in range(10):
             found = solve_qp(
                 self.problem.reference,
@@ -150,15 +151,18 @@ class _Window:
                 return None
             new = found.x
             missing = self._cut(new, 0.0)
+            clean = not missing
             for k, body in enumerate(bodies):
-                hit = np.setdiff1d(self._hit(body, new), near[k])
+                hit = self._hit(body, new)
+                clean = clean and not len(hit)
+                hit = np.setdiff1d(hit, near[k]) if len(hit) else hit
                 if len(hit):
                     missing = True
                     near[k] = np.concatenate([near[k], hit])
                     planes[k] = Rows.join(planes[k], self._plane_rows(body, x, hit, ahead))
             if not missing:
                 break
-        if soft:
+        if soft or clean:
             return new
         if ahead is not None:
             return new if self._legal(new) else None

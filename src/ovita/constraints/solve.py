@@ -16,7 +16,7 @@ from ovita.constraints.path import PAD, PathProblem, flatten
 from ovita.constraints.problem import ConstraintCheck, ConstraintOptions, Solution, Status, Verdict, Violation
 from ovita.constraints.qp import Weights
 from ovita.constraints.regions import KeepOut, Region
-from ovita.constraints.sequential import improve
+from ovita.constraints.sequential import Settings, improve
 from ovita.constraints.verify import Measure, compare, measure_all
 from ovita.robot import Robot
 from ovita.scene import Scene
@@ -87,7 +87,7 @@ class _Task:
         positions = self.proposed.positions
         blocked: tuple[Blocked, ...] = ()
         if not keep_path and (options.lambda_smooth or any(check.geometric for check in broken)):
-            positions, blocked = solve_path(problem)
+            positions, blocked = solve_path(problem, Settings(steps=int(options.steps)))
         result = self.proposed.with_(positions=positions, speeds=self.speeds(positions, problem.weights))
         after = self.judge(result)
         if all(check.held for check in after):
@@ -188,7 +188,7 @@ class _Task:
         return Solution(result, verdict)
 
 
-def solve_path(problem: PathProblem) -> tuple[Array, tuple[Blocked, ...]]:
+def solve_path(problem: PathProblem, settings: Settings | None = None) -> tuple[Array, tuple[Blocked, ...]]:
     """The path nearest to the reference (in the sense of the objective) that is legal, and what stays blocked.
 
     Four steps: smooth and bound each axis (`banded`), move into the convex regions, find a way around every body
@@ -203,8 +203,8 @@ def solve_path(problem: PathProblem) -> tuple[Array, tuple[Blocked, ...]]:
     if outside.any():
         start[outside] = problem.project(base[outside])
     if problem.rows:
-        start = improve(replace(problem, bodies=()), base, start)
+        start = improve(replace(problem, bodies=()), base, start, settings)
     start, blocked = legal_path(problem, start)
     if np.array_equal(start, base) and not problem.rows:
         return base, blocked
-    return improve(problem, base, start), blocked
+    return improve(problem, base, start, settings), blocked

@@ -28,6 +28,7 @@ def main(mode: str, parent: int) -> None:
         for descriptor in (0, 1):
             msvcrt.setmode(descriptor, os.O_BINARY)
     stage = runtime.Stage(Modules())
+    stage.warm_up()
     if mode == "once":
         os.write(1, frames.READY)
         head = Request.unpack(read_exact(0, frames.REQUEST_SIZE))
@@ -44,7 +45,6 @@ def main(mode: str, parent: int) -> None:
             _server.close_all_but((writing,))
             _run(head, body, writing, stage, strict=True)
 
-        stage.prepare_to_fork()
         os.write(1, frames.READY)
         _server.Server(stage, run_child, parent).serve()
 

@@ -54,7 +54,7 @@ ALLOWED_DUNDERS: frozenset[str] = frozenset(
     __reversed__ __repr__ __str__ __bool__ __float__ __int__ __index__ __abs__ __neg__ __pos__ __invert__ __hash__
     __eq__ __ne__ __lt__ __le__ __gt__ __ge__ __add__ __radd__ __iadd__ __sub__ __rsub__ __isub__ __mul__ __rmul__
     __imul__ __truediv__ __rtruediv__ __itruediv__ __floordiv__ __rfloordiv__ __mod__ __rmod__ __pow__ __rpow__
-    __matmul__ __rmatmul__ __and__ __or__ __xor__ __round__ __enter__ __exit__ __slots__ __match_args__ __name__
+    __matmul__ __rmatmul__ __and__ __or__ __xor__ __round__ __enter__ __exit__ __slots__ __name__
     __doc__ __version__ __qualname__ __class__
     """.split()
 )

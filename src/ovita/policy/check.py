@@ -123,7 +123,7 @@ class _Check(ast.NodeVisitor):
 
     def visit_Attribute(self, node: ast.Attribute) -> None:
         name = node.attr
-        reason = None if name in self.own else refusal(name)
+        reason = refusal(name)
         if reason:
             raise _reject(node, reason)
         if name == "format" and name not in self.own:
@@ -153,6 +153,8 @@ class _Check(ast.NodeVisitor):
         self.generic_visit(node)
 
     def visit_keyword(self, node: ast.keyword) -> None:
+        if node.arg == "refcheck":
+            raise _reject(node, "a policy may not reach into memory; use np.resize or np.concatenate")
         if node.arg is not None and is_dunder(node.arg):
             raise _reject(node, f"a policy may not pass {node.arg}")
         self.generic_visit(node)
@@ -167,8 +169,8 @@ class _Check(ast.NodeVisitor):
     def visit_MatchClass(self, node: ast.MatchClass) -> None:
         for name in node.kwd_attrs:
             reason = refusal(name)
-            if reason or (name.startswith("_") and name not in self.own):
-                raise _reject(node, reason or f"a policy may not touch the private {name}")
+            if reason or name == "format" or (name.startswith("_") and name not in self.own):
+                raise _reject(node, reason or f"a policy may not match the attribute {name}")
         self.generic_visit(node)
 
     def visit_arg(self, node: ast.arg) -> None:
@@ -189,61 +191,6 @@ class _Check(ast.NodeVisitor):
 
     def visit_Await(self, node: ast.Await) -> None:
         raise _reject(node, "a policy may not be asynchronous; write plain functions")
-
-
-def only_toolkit(tree: ast.Module) -> bool:
-    """Whether a policy is one function made of toolkit calls, scene look-ups and arithmetic, and nothing else."""
-    body = [s for s in tree.body if not _is_text(s)]
-    if len(body) != 1 or not isinstance(body[0], ast.FunctionDef):
-        return False
-    function = body[0]
-    bound = all_bindings(function)
-    if function.decorator_list or bound & PROVIDED or any(name.startswith("_") for name in bound):
-        return False
-    arguments = function.args
-    defaults = [*arguments.defaults, *(d for d in arguments.kw_defaults if d is not None)]
-    return all(_simple(d, bound) for d in defaults) and all(_simple_statement(s, bound) for s in function.body)
-
-
-_SIMPLE_ATTRIBUTES = frozenset({"position", "size", "dimensions", "radius", "name", "shape", "names"})
-_SIMPLE_NODES = (
-    ast.Constant, ast.Tuple, ast.List, ast.BinOp, ast.UnaryOp, ast.Compare, ast.BoolOp, ast.operator, ast.unaryop,
-    ast.cmpop, ast.boolop, ast.expr_context, ast.keyword, ast.Slice,
-)  # fmt: skip
-
-
-def _simple_statement(node: ast.stmt, bound: set[str]) -> bool:
-    match node:
-        case ast.Expr(value=value) | ast.Return(value=ast.expr() as value):
-            return _simple(value, bound)
-        case ast.Assign(targets=[ast.Name()], value=value):
-            return _simple(value, bound)
-        case ast.If(test=test, body=body, orelse=orelse):
-            return _simple(test, bound) and all(_simple_statement(s, bound) for s in [*body, *orelse])
-    return False
-
-
-def _simple(node: ast.AST, bound: set[str]) -> bool:
-    match node:
-        case ast.Name(id=name):
-            return name in bound
-        case ast.Call(func=ast.Name(id=name), args=args, keywords=keywords):
-            callable_ = (name in CATALOGUE or name in ("len", "abs", "min", "max", "float")) and name not in bound
-            plain = all(k.arg is not None for k in keywords) and not any(isinstance(a, ast.Starred) for a in args)
-            return callable_ and plain and all(_simple(a, bound) for a in [*args, *(k.value for k in keywords)])
-        case ast.Attribute(value=value, attr=attribute):
-            return attribute in _SIMPLE_ATTRIBUTES and _simple(value, bound)
-        case ast.Subscript(value=value, slice=index, ctx=ast.Load()):
-            return _simple(value, bound) and _simple(index, bound)
-        case ast.BinOp(op=ast.Pow() | ast.LShift() | ast.Mod()):
-            return False
-        case _ if isinstance(node, _SIMPLE_NODES):
-            return all(_simple(child, bound) for child in ast.iter_child_nodes(node))
-    return False
-
-
-def _is_text(node: ast.stmt) -> bool:
-    return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
 
 
 def _own_attributes(tree: ast.Module) -> set[str]:

@@ -14,6 +14,9 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 
+if sys.platform != "win32":
+    import resource
+
 NOBODY = 65534
 
 _PR_SET_PDEATHSIG, _PR_SET_DUMPABLE, _PR_GET_SECCOMP, _PR_SET_SECCOMP, _PR_SET_NO_NEW_PRIVS = 1, 4, 21, 22, 38
@@ -164,8 +167,8 @@ def limit_resources(memory: int, cpu_s: int, *, base: int | None = None) -> None
         cpu_s: Processor time, all in all [s].
         base: Address space that it has now [bytes]; read from /proc if None.
     """
-    import resource
-
+    if sys.platform == "win32":
+        return
     base = address_space() if base is None else base
     wanted = {
         "RLIMIT_AS": base + memory,

@@ -108,6 +108,8 @@ def _checked(name: object) -> str:
 
 
 def _getattr(value: Any, name: str, *default: Any) -> Any:
+    if isinstance(value, str) and name == "format":
+        raise AttributeError("a policy may call .format only on a literal text; use an f-string")
     return getattr(value, _checked(name), *default)
 
 

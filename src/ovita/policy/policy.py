@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from ovita.policy.check import only_toolkit
 from ovita.policy.parameters import Parameter, Value, find_parameters, rewrite
+from ovita.policy.simple import carries_columns, only_toolkit
 from ovita.policy.syntax import Form, entry_of, parse_tree
 
 
@@ -42,3 +42,8 @@ class Policy:
     def toolkit_only(self) -> bool:
         """Whether it consists of nothing but toolkit calls, scene look-ups and arithmetic."""
         return only_toolkit(parse_tree(self.source))
+
+    @property
+    def carries_columns(self) -> bool:
+        """Whether further columns of its trajectory, such as orientations, come through it unspoilt."""
+        return carries_columns(parse_tree(self.source))

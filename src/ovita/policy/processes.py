@@ -115,6 +115,7 @@ class Pool:
     def __init__(self) -> None:
         self._workers: dict[bool, Worker] = {}
         self._locks = {False: threading.Lock(), True: threading.Lock()}
+        self._ended = False
 
     def ask(self, head: Request, body: bytes) -> Answer:
         """Have a request answered by the worker that fits, started if need be and restarted once if it was lost.
@@ -141,6 +142,8 @@ class Pool:
         return tuple(worker.process.pid for worker in self._workers.values())
 
     def _worker(self, kind: bool) -> Worker:
+        if self._ended:
+            raise IsolationUnavailable("this process is ending, and its sandbox with it")
         worker = self._workers.get(kind)
         if worker is not None and worker.process.poll() is not None:
             self._discard(kind)
@@ -160,6 +163,13 @@ class Pool:
             with self._locks[kind]:
                 self._discard(kind)
 
+    def end(self) -> None:
+        """Kill all workers at once, whatever they are doing, and start no other."""
+        self._ended = True
+        for worker in list(self._workers.values()):
+            worker.process.kill()
+            worker.process.wait()
+
     def after_fork(self) -> None:
         """Start afresh in a forked child: the workers answer to the parent."""
         for worker in self._workers.values():
@@ -168,7 +178,7 @@ class Pool:
 
 
 POOL = Pool()
-atexit.register(POOL.close)
+atexit.register(POOL.end)
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=POOL.after_fork)
 

@@ -141,13 +141,12 @@ class Stage:
         self._toolkits: dict[str, tuple[Recorder, dict[str, Any]]] = {}
         make_deterministic()
 
-    def prepare_to_fork(self) -> None:
+    def warm_up(self) -> None:
         """Do what can be done before there is a policy, since nothing can be imported behind the locked door."""
         warm_up()
         for name in FRAMES:
             self.toolkit(Frame(name))
-        gc.collect()
-        gc.freeze()
+        _freeze()
 
     def load_scipy(self, mask: int) -> None:
         """Load parts of scipy, as `allowed.scipy_parts` counts them."""
@@ -157,8 +156,7 @@ class Stage:
                 if mask & (1 << i):
                     self.modules.load(part)
             warm_up_scipy()
-            gc.collect()
-            gc.freeze()
+            _freeze()
 
     def toolkit(self, frame: Frame) -> tuple[Recorder, dict[str, Any]]:
         """The toolkit for a frame, and the recorder that it writes to."""
@@ -283,6 +281,12 @@ def warm_up_scipy() -> None:
         optimize.minimize(lambda p: float((p**2).sum()), [1.0])
     if spatial := loaded("scipy.spatial"):
         spatial.cKDTree(x[:, None]).query(x[:, None])
+
+
+def _freeze() -> None:
+    """Keep the collector from touching what forked processes share."""
+    gc.collect()
+    gc.freeze()
 
 
 def watch_memory(limit: int) -> None:

@@ -146,9 +146,7 @@ def _run(
         isolation = "degraded"
     if not checked and (isolation != "strict" or not locked):
         raise RequestError("the allowlist check can be left out only where the kernel holds")
-    body = frames.pack_payload(
-        {"source": policy.source, "scene": scene_to_json(scene)}, _table(trajectory, wide=policy.toolkit_only)
-    )
+    body = frames.pack_payload({"source": policy.source, "scene": scene_to_json(scene)}, _table(trajectory, policy))
     flags = CHECKED * checked | LOCKED * locked
     head = Request(int(limits.wall_s * 1000), limits.memory_mb, scipy_parts(policy.source), flags, len(body))
     answer = POOL.ask(head, body) if isolation == "strict" else once(head, body)
@@ -164,9 +162,9 @@ def _run(
     )
 
 
-def _table(trajectory: Trajectory, *, wide: bool) -> Array:
+def _table(trajectory: Trajectory, policy: Policy) -> Array:
     rows = trajectory.to_array()
-    if wide and trajectory.orientations is not None:
+    if trajectory.orientations is not None and policy.carries_columns:
         return np.column_stack([rows, trajectory.orientations])
     return rows
 

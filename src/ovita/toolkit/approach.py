@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ovita.scene import SceneObject
+from ovita.scene import RFU, Frame, SceneObject
 from ovita.toolkit import arguments
 from ovita.toolkit.arguments import Mask, Target
 from ovita.toolkit.around import clear_segments, pushed_out, pushed_out_of_all
@@ -20,7 +20,14 @@ STEEPEST = 1.125
 
 
 def closer(
-    traj: ArrayLike, obj: Target, by: float, *, reach: float | None = None, where: ArrayLike | None = None
+    traj: ArrayLike,
+    obj: Target,
+    by: float,
+    *,
+    reach: float | None = None,
+    where: ArrayLike | None = None,
+    hold: str | Sequence[str] | None = None,
+    frame: Frame = RFU,
 ) -> Array:
     """Pull the part of the path nearest to an object toward it by up to `by` metres.
 
@@ -33,6 +40,8 @@ def closer(
         by: [m], >= 0.
         reach: [m], > 0; by default half of the spread of the waypoints' distances.
         where: Mask (N,), or None for all waypoints.
+        hold: Direction word or words along which nothing moves, such as "up" after an exact shift upwards.
+        frame: Which way the words point.
     """
     rows = arguments.waypoints(traj)
     centre, pull = arguments.point(obj), arguments.number(by, "by", low=0.0)
@@ -41,7 +50,8 @@ def closer(
     aim = np.maximum(distance - pull * weights, np.minimum(distance, radius_of(obj)))
     touched = aim < distance
     ratio = np.divide(aim, distance, out=np.ones_like(aim), where=touched)[:, None]
-    rows[touched, :3] = (centre + away * ratio)[touched]
+    shift = _held((centre + away * ratio)[touched] - rows[touched, :3], hold, frame)
+    rows[touched, :3] += shift
     return rows
 
 
@@ -53,6 +63,8 @@ def farther(
     times: float | None = None,
     reach: float | None = None,
     where: ArrayLike | None = None,
+    hold: str | Sequence[str] | None = None,
+    frame: Frame = RFU,
 ) -> Array:
     """Push the part nearest to an object away by up to `by` metres, or times=2: double all distances.
 
@@ -64,6 +76,8 @@ def farther(
         reach: [m], > 0; by default half of the spread of the waypoints' distances, but no less than 1.125 `by`, so
             that no waypoint ends up nearer than `by` beyond the nearest.
         where: Mask (N,), or None for all waypoints.
+        hold: Direction word or words along which nothing moves, such as "up" after an exact shift upwards.
+        frame: Which way the words point.
     """
     rows = arguments.waypoints(traj)
     centre, selected = arguments.point(obj), arguments.mask(where, len(rows))
@@ -73,14 +87,14 @@ def farther(
     if times is not None:
         factor = arguments.number(times, "times", low=1.0)
         if factor > 1.0:
-            rows[selected, :3] = (centre + factor * away)[selected]
+            rows[selected, :3] += _held((factor - 1.0) * away[selected], hold, frame)
         return rows
     amount = arguments.number(by, "by", low=0.0)
     push = amount * _nearness(distance, selected, reach, STEEPEST * amount)
     outward = np.divide(away, distance[:, None], out=np.zeros_like(away), where=distance[:, None] > 1e-9)
     outward = np.where(distance[:, None] > 1e-9, outward, perpendicular(headings(rows[:, :3])))
     touched = push > 0.0
-    rows[touched, :3] += (push[:, None] * outward)[touched]
+    rows[touched, :3] += _held((push[:, None] * outward)[touched], hold, frame)
     return rows
 
 
@@ -137,6 +151,14 @@ def _bend_around(rows: Array, centre: Array, radius: float, selected: Mask) -> N
         part, pushed = slice(a, b + 1), selected[a : b + 1]
         rows[part, :3][pushed] = (centre + pushed_out(away, a, b, radius))[pushed]
     clear_segments(rows, centre, radius, selected)
+
+
+def _held(shift: Array, hold: str | Sequence[str] | None, frame: Frame) -> Array:
+    """Displacements (M, 3) without their parts along the held direction words."""
+    for word in [hold] if isinstance(hold, str) else (hold or ()):
+        axis = arguments.direction(frame, word)
+        shift = shift - (shift @ axis)[:, None] * axis
+    return shift
 
 
 def _targets(obj: Any) -> list[Any]:

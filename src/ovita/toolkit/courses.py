@@ -66,19 +66,22 @@ def level_heading(rows: Array, i: int, up: Array, ahead: Array) -> Array:
 
 
 def evenly(curve: Callable[[Array], Array], step: float, least: int) -> Array:
-    """Points (M, 3) on a curve at even arc length, the end included and the beginning not.
+    """Points (M, 3) on a curve, the end included and the beginning not; none if it has no length.
 
     Args:
         curve: From parameters (K,) in 0..1 to points (K, 3) [m].
-        step: About this far apart [m]; 0 for as few as allowed.
-        least: At least so many points.
+        step: At most so far apart [m]; 0 for no such limit.
+        least: At most 1 / least apart in the parameter.
     """
     u = np.linspace(0.0, 1.0, max(16 * least, 256) + 1)
-    s = arc_length(curve(u))
-    if s[-1] == 0.0:
+    lengths = np.linalg.norm(np.diff(curve(u), axis=0), axis=1)
+    if not lengths.any():
         return np.zeros((0, 3))
-    count = min(max(round(s[-1] / step) if step > 0 else 0, least), arguments.MOST_WAYPOINTS)
-    even = np.interp(np.linspace(0.0, s[-1], count + 1)[1:], s, u)
+    needed = np.maximum(lengths / step if step > 0.0 else 0.0, least * np.diff(u))
+    so_far = np.concatenate([[0.0], np.cumsum(needed)])
+    # What rounding adds to a whole number of steps needs no further waypoint.
+    count = min(int(np.ceil(so_far[-1] - 1e-6)), arguments.MOST_WAYPOINTS)
+    even = np.interp(np.linspace(0.0, so_far[-1], count + 1)[1:], so_far, u)
     even[-1] = 1.0
     return curve(even)
 
@@ -89,7 +92,7 @@ def leg(begin: Array, end: Array, step: float) -> Array:
     Args:
         begin: (3,) [m].
         end: (3,) [m].
-        step: About this far apart [m].
+        step: At most so far apart [m].
     """
     points = evenly(lambda u: begin + u[:, None] * (end - begin), step, 1)
     points[-1:] = end
@@ -137,10 +140,10 @@ def densified(rows: Array, selected: Mask, step: float) -> tuple[Array, Mask]:
     """
     lengths = np.diff(arc_length(rows[:, :3]))
     # A segment that rounding made longer than the step needs no waypoint.
-    pieces = np.where(selected[:-1] & selected[1:], np.ceil(lengths / step - 1e-6), 1.0).astype(int)
-    pieces = np.maximum(pieces, 1)
-    if int((pieces - 1).sum()) > arguments.MOST_WAYPOINTS:
+    needed = np.where(selected[:-1] & selected[1:], np.maximum(np.ceil(lengths / step - 1e-6), 1.0), 1.0)
+    if (needed - 1.0).sum() > arguments.MOST_WAYPOINTS:
         raise ValueError(f"this would need more than {arguments.MOST_WAYPOINTS} new waypoints; ask for less")
+    pieces = needed.astype(int)
     part = np.arange(pieces.sum()) - np.repeat(np.cumsum(pieces) - pieces, pieces)
     source = np.append(np.repeat(np.arange(len(pieces)), pieces) + part / np.repeat(pieces, pieces), len(rows) - 1.0)
     low, high = np.floor(source).astype(int), np.ceil(source).astype(int)

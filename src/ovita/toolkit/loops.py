@@ -39,7 +39,8 @@ def spiral(
     reached in a straight line; at the goal the spiral's end is the new goal.
 
     Args:
-        traj: (N, 4); the result has the new waypoints inserted at the mean spacing, 24 a turn at least.
+        traj: (N, 4); the result has the new waypoints inserted, no farther apart than the mean spacing
+            and 24 a turn at least.
         at: The place of a waypoint; an object or point (3,) [m] means the waypoint nearest to it.
         radius: Distance of the spiral's end from that waypoint [m], > 0.
         turns: > 0, whole or not.
@@ -82,7 +83,8 @@ def circle(
     back; after turns that are not whole, the path goes on from where the circle ends.
 
     Args:
-        traj: (N, 4); the result has the new waypoints inserted at the mean spacing, 24 a turn at least.
+        traj: (N, 4); the result has the new waypoints inserted, no farther apart than the mean spacing
+            and 24 a turn at least.
         obj: Object or point (3,) [m].
         radius: [m], > 0; None for the waypoint's horizontal distance, but 5 cm beyond the object's bounding sphere
             at least.
@@ -127,7 +129,8 @@ def figure_eight(traj: ArrayLike, at: Place, *, size: float, frame: Frame = RFU)
     comes back with the path's heading.
 
     Args:
-        traj: (N, 4); the result has the new waypoints inserted at the mean spacing, 48 at least.
+        traj: (N, 4); the result has the new waypoints inserted, no farther apart than the mean spacing
+            and 48 at least.
         at: The place of a waypoint; an object or point (3,) [m] means the waypoint nearest to it.
         size: From tip to tip [m], > 0.
         frame: Which way is up.

@@ -11,12 +11,15 @@ from ovita.toolkit.arguments import Mask, Target
 from ovita.toolkit.courses import densified
 from ovita.toolkit.ends import go_through
 from ovita.toolkit.recorder import Recorder
-from ovita.toolkit.shaping import smoothstep
+from ovita.toolkit.shaping import ROUNDING, smoothstep
 from ovita.toolkit.speed import dwell
 from ovita.trajectory import Array, arc_length
 
 PER_SLOPE = 4.0
 """The fewest segments on the rise or the fall of a jump."""
+
+SHORTEST = 0.01
+"""Share of the path's length below which no segment is divided for a jump."""
 
 
 def hop(traj: ArrayLike, obj: Target, height: float, *, width: float = 0.2, frame: Frame = RFU) -> Array:
@@ -39,9 +42,9 @@ def hop(traj: ArrayLike, obj: Target, height: float, *, width: float = 0.2, fram
     top = float(centre @ up) + extent(obj, up) + lift
     length = float(arc_length(rows[:, :3])[-1])
     level = obj.radius / length if isinstance(obj, SceneObject) and length > 0.0 else 0.0
-    if length > 0.0 and share + level > 0.0:
-        window = _window(rows, centre, share + level)
-        rows, _ = densified(rows, window, min((share + level) / PER_SLOPE, 0.25) * length)
+    if length > 0.0:
+        step = float(np.clip((share + level) / PER_SLOPE, SHORTEST, 0.25)) * length
+        rows, _ = densified(rows, _window(rows, centre, share + level), step)
     fraction = arguments.fractions(rows[:, :3])
     inner = np.flatnonzero((fraction > 0.0) & (fraction < 1.0))
     if not len(inner):
@@ -104,7 +107,7 @@ def _jump(fraction: Array, i: int, share: float, level: float) -> Array:
     reach = np.minimum(share + level, np.where(gap < 0.0, fraction[i], 1.0 - fraction[i]))
     flat = np.minimum(level, reach / 2.0)
     slope = reach - flat
-    weights = smoothstep(np.divide(reach - np.abs(gap), slope, out=np.zeros_like(gap), where=slope > 0.0))
+    weights = smoothstep(np.divide(reach - np.abs(gap), slope, out=np.zeros_like(gap), where=slope > ROUNDING))
     weights[gap == 0.0] = 1.0
     weights[(fraction == 0.0) | (fraction == 1.0)] = 0.0
     return weights

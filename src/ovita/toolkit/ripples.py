@@ -17,7 +17,7 @@ from ovita.trajectory import Array, arc_length
 MOST_WAVES = 500.0
 """The most waves that one call may ask for."""
 
-PER_ZIGZAG = 3.0
+PER_ZIGZAG = 4.0
 """The fewest segments on one wave of a zigzag: enough for a waypoint of its own at every corner."""
 
 PER_SINUSOID = 8.0
@@ -113,33 +113,37 @@ def _rippled(
     axis = None if direction is None else arguments.direction(frame, direction)
     if swing == 0.0:
         return rows
-    for a, b in reversed(list(runs(selected))):
-        part, _ = _dense(rows[a : b + 1], per_wave * count)
-        rows = np.concatenate([rows[:a], part, rows[b + 1 :]])
-        end = a + len(part)
-        if axis is None:
-            # Whole-path headings, so that a short run swings perpendicularly to what leads into it.
-            sideways = (perpendicular(course_headings(rows)) * frame.direction("up")[2])[a:end]
-        else:
-            sideways = np.tile(axis, (len(part), 1))
-        offset = swing * shape(_phase(part, count))
+    rows, stretches = _dense(rows, selected, per_wave * count)
+    if axis is None:
+        sideways = perpendicular(course_headings(rows)) * frame.direction("up")[2]
+    else:
+        sideways = np.tile(axis, (len(rows), 1))
+    for stretch in stretches:
+        offset = swing * shape(_phase(rows[stretch], count))
         touched = np.abs(offset) > 1e-9 * swing
-        part[touched, :3] += (offset[:, None] * sideways)[touched]
-        rows[a:end] = part
+        rows[stretch, :3][touched] += (offset[:, None] * sideways[stretch])[touched]
     return rows
 
 
-def _dense(part: Array, segments: float) -> tuple[Array, Mask]:
-    everything = np.ones(len(part), dtype=bool)
-    length = float(arc_length(part[:, :3])[-1])
-    return densified(part, everything, length / segments) if length > 0.0 else (part.copy(), everything)
+def _dense(rows: Array, selected: Mask, segments: float) -> tuple[Array, list[slice]]:
+    """Rows in which each run of a mask that has a length has so many segments at least, and where these runs are."""
+    parts, stretches, done, total = [], [], 0, 0
+    for a, b in runs(selected):
+        length = float(arc_length(rows[a : b + 1, :3])[-1])
+        if length > 0.0:
+            part, _ = densified(rows[a : b + 1], np.ones(b + 1 - a, dtype=bool), length / segments)
+            begin = total + a - done
+            stretches.append(slice(begin, begin + len(part)))
+            parts += [rows[done:a], part]
+            done, total = b + 1, begin + len(part)
+            if total - done > arguments.MOST_WAYPOINTS:
+                raise ValueError(f"this would need more than {arguments.MOST_WAYPOINTS} new waypoints; ask for less")
+    return np.concatenate([*parts, rows[done:]]), stretches
 
 
 def _phase(part: Array, waves: float) -> Array:
     """Phase (M,) along a stretch from 0 to 2 pi waves, stretched a little so that each crest is at a waypoint."""
     s = arc_length(part[:, :3])
-    if s[-1] == 0.0:
-        return np.zeros(len(s))
     crests = np.arange(0.5, 2.0 * waves, 1.0) * np.pi
     wanted = crests / (2.0 * np.pi * waves) * s[-1]
     after = np.clip(np.searchsorted(s, wanted), 1, len(s) - 1)

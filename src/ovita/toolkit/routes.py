@@ -54,7 +54,7 @@ def shortcut(
     """Follow to PLACE a, then end straight at b plus OFFSET.
 
     Args:
-        traj: (N, 4); what came after a is dropped, new waypoints lie at the mean spacing.
+        traj: (N, 4); what came after a is dropped, new waypoints are no farther apart than the mean spacing.
         a: The place of a waypoint; an object or point (3,) [m] means the waypoint nearest to it.
         b: Object or point (3,) [m] itself, or the place of a waypoint.
         left: Metres to the left of b; the other words likewise.

@@ -8,8 +8,11 @@ from numpy.typing import ArrayLike
 from ovita.toolkit import arguments
 from ovita.toolkit.arguments import Mask
 from ovita.toolkit.courses import densified
-from ovita.toolkit.shaping import runs, smoothstep, snapped
+from ovita.toolkit.shaping import ROUNDING, runs, smoothstep, snapped
 from ovita.trajectory import Array, arc_length
+
+SPARSE = 0.1
+"""Segments of up to this share of the path's length are short enough for any ramp."""
 
 SMALLEST = 0.01
 """Speeds nearer to 0 than this share of the other end's count as that share in an exponential law."""
@@ -28,7 +31,7 @@ def trapezoid_speed(traj: ArrayLike, cruise: float | None = None, *, ramp: float
     the distance s from an end, with l the length of the ramp. A dwell stays at rest.
 
     Args:
-        traj: (N, 4); where a ramp has no waypoint inside, some are inserted.
+        traj: (N, 4); where the waypoints are too sparse for the ramps, more are inserted.
         cruise: [m/s], >= 0; None for the highest present speed.
         ramp: Length of the rise and of the fall as a fraction (0..0.5) of the path's length.
     """
@@ -37,10 +40,10 @@ def trapezoid_speed(traj: ArrayLike, cruise: float | None = None, *, ramp: float
     share = arguments.number(ramp, "ramp", low=0.0, high=0.5)
     length = float(arc_length(rows[:, :3])[-1])
     if length > 0.0:
-        rows, _ = densified(rows, np.ones(len(rows), dtype=bool), (share or 0.5) * length)
+        rows, _ = densified(rows, np.ones(len(rows), dtype=bool), max(share, SPARSE) * length)
     fraction = arguments.fractions(rows[:, :3])
     left = np.minimum(fraction, 1.0 - fraction)
-    law = np.sqrt(snapped(left / share)) if share > 0.0 else (left > 0.0).astype(np.float64)
+    law = np.sqrt(snapped(left / share)) if share > ROUNDING else (left > 0.0).astype(np.float64)
     rows[:, 3] = np.where(_resting(rows), 0.0, top * law)
     return rows
 

@@ -15,13 +15,13 @@ from typing import Any
 
 import numpy as np
 
+from adversarial import bombs, escapes, files, network, numpy_doors, processes
 from ovita.errors import OvitaError
 from ovita.policy import Policy
 from ovita.policy.processes import POOL
 from ovita.policy.sandbox import Rollout, SandboxLimits, _run
 from ovita.scene import Scene, SceneObject
 from ovita.trajectory import Trajectory
-from adversarial import bombs, escapes, files, network, numpy_doors, processes
 
 VARIABLE = "OVITA_TEST_SECRET"
 NAME = "REACHED-7f3a"
@@ -30,7 +30,7 @@ NAME = "REACHED-7f3a"
 INSIDE = "INSIDE-92c1"
 """What a policy raises to say that it got where the allowlist must not let it; harmless behind the kernel's locks."""
 
-LIMITS = SandboxLimits(wall_s=0.5, memory_mb=256)
+LIMITS = SandboxLimits(wall_s=0.3, memory_mb=256)
 
 PROBE = Policy(
     "def adapt(traj, scene):\n"
@@ -73,6 +73,7 @@ class Theatre:
         self.secret.chmod(0o666)
         (self.folder / "script.py").write_text(f"open({str(self.trace)!r}, 'w')")
         (self.folder / "evil_module.py").write_text(f"open({str(self.trace)!r}, 'w')")
+        np.save(self.folder / "numbers.npy", np.arange(3))
         os.symlink("/" + self.token, self.folder / "link")
         self.abstract = f"ovita-theatre-{os.getpid()}"
         self.sockets = self._listen()
@@ -102,7 +103,9 @@ class Theatre:
     def stage(self, source: str) -> str:
         """Fill in the placeholders of a policy as assignments in front of it."""
         values: dict[str, Any] = {
-            "TRACE": str(self.trace), "SECRET": str(self.secret), "FOLDER": str(self.folder), "NAME": NAME, "INSIDE": INSIDE,
+            "TRACE": str(self.trace), "SECRET": str(self.secret), "FOLDER": str(self.folder), "NAME": NAME,
+            "INSIDE": INSIDE,
+            "NPY": str(self.folder / "numbers.npy"),
             "LINK": str(self.folder / "link"), "SCRIPT": str(self.folder / "script.py"), "VARIABLE": VARIABLE,
             "PORT": self.sockets["tcp"].getsockname()[1], "UDP": self.sockets["udp"].getsockname()[1],
             "UNIX": str(self.folder / "socket"), "ABSTRACT": self.abstract, "PARENT": os.getpid(),
@@ -142,7 +145,7 @@ class Theatre:
             self.signals.clear()
         text = _text_of(outcome)
         seen += [f"{what!r} came back" for what in forbidden if what in text]
-        if any(ord(c) < 32 and c not in "\n\t" or c in "\x7f\x9b\u202e" for c in text):
+        if any((ord(c) < 32 and c not in "\n\t") or c in "\x7f\x9b\u202e" for c in text):
             seen.append("control characters came back")
         if len(text) > 40_000:
             seen.append("a flood came back")
@@ -156,11 +159,12 @@ class Theatre:
         if self._probe() != self.probe:
             seen.append("a later policy was poisoned")
         workers = set(POOL.pids())
-        strangers = [pid for pid in _descendants(workers) if pid not in workers]
-        if len(strangers) > len(workers):  # each worker keeps one spare child
-            time.sleep(0.1)
+        for _ in range(40):
             strangers = [pid for pid in _descendants(workers) if pid not in workers]
-        if len(strangers) > len(workers):
+            if len(strangers) <= len(workers):  # each worker keeps one child ready
+                break
+            time.sleep(0.005)
+        else:
             seen.append(f"processes are left over: {strangers}")
         return seen
 

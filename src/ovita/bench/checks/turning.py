@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ovita.toolkit.correspondence import SAME_PLACE
 from ovita.toolkit.arguments import fractions
+from ovita.toolkit.correspondence import SAME_PLACE
 from ovita.trajectory import Array, interpolate, source_indices
 
 SAMPLES = 60

@@ -34,13 +34,14 @@ class Draft:
     """A policy being written.
 
     `positions` follows the shifts of the whole path written so far, and `shifts` names their knobs by direction, so
-    that later steps can allow for them.
+    that later steps can allow for them; along the directions in `exact` the instruction states the amount.
     """
 
     request: Request
     scale: Scale
     positions: Array
     shifts: dict[str, list[str]] = field(default_factory=dict)
+    exact: set[str] = field(default_factory=set)
     parameters: dict[str, tuple[object, str]] = field(default_factory=dict)
     objects: dict[str, SceneObject] = field(default_factory=dict)
     body: list[str] = field(default_factory=list)
@@ -72,6 +73,11 @@ class Draft:
             name += "_"
         self.objects[name] = item
         return name
+
+    def held(self) -> str:
+        """The argument that keeps later steps from disturbing exact amounts, or ""."""
+        words = sorted(self.exact)
+        return f", hold={words[0]!r}" if len(words) == 1 else f", hold={words!r}" if words else ""
 
     def _is_free(self, name: str) -> bool:
         taken = name in self.parameters or name in self.objects or name in CATALOGUE or name in RESERVED

@@ -12,6 +12,7 @@ from ovita.language.builtin.intents import Intent
 from ovita.language.builtin.shape_steps import SHAPE_STEPS
 from ovita.language.builtin.speed_steps import speed
 from ovita.language.scale import Degree, nice
+from ovita.scene import SceneObject
 
 APPROACH: dict[Degree, float] = {"slight": 0.25, "moderate": 0.5, "large": 0.75}
 TO_THE = {"left": "to the left", "right": "to the right", "front": "to the front", "back": "back"}
@@ -77,6 +78,7 @@ def _move(d: Draft, intent: Intent) -> None:
         d.positions = d.positions + d.request.scene.frame.offset(**offset.metres)
         for direction, name in offset.knobs.items():
             d.shifts.setdefault(direction, []).append(name)
+        d.exact |= {direction for direction, stated in intent.directions if stated is not None}
         d.expectations.append(f"expect_moved({code})")
         d.plan.append(f"Shift the whole path {words}.")
         return
@@ -126,7 +128,7 @@ def _closer(d: Draft, intent: Intent) -> None:
     reach = ""
     if intent.mode == "whole":
         reach = f", reach={d.knob('reach', nice(4 * d.scale.extent), '[m] how far around the closest point it acts')}"
-    d.body.append(f"traj = closer(traj, {ref}, {name}{reach}{argument(where)})")
+    d.body.append(f"traj = closer(traj, {ref}, {name}{reach}{argument(where)}{d.held()})")
     d.expectations.append(f"expect_closer({ref})")
     d.plan.append(f"Bring the path {by:g} m closer to {item.name}{suffix(part)}.")
 
@@ -150,9 +152,28 @@ def _farther(d: Draft, intent: Intent) -> None:
     if by is None:
         by = d.scale.step(intent.degree)
         d.assume(f'"away from {item.name}" is {by:g} m farther')
+        by = nice(_push_needed(d, item, by))
     name = d.knob("farther_by", by, f"[m] how much farther from {item.name}")
-    d.body.append(f"traj = farther(traj, {ref}, {name}{argument(where)})")
+    d.body.append(f"traj = farther(traj, {ref}, {name}{argument(where)}{d.held()})")
     d.plan.append(f"Take the path {by:g} m farther from {item.name}{suffix(part)}.")
+
+
+def _push_needed(d: Draft, item: SceneObject, gain: float) -> float:
+    """The push that takes the closest waypoint `gain` metres farther than it was at first [m].
+
+    Shifts before may have brought it closer, and along the directions that are held the push does not act.
+    """
+    away = d.positions - item.position
+    i = int(np.argmin(np.linalg.norm(away, axis=1)))
+    free = away[i].copy()
+    for word in d.exact:
+        axis = d.request.scene.frame.direction(word)
+        free -= float(free @ axis) * axis
+    now, length = float(np.linalg.norm(away[i])), float(np.linalg.norm(free))
+    wanted = float(item.distance(d.request.trajectory.positions).min()) + gain
+    across = max(now**2 - length**2, 0.0)
+    needed = (max(wanted**2 - across, 0.0) ** 0.5 - length) * now / max(length, 0.05 * now, 1e-9)
+    return float(np.clip(needed, gain, 2.5 * gain))
 
 
 def _keep_distance(d: Draft, intent: Intent) -> None:
