@@ -9,7 +9,10 @@ from ovita.language.builtin import BuiltinWriter
 from ovita.language.builtin.parse import parse
 from ovita.language.grounding import ground
 from ovita.language.request import Request
+from ovita.policy.sandbox import run
+from ovita.policy.source import parse as parse_policy
 from ovita.scene import Scene, SceneObject
+from ovita.toolkit import judge
 from ovita.trajectory import Trajectory
 
 SCENE = Scene(
@@ -20,7 +23,7 @@ SCENE = Scene(
         SceneObject("red wine", [0.3, 0.9, 0.0]),
     )
 )
-ROWS = np.column_stack([np.linspace(0, 1, 40), np.linspace(0, 0.3, 40), np.full(40, 0.2), np.full(40, 0.4)])
+ROWS = np.column_stack([np.linspace(0, 1, 40), np.linspace(0, 0.3, 40), np.linspace(0.2, 0.3, 40), np.full(40, 0.4)])
 
 
 def intents(sentence):
@@ -118,6 +121,68 @@ def test_speeds(sentence, mode, amount, region):
     assert found[3] == pytest.approx(amount) if amount is not None else found[3] is None
 
 
+SHAPES = [
+    ("make a small spiral of 2 turns at the end", "spiral", None, 2.0, "slight"),
+    ("draw a spiral with a radius of 0.1 near the cup", "spiral", 0.1, None, "moderate"),
+    ("three spirals near the cup", "spiral", None, None, "moderate"),
+    ("orbit the fan twice with a radius of 0.3", "circle", 0.3, 2.0, "moderate"),
+    ("circle once around the cup", "circle", None, 1.0, "moderate"),
+    ("fly a figure eight at the goal", "eight", None, None, "moderate"),
+    ("follow the path in a zig-zag with an amplitude of 0.05", "zigzag", 0.05, None, "moderate"),
+    ("move in a sinusoidal pattern in the last half", "wave", None, None, "moderate"),
+    ("hop over the cup", "hop", None, None, "moderate"),
+    ("hover 0.2 above the plate for 2 seconds", "hover", 0.2, 2.0, "moderate"),
+    ("rotate the path clockwise by 45 degrees", "rotate", -45.0, -1.0, "moderate"),
+    ("tilt it slightly", "tilt", None, 1.0, "slight"),
+    ("mirror the first half about the y axis", "mirror", None, None, "moderate"),
+    ("scale the path by 1.5", "resize", 1.5, None, "moderate"),
+    ("make the path much more curved", "curve", None, None, "large"),
+    ("go straight from the cup to the fan", "straighten", None, None, "moderate"),
+    ("follow the path until the cup and then go straight to the fan", "shortcut", None, None, "moderate"),
+    ("replace each group of 4 waypoints by its mean", "average", 4.0, None, "moderate"),
+    ("reverse the second half", "reverse", None, None, "moderate"),
+    ("add some noise", "noise", None, None, "moderate"),
+    ("never go higher than 0.3", "bound", None, None, "moderate"),
+    ("always stay left of the fan", "side", None, None, "moderate"),
+    ("stay in the second quadrant", "quadrant", 2.0, None, "moderate"),
+    ("keep a height of 0.2 above the floor", "height", 0.2, None, "moderate"),
+]
+
+
+@pytest.mark.parametrize(("sentence", "action", "amount", "count", "degree"), SHAPES, ids=[s[0] for s in SHAPES])
+def test_shapes_and_bounds(sentence, action, amount, count, degree):
+    if sentence.startswith("three"):
+        assert parse(sentence, SCENE).unplaced == ("three",)
+        return
+    (found,) = intents(sentence)
+    assert (found.action, found.amount, found.count, found.degree) == (action, amount, count, degree)
+    answer = reply(sentence)
+    assert answer.kind == "policy"
+    run(parse_policy(answer.code), Trajectory.from_array(ROWS), SCENE)
+
+
+LAWS = [
+    ("use a trapezoidal speed profile", "trapezoid"),
+    ("accelerate exponentially", "exponential"),
+    ("slow down before the turns", "turns"),
+    ("move with a constant acceleration", "acceleration"),
+]
+
+
+@pytest.mark.parametrize(("sentence", "mode"), LAWS, ids=[law[0] for law in LAWS])
+def test_speed_laws(sentence, mode):
+    assert intents(sentence)[0].mode == mode
+    run(parse_policy(reply(sentence).code), Trajectory.from_array(ROWS), SCENE)
+
+
+@pytest.mark.parametrize("sentence", [m[0] for m in MOVES] + [o[0] for o in OBJECTS] + [s[0] for s in SPEEDS])
+def test_every_policy_runs_and_keeps_its_promises(sentence):
+    rollout = run(parse_policy(reply(sentence).code), Trajectory.from_array(ROWS), SCENE)
+    for expectation in rollout.expectations:
+        outcome = judge(expectation, ROWS, rollout.trajectory.to_array(), SCENE)
+        assert outcome.held, outcome.sentence
+
+
 CLAUSES = [
     ("go left by 0.2 and slow down near the cup", ["move", "speed"]),
     ("go up, then closer to the fan but slower near the plate", ["move", "closer", "speed"]),
@@ -126,6 +191,7 @@ CLAUSES = [
     ("when passing the cup, slow down", ["speed"]),
     ("double the number of waypoints and smooth the path", ["resample", "smooth"]),
     ("go left by 0.2 for the first half and right by 0.2 for the second half", ["move", "move"]),
+    ("double the speed but halve it near the cup", ["speed", "speed"]),
     ("speed up while going left", ["speed"]),
     ("finish 5 cm above the plate", ["move_goal"]),
     ("set the pace to 0.1 m/s between the cup and the fan", ["speed"]),

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from ovita.language.builtin.clauses import DIRECTIONS, Clause, split
+from ovita.language.builtin.clauses import ACTIONS, DIRECTIONS, Clause, split
 from ovita.language.builtin.intents import Intent, Region, Understood
 from ovita.language.builtin.reader import Reader
 from ovita.language.builtin.regions import read_region
@@ -32,11 +32,11 @@ def parse(instruction: str, scene: Scene) -> Understood:
     for clause in split(tokens):
         r = Reader(clause)
         there = r.take("there")
-        if r.has("threshold") and not _asks(r):
+        if r.has("threshold") and not _asks(r) and not any(t.items for t in clause):
             r.take("threshold")
             radius = r.number("", "m")
         else:
-            found = _read(r)
+            found = _read(r) or _same_again(r, intents)
             if there:
                 found = [_located(intent, intents) for intent in found]
             intents += found
@@ -47,7 +47,14 @@ def parse(instruction: str, scene: Scene) -> Understood:
 
 
 def _asks(r: Reader) -> bool:
-    return r.has("near", "closer", "away", "faster", "slower", "distance", *DIRECTIONS)
+    return r.has("near", "distance", *ACTIONS)
+
+
+def _same_again(r: Reader, earlier: list[Intent]) -> list[Intent]:
+    """Read "double the speed but halve it near the cup": a change of what the clause before was about."""
+    if not earlier or earlier[-1].action != "speed" or not r.has("half", "double", "increase", "decrease"):
+        return []
+    return [replace(intent, text=r.text) for intent in read_speed(r, implied=True)]
 
 
 def _located(intent: Intent, earlier: list[Intent]) -> Intent:
@@ -159,6 +166,8 @@ def _endpoint(r: Reader) -> list[Intent]:
     degree = r.degree()
     directions = r.directions()
     items = r.objects()
+    if items and len(directions) == 1 and directions[0][1] is None:
+        directions = ((directions[0][0], r.number("m", "")),)
     if items and r.take("over"):
         directions = (("up", r.number("m", "")),)
     if (between and len(items) != 2) or not (directions or items):
@@ -208,7 +217,8 @@ def _approach(r: Reader) -> list[Intent]:
     distance = r.has("distance")
     nearer = r.has("closer", "toward") or (distance and r.has("fewer", "decrease"))
     further = r.has("away") or (distance and r.has("more", "increase"))
-    lone = r.has("near") and not (distance or r.has(*DIRECTIONS))
+    changed = r.has("half", "double", "increase", "decrease", "more", "fewer")
+    lone = r.has("near") and not (distance or changed or r.has(*DIRECTIONS))
     if nearer == further and not (lone and not nearer):
         return []
     region = read_region(r, speed=False) if not lone or nearer or further else Region()

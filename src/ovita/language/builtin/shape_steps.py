@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from ovita.language.builtin.compose import Draft, argument, mask, suffix
+from ovita.language.builtin.compose import OPPOSITE, Draft, argument, mask, suffix
 from ovita.language.builtin.intents import Intent
 from ovita.language.scale import Degree, nice
 
@@ -193,22 +193,27 @@ def noise(d: Draft, intent: Intent) -> None:
 
 def bound(d: Draft, intent: Intent) -> None:
     """Never beyond a coordinate."""
-    direction, limit = intent.directions[0]
+    direction, stated = intent.directions[0]
+    limit = stated or 0.0
     name = d.knob("limit", limit, f"[m] furthest {direction}")
     d.body.append(f"traj = bound(traj, {direction}={name})")
-    d.plan.append(f"Never go further {direction} than {limit:g} m.")
+    if limit < 0:
+        d.plan.append(f"Stay at least {-limit:g} m {OPPOSITE[direction]}.")
+    else:
+        d.plan.append(f"Never go further {direction} than {limit:g} m.")
 
 
 def side(d: Draft, intent: Intent) -> None:
     """On one side of an object."""
     item = intent.items[0]
     gap = intent.amount
+    words = f"{intent.mode}{'' if intent.mode in ('above', 'below') else ' of'} {item.name}"
     if gap is None:
-        gap = nice(d.scale.step("slight") + (item.radius if item.dimensions is not None else 0.0))
-        d.assume(f"the distance kept {intent.mode} of {item.name} is {gap:g} m")
-    name = d.knob("gap", gap, f"[m] distance {intent.mode} of {item.name}")
+        gap = d.scale.step("slight")
+        d.assume(f"the distance kept {words} is {gap:g} m")
+    name = d.knob("gap", gap, f"[m] distance {words}")
     d.body.append(f"traj = stay_on(traj, {d.ref(item)}, {intent.mode!r}, gap={name})")
-    d.plan.append(f"Stay {intent.mode} of {item.name} by at least {gap:g} m.")
+    d.plan.append(f"Stay {words} by at least {gap:g} m.")
 
 
 def quadrant(d: Draft, intent: Intent) -> None:

@@ -17,8 +17,8 @@ def read_spiral(r: Reader) -> list[Intent]:
     if not r.take("spiral"):
         return []
     turns = _count(r)
-    r.take("at_most", "threshold", "turn")
-    radius = r.number("m", "")
+    r.take("at_most", "turn")
+    radius = r.number("m", "") if r.take("threshold") else r.number("m")
     degree = r.degree()
     items, place = _spot(r)
     return [Intent("spiral", (), items[:1], radius, "m", turns, place or "goal", degree)]
@@ -45,7 +45,7 @@ def read_wave(r: Reader) -> list[Intent]:
     r.take(action)
     waves = _count(r)
     region = read_region(r, speed=False)
-    r.take("turn", "count")
+    r.take("turn", "count", "amplitude", "threshold")
     amplitude = r.number("m", "")
     degree = r.degree()
     directions = r.directions()[:1]
@@ -150,7 +150,7 @@ def read_bounds(r: Reader) -> list[Intent]:
         r.take("quadrant", "stay", "keep")
         return [Intent("quadrant", amount=which)]
     numbers = r.numbers(("m", ""))
-    if r.has("height") and numbers and not r.has("over", "under", "never"):
+    if r.has("height") and numbers and not r.has("under", "never"):
         r.take("height", "stay", "keep", "ground", "constant", "over")
         return [Intent("height", amount=r.take_at(numbers[0]).number, region=read_region(r, speed=False))]
     return _side(r) or _bound(r, numbers)

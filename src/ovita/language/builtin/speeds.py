@@ -9,10 +9,11 @@ from ovita.language.builtin.regions import read_region
 from ovita.language.scale import Degree
 
 
-def read_speed(r: Reader) -> list[Intent]:
+def read_speed(r: Reader, *, implied: bool = False) -> list[Intent]:
     """Slow down near the cup; move at a constant speed of 1; accelerate uniformly; twice as fast within 0.3 of it."""
     laws = ("trapezoid", "exponential", "acceleration")
-    if not r.has("faster", "slower", "speed", "constant", *laws) and not r.numbers(("m/s",)):
+    about_speed = implied or r.has("faster", "slower", "speed", "constant", *laws) or bool(r.numbers(("m/s",)))
+    if not about_speed:
         return []
     if r.has("exponential", "height") and r.has("height", *DIRECTIONS):
         return []

@@ -89,11 +89,12 @@ def _reason(tokens: list[Token]) -> slice | None:
 
 
 def _without_hyphens(words: list[str]) -> list[str]:
-    """Drop the marks inside words ("zig-zag", "remote_control"), but keep the sign of a number."""
+    """Drop the marks inside words ("zig-zag") and the endings of ordinals ("5th"), but keep the sign of a number."""
     return [
         word
         for i, word in enumerate(words)
-        if word not in SIGNS or (word == "-" and i + 1 < len(words) and _is_digits(words[i + 1]))
+        if (word not in SIGNS and not (word.lower() in ("st", "nd", "rd", "th") and i > 0 and _is_digits(words[i - 1])))
+        or (word == "-" and i + 1 < len(words) and _is_digits(words[i + 1]))
     ]
 
 
