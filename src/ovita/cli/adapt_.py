@@ -9,7 +9,7 @@ import click
 
 from ovita.adapt import adapt
 from ovita.adaptation import Adaptation
-from ovita.cli.options import constraints_from, robot_from, shared, task_from, writer_from
+from ovita.cli.options import constraints_from, notes_on, robot_from, shared, task_from, writer_from
 from ovita.cli.plot_ import check_picture, draw
 from ovita.cli.progress import waiting
 from ovita.cli.report import EXIT_OF, plain, show
@@ -61,7 +61,7 @@ def command(
         click.echo(json.dumps(result.to_document(), ensure_ascii=False))
     else:
         show(result, code=code)
-        for note in task.notes:
+        for note in notes_on(task, options["robot"]):
             click.echo(f"note: {plain(note)}", err=True)
         for path in written:
             click.echo(f"wrote {path}")

@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from ovita.cli.options import constraints_from, robot_from, shared, task_from, writer_from
+from ovita.cli.options import constraints_from, notes_on, robot_from, shared, task_from, writer_from
 from ovita.cli.progress import waiting
 from ovita.cli.report import plain, show
 from ovita.errors import OvitaError, RequestError
@@ -45,7 +45,7 @@ def command(file: str, **options: Any) -> None:
     )
     names = ", ".join(task.scene.names) or "none"
     click.echo(plain(f"{file}: {len(task.trajectory)} waypoints; objects: {names}."))
-    for note in task.notes:
+    for note in notes_on(task, options["robot"]):
         click.echo(f"note: {plain(note)}", err=True)
     click.echo("Say what should change, or /help.")
     for line in _lines():

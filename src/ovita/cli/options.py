@@ -8,7 +8,8 @@ from typing import Any, TypeVar
 
 import click
 
-from ovita.constraints import ConstraintOptions
+from ovita.constraints import ConstraintOptions, parse_text
+from ovita.errors import RobotError
 from ovita.formats import Task, load_robot, load_task
 from ovita.language.writer import PolicyWriter, writer_named
 from ovita.robot import Robot
@@ -30,7 +31,9 @@ _OPTIONS = (
         "--frame", type=click.Choice(["rfu", "flu", "ned"]), help="Which way is left. [default: the scene's, else rfu]"
     ),
     click.option(
-        "--robot", metavar="NAME|FILE", help="Limits: drone, arm, ground, none, or a .toml or .json file. [none]"
+        "--robot",
+        metavar="NAME|FILE",
+        help="Limits: drone, arm, ground, none, a .toml or .json file, or 'scene' for those that FILE states. [none]",
     ),
     click.option(
         "--writer",
@@ -44,6 +47,16 @@ _OPTIONS = (
     click.option("--base-url", metavar="URL", help="An OpenAI-compatible server; --writer then names its model."),
     click.option("--temperature", type=click.FloatRange(0, 2), default=0.1, show_default=True, help="Of a model."),
     click.option("--max-speed", type=float, metavar="M/S", help="Speed limit, instead of the robot's."),
+    click.option("--max-acceleration", type=float, metavar="M/S2", help="Limit along the path. [no limit]"),
+    click.option("--max-lateral-acceleration", type=float, metavar="M/S2", help="Limit across the path. [no limit]"),
+    click.option(
+        "--method",
+        type=click.Choice(["verified", "paper"]),
+        default="verified",
+        show_default=True,
+        help="Constraint module: ours, or the paper's single QP.",
+    ),
+    click.option("--pin", "pinned", type=int, multiple=True, metavar="N", help="Waypoint N of the result must stay."),
     click.option("--fix-start", is_flag=True, help="The first waypoint must stay where the policy put it."),
     click.option("--fix-goal", is_flag=True, help="The last waypoint must stay where the policy put it."),
     click.option("--smooth", type=click.FloatRange(0), default=0.0, metavar="WEIGHT", help="Smoothing weight. [0]"),
@@ -72,8 +85,26 @@ def task_from(file: str, scene_file: str | None, frame: str | None) -> Task:
 
 def robot_from(task: Task, robot: str | None, max_speed: float | None) -> Robot:
     """The robot that was asked for, else the scene's, else none."""
-    chosen = load_robot(robot or task.robot or "none")
+    if robot == "scene":
+        limits = parse_text(task.scene.constraints_text)
+        if not limits.understood:
+            raise RobotError(f"{task.path} states no limits that are understood; name a robot: --robot drone")
+        chosen = limits.apply(load_robot(task.robot or "none"))
+    else:
+        chosen = load_robot(robot or task.robot or "none")
     return chosen if max_speed is None else replace(chosen, max_speed=max_speed)
+
+
+def notes_on(task: Task, robot: str | None) -> list[str]:
+    """What a person should know about the file: what was assumed, and which limits it states."""
+    limits = parse_text(task.scene.constraints_text)
+    said = list(task.notes)
+    if robot == "scene":
+        said += [f"limit of the file: {text}" for text in limits.understood]
+        said += [f"limit of the file that is not understood and not enforced: {text}" for text in limits.ignored]
+    elif limits.understood and robot is None:
+        said.append("the file states limits of its own; they are enforced with --robot scene")
+    return said
 
 
 def writer_from(writer: str, base_url: str | None, temperature: float) -> PolicyWriter:
@@ -84,7 +115,11 @@ def writer_from(writer: str, base_url: str | None, temperature: float) -> Policy
 def constraints_from(options: dict[str, Any]) -> ConstraintOptions:
     """How limits are enforced."""
     return ConstraintOptions(
+        method=options["method"],
         lambda_smooth=options["smooth"],
+        pinned=options["pinned"],
+        max_acceleration=options["max_acceleration"],
+        max_lateral_acceleration=options["max_lateral_acceleration"],
         fix_start=options["fix_start"],
         fix_goal=options["fix_goal"],
         obstacles=not options["no_obstacles"],

@@ -118,9 +118,9 @@ CONCEPTS: dict[str, str] = {
 
 FILLER = frozenset(
     """a an the to of by in on at it its is be as for from with this that so into onto towards's
-    go move walk drive fly travel run shift translate transfer displace make draw let have get do take bring change replace
-    modify adjust set perform execute follow put navigate come push pull traverse steer relocate head aim adapt alter
-    update trajectory path route motion movement robot drone arm rover gripper effector vehicle agent course way
+    go move walk drive fly travel run shift translate transfer displace make draw let have get do take bring change
+    replace modify adjust set perform execute follow put navigate come push pull traverse steer relocate head aim adapt
+    alter update trajectory path route motion movement robot drone arm rover gripper effector vehicle agent course way
     please use than can could would you i we me us my your their want like should need to will must shall
     position location place side part region area phase portion rest section zone new value direction itself
     unit units metre metres meter meters m
