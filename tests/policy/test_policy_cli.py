@@ -83,3 +83,16 @@ def test_wrong_parameters_are_named(files):
     assert result.exit_code == 3
     assert "the policy has no parameter 'speed'; its parameters are: distance" in result.output
     assert invoke("run", files / "good.py", "--scene", files / "scene.json", "--param", "speed").exit_code == 2
+
+
+def test_the_kernel_holds_alone(files):
+    out = files / "out.json"
+    result = invoke("run", files / "bad.py", "--scene", files / "scene.json", "--out", out, "--kernel-alone")
+    assert result.exit_code == 3
+    error = json.loads(out.read_text())["error"]
+    assert (error["kind"], error["line"]) == ("crashed", 4)
+    assert "PermissionError" in error["message"]
+    result = invoke(
+        "run", files / "bad.py", "--scene", files / "scene.json", "--kernel-alone", "--isolation", "degraded"
+    )
+    assert "only where the kernel holds" in str(result.exception)

@@ -1,1 +1,1 @@
-"""The benchmark: checks that decide by computation whether an adaptation did what was asked, and cases that use them."""
+"""The benchmark: checks that decide by computation whether an adaptation did what was asked, and its cases."""

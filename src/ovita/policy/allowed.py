@@ -12,7 +12,7 @@ MODULES: frozenset[str] = frozenset(
     numpy numpy.exceptions numpy.fft numpy.lib numpy.lib.stride_tricks numpy.linalg numpy.ma
     numpy.polynomial numpy.polynomial.polynomial numpy.random numpy.typing
     scipy scipy.fft scipy.integrate scipy.interpolate scipy.linalg scipy.ndimage scipy.optimize scipy.signal
-    scipy.spatial scipy.spatial.distance scipy.spatial.transform scipy.special scipy.stats
+    scipy.signal.windows scipy.spatial scipy.spatial.distance scipy.spatial.transform scipy.special scipy.stats
     """.split()
 )
 """Every module that a policy may import."""

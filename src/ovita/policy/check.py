@@ -31,6 +31,7 @@ SCRIPT_CALLS = ("get_trajectory", "detect_objects")
 PROVIDED = frozenset({*CATALOGUE, *SCRIPT_CALLS, "np", "math"})
 """Names at hand in every policy."""
 
+_LONGEST_HINT = 40
 _INSTEAD = "numpy (as np), math and parts of scipy are at hand"
 
 
@@ -55,7 +56,7 @@ class _Check(ast.NodeVisitor):
 
     def __init__(self, tree: ast.Module) -> None:
         self.bound = all_bindings(tree)
-        self.own = _own_attributes(tree)
+        self.private = _own_attributes(tree) | NAMEDTUPLE
         self.star = any(isinstance(n, ast.ImportFrom) and any(a.name == "*" for a in n.names) for n in ast.walk(tree))
 
     def generic_visit(self, node: ast.AST) -> None:
@@ -117,7 +118,8 @@ class _Check(ast.NodeVisitor):
             return
         if name in REASONS:
             raise _reject(node, f"{REASONS[name]} ({name})")
-        near = difflib.get_close_matches(name, sorted(self.bound | PROVIDED | BUILTINS), 1, 0.75)
+        known = [n for n in sorted(PROVIDED | BUILTINS | self.bound) if len(n) <= _LONGEST_HINT][:2000]
+        near = difflib.get_close_matches(name[:_LONGEST_HINT], known, 1, 0.75)
         hint = f"; did you mean {near[0]}?" if near else ""
         raise _reject(node, f"{name} is not defined{hint}")
 
@@ -126,12 +128,12 @@ class _Check(ast.NodeVisitor):
         reason = refusal(name)
         if reason:
             raise _reject(node, reason)
-        if name == "format" and name not in self.own:
+        if name == "format" and name not in self.private:
             if not (isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)):
                 raise _reject(node, "a policy may call .format only on a literal text; use an f-string")
             if opens_objects(node.value.value):
                 raise _reject(node, "a policy may not reach attributes through .format; use an f-string")
-        if name.startswith("_") and not is_dunder(name) and name not in self.own | NAMEDTUPLE:
+        if name.startswith("_") and not is_dunder(name) and name not in self.private:
             raise _reject(node, f"a policy may not touch the private {name}")
         if not isinstance(node.ctx, ast.Load) and is_dunder(name):
             raise _reject(node, f"a policy may not set {name}")
@@ -169,7 +171,7 @@ class _Check(ast.NodeVisitor):
     def visit_MatchClass(self, node: ast.MatchClass) -> None:
         for name in node.kwd_attrs:
             reason = refusal(name)
-            if reason or name == "format" or (name.startswith("_") and name not in self.own):
+            if reason or name == "format" or (name.startswith("_") and name not in self.private):
                 raise _reject(node, reason or f"a policy may not match the attribute {name}")
         self.generic_visit(node)
 

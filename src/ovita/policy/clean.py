@@ -49,7 +49,7 @@ def clean(source: str) -> Cleaned:
     tree = parse_tree(source)
     entry = entry_of(tree)
     page = _Page(source, tree)
-    surplus = _surplus(tree, entry)
+    surplus = _surplus(source, tree, entry)
     _drop(tree.body, surplus, page, is_module=True)
     cleaned = page.rest()
     try:
@@ -63,11 +63,11 @@ def clean(source: str) -> Cleaned:
 def _drop(body: list[ast.stmt], surplus: set[ast.stmt], page: _Page, *, is_module: bool) -> None:
     """Take the surplus statements of a body, and of the bodies in it, off the page."""
     dead = set(_unreachable(body))
-    going = [s for s in body if (s in surplus or s in dead or _is_idle_print(s)) and page.owns(s)]
+    going = {s for s in body if (s in surplus or s in dead or _is_idle_print(s)) and page.owns(s)}
     empty = len(going) == len(body) and not is_module
     for statement in body:
         if statement in going:
-            page.remove(statement, instead="pass" if empty and statement is going[0] else None)
+            page.remove(statement, instead="pass" if empty and statement is body[0] else None)
         else:
             for inner in _bodies(statement):
                 _drop(inner, surplus, page, is_module=False)
@@ -107,14 +107,14 @@ def _is_idle_print(statement: ast.stmt) -> bool:
     return False
 
 
-def _surplus(tree: ast.Module, entry: Entry) -> set[ast.stmt]:
+def _surplus(source: str, tree: ast.Module, entry: Entry) -> set[ast.stmt]:
     """Statements that a policy can do without, other than prints and dead code."""
     guards = [s for s in tree.body if _is_main_guard(s)]
     outside = {name for s in tree.body if s not in guards for name in bound_names(s)}
     surplus: set[ast.stmt] = set(guards if entry.form == "function" or RESULT in outside else [])
     surplus |= {s for s in tree.body if _is_dummy(s)}
     if entry.form == "function":
-        surplus |= _demo(tree, entry, surplus)
+        surplus |= _demo(source, tree, entry, surplus)
     used = {
         node.id
         for statement in tree.body
@@ -122,10 +122,10 @@ def _surplus(tree: ast.Module, entry: Entry) -> set[ast.stmt]:
         for node in ast.walk(statement)
         if isinstance(node, ast.Name)
     }
-    rebound = _rebound(tree)
+    rebound, top = _rebound(tree), set(tree.body)
     for node in ast.walk(tree):
         if isinstance(node, ast.Import | ast.ImportFrom) and (
-            _is_given(node, rebound) or (node in tree.body and _is_idle_import(node, used))
+            _is_given(node, rebound) or (node in top and _is_idle_import(node, used))
         ):
             surplus.add(node)
     return surplus
@@ -146,33 +146,58 @@ def _is_dummy(statement: ast.stmt) -> bool:
     return False
 
 
-def _demo(tree: ast.Module, entry: Entry, gone: set[ast.stmt]) -> set[ast.stmt]:
+def _demo(source: str, tree: ast.Module, entry: Entry, gone: set[ast.stmt]) -> set[ast.stmt]:
     """Top-level statements that the entry of a function-form policy does not depend on."""
     statements = [s for s in tree.body if s not in gone]
-    touched = {s: _touched(s) for s in statements}
-    needed, kept = {entry.name}, set[ast.stmt]()
-    while True:
-        more = [s for s in statements if s not in kept and (touched[s] & needed or _must_stay(s))]
-        if not more:
-            break
-        kept |= set(more)
-        needed |= {name for statement in more for name in _reads(statement)}
+    scopes = _scopes(source)
+    binders: dict[str, list[ast.stmt]] = {}
+    for statement in statements:
+        for name in _touched(statement):
+            binders.setdefault(name, []).append(statement)
+    fresh = [*binders.get(entry.name, []), *(s for s in statements if _must_stay(s))]
+    kept, known = set[ast.stmt](), set[str]()
+    while fresh:
+        statement = fresh.pop()
+        if statement in kept:
+            continue
+        kept.add(statement)
+        for name in _reads(statement, scopes) - known:
+            known.add(name)
+            fresh += binders.get(name, [])
     return {s for s in statements if s not in kept and not isinstance(s, ast.Import | ast.ImportFrom)}
 
 
-def _reads(statement: ast.stmt) -> set[str]:
-    """Top-level names that a statement may read when it runs, or its function when it is called."""
+_Scopes = dict[tuple[str, int], symtable.SymbolTable]
+
+
+def _scopes(source: str) -> _Scopes:
+    """The symbol tables of the top-level functions and classes, by name and line."""
     try:
-        table = symtable.symtable(ast.unparse(statement), "<policy>", "exec")
+        table = symtable.symtable(source, "<policy>", "exec")
     except SyntaxError as error:
-        raise PolicyRejected(f"this is not valid Python: {error.msg}", line=statement.lineno) from None
+        raise PolicyRejected(f"this is not valid Python: {error.msg}", line=error.lineno) from None
     except (RecursionError, MemoryError, ValueError):
-        raise PolicyRejected("this is nested too deeply; write it simpler", line=statement.lineno) from None
-    found, tables = set[str](), [table]
-    while tables:
-        scope = tables.pop()
-        tables += scope.get_children()
-        found |= {s.get_name() for s in scope.get_symbols() if s.is_referenced() and (s.is_global() or scope is table)}
+        raise PolicyRejected("this is nested too deeply; write it simpler") from None
+    return {(scope.get_name(), scope.get_lineno()): scope for scope in table.get_children()}
+
+
+def _reads(statement: ast.stmt, scopes: _Scopes) -> set[str]:
+    """Top-level names that a statement may read when it runs, or its function when it is called."""
+    parts: list[ast.AST] = [statement]
+    found = set[str]()
+    scope = scopes.get((getattr(statement, "name", ""), statement.lineno))
+    if scope is not None and isinstance(statement, ast.FunctionDef | ast.ClassDef):
+        arguments = getattr(statement, "args", None)
+        keywords = [k.value for k in getattr(statement, "keywords", [])]
+        parts = [*statement.decorator_list, *getattr(statement, "bases", []), *keywords]
+        if isinstance(arguments, ast.arguments):
+            parts += [*arguments.defaults, *(d for d in arguments.kw_defaults if d is not None)]
+        tables = [scope]
+        while tables:
+            table = tables.pop()
+            tables += table.get_children()
+            found |= {s.get_name() for s in table.get_symbols() if s.is_referenced() and s.is_global()}
+    found |= {n.id for p in parts for n in ast.walk(p) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load)}
     return found
 
 
@@ -246,12 +271,12 @@ class _Page:
 
     def __post_init__(self) -> None:
         self.lines = self.source.split("\n")
-        self.text = {
-            number
+        spans = {
+            (node.lineno, node.end_lineno or node.lineno)
             for node in ast.walk(self.tree)
             if isinstance(node, ast.Constant | ast.JoinedStr) and isinstance(getattr(node, "value", ""), str | bytes)
-            for number in range(node.lineno, node.end_lineno or node.lineno)
         }
+        self.text = {number for first, last in spans for number in range(first, last)}
 
     def owns(self, statement: ast.stmt) -> bool:
         """Whether no other statement shares the statement's lines."""

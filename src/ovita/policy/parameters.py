@@ -7,12 +7,17 @@ import io
 import math
 import re
 import tokenize
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from ovita.errors import PolicyRejected
+from ovita.policy.frames import clean_text
 from ovita.policy.syntax import Entry, bound_names, find_function
+
+MAX_NOTE = 300
+"""Most characters of a comment or a docstring line that are read; patterns on longer ones would take their time."""
 
 Value = float | int | bool | str | None | tuple[Any, ...]
 
@@ -52,7 +57,8 @@ def find_parameters(source: str, tree: ast.Module, entry: Entry) -> tuple[Parame
     the line, or from a docstring line such as `distance: how far to shift [m]`.
     """
     slots = _slots(tree, entry)
-    lines = [slot.line for slot in slots]
+    lines = Counter(slot.line for slot in slots)
+    names = {slot.name for slot in slots}
     comments = _comments(source)
     notes = _notes(ast.get_docstring(find_function(tree, entry.name) if entry.form == "function" else tree) or "")
     parameters = []
@@ -61,11 +67,11 @@ def find_parameters(source: str, tree: ast.Module, entry: Entry) -> tuple[Parame
         named = _notes(comment)
         if slot.name in named:
             text = named[slot.name]
-        elif lines.count(slot.line) == 1 and comment and not named.keys() & {s.name for s in slots}:
+        elif lines[slot.line] == 1 and comment and not named.keys() & names:
             text = comment
         else:
             text = notes.get(slot.name, "")
-        unit, meaning = _unit(text)
+        unit, meaning = _unit(clean_text(text, MAX_NOTE))
         parameters.append(Parameter(slot.name, slot.value, unit, meaning))
     return tuple(parameters)
 
@@ -175,7 +181,7 @@ def _comments(source: str) -> dict[int, str]:
     try:
         for token in tokenize.generate_tokens(io.StringIO(source).readline):
             if token.type == tokenize.COMMENT:
-                found[token.start[0]] = token.string.lstrip("#: ").strip()
+                found[token.start[0]] = token.string[:MAX_NOTE].lstrip("#: ").strip()
     except (tokenize.TokenError, SyntaxError):
         return {}
     return found
@@ -193,8 +199,8 @@ _UNITS = frozenset(
 def _notes(text: str) -> dict[str, str]:
     """Lines such as `name: text` or `name (float): text`."""
     notes: dict[str, str] = {}
-    for line in text.splitlines():
-        found = _NOTE.match(line)
+    for line in text.split("\n"):
+        found = _NOTE.match(line[:MAX_NOTE])
         if found:
             notes.setdefault(found[1], found[2].strip())
     return notes

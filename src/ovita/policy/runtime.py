@@ -279,6 +279,9 @@ def warm_up_scipy() -> None:
         signal.savgol_filter(x, 5, 2)
     if optimize := loaded("scipy.optimize"):
         optimize.minimize(lambda p: float((p**2).sum()), [1.0])
+        optimize.differential_evolution(lambda p: float((p**2).sum()), [(0, 1)], maxiter=1, popsize=2, seed=1)
+    if linalg := loaded("scipy.linalg"):
+        linalg.logm(np.eye(2))
     if spatial := loaded("scipy.spatial"):
         spatial.cKDTree(x[:, None]).query(x[:, None])
 

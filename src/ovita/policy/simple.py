@@ -73,10 +73,20 @@ def carries_columns(tree: ast.Module) -> bool:
     if not only_toolkit(tree):
         return False
     function = next(s for s in tree.body if isinstance(s, ast.FunctionDef))
-    tainted = {a.arg for a in [*function.args.posonlyargs, *function.args.args][:1]}
-    while more := {t for t in _derived(function, tainted) if t not in tainted}:
-        tainted |= more
-    return not any(_reads(operand, tainted) for node in ast.walk(function) for operand in _operands(node))
+    follows: dict[str, list[str]] = {}
+    for node in ast.walk(function):
+        if isinstance(node, ast.Assign | ast.AnnAssign) and node.value is not None:
+            targets = [t.id for t in _targets(node) if isinstance(t, ast.Name)]
+            for name in _names(node.value):
+                follows.setdefault(name, []).extend(targets)
+    fresh = [a.arg for a in [*function.args.posonlyargs, *function.args.args][:1]]
+    tainted = set[str]()
+    while fresh:
+        name = fresh.pop()
+        if name not in tainted:
+            tainted.add(name)
+            fresh += follows.get(name, [])
+    return not any(_names(operand) & tainted for node in ast.walk(function) for operand in _operands(node))
 
 
 _ARITHMETIC = ast.Add | ast.Sub | ast.Mult | ast.Div | ast.FloorDiv | ast.MatMult
@@ -95,15 +105,9 @@ def _operands(node: ast.AST) -> list[ast.expr]:
     return []
 
 
-def _derived(function: ast.FunctionDef, tainted: set[str]) -> set[str]:
-    return {
-        target.id
-        for node in ast.walk(function)
-        if isinstance(node, ast.Assign | ast.AnnAssign) and node.value is not None and _reads(node.value, tainted)
-        for target in (node.targets if isinstance(node, ast.Assign) else [node.target])
-        if isinstance(target, ast.Name)
-    }
+def _targets(node: ast.Assign | ast.AnnAssign) -> list[ast.expr]:
+    return node.targets if isinstance(node, ast.Assign) else [node.target]
 
 
-def _reads(node: ast.AST, names: set[str]) -> bool:
-    return any(isinstance(n, ast.Name) and n.id in names for n in ast.walk(node))
+def _names(node: ast.AST) -> set[str]:
+    return {n.id for n in ast.walk(node) if isinstance(n, ast.Name)}

@@ -11,13 +11,15 @@ from dataclasses import dataclass
 from ovita.errors import PolicyRejected
 from ovita.policy.check import check
 from ovita.policy.clean import clean
+from ovita.policy.frames import MAX_MESSAGE, clean_text
 from ovita.policy.parameters import find_parameters
 from ovita.policy.policy import Policy
 from ovita.policy.syntax import MAX_SOURCE, NO_POLICY, Entry, entry_of, find_function, parse_tree
 
-_FENCE = re.compile(r"^[ \t]*(```+|~~~+)[ \t]*([\w+-]*)[^\n]*\n(.*?)(?:^[ \t]*\1[ \t]*$|\Z)", re.MULTILINE | re.DOTALL)
 _CODE = re.compile(r"(import |from [\w.]+ import|def \w+|class \w+|@\w|#|\"\"\"|[A-Za-z_][\w.,\[\] ]*=[^=]|for |if )")
-_PROSE = re.compile(r"[A-Z*-][^=\[\]{}]*\s[^=\[\]{}]*\s[^=\[\]{}]*$")
+MAX_SUMMARY = 300
+"""Most characters of a summary."""
+
 _PYTHON = ("python", "py", "python3", "")
 
 
@@ -57,25 +59,34 @@ def read(text: str) -> Reading:
     Raises:
         PolicyRejected: As `parse` does.
     """
-    reading = _read_unchecked(text)
+    reading = read_unchecked(text)
     try:
         check(reading.policy.source)
     except PolicyRejected as rejected:
-        raise PolicyRejected(rejected.problem, line=reading.line(rejected.line)) from None
+        raise _told(rejected, reading.line(rejected.line)) from None
     return reading
 
 
-def _read_unchecked(text: str) -> Reading:
-    cleaned = clean(extract(text))
-    tree = parse_tree(cleaned.source)
-    entry = entry_of(tree)
-    policy = Policy(
-        cleaned.source,
-        entry.form,
-        find_parameters(cleaned.source, tree, entry),
-        _summary(cleaned.source, tree, entry),
-    )
+def read_unchecked(text: str) -> Reading:
+    """Read a policy without the allowlist check, for tests of the sandbox.
+
+    Raises:
+        PolicyRejected: If there is none, or it is not Python.
+    """
+    try:
+        cleaned = clean(extract(text))
+        tree = parse_tree(cleaned.source)
+        entry = entry_of(tree)
+        parameters = find_parameters(cleaned.source, tree, entry)
+    except PolicyRejected as rejected:
+        raise _told(rejected, rejected.line) from None
+    policy = Policy(cleaned.source, entry.form, parameters, _summary(cleaned.source, tree, entry))
     return Reading(policy, cleaned.lines)
+
+
+def _told(rejected: PolicyRejected, line: int | None) -> PolicyRejected:
+    """The refusal in words that are fit for a terminal, however the source was written."""
+    return PolicyRejected(clean_text(rejected.problem, MAX_MESSAGE), line=line)
 
 
 def extract(text: str) -> str:
@@ -101,7 +112,7 @@ def extract(text: str) -> str:
 
 
 def _candidates(text: str) -> Iterator[str]:
-    blocks = [(match[2].lower(), _dedented(match[3])) for match in _FENCE.finditer(text)]
+    blocks = [(language, _dedented(code)) for language, code in _blocks(text)]
     python = [code for language, code in blocks if language in _PYTHON]
     yield from reversed(python)
     if len(python) > 1:
@@ -111,6 +122,24 @@ def _candidates(text: str) -> Iterator[str]:
         yield code
         yield _without_prose(code)
     yield from (code for language, code in blocks if language not in _PYTHON)
+
+
+def _blocks(text: str) -> Iterator[tuple[str, str]]:
+    """The blocks between fences of ``` or ~~~, with their language in lower case; the last need not be closed."""
+    fence, language, code = "", "", list[str]()
+    for line in text.split("\n"):
+        mark = line.strip()
+        if not fence:
+            if mark.startswith(("```", "~~~")):
+                rest = mark.lstrip(mark[0])
+                fence, language, code = mark[: len(mark) - len(rest)], rest.strip().lower()[:20], []
+        elif mark.startswith(fence) and not mark.strip(fence[0]):
+            yield language.split(" ")[0], "\n".join(code) + "\n"
+            fence = ""
+        else:
+            code.append(line)
+    if fence:
+        yield language.split(" ")[0], "\n".join(code)
 
 
 def _dedented(code: str) -> str:
@@ -123,9 +152,14 @@ def _without_prose(text: str) -> str:
     lines = text.split("\n")
     start = next((i for i, line in enumerate(lines) if _CODE.match(line)), 0)
     end = len(lines)
-    while end > start and (not lines[end - 1].strip() or _PROSE.match(lines[end - 1])):
+    while end > start and (not lines[end - 1].strip() or _is_prose(lines[end - 1])):
         end -= 1
     return "\n".join(lines[start:end])
+
+
+def _is_prose(line: str) -> bool:
+    first = line[:1]
+    return (first.isupper() or first in "*-") and not set(line) & set("=[]{}") and len(line.split()) > 2
 
 
 def _summary(source: str, tree: ast.Module, entry: Entry) -> str:
@@ -135,6 +169,6 @@ def _summary(source: str, tree: ast.Module, entry: Entry) -> str:
         texts.insert(0, ast.get_docstring(find_function(tree, entry.name)))
     for text in texts:
         if text and text.strip():
-            return text.strip().split("\n")[0].strip()
+            return clean_text(text.strip().split("\n")[0].strip(), MAX_SUMMARY)
     first = source.lstrip().split("\n")[0]
-    return first.lstrip("# ").strip() if first.startswith("#") else ""
+    return clean_text(first.lstrip("# ").strip(), MAX_SUMMARY) if first.startswith("#") else ""

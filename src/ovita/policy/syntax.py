@@ -16,6 +16,9 @@ Form = Literal["function", "script"]
 MAX_SOURCE = 64 * 1024
 """Longest source of a policy [bytes]; the parser's worst case grows with it."""
 
+MAX_DEPTH = 160
+"""Deepest syntax tree of a policy; Python's own recursion limit allows visitors a little more."""
+
 RESULT = "modified_trajectory"
 """The variable in which a script leaves its trajectory."""
 
@@ -24,6 +27,7 @@ NO_POLICY = (
     f"or leave the new trajectory in {RESULT}"
 )
 
+_TOO_DEEP = "an expression is nested too deeply; split it into several statements"
 _ROLES = (("traj", "path", "waypoint", "points"), ("scene", "object", "env", "world", "obstacle"))
 _quiet = threading.Lock()  # catch_warnings swaps a global
 
@@ -54,13 +58,25 @@ def parse_tree(source: str) -> ast.Module:
     with _quiet, warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
-            return ast.parse(source)
+            tree = ast.parse(source)
         except SyntaxError as error:
             raise PolicyRejected(f"this is not valid Python: {error.msg}", line=error.lineno) from None
         except ValueError as error:
             raise PolicyRejected(f"this is not valid Python: {error}") from None
         except (MemoryError, RecursionError):
-            raise PolicyRejected("an expression is nested too deeply; split it into several statements") from None
+            raise PolicyRejected(_TOO_DEEP) from None
+    _refuse_depth(tree)
+    return tree
+
+
+def _refuse_depth(tree: ast.Module) -> None:
+    """Refuse what recursive visitors could not walk."""
+    level: list[ast.AST] = [tree]
+    for _ in range(MAX_DEPTH):
+        level = [child for node in level for child in ast.iter_child_nodes(node)]
+        if not level:
+            return
+    raise PolicyRejected(_TOO_DEEP, line=getattr(level[0], "lineno", None))
 
 
 def entry_of(tree: ast.Module) -> Entry:

@@ -67,7 +67,7 @@ class Pair:
     def tail(self) -> Array:
         """The adapted rows from the old goal on (K, 4), K >= 1: what was added after it."""
         if self.found[-1] and len(self.adapted) != len(self.original):
-            begin = int(round(float(self.source[-1])))
+            begin = round(float(self.source[-1]))
         else:
             gap = np.linalg.norm(self.adapted[:, :3] - self.original[-1, :3], axis=1)
             late = np.flatnonzero(gap <= gap.min() + 2 * self.noticeable)
@@ -134,7 +134,9 @@ def match(original: Array, adapted: Array) -> Array:
         by_length = np.interp(fractions(old), fractions(new), np.arange(len(new), dtype=np.float64))
         split, spread = _best_split(old, new)
         even = float((interpolate(new, by_length) - old).var(axis=0).sum())
-        source = by_length if even < spread else split
+        # A few waypoints of a resampled path can be matched one to one by chance, and then say nothing of the others.
+        resampled = len(new) < len(old) and even <= (2 * NOTICEABLE * float(np.linalg.norm(np.ptp(old, axis=0)))) ** 2
+        source = by_length if resampled or even < spread else split
     into = np.flatnonzero(new_keep).astype(np.float64)
     found = np.isfinite(source)
     source[found] = np.interp(source[found], np.arange(len(into)), into)
@@ -151,7 +153,7 @@ def _best_split(old: Array, new: Array) -> tuple[Array, float]:
 
     def sums(a: Array, b: Array) -> Array:
         """Sum over the first k of a and the others of b, for k = 0..shared."""
-        return np.concatenate([zero, a.cumsum(axis=0)]) + (b.sum(axis=0) - np.concatenate([zero, b.cumsum(axis=0)]))
+        return np.asarray(np.concatenate([zero, (a - b).cumsum(axis=0)]) + b.sum(axis=0))
 
     variance = (sums(head**2, rest**2) / shared - (sums(head, rest) / shared) ** 2).sum(axis=1)
     k = shared - int(np.argmin(np.round(variance, 12)[::-1]))

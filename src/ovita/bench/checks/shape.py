@@ -46,7 +46,7 @@ def shape_kept(pair: Pair) -> Verdict:
 
 @predicate
 def smoother(pair: Pair) -> Verdict:
-    """The path bends less: the sum of its squared bends falls by 10 %, its sharpest turn does not grow, and it stays near.
+    """The path bends less: the sum of its squared bends falls by 10 %, its sharpest turn does not grow, and it stays.
 
     The ends stay where they are, and on average the path stays within 15 % of the extent.
     """
@@ -68,7 +68,7 @@ def curvier(pair: Pair) -> Verdict:
 
 @predicate
 def finer(pair: Pair) -> Verdict:
-    """There are more waypoints, and the path turns less at the sharpest of them, as a spline through the old ones does."""
+    """There are more waypoints, and the path turns less at the sharpest one, as a spline does."""
     old, new = _sharpest(pair.original[:, :3]), _sharpest(pair.adapted[:, :3])
     held = len(pair.adapted) > len(pair.original) and new < old
     fact = f"waypoints went from {len(pair.original)} to {len(pair.adapted)}, the sharpest turn from "
@@ -79,7 +79,7 @@ def finer(pair: Pair) -> Verdict:
 
 @predicate
 def straight(pair: Pair, where: Where | None = None) -> Verdict:
-    """The selected stretch is a straight line: within 3 % of its length, and its ends stay within 10 % of the extent."""
+    """The selected stretch is straight within 3 % of its length; its ends stay within 10 % of the extent."""
     index = np.flatnonzero(selected(pair, where) & pair.found)
     wish = f"go straight{said(where)}"
     if len(index) < 3:

@@ -10,7 +10,7 @@ from ovita.bench.checks.check import Verdict, predicate, say
 from ovita.bench.checks.distance import Amount
 from ovita.bench.checks.pair import Pair
 from ovita.bench.checks.where import Where, outside, said, selected
-from ovita.toolkit.arguments import fractions
+from ovita.toolkit.arguments import Mask, fractions
 from ovita.trajectory import Array
 
 LEAST_CHANGE = 0.05
@@ -122,7 +122,7 @@ def uniform_acceleration(pair: Pair, sense: Sense, *, to: float | None = None, w
         return say(False, wish, "too few waypoints are left")
     speeds, s = rows[:, 3], fractions(rows[:, :3])
     # Constant acceleration makes v^2 linear over length, which is v linear over time.
-    fit = max(_fit(np.arange(len(speeds)), speeds), _fit(s, speeds), _fit(s, speeds**2))
+    fit = max(_fit(np.arange(len(speeds), dtype=float), speeds), _fit(s, speeds), _fit(s, speeds**2))
     held = fit >= 0.95 and _only(speeds, sense)
     if to is not None:
         held = held and abs(float(speeds[-1]) - to) <= 0.05 * max(float(speeds.max()), to)
@@ -190,7 +190,7 @@ def _pace(
     return say(held, wish, fact)
 
 
-def _ratio(pair: Pair, mask: Array, where: Where | None) -> tuple[float, str]:
+def _ratio(pair: Pair, mask: Mask, where: Where | None) -> tuple[float, str]:
     old, new = float(pair.original[mask, 3].mean()), float(pair.matched[mask, 3].mean())
     ratio = new / old if old > 1e-6 else (1.0 if new <= 1e-6 else np.inf)
     return ratio, f"the average speed{said(where)} went from {old:.3f} to {new:.3f} m/s ({ratio:.2f} times)"
@@ -199,7 +199,7 @@ def _ratio(pair: Pair, mask: Array, where: Where | None) -> tuple[float, str]:
 def _speeds(pair: Pair, where: Where | None) -> Array:
     if where is None:
         return pair.adapted[:, 3]
-    return pair.matched[selected(pair, where) & pair.found, 3]
+    return np.asarray(pair.matched[selected(pair, where) & pair.found, 3])
 
 
 def _wrong(speeds: Array, sign: float) -> float:

@@ -87,8 +87,8 @@ def swept(positions: Array, centre: Array, axis: Array) -> Array:
     points = interpolate(positions, source_indices(positions, 2000, "arc_length")) - centre
     u = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
     u /= np.linalg.norm(u)
-    return np.unwrap(np.arctan2(points @ np.cross(axis, u), points @ u))
+    return np.asarray(np.unwrap(np.arctan2(points @ np.cross(axis, u), points @ u)))
 
 
 def _angles(a: Array, b: Array) -> Array:
-    return np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), (a * b).sum(axis=1))
+    return np.asarray(np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), (a * b).sum(axis=1)))

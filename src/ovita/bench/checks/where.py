@@ -65,7 +65,7 @@ def turns(fraction: float = 0.25) -> Where:
 
 
 def outside(where: Where) -> Where:
-    """What is clearly not part of a selection: with a radius, beyond 1.25 of it; for the nearest, the farthest third."""
+    """What is clearly outside a selection: beyond 1.25 of its radius; for the nearest waypoints, the farthest third."""
     return {"outside": dict(where)}
 
 

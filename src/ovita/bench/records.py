@@ -1,0 +1,243 @@
+"""The log of a run: one JSON line a sample, writer and condition, on disk before the next one counts as done."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from types import TracebackType
+from typing import IO, Any
+
+from pydantic import TypeAdapter, ValidationError
+
+from ovita.errors import FormatError, RequestError
+from ovita.formats import atomic_write
+
+RECORDS, MANIFEST = "records.jsonl", "run.json"
+
+Rows = tuple[tuple[float, ...], ...]
+"""Waypoints: x, y, z [m], speed [m/s]."""
+
+
+@dataclass(frozen=True)
+class Round:
+    """One answer to the instruction (the first round) or to feedback.
+
+    Args:
+        said: What the person said.
+        status: Of the adaptation.
+        passed: Whether the check holds after it.
+        score: Share of the check's clauses that hold, 0..1.
+        sentence: What the check measured.
+        executable: Whether a policy ran.
+        attempts: Policies that were written.
+        ms: Time from request to result, pauses for rate limits left out [ms].
+        input_tokens: Tokens read.
+        output_tokens: Tokens written.
+        limits: The verdict on the limits, or "none" where nothing ran.
+        proposed_passed: Whether what the policy returned passes the check before limits were enforced.
+        model: Name of the model that answered, or "".
+        plan: The plan.
+        code: The policy.
+        explanation: In plain words.
+        error: Why there is no result, or "".
+        adapted: The result.
+        replies: Every reply of the writer, as recorded.
+    """
+
+    said: str
+    status: str
+    passed: bool
+    score: float
+    sentence: str
+    executable: bool
+    attempts: int
+    ms: float
+    input_tokens: int = 0
+    output_tokens: int = 0
+    limits: str = "none"
+    proposed_passed: bool = False
+    model: str = ""
+    plan: tuple[str, ...] = ()
+    code: str = ""
+    explanation: str = ""
+    error: str = ""
+    adapted: Rows = ()
+    replies: tuple[dict[str, Any], ...] = ()
+
+
+@dataclass(frozen=True)
+class Record:
+    """How one writer did on one sample under one condition.
+
+    Args:
+        sample: The sample's id.
+        subset: Its subset.
+        kind: Its kind of instruction.
+        writer: The writer's name.
+        condition: The condition's name.
+        instruction: What was asked.
+        robot: Whose limits were enforced.
+        idle: Whether doing nothing passes the check.
+        original: The waypoints that it was about.
+        scene: As in a scene file.
+        check: As in a dataset file.
+        void: Clauses that were not judged.
+        rounds: The answer, then the answers to feedback.
+    """
+
+    sample: str
+    subset: str
+    kind: str
+    writer: str
+    condition: str
+    instruction: str
+    robot: str
+    idle: bool
+    original: Rows
+    scene: dict[str, Any]
+    check: dict[str, Any]
+    rounds: tuple[Round, ...]
+    void: tuple[str, ...] = field(default=())
+
+    @property
+    def key(self) -> tuple[str, str, str]:
+        """What a record is about: writer, condition, sample."""
+        return self.writer, self.condition, self.sample
+
+    @property
+    def first(self) -> Round:
+        """The answer to the instruction."""
+        return self.rounds[0]
+
+    @property
+    def last(self) -> Round:
+        """The answer that counts: the last one."""
+        return self.rounds[-1]
+
+    @property
+    def unreached(self) -> bool:
+        """Whether the writer could not be asked, so that it says nothing about it."""
+        return any(reply.get("unreached") for item in self.rounds for reply in item.replies)
+
+    @property
+    def tokens(self) -> int:
+        """Tokens read and written."""
+        return sum(item.input_tokens + item.output_tokens for item in self.rounds)
+
+
+_ADAPTER = TypeAdapter(Record)
+
+
+class Log:
+    """The records of a run's folder; a context manager that holds the folder's lock.
+
+    Args:
+        folder: Made if it is missing.
+
+    Raises:
+        RequestError: If another run writes there.
+        FormatError: If a line that is not the last one cannot be read.
+    """
+
+    def __init__(self, folder: str | os.PathLike[str]) -> None:
+        self.path = Path(folder) / RECORDS
+        try:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            self._stream: IO[bytes] = open(self.path, "ab")  # noqa: SIM115
+        except OSError as error:
+            raise FormatError(str(self.path), f"cannot be written: {error.strerror}") from None
+        _lock(self._stream, str(folder))
+        whole = _whole_length(self.path)
+        if whole < self.path.stat().st_size:
+            self._stream.truncate(whole)
+        self.records = {record.key: record for record in read_records(self.path)}
+
+    def __enter__(self) -> Log:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._stream.close()
+
+    def append(self, record: Record) -> None:
+        """Write a record and wait until it is on disk; it replaces an earlier one of the same key."""
+        line = json.dumps(asdict(record), ensure_ascii=False, allow_nan=False) + "\n"
+        self._stream.write(line.encode("utf-8"))
+        self._stream.flush()
+        os.fsync(self._stream.fileno())
+        self.records[record.key] = record
+
+
+def read_records(path: str | os.PathLike[str]) -> list[Record]:
+    """Read a run's records, sorted by writer, condition and sample; a torn last line is ignored, the last of a key wins.
+
+    Args:
+        path: The file, or the run's folder.
+
+    Raises:
+        FormatError: If there is no such file, or a whole line of it is no record.
+    """
+    file = Path(path)
+    if file.is_dir():
+        file = file / RECORDS
+    if not file.exists():
+        raise FormatError(str(path), f"holds no {RECORDS}; name the folder that 'ovita bench run --out' wrote")
+    found: dict[tuple[str, str, str], Record] = {}
+    data = file.read_bytes()
+    for number, line in enumerate(data[: data.rfind(b"\n") + 1].splitlines(), start=1):
+        try:
+            record = _ADAPTER.validate_json(line)
+        except ValidationError as error:
+            raise FormatError(str(file), f"line {number} is no record: {error.errors()[0]['msg'].lower()}") from None
+        found[record.key] = record
+    return ordered(found.values())
+
+
+def ordered(records: Iterable[Record]) -> list[Record]:
+    """Records by writer, condition and sample, "default" first."""
+    from ovita.bench.samples import natural
+
+    return sorted(records, key=lambda r: (r.writer, r.condition != "default", r.condition, natural(r.sample)))
+
+
+def write_manifest(folder: str | os.PathLike[str], manifest: Mapping[str, Any]) -> None:
+    """Write what a run was made of."""
+    atomic_write(Path(folder) / MANIFEST, json.dumps(dict(manifest), ensure_ascii=False, indent=1) + "\n")
+
+
+def read_manifest(folder: str | os.PathLike[str]) -> dict[str, Any]:
+    """Read it; {} where there is none.
+
+    Raises:
+        FormatError: If it is no JSON object.
+    """
+    file = Path(folder) / MANIFEST
+    if not file.exists():
+        return {}
+    try:
+        document = json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise FormatError(str(file), f"cannot be read: {error}") from None
+    if not isinstance(document, dict):
+        raise FormatError(str(file), "holds no JSON object")
+    return document
+
+
+def _whole_length(path: Path) -> int:
+    data = path.read_bytes()
+    return data.rfind(b"\n") + 1
+
+
+def _lock(stream: IO[bytes], folder: str) -> None:
+    try:
+        import fcntl
+    except ImportError:  # Windows: two runs in one folder are then the user's concern
+        return
+    try:
+        fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        raise RequestError(f"{folder}: another run writes there; wait for it, or choose another --out") from None

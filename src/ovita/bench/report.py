@@ -1,0 +1,284 @@
+"""Reports of a run: Markdown, CSV, Parquet, figures and one HTML page."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+import os
+from collections.abc import Mapping, Sequence
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from ovita.bench import tables
+from ovita.bench.page import html
+from ovita.bench.records import Record
+from ovita.bench.stats import Interval
+from ovita.errors import MissingExtra, RequestError
+from ovita.formats import atomic_write
+
+Table = list[list[str]]
+
+
+def write_report(
+    folder: str | os.PathLike[str],
+    records: Sequence[Record],
+    manifest: Mapping[str, Any],
+    *,
+    ratings: Mapping[str, Sequence[float]] | None = None,
+    prices: Mapping[str, tuple[float, float]] | None = None,
+    notes: Sequence[str] = (),
+    figures: bool = True,
+    parquet: bool = False,
+) -> list[Path]:
+    """Write report.md, records.csv, summary.csv, report.html and the panel; return the files.
+
+    The same records and manifest give the same files.
+
+    Args:
+        folder: Where to.
+        records: Of the run.
+        manifest: What the run was made of.
+        ratings: People's ratings by writer, 1 to 5.
+        prices: Writer to money for a million tokens read and written.
+        notes: Sentences that belong on top.
+        figures: Whether to draw the panel.
+        parquet: Whether to write records.parquet too.
+
+    Raises:
+        RequestError: If there are no records.
+        MissingExtra: If Parquet is wanted and pyarrow is not installed.
+        FormatError: If a file cannot be written.
+    """
+    if not records:
+        raise RequestError("there is nothing to report yet: the run has no records")
+    out = Path(folder)
+    out.mkdir(parents=True, exist_ok=True)
+    notes = list(notes)
+    files: dict[str, str | bytes] = {}
+    panel = ""
+    if figures:
+        try:
+            files |= _panel(records, ratings)
+            panel = str(files["panel.svg"])
+        except MissingExtra as missing:
+            notes.append(f"No figures: {missing}")
+    found = report_tables(records, ratings, prices)
+    title = f"ovita bench: {manifest.get('dataset', 'a run')}"
+    files["report.md"] = markdown(title, found, manifest, notes, panel=bool(panel))
+    files["summary.csv"] = _csv(summary_rows(records, prices))
+    files["records.csv"] = _csv(flat(records))
+    files["report.html"] = html(title, [("Run", _run_table(manifest, notes)), *found], panel, records)
+    if parquet:
+        files["records.parquet"] = _parquet(flat(records))
+    for name, content in files.items():
+        atomic_write(out / name, content)
+    return [out / name for name in files]
+
+
+def report_tables(
+    records: Sequence[Record],
+    ratings: Mapping[str, Sequence[float]] | None = None,
+    prices: Mapping[str, tuple[float, float]] | None = None,
+) -> list[tuple[str, Table]]:
+    """The report's tables with their headings."""
+    found = [("Success", success_table(records, prices))]
+    for by, heading in (("subset", "By subset"), ("kind", "By kind of instruction")):
+        rows = [["writer", by, "success", "95 % interval", "n", "executable", "clauses"]]
+        for x in tables.lines(records, by):  # type: ignore[arg-type]
+            name = tables.named((x.writer, x.condition))
+            rows.append([name, x.group, _rate(x.success), _span(x.success), str(x.success.n)])
+            rows[-1] += [_rate(x.executable), f"{x.score:.1%}"]
+        found.append((heading, rows))
+    found.append(("Limits", _limits(records)))
+    feedback = [["writer", "turns of feedback", "success", "95 % interval"]]
+    for column in tables.columns(records):
+        shares = tables.rounds(records, column)
+        feedback += [[tables.named(column), str(i), _rate(s), _span(s)] for i, s in enumerate(shares) if len(shares) > 1]
+    found.append(("Feedback", feedback if len(feedback) > 1 else []))
+    found.append(("Comparisons", _comparisons(records)))
+    if ratings:
+        rows = [["writer", "mean", "4 or 5", "n"]]
+        for writer, values in ratings.items():
+            rows.append([writer, f"{sum(values) / len(values):.2f}"])
+            rows[-1] += [f"{sum(v >= 4 for v in values) / len(values):.1%}", str(len(values))]
+        found.append(("Interpretability", rows))
+    return found
+
+
+def success_table(records: Sequence[Record], prices: Mapping[str, tuple[float, float]] | None = None) -> Table:
+    """The main table: one row a writer and condition, and a row for doing nothing."""
+    rows = [
+        ["writer", "success", "95 % interval", "n", "executable", "clauses", "attempts", "p50 ms", "p95 ms", "tokens"]
+        + (["cost"] if prices else [])
+    ]
+    for x in tables.lines(records, prices=prices):
+        name = tables.named((x.writer, x.condition))
+        rows.append([name, _rate(x.success), _span(x.success), str(x.success.n), _rate(x.executable), f"{x.score:.1%}"])
+        rows[-1] += [f"{x.attempts:.2f}", f"{x.p50:.0f}", f"{x.p95:.0f}", str(x.input_tokens + x.output_tokens)]
+        rows[-1] += [f"{x.cost:.4g}"] if prices else []
+    nothing = tables.idle(records)
+    rows.append(["doing nothing", _rate(nothing), _span(nothing), str(nothing.n)] + ["-"] * (len(rows[0]) - 4))
+    return rows
+
+
+def markdown(
+    title: str,
+    found: Sequence[tuple[str, Table]],
+    manifest: Mapping[str, Any],
+    notes: Sequence[str],
+    *,
+    panel: bool,
+) -> str:
+    """The report as Markdown."""
+    parts = [f"# {_cell(title)}", *(f"> {_cell(note)}" for note in notes)]
+    parts += [_pipes(_run_table(manifest, ()))]
+    for heading, rows in found:
+        if rows:
+            parts += [f"## {heading}", _pipes(rows)]
+    if panel:
+        parts += ["## Figures", "![Figures A to G](panel.svg)"]
+    parts.append(
+        "Intervals are Wilson's. Success is compared by McNemar's exact test (effect: Cohen's g, -0.5 to 0.5), clauses "
+        "and times by Wilcoxon's signed-rank test (effect: rank-biserial correlation, -1 to 1); positive means that the "
+        "second is higher. p values are not corrected for the number of comparisons. `report.html` shows each sample."
+    )
+    return "\n\n".join(parts) + "\n"
+
+
+def flat(records: Sequence[Record]) -> list[dict[str, Any]]:
+    """One flat row a record."""
+    return [
+        {
+            "sample": r.sample,
+            "subset": r.subset,
+            "kind": r.kind,
+            "writer": r.writer,
+            "condition": r.condition,
+            "model": r.last.model,
+            "robot": r.robot,
+            "instruction": r.instruction,
+            "passed": r.last.passed,
+            "passed_first": r.first.passed,
+            "clauses": r.last.score,
+            "executable": r.last.executable,
+            "status": r.last.status,
+            "limits": r.last.limits,
+            "proposed_passed": r.last.proposed_passed,
+            "idle_passes": r.idle,
+            "rounds": len(r.rounds),
+            "attempts": r.first.attempts,
+            "ms": r.first.ms,
+            "input_tokens": sum(x.input_tokens for x in r.rounds),
+            "output_tokens": sum(x.output_tokens for x in r.rounds),
+            "sentence": r.last.sentence,
+            "error": r.last.error,
+            "void": "; ".join(r.void),
+            "check": json.dumps(r.check, ensure_ascii=False),
+        }
+        for r in records
+    ]
+
+
+def summary_rows(
+    records: Sequence[Record], prices: Mapping[str, tuple[float, float]] | None = None
+) -> list[dict[str, Any]]:
+    """One flat row a writer, condition and group."""
+    found = []
+    for by in ("all", "subset", "kind"):
+        for x in tables.lines(records, by, prices):  # type: ignore[arg-type]
+            found.append(
+                {
+                    "by": by,
+                    "group": x.group,
+                    "writer": x.writer,
+                    "condition": x.condition,
+                    "n": x.success.n,
+                    "passed": x.success.successes,
+                    "success": x.success.rate,
+                    "low": x.success.low,
+                    "high": x.success.high,
+                    "passed_first": x.first.successes,
+                    "executable": x.executable.rate,
+                    "clauses": x.score,
+                    "attempts": x.attempts,
+                    "p50_ms": x.p50,
+                    "p95_ms": x.p95,
+                    "input_tokens": x.input_tokens,
+                    "output_tokens": x.output_tokens,
+                    "cost": x.cost,
+                    "lost_to_limits": x.lost_to_limits,
+                    "unreached": x.unreached,
+                    **{f"limits_{k}": x.limits.get(k, 0) for k in _VERDICTS},
+                }
+            )
+    return found
+
+
+_VERDICTS = ("satisfied", "repaired", "infeasible", "preexisting", "off", "none")
+
+
+def _limits(records: Sequence[Record]) -> Table:
+    rows = [["writer", *_VERDICTS, "lost to the limits"]]
+    for x in tables.lines(records):
+        counts = [str(x.limits.get(verdict, 0)) for verdict in _VERDICTS]
+        rows.append([tables.named((x.writer, x.condition)), *counts, str(x.lost_to_limits)])
+    return rows
+
+
+def _comparisons(records: Sequence[Record]) -> Table:
+    rows = [["measure", "of", "against", "test", "n", "differ", "second higher", "p", "effect"]]
+    for c in tables.comparisons(records):
+        p = c.paired
+        rows.append([c.what, c.a, c.b, p.test, str(p.n), str(p.changed), str(p.better), f"{p.p:.3g}", f"{p.effect:+.2f}"])
+    return rows if len(rows) > 1 else []
+
+
+def _run_table(manifest: Mapping[str, Any], notes: Sequence[str]) -> Table:
+    rows = [["", ""], *([str(key).replace("_", " "), str(value)] for key, value in manifest.items())]
+    return [*rows, *(["note", note] for note in notes)]
+
+
+def _rate(share: Interval) -> str:
+    return "-" if math.isnan(share.rate) else f"{share.rate:.1%}"
+
+
+def _span(share: Interval) -> str:
+    return f"{share.low:.1%} to {share.high:.1%}"
+
+
+def _pipes(rows: Table) -> str:
+    lines = ["| " + " | ".join(_cell(cell) for cell in row) + " |" for row in rows]
+    lines.insert(1, "|" + "---|" * len(rows[0]))
+    return "\n".join(lines)
+
+
+def _cell(text: str) -> str:
+    return " ".join(text.split()).replace("|", "\\|").replace("<", "&lt;")
+
+
+def _csv(rows: Sequence[Mapping[str, Any]]) -> str:
+    out = io.StringIO()
+    writer = csv.DictWriter(out, list(rows[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return out.getvalue()
+
+
+def _panel(records: Sequence[Record], ratings: Mapping[str, Sequence[float]] | None) -> dict[str, str | bytes]:
+    from ovita.bench.figures import image, panel
+
+    figure = panel(records, ratings)
+    return {"panel.png": image(figure, "png"), "panel.svg": image(figure, "svg").decode("utf-8")}
+
+
+def _parquet(rows: Sequence[Mapping[str, Any]]) -> bytes:
+    try:
+        arrow, parquet = import_module("pyarrow"), import_module("pyarrow.parquet")
+    except ImportError:
+        raise MissingExtra("pyarrow", "bench") from None
+    out = io.BytesIO()
+    parquet.write_table(arrow.Table.from_pylist([dict(row) for row in rows]), out)
+    return out.getvalue()

@@ -1,0 +1,340 @@
+"""Running a benchmark: every sample, writer and condition once, in parallel, resumable at any moment."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import platform
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import ovita
+from ovita.bench.conditions import DEFAULT, Condition
+from ovita.bench.evaluate import Protocol, evaluate, waypoints
+from ovita.bench.records import Log, Record, ordered, read_manifest, read_records, write_manifest
+from ovita.bench.replies import Limiter, RecordingWriter, ReplayingWriter, open_writer
+from ovita.bench.samples import Dataset, Sample
+from ovita.errors import RequestError
+from ovita.language.writer import PolicyWriter
+
+UNREACHED = 5
+"""A writer that could not be reached so many times in a row is not asked any further."""
+
+Progress = Callable[["Standing"], None]
+
+
+@dataclass(frozen=True)
+class Standing:
+    """How far a run is.
+
+    Args:
+        done: Records that there are, earlier ones of a resumed run included.
+        total: Records that there will be.
+        passed: Records that pass.
+        left_s: Estimated time to the end [s], or None before the first record.
+        tokens: Tokens of all records.
+    """
+
+    done: int
+    total: int
+    passed: int
+    left_s: float | None
+    tokens: int
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is run.
+
+    Args:
+        writers: Names, see `open_writer`.
+        conditions: The default one and the ablations.
+        protocol: How samples are put to writers.
+        base_url: An OpenAI-compatible server for the writers that are models.
+        temperature: Of models, unless a condition says otherwise.
+        jobs: Samples at a time.
+        per_minute: Most requests a minute to each model, or None.
+        retries: How often a request that failed in transport is sent again, beyond the writer's own retries.
+        budget_tokens: No sample is begun once so many tokens were used, or None.
+        prices: Writer to money for a million tokens read and written.
+        budget_cost: No sample is begun once so much money was used, or None.
+    """
+
+    writers: tuple[str, ...] = ("builtin",)
+    conditions: tuple[Condition, ...] = (DEFAULT,)
+    protocol: Protocol = field(default_factory=Protocol)
+    base_url: str | None = None
+    temperature: float = 0.1
+    jobs: int = 2
+    per_minute: float | None = None
+    retries: int = 2
+    budget_tokens: int | None = None
+    prices: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    budget_cost: float | None = None
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a run came to: its records, its manifest, and why it ended early, each reason a sentence."""
+
+    records: tuple[Record, ...]
+    manifest: Mapping[str, Any]
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class _Cell:
+    sample: Sample
+    writer: str
+    condition: Condition
+    recorded: Record | None = None
+
+    @property
+    def key(self) -> tuple[str, str, str]:
+        return self.writer, self.condition.name, self.sample.id
+
+
+def run(
+    dataset: Dataset,
+    out: str | os.PathLike[str],
+    plan: Plan,
+    *,
+    replay: str | os.PathLike[str] | None = None,
+    progress: Progress | None = None,
+) -> Outcome:
+    """Run what is not yet in the folder, and return everything that then is.
+
+    A record is on disk before the next progress is shown, so that a run that was killed goes on where it was.
+    Samples whose writer could not be reached are asked again.
+
+    Args:
+        dataset: The samples.
+        out: The run's folder.
+        plan: What is run.
+        replay: The folder of an earlier run whose replies and times stand in for the writers.
+        progress: Called after each record.
+
+    Raises:
+        RequestError: If the folder holds another run, or a writer or option cannot be used.
+        MissingExtra: If a writer's packages are not installed.
+        IsolationUnavailable: If this machine cannot isolate policies as asked.
+    """
+    recorded = {r.key: r for r in read_records(replay)} if replay is not None else None
+    if recorded is not None:
+        plan = replace(plan, writers=tuple(dict.fromkeys(writer for writer, _, _ in recorded)))
+    cells, notes = _cells(dataset, plan, recorded)
+    with Log(out) as log:
+        manifest = _manifest(dataset, plan, read_manifest(out))
+        write_manifest(out, manifest)
+        wanted = {cell.key for cell in cells}
+        todo = [cell for cell in cells if _open(log.records.get(cell.key), cell.sample)]
+        meter = _Meter(plan, log, wanted, len(todo), progress)
+        if todo:
+            notes += _work(todo, plan, log, meter, replaying=recorded is not None)
+        ids = {sample.id for sample in dataset.samples}
+        records = tuple(record for record in ordered(log.records.values()) if record.sample in ids)
+    return Outcome(records, manifest, tuple(notes))
+
+
+def _cells(
+    dataset: Dataset, plan: Plan, recorded: Mapping[tuple[str, str, str], Record] | None
+) -> tuple[list[_Cell], list[str]]:
+    known = {condition.name: condition for condition in plan.conditions}
+    cells: list[_Cell] = []
+    notes: list[str] = []
+    if recorded is not None:
+        for name in dict.fromkeys(condition for _, condition, _ in recorded):
+            known.setdefault(name, Condition(name))
+    for writer in plan.writers:
+        for condition in known.values():
+            if not condition.applies_to(writer) and recorded is None:
+                notes.append(f"{condition.name}: makes no difference to {writer}, which reads no prompt; left out.")
+                continue
+            for sample in dataset.samples:
+                cell = _Cell(sample, writer, condition)
+                if recorded is None:
+                    cells.append(cell)
+                elif cell.key in recorded:
+                    cells.append(replace(cell, recorded=recorded[cell.key]))
+    if recorded is not None and not cells:
+        raise RequestError("the recorded run has none of this dataset's samples; name the dataset that it was made of")
+    return cells, notes
+
+
+def _open(record: Record | None, sample: Sample) -> bool:
+    """Whether a sample is still to be run: there is no record, its writer was not reached, or the sample changed."""
+    if record is None or record.unreached:
+        return True
+    same = record.check == sample.check.to_dict() and record.instruction == sample.task.instruction
+    return not same or record.original != waypoints(sample.task.trajectory)
+
+
+def _manifest(dataset: Dataset, plan: Plan, earlier: Mapping[str, Any]) -> dict[str, Any]:
+    protocol = plan.protocol
+    fixed = {
+        "ovita": ovita.__version__,
+        "feedback": protocol.feedback,
+        "feedback_on": protocol.feedback_on,
+        "robot": protocol.robot or "each sample's own",
+        "isolation": protocol.isolation,
+        "temperature": plan.temperature,
+    }
+    for key, value in fixed.items():
+        if key in earlier and earlier[key] != value:
+            raise RequestError(
+                f"the folder holds a run with {key} = {earlier[key]!r}, not {value!r}; choose another --out"
+            )
+    versions = {"python": platform.python_version(), "platform": f"{platform.system()} {platform.machine()}"}
+    return {**fixed, **versions, "dataset": dataset.name, "samples": len(dataset.samples), "digest": dataset.digest}
+
+
+def _work(todo: Sequence[_Cell], plan: Plan, log: Log, meter: _Meter, *, replaying: bool) -> list[str]:
+    """Run cells in parallel; the notes say why cells were left out."""
+    notes: list[str] = []
+    in_row: dict[str, int] = {}
+    closed: set[str] = set()
+    queue = iter(todo)
+    running: set[Future[Record]] = set()
+    submit, executor = _executor(todo, plan, replaying)
+    try:
+        while True:
+            _fill(running, queue, closed, submit, meter, 2 * plan.jobs)
+            if not running:
+                break
+            done, running = wait(running, return_when=FIRST_COMPLETED)
+            for future in done:
+                record = future.result()
+                log.append(record)
+                meter.count(record)
+                in_row[record.writer] = in_row.get(record.writer, 0) + 1 if record.unreached else 0
+                if in_row[record.writer] == UNREACHED:
+                    closed.add(record.writer)
+                    notes.append(
+                        f"{record.writer} could not be reached {UNREACHED} times in a row and was not asked any"
+                        f" further ({record.last.error}); run the same command again to go on."
+                    )
+    finally:
+        executor.shutdown(wait=True, cancel_futures=True)
+    return [*notes, *meter.notes]
+
+
+def _fill(
+    running: set[Future[Record]],
+    queue: Iterator[_Cell],
+    closed: set[str],
+    submit: Callable[[_Cell], Future[Record]],
+    meter: _Meter,
+    most: int,
+) -> None:
+    while len(running) < most and not meter.spent:
+        cell = next((cell for cell in queue if cell.writer not in closed), None)
+        if cell is None:
+            return
+        running.add(submit(cell))
+
+
+def _executor(
+    todo: Sequence[_Cell], plan: Plan, replaying: bool
+) -> tuple[Callable[[_Cell], Future[Record]], Executor]:
+    """Processes where the work is this machine's, threads where it is a server's."""
+    local = replaying or all(cell.writer == "builtin" for cell in todo)
+    if local and plan.jobs > 1 and len(todo) > 2 * plan.jobs:
+        context = multiprocessing.get_context("spawn")
+        executor: Executor = ProcessPoolExecutor(plan.jobs, mp_context=context, initializer=_end_with_parent)
+        return (lambda cell: executor.submit(_run_cell, cell, plan, None, None)), executor
+    writers: dict[tuple[str, float], PolicyWriter] = {}
+    limiters: dict[str, Limiter] = {}
+    for cell in todo if not replaying else ():
+        temperature = plan.temperature if cell.condition.temperature is None else cell.condition.temperature
+        if (cell.writer, temperature) not in writers:
+            made = open_writer(cell.writer, base_url=plan.base_url, temperature=temperature)
+            writers[cell.writer, temperature] = made
+            limiters.setdefault(cell.writer, Limiter(None if cell.writer == "builtin" else plan.per_minute))
+
+    def submit(cell: _Cell) -> Future[Record]:
+        temperature = plan.temperature if cell.condition.temperature is None else cell.condition.temperature
+        writer = writers.get((cell.writer, temperature))
+        return executor.submit(_run_cell, cell, plan, writer, limiters.get(cell.writer))
+
+    executor = ThreadPoolExecutor(plan.jobs, thread_name_prefix="ovita-bench")
+    return submit, executor
+
+
+def _run_cell(cell: _Cell, plan: Plan, inner: PolicyWriter | None, limiter: Limiter | None) -> Record:
+    """Evaluate a cell; a recorded one keeps its recorded times, so that a replay reports the same."""
+    if cell.recorded is not None:
+        replies = [reply for item in cell.recorded.rounds for reply in item.replies]
+        record = evaluate(cell.sample, ReplayingWriter(cell.writer, replies), cell.condition, plan.protocol)
+        times = [item.ms for item in cell.recorded.rounds]
+        rounds = [replace(r, ms=times[i]) if i < len(times) else r for i, r in enumerate(record.rounds)]
+        return replace(record, rounds=tuple(rounds))
+    writer = RecordingWriter(inner or open_writer(cell.writer), cell.condition, limiter, retries=plan.retries)
+    record = evaluate(cell.sample, writer, cell.condition, plan.protocol)
+    return replace(record, writer=cell.writer)
+
+
+def _end_with_parent() -> None:
+    """End a worker process when its parent was killed; it would wait for work for ever."""
+    parent = multiprocessing.parent_process()
+
+    def watch() -> None:
+        if parent is not None:
+            parent.join()
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+class _Meter:
+    """Counts, estimates and budgets."""
+
+    def __init__(self, plan: Plan, log: Log, wanted: set[tuple[str, str, str]], todo: int, show: Progress | None) -> None:
+        self._plan, self._show, self._todo, self._new = plan, show, todo, 0
+        there = [record for key, record in log.records.items() if key in wanted]
+        self._total, self._done = len(wanted), len(wanted) - todo
+        self._passed = sum(record.last.passed for record in there)
+        self._tokens = sum(record.tokens for record in there)
+        self._cost = sum(cost_of(record, plan.prices) for record in there)
+        self._started = time.monotonic()
+        self.notes: list[str] = []
+
+    @property
+    def spent(self) -> bool:
+        """Whether a budget is used up; the first time that it is, a note says so."""
+        tokens, cost = self._plan.budget_tokens, self._plan.budget_cost
+        over = ""
+        if tokens is not None and self._tokens >= tokens:
+            over = f"The budget of {tokens} tokens is used up ({self._tokens})"
+        elif cost is not None and self._cost >= cost:
+            over = f"The budget of {cost:g} is used up ({self._cost:.4g})"
+        if over and not self.notes and self._done < self._total:
+            self.notes.append(f"{over}; {self._total - self._done} of {self._total} were not begun or not counted yet.")
+        return bool(over)
+
+    def count(self, record: Record) -> None:
+        self._new += 1
+        self._done += 1
+        self._passed += record.last.passed
+        self._tokens += record.tokens
+        self._cost += cost_of(record, self._plan.prices)
+        if self._show is not None:
+            pace = (time.monotonic() - self._started) / self._new
+            left = pace * (self._todo - self._new)
+            self._show(Standing(self._done, self._total, self._passed, left, self._tokens))
+
+
+def cost_of(record: Record, prices: Mapping[str, tuple[float, float]]) -> float:
+    """Money that a record cost, by prices for a million tokens read and written."""
+    read, written = prices.get(record.writer, (0.0, 0.0))
+    return sum(item.input_tokens * read + item.output_tokens * written for item in record.rounds) / 1e6
+
+
+def default_jobs() -> int:
+    """Samples at a time unless asked otherwise: one a core, four at most."""
+    return min(4, os.cpu_count() or 1)
+
+

@@ -1,0 +1,108 @@
+"""Small pictures of a path before and after, as SVG text: from above, height along the path, speed along the path."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from html import escape
+from typing import Any
+
+import numpy as np
+
+from ovita.bench.records import Rows
+from ovita.errors import OvitaError
+from ovita.scene import Frame
+from ovita.trajectory import Array
+
+WIDTH, HEIGHT, PAD = 230.0, 150.0, 14.0
+BEFORE, AFTER, THING = "#8a8a8a", "#0072b2", "#d55e00"
+
+
+def sketch(original: Rows, adapted: Rows, scene: Mapping[str, Any]) -> str:
+    """Draw a path before (grey, dashed) and after (blue), with the objects' centres.
+
+    Args:
+        original: Rows x, y, z [m], speed [m/s].
+        adapted: The same, any number of rows.
+        scene: As in a scene file.
+    """
+    before, after = np.array(original, dtype=float), np.array(adapted or original, dtype=float)
+    try:
+        frame = Frame(str(scene.get("frame", "rfu")))
+    except OvitaError:
+        frame = Frame()
+    right, front, up = (frame.direction(word) for word in ("right", "front", "up"))
+    axes = np.stack([right, front])
+    parts = [
+        _above(before[:, :3] @ axes.T, after[:, :3] @ axes.T, _things(scene, axes)),
+        _along("height [m]", _travelled(before), before[:, :3] @ up, _travelled(after), after[:, :3] @ up),
+        _along("speed [m/s]", _travelled(before), before[:, 3], _travelled(after), after[:, 3]),
+    ]
+    inner = "".join(f'<g transform="translate({i * (WIDTH + 10):.0f} 0)">{part}</g>' for i, part in enumerate(parts))
+    whole = 3 * WIDTH + 20
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {whole:.0f} {HEIGHT:.0f}" width="{whole:.0f}"'
+        f' height="{HEIGHT:.0f}" role="img" aria-label="path before and after">{inner}</svg>'
+    )
+
+
+def _above(before: Array, after: Array, things: Sequence[tuple[str, Array]]) -> str:
+    points = np.concatenate([before, after, *(place[None] for _, place in things)])
+    low, high = points.min(axis=0), points.max(axis=0)
+    scale = min((WIDTH - 2 * PAD) / max(high[0] - low[0], 1e-9), (HEIGHT - 2 * PAD) / max(high[1] - low[1], 1e-9))
+    middle = (low + high) / 2.0
+
+    def place(p: Array) -> Array:
+        return np.stack(
+            [WIDTH / 2 + scale * (p[:, 0] - middle[0]), HEIGHT / 2 - scale * (p[:, 1] - middle[1])], axis=1
+        )
+
+    out = [_box("from above: right →, front ↑"), _line(place(before), BEFORE, True), _line(place(after), AFTER, False)]
+    for p, color in ((place(before)[0], BEFORE), (place(after)[0], AFTER)):
+        out.append(f'<circle cx="{p[0]:.1f}" cy="{p[1]:.1f}" r="3" fill="{color}"/>')
+    for name, spot in things:
+        x, y = place(spot[None])[0]
+        side = "end" if x > 0.65 * WIDTH else "start"
+        out.append(
+            f'<rect x="{x - 3:.1f}" y="{y - 3:.1f}" width="6" height="6" fill="{THING}" fill-opacity="0.7"/>'
+            f'<text x="{x + (-5 if side == "end" else 5):.1f}" y="{y + 3:.1f}" text-anchor="{side}">{escape(name)}</text>'
+        )
+    return "".join(out)
+
+
+def _along(title: str, s: Array, values: Array, s_after: Array, values_after: Array) -> str:
+    both = np.concatenate([values, values_after])
+    low, high = float(both.min()), float(both.max())
+    span = max(high - low, 1e-3 * max(abs(high), 1.0))
+    low, high = (low + high - span) / 2, (low + high + span) / 2
+    longest = max(float(s[-1]), float(s_after[-1]), 1e-9)
+
+    def place(x: Array, y: Array) -> Array:
+        return np.stack(
+            [PAD + (WIDTH - 2 * PAD) * x / longest, HEIGHT - PAD - (HEIGHT - 2.6 * PAD) * (y - low) / span], axis=1
+        )
+
+    labels = f'<text x="3" y="{HEIGHT - 3:.0f}">{low:.3g}</text><text x="3" y="{1.7 * PAD:.0f}">{high:.3g}</text>'
+    return (
+        _box(title) + _line(place(s, values), BEFORE, True) + _line(place(s_after, values_after), AFTER, False) + labels
+    )
+
+
+def _box(title: str) -> str:
+    return (
+        f'<rect x="0.5" y="0.5" width="{WIDTH - 1:.0f}" height="{HEIGHT - 1:.0f}" fill="white" stroke="#ccc"/>'
+        f'<text x="{WIDTH / 2:.0f}" y="11" text-anchor="middle">{escape(title)}</text>'
+    )
+
+
+def _line(points: Array, color: str, dashed: bool) -> str:
+    text = " ".join(f"{x:.1f},{y:.1f}" for x, y in points)
+    dash = ' stroke-dasharray="4 3"' if dashed else ""
+    return f'<polyline points="{text}" fill="none" stroke="{color}" stroke-width="1.6"{dash}/>'
+
+
+def _travelled(rows: Array) -> Array:
+    return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(rows[:, :3], axis=0), axis=1))])
+
+
+def _things(scene: Mapping[str, Any], axes: Array) -> list[tuple[str, Array]]:
+    return [(str(o["name"]), axes @ np.array([o["x"], o["y"], o["z"]], dtype=float)) for o in scene.get("objects", [])]

@@ -1,0 +1,177 @@
+"""Records counted: success by writer, condition, subset and kind, and comparisons of pairs."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Literal
+
+from ovita.bench.records import Record
+from ovita.bench.runner import cost_of
+from ovita.bench.stats import Interval, Paired, mcnemar, percentile, signed_rank, wilson
+
+By = Literal["all", "subset", "kind"]
+
+Column = tuple[str, str]
+"""Writer and condition."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """One group of records of one writer and condition.
+
+    Args:
+        writer: Its name.
+        condition: Its name.
+        by: What the group is made by.
+        group: The group's name; "all" for all.
+        success: Records whose last answer passes.
+        first: Records whose first answer passes, before any feedback.
+        executable: Records whose last answer ran.
+        score: Mean share of the check's clauses that hold.
+        attempts: Mean number of policies written for the first answer.
+        p50: Median time to the first answer [ms].
+        p95: 95th percentile of it [ms].
+        input_tokens: Tokens read, feedback included.
+        output_tokens: Tokens written.
+        cost: Money.
+        limits: How often each verdict on the limits occurred.
+        statuses: How often each status occurred.
+        lost_to_limits: Records whose policy's own output passes, but not the result once limits were enforced.
+        unreached: Records whose writer could not be asked; they count as failures.
+    """
+
+    writer: str
+    condition: str
+    by: By
+    group: str
+    success: Interval
+    first: Interval
+    executable: Interval
+    score: float
+    attempts: float
+    p50: float
+    p95: float
+    input_tokens: int
+    output_tokens: int
+    cost: float
+    limits: Mapping[str, int]
+    statuses: Mapping[str, int]
+    lost_to_limits: int
+    unreached: int
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A paired comparison of two columns on their common samples: what, a, b, and the test."""
+
+    what: str
+    a: str
+    b: str
+    paired: Paired
+
+
+def columns(records: Sequence[Record]) -> list[Column]:
+    """Writers and conditions, in the records' order."""
+    return list(dict.fromkeys((r.writer, r.condition) for r in records))
+
+
+def named(column: Column) -> str:
+    """A column as a heading."""
+    writer, condition = column
+    return writer if condition == "default" else f"{writer}, {condition}"
+
+
+def lines(
+    records: Sequence[Record], by: By = "all", prices: Mapping[str, tuple[float, float]] | None = None
+) -> list[Line]:
+    """Count records by writer, condition and group."""
+    found: list[Line] = []
+    for writer, condition in columns(records):
+        mine = [r for r in records if (r.writer, r.condition) == (writer, condition)]
+        for group in sorted({_group(r, by) for r in mine}):
+            part = [r for r in mine if _group(r, by) == group]
+            found.append(_line(part, writer, condition, by, group, prices or {}))
+    return found
+
+
+def idle(records: Sequence[Record]) -> Interval:
+    """How many samples pass by doing nothing."""
+    by_sample = {r.sample: r.idle for r in records}
+    return wilson(sum(by_sample.values()), len(by_sample))
+
+
+def rounds(records: Sequence[Record], column: Column) -> list[Interval]:
+    """Success after 0, 1, 2, ... turns of feedback."""
+    mine = [r for r in records if (r.writer, r.condition) == column]
+    most = max((len(r.rounds) for r in mine), default=0)
+    return [wilson(sum(any(x.passed for x in r.rounds[: k + 1]) for r in mine), len(mine)) for k in range(most)]
+
+
+def comparisons(records: Sequence[Record]) -> list[Comparison]:
+    """Compare writers, conditions with the default one, and answers with and without feedback.
+
+    Success is compared by McNemar's test; the share of clauses that hold, and the time to the first answer between
+    writers, by Wilcoxon's.
+    """
+    by_column = {
+        column: {r.sample: r for r in records if (r.writer, r.condition) == column} for column in columns(records)
+    }
+    found: list[Comparison] = []
+    for a, b in combinations(by_column, 2):
+        if a[0] != b[0] and not a[1] == b[1] == "default":
+            continue
+        if a[0] == b[0] and "default" not in (a[1], b[1]):
+            continue
+        left, right = by_column[a], by_column[b]
+        common = [s for s in left if s in right]
+        if common:
+            found += _pair(named(a), named(b), [left[s] for s in common], [right[s] for s in common], a[0] != b[0])
+    for column, mine in by_column.items():
+        if any(len(r.rounds) > 1 for r in mine.values()):
+            paired = mcnemar([r.first.passed for r in mine.values()], [r.last.passed for r in mine.values()])
+            found.append(Comparison("success", named(column), f"{named(column)}, with feedback", paired))
+    return found
+
+
+def _pair(a: str, b: str, left: list[Record], right: list[Record], timed: bool) -> list[Comparison]:
+    found = [
+        Comparison("success", a, b, mcnemar([r.last.passed for r in left], [r.last.passed for r in right])),
+        Comparison("clauses", a, b, signed_rank([r.last.score for r in left], [r.last.score for r in right])),
+    ]
+    if timed:
+        found.append(Comparison("time", a, b, signed_rank([r.first.ms for r in left], [r.first.ms for r in right])))
+    return found
+
+
+def _group(record: Record, by: By) -> str:
+    return "all" if by == "all" else record.subset if by == "subset" else record.kind
+
+
+def _line(
+    part: Sequence[Record], writer: str, condition: str, by: By, group: str, prices: Mapping[str, tuple[float, float]]
+) -> Line:
+    n = len(part)
+    times = [r.first.ms for r in part]
+    return Line(
+        writer=writer,
+        condition=condition,
+        by=by,
+        group=group,
+        success=wilson(sum(r.last.passed for r in part), n),
+        first=wilson(sum(r.first.passed for r in part), n),
+        executable=wilson(sum(r.last.executable for r in part), n),
+        score=sum(r.last.score for r in part) / n,
+        attempts=sum(r.first.attempts for r in part) / n,
+        p50=percentile(times, 0.5),
+        p95=percentile(times, 0.95),
+        input_tokens=sum(x.input_tokens for r in part for x in r.rounds),
+        output_tokens=sum(x.output_tokens for r in part for x in r.rounds),
+        cost=sum(cost_of(r, prices) for r in part),
+        limits=dict(sorted(Counter(r.last.limits for r in part).items())),
+        statuses=dict(sorted(Counter(r.last.status for r in part).items())),
+        lost_to_limits=sum(r.last.proposed_passed and not r.last.passed for r in part),
+        unreached=sum(r.unreached for r in part),
+    )

@@ -1,0 +1,240 @@
+"""`ovita bench`: success by computation, over datasets and writers."""
+
+from __future__ import annotations
+
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ovita.errors import RequestError
+
+if TYPE_CHECKING:
+    from ovita.bench.runner import Plan, Progress, Standing
+
+EVERY = 5.0
+"""Pause between two lines of progress where standard error is no terminal [s]."""
+
+
+@click.group()
+def group() -> None:
+    """Measure how often writers do what was asked, over a dataset with checks.
+
+    \b
+    ovita bench generate --out scenes --n 200
+    ovita bench run scenes --writer builtin
+    ovita bench fetch --out ovita-dataset
+    """
+
+
+@group.command()
+@click.argument("dataset", metavar="DATASET")
+@click.option(
+    "--writer",
+    "writers",
+    multiple=True,
+    metavar="NAME",
+    help="builtin, PROVIDER:MODEL, or python:MODULE:CLASS; may be given again. [builtin]",
+)
+@click.option("--base-url", metavar="URL", help="An OpenAI-compatible server for the writers that are models.")
+@click.option("--temperature", type=click.FloatRange(0, 2), default=0.1, show_default=True, help="Of models.")
+@click.option(
+    "--ablate",
+    default="",
+    metavar="LIST",
+    help="Also run without examples, toolkit, grounding, repair or constraints, or at temperature=0,0.2,0.5,0.7.",
+)
+@click.option("--feedback", type=click.IntRange(0, 20), default=0, show_default=True, help="Turns of feedback.")
+@click.option(
+    "--feedback-on", type=click.Choice(["original", "current"]), default="original", show_default=True
+)
+@click.option("--robot", metavar="NAME|FILE|by-subset", help="Whose limits are enforced. [each sample's own, else none]")
+@click.option("--isolation", type=click.Choice(["strict", "degraded"]), default="strict", show_default=True)
+@click.option("--limit", type=click.IntRange(1), metavar="N", help="At most N samples, spread over all.")
+@click.option("--jobs", type=click.IntRange(1, 64), metavar="N", help="Samples at a time. [one a core, at most 4]")
+@click.option("--rate", type=click.FloatRange(0, min_open=True), metavar="N", help="Requests a minute to each model.")
+@click.option("--retries", type=click.IntRange(0, 20), default=2, show_default=True, help="Of failed requests.")
+@click.option("--budget-tokens", type=click.IntRange(1), metavar="N", help="Begin no sample after so many tokens.")
+@click.option("--budget-cost", type=click.FloatRange(0, min_open=True), metavar="X", help="... or so much money.")
+@click.option(
+    "--price", "prices", multiple=True, metavar="WRITER=IN,OUT", help="Money for a million tokens read and written."
+)
+@click.option("--out", "-o", metavar="FOLDER", help="Where records and report go. [bench-DATASET]")
+@click.option("--replay", metavar="FOLDER", help="Take replies and times from an earlier run; no writer is asked.")
+@click.option("--parquet", is_flag=True, help="Also write records.parquet.")
+@click.option("--no-figures", is_flag=True, help="Draw no figures.")
+def run(dataset: str, out: str | None, replay: str | None, parquet: bool, no_figures: bool, **options: Any) -> None:
+    """Run the samples of DATASET, and report. Run it again to go on after an interruption."""
+    from ovita.bench import runner
+    from ovita.bench.samples import load_dataset
+
+    plan = _plan(options, replay)
+    samples = load_dataset(dataset, limit=options["limit"])
+    folder = out or f"bench-{samples.name}{'-replay' if replay else ''}"
+    if replay and Path(replay).resolve() == Path(folder).resolve():
+        raise RequestError(f"a replay of {replay} cannot be written there itself; choose another --out")
+    if samples.skipped:
+        click.echo(f"note: {len(samples.skipped)} files have no check and are left out", err=True)
+    done = runner.run(samples, folder, plan, replay=replay, progress=_progress())
+    _report(folder, done.records, done.manifest, done.notes, plan.prices, parquet=parquet, figures=not no_figures)
+
+
+@group.command()
+@click.argument("folder", metavar="FOLDER")
+@click.option("--ratings", metavar="FILE", help="People's ratings: columns sample, writer, rating. [FOLDER/ratings.csv]")
+@click.option("--price", "prices", multiple=True, metavar="WRITER=IN,OUT", help="Money for a million tokens.")
+@click.option("--parquet", is_flag=True, help="Also write records.parquet.")
+@click.option("--no-figures", is_flag=True, help="Draw no figures.")
+def report(folder: str, ratings: str | None, prices: tuple[str, ...], parquet: bool, no_figures: bool) -> None:
+    """Write the report of the run in FOLDER again."""
+    from ovita.bench.records import read_manifest, read_records
+
+    records, manifest = read_records(folder), read_manifest(folder)
+    _report(
+        folder, records, manifest, (), _prices(prices), parquet=parquet, figures=not no_figures, ratings_from=ratings
+    )
+
+
+@group.command()
+@click.option("--out", "-o", required=True, metavar="FOLDER", help="Where the samples go.")
+@click.option("--n", type=click.IntRange(1, 1_000_000), default=500, show_default=True, help="Samples.")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True)
+@click.option(
+    "--split",
+    type=click.Choice(["train", "heldout"]),
+    default="train",
+    show_default=True,
+    help="Held-out instructions use words that no train instruction has.",
+)
+@click.option("--family", "families", multiple=True, metavar="NAME", help="latte, numeric or multi. [all]")
+@click.option("--robot", "robots", multiple=True, metavar="NAME", help="tabletop, drone, ground or arm. [all]")
+def generate(
+    out: str, n: int, seed: int, split: str, families: tuple[str, ...], robots: tuple[str, ...]
+) -> None:
+    """Make a dataset of scenes and instructions with known checks."""
+    from ovita.bench.generate import write_dataset
+
+    count = write_dataset(out, n=n, seed=seed, split=split, families=families, robots=robots)  # type: ignore[arg-type]
+    click.echo(f"wrote {count} samples to {out}")
+
+
+@group.command()
+@click.option("--out", "-o", default="ovita-dataset", show_default=True, metavar="FOLDER", help="Where it goes.")
+@click.option("--base-url", metavar="URL", help="Where from. [the public repository]")
+def fetch(out: str, base_url: str | None) -> None:
+    """Download the public OVITA dataset, and verify it; offline it says what to put where."""
+    from ovita.bench import fetch as source
+
+    fetched = source.fetch(out, base_url=base_url or source.BASE_URL)
+    click.echo(f"{fetched.whole} files are in {out} and are as published ({fetched.downloaded} of them new)")
+    click.echo(f"next: ovita bench run {out}")
+
+
+def _plan(options: dict[str, Any], replay: str | None) -> Plan:
+    from ovita.bench.conditions import conditions_from
+    from ovita.bench.evaluate import BY_SUBSET, Protocol
+    from ovita.bench.records import read_manifest
+    from ovita.bench.runner import Plan, default_jobs
+    from ovita.formats import load_robot
+
+    robot = options["robot"]
+    if robot is not None and robot != BY_SUBSET:
+        load_robot(robot)
+    protocol = Protocol(options["feedback"], options["feedback_on"], robot, options["isolation"])
+    temperature = options["temperature"]
+    if replay is not None:
+        manifest = read_manifest(replay)
+        own = manifest.get("robot")
+        protocol = Protocol(
+            int(manifest.get("feedback", 0)),
+            manifest.get("feedback_on", "original"),
+            None if own in (None, "each sample's own") else str(own),
+            options["isolation"],
+        )
+        temperature = float(manifest.get("temperature", temperature))
+    return Plan(
+        writers=tuple(dict.fromkeys(options["writers"])) or ("builtin",),
+        conditions=conditions_from(options["ablate"]),
+        protocol=protocol,
+        base_url=options["base_url"],
+        temperature=temperature,
+        jobs=options["jobs"] or default_jobs(),
+        per_minute=options["rate"],
+        retries=options["retries"],
+        budget_tokens=options["budget_tokens"],
+        prices=_prices(options["prices"]),
+        budget_cost=options["budget_cost"],
+    )
+
+
+def _prices(given: tuple[str, ...]) -> dict[str, tuple[float, float]]:
+    found: dict[str, tuple[float, float]] = {}
+    for text in given:
+        writer, _, money = text.rpartition("=")
+        read, _, written = money.partition(",")
+        try:
+            found[writer] = (float(read), float(written))
+        except ValueError:
+            writer = ""
+        if not writer or min(found[writer]) < 0:
+            raise RequestError(f"the price {text!r} cannot be read; write --price openai:gpt-5=1.25,10")
+    return found
+
+
+def _progress() -> Progress:
+    """A line on standard error: one that is rewritten on a terminal, else one every few seconds."""
+    live, shown = sys.stderr.isatty(), [time.monotonic()]
+
+    def show(now: Standing) -> None:
+        left = "" if now.left_s is None else f", {_clock(now.left_s)} left"
+        tokens = f", {now.tokens} tokens" if now.tokens else ""
+        text = f"{now.done}/{now.total} done, {now.passed} pass{tokens}{left}"
+        if live:
+            click.echo(f"\r\x1b[K{text}" + ("\n" if now.done == now.total else ""), nl=False, err=True)
+        elif now.done == now.total or time.monotonic() - shown[0] >= EVERY:
+            shown[0] = time.monotonic()
+            click.echo(text, err=True)
+
+    return show
+
+
+def _clock(seconds: float) -> str:
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours} h {minutes:02d} min" if hours else f"{minutes} min {rest:02d} s" if minutes else f"{rest} s"
+
+
+def _report(
+    folder: str,
+    records: Any,
+    manifest: Any,
+    notes: Any,
+    prices: dict[str, tuple[float, float]] | Any,
+    *,
+    parquet: bool,
+    figures: bool,
+    ratings_from: str | None = None,
+) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    from ovita.bench.ratings import read_ratings
+    from ovita.bench.report import success_table, write_report
+    from ovita.cli.report import plain
+
+    ratings = read_ratings(ratings_from or folder)
+    written = write_report(
+        folder, records, manifest, ratings=ratings, prices=prices, notes=notes, figures=figures, parquet=parquet
+    )
+    rows = success_table(records, prices)
+    table = Table(box=None, pad_edge=False)
+    for i, cell in enumerate(rows[0]):
+        table.add_column(cell, justify="left" if i == 0 else "right")
+    for row in rows[1:]:
+        table.add_row(*(plain(cell).replace("[", "\\[") for cell in row))
+    Console(width=None if sys.stdout.isatty() else 160).print(table)
+    for note in notes:
+        click.echo(f"note: {plain(note)}", err=True)
+    click.echo("wrote " + ", ".join(str(path) for path in written))
