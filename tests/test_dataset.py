@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ovita.adapt import adapt
 from ovita.adaptation import Adaptation
+from ovita.chain import adapt
 from ovita.formats import load_task
 from ovita.language.request import Request
 from ovita.robot import Robot

@@ -13,7 +13,7 @@ LAYERS = [
     {"toolkit", "formats", "constraints"},
     {"policy", "changes"},
     {"language"},
-    {"adapt", "adaptation"},
+    {"chain", "adaptation"},
     {"session", "plots", "baselines", "sim", "perception"},
     {"bench", "studio"},
     {"cli", "__main__"},
@@ -43,7 +43,7 @@ def test_imports_go_down(path):
     home = package_of(path)
     assert home in LEVEL, f"{home} has no layer; add it to LAYERS and to the design"
     for name in imported(path) - {home}:
-        same_layer = {home, name} <= {"trajectory", "scene", "robot"} or {home, name} == {"adapt", "adaptation"}
+        same_layer = {home, name} <= {"trajectory", "scene", "robot"} or {home, name} == {"chain", "adaptation"}
         same_layer = same_layer or home == "__main__"
         assert LEVEL[name] < LEVEL[home] or same_layer, f"{path.name} ({home}) imports {name} from a layer above"
 

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from importlib.util import find_spec
 
 import ovita
 
@@ -12,6 +13,11 @@ def test_public_names_are_sorted_and_importable():
     for name in ovita.__all__:
         assert getattr(ovita, name) is not None
     assert set(ovita.__all__) <= set(dir(ovita))
+
+
+def test_no_module_hides_a_public_name():
+    for name in ovita.__all__:
+        assert find_spec(f"ovita.{name}") is None, f"importing ovita.{name} would hide the public name"
 
 
 def test_version_is_that_of_the_changelog_and_the_package():

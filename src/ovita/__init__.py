@@ -10,8 +10,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from ovita.adapt import adapt, rerun
     from ovita.adaptation import Adaptation
+    from ovita.chain import adapt, rerun
     from ovita.changes import Changes, measure
     from ovita.constraints import ConstraintOptions, Verdict, constrain, verify
     from ovita.errors import OvitaError
@@ -44,13 +44,13 @@ _HOMES = {
     "Session": "session",
     "Trajectory": "trajectory",
     "Verdict": "constraints",
-    "adapt": "adapt",
+    "adapt": "chain",
     "constrain": "constraints",
     "ground": "language.grounding",
     "load_robot": "formats",
     "load_task": "formats",
     "measure": "changes",
-    "rerun": "adapt",
+    "rerun": "chain",
     "save_trajectory": "formats",
     "verify": "constraints",
     "writer_named": "language.writer",

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from ovita.adapt import Isolation, adapt, rerun
 from ovita.adaptation import Adaptation
+from ovita.chain import Isolation, adapt, rerun
 from ovita.constraints import ConstraintOptions
 from ovita.errors import RequestError
 from ovita.language.request import FeedbackOn, Request, Turn

@@ -15,7 +15,14 @@ Rows = np.ndarray
 Edit = Callable[[Rows, Scene], Rows]
 RIGHT: dict[str, list[Edit]] = {}
 WRONG: dict[str, list[tuple[str, Edit]]] = {}
-AXES = {"left": (-1, 0, 0), "right": (1, 0, 0), "back": (0, -1, 0), "front": (0, 1, 0), "down": (0, 0, -1), "up": (0, 0, 1)}
+AXES = {
+    "left": (-1, 0, 0),
+    "right": (1, 0, 0),
+    "back": (0, -1, 0),
+    "front": (0, 1, 0),
+    "down": (0, 0, -1),
+    "up": (0, 0, 1),
+}
 OPPOSITE = {"left": "right", "right": "left", "front": "back", "back": "front", "up": "down", "down": "up"}
 
 
@@ -266,10 +273,70 @@ def mid(a: str, b: str) -> Callable[[Scene], np.ndarray]:
 
 def other(name: str) -> Callable[[Scene], str]:
     """The object that is farthest from the named one."""
-    return lambda scene: max(
-        (item for item in scene if item.name != name), key=lambda item: np.linalg.norm(item.position - at(scene, name))
-    ).name
+    return lambda scene: (
+        max(
+            (item for item in scene if item.name != name),
+            key=lambda item: np.linalg.norm(item.position - at(scene, name)),
+        ).name
+    )
 
 
 def with_other(name: str, make: Callable[[str], Edit]) -> Edit:
     return lambda rows, scene: make(other(name)(scene))(rows, scene)
+
+
+LATTE, EXTENDED = "latte_subset/latte_", "extended_subset/extended_"
+DRONE = "robot_subset/Drone/drone_trajectory_"
+GROUND, ARM = "robot_subset/Ground_robot/trajectory_", "robot_subset/Manipulator/trajectory_"
+
+
+def sample(id: str, *right: Edit, **wrong: Edit) -> None:
+    RIGHT[id] = list(right)
+    WRONG[id] = [(name.replace("_", " "), edit) for name, edit in wrong.items()]
+
+
+def nearer(id: str, name: str, share: float = 0.08) -> None:
+    sample(
+        id,
+        pull(name, share),
+        drag(name, share),
+        opposite=pull(name, share, -1.0),
+        wrong_object=with_other(name, lambda one: pull(one, share)),
+        speed_instead=pace(0.5, name),
+    )
+
+
+def away(id: str, name: str, share: float = 0.08) -> None:
+    sample(
+        id,
+        pull(name, share, -1.0),
+        opposite=pull(name, share),
+        wrong_object=with_other(name, lambda one: pull(one, share, -1.0)),
+        speed_instead=pace(0.5, name),
+    )
+
+
+def speed_near(id: str, name: str, factor: float, moving: Edit = same) -> None:
+    sample(
+        id,
+        then(pace(factor, name), moving),
+        then(fading(factor, name), moving),
+        opposite=then(pace(1 / factor, name), moving),
+        wrong_object=with_other(name, lambda one: then(pace(factor, one), moving)),
+        everywhere=then(pace(factor), moving),
+        elsewhere=then(pace(factor, name, outer=True), moving),
+        path_instead=pull(name, 0.08),
+    )
+
+
+def toward(id: str, word: str, share: float = 0.08) -> None:
+    across = {"left": "front", "right": "back", "front": "up", "back": "down", "up": "left", "down": "right"}[word]
+    sample(
+        id,
+        shift(word, share),
+        line(0.3 * np.array(AXES[word])),
+        end(0.3 * np.array(AXES[word]), share=0.8),
+        opposite=shift(OPPOSITE[word], share),
+        across=shift(across, share),
+        speed_instead=pace(0.5),
+    )

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ovita.adapt import adapt
+from ovita.chain import adapt
 from ovita.errors import MissingExtra, MissingKey, OvitaError, RequestError, WriterError
 from ovita.language.answer import read_answer
 from ovita.language.endpoint import ollama_url

@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from ovita.adapt import adapt
+from ovita.chain import adapt
 from ovita.errors import WriterError
 from ovita.language.llm import LLMWriter, explain
 from ovita.language.request import Prompt, Reply, Request

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass, replace
 
-from ovita.adapt import REPAIRS
+from ovita.chain import REPAIRS
 from ovita.errors import RequestError
 from ovita.language.request import Prompt
 from ovita.toolkit import describe

@@ -6,13 +6,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from ovita.adapt import Isolation, adapt
 from ovita.adaptation import Adaptation
 from ovita.bench.checks import Check
 from ovita.bench.conditions import Condition
 from ovita.bench.records import Record, Round, Rows
 from ovita.bench.replies import RecordingWriter, ReplayingWriter
 from ovita.bench.samples import Sample
+from ovita.chain import Isolation, adapt
 from ovita.constraints import ConstraintOptions
 from ovita.formats import load_robot, scene_dict
 from ovita.language.request import MAX_INSTRUCTION, FeedbackOn, Request, Turn
@@ -166,8 +166,7 @@ def _round(sample: Sample, said: str, result: Adaptation, idle: Judged) -> Round
         input_tokens=result.writer.input_tokens,
         output_tokens=result.writer.output_tokens,
         limits=result.constraints.status if result.constraints else "none",
-        proposed_passed=proposed is not None
-        and sample.check.judge(task.trajectory, proposed, task.scene).passed,
+        proposed_passed=proposed is not None and sample.check.judge(task.trajectory, proposed, task.scene).passed,
         model=result.writer.model,
         plan=result.plan,
         code=result.code,

@@ -67,6 +67,7 @@ def _bars(axes: Axes, title: str, bars: Sequence[tuple[str, Interval, str]]) -> 
     for i, (_, share, color) in enumerate(bars):
         _bar(axes, i, share, 0.6, color)
         axes.text(i, 0.02, f"{share.successes}/{share.n}", ha="center", va="bottom", fontsize=8, color="white")
+    axes.set_xlim(-0.8, max(len(bars), 3) - 0.2)
     axes.set_xticks(range(len(bars)), [_short(name) for name, _, _ in bars], fontsize=8)
 
 
@@ -84,11 +85,15 @@ def _grouped(axes: Axes, title: str, records: Sequence[Record], by: By, color: M
     width = 0.8 / max(1, len(color))
     for k, writer in enumerate(color):
         for line in (x for x in mine if x.writer == writer):
-            _bar(axes, groups.index(line.group) + (k - (len(color) - 1) / 2) * width, line.success, width, color[writer])
+            _bar(
+                axes, groups.index(line.group) + (k - (len(color) - 1) / 2) * width, line.success, width, color[writer]
+            )
     axes.set_xticks(range(len(groups)), [_short(g) for g in groups], fontsize=7.5, rotation=30, ha="right")
 
 
 def _feedback(axes: Axes, records: Sequence[Record], color: Mapping[str, str]) -> None:
+    from matplotlib.ticker import MaxNLocator
+
     _frame(axes, "D  success with feedback")
     drawn = False
     for column in _defaults(records):
@@ -97,7 +102,7 @@ def _feedback(axes: Axes, records: Sequence[Record], color: Mapping[str, str]) -
             drawn = True
             _line(axes, range(len(shares)), shares, color[column[0]], named(column))
     axes.set_xlabel("turns of feedback", fontsize=8)
-    axes.xaxis.get_major_locator().set_params(integer=True)
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     _legend_or(axes, drawn, "not run: --feedback 1")
 
 

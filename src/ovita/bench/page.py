@@ -24,7 +24,9 @@ svg { max-width: 100%; height: auto; } svg text { font: 9px system-ui, sans-seri
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
 
 
-def html(title: str, tables: Sequence[tuple[str, Sequence[Sequence[str]]]], panel: str, records: Sequence[Record]) -> str:
+def html(
+    title: str, tables: Sequence[tuple[str, Sequence[Sequence[str]]]], panel: str, records: Sequence[Record]
+) -> str:
     """Build the page.
 
     Args:

@@ -146,10 +146,14 @@ class Log:
         self.path = Path(folder) / RECORDS
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
-            self._stream: IO[bytes] = open(self.path, "ab")  # noqa: SIM115
+            self._stream: IO[bytes] = open(self.path, "ab")
         except OSError as error:
             raise FormatError(str(self.path), f"cannot be written: {error.strerror}") from None
-        _lock(self._stream, str(folder))
+        try:
+            _lock(self._stream, str(folder))
+        except RequestError:
+            self._stream.close()
+            raise
         whole = _whole_length(self.path)
         if whole < self.path.stat().st_size:
             self._stream.truncate(whole)
@@ -173,7 +177,7 @@ class Log:
 
 
 def read_records(path: str | os.PathLike[str]) -> list[Record]:
-    """Read a run's records, sorted by writer, condition and sample; a torn last line is ignored, the last of a key wins.
+    """Read a run's records, in order; a torn last line is ignored, and the last record of a key counts.
 
     Args:
         path: The file, or the run's folder.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import threading
 import time
 from collections.abc import Mapping, Sequence
@@ -99,7 +100,7 @@ class RecordingWriter:
                     continue
                 self.replies.append({"error": str(error), "unreached": unreached(error)})
                 raise
-            self.replies.append({"reply": asdict(reply)})
+            self.replies.append({"reply": json.loads(json.dumps(asdict(reply)))})
             return reply
         raise AssertionError("unreachable")
 

@@ -96,7 +96,9 @@ def report_tables(
     feedback = [["writer", "turns of feedback", "success", "95 % interval"]]
     for column in tables.columns(records):
         shares = tables.rounds(records, column)
-        feedback += [[tables.named(column), str(i), _rate(s), _span(s)] for i, s in enumerate(shares) if len(shares) > 1]
+        feedback += [
+            [tables.named(column), str(i), _rate(s), _span(s)] for i, s in enumerate(shares) if len(shares) > 1
+        ]
     found.append(("Feedback", feedback if len(feedback) > 1 else []))
     found.append(("Comparisons", _comparisons(records)))
     if ratings:
@@ -141,9 +143,9 @@ def markdown(
     if panel:
         parts += ["## Figures", "![Figures A to G](panel.svg)"]
     parts.append(
-        "Intervals are Wilson's. Success is compared by McNemar's exact test (effect: Cohen's g, -0.5 to 0.5), clauses "
-        "and times by Wilcoxon's signed-rank test (effect: rank-biserial correlation, -1 to 1); positive means that the "
-        "second is higher. p values are not corrected for the number of comparisons. `report.html` shows each sample."
+        "Intervals are Wilson's. Success is compared by McNemar's exact test (effect: Cohen's g, -0.5 to 0.5), clauses"
+        " and times by Wilcoxon's signed-rank test (effect: rank-biserial correlation, -1 to 1); positive means that"
+        " the second is higher. p values are not corrected for the number of comparisons. `report.html` shows each sample."
     )
     return "\n\n".join(parts) + "\n"
 
@@ -188,7 +190,7 @@ def summary_rows(
     """One flat row a writer, condition and group."""
     found = []
     for by in ("all", "subset", "kind"):
-        for x in tables.lines(records, by, prices):  # type: ignore[arg-type]
+        for x in tables.lines(records, by, prices):
             found.append(
                 {
                     "by": by,
@@ -232,7 +234,9 @@ def _comparisons(records: Sequence[Record]) -> Table:
     rows = [["measure", "of", "against", "test", "n", "differ", "second higher", "p", "effect"]]
     for c in tables.comparisons(records):
         p = c.paired
-        rows.append([c.what, c.a, c.b, p.test, str(p.n), str(p.changed), str(p.better), f"{p.p:.3g}", f"{p.effect:+.2f}"])
+        rows.append(
+            [c.what, c.a, c.b, p.test, str(p.n), str(p.changed), str(p.better), f"{p.p:.3g}", f"{p.effect:+.2f}"]
+        )
     return rows if len(rows) > 1 else []
 
 

@@ -237,9 +237,7 @@ def _fill(
         running.add(submit(cell))
 
 
-def _executor(
-    todo: Sequence[_Cell], plan: Plan, replaying: bool
-) -> tuple[Callable[[_Cell], Future[Record]], Executor]:
+def _executor(todo: Sequence[_Cell], plan: Plan, replaying: bool) -> tuple[Callable[[_Cell], Future[Record]], Executor]:
     """Processes where the work is this machine's, threads where it is a server's."""
     local = replaying or all(cell.writer == "builtin" for cell in todo)
     if local and plan.jobs > 1 and len(todo) > 2 * plan.jobs:
@@ -292,7 +290,9 @@ def _end_with_parent() -> None:
 class _Meter:
     """Counts, estimates and budgets."""
 
-    def __init__(self, plan: Plan, log: Log, wanted: set[tuple[str, str, str]], todo: int, show: Progress | None) -> None:
+    def __init__(
+        self, plan: Plan, log: Log, wanted: set[tuple[str, str, str]], todo: int, show: Progress | None
+    ) -> None:
         self._plan, self._show, self._todo, self._new = plan, show, todo, 0
         there = [record for key, record in log.records.items() if key in wanted]
         self._total, self._done = len(wanted), len(wanted) - todo
@@ -336,5 +336,3 @@ def cost_of(record: Record, prices: Mapping[str, tuple[float, float]]) -> float:
 def default_jobs() -> int:
     """Samples at a time unless asked otherwise: one a core, four at most."""
     return min(4, os.cpu_count() or 1)
-
-

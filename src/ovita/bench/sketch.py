@@ -52,19 +52,17 @@ def _above(before: Array, after: Array, things: Sequence[tuple[str, Array]]) -> 
     middle = (low + high) / 2.0
 
     def place(p: Array) -> Array:
-        return np.stack(
-            [WIDTH / 2 + scale * (p[:, 0] - middle[0]), HEIGHT / 2 - scale * (p[:, 1] - middle[1])], axis=1
-        )
+        return np.stack([WIDTH / 2 + scale * (p[:, 0] - middle[0]), HEIGHT / 2 - scale * (p[:, 1] - middle[1])], axis=1)
 
     out = [_box("from above: right →, front ↑"), _line(place(before), BEFORE, True), _line(place(after), AFTER, False)]
     for p, color in ((place(before)[0], BEFORE), (place(after)[0], AFTER)):
         out.append(f'<circle cx="{p[0]:.1f}" cy="{p[1]:.1f}" r="3" fill="{color}"/>')
     for name, spot in things:
         x, y = place(spot[None])[0]
-        side = "end" if x > 0.65 * WIDTH else "start"
+        side, shift = ("end", -5) if x > 0.65 * WIDTH else ("start", 5)
         out.append(
             f'<rect x="{x - 3:.1f}" y="{y - 3:.1f}" width="6" height="6" fill="{THING}" fill-opacity="0.7"/>'
-            f'<text x="{x + (-5 if side == "end" else 5):.1f}" y="{y + 3:.1f}" text-anchor="{side}">{escape(name)}</text>'
+            f'<text x="{x + shift:.1f}" y="{y + 3:.1f}" text-anchor="{side}">{escape(name)}</text>'
         )
     return "".join(out)
 

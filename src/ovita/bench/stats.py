@@ -31,7 +31,7 @@ class Paired:
         changed: Pairs that differ.
         better: Pairs in which b is higher.
         p: Two-sided p value; 1 where no pair differs.
-        effect: McNemar: Cohen's g signed towards b, -0.5..0.5. Wilcoxon: matched-pairs rank-biserial correlation, -1..1.
+        effect: > 0 if b is higher. McNemar: Cohen's g, -0.5..0.5. Wilcoxon: rank-biserial correlation, -1..1.
     """
 
     test: str
@@ -90,7 +90,7 @@ def mcnemar(a: Sequence[bool], b: Sequence[bool]) -> Paired:
 def signed_rank(a: Sequence[float], b: Sequence[float]) -> Paired:
     """Wilcoxon's signed-rank test of two measurements on the same samples [Wilcoxon1945].
 
-    Pairs without a difference are left out. With W+ the sum of the ranks of |b - a| where b is higher and W- where it is
+    Pairs without a difference are left out. With W+ the sum of the ranks of |b - a| where b is higher, W- where it is
     lower, the effect is the matched-pairs rank-biserial correlation (W+ - W-) / (W+ + W-) [Kerby2014].
 
     Raises:

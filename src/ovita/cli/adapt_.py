@@ -7,8 +7,8 @@ from typing import Any
 
 import click
 
-from ovita.adapt import adapt
 from ovita.adaptation import Adaptation
+from ovita.chain import adapt
 from ovita.cli.options import constraints_from, notes_on, robot_from, shared, task_from, writer_from
 from ovita.cli.plot_ import check_picture, draw
 from ovita.cli.progress import waiting

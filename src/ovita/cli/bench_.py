@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ovita.cli.progress import waiting
 from ovita.errors import RequestError
 
 if TYPE_CHECKING:
@@ -22,10 +23,7 @@ EVERY = 5.0
 def group() -> None:
     """Measure how often writers do what was asked, over a dataset with checks.
 
-    \b
-    ovita bench generate --out scenes --n 200
-    ovita bench run scenes --writer builtin
-    ovita bench fetch --out ovita-dataset
+    Start with `ovita bench generate --out scenes --n 60`, then `ovita bench run scenes`.
     """
 
 
@@ -47,10 +45,10 @@ def group() -> None:
     help="Also run without examples, toolkit, grounding, repair or constraints, or at temperature=0,0.2,0.5,0.7.",
 )
 @click.option("--feedback", type=click.IntRange(0, 20), default=0, show_default=True, help="Turns of feedback.")
+@click.option("--feedback-on", type=click.Choice(["original", "current"]), default="original", show_default=True)
 @click.option(
-    "--feedback-on", type=click.Choice(["original", "current"]), default="original", show_default=True
+    "--robot", metavar="NAME|FILE|by-subset", help="Whose limits are enforced. [each sample's own, else none]"
 )
-@click.option("--robot", metavar="NAME|FILE|by-subset", help="Whose limits are enforced. [each sample's own, else none]")
 @click.option("--isolation", type=click.Choice(["strict", "degraded"]), default="strict", show_default=True)
 @click.option("--limit", type=click.IntRange(1), metavar="N", help="At most N samples, spread over all.")
 @click.option("--jobs", type=click.IntRange(1, 64), metavar="N", help="Samples at a time. [one a core, at most 4]")
@@ -83,7 +81,9 @@ def run(dataset: str, out: str | None, replay: str | None, parquet: bool, no_fig
 
 @group.command()
 @click.argument("folder", metavar="FOLDER")
-@click.option("--ratings", metavar="FILE", help="People's ratings: columns sample, writer, rating. [FOLDER/ratings.csv]")
+@click.option(
+    "--ratings", metavar="FILE", help="People's ratings: columns sample, writer, rating. [FOLDER/ratings.csv]"
+)
 @click.option("--price", "prices", multiple=True, metavar="WRITER=IN,OUT", help="Money for a million tokens.")
 @click.option("--parquet", is_flag=True, help="Also write records.parquet.")
 @click.option("--no-figures", is_flag=True, help="Draw no figures.")
@@ -110,13 +110,12 @@ def report(folder: str, ratings: str | None, prices: tuple[str, ...], parquet: b
 )
 @click.option("--family", "families", multiple=True, metavar="NAME", help="latte, numeric or multi. [all]")
 @click.option("--robot", "robots", multiple=True, metavar="NAME", help="tabletop, drone, ground or arm. [all]")
-def generate(
-    out: str, n: int, seed: int, split: str, families: tuple[str, ...], robots: tuple[str, ...]
-) -> None:
+def generate(out: str, n: int, seed: int, split: str, families: tuple[str, ...], robots: tuple[str, ...]) -> None:
     """Make a dataset of scenes and instructions with known checks."""
     from ovita.bench.generate import write_dataset
 
-    count = write_dataset(out, n=n, seed=seed, split=split, families=families, robots=robots)  # type: ignore[arg-type]
+    with waiting("draws samples"):
+        count = write_dataset(out, n=n, seed=seed, split=split, families=families, robots=robots)  # type: ignore[arg-type]
     click.echo(f"wrote {count} samples to {out}")
 
 
@@ -127,7 +126,8 @@ def fetch(out: str, base_url: str | None) -> None:
     """Download the public OVITA dataset, and verify it; offline it says what to put where."""
     from ovita.bench import fetch as source
 
-    fetched = source.fetch(out, base_url=base_url or source.BASE_URL)
+    with waiting("downloads"):
+        fetched = source.fetch(out, base_url=base_url or source.BASE_URL)
     click.echo(f"{fetched.whole} files are in {out} and are as published ({fetched.downloaded} of them new)")
     click.echo(f"next: ovita bench run {out}")
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import click
 
-from ovita.adapt import adapt
+from ovita.chain import adapt
 from ovita.cli.plot_ import draw
 from ovita.cli.report import show
 from ovita.errors import FormatError

@@ -1,6 +1,6 @@
 """The document of an adaptation: a plain dict on disk, with its schema checked.
 
-What the keys mean is the business of `ovita.adapt`; here they are only written and read without loss.
+What the keys mean is the business of `ovita.chain`; here they are only written and read without loss.
 """
 
 from __future__ import annotations

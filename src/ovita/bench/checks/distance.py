@@ -10,10 +10,14 @@ from ovita.bench.checks.check import Verdict, predicate, say
 from ovita.bench.checks.pair import EDGE, Pair
 from ovita.bench.checks.where import Where, said, selected
 from ovita.toolkit.approach import radius_of
+from ovita.toolkit.arguments import Mask
 from ovita.toolkit.shaping import path_distances
 from ovita.trajectory import Array, interpolate, source_indices
 
 Amount: TypeAlias = Literal["little", "much"]
+
+RIVAL = 1.5
+"""If the distance to another object changes so many times as much, that object was meant."""
 
 NEAR_SHARE = 0.25
 """The part of the waypoints that "the path near an object" means."""
@@ -28,6 +32,7 @@ def closer(
     amount: Amount | None = None,
     where: Where | None = None,
     after: dict[str, float] | None = None,
+    aimed: bool = True,
 ) -> Verdict:
     """The path comes closer to a place: its nearest point or its nearest quarter, and neither recedes.
 
@@ -37,11 +42,12 @@ def closer(
         by: So much at the nearest point [m]; reaching the object's bounding sphere will do.
         amount: "little": by at most half of the distance or 15 % of the extent; "much": by at least 2 % of the
             extent or a quarter of the distance.
-        where: Only these waypoints.
+        where: Only these waypoints, and three quarters of them.
         after: Measured against the original shifted by these direction words in metres, where another clause
             of the instruction shifts the path.
+        aimed: Whether the path must not come 1.5 times as much closer to another object.
     """
-    return _approach(pair, place, -1.0, by, amount, where, after)
+    return _approach(pair, place, -1.0, by, amount, where, after, aimed)
 
 
 @predicate
@@ -54,6 +60,7 @@ def farther(
     amount: Amount | None = None,
     where: Where | None = None,
     after: dict[str, float] | None = None,
+    aimed: bool = True,
 ) -> Verdict:
     """The path stays farther from a place: its nearest point and its nearest quarter are farther away.
 
@@ -65,10 +72,11 @@ def farther(
         amount: "little": by at most 30 % of the extent; "much": by at least 2 % of it.
         where: Only these waypoints.
         after: As for `closer`.
+        aimed: Whether the path must not go 1.5 times as much away from another object.
     """
     if times is not None:
         return _multiplied(pair, place, times, where)
-    return _approach(pair, place, 1.0, by, amount, where, after)
+    return _approach(pair, place, 1.0, by, amount, where, after, aimed)
 
 
 @predicate
@@ -78,7 +86,7 @@ def min_distance(pair: Pair, place: Any, at_least: float) -> Verdict:
     A waypoint may be nearer by 5 %, and the line between two waypoints by 10 %.
     """
     centre, name = pair.place(place)
-    radius = radius_of(pair.scene[place]) if isinstance(place, str) and place in pair.scene else 0.0
+    radius = _radius(pair, place)
     waypoint = float(np.linalg.norm(pair.adapted[:, :3] - centre, axis=1).min())
     line = _path_distance(pair.adapted, centre)
     # With dimensions, both the surface of the cuboid and the bounding sphere are fair readings.
@@ -131,21 +139,25 @@ def passes_between(pair: Pair, a: Any, b: Any) -> Verdict:
 
 @predicate
 def passes_over(pair: Pair, place: Any) -> Verdict:
-    """The path passes above a place: at most a tenth of the extent beside its centre, and above its top."""
+    """The path passes above a place: over the footprint of an object, give or take 3 % of the extent, above its top.
+
+    Without dimensions, the footprint's radius is 5 % of the extent and the top 1 % of it above the centre.
+    """
     centre, name = pair.place(place)
     up = pair.scene.frame.direction("up")
-    height = pair.scene[place].size @ np.abs(up) / 2.0 if isinstance(place, str) and place in pair.scene else 0.0
-    if isinstance(place, str) and place in pair.scene and pair.scene[place].dimensions is None:
-        height = 0.0
+    size = pair.scene[place].dimensions if isinstance(place, str) and place in pair.scene else None
+    if size is None:
+        height, footprint = pair.noticeable, EDGE * pair.extent
+    else:
+        height = float(size @ np.abs(up)) / 2.0
+        footprint = float(np.linalg.norm(size * (1.0 - np.abs(up)))) / 2.0
     fine = interpolate(pair.adapted[:, :3], source_indices(pair.adapted[:, :3], 2000, "arc_length")) - centre
     rise = fine @ up
     beside = np.linalg.norm(fine - rise[:, None] * up, axis=1)
     above = rise > height
     least = float(beside[above].min()) if above.any() else np.inf
-    fact = (
-        f"above it the path comes within {least:.3f} m of its vertical" if above.any() else "the path is never above it"
-    )
-    return say(least <= 2 * EDGE * pair.extent, f"pass over {name}", fact)
+    fact = f"above it the path comes within {least:.3f} m of its vertical" if above.any() else "it is never above it"
+    return say(least <= footprint + 3 * pair.noticeable, f"pass over {name}", fact)
 
 
 def _approach(
@@ -156,44 +168,82 @@ def _approach(
     amount: Amount | None,
     where: Where | None,
     after: dict[str, float] | None,
+    aimed: bool,
 ) -> Verdict:
     """Sign +1: farther, -1: closer."""
     centre, name = pair.place(place)
-    old_rows = pair.original[:, :3] + (pair.scene.frame.offset(**after) if after else 0.0)
+    rows = pair.original[:, :3] + (pair.scene.frame.offset(**after) if after else 0.0)
     mask = selected(pair, where) & pair.found
     wish = f"come closer to {name}{said(where)}" if sign < 0 else f"stay farther from {name}{said(where)}"
     if not mask.any():
         return say(False, wish, "none of those waypoints is left")
-    old, new = np.linalg.norm(old_rows - centre, axis=1), np.linalg.norm(pair.matched[:, :3] - centre, axis=1)
-    if where is None:
-        least = _path_distance(old_rows, centre), _path_distance(pair.adapted, centre)
-    else:
-        least = float(old[mask].min()), float(new[mask].min())
-    part = np.flatnonzero(mask)[np.argsort(old[mask], kind="stable")[: max(3, round(NEAR_SHARE * mask.sum()))]]
-    around = float(old[part].mean()), float(new[part].mean())
+    least, around = _distances(pair, rows, centre, mask, whole=where is None)
     gain = sign * (least[1] - least[0]), sign * (around[1] - around[0])
-    every = sign * float((new - old)[mask].mean())
     fact = f"the nearest distance to {name} went from {least[0]:.3f} to {least[1]:.3f} m"
     if abs(around[0] - least[0]) > pair.noticeable:
         fact += f", the average of its nearest quarter from {around[0]:.3f} to {around[1]:.3f} m"
     if sign < 0:
-        recedes = least[1] > max(least[0] + 0.5 * pair.noticeable, EDGE * pair.extent) or every < -pair.noticeable
-        held = max(*gain, every) >= pair.noticeable and min(gain[1], every) >= -pair.noticeable and not recedes
+        arrived = least[1] <= max(EDGE * pair.extent, _size(pair, place) + pair.noticeable)
+        every = float(
+            (np.linalg.norm(rows - centre, axis=1) - np.linalg.norm(pair.matched[:, :3] - centre, axis=1))[mask].mean()
+        )
+        nearer = gain[0] >= pair.noticeable and gain[1] >= -pair.noticeable
+        quarter = gain[1] >= pair.noticeable and every >= -pair.noticeable
+        held = nearer or (quarter and (arrived or gain[0] >= -0.5 * pair.noticeable))
     else:
-        held = min(gain) >= pair.noticeable
+        arrived, held = False, min(gain) >= pair.noticeable
+    if where is not None:
+        change = np.linalg.norm(pair.matched[:, :3] - centre, axis=1) - np.linalg.norm(rows - centre, axis=1)
+        share = float((sign * change[mask] > 0).mean())
+        held, fact = held and share >= 0.75, f"{fact}; {share:.0%} of these waypoints did"
+    if aimed and not arrived:
+        rival, more = _rival(pair, rows, centre, mask, sign, whole=where is None)
+        if more > RIVAL * max(gain):
+            held, fact = False, f"{fact}, but that to the {rival} changed more, by {more:.3f} m"
     if by is not None:
         wish += f" by {by:g} m"
-        radius = radius_of(pair.scene[place]) if isinstance(place, str) and place in pair.scene else 0.0
-        arrived = sign < 0 and least[1] <= radius + pair.noticeable
-        held = held and (arrived or abs(gain[0] - by) <= max(0.15 * by, 0.5 * pair.noticeable))
-    most = max(gain)
+        reached = sign < 0 and least[1] <= _radius(pair, place) + pair.noticeable
+        held = held and (reached or abs(gain[0] - by) <= max(0.15 * by, 0.5 * pair.noticeable))
     if amount == "little":
         limit = max(0.5 * least[0], 0.15 * pair.extent) if sign < 0 else 0.3 * pair.extent
-        wish, held = f"{wish}, but only a little", held and most <= limit
+        wish, held = f"{wish}, but only a little", held and max(gain) <= limit
     elif amount == "much":
         limit = min(0.02 * pair.extent, 0.25 * around[0]) if sign < 0 else 0.02 * pair.extent
-        wish, held = f"{wish}, by a lot", held and most >= limit
+        wish, held = f"{wish}, by a lot", held and max(gain) >= limit
     return say(held, wish, fact)
+
+
+def _distances(
+    pair: Pair, rows: Array, centre: Array, mask: Mask, *, whole: bool
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Old and new nearest distance, and old and new average over the nearest quarter [m]."""
+    old, new = np.linalg.norm(rows - centre, axis=1), np.linalg.norm(pair.matched[:, :3] - centre, axis=1)
+    part = np.flatnonzero(mask)[np.argsort(old[mask], kind="stable")[: max(3, round(NEAR_SHARE * mask.sum()))]]
+    if whole:
+        least = _path_distance(rows, centre), _path_distance(pair.adapted, centre)
+    else:
+        least = float(old[mask].min()), float(new[mask].min())
+    return least, (float(old[part].mean()), float(new[part].mean()))
+
+
+def _rival(pair: Pair, rows: Array, centre: Array, mask: Mask, sign: float, *, whole: bool) -> tuple[str, float]:
+    """The other object, not next to the meant place, whose distance changed most in the same sense, and by how much."""
+    gains = {"": 0.0}
+    for item in pair.scene:
+        if np.linalg.norm(item.position - centre) > 3 * EDGE * pair.extent:
+            least, around = _distances(pair, rows, item.position, mask, whole=whole)
+            gains[item.name] = max(sign * (least[1] - least[0]), sign * (around[1] - around[0]))
+    name = max(gains, key=lambda one: gains[one])
+    return name, gains[name]
+
+
+def _size(pair: Pair, place: Any) -> float:
+    """Radius of the bounding sphere that the limits spare; an object without dimensions is a small cube [m]."""
+    return pair.scene[place].radius if isinstance(place, str) and place in pair.scene else 0.0
+
+
+def _radius(pair: Pair, place: Any) -> float:
+    return radius_of(pair.scene[place]) if isinstance(place, str) and place in pair.scene else 0.0
 
 
 def _multiplied(pair: Pair, place: Any, times: float, where: Where | None) -> Verdict:

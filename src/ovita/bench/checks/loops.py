@@ -7,9 +7,11 @@ from typing import Any
 import numpy as np
 
 from ovita.bench.checks.check import Verdict, predicate, say
-from ovita.bench.checks.pair import EDGE, Pair
+from ovita.bench.checks.pair import EDGE, Pair, feet
 from ovita.bench.checks.turning import is_circle, net_turning, normals, swept
 from ovita.scene import DIRECTIONS
+from ovita.toolkit.arguments import Mask
+from ovita.toolkit.shaping import runs
 from ovita.trajectory import Array, arc_length
 
 FULL = 2.0 * np.pi
@@ -70,7 +72,7 @@ def spiral(pair: Pair, *, near: Any = None, turns: float | None = None, max_radi
     if near is not None:
         centre, name = pair.place(near)
         wish += f" near {name}"
-        stretch, wound = _local_loop(pair, centre, limit)
+        stretch, wound = _local_loop(pair, centre)
     else:
         wish += " after the goal"
         stretch, wound = _wound(pair.tail[:, :3])
@@ -111,7 +113,7 @@ def zigzags(pair: Pair, least: int = 4, *, amplitude: float | None = None) -> Ve
     if len(pair.adapted) == len(pair.original):
         sideways = pair.shift
     else:
-        sideways = pair.adapted[:, :3] - _feet(pair.original[:, :3], pair.adapted[:, :3])
+        sideways = pair.adapted[:, :3] - feet(pair.original[:, :3], pair.adapted[:, :3])
     size = np.linalg.norm(sideways, axis=1)
     swings = sideways[size > pair.noticeable]
     crossings = int(((swings[1:] * swings[:-1]).sum(axis=1) < 0).sum()) if len(swings) > 1 else 0
@@ -131,33 +133,22 @@ def _wound(points: Array) -> tuple[Array, float]:
     return points, most / FULL
 
 
-def _local_loop(pair: Pair, centre: Array, limit: float) -> tuple[Array, float]:
-    """The stretch near a centre that winds around most, and its turns; only what the original does not wind counts."""
-    rows = pair.adapted[:, :3]
-    nearest = float(np.linalg.norm(pair.original[:, :3] - centre, axis=1).min())
-    around = nearest + limit + 2 * EDGE * pair.extent
-    best, most = rows[:1], 0.0
-    for normal in normals(rows):
-        total = net_turning(rows, normal)
-        flat = rows - np.outer(rows @ normal, normal)
-        for i in range(len(rows)):
-            enough = np.flatnonzero(np.abs(total[i:] - total[i]) >= WHOLE * FULL)
-            if not len(enough):
-                continue
-            j = i + int(enough[0])
-            part = flat[i : j + 1]
-            radius = float(np.linalg.norm(part - part.mean(axis=0), axis=1).max())
-            close = float(np.linalg.norm(rows[i : j + 1] - centre, axis=1).min()) <= around
-            if radius > limit or not close:
-                continue
-            while j + 1 < len(rows) and np.linalg.norm(flat[j + 1] - part.mean(axis=0)) <= limit:
-                j += 1
-            turns = float(np.ptp(total[i : j + 1])) / FULL
-            if turns > most:
-                best, most = rows[i : j + 1], turns
-    if len(best) > 1 and float(pair.off_path.max()) <= pair.noticeable:
-        return rows[:1], 0.0
-    return best, most
+def _local_loop(pair: Pair, centre: Array) -> tuple[Array, float]:
+    """What leaves the original near where it is nearest to a centre (K, 3), and the turns that were added there."""
+    old, new = pair.original[:, :3], pair.adapted[:, :3]
+    nearest, around = old[int(np.argmin(np.linalg.norm(old - centre, axis=1)))], 0.3 * pair.extent
+    inside = np.linalg.norm(new - nearest, axis=1) <= around
+    off = np.where(inside, pair.off_path, 0.0)
+    left = np.flatnonzero(off > 0.2 * off.max())
+    if off.max() <= 0.5 * pair.noticeable:
+        return new[:1], 0.0
+    added = _most_turns(new, inside) - _most_turns(old, np.linalg.norm(old - nearest, axis=1) <= around)
+    return new[left[0] : left[-1] + 1], max(added, 0.0)
+
+
+def _most_turns(rows: Array, inside: Mask) -> float:
+    """How often an unbroken stretch of the selected rows (N, 3) winds around in the view in which it does most."""
+    return max((_wound(rows[a : b + 1])[1] for a, b in runs(inside)), default=0.0)
 
 
 def _radius(points: Array) -> float:
@@ -173,14 +164,3 @@ def _radius(points: Array) -> float:
         if turn >= 0.9 * max(turns)
     ]
     return min(widths)
-
-
-def _feet(path: Array, points: Array) -> Array:
-    """The nearest points (M, 3) on a polyline (N, 3) to points (M, 3)."""
-    start, step = path[:-1], np.diff(path, axis=0)
-    squared = np.maximum((step**2).sum(axis=1), 1e-300)
-    away = points[:, None] - start
-    share = np.clip((away * step).sum(axis=2) / squared, 0.0, 1.0)
-    feet = start + share[:, :, None] * step
-    nearest = np.linalg.norm(points[:, None] - feet, axis=2).argmin(axis=1)
-    return np.asarray(feet[np.arange(len(points)), nearest])

@@ -84,6 +84,26 @@ class Pair:
         """Distance (N,) of each original waypoint to the adapted path [m]."""
         return path_distances(self.adapted[:, :3], self.original[:, :3])
 
+    @cached_property
+    def seen_after(self) -> Pair:
+        """The same pair with the original's waypoints where they are now: for places that the path came to."""
+        rows = np.where(self.found[:, None], self.matched, self.original)
+        rows[:, 3] = self.original[:, 3]
+        return Pair(rows, self.adapted, self.scene)
+
+    def leeway(self, points: Array) -> Array:
+        """How far the limits may have pushed the original path aside at points (K, 3) of it to spare objects, (K,) [m].
+
+        An object's bounding sphere and 2 % of the extent around it may be cleared, and the path before and after it
+        may be bent, by half of what it is nearer than 10 % of the extent.
+        """
+        result = np.zeros(len(points))
+        for item in self.scene:
+            inside = item.radius - np.linalg.norm(points - item.position, axis=1)
+            bent = (inside + 10 * self.noticeable) / 2.0
+            result = np.maximum.reduce([result, inside + 2 * self.noticeable, bent])
+        return result
+
     def place(self, what: Any) -> tuple[Array, str]:
         """The point (3,) [m] that an argument means, and how to name it.
 
@@ -167,3 +187,14 @@ def _best_split(old: Array, new: Array) -> tuple[Array, float]:
 def _fresh(rows: Array) -> Mask:
     moved = np.linalg.norm(np.diff(rows[:, :3], axis=0), axis=1) > SAME_PLACE
     return np.concatenate([[True], moved])
+
+
+def feet(path: Array, points: Array) -> Array:
+    """The nearest points (M, 3) on a polyline (N, 3) to points (M, 3)."""
+    start, step = path[:-1], np.diff(path, axis=0)
+    squared = np.maximum((step**2).sum(axis=1), 1e-300)
+    away = points[:, None] - start
+    share = np.clip((away * step).sum(axis=2) / squared, 0.0, 1.0)
+    feet = start + share[:, :, None] * step
+    nearest = np.linalg.norm(points[:, None] - feet, axis=2).argmin(axis=1)
+    return np.asarray(feet[np.arange(len(points)), nearest])

@@ -131,10 +131,11 @@ def ends_at(pair: Pair, place: Any, *, within: float | None = None) -> Verdict:
 
 @predicate
 def kept(pair: Pair, where: Where | None = None) -> Verdict:
-    """The selected waypoints are where they were, 95 % of them within 2 % of the extent."""
+    """The selected waypoints are where they were, 95 % of them within 2 % of the extent, but for sparing an object."""
     mask = selected(pair, where)
     off = np.linalg.norm(pair.shift[mask], axis=1)
     off = np.where(np.isfinite(off), off, pair.uncovered[mask])
+    off = np.maximum(off - pair.leeway(pair.original[mask, :3]), 0.0)
     share = float((off <= 2 * pair.noticeable).mean()) if len(off) else 1.0
     fact = f"waypoints{said(where)} moved by up to {off.max() if len(off) else 0.0:.3f} m"
     return say(share >= 0.95, f"leave the path{said(where)} as it was", fact)

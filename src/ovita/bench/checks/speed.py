@@ -38,7 +38,7 @@ def slower(
         where: Only these waypoints.
         factor: New over old speed, below 1, within 10 % of it.
         amount: "little": no slower than 0.4 times; "much": at most 0.8 times as fast.
-        only: Whether the speed elsewhere must change less than half as much.
+        only: Whether the speed elsewhere must change less than half as much, and no farther object be meant.
     """
     return _pace(pair, -1.0, where, factor, amount, only)
 
@@ -59,7 +59,7 @@ def faster(
         where: Only these waypoints.
         factor: New over old speed, above 1, within 10 % of it.
         amount: "little": at most 2 times as fast; "much": at least 1.25 times.
-        only: Whether the speed elsewhere must change less than half as much.
+        only: Whether the speed elsewhere must change less than half as much, and no farther object be meant.
     """
     return _pace(pair, 1.0, where, factor, amount, only)
 
@@ -93,7 +93,9 @@ def constant_speed(pair: Pair, value: float | None = None, *, where: Where | Non
 
 
 @predicate
-def monotone_speed(pair: Pair, sense: Sense, *, to: float | None = None, where: Where | None = None) -> Verdict:
+def monotone_speed(
+    pair: Pair, sense: Sense, *, to: float | None = None, where: Where | None = None, final: float | None = None
+) -> Verdict:
     """The speed only rises, or only falls, by at least a tenth of its maximum; its wrong changes sum to at most 10 %.
 
     Args:
@@ -101,8 +103,11 @@ def monotone_speed(pair: Pair, sense: Sense, *, to: float | None = None, where: 
         sense: "rising" or "falling".
         to: The last speed [m/s], within 5 % of the highest.
         where: Only these waypoints.
+        final: Only this last share of the adapted waypoints.
     """
     speeds = _speeds(pair, where)
+    if final is not None:
+        speeds = speeds[-max(3, round(final * len(speeds))) :]
     wish = _wish(sense, to, where)
     if len(speeds) < 3:
         return say(False, wish, "too few waypoints are left")
@@ -166,9 +171,25 @@ def trapezoidal_speed(pair: Pair, *, where: Where | None = None) -> Verdict:
 def _pace(
     pair: Pair, sign: float, where: Where | None, factor: float | None, amount: Amount | None, only: bool
 ) -> Verdict:
-    """Sign +1: faster, -1: slower."""
+    """Sign +1: faster, -1: slower; what is near before and what is near after an edit of the path both count."""
+    verdict = _pace_at(pair, pair, sign, where, factor, amount, only)
+    if verdict.passed or where is None:
+        return verdict
+    later = _pace_at(pair, pair.seen_after, sign, where, factor, amount, only)
+    return later if later.passed else verdict
+
+
+def _pace_at(
+    pair: Pair,
+    view: Pair,
+    sign: float,
+    where: Where | None,
+    factor: float | None,
+    amount: Amount | None,
+    only: bool,
+) -> Verdict:
     wish = f"go {'faster' if sign > 0 else 'slower'}{said(where)}"
-    mask = selected(pair, where) & pair.found
+    mask = selected(view, where) & pair.found
     if not mask.any():
         return say(False, wish, "none of those waypoints is left")
     ratio, fact = _ratio(pair, mask, where)
@@ -179,15 +200,47 @@ def _pace(
         wish, held = f"{wish}, but only a little", held and 0.4 <= ratio <= 2.0
     elif amount == "much":
         wish, held = f"{wish}, by a lot", held and (ratio >= 1.25 if sign > 0 else ratio <= 0.8)
-    if only and where is not None:
-        elsewhere = selected(pair, outside(where)) & pair.found
-        if elsewhere.any():
-            other, told = _ratio(pair, elsewhere, outside(where))
-            # Twice as fast and half as fast are changes of one size.
-            here, there = abs(np.log(max(ratio, 0.05))), abs(np.log(max(other, 0.05)))
-            if there > max(LOCAL * here, LEAST_CHANGE):
-                wish, fact, held = f"{wish} but not elsewhere", f"{fact}; {told}", False
+    for objection in (_untouched(pair, where, mask, sign), _spread(pair, view, where, sign, ratio) if only else ""):
+        if objection:
+            held, fact = False, f"{fact}; {objection}"
     return say(held, wish, fact)
+
+
+def _untouched(pair: Pair, where: Where | None, mask: Mask, sign: float) -> str:
+    """Where a radius was stated, whether less than three quarters of what lies within it changed."""
+    moving = mask & (pair.original[:, 3] > 1e-6)
+    if where is None or "within" not in where or not moving.any():
+        return ""
+    changed = float((sign * (pair.matched[moving, 3] / pair.original[moving, 3] - 1.0) >= LEAST_CHANGE / 2.0).mean())
+    return "" if changed >= 0.75 else f"only {changed:.0%} of these waypoints changed"
+
+
+def _spread(pair: Pair, view: Pair, where: Where | None, sign: float, ratio: float) -> str:
+    """Whether the speed changed elsewhere too, or was changed near another part of the path."""
+    if where is None:
+        return ""
+    elsewhere = selected(view, outside(where)) & pair.found
+    if elsewhere.any():
+        other, told = _ratio(pair, elsewhere, outside(where))
+        # Twice as fast and half as fast are changes of one size.
+        here, there = abs(np.log(max(ratio, 0.05))), abs(np.log(max(other, 0.05)))
+        if there > max(LOCAL * here, LEAST_CHANGE):
+            return f"not only there: {told}"
+    return _off_centre(pair, view, where, sign)
+
+
+def _off_centre(pair: Pair, view: Pair, where: Where, sign: float) -> str:
+    """Whether the change is centred on another part of the path than a vague "near": what to say, or ""."""
+    if "near" not in where or "within" in where:
+        return ""
+    found = pair.found & (pair.original[:, 3] > 1e-6)
+    change = np.zeros(len(found))
+    change[found] = np.maximum(sign * np.log(np.maximum(pair.matched[found, 3] / pair.original[found, 3], 0.05)), 0.0)
+    distance = np.linalg.norm(view.original[:, :3] - pair.place(where["near"])[0], axis=1)
+    if change.sum() < 1e-9:
+        return ""
+    centred, usual = float((change * distance).sum() / change.sum()), float(distance.mean())
+    return "" if centred <= usual else f"where the speed changed, the path is {centred:.3f} m away on average"
 
 
 def _ratio(pair: Pair, mask: Mask, where: Where | None) -> tuple[float, str]:

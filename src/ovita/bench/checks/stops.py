@@ -8,8 +8,8 @@ import numpy as np
 
 from ovita.bench.checks.check import Verdict, predicate, say
 from ovita.bench.checks.pair import Pair
-from ovita.toolkit.arguments import Mask
 from ovita.toolkit.correspondence import SAME_PLACE
+from ovita.trajectory import Array
 
 AROUND = 0.15
 """A stop "near" an object is at most this share of the extent farther from it than the original comes."""
@@ -52,14 +52,14 @@ def dwells(pair: Pair, steps: int, *, near: Any = None) -> Verdict:
         steps: Timesteps.
         near: The place where it waits; None for anywhere.
     """
-    waiting = _waits(pair.adapted, _rest(pair))
+    waiting = _waits(pair.adapted, pair)
     name = ""
     if near is not None:
         centre, name = pair.place(near)
         distance, limit = _around(pair, centre)
         waiting = [(a, b) for a, b in waiting if distance[a] <= limit]
     longest = max((b - a for a, b in waiting), default=0)
-    before = max((b - a for a, b in _waits(pair.original, _rest(pair))), default=0)
+    before = max((b - a for a, b in _waits(pair.original, pair)), default=0)
     there = f" near {name}" if name else ""
     held = abs(longest - steps) <= max(1, round(0.1 * steps)) and longest > before
     return say(held, f"wait for {steps} timesteps{there}", f"the longest wait{there} has {longest} timesteps")
@@ -69,14 +69,22 @@ def _rest(pair: Pair) -> float:
     return max(AT_REST * float(np.median(pair.original[:, 3])), 1e-6)
 
 
-def _around(pair: Pair, centre: np.ndarray) -> tuple[np.ndarray, float]:
+def _around(pair: Pair, centre: Array) -> tuple[Array, float]:
     distance = np.linalg.norm(pair.adapted[:, :3] - centre, axis=1)
     old = float(np.linalg.norm(pair.original[:, :3] - centre, axis=1).min())
     return distance, old + AROUND * pair.extent
 
 
-def _waits(rows: np.ndarray, rest: float) -> list[tuple[int, int]]:
-    """First and last index of each run of waypoints at one place."""
-    same: Mask = np.linalg.norm(np.diff(rows[:, :3], axis=0), axis=1) <= max(SAME_PLACE, 1e-6)
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], same.astype(np.int8), [0]])))
-    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
+def _waits(rows: Array, pair: Pair) -> list[tuple[int, int]]:
+    """First and last index of each run of waypoints at one place; at rest, a small shift of them does not count."""
+    still, runs, a = rows[:, 3] <= _rest(pair), [], 0
+    for i in range(1, len(rows) + 1):
+        if i < len(rows):
+            step = float(np.linalg.norm(rows[i, :3] - rows[i - 1, :3]))
+            away = float(np.linalg.norm(rows[i, :3] - rows[a, :3]))
+            if step <= SAME_PLACE or (still[i] and still[i - 1] and away <= pair.noticeable):
+                continue
+        if i - 1 > a:
+            runs.append((a, i - 1))
+        a = i
+    return runs

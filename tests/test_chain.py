@@ -5,8 +5,8 @@ import json
 import numpy as np
 import pytest
 
-from ovita.adapt import adapt, rerun
 from ovita.adaptation import Adaptation
+from ovita.chain import adapt, rerun
 from ovita.constraints import ConstraintOptions
 from ovita.errors import PolicyError, WriterError
 from ovita.language.request import Reply, Request, WriterInfo
