@@ -48,12 +48,14 @@ def split(tokens: tuple[Token, ...]) -> list[Clause]:
     pieces = _pieces(tokens)
     clauses: list[Clause] = []
     pending: Clause = ()
-    for piece, hard in pieces:
+    for piece, hard, apart in pieces:
         if _asks(piece) or (hard and clauses and _is_statement(piece)):
             clauses.append(pending + piece)
             pending = ()
-        elif clauses and not pending:
+        elif clauses and not pending and not (apart or _bare_endpoint(piece)):
             clauses[-1] = clauses[-1] + piece
+        elif clauses and not pending:
+            clauses.append(piece)
         else:
             pending = pending + piece
     if pending:
@@ -61,25 +63,29 @@ def split(tokens: tuple[Token, ...]) -> list[Clause]:
     return [_settled(c) for c in clauses]
 
 
-def _pieces(tokens: tuple[Token, ...]) -> list[tuple[Clause, bool]]:
-    """Pieces between separators; the flag says that a full stop or semicolon precedes the piece."""
-    pieces: list[tuple[Clause, bool]] = []
+def _pieces(tokens: tuple[Token, ...]) -> list[tuple[Clause, bool, bool]]:
+    """Pieces between separators; the flags say that a full stop or semicolon, or a "but", precedes the piece."""
+    pieces: list[tuple[Clause, bool, bool]] = []
     current: list[Token] = []
-    hard = False
+    hard = apart = False
     for i, token in enumerate(tokens):
         separates = token.kind == "break" or (token.kind == "join" and not _lists_objects(tokens, i))
         separates = separates or (token.text.lower() == "while" and _about_speed(tokens[i + 1 :]))
+        if token.value == "but" and i > 0 and tokens[i - 1].value == "whole":
+            current.append(Token("unknown", token.text))  # "everything but the goal"
+            continue
         if not separates:
             if token.kind != "join":
                 current.append(token)
             continue
         if any(t.kind != "filler" for t in current):
-            pieces.append((tuple(current), hard))
-            hard = False
+            pieces.append((tuple(current), hard, apart))
+            hard = apart = False
         current = []
         hard = hard or token.value in ".;"
+        apart = apart or token.value == "but"
     if any(t.kind != "filler" for t in current):
-        pieces.append((tuple(current), hard))
+        pieces.append((tuple(current), hard, apart))
     return pieces
 
 
@@ -118,6 +124,13 @@ def _asks(piece: Clause) -> bool:
     )
 
 
+def _bare_endpoint(piece: Clause) -> bool:
+    """A bare "and end there", which is no part of the clause before it."""
+    concepts = {t.value for t in piece if t.kind == "concept"}
+    related = concepts & {"near", "when", "reach", "before", "after", "within", "toward", "between"}
+    return bool(concepts & {"start", "goal"}) and not related
+
+
 def _is_statement(piece: Clause) -> bool:
     """A sentence of its own that only states a number, such as "Threshold is 0.3"."""
     return any(t.value == "threshold" for t in piece) and any(t.kind == "number" for t in piece)
@@ -132,6 +145,14 @@ def _settled(clause: Clause) -> Clause:
         value = token.value
         if token.kind == "concept":
             following = next((t.value for t in clause[i + 1 :] if t.kind != "filler"), "")
+            if value == "stop" and i + 1 < len(clause) and clause[i + 1].text.lower().split()[0].endswith("ing"):
+                settled.append(Token("unknown", token.text))  # "stop slowing down" takes something back
+                continue
+            if value == "up" and _before_target(clause, i):
+                settled.append(Token("filler", token.text))  # "up to 0.4"
+                continue
+            if value == "decrease" and token.text.lower().startswith("drop") and not about_speed:
+                value = "down"
             if value in ("lower", "raise"):
                 change = ("decrease", "increase") if about_speed else ("down", "up")
                 value = change[value == "raise"]
@@ -142,9 +163,22 @@ def _settled(clause: Clause) -> Clause:
             elif value in ("up", "down") and following == "speed":
                 value = "increase" if value == "up" else "decrease"
         settled.append(token if value == token.value else Token("concept", token.text, value=value))
-    if "height" in concepts and set(concepts) & {"increase", "decrease", "more", "fewer", "up", "down"}:
+    if "height" in concepts and set(concepts) & {
+        "increase",
+        "decrease",
+        "more",
+        "fewer",
+        "up",
+        "down",
+        "lower",
+        "raise",
+    }:
         settled = _with_height(settled)
     return tuple(settled)
+
+
+def _before_target(clause: Clause, i: int) -> bool:
+    return i + 2 < len(clause) and clause[i + 1].text.lower() == "to" and clause[i + 2].kind == "number"
 
 
 def _with_height(clause: list[Token]) -> list[Token]:

@@ -10,19 +10,21 @@ import numpy as np
 
 from ovita.language.builtin.intents import Intent, Region
 from ovita.language.request import Request
-from ovita.language.scale import Scale
+from ovita.language.scale import Scale, nice
 from ovita.scene import SceneObject, canonical
 from ovita.toolkit import CATALOGUE
 from ovita.trajectory import Array
 
-ORDER: tuple[str, ...] = (
-    *("reverse", "mirror", "rotate", "tilt", "resize", "curve", "smooth", "straighten", "move", "quadrant", "height"),
-    *("closer", "farther", "keep_distance", "side", "through", "hop", "bound", "move_start", "move_goal"),
-    *("zigzag", "wave", "noise", "speed", "shortcut", "extend", "circle", "eight", "spiral", "hover"),
-    *("wait", "stop", "average", "resample"),
+ORDER: tuple[tuple[str, ...], ...] = (
+    *(("reverse",), ("mirror", "rotate", "tilt"), ("resize", "curve"), ("smooth",), ("straighten",)),
+    *(("move",), ("quadrant", "height"), ("closer", "farther"), ("keep_distance",), ("side",)),
+    *(("through", "hop"), ("bound",), ("move_start", "move_goal"), ("zigzag", "wave", "noise"), ("speed",)),
+    *(("shortcut", "extend", "circle", "eight", "spiral", "hover", "wait", "stop"), ("average",), ("resample",)),
 )
-"""Path first, from the whole to its parts, so that no step disturbs an exact amount set by another; then speed;
-what changes the number of waypoints comes last."""
+"""Path first, from the whole to its parts, so that no step disturbs an exact amount set by another; then speed; then,
+in the order of the sentence, what happens at a place and may change the number of waypoints."""
+
+RANK = {action: rank for rank, actions in enumerate(ORDER) for action in actions}
 
 OPPOSITE = {"left": "right", "right": "left", "front": "back", "back": "front", "up": "down", "down": "up"}
 
@@ -102,8 +104,8 @@ class Draft:
         """The policy's source."""
         lines = ["def adapt(", "    traj,", "    scene,"]
         lines += ["    *,"] if self.parameters else []
-        lines += [f"    {name}={value!r},  # {comment}" for name, (value, comment) in self.parameters.items()]
-        lines += ["):", f'    """{summary}"""']
+        lines += [f"    {name}={value!r},  # {one_line(comment)}" for name, (value, comment) in self.parameters.items()]
+        lines += ["):", f'    """{one_line(summary)}"""']
         lines += [f"    {name} = scene[{item.name!r}]" for name, item in self.objects.items()]
         lines += [f"    {line}" for line in [*self.body, *self.expectations]]
         return "\n".join([*lines, "    return traj", ""])
@@ -120,16 +122,16 @@ def compose(intents: tuple[Intent, ...], request: Request, radius: float | None 
     from ovita.language.builtin.steps import STEPS
 
     draft = Draft.of(request)
-    for intent in sorted(intents_once(intents), key=lambda i: ORDER.index(i.action)):
+    for intent in sorted(intents_once(intents), key=lambda i: RANK[i.action]):
         STEPS[intent.action](draft, intent if radius is None else _with_radius(intent, radius))
     return draft
 
 
 def intents_once(intents: tuple[Intent, ...]) -> list[Intent]:
-    """Drop an intent that repeats the one before it in everything but its words."""
+    """Drop a second smoothing, which would do nothing new; whatever else is said twice is meant twice."""
     kept: list[Intent] = []
     for intent in intents:
-        if not any(replace(intent, text=k.text) == k for k in kept):
+        if intent.action != "smooth" or not any(k.action == "smooth" for k in kept):
             kept.append(intent)
     return kept
 
@@ -196,3 +198,21 @@ def argument(where: str) -> str:
 def suffix(part: str) -> str:
     """The words for a part of the path behind a sentence, or ""."""
     return f" {part}" if part else ""
+
+
+def above(d: Draft, item: SceneObject, stated: float | None) -> float:
+    """Height above an object's centre that "so much above it" means [m]: counted from its top."""
+    top = 0.0 if item.dimensions is None else float(np.abs(item.rotation[2]) @ item.size) / 2
+    if stated is None:
+        height = nice(top + item.radius + d.scale.step("slight"))
+        d.assume(f'"above {item.name}" is {height:g} m above its centre')
+        return height
+    height = float(f"{top + stated:.6g}")
+    if top:
+        d.assume(f"{stated:g} m above {item.name} is counted from its top, {height:g} m above its centre")
+    return height
+
+
+def one_line(text: str) -> str:
+    """Text without line breaks and control characters, so that an object's name stays inside its comment."""
+    return re.sub(r"[\x00-\x1f\x7f-\x9f\u2028\u2029]+", " ", text)

@@ -22,7 +22,8 @@ CONCEPTS: dict[str, str] = {
     "faster": "faster, quicker, quickly, fast, accelerate, speed up, hurry, hasten, rush, speedier, pick up speed",
     "slower": "slower, slow down, slowly, slow, decelerate, brake, slow up, ease off",
     "speed": "speed, velocity, pace, rate of motion, speeds",
-    "constant": "constant, constantly, steady, steadily, fixed, unchanging, same",
+    "constant": "constant, steady, steadily, even",
+    "same": "same, fixed, unchanged, unchanging",
     "gradual": "gradually, uniformly, linearly, steadily increasing, progressively, uniform",
     "increase": "increase, grow, boost, add",
     "decrease": "decrease, reduce, lessen, cut, diminish, drop",
@@ -64,7 +65,9 @@ CONCEPTS: dict[str, str] = {
     # what else a path can do
     "stop": "stop, halt, come to rest, come to a stop, come to a halt, standstill",
     "wait": "wait, pause, dwell, hold, remain still, rest, stand still",
-    "extend": "extend, continue, prolong, proceed, keep going, carry on, go on, lengthen, go further",
+    "extend": "extend, continue, prolong, proceed, carry on, go on, lengthen, go further",
+    "than": "than",
+    "afterwards": "afterwards, thereafter",
     "smooth": "smooth, smoothen, smoothly, smoother, remove sharp turns, less jerky, softer, soften, sharp turns",
     "straight": "straight, directly, in a straight line",
     "remove": "remove, eliminate, get rid of, avoid any",
@@ -109,7 +112,6 @@ CONCEPTS: dict[str, str] = {
     "trapezoid": "trapezoid, trapezoidal",
     "exponential": "exponential, exponentially",
     "acceleration": "acceleration, deceleration",
-    "again": "again, and back",
     # how much
     "slight": "slightly, a little, little, a bit, bit, a touch, small, somewhat, a tad, minor, a little bit, tiny",
     "large": "much, a lot, lot, very, far more, significantly, considerably, strongly, a great deal, big, drastically,"
@@ -121,14 +123,14 @@ FILLER = frozenset(
     go move walk drive fly travel run shift translate transfer displace make draw let have get do take bring change
     replace modify adjust set perform execute follow put navigate come push pull traverse steer relocate head aim adapt
     alter update trajectory path route motion movement robot drone arm rover gripper effector vehicle agent course way
-    please use than can could would you i we me us my your their want like should need to will must shall
+    please use can could would you i we me us my your their want like should need to will must shall
     position location place side part region area phase portion rest section zone new value direction itself
     unit units metre metres meter meters m
     are was were am look respectively fashion pattern manner shape shaped style reached profile law
     also too even keeping going such any some certain bit own""".split()
 ) - {"rest"}
 
-CONNECTIVES = frozenset({"and", "then", "but", "also", "afterwards", "plus", "while", "whereas", "finally"})
+CONNECTIVES = frozenset({"and", "then", "but", "also", "plus", "whereas", "finally"})
 
 UNITS: dict[str, tuple[str, float]] = {
     "m": ("m", 1.0),

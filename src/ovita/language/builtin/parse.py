@@ -16,7 +16,7 @@ from ovita.language.builtin.regions import read_region
 from ovita.language.builtin.shapes import SHAPES
 from ovita.language.builtin.speeds import read_speed
 from ovita.language.builtin.tokens import tokenize
-from ovita.scene import Scene
+from ovita.scene import Scene, SceneObject
 
 
 def parse(instruction: str, scene: Scene) -> Understood:
@@ -31,14 +31,15 @@ def parse(instruction: str, scene: Scene) -> Understood:
     radius: float | None = None
     for clause in split(tokens):
         r = Reader(clause)
-        there = r.take("there")
         if r.has("threshold") and not _asks(r) and not any(t.items for t in clause):
             r.take("threshold")
             radius = r.number("", "m")
         else:
             found = _read(r) or _same_again(r, intents)
-            if there:
-                found = [_located(intent, intents) for intent in found]
+            if found and r.has("there"):
+                found = _located(r, found, intents)
+            if found and _goes_on(found, intents):
+                found = [replace(intent, action="extend") for intent in found]
             intents += found
         unplaced += r.left_over()
     if not intents and not unplaced:
@@ -54,20 +55,34 @@ def _same_again(r: Reader, earlier: list[Intent]) -> list[Intent]:
     """Read "double the speed but halve it near the cup": a change of what the clause before was about."""
     if not earlier or earlier[-1].action != "speed" or not r.has("half", "double", "increase", "decrease"):
         return []
-    return [replace(intent, text=r.text) for intent in read_speed(r, implied=True)]
+    return [replace(intent, text=r.text) for intent in r.attempt(lambda reader: read_speed(reader, implied=True))]
 
 
-def _located(intent: Intent, earlier: list[Intent]) -> Intent:
-    """Read "there" as near the objects that were named last."""
+def _goes_on(found: list[Intent], earlier: list[Intent]) -> bool:
+    """Read "after the goal go up and then left": the second shift goes on from the first."""
+    beyond = bool(earlier) and earlier[-1].action == "extend" and bool(earlier[-1].directions)
+    return beyond and earlier[-1].text.lower().startswith("after") and [i.action for i in found] == ["move"]
+
+
+def _located(r: Reader, found: list[Intent], earlier: list[Intent]) -> list[Intent]:
+    """Read "there" as at or near the objects that were named last; where none were, it stays unplaced."""
     items = next((i.items or i.region.items for i in reversed(earlier) if i.items or i.region.items), ())
-    if items and intent.region.kind == "whole":
-        return replace(intent, region=Region("near", items))
-    return intent
+    if not items:
+        return found
+    r.take("there")
+    placed = []
+    for intent in found:
+        if intent.action in ("wait", "stop", "spiral", "eight") and not intent.items:
+            intent = replace(intent, items=items[:1], mode="")
+        elif intent.region.kind == "whole" and intent.action == "speed":
+            intent = replace(intent, region=Region("near", items))
+        placed.append(intent)
+    return placed
 
 
 def _read(r: Reader) -> list[Intent]:
     for rule in RULES:
-        found = rule(r)
+        found = r.attempt(rule)
         if found:
             r.take("only", "whole", "stay")
             return [replace(intent, text=r.text) for intent in found]
@@ -80,13 +95,19 @@ def _resample(r: Reader) -> list[Intent]:
         "average", "mirror", "rotate", "first", "last", "every", "distance", "speed", *DIRECTIONS
     ):
         return []
-    number = r.number("")
-    if not (r.has("count", "more", "fewer", "double", "half") or number):
+    numbers = r.numbers(("",))
+    if not (r.has("count", "more", "fewer", "double", "half") or numbers):
+        return []
+    relative = bool(numbers) and (r.word_before(numbers[0]) in ("by", "add") or r.has("more", "fewer"))
+    number = r.take_at(numbers[0]).number if numbers else None
+    if number is not None and not 1 <= number <= 100_000:
         return []
     double, half = r.take("double"), r.take("half")
     less = r.take("decrease", "fewer") or half
     r.take("increase", "more", "count", "waypoints", "keep")
     times = r.number("x")
+    if number is not None and relative:
+        return [Intent("resample", amount=-number if less else number, unit="more")]
     if number is not None:
         return [Intent("resample", amount=number, unit="waypoints")]
     if times is not None:
@@ -114,15 +135,21 @@ def _wait(r: Reader) -> list[Intent]:
     waits = r.take("wait")
     steps, seconds = r.number("step"), r.number("s")
     region = read_region(r, speed=False)
+    if region.kind not in ("whole", "near", "middle") or region.amount is not None:
+        return []
     r.take("stop", "near", "reach", "when")
     items = region.items or r.objects()
     place = _place(r) if not items else ""
     if region.kind == "middle":
         place = "middle"
     duration = steps if steps is not None else seconds
-    if waits or duration is not None:
-        return [Intent("wait", items=items, amount=duration, unit="s" if seconds is not None else "step", mode=place)]
-    if not items and not place:
+    if duration is not None and duration <= 0:
+        return []
+    unit = "s" if seconds is not None else "step"
+    if waits or duration is not None or len(items) > 1:
+        spots: list[tuple[SceneObject, ...]] = [(item,) for item in items] if items else [()]
+        return [Intent("wait", items=spot, amount=duration, unit=unit, mode=place) for spot in spots]
+    if not items and not place and not r.has("there"):
         return []
     return [Intent("stop", items=items, mode=place)]
 
@@ -139,6 +166,9 @@ def _extend(r: Reader) -> list[Intent]:
     after_goal = r.has("after") and r.has("goal")
     if not (r.has("extend") or after_goal) or r.has("speed", "faster", "slower", "constant"):
         return []
+    if r.says("away", "avoid"):
+        return []
+    bare = r.says("continue", "proceed", "go on", "carry on") and not after_goal
     r.take("extend", "after", "goal", "reach", "away", "when", "near", "distance", "toward")
     smooth = r.take("smooth")
     unit = "straight" if r.take("straight") else ""
@@ -146,11 +176,13 @@ def _extend(r: Reader) -> list[Intent]:
         return [Intent("extend", items=r.objects(), mode="between", unit=unit)]
     directions = r.directions()
     items = r.objects()
-    if items and not directions:
-        return [Intent("extend", items=items[:1], mode="to", unit=unit)]
+    if items and directions:
+        return []
+    if items:
+        return [Intent("extend", items=(item,), mode="to", unit=unit) for item in items]
     degree = r.degree()
     amount = None if directions else r.number("m", "")
-    if smooth and not directions and amount is None and not after_goal:
+    if (smooth or bare) and not directions and amount is None and not after_goal:
         return []
     return [Intent("extend", directions=directions, amount=amount, degree=degree)]
 
@@ -170,8 +202,15 @@ def _endpoint(r: Reader) -> list[Intent]:
         directions = ((directions[0][0], r.number("m", "")),)
     if items and r.take("over"):
         directions = (("up", r.number("m", "")),)
-    if (between and len(items) != 2) or not (directions or items):
+    if len(directions) == 1 and directions[0][1] is None and not items:
+        directions = ((directions[0][0], r.number("m", "")),)
+    if (between and len(items) != 2) or not (directions or items) or r.has("than"):
         return []
+    if not between and len(items) > 1:
+        if len(items) != len(actions) or directions:
+            return []
+        pairs = zip(actions, items, strict=True)
+        return [Intent(action, (), (item,), mode="to", degree=degree) for action, item in pairs]  # type: ignore[arg-type]
     mode = "between" if between else "to" if items else ""
     return [
         Intent(action, directions, items, mode=mode, degree=degree)  # type: ignore[arg-type]
@@ -197,7 +236,7 @@ def _through(r: Reader) -> list[Intent]:
 def _keep_distance(r: Reader) -> list[Intent]:
     """Keep a distance of at least 0.2 from the cup; stay 0.3 away from the plate."""
     numbers = r.numbers(("", "m"))
-    if not numbers or not r.has("distance", "away") or r.has("speed", "faster", "slower", *DIRECTIONS):
+    if not numbers or not r.has("distance", "away", "keep") or r.has("speed", "faster", "slower", *DIRECTIONS):
         return []
     bounded = r.has("at_least", "at_most")
     stated = r.has("keep") or (r.has("distance") and not r.has("increase", "decrease", "more", "fewer"))
@@ -215,11 +254,11 @@ def _keep_distance(r: Reader) -> list[Intent]:
 def _approach(r: Reader) -> list[Intent]:
     """Walk closer to the cup; keep a bigger distance from the plate; the first 5 waypoints closer to the fan."""
     distance = r.has("distance")
-    nearer = r.has("closer", "toward") or (distance and r.has("fewer", "decrease"))
-    further = r.has("away") or (distance and r.has("more", "increase"))
+    nearer = r.has("closer", "toward") or (distance and r.has("fewer", "decrease", "half"))
+    further = r.has("away") or (distance and r.has("more", "increase", "double"))
     changed = r.has("half", "double", "increase", "decrease", "more", "fewer")
     lone = r.has("near") and not (distance or changed or r.has(*DIRECTIONS))
-    if nearer == further and not (lone and not nearer):
+    if (nearer == further and not (lone and not nearer)) or r.has("than") or r.sided():
         return []
     region = read_region(r, speed=False) if not lone or nearer or further else Region()
     whole = r.take("whole")
@@ -233,15 +272,21 @@ def _approach(r: Reader) -> list[Intent]:
     half, double = r.take("half"), r.take("double")
     if half or double:
         times = 2.0
-    amount = r.number("m") or r.number("%") if times is None else times
+    target = r.target()
+    share = r.number("%") if times is None and target is None else None
+    amount = r.number("m") if times is None and target is None else times
     directions = r.directions()
-    if amount is None:
+    if amount is None and share is None and target is None:
         amount = r.number("")
     degree = r.degree()
     r.take("waypoints", "whole", "smooth", "when", "reach")
     shifts = [Intent("move", directions)] if directions else []
     action = "farther" if further else "closer"
-    unit = "x" if times is not None else "m"
+    if target is not None:
+        mode = "at_least" if further else "at_most"
+        return [*shifts, Intent("keep_distance", items=items, amount=target, mode=mode)]
+    unit = "x" if times is not None else "m" if share is None else "%"
+    amount = share if share is not None else amount
     return [
         *shifts,
         *(
@@ -259,9 +304,9 @@ def _move(r: Reader) -> list[Intent]:
     directions = r.directions()
     degree = r.degree()
     r.take("toward", "waypoints", "smooth", "keep", "pass")
-    single = len(directions) == 1 and directions[0][1] is None
-    if single and (amount := r.number("m", "")) is not None:
-        directions = ((directions[0][0], amount),)
+    numbers = [i for i in r.numbers(("m", "")) if r.word_before(i) != "to"]
+    if len(directions) == 1 and directions[0][1] is None and numbers:
+        directions = ((directions[0][0], r.take_at(numbers[0]).number),)
     return [Intent("move", directions, degree=degree, region=region)]
 
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from typing import TypeVar
 
 from ovita.language.builtin.clauses import DIRECTIONS, Clause
 from ovita.language.builtin.tokens import Token
 from ovita.language.scale import Degree
 from ovita.scene import SceneObject
+
+T = TypeVar("T")
 
 
 class Reader:
@@ -16,6 +19,14 @@ class Reader:
     def __init__(self, clause: Clause) -> None:
         self.tokens = clause
         self.taken = [t.kind in ("filler", "join", "break") for t in clause]
+
+    def attempt(self, rule: Callable[[Reader], list[T]]) -> list[T]:
+        """What a rule reads; a rule that reads nothing gives back every token that it took."""
+        before = list(self.taken)
+        found = rule(self)
+        if not found:
+            self.taken = before
+        return found
 
     @property
     def text(self) -> str:
@@ -54,6 +65,26 @@ class Reader:
         """Index of the token before i that is not a filler, taken or not."""
         return next((j for j in range(i - 1, -1, -1) if self.tokens[j].kind not in ("filler", "join")), None)
 
+    def says(self, *texts: str) -> bool:
+        """Whether one of these words stands in the clause as written, not yet taken."""
+        return any(t.text.lower() in texts and not self.taken[i] for i, t in enumerate(self.tokens))
+
+    def sided(self) -> bool:
+        """Whether a direction only names a side: "from the left", "the right side of the plate"."""
+        for i, token in enumerate(self.tokens):
+            if token.kind == "concept" and token.value in DIRECTIONS and not self.taken[i]:
+                before = [t.text.lower() for t in self.tokens[max(i - 2, 0) : i]]
+                if "side" in token.text.lower() or before[:1] in (["from"], ["on"]):
+                    return True
+        return False
+
+    def target(self) -> float | None:
+        """Take a length to reach, "to 0.5"; not "by 0.5"."""
+        for i in self.numbers(("", "m")):
+            if self.word_before(i) == "to":
+                return self.take_at(i).number
+        return None
+
     def word_before(self, i: int) -> str:
         """The word right before token i, lower case, fillers included."""
         return self.tokens[i - 1].text.lower() if i > 0 else ""
@@ -81,6 +112,14 @@ class Reader:
         found = self.numbers(units)
         return self.take_at(found[0]).number if found else None
 
+    def share(self, *, smaller: bool) -> float | None:
+        """Take a percentage as a factor on a size: "by 20 %" adds or takes it away, "to 20 %" is what is left."""
+        for i in self.numbers(("%",)):
+            kept = self.word_before(i) == "to"
+            value = self.take_at(i).number
+            return value if kept else max(1.0 - value, 0.01) if smaller else 1.0 + value
+        return None
+
     def letter(self) -> str:
         """Take the name of a coordinate axis, x, y or z, or return ""."""
         for i, token in enumerate(self.tokens):
@@ -103,7 +142,7 @@ class Reader:
             amount: float | None = None
             for j in (self.after(i), self.before(i)):
                 if j is not None and not self.taken[j] and self.tokens[j].unit in ("", "m"):
-                    if self.tokens[j].kind == "number":
+                    if self.tokens[j].kind == "number" and self.word_before(j) != "to":
                         amount = self.take_at(j).number
                         break
             if not any(word == token.value for word, _ in found):

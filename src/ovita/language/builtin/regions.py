@@ -18,10 +18,12 @@ def read_region(r: Reader, *, speed: bool) -> Region:
         r: The clause.
         speed: Whether the clause is about speed; then "near the goal" and "when going up" are parts of the path.
     """
-    for reading in (_every, _count, _share, _near, _order, _middle):
+    for reading in (_every, _count, _share, _near if not speed else _at_or_near, _order, _middle):
+        before = list(r.taken)
         region = reading(r)
         if region is not None:
             return region
+        r.taken = before
     between = _between(r, needs_when=not speed)
     if between is not None or not speed:
         return between or WHOLE
@@ -66,21 +68,34 @@ def _share(r: Reader) -> Region | None:
         j = r.after(i) if i is not None else None
         if i is None or j is None or r.taken[j] or r.tokens[j].value not in SHARES:
             continue
+        if word == "second" and r.tokens[j].value != "half":
+            continue
         r.take_at(i)
         share = SHARES[r.take_at(j).value]
         r.take("before", "after", "waypoints")
         return Region("first" if word == "first" else "last", amount=share)
-    i = r.find("first")
-    if i is not None and not r.has("start"):
+    for word in ("first", "last"):
+        i = r.find(word)
+        if i is None or (word == "first" and r.has("start")):
+            continue
+        j = r.after(i)
+        if j is not None and not r.taken[j] and r.tokens[j].kind == "number":
+            continue  # "the last 0.5 m" is a length, which is no share
+        single = j is not None and r.tokens[j].text.lower() in ("waypoint", "point")
         r.take_at(i)
         r.take("waypoints")
-        return Region("first", amount=END_SHARE)
-    i = r.find("last")
-    if i is not None:
-        r.take_at(i)
-        r.take("waypoints")
-        return Region("last", amount=END_SHARE)
+        return Region(word, amount=1.0, counted=True) if single else Region(word, amount=END_SHARE)
     return None
+
+
+def _at_or_near(r: Reader) -> Region | None:
+    """Near the cup, or at the cup."""
+    region = _near(r)
+    if region is not None:
+        return region
+    i = next((k for k, t in enumerate(r.tokens) if t.items and not r.taken[k]), None)
+    before = [t.text.lower() for t in r.tokens[max((i or 0) - 2, 0) : i]] if i is not None else []
+    return Region("near", r.objects_from(i)) if "at" in before else None
 
 
 def _near(r: Reader) -> Region | None:
@@ -94,7 +109,7 @@ def _near(r: Reader) -> Region | None:
             radius = r.take_at(behind[0]).number
             r.take("near", "when", "pass", "reach", "only", "distance", "threshold")
             items = r.objects_from(r.after(behind[0])) or r.objects()
-            return Region("near", items, radius)
+            return Region("near", items, radius) if items else None
     i = r.find("near")
     if i is None and r.has("pass") and r.has("when"):
         i = r.find("pass")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from ovita.language.builtin.compose import OPPOSITE, Draft, argument, mask, suffix
+from ovita.language.builtin.compose import OPPOSITE, Draft, above, argument, mask, suffix
 from ovita.language.builtin.intents import Intent
 from ovita.language.scale import Degree, nice
 
@@ -85,10 +85,7 @@ def hop(d: Draft, intent: Intent) -> None:
 def hover(d: Draft, intent: Intent) -> None:
     """Above an object, and wait there."""
     item = intent.items[0]
-    height = intent.amount
-    if height is None:
-        height = nice(float(item.size[2]) / 2 + item.radius + d.scale.step("slight"))
-        d.assume(f'"above {item.name}" is {height:g} m above its centre')
+    height = above(d, item, intent.amount)
     steps = 10.0 if intent.count is None else intent.count
     if intent.unit == "s" and intent.count is not None:
         steps = intent.count / d.request.trajectory.timestep
@@ -124,8 +121,9 @@ def rotate(d: Draft, intent: Intent) -> None:
     extra += f", about={d.ref(intent.items[0])}" if intent.items else ""
     extra += argument(where) if intent.action == "rotate" else ""
     d.body.append(f"traj = {intent.action}(traj, {name}{extra})")
+    about = f" about the axis that points {axis}" if axis else ""
     turned = "clockwise" if degrees < 0 else "counter-clockwise"
-    d.plan.append(f"{intent.action.capitalize()} the path by {abs(degrees):g} degrees {turned}{suffix(part)}.")
+    d.plan.append(f"{intent.action.capitalize()} the path by {abs(degrees):g} degrees {turned}{about}{suffix(part)}.")
 
 
 def resize(d: Draft, intent: Intent) -> None:

@@ -80,8 +80,12 @@ def read_turned(r: Reader) -> list[Intent]:
         return [Intent("mirror", directions, r.objects()[:1], mode=axis, region=region)]
     if r.has("resize"):
         smaller = any(t.text.lower().startswith(("shrink", "compress", "scale down")) for t in r.tokens)
-        r.take("resize", "around", "up", "down")
-        factor = r.number("x", "%", "")
+        smaller = r.take("down") or smaller
+        r.take("resize", "around")
+        factor = r.share(smaller=smaller)
+        if factor is not None:
+            return [Intent("resize", (), r.objects()[:1], factor, "x")]
+        factor = r.number("x", "")
         double, half = r.take("double"), r.take("half")
         factor = 2.0 if double else 0.5 if half else factor
         mode = "smaller" if smaller else ""
@@ -89,8 +93,13 @@ def read_turned(r: Reader) -> list[Intent]:
     action = "tilt" if r.has("tilt") else "rotate" if r.has("rotate") else None
     if action is None:
         return []
-    r.take("tilt", "rotate", "around", "axis", "anticlockwise", "near")
+    r.take("tilt", "rotate", "anticlockwise", "near")
+    axial = r.has("axis", "around")
+    r.take("axis", "around")
     sign = -1.0 if r.take("clockwise") else 1.0
+    if action == "rotate" and not axial and r.has("left", "right"):
+        sign = -1.0 if r.take("right") else 1.0
+        r.take("left")
     degrees = r.number("deg")
     axis = r.letter()
     region = read_region(r, speed=False)
@@ -150,7 +159,7 @@ def read_bounds(r: Reader) -> list[Intent]:
         r.take("quadrant", "stay", "keep")
         return [Intent("quadrant", amount=which)]
     numbers = r.numbers(("m", ""))
-    if r.has("height") and numbers and not r.has("under", "never"):
+    if r.has("height") and numbers and not r.has("under", "never") and r.word_before(numbers[0]) != "by":
         r.take("height", "stay", "keep", "ground", "constant", "over")
         return [Intent("height", amount=r.take_at(numbers[0]).number, region=read_region(r, speed=False))]
     return _side(r) or _bound(r, numbers)
@@ -162,6 +171,9 @@ def _side(r: Reader) -> list[Intent]:
     stays = r.has("stay", "keep") or (r.has("never") and r.has("over", "under"))
     if side is None or not stays or not any(t.items for t in r.tokens) or r.has("distance", "closer", "away", *SPEED):
         return []
+    first = next((i for i, t in enumerate(r.tokens) if t.items), 0)
+    if first < (r.find(side) or 0):
+        return []  # "keep the cup on the left" is about where the cup is, not the path
     opposite = {"over": "below", "under": "above"}
     word = {"over": "above", "under": "below"}.get(side, side)
     if r.take("never"):
@@ -185,7 +197,7 @@ def _bound(r: Reader, numbers: list[int]) -> list[Intent]:
     else:
         return []
     amount = r.take_at(numbers[0]).number
-    r.take("never", "stay", "keep", "over", "under", "beyond", "height", "ground", "at_most", *DIRECTIONS)
+    r.take("never", "stay", "keep", "over", "under", "beyond", "height", "ground", "at_most", "than", *DIRECTIONS)
     return [Intent("bound", ((word, sign * amount),))]
 
 

@@ -12,8 +12,9 @@ from ovita.language.scale import Degree
 def read_speed(r: Reader, *, implied: bool = False) -> list[Intent]:
     """Slow down near the cup; move at a constant speed of 1; accelerate uniformly; twice as fast within 0.3 of it."""
     laws = ("trapezoid", "exponential", "acceleration")
-    about_speed = implied or r.has("faster", "slower", "speed", "constant", *laws) or bool(r.numbers(("m/s",)))
-    if not about_speed:
+    about_speed = implied or r.has("faster", "slower", "speed", *laws) or bool(r.numbers(("m/s",)))
+    about_speed = about_speed or (r.has("constant") and bool(r.numbers(("",))))
+    if not about_speed or (r.has("turn") and r.has("faster")) or r.sided():
         return []
     if r.has("exponential", "height") and r.has("height", *DIRECTIONS):
         return []
@@ -30,7 +31,7 @@ def read_speed(r: Reader, *, implied: bool = False) -> list[Intent]:
     constant = r.take("constant")
     gradual = r.take("gradual")
     r.take("keep")
-    r.take("faster", "slower", "speed", "increase", "decrease", "more", "fewer", "smooth", "after", "when", "reach")
+    r.take("faster", "slower", "speed", "increase", "decrease", "more", "fewer", "smooth", "when", "reach")
     degree = r.degree()
     stops = r.take("stop")
     set_to = _target(r)
@@ -40,7 +41,7 @@ def read_speed(r: Reader, *, implied: bool = False) -> list[Intent]:
     if turns:
         return [*moves, Intent("speed", mode="turns", degree=degree, amount=_factor(r), region=region)]
     if law:
-        amount = set_to if set_to is not None else r.number("m/s", "m", "")
+        amount = set_to if set_to is not None else r.number("m/s", "")
         mode = f"{law}_down" if slower and not faster else law
         return [*moves, Intent("speed", amount=amount, unit="m/s", mode=mode, region=region)]
     if set_to is not None and (gradual or (slower and set_to == 0.0)):
@@ -51,7 +52,7 @@ def read_speed(r: Reader, *, implied: bool = False) -> list[Intent]:
         intent = Intent("speed", amount=set_to, unit="m/s", mode="set", region=region)
     elif constant and not (slower or faster):
         intent = Intent("speed", mode="constant", region=region)
-    elif slower or faster or r.has("double", "half"):
+    elif slower or faster or r.has("double", "half") or r.numbers(("%",)):
         intent = _change(r, slower=slower, degree=degree, region=region)
     return [] if intent is None else [*moves, intent]
 
@@ -73,9 +74,18 @@ def _shift_first(r: Reader) -> list[Intent]:
 
 def _target(r: Reader) -> float | None:
     """A speed to reach: "to 0.5", "of 1", "at 0.3 m/s"; not "by 0.2"."""
-    for i in r.numbers(("", "m/s", "m")):
+    for i in r.numbers(("", "m/s")):
         before = r.word_before(i)
         if before in ("to", "of", "at", "is", "be") or (r.tokens[i].unit == "m/s" and before != "by"):
+            return r.take_at(i).number
+    return None
+
+
+def _share_kept(r: Reader) -> float | None:
+    """Take the share of the speed that is left: "to 30 %", "at 50 % speed", "30 % as fast"."""
+    for i in r.numbers(("%",)):
+        behind = r.tokens[i + 1].text.lower() if i + 1 < len(r.tokens) else ""
+        if r.word_before(i) in ("to", "at", "of") or behind in ("as", "speed"):
             return r.take_at(i).number
     return None
 
@@ -90,11 +100,18 @@ def _factor(r: Reader) -> float | None:
 
 def _change(r: Reader, *, slower: bool, degree: Degree, region: Region = WHOLE) -> Intent:
     """A relative change: by half, two times, by 20 %, by 0.2 m/s, or a word of degree."""
+    half_at = r.find("half")
+    more = half_at is not None and r.word_before(half_at) == "by" and not slower
     double, half = r.take("double"), r.take("half")
-    times, share, step = r.number("x"), r.number("%"), r.number("m/s", "m", "")
-    factor: float | None = None
-    if half:
-        factor = 0.5 if slower or not times else 1.5
+    kept = _share_kept(r)
+    times, share = r.number("x"), r.number("%")
+    steps = [i for i in r.numbers(("m/s", "")) if r.word_before(i) == "by"]
+    step = r.take_at(steps[0]).number if steps else None
+    factor: float | None = kept
+    if kept is not None:
+        pass
+    elif half:
+        factor = 1.5 if more else 0.5
     elif double:
         factor = 0.5 if slower else 2.0
     elif times is not None and times > 0:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ovita.language.builtin.compose import OPPOSITE, Draft, argument, mask, suffix
+from ovita.language.builtin.compose import OPPOSITE, Draft, above, argument, mask, suffix
 from ovita.language.builtin.intents import Intent
 from ovita.language.builtin.shape_steps import SHAPE_STEPS
 from ovita.language.builtin.speed_steps import speed
@@ -79,7 +79,9 @@ def _move(d: Draft, intent: Intent) -> None:
         for direction, name in offset.knobs.items():
             d.shifts.setdefault(direction, []).append(name)
         d.exact |= {direction for direction, stated in intent.directions if stated is not None}
-        d.expectations.append(f"expect_moved({code})")
+        d.expectations = [line for line in d.expectations if "expect_moved(" not in line or "where=" in line]
+        total = {direction: " + ".join(names) for direction, names in d.shifts.items()}
+        d.expectations.append(f"expect_moved({_arguments(total)})")
         d.plan.append(f"Shift the whole path {words}.")
         return
     name = "part" if not any(line.startswith("part =") for line in d.body) else f"part_{len(d.body)}"
@@ -106,6 +108,8 @@ def _endpoint(d: Draft, intent: Intent) -> None:
         return
     offset = ""
     if intent.directions:
+        if intent.directions[0] == ("up", intent.directions[0][1]) and intent.mode == "to":
+            intent = replace(intent, directions=(("up", above(d, intent.items[0], intent.directions[0][1])),))
         beside = _offset(d, intent, f"{end}_")
         offset, words = f", {beside.code}", f"{beside.words} of {words}"
     d.body.append(f"traj = move_{end}(traj, {target}{offset}, blend={blend})")
@@ -118,7 +122,9 @@ def _closer(d: Draft, intent: Intent) -> None:
     item = intent.items[0]
     where, part = mask(d, intent.region)
     by = intent.amount
-    if intent.unit == "x" and by is not None:
+    if intent.unit == "%" and by is not None:
+        by = nice(d.distance(item) * by)
+    elif intent.unit == "x" and by is not None:
         by = nice(d.distance(item) * (1 - 1 / max(by, 1.01)))
     if by is None:
         by = nice(APPROACH[intent.degree] * (d.distance(item) + 0.1 * d.scale.extent))
@@ -138,6 +144,8 @@ def _farther(d: Draft, intent: Intent) -> None:
     where, part = mask(d, intent.region)
     ref = d.ref(item)
     d.expectations.append(f"expect_farther({ref})")
+    if intent.unit == "%" and intent.amount is not None:
+        intent = replace(intent, amount=1.0 + intent.amount, unit="x")
     if intent.unit == "x" and intent.amount is not None:
         name = d.knob("times", intent.amount, f"factor on the distance to {item.name}")
         d.body.append(f"traj = farther(traj, {ref}, times={name}{argument(where)})")
@@ -202,10 +210,7 @@ def _through(d: Draft, intent: Intent) -> None:
         d.expectations.append(f"expect_visits({ref}, within={_tolerance(d)})")
         d.plan.append(f"Bend the path through {item.name}.")
         return
-    height = intent.amount
-    if height is None:
-        height = nice(float(item.size[2]) / 2 + item.radius + d.scale.step("slight"))
-        d.assume(f'"over {item.name}" is {height:g} m above its centre')
+    height = above(d, item, intent.amount)
     name = d.knob("height", height, f"[m] height above the centre of {item.name}")
     d.body.append(f"traj = go_through(traj, {ref}, up={name})")
     d.plan.append(f"Bend the path over {item.name}, {height:g} m above its centre.")
@@ -227,7 +232,8 @@ def _extend(d: Draft, intent: Intent) -> None:
     elif intent.directions:
         beyond = _offset(d, intent)
         d.body.append(f"traj = extend(traj, {beyond.code})")
-        if not any(line.startswith("traj = move_goal") for line in d.body):
+        d.expectations = [line for line in d.expectations if not line.startswith("expect_goal(")]
+        if not any(line.startswith(("traj = move_goal", "traj = extend")) for line in d.body[:-1]):
             d.expectations.append(f"expect_goal({_arguments(_with_shift(d, beyond.knobs, own=False))})")
         d.plan.append(f"After the goal, go on {beyond.words}.")
     else:
@@ -282,7 +288,8 @@ def _smooth(d: Draft, intent: Intent) -> None:
 
 def _resample(d: Draft, intent: Intent) -> None:
     n = len(d.request.trajectory)
-    count = intent.amount if intent.unit == "waypoints" else n * (intent.amount or 1.0)
+    amount = intent.amount or 1.0
+    count = amount if intent.unit == "waypoints" else n + amount if intent.unit == "more" else n * amount
     count = int(np.clip(round(count or n), 2, 100_000))
     if intent.mode == "assumed":
         d.assume(f"the number of waypoints is {'doubled' if count > n else 'halved'}")
