@@ -162,12 +162,12 @@ def test_the_explanation_holds_plan_numbers_and_knobs():
 
 def test_rerun_turns_a_knob_without_a_writer():
     result = adapt(request("go left by 0.2"), writer="builtin")
-    again = rerun(result, left=0.3)
+    again = rerun(result, {"left": 0.3})
     assert again.adapted.positions[:, 0] - PATH.positions[:, 0] == pytest.approx(-0.3)
     assert {p.name: p.value for p in again.parameters}["left"] == 0.3
     assert "0.3" in again.code and again.writer == result.writer
     with pytest.raises(PolicyError, match="left"):
-        rerun(result, leftt=0.3)
+        rerun(result, {"leftt": 0.3})
 
 
 def test_orientations_travel_along():

@@ -56,10 +56,10 @@ def test_what_is_not_understood_changes_nothing(session):
 
 def test_knobs(session):
     with pytest.raises(RequestError, match="no policy yet"):
-        session.tune(left=0.3)
+        session.tune({"left": 0.3})
     session.say("go left by 0.1")
-    session.tune(left=0.3)
+    session.tune({"left": 0.3})
     assert offset(session) == pytest.approx([-0.3, 0, 0])
     with pytest.raises(PolicyError):
-        session.tune(sideways=1)
+        session.tune({"sideways": 1})
     assert session.undo() and offset(session) == pytest.approx([-0.1, 0, 0])

@@ -150,13 +150,15 @@ class Adaptation:
         timestep = d.read("timestep", float)
 
         def rows(key: str) -> Trajectory:
+            values = d.read(key, list[list[float]])
             try:
-                return Trajectory.from_array(d.read(key, list), timestep=timestep)
+                return Trajectory.from_array(values, timestep=timestep)
             except OvitaError as error:
                 raise FormatError(file, str(error), key=key) from None
 
         writer = dict(d.read("writer", dict[str, Any]))
         attempts = writer.pop("attempts", 0)
+        counted = _Fields({"writer": writer, "attempts": attempts}, file)
         try:
             scene = scene_from_dict(d.read("scene", dict[str, Any]))
         except OvitaError as error:
@@ -174,12 +176,12 @@ class Adaptation:
             parameters=d.read("parameters", tuple[Parameter, ...]),
             assumptions=d.read("assumptions", tuple[str, ...]),
             explanation=d.read("explanation", str),
-            changes=None if document.get("changes") is None else Changes.from_dict(document["changes"]),
+            changes=d.changes(),
             constraints=d.read("constraints", Verdict | None),
             postconditions=d.read("postconditions", tuple[Postcondition, ...]),
             contacts=d.read("contacts", tuple[str, ...]),
-            writer=TypeAdapter(WriterInfo).validate_python(writer),
-            attempts=int(attempts),
+            writer=counted.read("writer", WriterInfo),
+            attempts=counted.read("attempts", int),
             question=d.read("question", str),
             unplaced=d.read("unplaced", tuple[str, ...]),
             error=d.read("error", str),
@@ -223,6 +225,13 @@ class _Fields:
             raise FormatError(self.file, f"{where}: {first['msg'].lower()}".lstrip(": "), key=key) from None
         except OvitaError as error:
             raise FormatError(self.file, str(error), key=key) from None
+
+    def changes(self) -> Changes | None:
+        document = self.read("changes", dict[str, Any] | None)
+        try:
+            return None if document is None else Changes.from_dict(document)
+        except OvitaError as error:
+            raise FormatError(self.file, str(error), key="changes") from None
 
 
 def _plain(value: Any) -> Any:

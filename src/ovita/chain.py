@@ -8,13 +8,16 @@ What a model causes, or limits that cannot all hold, is a `status` of the adapta
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
+
+import numpy as np
 
 from ovita.adaptation import Adaptation, Postcondition, Status
 from ovita.changes import measure, sentences
 from ovita.constraints import ConstraintOptions, constrain
-from ovita.errors import PolicyError, WriterError
+from ovita.errors import PolicyError, PolicyRejected, WriterError
 from ovita.language.explain import Facts, explain
 from ovita.language.grounding import ground
 from ovita.language.request import Prompt, Reply, Request, WriterInfo
@@ -23,6 +26,7 @@ from ovita.policy import Policy
 from ovita.policy.sandbox import Rollout, run
 from ovita.policy.source import parse
 from ovita.toolkit import Outcome, judge
+from ovita.trajectory import Trajectory
 
 REPAIRS = 2
 """How often a failing policy goes back to its writer, at most."""
@@ -94,24 +98,34 @@ def adapt(
 
 def rerun(
     adaptation: Adaptation,
+    parameters: Mapping[str, Any],
     *,
     constraints: ConstraintOptions | None = None,
     isolation: Isolation = "strict",
-    **parameters: Any,
 ) -> Adaptation:
     """Run an adaptation's policy again with other parameters; no writer is asked.
+
+    Args:
+        adaptation: With a policy.
+        parameters: New values by name; the others stay.
+        constraints: How limits are enforced; give those of the first run again where they were not the default.
+        isolation: How the policy must be isolated while it runs.
 
     Raises:
         PolicyError: If the adaptation has no policy, a parameter does not exist, or the policy fails with it.
     """
     clock = _Clock()
+    before = {p.name: p.value for p in adaptation.parameters}
+    unknown = [name for name in parameters if name not in before]
+    if unknown:
+        raise PolicyRejected(f"there is no parameter {unknown[0]!r}; there are {', '.join(before) or 'none'}")
     policy = parse(adaptation.code).with_parameters(**parameters)
     request = Request(adaptation.instruction, adaptation.original, adaptation.scene, adaptation.robot)
     rollout = run(policy, request.trajectory, request.scene, isolation=isolation)
     clock.lap("run")
     reply = Reply(
         "policy",
-        plan=adaptation.plan,
+        plan=(*adaptation.plan, *(f"Turned {n} from {before[n]} to {v}." for n, v in parameters.items())),
         code=policy.source,
         assumptions=adaptation.assumptions,
         contacts=adaptation.contacts,
@@ -239,6 +253,9 @@ def _finish(
     warnings = [f"Not as meant: {text}" for text in broken]
     if verdict.status != "satisfied":
         warnings += verdict.sentences()
+    stuck = _standing(adapted)
+    if stuck is not None:
+        warnings.append(f"From waypoint {stuck} on the path goes on at speed 0; a robot would stand still there.")
     if changes.path_unchanged and changes.speeds_unchanged:
         warnings.append("Nothing changed: the trajectory is the same as before.")
     facts = Facts(
@@ -273,6 +290,13 @@ def _finish(
         warnings=tuple(warnings),
         timings_ms=clock.timings,
     )
+
+
+def _standing(trajectory: Trajectory) -> int | None:
+    """The first waypoint from which the path goes on without any speed, or None."""
+    moves = np.diff(trajectory.arc_length) > 0
+    stuck = moves & (trajectory.speeds[:-1] == 0) & (trajectory.speeds[1:] == 0)
+    return int(np.argmax(stuck)) if stuck.any() else None
 
 
 def _explained_by_model(result: Adaptation, writer: PolicyWriter, clock: _Clock) -> Adaptation:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -28,11 +29,13 @@ class Step:
         feedback_on: Which trajectory it was about.
         adaptation: What came of it. Its instruction is `said`, or for feedback on the original everything said
             since the original, since that is what was applied.
+        tuned: Whether only knobs were turned.
     """
 
     said: str
     feedback_on: FeedbackOn
     adaptation: Adaptation
+    tuned: bool = False
 
 
 @dataclass
@@ -86,7 +89,7 @@ class Session:
             raise RequestError("the instruction is empty; say what should change, such as 'slow down near the cup'")
         asked = instruction
         if on == "original" and self._done:
-            said = [step.said.strip().rstrip(".") for step in self._done]
+            said = [step.said.strip().rstrip(".") for step in self._done if not step.tuned]
             asked = ". ".join([*said, instruction.strip()])
         request = Request(
             asked,
@@ -101,8 +104,8 @@ class Session:
             self._undone.clear()
         return result
 
-    def tune(self, **parameters: Any) -> Adaptation:
-        """Turn knobs of the last turn's policy and run it again; no writer is asked.
+    def tune(self, parameters: Mapping[str, Any]) -> Adaptation:
+        """Turn knobs of the last turn's policy, values by name, and run it again; no writer is asked.
 
         Raises:
             RequestError: If there is no turn yet.
@@ -111,8 +114,8 @@ class Session:
         if not self._done:
             raise RequestError("there is no policy yet; say what should change first")
         last = self._done[-1]
-        result = rerun(last.adaptation, constraints=self.constraints, isolation=self.isolation, **parameters)
-        self._done.append(Step(last.said, last.feedback_on, result))
+        result = rerun(last.adaptation, parameters, constraints=self.constraints, isolation=self.isolation)
+        self._done.append(Step(last.said, last.feedback_on, result, tuned=True))
         self._undone.clear()
         return result
 

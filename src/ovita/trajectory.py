@@ -85,7 +85,10 @@ class Trajectory:
         Raises:
             TrajectoryError: If the array has another shape or illegal values.
         """
-        rows = np.asarray(waypoints, dtype=float)
+        try:
+            rows = np.asarray(waypoints, dtype=float)
+        except (TypeError, ValueError):
+            raise TrajectoryError("waypoints are not rows of numbers of one length", key="waypoints") from None
         if rows.ndim != 2 or rows.shape[1] not in (4, 8):
             raise TrajectoryError(
                 f"waypoints have shape {rows.shape}, expected (N, 4): x, y, z, speed", key="waypoints"

@@ -1,4 +1,4 @@
-"""A run is complete, resumable after any interruption, replayable without a writer, and honest about what it left out."""
+"""A run is complete, resumable after any interruption, replayable without a writer, and says what it left out."""
 
 import json
 import os
@@ -118,6 +118,16 @@ def test_feedback_is_the_failed_checks_sentence(dataset, tmp_path, on):
     second = bench_writers.Learner.prompts[1].request
     assert [turn.instruction for turn in second.history] == ["go left by 0.2"]
     assert second.instruction.startswith("Please move" if on == "current" else "go left by 0.2. Please move")
+
+
+def test_feedback_that_is_not_understood_leaves_the_answer_that_was_there(dataset, tmp_path):
+    file = dataset / "a" / "s_0.json"
+    wide = {"kind": "all_of", "children": [{"kind": "moved", "arguments": {"left": 0.2}}, {"kind": "fewer_waypoints"}]}
+    file.write_text(json.dumps({**json.loads(file.read_text()), "check": wide}))
+    plan = replace(PLAN, protocol=Protocol(feedback=1, feedback_on="original"))
+    (record,) = run(toys(dataset, limit=1), tmp_path / "out", plan).records
+    kept = [r for r in record.rounds if r.executable][-1]
+    assert record.first.executable and record.last == kept and record.first.score == 0.5
 
 
 def test_repairs_count_as_attempts_and_can_be_switched_off(dataset, tmp_path):

@@ -25,6 +25,8 @@ BY_SUBSET = "by-subset"
 
 _WORDS = {"drone": "drone", "ground": "ground", "manipulator": "arm", "arm": "arm"}
 
+_TOKENS = ("input_tokens", "output_tokens")
+
 Answering = RecordingWriter | ReplayingWriter
 
 
@@ -80,7 +82,9 @@ def evaluate(sample: Sample, writer: Answering, condition: Condition, protocol: 
         result = ask(talk.request(said))
         done = _round(sample, said, result, idle)
         ms = sum(result.timings_ms.values()) - 1e3 * (writer.waited - waited)
-        rounds.append(replace(done, ms=round(max(ms, 0.0), 3), replies=tuple(writer.replies[taken:])))
+        replies = tuple(writer.replies[taken:])
+        tokens = {key: sum(r["reply"]["writer"][key] for r in replies if "reply" in r) for key in _TOKENS}
+        rounds.append(replace(done, ms=round(max(ms, 0.0), 3), replies=replies, **tokens))
         talk.hear(said, result)
         if done.passed or any(reply.get("unreached") for reply in rounds[-1].replies):
             break
@@ -163,8 +167,6 @@ def _round(sample: Sample, said: str, result: Adaptation, idle: Judged) -> Round
         executable=usable,
         attempts=result.attempts,
         ms=0.0,
-        input_tokens=result.writer.input_tokens,
-        output_tokens=result.writer.output_tokens,
         limits=result.constraints.status if result.constraints else "none",
         proposed_passed=proposed is not None and sample.check.judge(task.trajectory, proposed, task.scene).passed,
         model=result.writer.model,

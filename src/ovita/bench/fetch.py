@@ -121,6 +121,7 @@ def _download(url: str, timeout: float, root: Path) -> bytes:
         with urllib.request.urlopen(url, timeout=timeout) as answer:
             data: bytes = answer.read(MAX_BYTES + 1)
     except urllib.error.HTTPError as error:
+        error.close()
         raise FetchError(f"{url} answers {error.code}; {by_hand(root)}.") from None
     except (OSError, ValueError) as error:
         reason = getattr(error, "reason", error)

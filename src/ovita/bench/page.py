@@ -17,6 +17,7 @@ details { border: 1px solid #ddd; border-radius: 5px; margin: 4px 0; padding: 3p
 details.group { background: #fafafa; } details details { background: white; }
 summary { cursor: pointer; } .ok { color: #00734f; } .no { color: #b33a00; } .faint { color: #666; }
 pre { background: #f6f6f6; padding: 8px; overflow-x: auto; font-size: 12px; white-space: pre-wrap; }
+.said { white-space: pre-line; }
 svg { max-width: 100%; height: auto; } svg text { font: 9px system-ui, sans-serif; fill: #333; }
 .panel svg text { font: inherit; } .panel { overflow-x: auto; }
 """
@@ -101,7 +102,11 @@ def _round(number: int, item: Round, record: Record) -> str:
         + (f"<p class='no'>{escape(item.error)}</p>" if item.error else "")
         + sketch(record.original, item.adapted, record.scene)
         + (f"<ol>{plan}</ol>" if plan else "")
-        + (f"<p>{escape(item.explanation)}</p>" if item.explanation and item.explanation != item.error else "")
+        + (
+            f"<details><summary>explanation</summary><p class='said'>{escape(item.explanation)}</p></details>"
+            if item.explanation and item.explanation != item.error
+            else ""
+        )
         + f"<p class='faint'>{escape(facts)}</p>{code}"
     )
 

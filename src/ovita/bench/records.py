@@ -114,8 +114,8 @@ class Record:
 
     @property
     def last(self) -> Round:
-        """The answer that counts: the last one."""
-        return self.rounds[-1]
+        """The answer that counts: the last one with a result, since a turn without one leaves what was there."""
+        return next((item for item in reversed(self.rounds) if item.executable), self.rounds[-1])
 
     @property
     def unreached(self) -> bool:

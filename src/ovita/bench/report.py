@@ -145,7 +145,8 @@ def markdown(
     parts.append(
         "Intervals are Wilson's. Success is compared by McNemar's exact test (effect: Cohen's g, -0.5 to 0.5), clauses"
         " and times by Wilcoxon's signed-rank test (effect: rank-biserial correlation, -1 to 1); positive means that"
-        " the second is higher. p values are not corrected for the number of comparisons. `report.html` shows each sample."
+        " the second is higher. p values are not corrected for the number of comparisons."
+        " `report.html` shows each sample."
     )
     return "\n\n".join(parts) + "\n"
 
@@ -165,7 +166,7 @@ def flat(records: Sequence[Record]) -> list[dict[str, Any]]:
             "passed": r.last.passed,
             "passed_first": r.first.passed,
             "clauses": r.last.score,
-            "executable": r.last.executable,
+            "executable": r.first.executable,
             "status": r.last.status,
             "limits": r.last.limits,
             "proposed_passed": r.last.proposed_passed,

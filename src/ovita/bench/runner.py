@@ -6,44 +6,31 @@ import multiprocessing
 import os
 import platform
 import threading
-import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    ThreadPoolExecutor,
+    wait,
+)
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import ovita
 from ovita.bench.conditions import DEFAULT, Condition
-from ovita.bench.evaluate import Protocol, evaluate, waypoints
+from ovita.bench.evaluate import Protocol, evaluate, robot_for, waypoints
+from ovita.bench.meter import Budget, Meter, Progress
 from ovita.bench.records import Log, Record, ordered, read_manifest, read_records, write_manifest
 from ovita.bench.replies import Limiter, RecordingWriter, ReplayingWriter, open_writer
 from ovita.bench.samples import Dataset, Sample
-from ovita.errors import RequestError
+from ovita.errors import OvitaError, RequestError
 from ovita.language.writer import PolicyWriter
 
 UNREACHED = 5
 """A writer that could not be reached so many times in a row is not asked any further."""
-
-Progress = Callable[["Standing"], None]
-
-
-@dataclass(frozen=True)
-class Standing:
-    """How far a run is.
-
-    Args:
-        done: Records that there are, earlier ones of a resumed run included.
-        total: Records that there will be.
-        passed: Records that pass.
-        left_s: Estimated time to the end [s], or None before the first record.
-        tokens: Tokens of all records.
-    """
-
-    done: int
-    total: int
-    passed: int
-    left_s: float | None
-    tokens: int
 
 
 @dataclass(frozen=True)
@@ -126,13 +113,15 @@ def run(
     recorded = {r.key: r for r in read_records(replay)} if replay is not None else None
     if recorded is not None:
         plan = replace(plan, writers=tuple(dict.fromkeys(writer for writer, _, _ in recorded)))
+        there = {sample for _, _, sample in recorded}
+        dataset = replace(dataset, samples=tuple(sample for sample in dataset.samples if sample.id in there))
     cells, notes = _cells(dataset, plan, recorded)
     with Log(out) as log:
         manifest = _manifest(dataset, plan, read_manifest(out))
         write_manifest(out, manifest)
         wanted = {cell.key for cell in cells}
         todo = [cell for cell in cells if _open(log.records.get(cell.key), cell.sample)]
-        meter = _Meter(plan, log, wanted, len(todo), progress)
+        meter = Meter(log, wanted, len(todo), Budget(plan.budget_tokens, plan.budget_cost, plan.prices), progress)
         if todo:
             notes += _work(todo, plan, log, meter, replaying=recorded is not None)
         ids = {sample.id for sample in dataset.samples}
@@ -143,6 +132,8 @@ def run(
 def _cells(
     dataset: Dataset, plan: Plan, recorded: Mapping[tuple[str, str, str], Record] | None
 ) -> tuple[list[_Cell], list[str]]:
+    for sample in dataset.samples:
+        robot_for(sample, plan.protocol.robot)
     known = {condition.name: condition for condition in plan.conditions}
     cells: list[_Cell] = []
     notes: list[str] = []
@@ -192,7 +183,7 @@ def _manifest(dataset: Dataset, plan: Plan, earlier: Mapping[str, Any]) -> dict[
     return {**fixed, **versions, "dataset": dataset.name, "samples": len(dataset.samples), "digest": dataset.digest}
 
 
-def _work(todo: Sequence[_Cell], plan: Plan, log: Log, meter: _Meter, *, replaying: bool) -> list[str]:
+def _work(todo: Sequence[_Cell], plan: Plan, log: Log, meter: Meter, *, replaying: bool) -> list[str]:
     """Run cells in parallel; the notes say why cells were left out."""
     notes: list[str] = []
     in_row: dict[str, int] = {}
@@ -207,7 +198,7 @@ def _work(todo: Sequence[_Cell], plan: Plan, log: Log, meter: _Meter, *, replayi
                 break
             done, running = wait(running, return_when=FIRST_COMPLETED)
             for future in done:
-                record = future.result()
+                record = _result(future)
                 log.append(record)
                 meter.count(record)
                 in_row[record.writer] = in_row.get(record.writer, 0) + 1 if record.unreached else 0
@@ -222,12 +213,22 @@ def _work(todo: Sequence[_Cell], plan: Plan, log: Log, meter: _Meter, *, replayi
     return [*notes, *meter.notes]
 
 
+def _result(future: Future[Record]) -> Record:
+    try:
+        return future.result()
+    except BrokenExecutor:
+        raise OvitaError(
+            "a worker process was ended from outside, perhaps for want of memory; run the same command again to go on,"
+            " with fewer --jobs"
+        ) from None
+
+
 def _fill(
     running: set[Future[Record]],
     queue: Iterator[_Cell],
     closed: set[str],
     submit: Callable[[_Cell], Future[Record]],
-    meter: _Meter,
+    meter: Meter,
     most: int,
 ) -> None:
     while len(running) < most and not meter.spent:
@@ -264,6 +265,14 @@ def _executor(todo: Sequence[_Cell], plan: Plan, replaying: bool) -> tuple[Calla
 
 def _run_cell(cell: _Cell, plan: Plan, inner: PolicyWriter | None, limiter: Limiter | None) -> Record:
     """Evaluate a cell; a recorded one keeps its recorded times, so that a replay reports the same."""
+    try:
+        return _asked(cell, plan, inner, limiter)
+    except Exception as error:
+        error.add_note(f"while running {cell.writer} ({cell.condition.name}) on the sample {cell.sample.id}")
+        raise
+
+
+def _asked(cell: _Cell, plan: Plan, inner: PolicyWriter | None, limiter: Limiter | None) -> Record:
     if cell.recorded is not None:
         replies = [reply for item in cell.recorded.rounds for reply in item.replies]
         record = evaluate(cell.sample, ReplayingWriter(cell.writer, replies), cell.condition, plan.protocol)
@@ -285,52 +294,6 @@ def _end_with_parent() -> None:
         os._exit(1)
 
     threading.Thread(target=watch, daemon=True).start()
-
-
-class _Meter:
-    """Counts, estimates and budgets."""
-
-    def __init__(
-        self, plan: Plan, log: Log, wanted: set[tuple[str, str, str]], todo: int, show: Progress | None
-    ) -> None:
-        self._plan, self._show, self._todo, self._new = plan, show, todo, 0
-        there = [record for key, record in log.records.items() if key in wanted]
-        self._total, self._done = len(wanted), len(wanted) - todo
-        self._passed = sum(record.last.passed for record in there)
-        self._tokens = sum(record.tokens for record in there)
-        self._cost = sum(cost_of(record, plan.prices) for record in there)
-        self._started = time.monotonic()
-        self.notes: list[str] = []
-
-    @property
-    def spent(self) -> bool:
-        """Whether a budget is used up; the first time that it is, a note says so."""
-        tokens, cost = self._plan.budget_tokens, self._plan.budget_cost
-        over = ""
-        if tokens is not None and self._tokens >= tokens:
-            over = f"The budget of {tokens} tokens is used up ({self._tokens})"
-        elif cost is not None and self._cost >= cost:
-            over = f"The budget of {cost:g} is used up ({self._cost:.4g})"
-        if over and not self.notes and self._done < self._total:
-            self.notes.append(f"{over}; {self._total - self._done} of {self._total} were not begun or not counted yet.")
-        return bool(over)
-
-    def count(self, record: Record) -> None:
-        self._new += 1
-        self._done += 1
-        self._passed += record.last.passed
-        self._tokens += record.tokens
-        self._cost += cost_of(record, self._plan.prices)
-        if self._show is not None:
-            pace = (time.monotonic() - self._started) / self._new
-            left = pace * (self._todo - self._new)
-            self._show(Standing(self._done, self._total, self._passed, left, self._tokens))
-
-
-def cost_of(record: Record, prices: Mapping[str, tuple[float, float]]) -> float:
-    """Money that a record cost, by prices for a million tokens read and written."""
-    read, written = prices.get(record.writer, (0.0, 0.0))
-    return sum(item.input_tokens * read + item.output_tokens * written for item in record.rounds) / 1e6
 
 
 def default_jobs() -> int:

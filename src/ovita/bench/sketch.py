@@ -48,11 +48,13 @@ def sketch(original: Rows, adapted: Rows, scene: Mapping[str, Any]) -> str:
 def _above(before: Array, after: Array, things: Sequence[tuple[str, Array]]) -> str:
     points = np.concatenate([before, after, *(place[None] for _, place in things)])
     low, high = points.min(axis=0), points.max(axis=0)
-    scale = min((WIDTH - 2 * PAD) / max(high[0] - low[0], 1e-9), (HEIGHT - 2 * PAD) / max(high[1] - low[1], 1e-9))
+    # the title stands above the picture
+    room, centre = HEIGHT - 2.6 * PAD, HEIGHT / 2 + 0.3 * PAD
+    scale = min((WIDTH - 2 * PAD) / max(high[0] - low[0], 1e-9), room / max(high[1] - low[1], 1e-9))
     middle = (low + high) / 2.0
 
     def place(p: Array) -> Array:
-        return np.stack([WIDTH / 2 + scale * (p[:, 0] - middle[0]), HEIGHT / 2 - scale * (p[:, 1] - middle[1])], axis=1)
+        return np.stack([WIDTH / 2 + scale * (p[:, 0] - middle[0]), centre - scale * (p[:, 1] - middle[1])], axis=1)
 
     out = [_box("from above: right →, front ↑"), _line(place(before), BEFORE, True), _line(place(after), AFTER, False)]
     for p, color in ((place(before)[0], BEFORE), (place(after)[0], AFTER)):

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import Literal
 
+from ovita.bench.meter import cost_of
 from ovita.bench.records import Record
-from ovita.bench.runner import cost_of
 from ovita.bench.stats import Interval, Paired, mcnemar, percentile, signed_rank, wilson
 
 By = Literal["all", "subset", "kind"]
@@ -29,7 +29,7 @@ class Line:
         group: The group's name; "all" for all.
         success: Records whose last answer passes.
         first: Records whose first answer passes, before any feedback.
-        executable: Records whose last answer ran.
+        executable: Records whose first answer ran.
         score: Mean share of the check's clauses that hold.
         attempts: Mean number of policies written for the first answer.
         p50: Median time to the first answer [ms].
@@ -162,7 +162,7 @@ def _line(
         group=group,
         success=wilson(sum(r.last.passed for r in part), n),
         first=wilson(sum(r.first.passed for r in part), n),
-        executable=wilson(sum(r.last.executable for r in part), n),
+        executable=wilson(sum(r.first.executable for r in part), n),
         score=sum(r.last.score for r in part) / n,
         attempts=sum(r.first.attempts for r in part) / n,
         p50=percentile(times, 0.5),

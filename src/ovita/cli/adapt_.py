@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from typing import Any
 
 import click
@@ -13,7 +14,7 @@ from ovita.cli.options import constraints_from, notes_on, robot_from, shared, ta
 from ovita.cli.plot_ import check_picture, draw
 from ovita.cli.progress import waiting
 from ovita.cli.report import EXIT_OF, plain, show
-from ovita.errors import RequestError
+from ovita.errors import FormatError, RequestError
 from ovita.formats import save_trajectory
 from ovita.language.request import Request
 
@@ -40,8 +41,7 @@ def command(
     **options: Any,
 ) -> None:
     """Adapt the trajectory in FILE (.json or .csv) to INSTRUCTION (default: the one in FILE)."""
-    if plot_out:
-        check_picture(plot_out)
+    _check_outputs(out, trajectory_out, plot_out)
     task = task_from(file, options["scene_file"], options["frame"])
     text = instruction if instruction is not None else task.instruction
     if instruction is None and not text.strip():
@@ -66,6 +66,19 @@ def command(
         for path in written:
             click.echo(f"wrote {path}")
     raise SystemExit(EXIT_OF[result.status])
+
+
+def _check_outputs(out: str | None, trajectory_out: str | None, plot_out: str | None) -> None:
+    """Refuse outputs that cannot be written before anything is, so that no half of them is left behind."""
+    if plot_out:
+        check_picture(plot_out)
+    if trajectory_out and os.path.splitext(trajectory_out)[1].lower() not in (".json", ".csv"):
+        raise FormatError(trajectory_out, "trajectories are written as .json or .csv")
+    for path in (out, trajectory_out, plot_out):
+        if path and os.path.isdir(path):
+            raise FormatError(path, "is a directory; name a file in it")
+        if path and not os.path.isdir(os.path.dirname(path) or "."):
+            raise FormatError(path, "its folder does not exist; make it first")
 
 
 def _write(

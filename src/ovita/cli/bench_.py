@@ -13,7 +13,8 @@ from ovita.cli.progress import waiting
 from ovita.errors import RequestError
 
 if TYPE_CHECKING:
-    from ovita.bench.runner import Plan, Progress, Standing
+    from ovita.bench.meter import Progress, Standing
+    from ovita.bench.runner import Plan
 
 EVERY = 5.0
 """Pause between two lines of progress where standard error is no terminal [s]."""

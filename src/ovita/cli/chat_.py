@@ -63,6 +63,9 @@ def _lines() -> Iterator[str]:
         except EOFError:
             click.echo()
             return
+        except KeyboardInterrupt:
+            click.echo("\n/save FILE keeps the result, /quit leaves.")
+            continue
         if line:
             yield line
 
@@ -99,7 +102,7 @@ def _set(session: Session, rest: str) -> None:
         parsed = ast.literal_eval(value.strip())
     except (ValueError, SyntaxError):
         parsed = value.strip()
-    show(session.tune(**{name.strip(): parsed}))
+    show(session.tune({name.strip(): parsed}))
 
 
 def _undo(session: Session, rest: str) -> None:
@@ -145,8 +148,10 @@ def _save(session: Session, rest: str) -> None:
     path = rest or "result.json"
     if path.lower().endswith(".csv"):
         save_trajectory(path, session.current)
-    else:
+    elif path.lower().endswith(".json"):
         _last(session).save(path)
+    else:
+        raise RequestError(f"{path}: results are saved as .json, trajectories as .csv")
     click.echo(f"wrote {path}")
 
 

@@ -14,6 +14,7 @@ EXIT_INPUT, EXIT_WRITER, EXIT_INFEASIBLE = 2, 3, 4
 
 COMMANDS: dict[str, tuple[str, str]] = {
     "adapt": ("ovita.cli.adapt_:command", "Adapt a trajectory to an instruction."),
+    "bench": ("ovita.cli.bench_:group", "Measure writers over a dataset with machine-checkable outcomes."),
     "chat": ("ovita.cli.chat_:command", "Adapt in a conversation: feedback, undo, save."),
     "demo": ("ovita.cli.demo_:command", "Adapt a shipped scene three times and save the pictures."),
     "explain": ("ovita.cli.explain_:command", "Explain a result in plain words."),
@@ -65,6 +66,9 @@ def main() -> None:
     except OvitaError as error:
         click.echo(f"error: {error}", err=True)
         sys.exit(EXIT_WRITER if isinstance(error, WriterError) and not isinstance(error, MissingExtra) else EXIT_INPUT)
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        sys.exit(0)
+    except OSError as error:
+        if isinstance(error, BrokenPipeError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            sys.exit(0)
+        click.echo(f"error: the output cannot be written: {error.strerror}", err=True)
+        sys.exit(EXIT_INPUT)

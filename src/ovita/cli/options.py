@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 import click
 
 from ovita.constraints import ConstraintOptions, parse_text
-from ovita.errors import RobotError
+from ovita.errors import FormatError, RobotError
 from ovita.formats import Task, load_robot, load_task
 from ovita.language.writer import PolicyWriter, writer_named
 from ovita.robot import Robot
@@ -91,7 +91,12 @@ def robot_from(task: Task, robot: str | None, max_speed: float | None) -> Robot:
             raise RobotError(f"{task.path} states no limits that are understood; name a robot: --robot drone")
         chosen = limits.apply(load_robot(task.robot or "none"))
     else:
-        chosen = load_robot(robot or task.robot or "none")
+        try:
+            chosen = load_robot(robot or task.robot or "none")
+        except RobotError as error:
+            if robot:
+                raise
+            raise FormatError(task.path, str(error), key="robot") from None
     return chosen if max_speed is None else replace(chosen, max_speed=max_speed)
 
 

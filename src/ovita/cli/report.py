@@ -30,10 +30,11 @@ def show(result: Adaptation, *, code: bool = False) -> None:
         return
     _section("Plan", [f"{i}. {step}" for i, step in enumerate(result.plan, start=1)])
     _section("Changes", sentences(result.changes) if result.changes else [])
-    _section("Limits", result.constraints.sentences() if result.constraints else [])
+    if result.constraints and result.constraints.status == "satisfied":
+        _section("Limits", result.constraints.sentences())
     _section("Assumed", result.assumptions)
     _section("Knobs", [knob(p) for p in result.parameters])
-    _section("Warnings", [w for w in result.warnings if w.startswith(("Not as meant", "Nothing changed"))])
+    _section("Warnings", result.warnings)
     if code:
         click.echo("\nPolicy")
         click.echo(plain(result.code))

@@ -87,7 +87,7 @@ class _Task:
         positions = self.proposed.positions
         blocked: tuple[Blocked, ...] = ()
         if not keep_path and (options.lambda_smooth or any(check.geometric for check in broken)):
-            positions, blocked = solve_path(problem, Settings(steps=int(options.steps)))
+            positions, blocked = solve_with_dwells(problem, Settings(steps=int(options.steps)))
         result = self.proposed.with_(positions=positions, speeds=self.speeds(positions, problem.weights))
         after = self.judge(result)
         if all(check.held for check in after):
@@ -186,6 +186,18 @@ class _Task:
             notes=notes,
         )
         return Solution(result, verdict)
+
+
+def solve_with_dwells(problem: PathProblem, settings: Settings | None = None) -> tuple[Array, tuple[Blocked, ...]]:
+    """As `solve_path`; waypoints that repeat the one before them, a dwell, move as one and stay equal bit by bit."""
+    new = np.concatenate([[True], (np.diff(problem.reference, axis=0) != 0).any(axis=1)])
+    if new.all() or new.sum() < 2:
+        return solve_path(problem, settings)
+    group = np.cumsum(new) - 1
+    firsts = np.flatnonzero(new)
+    pins = tuple(sorted({int(group[i]) for i in problem.pins}))
+    path, blocked = solve_path(replace(problem, reference=problem.reference[new], pins=pins), settings)
+    return path[group], tuple(replace(b, first=int(firsts[b.first]), last=int(firsts[b.last])) for b in blocked)
 
 
 def solve_path(problem: PathProblem, settings: Settings | None = None) -> tuple[Array, tuple[Blocked, ...]]:

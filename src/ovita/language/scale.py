@@ -23,6 +23,10 @@ NEAR_SHARE = 0.15
 """Half the length of the stretch that is "near an object" on a straight path, as a share of the path's extent."""
 
 
+NEAR_WAYPOINTS = 0.1
+"""Least share of the waypoints that are "near an object", so that sparse waypoints have some too."""
+
+
 @dataclass(frozen=True)
 class Scale:
     """Sizes that words of degree stand for.
@@ -53,8 +57,9 @@ class Scale:
             positions: The path, (N, 3) [m].
             item: The object.
         """
-        closest = float(item.distance(positions).min())
-        return nice(math.hypot(closest, NEAR_SHARE * self.extent))
+        distances = np.sort(item.distance(positions))
+        few = distances[min(math.ceil(NEAR_WAYPOINTS * len(distances)), len(distances)) - 1]
+        return nice(max(math.hypot(float(distances[0]), NEAR_SHARE * self.extent), float(few)))
 
 
 def nice(value: float) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from ovita.bench.cases.case import Case, case
 from ovita.bench.checks import (
     Check,
+    all_of,
     any_of,
     closer,
     constant_speed,
@@ -50,5 +51,5 @@ CASES: tuple[Case, ...] = (
     _case(18, "several", moved("up", amount="little"), constant_speed(0.1)),
     _case(19, "speed", slower(where=near("Box", 0.2), only=True), same_path()),
     _case(21, "several", closer("Fan"), min_distance("Dustbin", 0.2)),
-    _case(24, "shape", any_of(smoother(), finer()), same_path(tolerance=0.15)),
+    _case(24, "shape", any_of(smoother(), all_of(finer(), same_path(tolerance=0.05)))),
 )

@@ -15,7 +15,8 @@ from ovita.bench.checks.distance import (
     passes_through,
 )
 from ovita.bench.checks.loops import circles, extended, spiral, zigzags
-from ovita.bench.checks.pair import Pair, match
+from ovita.bench.checks.matching import match
+from ovita.bench.checks.pair import Pair
 from ovita.bench.checks.shape import (
     curvier,
     fewer_waypoints,

@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from ovita.bench.checks.matching import match
 from ovita.scene import Scene
-from ovita.toolkit.arguments import Mask, fractions
-from ovita.toolkit.correspondence import SAME_PLACE, counterparts
+from ovita.toolkit.arguments import Mask
+from ovita.toolkit.correspondence import counterparts
 from ovita.toolkit.shaping import path_distances
-from ovita.trajectory import Array, interpolate
+from ovita.trajectory import Array
 
 NOTICEABLE = 0.01
 """A change of place counts from this share of the original's extent on."""
@@ -129,64 +130,6 @@ class Pair:
     def along(self, word: str) -> Array:
         """Displacement (N,) of each original waypoint along a direction word [m]."""
         return np.asarray(self.shift @ self.scene.frame.direction(word))
-
-
-def match(original: Array, adapted: Array) -> Array:
-    """Fractional indices (N,) into the adapted waypoints, NaN where an original waypoint has no counterpart.
-
-    Equal counts match by index. Otherwise repeats (dwells) are set aside on both sides, and the candidates are:
-    by fraction of the path's length (resampled), and the first k waypoints from the start and the others from the
-    goal, for every k (waypoints were inserted or taken out in one place: extended, cut short, a loop). The one
-    whose displacements vary least wins; of equals, the one that keeps most from the start.
-
-    Args:
-        original: (N, 3+) [m].
-        adapted: (M, 3+) [m].
-    """
-    n, m = len(original), len(adapted)
-    if n == m:
-        return np.arange(n, dtype=np.float64)
-    old_keep, new_keep = _fresh(original), _fresh(adapted)
-    old, new = original[old_keep, :3], adapted[new_keep, :3]
-    if len(old) == len(new):
-        source = np.arange(len(old), dtype=np.float64)
-    else:
-        by_length = np.interp(fractions(old), fractions(new), np.arange(len(new), dtype=np.float64))
-        split, spread = _best_split(old, new)
-        even = float((interpolate(new, by_length) - old).var(axis=0).sum())
-        # A few waypoints of a resampled path can be matched one to one by chance, and then say nothing of the others.
-        resampled = len(new) < len(old) and even <= (2 * NOTICEABLE * float(np.linalg.norm(np.ptp(old, axis=0)))) ** 2
-        source = by_length if resampled or even < spread else split
-    into = np.flatnonzero(new_keep).astype(np.float64)
-    found = np.isfinite(source)
-    source[found] = np.interp(source[found], np.arange(len(into)), into)
-    return np.asarray(source[np.cumsum(old_keep) - 1])
-
-
-def _best_split(old: Array, new: Array) -> tuple[Array, float]:
-    """The best match of the first k waypoints from the start and the rest from the goal, and its variance [m^2]."""
-    n, m = len(old), len(new)
-    shared = min(n, m)
-    head = new[:shared] - old[:shared]
-    rest = new[m - shared :] - old[n - shared :]
-    zero = np.zeros((1, 3))
-
-    def sums(a: Array, b: Array) -> Array:
-        """Sum over the first k of a and the others of b, for k = 0..shared."""
-        return np.asarray(np.concatenate([zero, (a - b).cumsum(axis=0)]) + b.sum(axis=0))
-
-    variance = (sums(head**2, rest**2) / shared - (sums(head, rest) / shared) ** 2).sum(axis=1)
-    k = shared - int(np.argmin(np.round(variance, 12)[::-1]))
-    source = np.full(n, np.nan)
-    source[:k] = np.arange(k)
-    if k < shared:
-        source[n - shared + k :] = np.arange(m - shared + k, m)
-    return source, float(variance[k])
-
-
-def _fresh(rows: Array) -> Mask:
-    moved = np.linalg.norm(np.diff(rows[:, :3], axis=0), axis=1) > SAME_PLACE
-    return np.concatenate([[True], moved])
 
 
 def feet(path: Array, points: Array) -> Array:

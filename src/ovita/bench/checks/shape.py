@@ -216,7 +216,7 @@ def gradual(pair: Pair) -> Verdict:
     largest = float(np.linalg.norm(shift, axis=1).max(initial=0.0))
     step = float(np.linalg.norm(np.diff(shift, axis=0), axis=1).max(initial=0.0))
     fact = f"of a shift of {largest:.3f} m, {step:.3f} m set in between two neighbouring waypoints"
-    return say(step <= max(0.5 * largest, pair.noticeable), "move there smoothly", fact)
+    return say(step <= max(0.5 * largest, 2 * pair.noticeable), "move there smoothly", fact)
 
 
 def _counted(pair: Pair, wish: str, held: bool, factor: float | None) -> Verdict:

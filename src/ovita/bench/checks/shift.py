@@ -12,6 +12,7 @@ from ovita.bench.checks.pair import EDGE, Pair
 from ovita.bench.checks.where import Where, said, selected
 from ovita.scene import DIRECTIONS
 from ovita.toolkit.arguments import fractions
+from ovita.toolkit.shaping import path_distances
 from ovita.trajectory import Array
 
 LEAST_SHIFT, MOST_LITTLE, LEAST_MUCH = 0.02, 0.3, 0.08
@@ -200,9 +201,9 @@ def level(pair: Pair, height: float, *, direction: str = "up") -> Verdict:
     """Nine of ten waypoints have one coordinate along a direction: a height [m], within 10 % or 1 % of the extent."""
     heights = pair.adapted[:, :3] @ pair.scene.frame.direction(direction)
     share = float((np.abs(heights - height) <= max(0.1 * abs(height), pair.noticeable)).mean())
-    across = pair.shift[pair.found]
-    across = across - np.outer(across @ pair.scene.frame.direction(direction), pair.scene.frame.direction(direction))
-    stray = float(np.linalg.norm(across, axis=1).mean()) if len(across) else 0.0
+    axis = pair.scene.frame.direction(direction)
+    old, new = (rows[:, :3] - np.outer(rows[:, :3] @ axis, axis) for rows in (pair.original, pair.adapted))
+    stray = float(path_distances(new, old).mean())
     fact = f"{share:.0%} of the waypoints are there; heights run from {heights.min():.3f} to {heights.max():.3f} m"
     if stray > EDGE * pair.extent:
         fact += f", and the path moved {stray:.3f} m sideways"

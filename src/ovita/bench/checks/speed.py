@@ -156,7 +156,7 @@ def trapezoidal_speed(pair: Pair, *, where: Where | None = None) -> Verdict:
     if len(speeds) < 5:
         return say(False, wish, "too few waypoints are left")
     top = float(speeds.max())
-    flat = np.flatnonzero(speeds >= 0.95 * top)
+    flat = np.flatnonzero(speeds >= 0.99 * top)
     a, b = int(flat[0]), int(flat[-1])
     whole = len(flat) == b - a + 1
     ends = max(float(speeds[0]), float(speeds[-1]))

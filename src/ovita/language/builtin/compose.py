@@ -76,6 +76,15 @@ class Draft:
         self.objects[name] = item
         return name
 
+    def part(self, where: str) -> str:
+        """Give a mask a name in the policy and return it; "" stays ""."""
+        if not where:
+            return ""
+        count = sum(line.startswith("part") for line in self.body)
+        name = "part" if not count else f"part_{count + 1}"
+        self.body.append(f"{name} = {where}")
+        return name
+
     def held(self) -> str:
         """The argument that keeps later steps from disturbing exact amounts, or ""."""
         words = sorted(self.exact)

@@ -13,10 +13,7 @@ FASTER: dict[Degree, float] = {"slight": 1.25, "moderate": 1.5, "large": 2.0}
 def speed(d: Draft, intent: Intent) -> None:
     """A change of speed, or a speed law."""
     where, part = mask(d, intent.region)
-    if where:
-        name = "part" if not any(line.startswith("part =") for line in d.body) else f"part_{len(d.body)}"
-        d.body.append(f"{name} = {where}")
-        where = name
+    where = d.part(where)
     speeds = d.request.trajectory.speeds
     mean = float(speeds[speeds > 0].mean()) if (speeds > 0).any() else 0.0
     arguments = f"where={where}" if where else ""
@@ -54,11 +51,14 @@ def _ramp(d: Draft, intent: Intent, where: str, part: str, mean: float) -> None:
     """A speed that changes steadily along the path or a part of it."""
     speeds = d.request.trajectory.speeds
     at_end = intent.region.kind == "last"
-    first = float(speeds[0]) if not where else mean
+    at = {"last": 1.0 - (intent.region.amount or 0.25), "middle": 0.33}.get(intent.region.kind, 0.0)
+    if intent.region.counted:
+        at = 1.0 - (intent.region.amount or 1.0) / len(speeds) if at_end else 0.0
+    first = float(speeds[min(round(max(at, 0.0) * len(speeds)), len(speeds) - 1)])
     if intent.mode == "ramp_up":
         begin, end = min(first, 0.5 * mean), 1.5 * float(speeds.max())
     else:
-        begin = max(first, mean)
+        begin = first if first > 0.2 * mean else mean
         end = intent.amount if intent.amount is not None else 0.0 if at_end or not where else 0.25 * mean
     begin, end = float(f"{begin:.3g}"), float(f"{end:.3g}")
     a = d.knob("start_speed", begin, "[m/s] where the change begins")

@@ -84,9 +84,9 @@ def _move(d: Draft, intent: Intent) -> None:
         d.expectations.append(f"expect_moved({_arguments(total)})")
         d.plan.append(f"Shift the whole path {words}.")
         return
-    name = "part" if not any(line.startswith("part =") for line in d.body) else f"part_{len(d.body)}"
+    name = d.part(where)
     ease = d.knob("ease", 0.05, "share of the path over which a partial shift fades in")
-    d.body += [f"{name} = {where}", f"traj = move(traj, {code}, where={name}, ease={ease})"]
+    d.body.append(f"traj = move(traj, {code}, where={name}, ease={ease})")
     d.expectations.append(f"expect_moved({code}, where={name})")
     d.plan.append(f"Shift the path {words} {part}.")
 
@@ -130,12 +130,13 @@ def _closer(d: Draft, intent: Intent) -> None:
         by = nice(APPROACH[intent.degree] * (d.distance(item) + 0.1 * d.scale.extent))
         d.assume(f'"closer to {item.name}" is {by:g} m closer')
     ref = d.ref(item)
+    where = d.part(where)
     name = d.knob("closer_by", by, f"[m] how much closer to {item.name}")
     reach = ""
-    if intent.mode == "whole":
+    if intent.mode == "whole" or where:
         reach = f", reach={d.knob('reach', nice(4 * d.scale.extent), '[m] how far around the closest point it acts')}"
     d.body.append(f"traj = closer(traj, {ref}, {name}{reach}{argument(where)}{d.held()})")
-    d.expectations.append(f"expect_closer({ref})")
+    d.expectations.append(f"expect_closer({ref}{argument(where)})")
     d.plan.append(f"Bring the path {by:g} m closer to {item.name}{suffix(part)}.")
 
 
