@@ -65,6 +65,9 @@ def command(
             click.echo(f"note: {plain(note)}", err=True)
         for path in written:
             click.echo(f"wrote {path}")
+            if path.lower().endswith(".csv") and result.scene.frame.name != "rfu":
+                frame = result.scene.frame.name
+                click.echo(f"note: a CSV file holds no frame; say --frame {frame} when you read {path}", err=True)
     raise SystemExit(EXIT_OF[result.status])
 
 
