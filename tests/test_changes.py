@@ -263,3 +263,11 @@ def test_any_pair_is_measured_told_and_goes_through_json(one: Trajectory, other:
     assert Changes.from_dict(json.loads(json.dumps(changes.to_dict()))) == changes
     told = sentences(changes)
     assert told and all(s.endswith(".") and "nan" not in s for s in told)
+
+
+def test_a_constant_orientation_is_unchanged_with_another_number_of_waypoints():
+    turned = np.tile([0.0, 0.0, 0.0, 1.0], (10, 1))
+    path = Trajectory(np.column_stack([np.linspace(0, 1, 10), np.zeros((10, 2))]), np.full(10, 0.3), turned)
+    assert measure(path, path.resample(5), Scene()).orientations_unchanged
+    tilted = Trajectory(path.resample(5).positions, path.resample(5).speeds, np.tile([1.0, 0, 0, 0], (5, 1)))
+    assert not measure(path, tilted, Scene()).orientations_unchanged

@@ -21,7 +21,7 @@ from ovita.changes.report import (
     Vector,
 )
 from ovita.scene import Frame, Scene
-from ovita.trajectory import Array, Trajectory
+from ovita.trajectory import Array, Trajectory, nlerp
 
 TOLERANCE = 1e-6
 """Differences up to this count as none [m, m/s]."""
@@ -39,16 +39,11 @@ def measure(original: Trajectory, adapted: Trajectory, scene: Scene) -> Changes:
     """
     matching, before, compared = match(original, adapted)
     objects = tuple(object_change(item, original, adapted) for item in scene)
-    same_q = (
-        original.orientations is adapted.orientations
-        if original.orientations is None or adapted.orientations is None
-        else np.array_equal(original.orientations, adapted.orientations)
-    )
     return Changes(
         matching=matching,
         path_unchanged=np.array_equal(original.positions, adapted.positions),
         speeds_unchanged=np.array_equal(original.speeds, adapted.speeds),
-        orientations_unchanged=bool(same_q),
+        orientations_unchanged=_same_turns(original, adapted),
         waypoints=Span(len(original), len(adapted)),
         length=Span(original.length, adapted.length),
         duration=Span(original.duration, adapted.duration),
@@ -58,6 +53,18 @@ def measure(original: Trajectory, adapted: Trajectory, scene: Scene) -> Changes:
         speed=_speed_change(original, adapted, before[:, 3], compared, scene, objects),
         objects=objects,
     )
+
+
+def _same_turns(original: Trajectory, adapted: Trajectory) -> bool:
+    """Whether the tool turns as before: waypoint by waypoint, or, with another count, along the path."""
+    before, after = original.orientations, adapted.orientations
+    if before is None or after is None:
+        return before is after
+    if len(before) == len(after):
+        return bool(np.array_equal(before, after))
+    spots = np.linspace(0.0, 1.0, max(len(before), len(after)))
+    mixed = [nlerp(q, spots * (len(q) - 1)) for q in (before, after)]
+    return bool((np.abs((mixed[0] * mixed[1]).sum(axis=1)) > 1.0 - 1e-6).all())
 
 
 def _displacement(before: Array, adapted: Trajectory, compared: Mask, frame: Frame) -> Displacement:

@@ -34,6 +34,9 @@ def sentences(changes: Changes) -> list[str]:
     elif not speed:
         exact = "exactly" if changes.speed.count == 0 else "practically"
         told.append(f"The speed along the path is {exact} as before.")
+    if changes.waypoints.change:
+        counts = changes.waypoints
+        told.append(f"The number of waypoints went from {int(counts.before)} to {int(counts.after)}.")
     if not changes.orientations_unchanged:
         told.append("The orientation along the path changed.")
     return told
