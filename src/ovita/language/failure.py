@@ -63,6 +63,8 @@ def writer_error(error: Exception, endpoint: Endpoint, name: str, key: str, *, t
         )
     elif isinstance(error, failures.UserError):
         sentence = f"it cannot be used as a writer: {endpoint.scrubbed(str(error), key)}"
+    elif type(error).__name__ in ("ConnectError", "ConnectTimeout"):  # of whichever client library asked
+        sentence = f"no answer from {endpoint.address}: start the server, or check the address and the connection"
     else:
         detail = endpoint.scrubbed(str(error), key)
         sentence = f"the request failed ({type(error).__name__}{f': {detail}' if detail else ''}); try again"
