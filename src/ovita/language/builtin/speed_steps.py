@@ -60,6 +60,9 @@ def _ramp(d: Draft, intent: Intent, where: str, part: str, mean: float) -> None:
     else:
         begin = first if first > 0.2 * mean else mean
         end = intent.amount if intent.amount is not None else 0.0 if at_end or not where else 0.25 * mean
+        now = float(speeds[round(at * len(speeds)) :].mean())
+        if at_end and intent.amount is None and begin + end > 1.5 * now:
+            begin = 0.5 * begin  # it falls there already; a lower speed must be clearly lower
     begin, end = float(f"{begin:.3g}"), float(f"{end:.3g}")
     a = d.knob("start_speed", begin, "[m/s] where the change begins")
     b = d.knob("end_speed", end, "[m/s] where the change ends")
