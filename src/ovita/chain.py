@@ -258,17 +258,7 @@ def _finish(
         warnings.append(f"From waypoint {stuck} on the path goes on at speed 0; a robot would stand still there.")
     if changes.path_unchanged and changes.speeds_unchanged:
         warnings.append("Nothing changed: the trajectory is the same as before.")
-    facts = Facts(
-        request.instruction,
-        reply.plan,
-        policy.parameters,
-        sentences(changes),
-        verdict.sentences(),
-        broken,
-        reply.assumptions,
-    )
-    clock.lap("report")
-    return Adaptation(
+    result = Adaptation(
         instruction=request.instruction,
         status="infeasible" if verdict.status == "infeasible" else "ok",
         original=request.trajectory,
@@ -280,7 +270,6 @@ def _finish(
         code=policy.source,
         parameters=policy.parameters,
         assumptions=reply.assumptions,
-        explanation=explain(facts),
         changes=changes,
         constraints=verdict,
         postconditions=postconditions,
@@ -289,6 +278,22 @@ def _finish(
         isolation=rollout.isolation,
         warnings=tuple(warnings),
         timings_ms=clock.timings,
+    )
+    result = replace(result, explanation=explain(_facts(result)))
+    clock.lap("report")
+    return replace(result, timings_ms=dict(clock.timings))
+
+
+def _facts(result: Adaptation) -> Facts:
+    """What an explanation may say."""
+    return Facts(
+        result.instruction,
+        result.plan,
+        result.parameters,
+        sentences(result.changes) if result.changes else (),
+        result.constraints.sentences() if result.constraints else (),
+        [p.outcome for p in result.postconditions if not p.held],
+        result.assumptions,
     )
 
 
@@ -303,17 +308,8 @@ def _explained_by_model(result: Adaptation, writer: PolicyWriter, clock: _Clock)
     """Let the model explain in its own words; the template's explanation stays where it cannot."""
     from ovita.language.llm import explain as explain_by_model
 
-    facts = Facts(
-        result.instruction,
-        result.plan,
-        result.parameters,
-        sentences(result.changes) if result.changes else (),
-        result.constraints.sentences() if result.constraints else (),
-        [p.outcome for p in result.postconditions if not p.held],
-        result.assumptions,
-    )
     try:
-        text = explain_by_model(writer, facts.as_text())
+        text = explain_by_model(writer, _facts(result).as_text())
     except WriterError:
         return result
     finally:

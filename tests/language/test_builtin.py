@@ -124,7 +124,6 @@ def test_speeds(sentence, mode, amount, region):
 SHAPES = [
     ("make a small spiral of 2 turns at the end", "spiral", None, 2.0, "slight"),
     ("draw a spiral with a radius of 0.1 near the cup", "spiral", 0.1, None, "moderate"),
-    ("three spirals near the cup", "spiral", None, None, "moderate"),
     ("orbit the fan twice with a radius of 0.3", "circle", 0.3, 2.0, "moderate"),
     ("circle once around the cup", "circle", None, 1.0, "moderate"),
     ("fly a figure eight at the goal", "eight", None, None, "moderate"),
@@ -151,14 +150,27 @@ SHAPES = [
 
 @pytest.mark.parametrize(("sentence", "action", "amount", "count", "degree"), SHAPES, ids=[s[0] for s in SHAPES])
 def test_shapes_and_bounds(sentence, action, amount, count, degree):
-    if sentence.startswith("three"):
-        assert parse(sentence, SCENE).unplaced == ("three",)
-        return
     (found,) = intents(sentence)
     assert (found.action, found.amount, found.count, found.degree) == (action, amount, count, degree)
     answer = reply(sentence)
     assert answer.kind == "policy"
     run(parse_policy(answer.code), Trajectory.from_array(ROWS), SCENE)
+
+
+CHANGES = [
+    ("slow down to 30 % near the cup", 0.3),
+    ("reduce the speed by 30 %", 0.7),
+    ("raise the speed to 150 %", 1.5),
+    ("increase the speed by half", 1.5),
+    ("move at 50 % speed", 0.5),
+    ("enlarge the path by 20 %", 1.2),
+    ("scale the path down by 10 %", 0.9),
+]
+
+
+@pytest.mark.parametrize(("sentence", "factor"), CHANGES, ids=[c[0] for c in CHANGES])
+def test_by_and_to_are_told_apart(sentence, factor):
+    assert intents(sentence)[0].amount == pytest.approx(factor)
 
 
 LAWS = [
@@ -234,6 +246,16 @@ UNKNOWN = [
     ("paint the cup blue", "paint"),
     ("slow down except near the fan", "except"),
     ("xyzzy", "xyzzy"),
+    ("three spirals near the cup", "three"),
+    ("slow down within 0.3 m", "within"),
+    ("go left by 0.1 and keep a distance of at least 0.3", "distance"),
+    ("raise the path to 0.3", "0.3"),
+    ("keep the cup on the left", "cup"),
+    ("follow the same path but faster", "same"),
+    ("slow down in the first 0.5 m", "0.5 m"),
+    ("approach the cup from the left", "Approach"),
+    ("go left and end there", "there"),
+    ("stop slowing down", "stop"),
     ("go around the fan", "around"),
     ("don't slow down", "don't"),
 ]
@@ -241,7 +263,7 @@ UNKNOWN = [
 
 @pytest.mark.parametrize(("sentence", "word"), UNKNOWN, ids=[u[0] for u in UNKNOWN])
 def test_what_has_no_place_is_named_not_guessed(sentence, word):
-    assert word in parse(sentence, SCENE).unplaced
+    assert word.lower() in [w.lower() for w in parse(sentence, SCENE).unplaced]
 
 
 def reply(sentence, scene=SCENE, rows=ROWS):
@@ -281,8 +303,9 @@ def test_objects_whose_names_are_words_of_the_lexicon_or_of_python():
 def test_hostile_names_stay_data():
     hostile = 'cup"""); import os; ("""'
     scene = Scene((SceneObject(hostile, [0.5, 0, 0]), SceneObject("it's\\", [1, 0, 0]), SceneObject("a\nb", [0, 1, 0])))
-    for item in scene:
-        answer = reply(f"go closer to {item.name}", scene)
+    answers = [reply(f"go closer to {item.name}", scene) for item in scene]
+    assert any(answer.kind == "policy" for answer in answers)
+    for answer in answers:
         if answer.kind == "policy":
             body = ast.parse(answer.code).body
             assert len(body) == 1 and isinstance(body[0], ast.FunctionDef)

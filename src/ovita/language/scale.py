@@ -16,9 +16,6 @@ Degree = Literal["slight", "moderate", "large"]
 STEP_SHARE: dict[Degree, float] = {"slight": 0.05, "moderate": 0.12, "large": 0.22}
 """Share of the path's extent that a displacement of each degree covers."""
 
-SPEED_SHARE: dict[Degree, float] = {"slight": 0.2, "moderate": 0.4, "large": 0.6}
-"""Share by which a speed changes for each degree."""
-
 NEAR_SHARE = 0.15
 """Half the length of the stretch that is "near an object" on a straight path, as a share of the path's extent."""
 

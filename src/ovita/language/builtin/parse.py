@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from ovita.language.builtin.clauses import ACTIONS, DIRECTIONS, Clause, split
+from ovita.language.builtin.clauses import ACTIONS, DIRECTIONS, split
 from ovita.language.builtin.intents import Intent, Region, Understood
 from ovita.language.builtin.reader import Reader
 from ovita.language.builtin.regions import read_region
@@ -324,8 +324,3 @@ RULES: tuple[Callable[[Reader], list[Intent]], ...] = (
     _move,
 )
 """The families, tried in this order; the first that explains a clause reads it."""
-
-
-def clauses_of(instruction: str, scene: Scene) -> list[Clause]:
-    """The clauses of an instruction, for tests and curious readers."""
-    return split(tokenize(instruction, scene)[0])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from ovita.language.builtin.compose import OPPOSITE, Draft, above, argument, mask, suffix
+from ovita.language.builtin.draft import OPPOSITE, Draft, above, argument, mask, suffix
 from ovita.language.builtin.intents import Intent
 from ovita.language.scale import Degree, nice
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ovita.language.builtin.compose import Draft, argument, mask, suffix
+from ovita.language.builtin.draft import Draft, argument, mask, suffix
 from ovita.language.builtin.intents import Intent
 from ovita.language.scale import Degree
 

@@ -16,7 +16,7 @@ def read_speed(r: Reader, *, implied: bool = False) -> list[Intent]:
     about_speed = about_speed or (r.has("constant") and bool(r.numbers(("",))))
     if not about_speed or (r.has("turn") and r.has("faster")) or r.sided():
         return []
-    if r.has("exponential", "height") and r.has("height", *DIRECTIONS):
+    if r.has("height") or (r.has("exponential") and r.has(*DIRECTIONS)):
         return []
     if r.has("constant") and not r.has("speed", "faster", "slower") and r.has("distance", "away"):
         return []
@@ -107,16 +107,14 @@ def _change(r: Reader, *, slower: bool, degree: Degree, region: Region = WHOLE) 
     times, share = r.number("x"), r.number("%")
     steps = [i for i in r.numbers(("m/s", "")) if r.word_before(i) == "by"]
     step = r.take_at(steps[0]).number if steps else None
-    factor: float | None = kept
-    if kept is not None:
-        pass
-    elif half:
+    factor = kept
+    if factor is None and half:
         factor = 1.5 if more else 0.5
-    elif double:
+    elif factor is None and double:
         factor = 0.5 if slower else 2.0
-    elif times is not None and times > 0:
+    elif factor is None and times is not None and times > 0:
         factor = min(times, 1 / times) if slower else times
-    elif share is not None:
+    elif factor is None and share is not None:
         factor = max(0.0, 1 - share) if slower else 1 + share
     if factor is not None:
         return Intent("speed", amount=factor, unit="x", mode="factor", region=region)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ovita.language.builtin.compose import OPPOSITE, Draft, above, argument, mask, suffix
+from ovita.language.builtin.draft import OPPOSITE, Draft, above, argument, mask, suffix
 from ovita.language.builtin.intents import Intent
 from ovita.language.builtin.shape_steps import SHAPE_STEPS
 from ovita.language.builtin.speed_steps import speed
