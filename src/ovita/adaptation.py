@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, fields, is_dataclass
+from dataclasses import dataclass, field, fields, is_dataclass
 from typing import Any, Literal
 
 from pydantic import TypeAdapter, ValidationError
@@ -12,7 +12,7 @@ from ovita.changes import Changes
 from ovita.constraints import Verdict
 from ovita.errors import FormatError, OvitaError
 from ovita.formats import load_document, save_document, scene_dict, scene_from_dict, trajectory_rows
-from ovita.formats.adaptation import SCHEMA
+from ovita.formats.adaptation import SCHEMA, seal
 from ovita.language.request import WriterInfo
 from ovita.policy import Parameter
 from ovita.robot import Robot
@@ -31,12 +31,35 @@ class Postcondition:
         held_before: Whether the policy's own output kept it.
         held: Whether the result kept it, after the constraints had their say.
         outcome: What was measured on the result, as a sentence.
+        change_before: How far the policy's own output went from the original in the sense of the promise, or None
+            where no amount can be measured.
+        change: How far the result went.
+        unit: Of both.
     """
 
     text: str
     held_before: bool
     held: bool
     outcome: str
+    change_before: float | None = None
+    change: float | None = None
+    unit: str = "m"
+
+    @property
+    def undone(self) -> float | None:
+        """Share of the change that the limits took back (0 none, 1 all), or None if there was no change to measure."""
+        if self.change_before is None or self.change is None or self.change_before <= 1e-6:
+            return None
+        return min(max(1.0 - self.change / self.change_before, 0.0), 1.0)
+
+    def sentences(self) -> list[str]:
+        """What the limits took back, in plain words; nothing if they left it as it was."""
+        if self.undone is None or self.undone <= 0.005:
+            return []
+        return [
+            f"The limits undid {self.undone:.0%} of the change that was meant by '{self.text}': "
+            f"{self.change_before:.3f} {self.unit} without them, {self.change:.3f} {self.unit} with them."
+        ]
 
 
 @dataclass(frozen=True)
@@ -99,6 +122,8 @@ class Adaptation:
     @property
     def message(self) -> str:
         """One sentence that says how it went."""
+        if self.writer.kind == "feedback" and self.status == "ok":
+            return self.explanation
         if self.status == "ok":
             return "Adapted." if not self.warnings else f"Adapted, with {len(self.warnings)} warning(s)."
         if self.status == "needs_clarification":
@@ -110,7 +135,7 @@ class Adaptation:
 
     def to_document(self) -> dict[str, Any]:
         """The adaptation as JSON values; `from_document` reads it back to an equal adaptation."""
-        return {
+        document: dict[str, Any] = {
             "schema": SCHEMA,
             "instruction": self.instruction,
             "status": self.status,
@@ -128,7 +153,7 @@ class Adaptation:
             "constraints": _plain(self.constraints),
             "postconditions": _plain(self.postconditions),
             "contacts": list(self.contacts),
-            "writer": {**asdict(self.writer), "attempts": self.attempts},
+            "writer": {**_plain(self.writer), "attempts": self.attempts},
             "question": self.question,
             "unplaced": list(self.unplaced),
             "error": self.error,
@@ -138,6 +163,7 @@ class Adaptation:
             "scene": scene_dict(self.scene),
             "robot": _plain(self.robot),
         }
+        return {**document, "sha256": seal(document)}
 
     @classmethod
     def from_document(cls, document: Mapping[str, Any], *, file: str = "document") -> Adaptation:

@@ -31,7 +31,8 @@ class Box:
 
     def inside(self, points: Array) -> Array:
         """Signed distance of points (N, 3) [m] to the nearest face, (N,) [m]; negative outside."""
-        return np.asarray(np.minimum(points - self.lower, np.asarray(self.upper) - points).min(axis=1))
+        x, y, z = np.minimum(points - self.lower, np.subtract(self.upper, points)).T
+        return np.asarray(np.minimum(np.minimum(x, y), z))
 
     def describe(self) -> str:
         """One line for people."""

@@ -219,8 +219,8 @@ def nlerp(quaternions: Array, source: Array) -> Array:
 
 def first_bad(rows: Array) -> int | None:
     """Index of the first row with a value that is not finite, or None."""
-    bad = ~np.isfinite(rows.reshape(len(rows), -1)).all(axis=1)
-    return int(np.argmax(bad)) if bad.any() else None
+    finite = np.isfinite(rows)
+    return None if finite.all() else int(np.argmin(finite.reshape(len(rows), -1).all(axis=1)))
 
 
 def _checked(values: ArrayLike | Iterable[float], key: str, width: int | None) -> Array:

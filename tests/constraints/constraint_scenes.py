@@ -102,16 +102,16 @@ def confirmed(x, bodies, robot, pins):
 def main(count):
     status, times, wrong = Counter(), [], 0
     for seed in range(count):
-        began = time.perf_counter()
+        began = time.process_time()
         found, solution = faults(seed)
-        times.append((time.perf_counter() - began) * 1e3)
+        times.append((time.process_time() - began) * 1e3)
         status[solution.verdict.status] += 1
         wrong += len(found)
         for sentence in found:
             print(f"seed {seed}: {sentence}")
     median, high, most = np.percentile(times, [50, 99, 100])
     print(f"{count} problems: {dict(status)}, {wrong} faults")
-    print(f"with checks {median:.0f} ms median, {high:.0f} ms p99, {most:.0f} ms most")
+    print(f"with checks {median:.0f} ms of CPU time median, {high:.0f} ms p99, {most:.0f} ms most")
     return wrong
 
 

@@ -225,3 +225,16 @@ def test_random_problems(block):
     for seed in range(10 * block, 10 * block + 10):
         wrong, _ = faults(seed)
         assert not wrong, f"seed {seed}: {wrong}"
+
+
+def test_a_flat_robot_keeps_no_more_from_a_tilted_box_than_asked():
+    """The box is met as the robot's plane cuts it, not as its shadow: that would be 0.15 m wide here."""
+    t = line(n=61)
+    beam = scene(("beam", [0.0, 0.0, 0.08], [0.3, 0.2, 0.2], [np.cos(np.pi / 8), np.sin(np.pi / 8), 0.0, 0.0]))
+    ground = Robot("ground", Box((-1, -1, -0.01), (1, 1, 0.01)), max_speed=None)
+    found = constrain(t, beam, ground, original=moved(t))
+    assert found.verdict.status == "repaired"
+    assert (found.trajectory.positions[:, 2] == 0).all()
+    assert -1e-6 < clearance(found, beam, ground) < 1e-4
+    cut = 0.1 * np.sqrt(2.0) - 0.08 + 0.01 * np.sqrt(2.0)
+    assert np.abs(found.trajectory.positions[:, 1]).max() == pytest.approx(cut, abs=2e-3)

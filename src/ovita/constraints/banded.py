@@ -36,19 +36,16 @@ def smooth(
         fixed: (N,) waypoints that must stay at the reference, whatever the bounds say.
     """
     fixed = np.zeros(len(reference), dtype=bool) if fixed is None else fixed
-    out = reference.copy()
-    still = (reference == reference[0]).all(axis=0) if weights.smooth else np.ones(reference.shape[1], dtype=bool)
-    legal = (((reference >= lower) & (reference <= upper)) | fixed[:, None]).all(axis=0)
-    todo = np.flatnonzero(~(legal & still))
-    if weights.smooth and len(todo):
-        x = _solve(*_system(reference[:, todo], weights), fixed, reference[:, todo])
-        inside = (((x >= lower[todo]) & (x <= upper[todo])) | fixed[:, None]).all(axis=0)
-        out[:, todo[inside]] = x[:, inside]
-        todo = todo[~inside]
-    for axis in todo:
-        low, high = float(lower[axis]), float(upper[axis])
-        out[:, axis] = _axis(reference[:, axis], weights, low, max(low, high), fixed)
-    return out
+    x = reference.copy()
+    if weights.smooth:
+        still = (reference == reference[0]).all(axis=0)
+        x = np.where(still, x, solve(*system(reference, weights), fixed, reference))
+    legal = (x >= lower) & (x <= upper)
+    if not legal.all():
+        for axis in np.flatnonzero(~(legal | fixed[:, None]).all(axis=0)):
+            low, high = float(lower[axis]), float(upper[axis])
+            x[:, axis] = _axis(reference[:, axis], weights, low, max(low, high), fixed)
+    return x
 
 
 def decay(weights: Weights) -> float:
@@ -67,26 +64,26 @@ def halo(weights: Weights, remaining: float = 1e-7) -> int:
     return 2 if rho == 0 else 2 + math.ceil(math.log(remaining) / math.log(rho))
 
 
-def _system(reference: Array, weights: Weights) -> tuple[Array, float, Array]:
-    """Diagonal (N,) and negated side of the tri-diagonal matrix, and the right-hand sides (N, k)."""
+def system(reference: Array, weights: Weights, shape: Array | None = None) -> tuple[Array, float, Array]:
+    """Diagonal (N,) and negated side of the tri-diagonal matrix, and the right-hand sides (N, k); see `solve`."""
     link = weights.smooth + weights.shape
     neighbours = np.full(len(reference), 2.0)
     neighbours[[0, -1]] = 1.0
     pull = weights.dev * reference
     if weights.shape:
-        pull = pull + weights.shape * laplacian_times(reference)
+        pull = pull + weights.shape * laplacian_times(reference if shape is None else shape)
     return weights.dev + link * neighbours, link, pull
 
 
 def _axis(ref: Array, weights: Weights, low: float, high: float, fixed: NDArray[np.bool_]) -> Array:
-    diagonal, link, pulls = _system(ref[:, None], weights)
+    diagonal, link, pulls = system(ref[:, None], weights)
     pull = pulls[:, 0]
     at_low = (ref < low) & ~fixed
     at_high = (ref > high) & ~fixed
     for _ in range(ROUNDS):
         held = fixed | at_low | at_high
         value = np.where(at_low, low, np.where(at_high, high, ref))
-        x = _solve(diagonal, link, pulls, held, value[:, None])[:, 0]
+        x = solve(diagonal, link, pulls, held, value[:, None])[:, 0]
         slope = diagonal * x - pull  # half the gradient: what a bound that holds x must push against
         slope[1:] -= link * x[:-1]
         slope[:-1] -= link * x[1:]
@@ -101,7 +98,7 @@ def _axis(ref: Array, weights: Weights, low: float, high: float, fixed: NDArray[
     return np.where(fixed, ref, np.clip(ref, low, high)) if found.x is None else found.x[:, 0]
 
 
-def _solve(diagonal: Array, link: float, pull: Array, held: NDArray[np.bool_], value: Array) -> Array:
+def solve(diagonal: Array, link: float, pull: Array, held: NDArray[np.bool_], value: Array) -> Array:
     """Solve the tri-diagonal system for k right-hand sides (N, k) with some unknowns (N,) held at values (N, k)."""
     if not held.any():
         return np.asarray(lapack.dptsv(diagonal, np.full(len(diagonal) - 1, -link), pull)[2])

@@ -42,11 +42,13 @@ def legal_path(problem: PathProblem, x: Array) -> tuple[Array, tuple[Blocked, ..
     Returns:
         The path, and the stretches that stay blocked.
     """
-    x = x.copy()
     blocked: list[Blocked] = []
+    runs = _runs(problem, x)
+    if not runs:
+        return x, ()
+    x = x.copy()
     padded = replace(problem, bodies=tuple(replace(b, radius=b.radius + PAD) for b in problem.bodies))
     for _ in range(3):
-        runs = _runs(problem, x)
         runs = [run for run in runs if not any(b.first <= run[0] and run[1] <= b.last for b in blocked)]
         if not runs:
             break
@@ -54,17 +56,20 @@ def legal_path(problem: PathProblem, x: Array) -> tuple[Array, tuple[Blocked, ..
             trouble = _bypass(problem, padded, x, first, last)
             if trouble is not None:
                 blocked.append(trouble)
+        runs = _runs(problem, x)
     return x, tuple(blocked)
 
 
 def _runs(problem: PathProblem, x: Array) -> list[tuple[int, int]]:
     """Blocked stretches as pairs of the waypoints around them, split where a waypoint is pinned."""
     bad = problem.bad(x)
+    if not bad.any():
+        return []
     runs = []
-    for run in np.split(np.flatnonzero(bad), np.flatnonzero(np.diff(np.flatnonzero(bad)) > 1) + 1):
-        if len(run):
-            ends = [int(run[0]), *(p for p in problem.pins if run[0] < p < run[-1] + 1), int(run[-1]) + 1]
-            runs += [(a, b) for a, b in pairwise(ends) if bad[a:b].any()]
+    hit = np.flatnonzero(bad)
+    for run in np.split(hit, np.flatnonzero(np.diff(hit) > 1) + 1):
+        ends = [int(run[0]), *(p for p in problem.pins if run[0] < p < run[-1] + 1), int(run[-1]) + 1]
+        runs += [(a, b) for a, b in pairwise(ends) if bad[a:b].any()]
     return runs
 
 

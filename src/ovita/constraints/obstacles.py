@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -22,6 +22,19 @@ from numpy.typing import NDArray
 from ovita.robot import Robot
 from ovita.scene import Scene, SceneObject
 from ovita.trajectory import Array
+
+_ONES = np.ones(3)
+_PAIRS = np.triu_indices(6, 1)
+
+
+def dots(a: Array, b: Array) -> Array:
+    """Scalar products of vectors (..., 3), (...)."""
+    return np.asarray((a * b) @ _ONES)  # quicker than a sum over an axis of three
+
+
+def lengths(vectors: Array) -> Array:
+    """Lengths of vectors (..., 3), (...)."""
+    return np.asarray(np.sqrt(dots(vectors, vectors)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,10 +57,24 @@ class Obstacle:
     radius: float
     what: Literal["obstacle", "workspace"] = "obstacle"
 
-    @property
+    @cached_property
     def reach(self) -> float:
         """Radius of the bounding sphere, margin included [m]."""
         return float(np.linalg.norm(self.half)) + self.radius
+
+    @cached_property
+    def _ball(self) -> bool:
+        """Whether the core has no size."""
+        return not self.half.any()
+
+    def _to_core(self, local: Array) -> Array:
+        """By how much points in the cuboid's axes (M, 3) are beyond it, along each axis."""
+        return local if self._ball else np.maximum(np.abs(local) - self.half, 0.0)
+
+    def _local(self, start: Array, end: Array) -> tuple[Array, Array]:
+        """Starts and directions of segments in the cuboid's axes."""
+        a, d = start - self.center, end - start
+        return (a, d) if self._ball else (a @ self.rotation, d @ self.rotation)
 
     def support(self, normals: Array) -> Array:
         """Largest n.x over the obstacle for unit vectors (M, 3), (M,) [m]."""
@@ -58,14 +85,18 @@ class Obstacle:
 
         At the very centre of a sphere there is no normal; it is zero there.
         """
+        if self._ball:
+            offset = points - self.center
+            distance = lengths(offset)
+            return distance - self.radius, offset / np.where(distance > 0.0, distance, 1.0)[:, None]
         local = (points - self.center) @ self.rotation
         beyond = np.abs(local) - self.half
         outward = np.maximum(beyond, 0.0)
-        distance = np.linalg.norm(outward, axis=1)
+        distance = lengths(outward)
         sign = np.where(local < 0, -1.0, 1.0)
         outside = distance > 0
         normals = np.divide(outward * sign, distance[:, None], out=np.zeros_like(local), where=outside[:, None])
-        if not outside.all() and self.half.any():
+        if not outside.all():
             inner = np.flatnonzero(~outside)
             axis = beyond[inner].argmax(axis=1)
             normals[inner, axis] = sign[inner, axis]
@@ -82,26 +113,24 @@ class Obstacle:
         Returns:
             The distance (M,) [m], negative inside, and the position on the segment (M,) in 0..1.
         """
-        a, d = (start - self.center) @ self.rotation, (end - start) @ self.rotation
+        a, d = self._local(start, end)
         t = _closest(a, d, self.half)
-        distance = np.linalg.norm(np.maximum(np.abs(a + t[:, None] * d) - self.half, 0.0), axis=1)
-        inner = np.flatnonzero(distance <= 1e-12)
-        if len(inner) and self.half.any():
+        distance = lengths(self._to_core(a + t[:, None] * d))
+        if not self._ball and (distance <= 1e-12).any():
+            inner = np.flatnonzero(distance <= 1e-12)
             t[inner], distance[inner] = _deepest(a[inner], d[inner], self.half)
         return np.asarray(distance - self.radius), t
 
     def hit(self, start: Array, end: Array, pad: float) -> NDArray[np.bool_]:
         """Whether segments from (M, 3) to (M, 3) [m] come closer than `pad` [m], (M,); quicker than `along`."""
-        a, d = (start - self.center) @ self.rotation, (end - start) @ self.rotation
-        t = _closest(a, d, self.half)
-        beyond = np.maximum(np.abs(a + t[:, None] * d) - self.half, 0.0)
-        return np.asarray((beyond * beyond).sum(axis=1) < (self.radius + pad) ** 2)
+        a, d = self._local(start, end)
+        beyond = self._to_core(a + _closest(a, d, self.half)[:, None] * d)
+        return np.asarray(dots(beyond, beyond) < (self.radius + pad) ** 2)
 
     def near(self, start: Array, end: Array, within: float) -> NDArray[np.intp]:
         """Indices of the segments (M, 3) to (M, 3) [m] that may come closer than `within` [m]: a quick sieve."""
-        middle = np.linalg.norm((start + end) / 2.0 - self.center, axis=1)
-        length = np.linalg.norm(end - start, axis=1)
-        return np.flatnonzero(middle - length / 2.0 - self.reach < within)
+        twice = lengths(start + end - 2.0 * self.center) - lengths(end - start)
+        return (twice < 2.0 * (self.reach + within)).nonzero()[0]
 
 
 def build(
@@ -138,8 +167,8 @@ def _closest(a: Array, d: Array, half: Array) -> Array:
     the cuboid; its slope is linear between breaks, so its zero is found by interpolation.
     """
     if not half.any():
-        nearest = -(a * d).sum(axis=1) / np.maximum((d * d).sum(axis=1), 1e-300)
-        return np.asarray(np.clip(nearest, 0.0, 1.0))
+        nearest = -dots(a, d) / np.maximum(dots(d, d), 1e-300)
+        return np.asarray(np.minimum(np.maximum(nearest, 0.0), 1.0))
     with np.errstate(divide="ignore", invalid="ignore"):
         breaks = np.concatenate([(half - a) / d, (-half - a) / d], axis=1)
     breaks = np.clip(np.where(np.isfinite(breaks), breaks, 0.0), 0.0, 1.0)
@@ -162,12 +191,11 @@ def _deepest(a: Array, d: Array, half: Array) -> tuple[Array, Array]:
     """
     offset = np.concatenate([a - half, -a - half], axis=1)
     rate = np.concatenate([d, -d], axis=1)
-    candidates = [np.zeros(len(a)), np.ones(len(a))]
-    for j, k in combinations(range(6), 2):
-        gap = rate[:, j] - rate[:, k]
-        cross = np.divide(offset[:, k] - offset[:, j], gap, out=np.zeros(len(a)), where=np.abs(gap) > 1e-300)
-        candidates.append(np.clip(cross, 0.0, 1.0))
-    t = np.stack(candidates, axis=1)
+    j, k = _PAIRS
+    gap = rate[:, j] - rate[:, k]
+    cross = np.divide(offset[:, k] - offset[:, j], gap, out=np.zeros_like(gap), where=np.abs(gap) > 1e-300)
+    ends = np.broadcast_to([0.0, 1.0], (len(a), 2))
+    t = np.concatenate([ends, np.minimum(np.maximum(cross, 0.0), 1.0)], axis=1)
     depth = (offset[:, None, :] + t[:, :, None] * rate[:, None, :]).max(axis=2)
     best = depth.argmin(axis=1)
     i = np.arange(len(a))

@@ -10,7 +10,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ovita.constraints.obstacles import Obstacle
+from ovita.constraints.obstacles import Obstacle, lengths
 from ovita.constraints.qp import Rows, Weights
 from ovita.constraints.regions import Region
 from ovita.trajectory import Array
@@ -55,7 +55,8 @@ class PathProblem:
     def pinned(self) -> NDArray[np.bool_]:
         """(N,) whether a waypoint must stay."""
         mask = np.zeros(len(self.reference), dtype=bool)
-        mask[list(self.pins)] = True
+        if self.pins:
+            mask[list(self.pins)] = True
         return mask
 
     def project(self, points: Array) -> Array:
@@ -85,16 +86,18 @@ class PathProblem:
         return np.max(depths, axis=0) if depths else np.full(len(points), -np.inf)
 
     def blocked(self, start: Array, end: Array, pad: float) -> NDArray[np.bool_]:
-        """(M,) whether the segment from start (M, 3) to end (M, 3) comes within `pad` > 0 of a body."""
-        hit = np.zeros(len(start), dtype=bool)
+        """(M,) whether the segment from start (M, 3) or (1, 3) to end (M, 3) comes within `pad` > 0 of a body."""
+        hit = np.zeros(len(end), dtype=bool)
         if not self.bodies:
             return hit
+        start = np.broadcast_to(start, end.shape)
         centers, reaches = self._spheres
-        apart = np.linalg.norm((start + end)[:, None, :] / 2.0 - centers, axis=2)
-        within = apart - np.linalg.norm(end - start, axis=1)[:, None] / 2.0 < reaches + pad
+        apart = (start + end)[:, None, :] - 2.0 * centers
+        within = lengths(apart) - lengths(end - start)[:, None] < 2.0 * (reaches + pad)
         for k in np.flatnonzero(within.any(axis=0)):
             near = np.flatnonzero(within[:, k] & ~hit)
-            hit[near] = self.bodies[k].hit(start[near], end[near], pad)
+            if len(near):
+                hit[near] = self.bodies[k].hit(start[near], end[near], pad)
         return hit
 
     @cached_property
@@ -120,11 +123,14 @@ class PathProblem:
         free = ~self.pinned
         for body in self.bodies:
             near = body.near(x[:-1], x[1:], 0.0)
+            if len(near):
+                near = near[body.along(x[near], x[near + 1])[0] < -GRAZE]
             if not len(near):
                 continue
-            near = near[body.along(x[near], x[near + 1])[0] < -GRAZE]
             excused = self.excused(body, near)
             bad[near[~excused]] = True
+            if not excused.any():
+                continue
             for end in (near[excused], near[excused] + 1):
                 inside = free[end] & (body.signed(x[end])[0] < -GRAZE)
                 bad[near[excused][inside]] = True

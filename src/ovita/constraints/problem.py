@@ -126,6 +126,11 @@ class Violation:
     place: Place = "waypoint"
 
 
+def about_path(unit: str) -> bool:
+    """Whether a limit in this unit is about the path rather than about speed."""
+    return "/s" not in unit
+
+
 @dataclass(frozen=True)
 class ConstraintCheck:
     """One limit, measured on the trajectory before and after the constraint module.
@@ -141,7 +146,8 @@ class ConstraintCheck:
         where_before: Waypoint or segment of the former, or None.
         where_after: Waypoint or segment of the latter, or None.
         place: Whether the two count waypoints or segments.
-        violation_original: Worst violation of the trajectory before any change, >= 0.
+        violation_original: Worst violation of the trajectory before any change, >= 0; None where neither the
+            proposal nor the result breaks the limit: then it is not measured.
     """
 
     name: str
@@ -153,7 +159,7 @@ class ConstraintCheck:
     where_before: int | None = None
     where_after: int | None = None
     place: Place = "waypoint"
-    violation_original: float = 0.0
+    violation_original: float | None = None
 
     @property
     def held_before(self) -> bool:
@@ -168,7 +174,7 @@ class ConstraintCheck:
     @property
     def geometric(self) -> bool:
         """Whether the limit is about the path rather than about speed."""
-        return "/s" not in self.unit
+        return about_path(self.unit)
 
 
 @dataclass(frozen=True)

@@ -47,11 +47,14 @@ class Rows:
 
     @classmethod
     def join(cls, *parts: Rows) -> Rows:
-        """The limits of all parts."""
+        """The limits of all parts, of which there is at least one."""
+        some = [p for p in parts if len(p)] or [parts[0]]
+        if len(some) == 1:
+            return some[0]
         return cls(
-            np.concatenate([p.waypoints for p in parts]),
-            np.concatenate([p.normals for p in parts]),
-            np.concatenate([p.offsets for p in parts]),
+            np.concatenate([p.waypoints for p in some]),
+            np.concatenate([p.normals for p in some]),
+            np.concatenate([p.offsets for p in some]),
         )
 
 
@@ -85,14 +88,22 @@ def difference_matrix(n: int, dims: int = 1) -> Any:
 
 def objective(x: Array, reference: Array, weights: Weights, shape: Array | None = None) -> float:
     """Value of the objective at x (N, d), with x_shape the reference unless given."""
-    bent = x - (reference if shape is None else shape)
-    value = weights.dev * ((x - reference) ** 2).sum() + weights.smooth * (np.diff(x, axis=0) ** 2).sum()
-    return float(value + weights.shape * (np.diff(bent, axis=0) ** 2).sum())
+    value = weights.dev * _square(x - reference)
+    if weights.smooth:
+        value += weights.smooth * _square(x[1:] - x[:-1])
+    if weights.shape:
+        bent = x - (reference if shape is None else shape)
+        value += weights.shape * _square(bent[1:] - bent[:-1])
+    return value
+
+
+def _square(rows: Array) -> float:
+    return float(np.vdot(rows, rows))
 
 
 def laplacian_times(rows: Array) -> Array:
     """D1' D1 x for x (N, d)."""
-    steps = np.diff(rows, axis=0)
+    steps = rows[1:] - rows[:-1]
     out = np.zeros_like(rows)
     out[:-1] -= steps
     out[1:] += steps

@@ -9,13 +9,14 @@ from __future__ import annotations
 import heapq
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cached_property
 from itertools import product
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ovita.constraints.obstacles import Obstacle
+from ovita.constraints.obstacles import Obstacle, lengths
 from ovita.constraints.path import PAD, PathProblem
 from ovita.trajectory import Array
 
@@ -40,7 +41,7 @@ def find_route(
         The corners between the two, (K, 3) [m], or why there are none.
     """
     graph = _Graph(problem, start, goal)
-    if not graph.blocked_direct():
+    if not graph.blocked_direct:
         return np.zeros((0, 3))
     if room == 0:
         return "too few waypoints"
@@ -146,6 +147,7 @@ class _Graph:
         bodies = tuple(b for b in problem.bodies if b.signed(point[None])[0][0] >= -PAD)
         return problem if len(bodies) == len(problem.bodies) else replace(problem, bodies=bodies)
 
+    @cached_property
     def blocked_direct(self) -> bool:
         """Whether the straight line from start to goal is blocked."""
         both = self._without(self.leaving, self.goal)
@@ -153,16 +155,17 @@ class _Graph:
 
     def blocked(self, points: Array, i: int, others: NDArray[np.intp]) -> NDArray[np.bool_]:
         """Whether the edges from point i to others are blocked."""
-        start = np.broadcast_to(points[i], (len(others), 3))
-        hit = (self.leaving if i == 0 else self.problem).blocked(start, points[others], PAD)
-        last = np.flatnonzero(others == 1)
-        if len(last):
-            hit[last] = self.blocked_direct() if i == 0 else self.arriving.blocked(start[last], points[[1]], PAD)
+        here = points[i][None]
+        hit = (self.leaving if i == 0 else self.problem).blocked(here, points[others], PAD)
+        if i == 0:
+            hit[others == 1] = self.blocked_direct
+        elif self.arriving is not self.problem and (others == 1).any():
+            hit[others == 1] = self.arriving.blocked(here, points[[1]], PAD)
         return hit
 
     def search(self, points: Array, room: int | None = None) -> list[int] | None:
         """A* from point 0 to point 1 by length, or with at most `room` points between by their number, then length."""
-        ahead = np.linalg.norm(points - points[1], axis=1)
+        ahead = lengths(points - points[1])
         price = 0.0 if room is None else 1e3 * max(float(ahead.max()), 1e-9)
         most = np.inf if room is None else price * (room + 1.5)
         cost = np.full(len(points), np.inf)
@@ -177,13 +180,13 @@ class _Graph:
             done[i] = True
             if i == 1:
                 return _trace(parent)
-            reached = cost[i] + np.linalg.norm(points - points[i], axis=1) + price
-            better = np.flatnonzero(~done & (reached < cost) & (reached < most))
+            reached = cost[i] + lengths(points - points[i]) + price
+            better = np.flatnonzero(~done & (reached < np.minimum(cost, most)))
             better = better[~self.blocked(points, i, better)]
             cost[better] = reached[better]
             parent[better] = i
-            for j in better:
-                heapq.heappush(queue, (float(cost[j] + ahead[j]), int(j)))
+            for item in zip((cost[better] + ahead[better]).tolist(), better.tolist(), strict=True):
+                heapq.heappush(queue, item)
         return None
 
 

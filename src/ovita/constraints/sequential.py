@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ovita.constraints.banded import halo
-from ovita.constraints.obstacles import Obstacle
+from ovita.constraints.obstacles import Obstacle, dots, lengths
 from ovita.constraints.path import GRAZE, PAD, PathProblem
+from ovita.constraints.pivoting import LONGEST, ShortWindow
 from ovita.constraints.qp import Rows, objective, solve_qp
 from ovita.trajectory import Array
 
@@ -26,6 +27,9 @@ STILL = 1e-8
 PRICE = 1e4
 """Price of breaking a limit by 1 m, in units of lambda_dev: exact for all but absurd problems."""
 
+
+STEEP = 0.05
+"""A plane whose normal has less than this along the robot's axes is turned upright."""
 
 LEAD = 1.0
 """Most steps that a linearisation anticipates."""
@@ -97,6 +101,9 @@ class _Window:
         self.upper = np.where(fixed[:, None], x, np.broadcast_to(np.maximum(problem.lower, problem.upper), (n, 3)))
         self.shape = base if problem.weights.smooth else problem.reference
         self.cuts = Rows.none()
+        self.short = None
+        if n <= LONGEST:
+            self.short = ShortWindow(problem.reference, problem.weights, self.lower, self.upper, fixed, self.shape)
 
     def solve(self) -> Array:
         x = self.x
@@ -108,13 +115,15 @@ class _Window:
         lead = 1.0  # how many further such steps the next linearisation anticipates
         for _ in range(self.settings.steps):
             new = None if step is None or soft else self._step(x, soft, x + lead * step)
-            if new is None or self._value(new) >= value:
+            there = value if new is None else self._value(new)
+            if new is None or there >= value:
                 if step is not None and gained <= 4.0 * enough:
                     break
                 new, step, lead = self._step(x, soft), None, 1.0
-            if new is None:
-                break
-            gained, value = value - self._value(new), self._value(new)
+                if new is None:
+                    break
+                there = self._value(new)
+            gained, value = value - there, there
             if step is not None:  # steps that shrink by a ratio r add up to r / (1 - r) more
                 ratio = min(_size(new - x) / max(_size(step), 1e-300), LEAD / (1.0 + LEAD))
                 lead = ratio / (1.0 - ratio)
@@ -130,7 +139,7 @@ class _Window:
         Every solution is legal, since every plane separates; linearised at x there is one that is no worse than x.
         Linearised further `ahead` there may be none, or a much better one.
         """
-        within = float(np.linalg.norm(x - self.base, axis=1).max()) + 10.0 * PAD
+        within = float(lengths(x - self.base).max()) + 10.0 * PAD
         bodies = self.problem.bodies
         near = [body.near(x[:-1], x[1:], within) for body in bodies]
         planes = [self._plane_rows(body, x, n, ahead) for body, n in zip(bodies, near, strict=True)]
@@ -138,18 +147,10 @@ class _Window:
         own = [self._free(make(x)) for make in self.problem.rows]
         new, clean = x, False
         for _ in range(10):
-            found = solve_qp(
-                self.problem.reference,
-                self.problem.weights,
-                lower=self.lower,
-                upper=self.upper,
-                rows=Rows.join(self.cuts, *own, *planes),
-                shape=self.shape,
-                slack=PRICE * self.problem.weights.dev if soft else None,
-            )
-            if found.x is None:
+            found = self._optimum(Rows.join(self.cuts, *own, *planes), soft)
+            if found is None:
                 return None
-            new = found.x
+            new = found
             missing = self._cut(new, 0.0)
             clean = not missing
             for k, body in enumerate(bodies):
@@ -167,6 +168,22 @@ class _Window:
         if ahead is not None:
             return new if self._legal(new) else None
         return self._back_off(x, new)
+
+    def _optimum(self, rows: Rows, soft: bool) -> Array | None:
+        """The optimum under linear limits, which may be broken at a price if `soft`."""
+        price = PRICE * self.problem.weights.dev
+        quick = None if self.short is None else self.short.solve(rows, price / 2.0)
+        if quick is not None:
+            return quick
+        return solve_qp(
+            self.problem.reference,
+            self.problem.weights,
+            lower=self.lower,
+            upper=self.upper,
+            rows=rows,
+            shape=self.shape,
+            slack=price if soft else None,
+        ).x
 
     def _back_off(self, x: Array, new: Array) -> Array:
         """The furthest of a few points between a legal path and a new one that is legal."""
@@ -200,33 +217,31 @@ class _Window:
         if not len(segments):
             return Rows.none()
         start, end = x[segments], x[segments + 1]
-        gap, t = body.along(start, end)
-        point = start + t[:, None] * (end - start)
-        if ahead is not None:
-            gap_there, t = body.along(ahead[segments], ahead[segments + 1])
-            there = ahead[segments] + t[:, None] * (ahead[segments + 1] - ahead[segments])
-            point = np.where((gap_there > PAD)[:, None], there, point)
+        point, clear = _nearest(body, x if ahead is None else ahead, segments)
+        if ahead is not None and not clear.all():
+            point[~clear] = _nearest(body, x, segments[~clear])[0]
         excused = self.problem.excused(body, segments)
         if excused.any():
             stuck = np.isin(segments, self.problem.stuck(body))
             other = np.where(stuck[:, None], end, start)
             point = np.where(excused[:, None], other, point)
-            gap = np.where(excused, body.signed(other)[0], gap)
-        normals = body.signed(point)[1] * self.problem.axes
-        length = np.linalg.norm(normals, axis=1)
+        normals = body.signed(point)[1]
+        flat = normals * self.problem.axes  # what is left of them for a robot that cannot move along some axis
+        length = lengths(flat)
         sound = length > 1e-3
-        normals = normals[sound] / length[sound, None]
-        segments, support = segments[sound], body.support(normals)
-        have = np.minimum((start[sound] * normals).sum(axis=1), (end[sound] * normals).sum(axis=1)) - support
-        have = np.where(excused[sound], gap[sound], have)
+        steep = length < STEEP
+        if steep.any():
+            normals[steep] = flat[steep] / np.where(sound[steep], length[steep], 1.0)[:, None]
+        support = body.support(normals)
+        have = np.minimum(dots(start, normals), dots(end, normals)) - support
+        if excused.any():
+            have = np.where(excused, body.signed(other)[0], have)
         offsets = support + np.where((have < PAD) & (have > -PAD), have, PAD)
-        usable = have > (-np.inf if ahead is not None else -PAD)
-        rows = Rows(
-            np.concatenate([segments[usable], segments[usable] + 1]),
-            np.tile(normals[usable], (2, 1)),
-            np.tile(offsets[usable], 2),
-        )
-        return self._free(rows)
+        usable = sound if ahead is not None else sound & (have > -PAD)
+        waypoints = np.concatenate([segments, segments + 1])
+        keep = (np.concatenate([usable, usable]) & ~self.fixed[waypoints]).nonzero()[0]
+        which = keep % len(segments)
+        return Rows(waypoints[keep], normals[which], offsets[which])
 
     def _free(self, rows: Rows) -> Rows:
         keep = ~self.fixed[rows.waypoints]
@@ -244,6 +259,13 @@ class _Window:
             self.cuts = Rows.join(self.cuts, Rows(near, normals, offsets))
             added = True
         return added
+
+
+def _nearest(body: Obstacle, x: Array, segments: NDArray[np.intp]) -> tuple[Array, NDArray[np.bool_]]:
+    """Where segments of a path are nearest to a body, (M, 3), and whether they are clear of it, (M,)."""
+    start, end = x[segments], x[segments + 1]
+    gap, t = body.along(start, end)
+    return start + t[:, None] * (end - start), gap > PAD
 
 
 def _size(step: Array) -> float:

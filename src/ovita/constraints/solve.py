@@ -11,9 +11,17 @@ import numpy as np
 from ovita.constraints import banded, diagnosis, paper, plugins, tuning, workspace
 from ovita.constraints.detour import Blocked, legal_path
 from ovita.constraints.limits import lower_speeds
-from ovita.constraints.obstacles import build
+from ovita.constraints.obstacles import build, lengths
 from ovita.constraints.path import PAD, PathProblem, flatten
-from ovita.constraints.problem import ConstraintCheck, ConstraintOptions, Solution, Status, Verdict, Violation
+from ovita.constraints.problem import (
+    TOLERANCE,
+    ConstraintCheck,
+    ConstraintOptions,
+    Solution,
+    Status,
+    Verdict,
+    Violation,
+)
 from ovita.constraints.qp import Weights
 from ovita.constraints.regions import KeepOut, Region
 from ovita.constraints.sequential import Settings, improve
@@ -69,14 +77,14 @@ class _Task:
     def solve(self) -> Solution:
         for candidate in self.options.custom:
             plugins.check(candidate)
-        before = self.judge(self.proposed)
-        broken = [check for check in before if not check.held]
         if not self.options.enabled:
-            return self.answer(self.proposed, before, "off")
+            return self.answer(self.proposed, self.judge(self.proposed), "off")
+        measures, before = self.measured
+        broken = [m for m, violation in zip(measures, before, strict=True) if violation.amount > TOLERANCE]
         if self.options.method == "paper":
-            return self.as_published(broken)
+            return self.as_published("repaired" if broken else "satisfied")
         if not broken and not self.options.lambda_smooth:
-            return self.answer(self.proposed, before, "satisfied")
+            return self.answer(self.proposed, self.judge(self.proposed), "satisfied")
         options = self.options
         notes: tuple[str, ...] = ()
         if options.lambda_smooth == "auto":
@@ -86,7 +94,7 @@ class _Task:
         problem = self.problem(options)
         positions = self.proposed.positions
         blocked: tuple[Blocked, ...] = ()
-        if not keep_path and (options.lambda_smooth or any(check.geometric for check in broken)):
+        if not keep_path and (options.lambda_smooth or any(measure.geometric for measure in broken)):
             positions, blocked = solve_with_dwells(problem, Settings(steps=int(options.steps)))
         result = self.proposed.with_(positions=positions, speeds=self.speeds(positions, problem.weights))
         after = self.judge(result)
@@ -97,12 +105,12 @@ class _Task:
         conflicts = diagnosis.explain(problem, self.robot, after, blocked, self.options)
         return self.answer(result, after, "infeasible", conflicts, notes)
 
-    def as_published(self, broken: list[ConstraintCheck]) -> Solution:
-        """The paper's module, judged by ours."""
+    def as_published(self, legal: Status) -> Solution:
+        """The paper's module, judged by ours: `legal` if every limit holds."""
         result, notes = paper.solve(self.proposed, self.scene, self.robot, self.contacts, self.options)
         after = self.judge(result)
         if all(check.held for check in after):
-            return self.answer(result, after, "repaired" if broken else "satisfied", notes=notes)
+            return self.answer(result, after, legal, notes=notes)
         left = ", ".join(dict.fromkeys(f"'{c.subject}'" if c.subject else c.name for c in after if not c.held))
         conflict = f"The published module leaves a limit broken ({left}); method 'verified' looks further."
         return self.answer(result, after, "infeasible", (conflict,), notes)
@@ -111,7 +119,8 @@ class _Task:
         """The path's part of the problem."""
         lower, upper = workspace.bounds(self.robot)
         empty = lower > upper  # margins that eat the workspace up: its middle is the best effort
-        lower[empty] = upper[empty] = (lower[empty] + upper[empty]) / 2.0
+        if empty.any():
+            lower[empty] = upper[empty] = (lower[empty] + upper[empty]) / 2.0
         bodies = list(workspace.keep_out(self.robot))
         if options.obstacles:
             bodies += build(self.scene, self.robot, contacts=self.contacts, shape=options.obstacle_shape)
@@ -136,7 +145,7 @@ class _Task:
         top = np.inf if self.robot.max_speed is None else self.robot.max_speed
         speeds = self.proposed.speeds
         if weights.smooth:
-            plain = replace(weights, shape=0.0)
+            plain = Weights(weights.dev, weights.smooth)
             speeds = banded.smooth(speeds[:, None], plain, np.zeros(1), np.full(1, top))[:, 0]
         return lower_speeds(
             speeds,
@@ -148,17 +157,15 @@ class _Task:
 
     def judge(self, result: Trajectory) -> tuple[ConstraintCheck, ...]:
         """Measure every limit, without looking at how the result came about."""
-        measures, first, before = self.measured
+        measures, before = self.measured
         after = before if result is self.proposed else [m.worst(result) for m in measures]
-        return compare(measures, first, before, after)
+        return compare(measures, self.original, before, after)
 
     @cached_property
-    def measured(self) -> tuple[list[Measure], list[Violation], list[Violation]]:
-        """Every limit, and its violation by the original and by what was proposed."""
+    def measured(self) -> tuple[list[Measure], list[Violation]]:
+        """Every limit, and its violation by what was proposed."""
         measures = measure_all(self.scene, self.robot, self.proposed, self.contacts, self.options)
-        before = [m.worst(self.proposed) for m in measures]
-        same = self.original is self.proposed
-        return measures, before if same else [m.worst(self.original) for m in measures], before
+        return measures, [m.worst(self.proposed) for m in measures]
 
     def answer(
         self,
@@ -169,7 +176,7 @@ class _Task:
         notes: tuple[str, ...] = (),
     ) -> Solution:
         """The solution with its verdict."""
-        shift = np.linalg.norm(result.positions - self.proposed.positions, axis=1)
+        shift = lengths(result.positions - self.proposed.positions)
         changed = (shift > 0) | (result.speeds != self.proposed.speeds)
         undone = None
         if len(self.proposed) == len(self.original):
@@ -190,9 +197,10 @@ class _Task:
 
 def solve_with_dwells(problem: PathProblem, settings: Settings | None = None) -> tuple[Array, tuple[Blocked, ...]]:
     """As `solve_path`; waypoints that repeat the one before them, a dwell, move as one and stay equal bit by bit."""
-    new = np.concatenate([[True], (np.diff(problem.reference, axis=0) != 0).any(axis=1)])
-    if new.all() or new.sum() < 2:
+    same = (problem.reference[1:] == problem.reference[:-1]).all(axis=1)
+    if not same.any() or same.all():
         return solve_path(problem, settings)
+    new = np.concatenate([[True], ~same])
     group = np.cumsum(new) - 1
     firsts = np.flatnonzero(new)
     pins = tuple(sorted({int(group[i]) for i in problem.pins}))
@@ -208,7 +216,7 @@ def solve_path(problem: PathProblem, settings: Settings | None = None) -> tuple[
     """
     pinned, weights = problem.pinned, problem.weights
     if weights.smooth:
-        weights = replace(weights, shape=0.0)
+        weights = Weights(weights.dev, weights.smooth)
     base = banded.smooth(problem.reference, weights, problem.lower, problem.upper, pinned)
     outside = ~pinned & ~problem.inside(base)
     start = base.copy()

@@ -7,14 +7,14 @@ This module imports no solver. Each segment is measured twice, exactly (the mini
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from ovita.constraints.limits import curvature
 from ovita.constraints.obstacles import Obstacle, from_object
-from ovita.constraints.problem import ConstraintCheck, ConstraintOptions, Place, Violation
+from ovita.constraints.problem import ConstraintCheck, ConstraintOptions, Place, Violation, about_path
 from ovita.robot import Robot, Shell
 from ovita.scene import Scene, SceneObject
 from ovita.trajectory import Array, Trajectory, arc_length
@@ -34,12 +34,17 @@ class Measure:
     place: Place
     excess: Callable[[Trajectory], Array]
 
+    @property
+    def geometric(self) -> bool:
+        """Whether the limit is about the path rather than about speed."""
+        return about_path(self.unit)
+
     def worst(self, trajectory: Trajectory) -> Violation:
         """The worst violation."""
         excess = self.excess(trajectory)
         if not len(excess):
             return Violation(place=self.place)
-        where = int(np.argmax(excess))
+        where = int(excess.argmax())
         amount = float(excess[where])
         return Violation(amount, where, self.place) if amount > 0 else Violation(place=self.place)
 
@@ -54,7 +59,7 @@ def verify(
     contacts: Sequence[str] = (),
     options: ConstraintOptions | None = None,
 ) -> tuple[ConstraintCheck, ...]:
-    """Measure every limit on the result, on what was proposed and on the original.
+    """Measure every limit on the result and on what was proposed, and on the original where one of them breaks it.
 
     Args:
         result: Trajectory to judge.
@@ -66,14 +71,17 @@ def verify(
         options: Which limits are asked for.
     """
     measures = measure_all(scene, robot, proposed, contacts, options or ConstraintOptions())
-    first, before, after = ([m.worst(t) for m in measures] for t in (original, proposed, result))
-    return compare(measures, first, before, after)
+    before, after = ([m.worst(t) for m in measures] for t in (proposed, result))
+    return compare(measures, original, before, after)
 
 
 def compare(
-    measures: Sequence[Measure], first: Sequence[Violation], before: Sequence[Violation], after: Sequence[Violation]
+    measures: Sequence[Measure], original: Trajectory, before: Sequence[Violation], after: Sequence[Violation]
 ) -> tuple[ConstraintCheck, ...]:
-    """One check per measure, from its violations by the original, by what was proposed and by the result."""
+    """One check per measure, from its violations by what was proposed and by the result.
+
+    The original is measured where one of those breaks the limit.
+    """
     return tuple(
         ConstraintCheck(
             name=m.name,
@@ -85,9 +93,9 @@ def compare(
             where_before=b.where,
             where_after=a.where,
             place=m.place,
-            violation_original=f.amount,
+            violation_original=m.worst(original).amount if b.amount > 0 or a.amount > 0 else None,
         )
-        for m, f, b, a in zip(measures, first, before, after, strict=True)
+        for m, b, a in zip(measures, before, after, strict=True)
     )
 
 
@@ -150,14 +158,16 @@ def _outside(positions: Array, robot: Robot) -> Array:
 
 def _obstacle(item: SceneObject, robot: Robot, options: ConstraintOptions) -> Measure:
     body = from_object(item, robot, options.obstacle_shape)
-    known = SceneObject(item.name, item.position, 2.0 * body.half, item.orientation)
-    text = (
-        f"keep {robot.obstacle_margin:g} m from {'its bounding sphere' if options.obstacle_shape == 'sphere' else 'it'}"
-    )
-    return Measure("obstacle", item.name, text, "m", "segment", lambda t: _too_close(t.positions, body, known))
+    distance: Callable[[Array], Array]
+    if options.obstacle_shape == "sphere":
+        distance, text = item.distance, f"keep {robot.obstacle_margin:g} m from its bounding sphere"
+    else:
+        known = item if item.dimensions is not None else replace(item, dimensions=2.0 * body.half)
+        distance, text = known.clearance, f"keep {robot.obstacle_margin:g} m from it"
+    return Measure("obstacle", item.name, text, "m", "segment", lambda t: _too_close(t.positions, body, distance))
 
 
-def _too_close(positions: Array, body: Obstacle, known: SceneObject) -> Array:
+def _too_close(positions: Array, body: Obstacle, distance: Callable[[Array], Array]) -> Array:
     """Excess of each segment (N-1,) [m]: the exact distance, and the smallest of densely sampled ones."""
     start, end = positions[:-1], positions[1:]
     excess = np.full(len(start), -np.inf)
@@ -167,7 +177,7 @@ def _too_close(positions: Array, body: Obstacle, known: SceneObject) -> Array:
     exact, _ = body.along(start[near], end[near])
     t = np.linspace(0.0, 1.0, SAMPLES + 1)[:, None, None]
     points = start[near] + t * (end[near] - start[near])
-    sampled = known.clearance(points.reshape(-1, 3)).reshape(SAMPLES + 1, -1).min(axis=0) - body.radius
+    sampled = distance(points.reshape(-1, 3)).reshape(SAMPLES + 1, -1).min(axis=0) - body.radius
     excess[near] = -np.minimum(exact, sampled)
     return excess
 

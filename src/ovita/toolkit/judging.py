@@ -34,10 +34,15 @@ class Outcome:
     Args:
         held: Whether it was kept.
         sentence: What was measured, with numbers.
+        change: How far the trajectory went from the original in the sense that was asked for, negative if it went
+            the other way; None where no amount can be measured.
+        unit: Of the change.
     """
 
     held: bool
     sentence: str
+    change: float | None = None
+    unit: str = "m"
 
 
 def judge(expectation: Expectation, original: Array, adapted: Array, scene: Scene) -> Outcome:
@@ -118,28 +123,33 @@ def _approach(case: _Case, sign: float) -> Outcome:
         f"the nearest distance to {case.name} went from {least[1]:.3f} to {least[0]:.3f} m{asked}, "
         f"the average from {mean[1]:.3f} to {mean[0]:.3f} m"
     )
-    return Outcome(held, sentence)
+    return Outcome(held, sentence, gains[0])
 
 
 def _distance(case: _Case) -> Outcome:
     target, held, parts = case.target, True, []
-    distance = np.linalg.norm(case.adapted[:, :3] - point(target), axis=1)
+    centre, change = point(case.target), 0.0
+    distance = np.linalg.norm(case.adapted[:, :3] - centre, axis=1)
     selected = distance[case.new] if case.new.any() else distance
+    old = np.linalg.norm(case.original[case.paired if case.paired.any() else slice(None), :3] - centre, axis=1)
     if "at_least" in case.values:
         asked, radius = float(case.values["at_least"]), radius_of(target)
-        measured = float(selected.min()) - radius
+        measured, least = float(selected.min()) - radius, float(old.min()) - radius
         held &= measured >= asked * (1.0 - SLACK_RELATIVE / 10) - TINY
         if "where" not in case.values:
-            measured = min(measured, _path_distance(case.adapted, point(target)) - radius)
+            measured = min(measured, _path_distance(case.adapted, centre) - radius)
+            least = min(least, _path_distance(case.original, centre) - radius)
             # A chord between two waypoints on the sphere dips inside it, deeper where waypoints are sparse.
             held &= measured >= asked - max(SLACK, asked / 4)
+        change += max(asked - least, 0.0) - max(asked - measured, 0.0)
         surface = "the bounding sphere of " if radius else ""
         parts.append(f"at least {measured:.3f} m from {surface}{case.name} (asked {asked:g} m)")
     if "at_most" in case.values:
         asked, measured = float(case.values["at_most"]), float(selected.max())
         held &= measured <= asked + max(SLACK, SLACK_RELATIVE / 10 * asked)
+        change += max(float(old.max()) - asked, 0.0) - max(measured - asked, 0.0)
         parts.append(f"at most {measured:.3f} m from the centre of {case.name} (asked {asked:g} m)")
-    return Outcome(bool(held), "the path is " + " and ".join(parts))
+    return Outcome(bool(held), "the path is " + " and ".join(parts), change)
 
 
 def _moved(case: _Case) -> Outcome:
@@ -154,7 +164,10 @@ def _moved(case: _Case) -> Outcome:
         held &= _close(mean, asked) or (_close(most, asked) and mean >= asked / 2)
         peak = "" if _close(most, mean) else f", {most:.3f} m at most"
         parts.append(f"{mean:.3f} m {word} on average{peak} (asked {asked:g} m)")
-    return Outcome(bool(held), "the path moved " + " and ".join(parts))
+    asked_offset = case.offset
+    length = float(np.linalg.norm(asked_offset))
+    change = float(shift.mean(axis=0) @ asked_offset) / length if length else None
+    return Outcome(bool(held), "the path moved " + " and ".join(parts), change)
 
 
 def _same_path(case: _Case) -> Outcome:
@@ -172,21 +185,22 @@ def _same_path(case: _Case) -> Outcome:
 def _end(case: _Case, row: int, kind: str) -> Outcome:
     named = "object" in case.values or "point" in case.values
     base = point(case.target) if named else case.original[row, :3]
-    miss = float(np.linalg.norm(case.adapted[row, :3] - base - case.offset))
+    old, miss = (float(np.linalg.norm(rows[row, :3] - base - case.offset)) for rows in (case.original, case.adapted))
     held = miss <= max(SLACK, SLACK_RELATIVE * float(np.linalg.norm(case.offset)))
     offset = say(case.values["offset"]) if "offset" in case.values else ""
     if named:
         place = f"{offset} of {case.name}" if offset else case.name
     else:
         place = f"the place {offset} of the old {kind}" if offset else f"the old {kind}"
-    return Outcome(held, f"the {kind} is {miss:.3f} m from {place}")
+    return Outcome(held, f"the {kind} is {miss:.3f} m from {place}", old - miss)
 
 
 def _visits(case: _Case) -> Outcome:
     within = float(case.values["within"])
     distance = _path_distance(case.adapted, point(case.target))
     held = distance <= within * (1.0 + RELATIVE) + TINY
-    return Outcome(held, f"the path comes within {distance:.3f} m of {case.name} (asked {within:g} m)")
+    change = max(_path_distance(case.original, point(case.target)) - within, 0.0) - max(distance - within, 0.0)
+    return Outcome(held, f"the path comes within {distance:.3f} m of {case.name} (asked {within:g} m)", change)
 
 
 def _pace(case: _Case, sign: float) -> Outcome:
@@ -196,7 +210,8 @@ def _pace(case: _Case, sign: float) -> Outcome:
     old, new = float(case.original[case.paired, 3].mean()), float(case.matched[case.paired, 3].mean())
     held = sign * (new - old) > TINY + RELATIVE * old or (sign < 0 and new <= old <= AT_REST)
     ratio = f", {new / old:.2f} times as fast" if old > AT_REST else ""
-    return Outcome(bool(held), f"the average speed went from {old:.3f} to {new:.3f} m/s{ratio}")
+    sentence = f"the average speed went from {old:.3f} to {new:.3f} m/s{ratio}"
+    return Outcome(bool(held), sentence, sign * (new - old), "m/s")
 
 
 def _speed(case: _Case) -> Outcome:
@@ -204,7 +219,10 @@ def _speed(case: _Case) -> Outcome:
     speeds = case.adapted[case.new, 3] if case.new.any() else case.matched[case.paired, 3]
     mean = float(speeds.mean())
     spread = f", from {speeds.min():.3f} to {speeds.max():.3f}" if np.ptp(speeds) > SLACK else ""
-    return Outcome(_close(mean, asked), f"the average speed is {mean:.3f} m/s{spread} (asked {asked:g} m/s)")
+    sentence = f"the average speed is {mean:.3f} m/s{spread} (asked {asked:g} m/s)"
+    old = float(case.original[case.paired, 3].mean()) if case.paired.any() else None
+    change = None if old is None else (mean - old) * (1.0 if asked >= old else -1.0)
+    return Outcome(_close(mean, asked), sentence, change, "m/s")
 
 
 def _stop(case: _Case) -> Outcome:
