@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check -q
 WORKERS ?= 2
 
-.PHONY: help install dev demo test check format bench clean
+.PHONY: help install dev demo test test-browser check format bench clean
 
 help: ## list the commands
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -32,7 +32,10 @@ demo: $(VENV)/.demo ## adapt a shipped scene to three instructions; pictures go 
 	$(BIN)/ovita demo
 
 test: $(VENV)/.dev ## run the tests
-	$(BIN)/python -m pytest -n $(WORKERS)
+	$(BIN)/python -m pytest -n $(WORKERS) -m "not browser"
+
+test-browser: $(VENV)/.dev ## drive the studio in a real browser (Debian: apt-get install chromium)
+	$(BIN)/python -m pytest -m browser
 
 check: $(VENV)/.dev ## lint, formatting, strict types
 	$(BIN)/ruff check .
