@@ -20,6 +20,7 @@ from ovita.bench.records import Log, read_records
 from ovita.bench.runner import Plan, run
 from ovita.bench.samples import load_dataset, natural
 from ovita.errors import FormatError, RequestError
+from ovita.toolkit import CATALOGUE
 
 PLAN = Plan(jobs=1)
 
@@ -146,8 +147,12 @@ def test_ablations_change_the_prompt(dataset, tmp_path):
     done = run(toys(dataset, limit=1), tmp_path / "out", plan)
     prompts = dict(zip([c.name for c in plan.conditions], bench_writers.Lefty.prompts, strict=True))
     usual = prompts["default"]
-    assert len(prompts["no examples"].fixed) < len(usual.fixed) and "scale_speed(" in prompts["no examples"].fixed
-    assert "scale_speed(" not in prompts["no toolkit"].fixed
+    assert "# Example 1" in usual.situation and "# Example" not in usual.fixed
+    assert "# Example 2" in prompts["paper examples"].fixed and "# Example" not in prompts["paper examples"].situation
+    assert not any("# Example" in part for part in (prompts["no examples"].fixed, prompts["no examples"].situation))
+    assert "spiral(" in prompts["no examples"].fixed
+    script = prompts["no toolkit"].fixed
+    assert "modified_trajectory" in script and not any(f"{name}(" in script for name in CATALOGUE)
     assert "waypoints" in usual.situation and "waypoints" not in prompts["no grounding"].situation
     assert '"cup"' in prompts["no grounding"].situation
     assert prompts["temperature 0"] == usual
@@ -163,14 +168,17 @@ def test_unsupported_ablations_are_named():
         conditions_from("seed=1")
     assert conditions_from("") == (DEFAULT,)
     assert [c.name for c in conditions_from("temperature=0,0.2,examples")] == [
-        "default", "temperature 0", "temperature 0.2", "no examples",
+        "default", "temperature 0", "temperature 0.2", "no examples", "paper examples",
     ]  # fmt: skip
 
 
 def test_ablations_of_a_prompt_are_left_out_for_a_writer_that_reads_none(dataset, tmp_path):
     done = run(toys(dataset, limit=1), tmp_path / "out", replace(PLAN, conditions=conditions_from("examples,repair")))
     assert [r.condition for r in done.records] == ["default", "no repair"]
-    assert done.notes == ("no examples: makes no difference to builtin, which reads no prompt; left out.",)
+    assert done.notes == tuple(
+        f"{name}: makes no difference to builtin, which reads no prompt; left out."
+        for name in ("no examples", "paper examples")
+    )
 
 
 def test_failures_in_transport_are_sent_again(dataset, tmp_path, monkeypatch):

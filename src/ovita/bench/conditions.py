@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, replace
 
 from ovita.chain import REPAIRS
 from ovita.errors import RequestError
+from ovita.language.grounding import ExampleMode, ground
 from ovita.language.request import Prompt
-from ovita.toolkit import describe
 
-ABLATIONS = {
-    "examples": "the prompt without its two examples",
-    "toolkit": "the prompt without the catalogue of functions, and without the examples, which use it",
+ABLATIONS: dict[str, str] = {
+    "examples": "the prompt without examples, and with the paper's two instead of those that are like the instruction",
+    "toolkit": "the paper's prompt for scripts, without any function to edit with",
     "grounding": "the prompt with the objects' names only, as in the paper: no positions, extents, speeds or limits",
     "repair": "a failing policy does not go back to its writer",
     "constraints": "limits are measured but not enforced",
 }
 """What `--ablate` can switch off."""
+
+PAPER_EXAMPLES = "paper examples"
+"""The condition in which the prompt shows the paper's way of two fixed examples."""
 
 WITHOUT_MODEL = ("repair", "constraints")
 """The ablations that mean something for a writer that reads no prompt."""
@@ -38,9 +40,11 @@ class Condition:
     temperature: float | None = None
 
     @property
-    def examples(self) -> bool:
-        """Whether the prompt shows its examples."""
-        return self.without not in ("examples", "toolkit")
+    def examples(self) -> ExampleMode:
+        """Which examples the prompt shows."""
+        if self.name == PAPER_EXAMPLES or self.without == "toolkit":
+            return "paper"
+        return "none" if self.without == "examples" else "retrieved"
 
     @property
     def constraints(self) -> bool:
@@ -58,17 +62,17 @@ class Condition:
 
     def rewrite(self, prompt: Prompt) -> Prompt:
         """The prompt without what the condition switches off."""
-        if self.without == "toolkit":
-            return replace(prompt, fixed=prompt.fixed.replace(describe(), "None: write numpy only."))
-        if self.without == "grounding":
-            request = prompt.request
-            names = ", ".join(json.dumps(name, ensure_ascii=False) for name in request.scene.names) or "none"
-            situation = (
-                f"# This scene\nFrame: {request.scene.frame.describe()}. Units: metres, m/s, seconds.\n"
-                f"Objects: {names}.\n# Instruction\n{' '.join(request.instruction.split())}\n"
-            )
-            return replace(prompt, situation=situation)
-        return prompt
+        if self.without not in ("toolkit", "grounding"):
+            return prompt
+        plain = ground(prompt.request, examples=self.examples)
+        other = ground(
+            prompt.request,
+            examples=self.examples,
+            toolkit=self.without != "toolkit",
+            scene=self.without != "grounding",
+        )
+        later = prompt.situation.removeprefix(plain.situation)
+        return replace(prompt, fixed=other.fixed, situation=other.situation + later)
 
 
 DEFAULT = Condition()
@@ -93,6 +97,8 @@ def conditions_from(text: str) -> tuple[Condition, ...]:
             if part not in ABLATIONS:
                 raise _unsupported(part)
             found.append(Condition(f"no {part}", without=part))
+            if part == "examples":
+                found.append(Condition(PAPER_EXAMPLES))
             continue
         if varied != "temperature":
             raise _unsupported(varied)

@@ -125,6 +125,7 @@ def _asker(writer: Answering, condition: Condition, isolation: Isolation) -> Cal
             isolation=isolation,
             repairs=condition.repairs,
             examples=condition.examples,
+            time_limit=None,
         )
 
     return ask

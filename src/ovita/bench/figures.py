@@ -118,17 +118,16 @@ def _ratings(axes: Axes, ratings: Mapping[str, Sequence[float]], color: Mapping[
 
 
 def _examples(axes: Axes, found: Sequence[Line], color: Mapping[str, str]) -> None:
-    _frame(axes, "F  without examples")
-    pairs = [
-        (line, next(x for x in found if x.writer == line.writer and x.condition == "default"))
-        for line in found
-        if line.condition == "no examples" and any(x.writer == line.writer and x.condition == "default" for x in found)
-    ]
-    for i, (without, usual) in enumerate(pairs):
-        _bar(axes, i - 0.2, usual.success, 0.38, color[without.writer])
-        _bar(axes, i + 0.2, without.success, 0.38, "#bbbbbb")
-    axes.set_xticks(range(len(pairs)), [_short(line.writer) for line, _ in pairs], fontsize=8)
-    _legend_or(axes, bool(pairs), "not run: --ablate examples\n(needs a model)", legend=False)
+    _frame(axes, "F  examples: retrieved, the paper's, none")
+    by = {(line.writer, line.condition): line for line in found}
+    writers = [w for w in color if (w, "default") in by and {(w, "paper examples"), (w, "no examples")} & by.keys()]
+    for i, writer in enumerate(writers):
+        shades = {"default": color[writer], "paper examples": "#8a8a8a", "no examples": "#cccccc"}
+        for place, (condition, shade) in enumerate(shades.items()):
+            if (writer, condition) in by:
+                _bar(axes, i + 0.27 * (place - 1), by[writer, condition].success, 0.25, shade)
+    axes.set_xticks(range(len(writers)), [_short(writer) for writer in writers], fontsize=8)
+    _legend_or(axes, bool(writers), "not run: --ablate examples\n(needs a model)", legend=False)
 
 
 def _temperature(axes: Axes, found: Sequence[Line], color: Mapping[str, str]) -> None:

@@ -13,7 +13,7 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from ovita.bench.conditions import Condition
-from ovita.errors import MissingKey, RequestError, WriterError
+from ovita.errors import MissingKey, RequestError, UnusableReply, WriterError
 from ovita.language.request import Prompt, Reply
 from ovita.language.writer import PolicyWriter, writer_named
 
@@ -98,7 +98,8 @@ class RecordingWriter:
                     time.sleep(self._pause * 2**tries)
                     self.waited += time.perf_counter() - asked
                     continue
-                self.replies.append({"error": str(error), "unreached": unreached(error)})
+                again = {"again": True} if isinstance(error, UnusableReply) else {}
+                self.replies.append({"error": str(error), "unreached": unreached(error), **again})
                 raise
             self.replies.append({"reply": json.loads(json.dumps(asdict(reply)))})
             return reply
@@ -136,7 +137,7 @@ class ReplayingWriter:
         kept = dict(self._left.pop(0))
         self.replies.append(kept)
         if "reply" not in kept:
-            raise WriterError(str(kept.get("error", "")))
+            raise (UnusableReply if kept.get("again") else WriterError)(str(kept.get("error", "")))
         try:
             return TypeAdapter(Reply).validate_python(kept["reply"])
         except ValidationError:

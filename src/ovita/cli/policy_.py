@@ -1,4 +1,4 @@
-"""`ovita policy`: check policy files, and run them in the sandbox."""
+"""`ovita policy`: check policy files, run them in the sandbox, and list what they may call."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ EXIT_POLICY = 3
 
 @click.group()
 def group() -> None:
-    """Check policy files, or run them in the sandbox.
+    """Check policy files, run them in the sandbox, or list what they may call.
 
     A policy is Python source: a function adapt(traj, scene, *, ...) or a script that leaves modified_trajectory;
     a model's reply with the code between ``` fences will do as well.
@@ -49,6 +49,34 @@ def check_command(files: tuple[str, ...]) -> None:
             click.echo(plain(f"  {parameter.name} = {parameter.value!r}{unit}{meaning}"))
     if failed:
         raise SystemExit(EXIT_POLICY)
+
+
+@group.command("catalogue")
+@click.argument("names", metavar="[NAME...]", nargs=-1)
+@click.option("--json", "as_json", is_flag=True, help="As a JSON list, for other programs.")
+@click.option("--markdown", is_flag=True, help="As the page docs/toolkit.md; always with all functions.")
+def catalogue_command(names: tuple[str, ...], as_json: bool, markdown: bool) -> None:
+    """List the functions that a policy may call, or describe those named NAME."""
+    from ovita.language.bank import use_of
+    from ovita.toolkit.catalogue import CATALOGUE, describe
+    from ovita.toolkit.reference import as_text, page, reference
+
+    if markdown and (names or as_json):
+        raise click.UsageError("--markdown is the whole page; leave out --json and names")
+    try:
+        entries = reference(names or None)
+    except ValueError as error:
+        raise click.UsageError(str(error)) from None
+    if markdown:
+        click.echo(page({name: use_of(name) for name in CATALOGUE}), nl=False)
+    elif as_json:
+        click.echo(json.dumps([entry.to_dict() for entry in entries], ensure_ascii=False, indent=1))
+    elif names:
+        for entry in entries:
+            said, line = use_of(entry.name)
+            click.echo(f'{as_text(entry)}\n  For "{said}": {line}\n')
+    else:
+        click.echo(describe())
 
 
 @group.command("run")

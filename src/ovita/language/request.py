@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from ovita.errors import RequestError
+from ovita.language.watch import Watch
 from ovita.robot import Robot
 from ovita.scene import Scene
 from ovita.trajectory import Trajectory
@@ -73,12 +74,14 @@ class Prompt:
         fixed: Role, rules, toolkit and examples: the same for every request, so that prefix caches work.
         situation: Frame, objects, environment, trajectory, limits, history and the instruction.
         attempts: Failed attempts so far, oldest first.
+        watch: Who looks on: what is told while a writer writes, and when it must end.
     """
 
     request: Request
     fixed: str
     situation: str
     attempts: tuple[Attempt, ...] = ()
+    watch: Watch = field(default_factory=Watch, compare=False, repr=False)
 
     def repaired(self, code: str, error: str) -> Prompt:
         """Return the prompt that follows when `code` failed with `error`."""
@@ -96,6 +99,7 @@ class WriterInfo:
         input_tokens: Tokens read over all attempts.
         output_tokens: Tokens written over all attempts.
         reason: Why this writer was chosen.
+        tried: Every writer that was asked, in order, with what came of it.
     """
 
     kind: str
@@ -104,6 +108,7 @@ class WriterInfo:
     input_tokens: int = 0
     output_tokens: int = 0
     reason: str = ""
+    tried: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,14 @@ from ovita.trajectory import Array, Trajectory
 
 Degree = Literal["slight", "moderate", "large"]
 
+DEGREES: tuple[Degree, ...] = ("slight", "moderate", "large")
+
 STEP_SHARE: dict[Degree, float] = {"slight": 0.05, "moderate": 0.12, "large": 0.22}
 """Share of the path's extent that a displacement of each degree covers."""
+
+SLOWER: dict[Degree, float] = {"slight": 0.75, "moderate": 0.5, "large": 0.25}
+FASTER: dict[Degree, float] = {"slight": 1.25, "moderate": 1.5, "large": 2.0}
+"""Factors on the speed where an instruction gives a degree and no amount."""
 
 NEAR_SHARE = 0.15
 """Half the length of the stretch that is "near an object" on a straight path, as a share of the path's extent."""
@@ -43,6 +49,14 @@ class Scale:
     def step(self, degree: Degree) -> float:
         """Displacement for a degree [m], to two digits."""
         return nice(STEP_SHARE[degree] * self.extent)
+
+    def describe(self) -> str:
+        """What words of degree amount to, as a prompt says it."""
+        shift, slower, faster = (
+            "/".join(f"{of[degree]:g}" for degree in DEGREES)
+            for of in ({degree: self.step(degree) for degree in DEGREES}, SLOWER, FASTER)
+        )
+        return f"slightly/plain/much: {shift} m, slower x{slower}, faster x{faster}."
 
     def near(self, positions: Array, item: SceneObject) -> float:
         """Distance to the object's centre that counts as near a path [m].

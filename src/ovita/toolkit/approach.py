@@ -29,7 +29,7 @@ def closer(
     hold: str | Sequence[str] | None = None,
     frame: Frame = RFU,
 ) -> Array:
-    """Pull the part of the path nearest to an object toward it by up to `by` metres.
+    """Pull the nearest part of the path toward an object by so many metres.
 
     The pull is `by` at the nearest waypoint and fades to 0 where the distance is `reach` larger; it ends at
     the bounding sphere of an object with dimensions.
@@ -66,7 +66,7 @@ def farther(
     hold: str | Sequence[str] | None = None,
     frame: Frame = RFU,
 ) -> Array:
-    """Push the part nearest to an object away by up to `by` metres, or times=2: double all distances.
+    """Push the nearest part away from an object by metres, or times=2: double all distances.
 
     Args:
         traj: (N, 4).
@@ -106,7 +106,7 @@ def keep_distance(
     *,
     where: ArrayLike | None = None,
 ) -> Array:
-    """Bend the path around an object or a list: metres at_least from its surface, at_most from its centre.
+    """Bend the path around an object or a list of them: metres at_least from the surface, at_most from the centre.
 
     A waypoint q from the centre inside the sphere of radius R is pushed along the lateral direction n of the
     closest approach by t = -(q.n) + sqrt((q.n)^2 - |q|^2 + R^2), which puts it on the sphere; on a path that turns

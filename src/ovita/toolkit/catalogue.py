@@ -30,44 +30,58 @@ from ovita.toolkit.recorder import Recorder
 HIDDEN = ("frame", "recorder")
 """Parameters that the runtime fills in and a policy never sees."""
 
-CATALOGUE: Mapping[str, Callable[..., Any]] = MappingProxyType(
+GROUPS: Mapping[str, tuple[Callable[..., Any], ...]] = MappingProxyType(
     {
-        function.__name__: function
-        for function in (
+        "Choose waypoints": (
             select.near,
             select.first,
             select.last,
             select.between,
             select.where_rising,
             select.every,
+        ),
+        "Shift the path and its ends": (
             shift.move,
             ends.move_start,
             ends.move_goal,
+            shift.midpoint,
+        ),
+        "Objects: come closer, stay away, pass": (
             approach.closer,
             approach.farther,
             approach.keep_distance,
             ends.go_through,
             overhead.hop,
             overhead.hover,
+        ),
+        "Go on, or go straight": (
             ends.extend,
             ends.continue_to,
             routes.shortcut,
             routes.straighten,
+        ),
+        "Reshape the whole": (
             transforms.curve,
             transforms.rotate,
             transforms.tilt,
             transforms.mirror,
             transforms.scale,
+        ),
+        "Draw figures": (
             loops.spiral,
             loops.circle,
             loops.figure_eight,
             ripples.zigzag,
             ripples.wave,
             ripples.noise,
+        ),
+        "Keep to a region": (
             regions.bound,
             regions.stay_on,
             regions.quadrant,
             regions.at_height,
+        ),
+        "Speed": (
             speed.scale_speed,
             speed.shift_speed,
             speed.set_speed,
@@ -78,11 +92,14 @@ CATALOGUE: Mapping[str, Callable[..., Any]] = MappingProxyType(
             speedlaws.slow_turns,
             speed.stop_at,
             speed.dwell,
+        ),
+        "Waypoints": (
             edit.smooth,
             edit.resample,
             routes.average,
             routes.reverse,
-            shift.midpoint,
+        ),
+        "State what is meant": (
             expect.expect_closer,
             expect.expect_farther,
             expect.expect_distance,
@@ -95,10 +112,42 @@ CATALOGUE: Mapping[str, Callable[..., Any]] = MappingProxyType(
             expect.expect_faster,
             expect.expect_speed,
             expect.expect_stop,
-        )
+        ),
     }
 )
-"""The functions by name, in the order in which a prompt shows them."""
+"""The functions by what they are for, in the order in which a prompt and the page show them."""
+
+CATALOGUE: Mapping[str, Callable[..., Any]] = MappingProxyType(
+    {function.__name__: function for functions in GROUPS.values() for function in functions}
+)
+"""The functions by name."""
+
+CORE = (
+    "near",
+    "first",
+    "last",
+    "move",
+    "closer",
+    "farther",
+    "keep_distance",
+    "scale_speed",
+    "expect_closer",
+    "expect_farther",
+    "expect_distance",
+    "expect_moved",
+    "expect_slower",
+    "expect_faster",
+)
+"""The functions that every prompt shows; others are shown where the instruction seems to need them."""
+
+RARE = frozenset({"angle", "blend", "brake", "ease", "hold", "ramp", "reach", "seed", "smooth", "width"})
+"""Parameters with defaults that a prompt leaves out to stay short; the page has them all."""
+
+NOTES = {
+    "OFFSET": f"{', '.join(f'{word}=' for word in DIRECTIONS)} in metres, such as left=0.2, up=0.1",
+    "PLACE": 'object, point, index (int), share of the path (float), "start" or "goal"',
+}
+"""What the words in capitals stand for."""
 
 
 def namespace(frame: Frame, recorder: Recorder) -> dict[str, Callable[..., Any]]:
@@ -113,55 +162,74 @@ def namespace(frame: Frame, recorder: Recorder) -> dict[str, Callable[..., Any]]
     return {name: _bound(function, frame, recorder) for name, function in CATALOGUE.items()}
 
 
-def describe(names: Iterable[str] | None = None) -> str:
-    """The catalogue as text for a prompt: for each function its signature and first sentence.
+def describe(names: Iterable[str] | None = None, *, known_notes: Iterable[str] = ()) -> str:
+    """The catalogue as text for a prompt: for each function its signature and first sentence, in catalogue order.
+
+    Optional parameters are marked with "?". The expectations, whose names say it all, share a line.
 
     Args:
-        names: Only these functions, in catalogue order; None for all.
+        names: Only these functions; None for all.
+        known_notes: The words in capitals, OFFSET and PLACE, that were explained before; others are explained first.
 
     Raises:
         ValueError: If a name is not in the catalogue.
+    """
+    wanted = in_order(names)
+    lines = [f"{signature(name, brief=True)}: {summary(name)}" for name in wanted if not name.startswith("expect_")]
+    expectations = [signature(name, brief=True) for name in wanted if name.startswith("expect_")]
+    lines += [", ".join(expectations)] if expectations else []
+    for word, meaning in reversed(NOTES.items()):
+        if word not in known_notes and any(word in line for line in lines):
+            lines.insert(0, f"{word}: {meaning}")
+    return "\n".join(lines)
+
+
+def in_order(names: Iterable[str] | None = None) -> list[str]:
+    """The names in catalogue order; None for all.
+
+    Raises:
+        ValueError: If one is not in the catalogue.
     """
     wanted = list(CATALOGUE) if names is None else list(names)
     unknown = [name for name in wanted if name not in CATALOGUE]
     if unknown:
         raise ValueError(f"the toolkit has no {', '.join(unknown)}; it has {', '.join(CATALOGUE)}")
-    lines = [
-        f"{signature(name)}: {(CATALOGUE[name].__doc__ or '').strip().splitlines()[0].rstrip('.')}"
-        for name in CATALOGUE
-        if name in wanted
-    ]
-    notes = {
-        "OFFSET": f"any of {', '.join(DIRECTIONS)} in metres, such as left=0.2, up=0.1",
-        "PLACE": 'object, point, index (int), fraction of the path (float), "start" or "goal"',
-    }
-    for word, meaning in reversed(notes.items()):
-        if any(word in line for line in lines):
-            lines.insert(0, f"{word}: {meaning}")
-    return "\n".join(lines)
+    return [name for name in CATALOGUE if name in wanted]
 
 
-def signature(name: str, *, spelled: bool = False) -> str:
-    """A call as a policy writes it, such as "near(traj, obj, within)"; the direction words are one OFFSET.
+def summary(name: str) -> str:
+    """The first sentence of a function's description, without its full stop."""
+    return (CATALOGUE[name].__doc__ or "").strip().splitlines()[0].rstrip(".")
+
+
+def signature(name: str, *, spelled: bool = False, brief: bool = False) -> str:
+    """A call as a policy writes it, such as "move(traj, *, OFFSET, where=None, ...)".
 
     Args:
         name: Of a function in the catalogue.
-        spelled: Write the direction words out.
+        spelled: Write the direction words out, instead of one OFFSET for all.
+        brief: For a prompt: optional parameters are marked with "?" and rare ones left out.
     """
     parts: list[str] = []
-    starred = False
-    for parameter in _public(CATALOGUE[name]).parameters.values():
-        if parameter.kind is parameter.KEYWORD_ONLY and not starred:
+    for parameter in public_signature(name).parameters.values():
+        optional = parameter.default is not parameter.empty
+        if brief and optional and parameter.name in RARE:
+            continue
+        if not brief and parameter.kind is parameter.KEYWORD_ONLY and "*" not in parts:
             parts.append("*")
-            starred = True
         if parameter.name in DIRECTIONS and not spelled:
             if "OFFSET" not in parts:
                 parts.append("OFFSET")
-        elif parameter.default is parameter.empty:
+        elif not optional:
             parts.append(parameter.name)
         else:
-            parts.append(f"{parameter.name}={_plain(parameter.default)}")
+            parts.append(f"{parameter.name}?" if brief else f"{parameter.name}={_plain(parameter.default)}")
     return f"{name}({', '.join(parts)})"
+
+
+def public_signature(name: str) -> inspect.Signature:
+    """A function's signature without what the runtime fills in."""
+    return _public(CATALOGUE[name])
 
 
 def _public(function: Callable[..., Any]) -> inspect.Signature:

@@ -142,7 +142,7 @@ def continue_to(
     frame: Frame = RFU,
     recorder: Recorder | None = None,
 ) -> Array:
-    """Go on from the goal to an object or point plus OFFSET, in a curve or straight.
+    """Go on from the goal to an object or point plus OFFSET.
 
     The curve is the cubic Hermite spline that begins with the final heading and ends with the direction of
     its chord.
@@ -189,7 +189,7 @@ def go_through(
     frame: Frame = RFU,
     recorder: Recorder | None = None,
 ) -> Array:
-    """Bend the path to pass through an object or point plus OFFSET; start and goal stay.
+    """Bend the path through an object or point plus OFFSET; start and goal stay.
 
     Args:
         traj: (N, 4).

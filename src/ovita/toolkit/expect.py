@@ -50,7 +50,7 @@ def expect_distance(
     where: ArrayLike | None = None,
     recorder: Recorder | None = None,
 ) -> Expectation:
-    """As keep_distance leaves it.
+    """The path keeps metres at_least from the surface, at_most from the centre.
 
     Args:
         obj: Object or point (3,) [m].
@@ -153,7 +153,7 @@ def expect_goal(
     frame: Frame = RFU,
     recorder: Recorder | None = None,
 ) -> Expectation:
-    """The goal likewise.
+    """The goal is at a point, or moved by OFFSET; given nothing, as before.
 
     Args:
         at: Object or point (3,) [m], or None for the original goal.

@@ -23,7 +23,7 @@ SHORTEST = 0.01
 
 
 def hop(traj: ArrayLike, obj: Target, height: float, *, width: float = 0.2, frame: Frame = RFU) -> Array:
-    """Jump over an object, height above its top.
+    """Jump over an object, so many metres above its top.
 
     The start and the goal stay. The waypoint nearest to the object comes to lie above it; the path rises smoothly, is
     level over the bounding sphere, and falls. What is higher already is not lowered.
@@ -68,7 +68,7 @@ def hover(
     frame: Frame = RFU,
     recorder: Recorder | None = None,
 ) -> Array:
-    """Wait height metres above an object's centre.
+    """Bend the path over an object and wait there, so many metres above its centre.
 
     The path bends to pass exactly there; start and goal stay.
 

@@ -36,7 +36,7 @@ def bound(
     where: ArrayLike | None = None,
     frame: Frame = RFU,
 ) -> Array:
-    """At most so far up, ... of the origin or of=cup; down=-0.1: at least 0.1 up.
+    """Stay within so many metres left, up, ... of the origin or of=cup; down=-0.1: at least 0.1 up.
 
     A limit is a coordinate along its word, so right=-0.1 with of=cup means at least 0.1 m left of the cup's centre.
     Waypoints beyond a limit are moved onto it, the others stay as they are.
@@ -75,7 +75,7 @@ def bound(
 
 
 def stay_on(traj: ArrayLike, obj: Target, side: str, *, gap: float = 0.05, frame: Frame = RFU) -> Array:
-    """Keep left, ..., above or below of an object.
+    """Keep to one side of an object: left, right, front, back, above or below.
 
     Waypoints on the wrong side are shifted onto the limit. So that there is no corner, the path gives way already where
     it comes near: a waypoint e before the limit is shifted by (m - e)^2 / 4m, with m the gap but 2 cm at least. A part

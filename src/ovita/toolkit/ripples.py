@@ -59,7 +59,7 @@ def wave(
     direction: str | None = None,
     frame: Frame = RFU,
 ) -> Array:
-    """As zigzag, in a sinusoid.
+    """Swing sideways, or along a direction word, in a sine.
 
     Args:
         traj: (N, 4); where the waypoints are too sparse for the waves, more are inserted.

@@ -14,7 +14,7 @@ from ovita.trajectory import Array
 
 
 def near(traj: ArrayLike, obj: Target, within: float) -> Mask:
-    """Mask: waypoints at most that many metres from an object's centre.
+    """Mask: waypoints at most so many metres from an object's centre.
 
     Args:
         traj: (N, 4).
@@ -27,7 +27,7 @@ def near(traj: ArrayLike, obj: Target, within: float) -> Mask:
 
 
 def first(traj: ArrayLike, n: int | None = None, *, fraction: float | None = None) -> Mask:
-    """Mask: the first n waypoints, or the first fraction (0..1) of them.
+    """Mask: the first n waypoints, or a fraction (0..1) of all.
 
     Args:
         traj: (N, 4).
@@ -39,7 +39,7 @@ def first(traj: ArrayLike, n: int | None = None, *, fraction: float | None = Non
 
 
 def last(traj: ArrayLike, n: int | None = None, *, fraction: float | None = None) -> Mask:
-    """Mask: the last n waypoints, or the last fraction (0..1) of them.
+    """Mask: the last n waypoints, or a fraction (0..1) of all.
 
     Args:
         traj: (N, 4).
@@ -51,7 +51,7 @@ def last(traj: ArrayLike, n: int | None = None, *, fraction: float | None = None
 
 
 def between(traj: ArrayLike, a: Place, b: Place) -> Mask:
-    """Mask: from PLACE a to PLACE b, both included.
+    """Mask: from PLACE a to PLACE b.
 
     Args:
         traj: (N, 4).

@@ -31,7 +31,7 @@ def move(
     keep: Literal["start", "goal", "both"] | None = None,
     frame: Frame = RFU,
 ) -> Array:
-    """Shift; keep="start", "goal" or "both" holds ends fixed; ease (0..1 of the path) softens edges.
+    """Shift by OFFSET; keep="start", "goal" or "both" holds ends.
 
     Args:
         traj: (N, 4).

@@ -12,7 +12,7 @@ from ovita.trajectory import Array, arc_length
 
 
 def scale_speed(traj: ArrayLike, factor: float, *, where: ArrayLike | None = None, ease: float = 0.0) -> Array:
-    """Multiply speeds: 0.5 is half as fast; ease (0..1 of the path) softens edges.
+    """Multiply the speed: 0.5 is half as fast.
 
     Args:
         traj: (N, 4).
@@ -82,7 +82,7 @@ def ramp_speed(
 
 
 def stop_at(traj: ArrayLike, at: Place, *, brake: float = 0.15, resume: bool = False) -> Array:
-    """Brake to a stop at a PLACE; the path ends there, or drives on with resume=True.
+    """Brake to a stop at a PLACE; the path ends there unless resume=True.
 
     The speed falls as under constant deceleration, by sqrt(distance left / braking distance).
 

@@ -51,7 +51,7 @@ def trapezoid_speed(traj: ArrayLike, cruise: float | None = None, *, ramp: float
 def exponential_speed(
     traj: ArrayLike, start: float | None = None, end: float | None = None, *, where: ArrayLike | None = None
 ) -> Array:
-    """As ramp_speed, exponentially.
+    """Change speed exponentially from start to end in m/s; None keeps that end's speed.
 
     The speed is start (end / start)^u at the fraction u of the length; between the ends, an end at less than a
     hundredth of the other's speed counts as that. A dwell stays at rest.
@@ -107,7 +107,7 @@ def accelerate(traj: ArrayLike, rate: float, *, where: ArrayLike | None = None) 
 
 
 def slow_turns(traj: ArrayLike, factor: float = 0.5, *, angle: float = 30.0) -> Array:
-    """Slow down before and in turns over angle degrees.
+    """Slow down before and in turns.
 
     A waypoint is in a turn if the directions over 5 % of the path's length before it and behind it differ by the
     angle. The speed is multiplied by the factor there, and by less and less over 10 % of the path before a turn and

@@ -50,7 +50,7 @@ def rotate(
 def tilt(
     traj: ArrayLike, degrees: float, *, axis: str = "front", about: Place | None = None, frame: Frame = RFU
 ) -> Array:
-    """As rotate: "front" lifts the left side, "right" the front.
+    """Turn about a level axis: "front" lifts the left side, "right" the front.
 
     Args:
         traj: (N, 4).
