@@ -180,7 +180,7 @@ BAD_FILES = [
     ("object-without-x", scene(objects=[{"name": "cup", "y": 0, "z": 0}]), "scene.json", ["objects[0]", "x"]),
     ("unknown-frame", scene(frame="enu"), "scene.json", ["frame", "'enu'", "rfu"]),
     ("binary", b"\xff\xfe\x00\x01", "scene.json", ["UTF-8"]),
-    ("unknown-ending", "hello", "scene.txt", [".txt", ".json"]),
+    ("unknown-ending", "hello", "scene.xyz", [".xyz", ".json"]),
     ("csv-no-z", "x,y\n1,2\n", "path.csv", ["z"]),
     ("csv-ragged", "x,y,z,speed\n0,0,0,1\n1,2\n", "path.csv", ["1"]),
     ("csv-nan", "x,y,z,speed\n0,0,0,1\n1,nan,0,1\n", "path.csv", ["y"]),

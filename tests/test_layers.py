@@ -11,11 +11,13 @@ LAYERS = [
     {"errors"},
     {"trajectory", "scene", "robot"},
     {"toolkit", "formats", "constraints"},
-    {"policy", "changes"},
+    {"policy", "changes", "links"},
     {"language"},
     {"chain", "adaptation"},
-    {"session", "plots", "baselines", "sim", "perception"},
-    {"bench", "studio"},
+    {"history"},
+    {"turns"},
+    {"gate", "session", "plots", "baselines", "sim", "perception"},
+    {"bench", "joints", "studio"},
     {"cli", "__main__"},
 ]
 LEVEL = {name: level for level, names in enumerate(LAYERS) for name in names}

@@ -14,7 +14,10 @@
     │   ├── PolicyTimeout          it ran too long or used too much memory
     │   └── PolicyOutputInvalid    it returned something that is not a trajectory
     ├── WriterError                a policy writer could not answer
-    │   └── MissingKey             no API key for that writer
+    │   ├── MissingKey             no API key for that writer
+    │   └── UnusableReply          it answered, but not with an answer; asking again may help
+    ├── DownloadError              a model's file cannot be fetched
+    ├── LinkError                  a robot or a bus does not answer, or does not take what is sent
     ├── IsolationUnavailable       this machine cannot run a policy as isolated as asked
     ├── ConstraintDefinitionError  limits that contradict themselves
     └── MissingExtra               an optional package is not installed
@@ -145,6 +148,18 @@ class MissingKey(WriterError):
     def __init__(self, writer: str, variable: str) -> None:
         self.writer, self.variable = writer, variable
         super().__init__(f"{writer} needs an API key: set {variable}, or use --writer builtin, which needs none")
+
+
+class UnusableReply(WriterError):
+    """A writer answered with something that is no answer: empty, cut off, or unreadable."""
+
+
+class DownloadError(OvitaError):
+    """A model's file cannot be fetched."""
+
+
+class LinkError(OvitaError):
+    """A robot or a bus does not answer, or does not take what is sent to it."""
 
 
 class IsolationUnavailable(OvitaError):

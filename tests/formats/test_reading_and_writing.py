@@ -90,10 +90,10 @@ def test_text_that_is_not_there(tmp_path, content, fragment, ending):
     fails(lambda: load_task(path), fragment)
 
 
-@pytest.mark.parametrize(("name", "fragment"), [("a.txt", "the ending .txt"), ("a", "a name without an ending")])
+@pytest.mark.parametrize(("name", "fragment"), [("a.xyz", "the ending .xyz"), ("a", "a name without an ending")])
 def test_an_unknown_ending(tmp_path, name, fragment):
     (tmp_path / name).write_text("x")
-    fails(lambda: load_task(tmp_path / name), fragment, ".json and .csv")
+    fails(lambda: load_task(tmp_path / name), fragment, ".json, .csv")
 
 
 def test_write_replaces_the_content_and_keeps_access_rights(tmp_path):

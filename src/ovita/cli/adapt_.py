@@ -9,13 +9,13 @@ from typing import Any
 import click
 
 from ovita.adaptation import Adaptation
-from ovita.chain import adapt
-from ovita.cli.options import constraints_from, notes_on, robot_from, shared, task_from, writer_from
+from ovita.chain import REPAIRS, TIME_LIMIT, adapt
+from ovita.cli.options import choices_from, constraints_from, notes_on, robot_from, shared, task_from, writer_from
 from ovita.cli.plot_ import check_picture, draw
 from ovita.cli.progress import waiting
 from ovita.cli.report import EXIT_OF, plain, show
 from ovita.errors import FormatError, RequestError
-from ovita.formats import save_trajectory
+from ovita.formats import WRITTEN, Choices, Task, rendered, save_trajectory
 from ovita.language.request import Request
 
 
@@ -23,10 +23,25 @@ from ovita.language.request import Request
 @click.argument("file", metavar="FILE")
 @click.argument("instruction", required=False)
 @click.option("--out", "-o", metavar="FILE", help="Write the whole result (JSON).")
-@click.option("--trajectory", "trajectory_out", metavar="FILE", help="Write the adapted trajectory (.json or .csv).")
+@click.option(
+    "--trajectory",
+    "trajectory_out",
+    metavar="FILE",
+    help="Write the adapted trajectory, in any format that ovita convert writes.",
+)
 @click.option("--plot", "plot_out", metavar="FILE", help="Draw before and after (.png, .svg, .pdf or .html).")
 @click.option("--code", is_flag=True, help="Also print the policy.")
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON instead of a report.")
+@click.option(
+    "--time-limit",
+    type=float,
+    default=TIME_LIMIT,
+    show_default=True,
+    metavar="SECONDS",
+    help="For writing the policy, all writers and repairs together.",
+)
+@click.option("--repairs", type=int, default=REPAIRS, show_default=True, help="How often a failing policy goes back.")
+@click.option("--explain-with-model", is_flag=True, help="Let a model that wrote the policy also word the explanation.")
 @click.option("--no-examples", is_flag=True, help="Leave the two examples out of a model's prompt (ablation).")
 @shared
 def command(
@@ -37,26 +52,36 @@ def command(
     plot_out: str | None,
     code: bool,
     as_json: bool,
+    time_limit: float,
+    repairs: int,
+    explain_with_model: bool,
     no_examples: bool,
     **options: Any,
 ) -> None:
-    """Adapt the trajectory in FILE (.json or .csv) to INSTRUCTION (default: the one in FILE)."""
+    """Adapt the trajectory in FILE (see ovita convert for the formats) to INSTRUCTION (default: the one in FILE)."""
     _check_outputs(out, trajectory_out, plot_out)
-    task = task_from(file, options["scene_file"], options["frame"])
+    choices = choices_from(options)
+    task = task_from(file, options["scene_file"], options["frame"], choices)
+    if trajectory_out:
+        rendered(trajectory_out, task.trajectory, task.scene, choices=choices)
     text = instruction if instruction is not None else task.instruction
     if instruction is None and not text.strip():
         raise RequestError(f"{file} holds no instruction; add one: ovita adapt {file} 'slow down near the cup'")
     writer = writer_from(options["writer"], options["base_url"], options["temperature"])
     request = Request(text, task.trajectory, task.scene, robot_from(task, options["robot"], options["max_speed"]))
-    with waiting(f"{writer.name} writes a policy", quiet=as_json):
+    with waiting(f"{writer.name} writes a policy", quiet=as_json) as tell:
         result = adapt(
             request,
             writer=writer,
             constraints=constraints_from(options),
             isolation=options["isolation"],
+            repairs=repairs,
             examples=not no_examples,
+            time_limit=time_limit,
+            explain_with_model=explain_with_model,
+            progress=tell,
         )
-    written = _write(result, out, trajectory_out, plot_out, task.extra)
+    written, lost = _write(result, out, trajectory_out, plot_out, task, choices)
     if as_json:
         click.echo(json.dumps(result.to_document(), ensure_ascii=False))
     else:
@@ -65,9 +90,8 @@ def command(
             click.echo(f"note: {plain(note)}", err=True)
         for path in written:
             click.echo(f"wrote {path}")
-            if path.lower().endswith(".csv") and result.scene.frame.name != "rfu":
-                frame = result.scene.frame.name
-                click.echo(f"note: a CSV file holds no frame; say --frame {frame} when you read {path}", err=True)
+        for note in lost:
+            click.echo(f"note: {plain(note)}", err=True)
     raise SystemExit(EXIT_OF[result.status])
 
 
@@ -75,8 +99,8 @@ def _check_outputs(out: str | None, trajectory_out: str | None, plot_out: str | 
     """Refuse outputs that cannot be written before anything is, so that no half of them is left behind."""
     if plot_out:
         check_picture(plot_out)
-    if trajectory_out and os.path.splitext(trajectory_out)[1].lower() not in (".json", ".csv"):
-        raise FormatError(trajectory_out, "trajectories are written as .json or .csv")
+    if trajectory_out and os.path.splitext(trajectory_out)[1].lower() not in WRITTEN:
+        raise FormatError(trajectory_out, f"trajectories are written as {', '.join(WRITTEN)}")
     for path in (out, trajectory_out, plot_out):
         if path and os.path.isdir(path):
             raise FormatError(path, "is a directory; name a file in it")
@@ -85,18 +109,27 @@ def _check_outputs(out: str | None, trajectory_out: str | None, plot_out: str | 
 
 
 def _write(
-    result: Adaptation, out: str | None, trajectory_out: str | None, plot_out: str | None, extra: Any
-) -> list[str]:
+    result: Adaptation,
+    out: str | None,
+    trajectory_out: str | None,
+    plot_out: str | None,
+    task: Task,
+    choices: Choices,
+) -> tuple[list[str], tuple[str, ...]]:
+    """Write what was asked for: the files that were written, and what the trajectory's format does not hold."""
     written: list[str] = []
+    lost: tuple[str, ...] = ()
     if out:
         result.save(out)
         written.append(out)
     if result.status not in ("ok", "infeasible"):
-        return written
+        return written, lost
     if trajectory_out:
-        save_trajectory(trajectory_out, result.adapted, scene=result.scene, instruction=result.instruction, extra=extra)
+        lost = save_trajectory(
+            trajectory_out, result.adapted, result.scene, result.instruction, task.extra, choices=choices
+        )
         written.append(trajectory_out)
     if plot_out:
         draw(result, plot_out)
         written.append(plot_out)
-    return written
+    return written, lost

@@ -8,15 +8,17 @@ from typing import Any
 
 import click
 
-from ovita.cli.options import constraints_from, notes_on, robot_from, shared, task_from, writer_from
+from ovita.cli.options import choices_from, constraints_from, notes_on, robot_from, shared, task_from, writer_from
 from ovita.cli.progress import waiting
 from ovita.cli.report import plain, show
 from ovita.errors import OvitaError, RequestError
-from ovita.formats import save_trajectory
+from ovita.formats import WRITTEN, save_trajectory
 from ovita.language.request import FeedbackOn
 from ovita.session import Session
 
-HELP = """Say what should change. What you say is about the current trajectory; begin with a slash for more:
+HELP = """Say what should change, then what is not right yet: "a bit more", "no, only near the cup", "undo the speed",
+"the other cup", "make it 0.3", "again", "start over". What you say is about the current trajectory; begin with a slash
+for more:
   /original TEXT   add TEXT to what you said and apply all of it to the original again
   /current TEXT    apply TEXT to the current trajectory (the same as saying it)
   /set NAME=VALUE  turn a knob of the last policy and run it again
@@ -25,7 +27,7 @@ HELP = """Say what should change. What you say is about the current trajectory; 
   /why             the explanation in plain words
   /code            the last policy
   /plot FILE       draw original and current (.png, .svg, .pdf, .html)
-  /save FILE       save the last result (.json) or the current trajectory (.csv)
+  /save FILE       save the last result (.json) or the current trajectory (.csv, .mcap, .plan, ...)
   /quit            leave"""
 
 
@@ -34,7 +36,7 @@ HELP = """Say what should change. What you say is about the current trajectory; 
 @shared
 def command(file: str, **options: Any) -> None:
     """Adapt the trajectory in FILE in a conversation; type /help for what you can say."""
-    task = task_from(file, options["scene_file"], options["frame"])
+    task = task_from(file, options["scene_file"], options["frame"], choices_from(options))
     session = Session(
         task.trajectory,
         task.scene,
@@ -54,6 +56,8 @@ def command(file: str, **options: Any) -> None:
                 break
         except OvitaError as error:
             click.echo(f"error: {plain(str(error))}")
+        except KeyboardInterrupt:
+            click.echo("\nStopped; nothing changed.")
 
 
 def _lines() -> Iterator[str]:
@@ -89,9 +93,12 @@ def _obey(session: Session, line: str) -> bool:
 
 
 def _say(session: Session, text: str, on: FeedbackOn) -> None:
-    with waiting("writing a policy"):
-        result = session.say(text, on=on)
-    show(result)
+    with waiting("writing a policy") as tell:
+        result = session.say(text, on=on, progress=tell)
+    if result.writer.kind == "feedback":
+        click.echo(plain(result.message))
+    else:
+        show(result)
 
 
 def _set(session: Session, rest: str) -> None:
@@ -146,12 +153,13 @@ def _plot(session: Session, rest: str) -> None:
 
 def _save(session: Session, rest: str) -> None:
     path = rest or "result.json"
-    if path.lower().endswith(".csv"):
-        save_trajectory(path, session.current)
-    elif path.lower().endswith(".json"):
+    if path.lower().endswith(".json"):
         _last(session).save(path)
+    elif path.lower().endswith(WRITTEN):
+        for note in save_trajectory(path, session.current, session.scene):
+            click.echo(f"note: {plain(note)}")
     else:
-        raise RequestError(f"{path}: results are saved as .json, trajectories as .csv")
+        raise RequestError(f"{path}: results are saved as .json, trajectories as {', '.join(WRITTEN[1:])}")
     click.echo(f"wrote {path}")
 
 

@@ -16,10 +16,15 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "adapt": ("ovita.cli.adapt_:command", "Adapt a trajectory to an instruction."),
     "bench": ("ovita.cli.bench_:group", "Measure writers over a dataset with machine-checkable outcomes."),
     "chat": ("ovita.cli.chat_:command", "Adapt in a conversation: feedback, undo, save."),
+    "convert": ("ovita.cli.convert_:command", "Convert a trajectory: ROS bags, drone missions, TUM, CSV, JSON."),
     "demo": ("ovita.cli.demo_:command", "Adapt a shipped scene three times and save the pictures."),
     "explain": ("ovita.cli.explain_:command", "Explain a result in plain words."),
+    "models": ("ovita.cli.models_:group", "Local models: list them, fetch one, add a file, try one."),
     "plot": ("ovita.cli.plot_:command", "Draw a result or a scene: PNG, SVG, PDF, or an interactive page."),
     "policy": ("ovita.cli.policy_:group", "Check or run policy files in the sandbox."),
+    "send": ("ovita.cli.send_:command", "Verify a result once more and send it to a robot."),
+    "simulate": ("ovita.cli.simulate_:command", "Let a robot follow a result in physical simulation; video."),
+    "studio": ("ovita.cli.studio_:command", "See it, say it, turn the knobs, in the browser."),
 }
 
 
@@ -49,7 +54,7 @@ def cli() -> None:
     Start with `ovita demo`, or: ovita adapt SCENE.json "Go left by 0.2 and slow down near the cup"
 
     Exit codes: 0 done; 2 bad usage or input; 3 not understood, or the writer failed; 4 the limits cannot all hold
-    (the best effort is written and flagged).
+    (the best effort is written and flagged), or a result may not be sent to a robot.
     """
 
 

@@ -10,26 +10,42 @@ import click
 
 from ovita.constraints import ConstraintOptions, parse_text
 from ovita.errors import FormatError, RobotError
-from ovita.formats import Task, load_robot, load_task
+from ovita.formats import Choices, Task, load_robot
+from ovita.formats.choices import NONE
+from ovita.formats.geodesy import Home
 from ovita.language.writer import PolicyWriter, writer_named
+from ovita.links import open_task
 from ovita.robot import Robot
-from ovita.scene import Frame
 
 F = TypeVar("F", bound=Callable[..., Any])
 
 
 def shared(function: F) -> F:
-    """Add the options on scene, robot, writer and limits to a command."""
-    for option in reversed(_OPTIONS):
+    """Add the options on source, scene, robot, writer and limits to a command."""
+    for option in reversed((*_SOURCE, *_OPTIONS)):
         function = option(function)
     return function
 
 
-_OPTIONS = (
+def source(function: F) -> F:
+    """Add the options that say how to read a trajectory from a file or an address."""
+    for option in reversed(_SOURCE):
+        function = option(function)
+    return function
+
+
+_SOURCE = (
     click.option("--scene", "scene_file", metavar="FILE", help="Scene file with the objects, for a bare trajectory."),
     click.option(
         "--frame", type=click.Choice(["rfu", "flu", "ned"]), help="Which way is left. [default: the scene's, else rfu]"
     ),
+    click.option("--topic", metavar="NAME", help="Topic of a ROS bag. [the only one with a path]"),
+    click.option("--message", type=int, metavar="N", help="Which message on that topic, from 0. [the last]"),
+    click.option("--home", metavar="LAT,LON,ALT", help="Home of a mission in degrees and metres. [the file's]"),
+)
+
+
+_OPTIONS = (
     click.option(
         "--robot",
         metavar="NAME|FILE",
@@ -42,7 +58,7 @@ _OPTIONS = (
         default="auto",
         show_default=True,
         metavar="NAME",
-        help="auto, builtin, or PROVIDER:MODEL (openai, anthropic, google, ollama).",
+        help="auto, builtin, llamacpp:NAME, PROVIDER:MODEL (openai, anthropic, google, ollama), or several: A,B.",
     ),
     click.option("--base-url", metavar="URL", help="An OpenAI-compatible server; --writer then names its model."),
     click.option("--temperature", type=click.FloatRange(0, 2), default=0.1, show_default=True, help="Of a model."),
@@ -73,14 +89,20 @@ _OPTIONS = (
 )
 
 
-def task_from(file: str, scene_file: str | None, frame: str | None) -> Task:
-    """Read the trajectory, with the objects of another file and another frame where asked."""
-    task = load_task(file)
-    if scene_file is not None:
-        task = replace(task, scene=load_task(scene_file).scene)
-    if frame is not None:
-        task = replace(task, scene=replace(task.scene, frame=Frame(frame)))
-    return task
+def task_from(file: str, scene_file: str | None, frame: str | None, choices: Choices = NONE) -> Task:
+    """Read the trajectory from a file or an address, with the objects of another file and another frame where asked."""
+    return open_task(file, scene_file=scene_file, frame=frame, choices=choices)
+
+
+def choices_from(options: dict[str, Any]) -> Choices:
+    """What was chosen of topic, message and home, and for writing, of message type and ROS frame."""
+    return Choices(
+        topic=options.get("topic"),
+        message=options.get("message"),
+        kind=options.get("kind"),
+        frame_id=options.get("frame_id"),
+        home=Home.parse(options["home"]) if options.get("home") else None,
+    )
 
 
 def robot_from(task: Task, robot: str | None, max_speed: float | None) -> Robot:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import os
-from typing import Literal
+from typing import Any, Literal
 
 import click
 
 from ovita.adaptation import Adaptation
+from ovita.cli.options import choices_from, source, task_from
 from ovita.errors import FormatError
-from ovita.formats import atomic_write, is_adaptation, load_robot, load_task
+from ovita.formats import atomic_write, is_adaptation, load_robot
+from ovita.links import is_address
 from ovita.robot import Robot
 
 SUFFIXES = (".png", ".svg", ".pdf", ".html")
@@ -22,14 +24,15 @@ View = Literal["auto", "3d", "top"]
 @click.option("--out", "-o", metavar="FILE", help=".png, .svg, .pdf or .html. [FILE with .png]")
 @click.option("--robot", metavar="NAME|FILE", help="Whose workspace to draw. [the result's]")
 @click.option("--view", type=click.Choice(["auto", "3d", "top"]), default="auto", show_default=True)
-def command(file: str, out: str | None, robot: str | None, view: View) -> None:
-    """Draw FILE, a result of `ovita adapt --out` (before and after) or a scene (its trajectory)."""
+@source
+def command(file: str, out: str | None, robot: str | None, view: View, **options: Any) -> None:
+    """Draw FILE: a result of `ovita adapt --out` (before and after), or a trajectory in any format with its scene."""
     out = out or os.path.splitext(file)[0] + ".png"
     drawn = load_robot(robot) if robot else None
-    if is_adaptation(file):
+    if not is_address(file) and is_adaptation(file):
         draw(Adaptation.load(file), out, robot=drawn, view=view)
     else:
-        task = load_task(file)
+        task = task_from(file, options["scene_file"], options["frame"], choices_from(options))
         shown = Adaptation(task.instruction, "ok", task.trajectory, task.trajectory, scene=task.scene)
         draw(shown, out, robot=drawn or load_robot(task.robot or "none"), view=view)
     click.echo(f"wrote {out}")

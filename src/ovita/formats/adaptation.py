@@ -5,16 +5,45 @@ What the keys mean is the business of `ovita.chain`; here they are only written 
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Mapping
+from hashlib import sha256
 from typing import Any
 
 from ovita.errors import FormatError
 from ovita.formats import json_
 from ovita.formats.files import atomic_write, examine, file_name, read_text, suffix
+from ovita.formats.values import plain
 
 SCHEMA = json_.ADAPTATION_SCHEMA
 """Value of the key `schema`."""
+
+
+_SEALED = (
+    "schema",
+    "instruction",
+    "status",
+    "original",
+    "adapted",
+    "timestep",
+    "scene",
+    "robot",
+    "contacts",
+    "constraints",
+)
+
+
+def seal(document: Mapping[str, Any]) -> str:
+    """SHA-256 of what a robot would be sent and why: trajectories, scene, limits and verdict.
+
+    It tells whether a saved adaptation was edited; it is no signature, since anyone can compute it.
+
+    Raises:
+        TypeError: If something in it has no place in JSON.
+    """
+    content = {key: plain(document.get(key)) for key in _SEALED}
+    return sha256(json.dumps(content, sort_keys=True, allow_nan=False).encode()).hexdigest()
 
 
 def save_document(path: str | os.PathLike[str], document: Mapping[str, Any]) -> None:
@@ -50,7 +79,7 @@ def is_adaptation(path: str | os.PathLike[str]) -> bool:
     Raises:
         FormatError: If the file cannot be read, or ends in .json but holds no JSON object.
     """
-    examine(path)
-    if suffix(path) != ".json":
+    if suffix(path) != ".json" and os.path.exists(path):
         return False
+    examine(path)
     return json_.is_adaptation(json_.parse_object(read_text(path), file_name(path)))

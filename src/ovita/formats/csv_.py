@@ -16,6 +16,7 @@ from ovita.formats.waypoints import COLUMNS, column_name, from_columns, trajecto
 from ovita.trajectory import TIMESTEP, Array, Trajectory
 
 _DELIMITERS = ",;\t"
+_POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
 _TIMESTEP = re.compile(r"#\s*timestep\s*[:=]\s*(\S+)\s*", re.IGNORECASE)
 
 
@@ -24,7 +25,8 @@ def parse(content: str, file: str) -> Task:
 
     The header names x, y, z [m], speed [m/s] or t [s], and qw, qx, qy, qz, in any order and case, separated by
     commas, semicolons or tabs; `velocity` and `v` also mean speed, other columns are ignored with a note. Lines
-    before the header that start with # are comments, of which `# timestep: 0.1` is heeded.
+    before the header that start with # are comments, of which `# timestep: 0.1` is heeded. A file of seven numbers a
+    row may lack the header: it then holds poses x, y, z, qx, qy, qz, qw.
 
     Args:
         content: The text.
@@ -33,12 +35,13 @@ def parse(content: str, file: str) -> Task:
     Raises:
         FormatError: If something in it is malformed; names the column and the row, counted from 0.
     """
+    content, remarks = _with_header(content)
     start, timestep = _header_offset(content, file)
     header_line = content[start:].lstrip("# \t").split("\n", 1)[0].split("\r", 1)[0]
     delimiter = max(_DELIMITERS, key=header_line.count)
     body = io.StringIO(content[start:], newline="")
     reader = csv.reader(body, delimiter=delimiter, skipinitialspace=True)
-    first_line = content.count("\n", 0, start)
+    first_line = content.count("\n", 0, start) - len(remarks)
     try:
         header = next(reader)
         rows = [(row, reader.line_num + first_line) for row in reader if any(cell.strip() for cell in row)]
@@ -52,7 +55,7 @@ def parse(content: str, file: str) -> Task:
     columns = _columns(rows, names, file)
     with errors_of(file):
         trajectory, notes = from_columns(columns, timestep=timestep)
-    return Task(trajectory, path=file, notes=notes)
+    return Task(trajectory, path=file, notes=remarks + notes)
 
 
 def dumps(trajectory: Trajectory) -> str:
@@ -62,6 +65,37 @@ def dumps(trajectory: Trajectory) -> str:
     lines.append(",".join(COLUMNS[:width]))
     lines.extend(",".join(map(repr, row)) for row in trajectory_rows(trajectory))
     return "\n".join(lines) + "\n"
+
+
+def dumps_poses(trajectory: Trajectory) -> tuple[str, tuple[str, ...]]:
+    """Write poses x, y, z, qx, qy, qz, qw as CSV text, and say what it does not hold."""
+    notes = ["a pose file holds no speeds and no times"]
+    turns = trajectory.orientations
+    if turns is None:
+        turns = np.tile([1.0, 0.0, 0.0, 0.0], (len(trajectory), 1))
+        notes.append("there are no orientations; every row got the identity 0, 0, 0, 1")
+    table = np.column_stack([trajectory.positions, turns[:, [1, 2, 3, 0]]])
+    lines = [",".join(_POSE), *(",".join(map(repr, row)) for row in table.tolist())]
+    return "\n".join(lines) + "\n", tuple(notes)
+
+
+def _with_header(content: str) -> tuple[str, tuple[str, ...]]:
+    """The text with the header of a pose file put in where it begins with seven numbers instead of names."""
+    offset, first = 0, ""
+    for line in content.splitlines(keepends=True):
+        if line.strip() and not line.lstrip().startswith("#"):
+            first = line
+            break
+        offset += len(line)
+    delimiter = max(_DELIMITERS, key=first.count)
+    try:
+        bare = len([float(cell) for cell in first.split(delimiter)]) == len(_POSE)
+    except ValueError:
+        bare = False
+    if not bare:
+        return content, ()
+    note = "there is no header; the seven columns were read as x, y, z, qx, qy, qz, qw"
+    return content[:offset] + delimiter.join(_POSE) + "\n" + content[offset:], (note,)
 
 
 def _header_offset(content: str, file: str) -> tuple[int, float | None]:

@@ -9,7 +9,7 @@ import stat
 from collections.abc import Iterator
 from pathlib import Path
 
-from ovita.errors import FormatError, RobotError, SceneError, TrajectoryError
+from ovita.errors import FormatError, RequestError, RobotError, SceneError, TrajectoryError
 
 MAX_BYTES = 256 * 1024 * 1024
 """Largest file that is read [bytes]."""
@@ -113,7 +113,7 @@ def errors_of(path: str | os.PathLike[str]) -> Iterator[None]:
         yield
     except (TrajectoryError, SceneError) as error:
         raise FormatError(file_name(path), error.problem, key=error.key, index=error.index) from None
-    except RobotError as error:
+    except (RequestError, RobotError) as error:
         raise FormatError(file_name(path), str(error)) from None
 
 

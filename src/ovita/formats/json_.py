@@ -28,6 +28,7 @@ TASK_KEYS = ("trajectory", "instruction", "timestep", *SCENE_KEYS)
 MAX_DEPTH = 64
 """Deepest nesting of lists and objects in a file."""
 
+_CARRIED = {"mission": "home", "ros": "frame_id"}
 _LINE = 110
 _HALF_SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")
 
@@ -56,7 +57,8 @@ def parse(content: str, file: str) -> Task:
         raise FormatError(file, _no_trajectory(document, key))
     with errors_of(file):
         trajectory, notes = read_rows(document[key], key=key, timestep=_timestep(others, file))
-        scene = scene_from_dict(_scene_part(others, file) if adaptation else _only(others, SCENE_KEYS))
+        carried = {} if adaptation else {k: others.pop(k) for k in _CARRIED if _is_carried(others, k)}
+        scene = scene_from_dict(_scene_part(others, file) if adaptation else _only(others, SCENE_KEYS) | carried)
     robot = others.get("robot")
     if adaptation:
         robot, remarks = _robot_of_adaptation(robot)
@@ -65,7 +67,23 @@ def parse(content: str, file: str) -> Task:
     kept = {} if adaptation else {k: v for k, v in others.items() if k not in TASK_KEYS}
     if named:
         kept.pop("robot", None)
-    return Task(trajectory, scene, _instruction(others, file), kept, file, robot if named else None, notes)
+    fixed = any(key in scene.extra for key in _CARRIED)
+    return Task(trajectory, scene, _instruction(others, file), kept, file, robot if named else None, notes, fixed)
+
+
+def parse_scene(content: str, file: str) -> tuple[Scene, bool]:
+    """Read only the scene from the text of a JSON file, and whether it states its frame.
+
+    Raises:
+        FormatError: If something in it is malformed; names the key and the index.
+    """
+    document = parse_object(content, file)
+    if is_adaptation(document):
+        document = dict(_scene_part(document, file))
+    check_values({key: value for key, value in document.items() if key != "trajectory"}, file)
+    with errors_of(file):
+        scene = scene_from_dict(_only(document, SCENE_KEYS))
+    return scene, document.get("frame") is not None
 
 
 def document_of(
@@ -197,6 +215,12 @@ def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 def _only(document: Mapping[str, Any], keys: Collection[str]) -> dict[str, Any]:
     return {key: document[key] for key in keys if key in document}
+
+
+def _is_carried(document: Mapping[str, Any], key: str) -> bool:
+    """Whether a key holds what ovita keeps of a mission or a ROS message, rather than something of the user's own."""
+    value = document.get(key)
+    return isinstance(value, dict) and _CARRIED[key] in value
 
 
 def _scene_part(document: Mapping[str, Any], file: str) -> Mapping[str, Any]:

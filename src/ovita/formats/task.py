@@ -22,6 +22,8 @@ class Task:
         path: The file as it was named.
         robot: Name of a robot preset or path of a robot file, or None.
         notes: What had to be assumed or ignored, each a sentence for a person.
+        fixed_frame: Whether the format itself fixes the axes (a ROS bag, a mission), so that another frame means
+            turning the waypoints rather than reading them otherwise.
     """
 
     trajectory: Trajectory
@@ -31,3 +33,4 @@ class Task:
     path: str = ""
     robot: str | None = None
     notes: tuple[str, ...] = ()
+    fixed_frame: bool = False

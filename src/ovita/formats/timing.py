@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ovita.errors import TrajectoryError
+from ovita.formats.timelaw import chained_speeds, no_rougher
 from ovita.formats.values import LARGEST
 from ovita.trajectory import TIMESTEP, Array
 
@@ -23,8 +24,8 @@ _ROUNDS = 50
 def speeds_from_times(positions: Array, times: Array, key: str = "t") -> tuple[Array, float, tuple[str, ...]]:
     """Find speeds that make a trajectory reach its waypoints at given times.
 
-    The time law says v_i + v_i+1 = 2 ds_i / dt_i, a chain with one free value that turns noise into oscillation. So
-    the speeds minimise
+    Times that came from a trajectory give its speeds back, see `timelaw.chained_speeds`. For others the time law
+    v_i + v_i+1 = 2 ds_i / dt_i, a chain, would turn noise into oscillation. So their speeds minimise
 
         sum_i ((v_i + v_i+1) / 2 - m_i)^2 / m_i^2  +  SMOOTHNESS * sum_i (v_i-1 - 2 v_i + v_i+1)^2 / max(m)^2
 
@@ -63,6 +64,9 @@ def speeds_from_times(positions: Array, times: Array, key: str = "t") -> tuple[A
         return np.zeros(len(positions)), timestep, tuple(remarks)
     rest = np.concatenate([[not moving[0]], ~moving])
     speeds = _rescued(_fit(mean, moving, rest), mean, moving)
+    chained = chained_speeds(ds, dt)
+    if chained is not None and no_rougher(chained, speeds):
+        return chained, timestep, tuple(remarks)
     spent = 2.0 * ds[moving] / (speeds[:-1] + speeds[1:])[moving]
     factor = float(spent.sum() / dt[moving].sum())
     error = float(np.abs(spent / factor / dt[moving] - 1.0).max())

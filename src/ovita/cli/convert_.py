@@ -1,0 +1,113 @@
+"""`ovita convert`: a trajectory from one format into another."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import click
+
+from ovita.cli.options import choices_from, source, task_from
+from ovita.cli.report import plain
+from ovita.errors import RequestError
+from ovita.formats import READ, Choices, Task, save_task
+from ovita.formats.ros.joints import JointMotion, load_joint_motion, save_joint_motion
+from ovita.formats.ros.messages import TYPES
+from ovita.formats.turning import turned, turned_scene
+from ovita.links import is_address
+from ovita.robot import Robot
+from ovita.scene import Frame, Scene
+from ovita.trajectory import Trajectory
+
+_FRAMES = click.Choice(["rfu", "flu", "ned"])
+
+
+_ENDINGS = f"Formats by ending: {', '.join(READ)} (ROS 1, only read); NAME/ is the folder of a ROS 2 bag."
+
+
+@click.command(epilog=_ENDINGS)
+@click.argument("file", metavar="IN")
+@click.argument("out", metavar="OUT")
+@source
+@click.option("--to-frame", type=_FRAMES, help="Axes of OUT (.json, .csv, .tum). [those of IN]")
+@click.option(
+    "--type", "kind", type=click.Choice([*TYPES, "joints"]), help="ROS message of OUT. [that of IN, else path]"
+)
+@click.option("--to-topic", metavar="NAME", help="Topic of OUT. [that of IN, else /path]")
+@click.option("--frame-id", metavar="NAME", help="ROS frame of OUT. [that of IN, else map]")
+@click.option("--arm", metavar="NAME|FILE", help="Kinematic model, for the joints of IN or of OUT: iiwa, or a .toml.")
+@click.option("--base", metavar="X,Y,Z,YAW", help="Where that arm stands, in metres and radians.")
+def command(
+    file: str,
+    out: str,
+    to_frame: str | None,
+    to_topic: str | None,
+    kind: str | None,
+    arm: str | None,
+    base: str | None,
+    **options: Any,
+) -> None:
+    """Convert the trajectory in IN to the format that the ending of OUT says; what it cannot hold is told.
+
+    IN may also be live: ros2:/topic?domain=0 or mavlink:udp:127.0.0.1:14550.
+    """
+    if is_address(out):
+        raise RequestError(f"{out}: nothing is sent to a robot unverified; use ovita send RESULT.json --to {out}")
+    choices = choices_from(options | {"kind": None if kind == "joints" else kind})
+    if arm is not None and kind != "joints":
+        task = _tool_path(file, arm, base, choices)
+    else:
+        task = task_from(file, options["scene_file"], options["frame"], choices)
+    if kind == "joints":
+        motion, said = joints_of(task.trajectory, task.scene, arm, base)
+        save_joint_motion(out, motion, replace(choices, topic=to_topic))
+        for note in (*task.notes, *said):
+            click.echo(f"note: {plain(note)}", err=True)
+        click.echo(plain(f"wrote {out}: {len(motion.times)} points of the joints {', '.join(motion.names)}"))
+        return
+    if to_frame is not None:
+        target = Frame(to_frame)
+        moved = turned(task.trajectory, task.scene.frame, target)
+        task = replace(task, trajectory=moved, scene=turned_scene(task.scene, target))
+    lost = save_task(out, task, replace(choices, topic=to_topic))
+    for note in (*task.notes, *lost):
+        click.echo(f"note: {plain(note)}", err=True)
+    path = task.trajectory
+    click.echo(
+        plain(
+            f"wrote {out}: {len(path)} waypoints, {path.length:.3f} m in {path.duration:.3f} s, "
+            f"frame {task.scene.frame.name} ({task.scene.frame.describe()})"
+        )
+    )
+
+
+def joints_of(
+    path: Trajectory,
+    scene: Scene,
+    arm: str | None,
+    base: str | None,
+    limits: Robot | None = None,
+    contacts: Sequence[str] = (),
+) -> tuple[JointMotion, tuple[str, ...]]:
+    """The joints' motion of an arm along a path, and how well it follows, in sentences.
+
+    Raises:
+        RequestError: If the arm or its place is not given, or it cannot follow the path.
+    """
+    if arm is None or base is None:
+        raise RequestError("joints need an arm and its place: --arm iiwa --base x,y,z,yaw, in the scene's coordinates")
+    from ovita.joints import joint_motion
+    from ovita.sim import Base
+
+    return joint_motion(path, scene, arm, base=Base.parse(base), limits=limits, contacts=contacts)
+
+
+def _tool_path(file: str, arm: str, base: str | None, choices: Choices) -> Task:
+    from ovita.joints import tool_path
+    from ovita.sim import Base
+
+    motion = load_joint_motion(file, choices)
+    path = tool_path(motion, arm, base=None if base is None else Base.parse(base))
+    said = f"the path of the tip of {arm} through {len(motion.times)} points; x forward, y left, z up of its base"
+    return Task(path, Scene(frame=Frame("flu")), path=file, notes=(said,), fixed_frame=True)

@@ -1,0 +1,1 @@
+"""Drone missions: QGroundControl plans, QGC WPL text, and what both have in common."""

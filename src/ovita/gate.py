@@ -1,0 +1,174 @@
+"""The gate that everything passes on its way to a robot: it believes no file, and keeps a log.
+
+A result is released only if it says that it succeeded, was verified against the limits of a robot, has not been edited
+since, and keeps every limit when its own trajectory, scene and robot are measured again.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ovita.adaptation import Adaptation
+from ovita.constraints import ConstraintCheck, ConstraintOptions, verify
+from ovita.errors import FormatError
+from ovita.formats import load_document
+from ovita.formats.adaptation import seal
+from ovita.formats.files import file_name
+from ovita.robot import Robot
+from ovita.trajectory import Trajectory
+
+_LIMIT = re.compile(r"at most [0-9.]+(e[-+]?[0-9]+)? m/s\^2")
+
+
+@dataclass(frozen=True)
+class Review:
+    """What the gate found.
+
+    Args:
+        result: As the file holds it.
+        robot: Whose limits were measured.
+        checks: Every limit, measured anew on the adapted trajectory.
+        refusals: Why it may not be sent, each a sentence; none if it may.
+        cautions: What a person should know before sending it, each a sentence.
+        sha256: Of the result's content.
+    """
+
+    result: Adaptation
+    robot: Robot
+    checks: tuple[ConstraintCheck, ...]
+    refusals: tuple[str, ...]
+    cautions: tuple[str, ...]
+    sha256: str
+
+    @property
+    def released(self) -> bool:
+        """Whether it may be sent."""
+        return not self.refusals
+
+
+def review(path: str, *, robot: Robot | None = None) -> Review:
+    """Judge a saved result of `ovita adapt`.
+
+    Args:
+        path: The file.
+        robot: Whose limits to measure, or None for those of the result.
+
+    Raises:
+        FormatError: If the file holds no readable result.
+    """
+    if not path.lower().endswith(".json"):
+        raise FormatError(
+            path, "only a result can be sent, so that it can be verified: ovita adapt ... --out RESULT.json"
+        )
+    document = load_document(path)
+    result = Adaptation.from_document(document, file=path)
+    judge = robot or result.robot
+    checks = verify(
+        result.adapted,
+        result.scene,
+        judge,
+        proposed=result.adapted,
+        original=result.original,
+        contacts=[name for name in result.contacts if name in result.scene],
+        options=_options(result),
+    )
+    refusals = [*_by_record(result), *_by_seal(document), *_by_measure(result.adapted, judge, checks)]
+    cautions = [f"'{name}' is meant to be touched and was not measured as an obstacle." for name in result.contacts]
+    cautions += [text for text in result.warnings if text not in refusals]
+    if result.robot != judge:
+        cautions.append(f"Measured against the limits of {judge.name!r} instead of the result's {result.robot.name!r}.")
+    return Review(result, judge, checks, tuple(dict.fromkeys(refusals)), tuple(cautions), _digest(document))
+
+
+def record(log: str | os.PathLike[str], event: Mapping[str, Any]) -> None:
+    """Add an event to the log, one JSON object a line with the time (UTC) first; it is on disk when this returns.
+
+    Raises:
+        FormatError: If the log cannot be written; nothing may be sent then.
+    """
+    line = json.dumps({"time": datetime.now(UTC).isoformat(timespec="milliseconds"), **event}, ensure_ascii=True)
+    try:
+        Path(log).parent.mkdir(parents=True, exist_ok=True)
+        handle = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o600)
+        try:
+            os.write(handle, line.encode("ascii") + b"\n")
+            os.fsync(handle)
+        finally:
+            os.close(handle)
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise FormatError(file_name(log), f"the log cannot be written ({reason}), so nothing is sent") from None
+
+
+def default_log() -> Path:
+    """Where sendings are logged: `sent.jsonl` in the user's state folder (XDG_STATE_HOME)."""
+    state = os.environ.get("XDG_STATE_HOME") or os.path.join(os.path.expanduser("~"), ".local", "state")
+    return Path(state, "ovita", "sent.jsonl")
+
+
+def _by_record(result: Adaptation) -> list[str]:
+    """What the result itself says against it."""
+    if result.status not in ("ok", "infeasible"):
+        return [f"There is no result to send: its status is {result.status!r}."]
+    verdict = result.constraints
+    if verdict is None:
+        return ["It was never verified against any limit."]
+    said = []
+    if result.status == "infeasible" or verdict.status == "infeasible":
+        said.append("The limits cannot all hold: it is only the best effort.")
+    if verdict.status == "off":
+        said.append("Its limits were only measured, not enforced (--no-constraints).")
+    elif not verdict.ok and result.status == "ok":
+        said.append("By its own report it breaks a limit.")
+    return said
+
+
+def _by_seal(document: Mapping[str, Any]) -> list[str]:
+    """Whether the content is that which was saved."""
+    kept = document.get("sha256")
+    if kept is None:
+        return ["It bears no seal, so nobody knows whether it was edited; run ovita adapt again with --out."]
+    if kept != seal(document):
+        return ["It was edited after it was saved: its seal does not fit; run ovita adapt again."]
+    return []
+
+
+def _by_measure(adapted: Trajectory, robot: Robot, checks: Sequence[ConstraintCheck]) -> list[str]:
+    """What measuring the trajectory again says against it."""
+    said = []
+    if robot.workspace is None and robot.max_speed is None:
+        said.append(f"The robot {robot.name!r} has no limits to verify against; name the real one: --robot NAME|FILE.")
+    for check in checks:
+        if not check.held:
+            where = "" if check.where_after is None else f" at {check.place} {check.where_after}"
+            what = f"it passes too close to {check.subject!r}" if check.subject else f"the {check.name} limit is broken"
+            said.append(f"Measured again, {what} by {check.violation_after:.3g} {check.unit}{where} ({check.limit}).")
+    length = np.diff(adapted.arc_length)
+    stuck = (length > 0) & (adapted.speeds[:-1] == 0) & (adapted.speeds[1:] == 0)
+    if stuck.any():
+        said.append(f"From waypoint {int(np.argmax(stuck))} it goes on at speed 0, which no robot can follow.")
+    return said
+
+
+def _options(result: Adaptation) -> ConstraintOptions:
+    """The limits that were asked for besides the robot's, as the result's own report names them."""
+    found: dict[str, float] = {}
+    for check in result.constraints.checks if result.constraints else ():
+        key = {"acceleration": "max_acceleration", "lateral acceleration": "max_lateral_acceleration"}.get(check.name)
+        if key and _LIMIT.fullmatch(check.limit):
+            found[key] = float(check.limit.split()[2])
+    return ConstraintOptions(**found)  # type: ignore[arg-type]
+
+
+def _digest(document: Mapping[str, Any]) -> str:
+    return sha256(json.dumps(document, sort_keys=True).encode()).hexdigest()

@@ -1,0 +1,202 @@
+"""`ovita convert` and `ovita send` as a user runs them."""
+
+import io
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ovita.cli.main import main
+from ovita.formats import load_task, save_trajectory
+from ovita.scene import Frame, Scene
+from ovita.trajectory import Trajectory
+
+TABLETOP = Path(__file__).parents[1] / "src" / "ovita" / "data" / "tabletop.json"
+HOME = "47.3977,8.5456,488"
+
+
+@pytest.fixture
+def ovita(monkeypatch, capsys, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+
+    def run(*arguments, stdin=""):
+        monkeypatch.setattr(sys, "argv", ["ovita", *map(str, arguments)])
+        monkeypatch.setattr(sys, "stdin", stdin if isinstance(stdin, io.StringIO) else io.StringIO(stdin))
+        try:
+            main()
+            code = 0
+        except SystemExit as stopped:
+            code = stopped.code or 0
+        said = capsys.readouterr()
+        assert "Traceback" not in said.err
+        return code, said.out, said.err
+
+    return run
+
+
+@pytest.fixture
+def result(ovita):
+    code, out, err = ovita(
+        "adapt", TABLETOP, "Go left by 0.2 and slow down near the cup", "--robot", "drone", "--out", "r.json"
+    )
+    assert code == 0, out + err
+    return "r.json"
+
+
+@pytest.mark.parametrize("ending", ["csv", "tum", "plan", "waypoints", "mcap", "db3", "json", "pose.csv", "txt"])
+def test_convert_there_and_back(ovita, ending):
+    if ending in ("mcap", "db3"):
+        pytest.importorskip("rosbags")
+    code, out, err = ovita("convert", TABLETOP, f"a.{ending}", "--home", HOME)
+    assert code == 0 and f"wrote a.{ending}: " in out, err
+    assert ending == "json" or "note: " in err
+    code, out, err = ovita("convert", f"a.{ending}", "b.json", "--scene", TABLETOP)
+    assert code == 0, err
+    before, after = load_task(TABLETOP), load_task("b.json")
+    assert len(after.trajectory) == len(before.trajectory)
+    np.testing.assert_allclose(after.trajectory.positions, before.trajectory.positions, atol=1e-7)
+    assert after.scene.names == before.scene.names and after.scene.frame == before.scene.frame
+
+
+def test_frames_of_convert(ovita, tmp_path):
+    pytest.importorskip("rosbags")
+    path = Trajectory([[0, 0, 0], [1, 2, 3]], [0.5, 0.5])
+    save_trajectory("a.mcap", path, Scene(frame=Frame("flu")))
+    assert ovita("convert", "a.mcap", "b.csv", "--to-frame", "rfu")[0] == 0
+    assert load_task("b.csv").trajectory.positions[1].tolist() == [-2, 1, 3]
+    code, out, err = ovita("convert", "b.csv", "c.json", "--frame", "ned", "--to-frame", "flu")
+    assert code == 0 and "frame flu" in out
+    assert load_task("c.json").trajectory.positions[1].tolist() == [-2, -1, -3]
+    Path("objects.json").write_text(json.dumps({"objects": [{"name": "cup", "x": 1, "y": 2, "z": 3}]}))
+    code, out, err = ovita("convert", "a.mcap", "d.json", "--scene", "objects.json")
+    assert "the scene file states no frame; its objects were taken to be in flu" in err
+    task = load_task("d.json")
+    assert (task.trajectory.positions == path.positions).all() and task.scene.frame == Frame("flu")
+    assert task.scene.names == ("cup",)
+    Path("objects.json").write_text(json.dumps({"frame": "ned", "objects": [{"name": "cup", "x": 1, "y": 2, "z": 3}]}))
+    ovita("convert", "a.mcap", "e.json", "--scene", "objects.json")
+    assert load_task("e.json").trajectory.positions[1].tolist() == [1, -2, -3]
+    code, out, err = ovita("convert", "a.mcap", "f.json", "--scene", "objects.json", "--frame", "rfu")
+    task = load_task("f.json")
+    assert task.trajectory.positions[1].tolist() == [-2, 1, 3] and task.scene["cup"].position.tolist() == [2, 1, -3]
+
+
+def test_adapt_opens_and_writes_the_other_formats(ovita):
+    pytest.importorskip("rosbags")
+    ovita("convert", TABLETOP, "a.mcap", "--type", "multidof")
+    common = ("--scene", TABLETOP, "--writer", "builtin")
+    code, _, err = ovita("adapt", "a.mcap", "go left by 0.2", *common, "--trajectory", "b.mcap", "--out", "r.json")
+    assert code == 0, err
+    before, after = load_task("a.mcap"), load_task("b.mcap")
+    np.testing.assert_allclose(
+        after.trajectory.positions - before.trajectory.positions, [[0, 0.2, 0]] * len(before.trajectory), atol=1e-9
+    )
+    assert after.scene.extra == before.scene.extra
+    assert ovita("plot", "a.mcap", "--scene", TABLETOP, "--out", "a.png")[0] == 0
+    assert Path("a.png").stat().st_size > 1000
+    code, _, err = ovita("adapt", TABLETOP, "go left by 0.2", "--trajectory", "m.plan", "--out", "m.json")
+    assert code == 2 and "there is no home position" in err and not Path("m.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "problem"),
+    [
+        (("convert", "no.mcap", "b.json"), "no.mcap: there is no such file"),
+        (("convert", TABLETOP, "b.xyz"), "the ending .xyz says nothing about the format"),
+        (("convert", TABLETOP, "b.plan"), "there is no home position"),
+        (("convert", TABLETOP, "b.plan", "--home", "here"), "is not latitude,longitude,altitude"),
+        (("convert", TABLETOP, "ros2:/plan"), "nothing is sent to a robot unverified"),
+        (("convert", "ros2:plan", "b.json"), "is no topic"),
+        (("convert", "mavlink:tcp:127.0.0.1:1", "b.json"), "cannot be connected to: connection refused"),
+        (("convert", TABLETOP, "no/b.json"), "does not exist; create it first"),
+        (("convert", TABLETOP, "b.json", "--scene", "no.json"), "no.json: there is no such file"),
+        (("convert", TABLETOP, "b.json", "--scene", "a.csv"), "there is no such file"),
+        (("convert", TABLETOP, "b.bag"), "ROS 1 bags are only read"),
+        (("convert", TABLETOP), "Missing argument 'OUT'"),
+        (("convert", TABLETOP, "b.mcap", "--type", "joints"), "joints need an arm and its place: --arm iiwa --base"),
+        (("send", TABLETOP, "--to", "x.csv"), "this is a task, not a saved adaptation"),
+        (("send", "a.mcap", "--to", "x.csv"), "only a result can be sent"),
+    ],
+)
+def test_mistakes_are_one_sentence(ovita, arguments, problem):
+    code, out, err = ovita(*arguments)
+    assert (code, out) == (2, "") and problem in err and len(err.strip().splitlines()) == 1
+    assert not list(Path().glob("b.*"))
+
+
+def events():
+    log = Path("state/ovita/sent.jsonl")
+    return [json.loads(line) for line in log.read_text().splitlines()] if log.exists() else []
+
+
+def test_send_shows_asks_sends_and_logs(ovita, result):
+    code, out, err = ovita("send", result, "--to", "x.csv")
+    assert code == 2 and "there is no terminal to ask" in err and not Path("x.csv").exists() and not events()
+    for part in ("Limits", "robot drone", "Verdict", "limits hold", "Changes", "at most"):
+        assert part in out
+    code, out, err = ovita("send", result, "--to", "x.csv", "--dry-run")
+    assert code == 0 and "nothing was" in out and not Path("x.csv").exists()
+    code, out, err = ovita("send", result, "--to", "x.csv", "--yes")
+    assert code == 0 and "SHA-256" in out
+    sending, sent = events()
+    assert (sending["event"], sent["event"], sent["to"], sent["robot"]) == ("sending", "sent", "x.csv", "drone")
+    from hashlib import sha256
+
+    assert sent["sha256"] == sha256(Path("x.csv").read_bytes()).hexdigest() and sent["bytes"] > 100
+    assert load_task("x.csv").trajectory == load_task(result).trajectory
+
+    class Terminal(io.StringIO):
+        def isatty(self):
+            return True
+
+    for answer, code in (("n\n", 130), ("y\n", 0)):
+        assert ovita("send", result, "--to", f"{code}.csv", "--log", "own.jsonl", stdin=Terminal(answer))[0] == code
+    assert Path("0.csv").exists() and not Path("130.csv").exists()
+
+
+def test_send_refuses_and_says_why(ovita, result):
+    document = json.loads(Path(result).read_text())
+    document["adapted"][3][0] += 0.01
+    Path("edited.json").write_text(json.dumps(document))
+    code, out, _ = ovita("send", "edited.json", "--to", "x.csv", "--yes")
+    assert code == 4 and "It was edited after it was saved" in out and not Path("x.csv").exists()
+    assert events()[-1]["event"] == "refused" and "seal" in events()[-1]["why"][0]
+
+
+def test_send_fails_cleanly(ovita, result):
+    pytest.importorskip("pymavlink")
+    code, _, err = ovita("send", result, "--to", "mavlink:tcp:127.0.0.1:1", "--home", HOME, "--yes")
+    assert code == 2 and "cannot be connected to: connection refused" in err
+    assert [event["event"] for event in events()] == ["sending", "failed"]
+    Path("state/ovita").rename("elsewhere")
+    Path("state/ovita").write_text("")
+    code, _, err = ovita("send", result, "--to", "x.csv", "--yes")
+    assert code == 2 and "so nothing is sent" in err and not Path("x.csv").exists()
+
+
+def test_a_mission_keeps_its_items_on_the_whole_way(ovita):
+    items = [
+        {"type": "SimpleItem", "command": c, "frame": 3, "autoContinue": True, "doJumpId": i, "params": p}
+        for i, (c, p) in enumerate(
+            [
+                (22, [0, 0, 0, None, 47.1, 8.5, 30]),
+                (16, [0, 0, 0, None, 47.1001, 8.5, 30]),
+                (205, [-90, 0, 0, 0, 0, 0, 2]),
+                (16, [0, 0, 0, None, 47.1005, 8.5, 30]),
+                (20, [0] * 7),
+            ]
+        )
+    ]
+    mission = {"version": 2, "hoverSpeed": 5, "plannedHomePosition": [47.1, 8.5, 400], "items": items}
+    Path("a.plan").write_text(json.dumps({"fileType": "Plan", "version": 1, "mission": mission}))
+    Path("field.toml").write_text("max_speed = 8\n[workspace]\nlower = [-100, -100, 1]\nupper = [100, 100, 60]\n")
+    common = ("--writer", "builtin", "--robot", "field.toml", "--out", "r.json")
+    assert ovita("adapt", "a.plan", "go up by 5", *common)[0] == 0
+    code, out, err = ovita("send", "r.json", "--to", "b.plan", "--yes")
+    assert code == 0, out + err
+    after = json.loads(Path("b.plan").read_text())["mission"]["items"]
+    assert [after[i] for i in (0, 2, 4)] == [items[i] for i in (0, 2, 4)]
+    assert after[1]["params"][6] == pytest.approx(35, abs=1e-6)

@@ -1,0 +1,155 @@
+"""The gate: nothing that is infeasible, unverified, edited or in collision goes to a robot."""
+
+import json
+import os
+import stat
+
+import pytest
+
+from ovita.adaptation import Adaptation
+from ovita.chain import adapt
+from ovita.constraints import ConstraintOptions
+from ovita.errors import FormatError
+from ovita.formats.adaptation import seal
+from ovita.gate import default_log, record, review
+from ovita.language.request import Request
+from ovita.robot import Box, Robot
+from ovita.scene import Scene, SceneObject
+from ovita.trajectory import Trajectory
+
+ROBOT = Robot("cell", Box((-2, -2, -1), (2, 2, 1)), max_speed=0.6)
+SCENE = Scene((SceneObject("cup", [0.5, 0.6, 0], [0.1, 0.1, 0.1]),))
+PATH = Trajectory([[0.1 * i, 0, 0] for i in range(11)], [0.3] * 11)
+
+
+def result(instruction="go left by 0.2", robot=ROBOT, **options):
+    return adapt(Request(instruction, PATH, SCENE, robot), writer="builtin", **options)
+
+
+@pytest.fixture(scope="module")
+def good():
+    return result().to_document()
+
+
+@pytest.fixture
+def reviewed(tmp_path):
+    def run(document, **options):
+        path = tmp_path / "r.json"
+        path.write_text(json.dumps(document))
+        return review(str(path), **options)
+
+    return run
+
+
+def sealed(document, **changes):
+    changed = {**document, **changes}
+    return {**changed, "sha256": seal(changed)}
+
+
+def test_a_good_result_is_released(good, reviewed, tmp_path):
+    found = reviewed(good)
+    assert found.released and len(found.checks) == 3 and all(check.held for check in found.checks)
+    assert len(found.sha256) == 64 and found.robot == ROBOT
+    Adaptation.from_document(good).save(str(tmp_path / "again.json"))
+    assert review(str(tmp_path / "again.json")).released
+
+
+def moved(document, row, value):
+    rows = [list(r) for r in document["adapted"]]
+    rows[row] = value
+    return rows
+
+
+def test_edits_are_caught(good, reviewed):
+    for changes in (
+        {"adapted": moved(good, 4, [0.4, 0.0, 0.001, 0.3])},
+        {"robot": {**good["robot"], "max_speed": 0.5}},
+        {"scene": {**good["scene"], "objects": []}},
+        {"contacts": ["cup"]},
+        {"timestep": 0.2},
+        {"status": "infeasible"},
+        {"constraints": {**good["constraints"], "status": "repaired"}},
+    ):
+        assert any("its seal does not fit" in text for text in reviewed({**good, **changes}).refusals), changes
+    assert reviewed({**good, "explanation": "reworded"}).released
+    unsealed = {key: value for key, value in good.items() if key != "sha256"}
+    assert any("bears no seal" in text for text in reviewed(unsealed).refusals)
+
+
+def test_even_a_resealed_file_is_measured(good, reviewed):
+    through = reviewed(sealed(good, adapted=moved(good, 5, [0.5, 0.6, 0.0, 0.3])))
+    assert any("it passes too close to 'cup' by" in text for text in through.refusals)
+    fast = reviewed(sealed(good, adapted=moved(good, 5, [0.5, 0.2, 0.0, 0.9])))
+    assert any("the speed limit is broken by 0.3 m/s at waypoint 5" in text for text in fast.refusals)
+    outside = reviewed(sealed(good, adapted=moved(good, 5, [0.5, 0.2, 3.0, 0.3])))
+    assert any("the workspace limit is broken by 2.01 m" in text for text in outside.refusals)
+    still = sealed(good, adapted=[[x, y, z, 0.0] for x, y, z, _ in good["adapted"]])
+    assert any("goes on at speed 0" in text for text in reviewed(still).refusals)
+
+
+def test_what_the_record_says_counts(good, reviewed):
+    off = result("go forward by 0.6", constraints=ConstraintOptions(enabled=False)).to_document()
+    refusals = reviewed(off).refusals
+    assert any("only measured, not enforced" in text for text in refusals)
+    assert any("too close to 'cup'" in text for text in refusals)
+    assert any("never verified" in text for text in reviewed(sealed(good, constraints=None)).refusals)
+    declined = result("flurb the snark").to_document()
+    assert any("There is no result to send" in text for text in reviewed(declined).refusals)
+    tight = Robot("tight", Box((-2, -0.1, -1), (2, 0.1, 1)), max_speed=0.6)
+    stuck = adapt(
+        Request("go left by 0.5", PATH, SCENE, tight),
+        writer="builtin",
+        constraints=ConstraintOptions(fix_goal=True, fix_start=True),
+    )
+    if stuck.status == "infeasible":
+        assert any("only the best effort" in text for text in reviewed(stuck.to_document()).refusals)
+
+
+def test_a_robot_without_limits_verifies_nothing(reviewed):
+    loose = result(robot=Robot.preset("none")).to_document()
+    assert any("'none' has no limits to verify against" in text for text in reviewed(loose).refusals)
+    found = reviewed(loose, robot=ROBOT)
+    assert found.released and any("instead of the result's 'none'" in text for text in found.cautions)
+    slow = Robot("slow", max_speed=0.1)
+    assert any("speed limit is broken" in text for text in reviewed(loose, robot=slow).refusals)
+
+
+def test_limits_on_acceleration_are_measured_again(reviewed):
+    gentle = result("slow down near the cup", constraints=ConstraintOptions(max_acceleration=0.5)).to_document()
+    found = reviewed(gentle)
+    assert found.released and any(check.name == "acceleration" for check in found.checks)
+    jerky = sealed(gentle, adapted=moved(gentle, 5, [*gentle["adapted"][5][:3], 0.0]))
+    jerky["adapted"][4][3] = jerky["adapted"][6][3] = 0.6
+    assert any("acceleration limit is broken" in text for text in reviewed(sealed(jerky)).refusals)
+
+
+def test_contacts_are_told(reviewed):
+    found = reviewed(result("go through the cup").to_document())
+    assert any("'cup' is meant to be touched" in text for text in found.cautions)
+
+
+def test_other_files_are_no_results(tmp_path, good):
+    with pytest.raises(FormatError, match="only a result can be sent"):
+        review(str(tmp_path / "a.csv"))
+    (tmp_path / "t.json").write_text(json.dumps({"trajectory": [[0, 0, 0, 1], [1, 0, 0, 1]]}))
+    with pytest.raises(FormatError, match="this is a task, not a saved adaptation"):
+        review(str(tmp_path / "t.json"))
+
+
+def test_the_log_only_grows(tmp_path, monkeypatch):
+    log = tmp_path / "new" / "sent.jsonl"
+    record(log, {"event": "sending", "to": "ü\n"})
+    before = log.read_bytes()
+    record(log, {"event": "sent"})
+    assert log.read_bytes().startswith(before)
+    lines = [json.loads(line) for line in log.read_text().splitlines()]
+    assert [line["event"] for line in lines] == ["sending", "sent"] and lines[0]["to"] == "ü\n"
+    assert lines[0]["time"].endswith("+00:00") and stat.S_IMODE(os.stat(log).st_mode) == 0o600
+    (tmp_path / "file").write_text("")
+    with pytest.raises(FormatError, match=r"the log cannot be written .*so nothing is sent"):
+        record(tmp_path / "file" / "sent.jsonl", {})
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    assert default_log() == tmp_path / "ovita" / "sent.jsonl"
+    monkeypatch.delenv("XDG_STATE_HOME")
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert default_log() == tmp_path / ".local" / "state" / "ovita" / "sent.jsonl"
