@@ -7,31 +7,36 @@ What a model causes, or limits that cannot all hold, is a `status` of the adapta
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from threading import Event
+from typing import Any
 
 import numpy as np
 
 from ovita.adaptation import Adaptation, Postcondition, Status
 from ovita.changes import measure, sentences
 from ovita.constraints import ConstraintOptions, constrain
-from ovita.errors import PolicyError, PolicyRejected, WriterError
-from ovita.language.explain import Facts, explain
-from ovita.language.grounding import ground
-from ovita.language.request import Prompt, Reply, Request, WriterInfo
+from ovita.errors import PolicyRejected, RequestError, WriterError
+from ovita.language.explain import Facts, explain, reworded
+from ovita.language.grounding import ExampleMode, ground
+from ovita.language.request import Reply, Request
+from ovita.language.watch import Progress, Watch
 from ovita.language.writer import PolicyWriter, writer_named
+from ovita.language.writing import Isolation as Isolation
+from ovita.language.writing import Written, judged, quoted, write
 from ovita.policy import Policy
 from ovita.policy.sandbox import Rollout, run
 from ovita.policy.source import parse
-from ovita.toolkit import Outcome, judge
 from ovita.trajectory import Trajectory
 
 REPAIRS = 2
 """How often a failing policy goes back to its writer, at most."""
 
-Isolation = Literal["strict", "degraded"]
+TIME_LIMIT = 60.0
+"""Longest time for writing a policy, all writers and repairs together [s]."""
 
 
 @dataclass
@@ -47,17 +52,6 @@ class _Clock:
         self.started = now
 
 
-@dataclass(frozen=True)
-class _Written:
-    """Phase two, done: the last reply, and the policy with its rollout if one ran."""
-
-    reply: Reply
-    policy: Policy | None
-    rollout: Rollout | None
-    attempts: int
-    error: str
-
-
 def adapt(
     request: Request,
     *,
@@ -65,7 +59,11 @@ def adapt(
     constraints: ConstraintOptions | None = None,
     isolation: Isolation = "strict",
     repairs: int = REPAIRS,
-    examples: bool = True,
+    examples: ExampleMode | bool = "retrieved",
+    time_limit: float | None = TIME_LIMIT,
+    explain_with_model: bool = False,
+    progress: Progress | None = None,
+    cancel: Event | None = None,
 ) -> Adaptation:
     """Adapt a trajectory to an instruction.
 
@@ -75,24 +73,36 @@ def adapt(
         constraints: How limits are enforced.
         isolation: How a policy must be isolated while it runs.
         repairs: How often a failing policy goes back to its writer.
-        examples: Whether the prompt shows the two examples of the answer format.
+        examples: Which examples the prompt shows: "retrieved" ones that are like the instruction, the "paper"'s two, or
+            "none"; True is "retrieved", False is "none".
+        time_limit: Longest time for writing, all writers and repairs together [s]; None sets no limit.
+        explain_with_model: Whether a model that wrote the policy also words the explanation; numbers that are in no
+            fact are never let through.
+        progress: Called with a short line at every stage, and while a model writes; perhaps from another thread.
+        cancel: Once it is set, the adaptation ends soon, with status "failed" and the trajectory unchanged.
 
     Raises:
         InputError: If the request or an option cannot be used.
         MissingExtra: If the writer's packages are not installed.
         IsolationUnavailable: If this machine cannot isolate a policy as asked.
     """
+    if repairs < 0 or (time_limit is not None and not 0.0 < time_limit < math.inf):
+        raise RequestError("repairs must be 0 or more, and the time limit a positive number of seconds")
     clock = _Clock()
     chosen = writer_named(writer) if isinstance(writer, str) else writer
-    prompt = ground(request, examples=examples)
+    watch = Watch.lasting(time_limit, progress, cancel)
+    prompt = replace(ground(request, examples=examples), watch=watch)
     clock.lap("ground")
-    written = _write(prompt, chosen, isolation, repairs, clock)
+    written = write(prompt, chosen, isolation=isolation, repairs=repairs, lap=clock.lap)
+    if watch.cancelled:
+        written = replace(written, policy=None, error="stopped on request; the trajectory is unchanged")
     if written.policy is None or written.rollout is None:
         return _declined(request, written, clock)
+    watch.say("enforcing the limits")
     result = _finish(request, written.policy, written.rollout, written.reply, constraints, clock)
     result = replace(result, attempts=written.attempts)
-    if result.writer.kind == "llm":
-        result = _explained_by_model(result, chosen, clock)
+    if explain_with_model and written.by is not None:
+        result = _explained_by_model(result, written.by, watch, clock)
     return result
 
 
@@ -134,59 +144,7 @@ def rerun(
     return replace(_finish(request, policy, rollout, reply, constraints, clock), attempts=adaptation.attempts)
 
 
-def _write(prompt: Prompt, writer: PolicyWriter, isolation: Isolation, repairs: int, clock: _Clock) -> _Written:
-    """Phase two: ask for a policy, run it, and show a failing one back to its writer."""
-    reply = Reply("not_understood", writer=WriterInfo(writer.name))
-    best: tuple[Reply, Policy, Rollout] | None = None
-    error, tokens_in, tokens_out, attempts = "", 0, 0, 0
-    for attempts in range(1, repairs + 2):
-        try:
-            answer = writer.write(prompt)
-        except WriterError as failure:
-            error = str(failure)
-            clock.lap("write")
-            break
-        clock.lap("write")
-        tokens_in += answer.writer.input_tokens
-        tokens_out += answer.writer.output_tokens
-        counted = replace(answer.writer, input_tokens=tokens_in, output_tokens=tokens_out)
-        if answer.kind != "policy" and (best or prompt.attempts):
-            break
-        reply = replace(answer, writer=counted)
-        if answer.kind != "policy":
-            return _Written(reply, None, None, attempts, "")
-        policy: Policy | None = None
-        try:
-            policy = parse(answer.code)
-            rollout = run(policy, prompt.request.trajectory, prompt.request.scene, isolation=isolation)
-        except PolicyError as failure:
-            error = str(failure)
-            clock.lap("run")
-            prompt = prompt.repaired(policy.source if policy else answer.code, error)
-            continue
-        clock.lap("run")
-        best = (reply, policy, rollout)
-        broken = _broken_promises(prompt.request, rollout)
-        if not broken:
-            return _Written(reply, policy, rollout, attempts, "")
-        error = "it ran, but does not do what it promises: " + "; ".join(broken)
-        prompt = prompt.repaired(policy.source, error)
-    if best is not None:
-        reply, policy, rollout = best
-        return _Written(reply, policy, rollout, attempts, "")
-    return _Written(reply, None, None, attempts, error)
-
-
-def _broken_promises(request: Request, rollout: Rollout) -> list[str]:
-    return [o.sentence for o in _judged(request, rollout, rollout.trajectory.to_array()) if not o.held]
-
-
-def _judged(request: Request, rollout: Rollout, result: object) -> list[Outcome]:
-    original = request.trajectory.to_array()
-    return [judge(e, original, result, request.scene) for e in rollout.expectations]  # type: ignore[arg-type]
-
-
-def _declined(request: Request, written: _Written, clock: _Clock) -> Adaptation:
+def _declined(request: Request, written: Written, clock: _Clock) -> Adaptation:
     """The adaptation where no policy could be run: the trajectory stays as it was."""
     reply = written.reply
     status: Status = "failed"
@@ -216,9 +174,10 @@ def _declined(request: Request, written: _Written, clock: _Clock) -> Adaptation:
 
 
 def _not_understood(reply: Reply, request: Request) -> str:
-    words = ", ".join(repr(word) for word in reply.unplaced) or "the instruction"
+    words = quoted(reply.unplaced) or "the instruction"
     known = ", ".join(repr(name) for name in request.scene.names) or "none"
-    return f"I could not place {words}; the trajectory is unchanged. The scene's objects are: {known}."
+    others = "".join(f" Also asked: {said.rstrip('.')}." for said in reply.writer.tried[1:])
+    return f"I could not place {words}; the trajectory is unchanged. The scene's objects are: {known}.{others}"
 
 
 def _finish(
@@ -243,16 +202,16 @@ def _finish(
     clock.lap("constrain")
     verdict, adapted = solution.verdict, solution.trajectory
     changes = measure(request.trajectory, adapted, request.scene)
-    before = _judged(request, rollout, rollout.trajectory.to_array())
-    after = _judged(request, rollout, adapted.to_array())
+    before = judged(request, rollout, rollout.trajectory.to_array())
+    after = before if adapted is rollout.trajectory else judged(request, rollout, adapted.to_array())
     postconditions = tuple(
-        Postcondition(e.text, b.held, a.held, a.sentence)
+        Postcondition(e.text, b.held, a.held, a.sentence, b.change, a.change, a.unit)
         for e, b, a in zip(rollout.expectations, before, after, strict=True)
     )
     broken = [p.outcome for p in postconditions if not p.held]
     warnings = [f"Not as meant: {text}" for text in broken]
     if verdict.status != "satisfied":
-        warnings += verdict.sentences()
+        warnings += [*verdict.sentences(), *(text for p in postconditions for text in p.sentences())]
     stuck = _standing(adapted)
     if stuck is not None:
         warnings.append(f"From waypoint {stuck} on the path goes on at speed 0; a robot would stand still there.")
@@ -291,7 +250,7 @@ def _facts(result: Adaptation) -> Facts:
         result.plan,
         result.parameters,
         sentences(result.changes) if result.changes else (),
-        result.constraints.sentences() if result.constraints else (),
+        [text for part in (result.constraints, *result.postconditions) if part for text in part.sentences()],
         [p.outcome for p in result.postconditions if not p.held],
         result.assumptions,
     )
@@ -304,12 +263,11 @@ def _standing(trajectory: Trajectory) -> int | None:
     return int(np.argmax(stuck)) if stuck.any() else None
 
 
-def _explained_by_model(result: Adaptation, writer: PolicyWriter, clock: _Clock) -> Adaptation:
+def _explained_by_model(result: Adaptation, writer: PolicyWriter, watch: Watch, clock: _Clock) -> Adaptation:
     """Let the model explain in its own words; the template's explanation stays where it cannot."""
-    from ovita.language.llm import explain as explain_by_model
-
+    watch.say("explaining")
     try:
-        text = explain_by_model(writer, _facts(result).as_text())
+        text = reworded(writer, _facts(result).as_text(), watch=watch)
     except WriterError:
         return result
     finally:

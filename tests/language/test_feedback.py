@@ -1,0 +1,345 @@
+"""Feedback resolved offline: sentences by what they do to the path, what they are taken to mean, what is none."""
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from language.feedback_sentences import FOURTH, ROWS, SECOND, THIRD
+from ovita.errors import OvitaError
+from ovita.formats import load_task
+from ovita.language.builtin import BuiltinWriter
+from ovita.language.feedback import Past, resolve
+from ovita.language.grounding import ground
+from ovita.language.request import Reply, Request, WriterInfo
+from ovita.policy.source import parse
+from ovita.scene import Scene, SceneObject
+from ovita.session import Session
+from ovita.trajectory import Trajectory
+
+N = 41
+PATH = Trajectory.from_array(np.column_stack([np.zeros(N), np.linspace(0, 2, N), np.full(N, 0.3), np.full(N, 0.4)]))
+CUP, TABLE, BOTTLE = [0.4, 0.5, 0.3], [-0.6, 1.0, 0.3], [0.4, 1.5, 0.3]
+SCENE = Scene((SceneObject("cup", CUP), SceneObject("table", TABLE), SceneObject("bottle", BOTTLE)))
+CUPS = Scene((SceneObject("red cup", CUP), SceneObject("table", TABLE), SceneObject("blue cup", BOTTLE)))
+
+
+@cache
+def after(first):
+    """The session after the first turns; only drafts of it are used."""
+    session = Session(PATH, CUPS if any("red cup" in said for said in first) else SCENE, writer="builtin")
+    for said in first:
+        assert session.say(said).status == "ok", said
+    return session
+
+
+def measured(trajectory):
+    p, v = trajectory.positions, trajectory.speeds / 0.4
+    gaps = {
+        name: float(np.linalg.norm(p - at, axis=1).min())
+        for name, at in zip("cup table bottle".split(), OBJECTS, strict=True)
+    }
+    return {
+        **{f"gap_{name}": gap for name, gap in gaps.items()},
+        "left": -p[0, 0],
+        "left_mid": -p[len(p) // 2, 0],
+        "left_end": -p[-1, 0],
+        "up": p[0, 2] - 0.3,
+        "up_end": p[-1, 2] - 0.3,
+        "front": p[0, 1],
+        "speed": v[0],
+        "speed_end": v[-1],
+        "points": len(p),
+        **{f"at_{name}": v[min(i, len(v) - 1)] for name, i in (("cup", 10), ("table", 20), ("bottle", 30))},
+        "beyond": p[-1, 1] - 2,
+        "wide": float(np.ptp(p[:, 0])) / 2,
+    }
+
+
+OBJECTS = (CUP, TABLE, BOTTLE)
+
+
+SAID = [*ROWS, *SECOND, *THIRD, *FOURTH]
+
+
+@pytest.mark.parametrize(("first", "said", "wanted"), SAID, ids=[f"{' ; '.join(f)} -> {s}" for f, s, _ in SAID])
+def test_what_people_say(first, said, wanted):
+    session = after(tuple(first)).draft()
+    result = session.say(said)
+    assert result.status == wanted.get("status", "ok"), result.message
+    found = measured(session.current)
+    for measure, value in wanted.items():
+        if measure != "status":
+            low, high = value if isinstance(value, tuple) else (value - 0.005, value + 0.005)
+            assert low - 1e-9 <= found[measure] <= high + 1e-9, (measure, found[measure], result.assumptions)
+
+
+def past_of(instruction, scene=SCENE, path=PATH):
+    reply = BuiltinWriter().write(ground(Request(instruction, path, scene)))
+    return Past(instruction, path, parse(reply.code).parameters)
+
+
+def read(said, *instructions, scene=SCENE):
+    return resolve(said, [past_of(text, scene) for text in instructions], scene, PATH)
+
+
+def test_it_says_what_it_took_the_words_to_mean():
+    assert read("a bit more", "go left by 0.2").taken == (
+        "took 'a bit more' as: left 0.2 m -> 0.25 m (shift to the left)"
+    )
+    assert read("I meant the bottle", "slow down near the cup").taken.endswith("as: slow down near the bottle")
+    session = after(("go left by 0.2",)).draft()
+    result = session.say("make it 0.3")
+    assert result.assumptions[0].startswith("took 'make it 0.3' as: left 0.2 m -> 0.3 m")
+    assert result.explanation.startswith("Took 'make it 0.3' as")
+    assert session.say("perfect").message == "Took 'perfect' as: it is right as it is; nothing is changed."
+    assert [step.said for step in session.steps] == ["go left by 0.2", "make it 0.3"]
+
+
+def test_a_bit_more_is_not_done_on_top_of_the_whole_turn():
+    session = after(("go left by 0.2",)).draft()
+    result = session.say("a bit more")
+    assert session.current.positions[0, 0] == pytest.approx(-0.25)
+    assert result.original == PATH and session.steps[-1].tuned
+    result = session.say("go left by 0.05")
+    assert session.current.positions[0, 0] == pytest.approx(-0.3)
+
+
+def test_a_question_names_the_knobs_and_takes_an_answer():
+    session = after(("go left by 0.2 and slow down near the cup",)).draft()
+    asked = session.say("a bit more")
+    assert asked.status == "needs_clarification" and "left" in asked.question and "slowdown" in asked.question
+    session.say("the shift")
+    assert session.current.positions[0, 0] == pytest.approx(-0.25)
+    again = after(("go left by 0.2 and slow down near the cup",)).draft()
+    again.say("a bit more")
+    again.say("go up by 0.1")
+    assert again.current.positions[0] == pytest.approx([-0.2, 0, 0.4])
+
+
+def test_two_objects_that_could_be_the_other_one_lead_to_a_question():
+    scene = Scene((*CUPS.objects, SceneObject("green cup", [0.4, 1.0, 0.3])))
+    assert read("the other cup", "slow down near the red cup", scene=scene).question == (
+        "Which one: 'blue cup' or 'green cup'?"
+    )
+
+
+def test_the_answer_to_which_object_completes_the_instruction():
+    session = Session(PATH, CUPS, writer="builtin")
+    assert session.say("slow down near the cup").status == "needs_clarification"
+    assert session.say("the blue one").instruction == "slow down near the blue cup"
+    assert session.current.speeds[[10, 30]] == pytest.approx([0.4, 0.2])
+
+
+def test_what_is_near_moves_along_with_the_shift():
+    session = after(("go left by 0.2 and slow down near the cup",)).draft()
+    session.say("make the shift 0.5")
+    assert session.current.speeds[10] == pytest.approx(0.2)
+
+
+def test_original_keeps_the_knobs_as_they_were_turned_and_the_words_as_they_were_meant():
+    session = after(("go left by 0.2",)).draft()
+    session.say("a bit more")
+    session.say("slow down near the cup")
+    session.say("no, near the bottle")
+    result = session.say("go up by 0.1", on="original")
+    assert result.instruction == "go left by 0.2. slow down near the bottle. go up by 0.1"
+    assert result.original == PATH
+    assert session.current.positions[0] == pytest.approx([-0.25, 0, 0.4])
+    assert session.current.speeds[[10, 30]] == pytest.approx([0.4, 0.2])
+
+
+def test_undo_redo_and_starting_over_keep_what_was_left():
+    session = after(("go left by 0.2", "go up by 0.1")).draft()
+    session.say("undo that")
+    assert session.say("redo").status == "ok" and len(session.steps) == 2
+    session.say("start over")
+    assert session.steps == () and session.current == PATH
+    assert session.say("bring it back").status == "ok" and len(session.steps) == 1
+    assert session.say("bring it back").status == "ok" and len(session.steps) == 2
+    assert "nothing to bring back" in session.say("redo").message
+
+
+def test_feedback_to_a_draft_is_adopted():
+    session = after(("go left by 0.2",)).draft()
+    draft = session.draft()
+    draft.say("undo that")
+    session.adopt(draft)
+    assert session.steps == ()
+
+
+def test_without_a_turn_before_it_nothing_is_feedback():
+    session = Session(PATH, SCENE, writer="builtin")
+    assert session.say("a bit more").status == "not_understood"
+    assert resolve("a bit more", [], SCENE, PATH) is None
+
+
+# Policies of other writers: only names, units and meanings of their knobs are known.
+
+WRITTEN = '''def adapt(
+    traj,
+    scene,
+    *,
+    lateral_offset=0.2,  # [m] shift to the left
+    cup_speed_factor=0.5,  # factor on the speed near the cup
+    influence_radius=0.5,  # [m] distance that counts as near
+):
+    """Shift left and slow down near the cup."""
+    cup = scene["cup"]
+    traj = move(traj, left=lateral_offset)
+    return scale_speed(traj, cup_speed_factor, where=near(traj, cup, within=influence_radius + lateral_offset))
+'''
+
+
+class Model:
+    """A language model that always writes the same policy, and counts how often it was asked."""
+
+    name = "openai:scripted"
+
+    def __init__(self):
+        self.prompts = []
+
+    def write(self, prompt):
+        self.prompts.append(prompt)
+        return Reply("policy", ("Shift left, slow down.",), WRITTEN, writer=WriterInfo("llm", "scripted"))
+
+
+OF_A_MODEL = [
+    ("a bit more to the left", {"left": 0.25, "at_cup": 0.5}),
+    ("slower still", {"left": 0.2, "at_cup": (0.2, 0.45)}),
+    ("not so slow", {"left": 0.2, "at_cup": (0.6, 0.8)}),
+    ("shift it a bit less", {"left": 0.16, "at_cup": 0.5}),
+    ("0.4 instead of 0.2", {"left": 0.4, "at_cup": 0.5}),
+    ("make the offset 0.3", {"left": 0.3, "at_cup": 0.5}),
+    ("undo the speed", {"left": 0.2, "at_cup": 1.0}),
+    ("forget the shift", {"left": 0.0, "at_cup": 0.5}),
+    ("set the influence radius to 1.2", {"left": 0.2, "at_bottle": 0.5}),
+    ("again", {"left": 0.4}),
+    ("undo that", {"left": 0.0, "at_cup": 1.0}),
+    ("great", {"left": 0.2, "at_cup": 0.5}),
+    ("the other direction", {"left": -0.2}),
+]
+
+
+@pytest.mark.parametrize(("said", "wanted"), OF_A_MODEL, ids=[s for s, _ in OF_A_MODEL])
+def test_knobs_of_a_language_models_policy(said, wanted):
+    model = Model()
+    session = Session(PATH, SCENE, writer=model)
+    session.say("a sentence that only a model understands")
+    assert session.say(said).status == "ok"
+    assert len(model.prompts) == 1, "a writer was asked"
+    found = measured(session.current)
+    for measure, value in wanted.items():
+        low, high = value if isinstance(value, tuple) else (value - 0.005, value + 0.005)
+        assert low <= found[measure] <= high, (measure, found[measure])
+
+
+def test_other_words_are_left_to_a_language_model_that_sees_the_last_turns():
+    model = Model()
+    session = Session(PATH, SCENE, writer=model)
+    session.say("slow down near the cup")
+    session.say("make the offset 0.3")
+    session.say("no, only near the bottle")
+    seen = model.prompts[-1].situation
+    assert "no, only near the bottle" in seen and "slow down near the cup" in seen
+    assert "lateral_offset=0.3" in seen and "lateral_offset=0.2" not in seen
+    session.say("and something new")
+    session.say("and something else")
+    assert model.prompts[-1].situation.count("lateral_offset=") == 2
+
+
+# What is no feedback.
+
+
+def test_the_paraphrases_of_instructions_are_no_feedback():
+    lines = (Path(__file__).parent / "paraphrases.txt").read_text(encoding="utf-8").splitlines()
+    sentences = [line for line in lines if line.strip() and line[0] not in "#="][::2]
+    past = past_of("go left by 0.2, go closer to the cup by 0.1 and speed up near the bottle")
+    read = {sentence: resolve(sentence, [past], SCENE, PATH) for sentence in sentences}
+    taken = {sentence: found.taken for sentence, found in read.items() if found is not None}
+    assert len(taken) <= 0.025 * len(sentences), taken
+
+
+DEVELOPMENT = Path(__file__).parents[3] / "shared" / "data" / "ovita-dev"
+
+
+@pytest.mark.skipif(not DEVELOPMENT.is_dir(), reason="the development half of the public data is not here")
+def test_instructions_of_the_public_data_are_no_feedback():
+    for file in sorted(DEVELOPMENT.rglob("*.json")):
+        try:
+            task = load_task(str(file))
+        except OvitaError:
+            continue
+        past = past_of(f"go left by 0.2 and slow down near the {(task.scene.names or ('cup',))[0]}", task.scene)
+        assert resolve(task.instruction, [past], task.scene, PATH) is None, file.name
+
+
+# Properties.
+
+metres = st.floats(0.02, 2.0).map(lambda x: float(f"{x:.3g}"))
+LEFT = past_of("go left by 0.2")
+SLOW = past_of("slow down near the cup")
+
+
+def with_value(past, value):
+    first, *rest = past.parameters
+    named = [
+        p if p.name not in ("left", "slowdown") else type(p)(p.name, value, p.unit, p.meaning) for p in (first, *rest)
+    ]
+    return Past(past.instruction, past.start, tuple(named))
+
+
+@settings(max_examples=25)
+@given(metres)
+def test_more_is_more_and_less_takes_it_back(value):
+    for more, less, k in (("a bit more", "a bit less", 1.25), ("more", "less", 1.5), ("much more", "much less", 2.0)):
+        up = resolve(more, [with_value(LEFT, value)], SCENE, PATH).values["left"]
+        assert up == pytest.approx(k * value, rel=0.03)
+        down = resolve(less, [with_value(LEFT, up)], SCENE, PATH).values["left"]
+        assert down == pytest.approx(value, rel=0.06)
+
+
+@settings(max_examples=40)
+@given(metres, metres)
+def test_a_number_is_taken_exactly(value, wanted):
+    said = f"make it {wanted:g}"
+    assert resolve(said, [with_value(LEFT, value)], SCENE, PATH).values["left"] == pytest.approx(wanted)
+    said = f"{wanted:g} instead of {value:g}"
+    assert resolve(said, [with_value(LEFT, value)], SCENE, PATH).values["left"] == pytest.approx(wanted)
+
+
+@settings(max_examples=25)
+@given(st.floats(0.1, 0.9).map(lambda x: round(x, 2)))
+def test_a_slowdown_stays_one(value):
+    for said in ("a bit more", "slower still", "twice that", "much more"):
+        assert 0 < resolve(said, [with_value(SLOW, value)], SCENE, PATH).values["slowdown"] < value
+    for said in ("a bit less", "not so slow", "half of that"):
+        assert value < resolve(said, [with_value(SLOW, value)], SCENE, PATH).values["slowdown"] < 1
+
+
+PIECES = """more less a bit much too not so far slow fast slower faster half of that it the other cup bottle table no
+only near end first left right undo speed shift again without keep as was 0.3 instead make 10 cm % also same for , ? go
+""".split()
+
+
+@settings(max_examples=150)
+@given(st.lists(st.sampled_from(PIECES), min_size=1, max_size=7).map(" ".join))
+def test_any_words_are_read_without_an_error_and_knobs_stay_finite(said):
+    found = resolve(said, [LEFT, SLOW], SCENE, PATH)
+    if found is not None:
+        assert found.taken and all(np.isfinite(value) for value in found.values.values())
+
+
+@given(st.text(max_size=60))
+def test_any_text_is_read_without_an_error(said):
+    resolve(said, [LEFT], SCENE, PATH)
+
+
+@pytest.mark.parametrize(
+    "said", [",", "...", "!?", "-", "reverse it", "step back by 0.1", "go back by 0.1", "42 is the answer"]
+)
+def test_signs_and_instructions_take_nothing_back(said):
+    assert resolve(said, [LEFT], SCENE, PATH) is None

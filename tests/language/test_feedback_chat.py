@@ -1,0 +1,80 @@
+"""Feedback in `ovita chat`, typed as a person types it, and in a session that was saved in between."""
+
+import json
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from ovita.formats import load_task
+from ovita.scene import Scene, SceneObject
+from ovita.session import Session
+from ovita.trajectory import Trajectory
+
+ROWS = [[0, y, 0.3, 0.4] for y in np.linspace(0, 2, 41)]
+THINGS = {"cup": [0.4, 0.5, 0.3], "bottle": [0.4, 1.5, 0.3]}
+
+
+def chat(folder, *lines):
+    scene = {
+        "trajectory": ROWS,
+        "objects": [{"name": n, **dict(zip("xyz", at, strict=True))} for n, at in THINGS.items()],
+    }
+    path = folder / "scene.json"
+    path.write_text(json.dumps(scene), encoding="utf-8")
+    end = folder / "end.csv"
+    env = {k: v for k, v in os.environ.items() if not k.endswith("_API_KEY") and k != "OVITA_MODEL"}
+    done = subprocess.run(
+        [sys.executable, "-m", "ovita", "chat", str(path), "--writer", "builtin"],
+        input="\n".join([*lines, f"/save {end}", "/quit"]) + "\n",
+        capture_output=True,
+        text=True,
+        timeout=120,
+        env=env,
+    )
+    assert done.returncode == 0 and "Traceback" not in done.stderr, done.stderr
+    return done.stdout, load_task(str(end)).trajectory
+
+
+def test_a_conversation_of_feedback(tmp_path):
+    told, end = chat(
+        tmp_path,
+        "go left by 0.2 and slow down near the cup",
+        "a bit more",
+        "the shift",
+        "I meant the bottle",
+        "perfect, thanks",
+        "slower still",
+        "undo that",
+        "/history",
+    )
+    assert "Which do you mean: left (shift to the left, now 0.2 m) or slowdown" in told
+    assert "left 0.2 m -> 0.25 m" in told and "Took 'perfect, thanks' as: it is right as it is" in told
+    assert "Took 'undo that' as: take the last turn back." in told
+    assert "3. on current: I meant the bottle" in told and "4." not in told.split("1. on current")[-1]
+    assert end.positions[0, 0] == pytest.approx(-0.25)
+    assert end.speeds[[10, 30]] == pytest.approx([0.4, 0.2])
+
+
+def test_original_keeps_turned_knobs_and_starting_over_ends_at_the_beginning(tmp_path):
+    told, end = chat(tmp_path, "go left by 0.1", "/set left=0.3", "/original go up by 0.1", "/why")
+    assert 'You asked: "go left by 0.1. go up by 0.1".' in told
+    assert end.positions[0] == pytest.approx([-0.3, 0, 0.4])
+    _, end = chat(tmp_path, "go left by 0.1", "twice that", "start over")
+    assert end.positions[0] == pytest.approx([0, 0, 0.3])
+
+
+def test_feedback_goes_on_after_a_session_was_saved(tmp_path):
+    scene = Scene(tuple(SceneObject(name, at) for name, at in THINGS.items()))
+    session = Session(Trajectory.from_array(ROWS), scene, writer="builtin")
+    for said in ("slow down near the cup", "I meant the bottle", "a bit more"):
+        session.say(said)
+    session.save(str(tmp_path / "session.json"))
+    again = Session.load(str(tmp_path / "session.json"), writer="builtin")
+    assert [step.kind for step in again.steps] == ["said", "reworded", "knobs"]
+    again.say("also near the cup")
+    assert again.current.speeds[[10, 30]] == pytest.approx([0.168, 0.168])
+    again.say("undo the last two")
+    assert again.current == session.original
