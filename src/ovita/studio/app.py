@@ -1,0 +1,217 @@
+"""The server: it starts viser behind the gate, and gives every browser its view and its desk."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import io
+import json
+import secrets
+import socket
+import threading
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from ovita.errors import FormatError, MissingExtra, OvitaError, RequestError
+from ovita.session import Session
+from ovita.studio.desk import Desk
+from ovita.studio.desks import Desks, default_folder
+from ovita.studio.files import open_file
+from ovita.studio.filing import offered_files
+from ovita.studio.page import page
+from ovita.studio.security import Gate, gate_for, guarded, is_local
+from ovita.studio.uploads import limit_uploads
+from ovita.studio.view import View
+
+PORT = 8765
+"""Where the studio listens unless another port is named."""
+
+_PLACES_S = 6.0
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How a studio is started.
+
+    Args:
+        paths: Files and folders that can be opened; newcomers get the first file.
+        template: A session whose limits, writer and isolation newcomers get.
+        host: Address to listen on.
+        port: Port to listen on; 0 takes any free one.
+        token: What a browser must bring; "auto" makes one; "" where none is needed.
+        folder: Where sessions are kept.
+    """
+
+    template: Session
+    paths: tuple[str, ...] = ()
+    host: str = "127.0.0.1"
+    port: int = PORT
+    token: str = ""
+    folder: Path = field(default_factory=default_folder)
+
+
+class Studio:
+    """A running studio.
+
+    Args:
+        settings: How to start it.
+
+    Raises:
+        MissingExtra: If viser is not installed.
+        OvitaError: If it would let strangers in, a file cannot be opened, or the port is taken.
+    """
+
+    def __init__(self, settings: Settings) -> None:
+        try:
+            import viser
+        except ImportError:
+            raise MissingExtra("viser", "studio") from None
+        token = secrets.token_urlsafe(24) if settings.token == "auto" else settings.token
+        gate_for(settings.host, token, page)
+        port = _free_port(settings.host, settings.port)
+        self.gate: Gate = gate_for(settings.host, token, page, port)
+        self._local = is_local(settings.host)
+        self._template, self._offered = settings.template, offered_files(settings.paths)
+        self._first = self._offered[next(iter(self._offered))] if self._offered else ""
+        self._open_first()
+        self.desks = Desks(
+            settings.folder, self._open_first, writer=settings.template.writer, isolation=settings.template.isolation
+        )
+        self._key = f"ovita-session-{_digest(self._first)}"
+        self._views: dict[int, tuple[View, list[str]]] = {}
+        self._lock = threading.Lock()
+        with _quiet(), guarded(self.gate):
+            self.server: Any = viser.ViserServer(settings.host, port, label="ovita studio", verbose=False)
+        # viser's client may ask its server to open a tunnel to the outside; this one never does
+        setattr(self.server, "request_share_url", lambda verbose=True: None)  # noqa: B010
+        self.server.scene.set_up_direction("+z")
+        self.server.scene.world_axes.visible = False
+        self.server.on_client_connect(self._came)
+        self.server.on_client_disconnect(self._left)
+        self.port: int = self.server.get_port()
+        shown = "127.0.0.1" if settings.host in ("0.0.0.0", "::") else settings.host
+        self.url = f"http://{shown}:{self.port}/" + (f"?token={self.gate.token}" if self.gate.token else "")
+
+    @property
+    def views(self) -> list[View]:
+        """The tabs that are open."""
+        with self._lock:
+            return [view for view, _ in self._views.values()]
+
+    def stop(self) -> None:
+        """Stop the server and write down what is open."""
+        with self._lock:
+            gone, self._views = list(self._views.items()), {}
+        for _, (view, used) in gone:
+            self._put_away(view, used)
+        with _quiet():
+            self.server.stop()
+
+    def wait(self) -> None:
+        """Block until the process is interrupted."""
+        threading.Event().wait()
+
+    def _open_first(self) -> tuple[Session, str]:
+        path = self._first or str(Path(__file__).parents[1] / "data" / "tabletop.json")
+        opened = open_file(path, self._template)
+        return opened.session, opened.title
+
+    def _came(self, client: Any) -> None:
+        """Give a browser its view: on the session that it had, or on a new one."""
+        limit_uploads(client)
+        note, had = "", self._remembered(client)
+        used, desk = [had[0][0]] if had else [], None
+        try:
+            desk = self.desks.find(*had[0]) if had else None
+        except OvitaError as error:
+            note = f"The session that this browser had cannot be read, so this is a new one: {error}"
+
+        def new(session: Session | None = None, title: str = "") -> Desk:
+            name, fresh = self.desks.new(session, title)
+            used.append(name)
+            self._remember(client, name, fresh.title)
+            return fresh
+
+        def returned(name: str) -> Desk:
+            found = self.desks.find(name, dict(self._remembered(client)).get(name, ""))
+            if found is None:
+                raise RequestError("that session is not on this machine any more")
+            used.append(name)
+            self._remember(client, name, found.title)
+            return found
+
+        if desk is None:
+            desk = new()
+            note = note or desk.error
+        view = View(
+            client,
+            desk,
+            offered=self._offered,
+            opened=lambda opened: new(opened.session, opened.title),
+            again=new,
+            earlier={f"{i}. {title}": name for i, (name, title) in enumerate(had[1:], start=1)},
+            returned=returned,
+            local=self._local,
+        )
+        if note:
+            view.tell(note)
+        with self._lock:
+            self._views[client.client_id] = (view, used)
+        if client.client_id not in self.server.get_clients():
+            self._left(client)
+
+    def _left(self, client: Any) -> None:
+        with self._lock:
+            view, used = self._views.pop(client.client_id, (None, []))
+        if view is not None:
+            self._put_away(view, used)
+
+    def _put_away(self, view: View, used: list[str]) -> None:
+        view.close()
+        view.desk.close()
+        for name in used:
+            self.desks.leave(name)
+
+    def _remembered(self, client: Any) -> list[tuple[str, str]]:
+        """Name and title of the sessions that a browser had, the last first; its own storage keeps them."""
+        with contextlib.suppress(RuntimeError, TimeoutError, ValueError, TypeError):
+            kept = json.loads(client.local_storage.get_item(self._key, timeout=_PLACES_S) or "[]")
+            return [(str(name), str(title)[:80]) for name, title in kept]
+        return []
+
+    def _remember(self, client: Any, name: str, title: str) -> None:
+        others = [(other, told) for other, told in self._remembered(client) if other != name]
+        client.local_storage.set_item(self._key, json.dumps([(name, title), *others][:10]))
+
+
+def _free_port(host: str, port: int) -> int:
+    """The port, once it is sure that it can be listened on: viser would silently take another."""
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    try:
+        with socket.socket(family, socket.SOCK_STREAM) as probe:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            probe.bind((host.strip("[]"), port))
+            return int(probe.getsockname()[1])
+    except (OSError, OverflowError) as error:
+        why = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+        raise RequestError(f"the studio cannot listen on {host}:{port}: {why.lower()}; choose another --port") from None
+
+
+@contextlib.contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep viser's banner off the terminal."""
+    with contextlib.redirect_stdout(io.StringIO()):
+        yield
+
+
+def _digest(path: str) -> str:
+    """A short name for a file as it is now, under which browsers remember their session."""
+    if not path:
+        return "demo"
+    try:
+        content = Path(path).read_bytes()
+    except OSError as error:
+        raise FormatError(path, f"cannot be read: {error.strerror}") from None
+    return hashlib.sha256(str(Path(path).resolve()).encode() + b"\0" + content).hexdigest()[:16]

@@ -1,0 +1,160 @@
+"""The left side: say it, see how it went, go back."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import Any
+
+from ovita.errors import OvitaError
+from ovita.history import ROOT
+from ovita.language.request import FeedbackOn
+from ovita.studio import words
+from ovita.studio.desk import Desk, News
+
+_ON = {"current: what there is now": "current", "original: everything on the blue line": "original"}
+_TICK_S = 0.5
+
+
+class Conversation:
+    """Instruction box, suggestions, progress, outcome and history of one tab.
+
+    Args:
+        gui: viser's GUI of the tab; the parts are added to the container that is open.
+        desk: Gives the desk, which changes when another file is opened.
+        complain: Shows a sentence to the person.
+    """
+
+    def __init__(self, gui: Any, desk: Callable[[], Desk], complain: Callable[[str], None]) -> None:
+        self.gui, self._desk, self._complain = gui, desk, complain
+        self._suggested: tuple[str, ...] = ()
+        self._tries: list[Any] = []
+        self._clock: threading.Thread | None = None
+        self._closed = False
+        self.ask = gui.add_html("")
+        with gui.add_form(None) as self.form:
+            self.text = gui.add_text("", "")
+            self.send = gui.add_button("Send", icon="send")
+        self.on = gui.add_dropdown("feedback on", tuple(_ON), hint="Which trajectory your next words are about")
+        self.meaning = gui.add_html("")
+        self.stage = gui.add_html("", visible=False)
+        self.bar = gui.add_progress_bar(100.0, animated=True, visible=False)
+        self.cancel = gui.add_button("Cancel", color="gray", icon="x", visible=False)
+        self.outcome = gui.add_html("")
+        self.tries = gui.add_folder(None)
+        self.back = gui.add_button_group("history", ("Undo", "Redo"), visible=False)
+        self.past = gui.add_html("")
+        self.branch = gui.add_dropdown(
+            "go on from", ("0. the beginning",), hint="Any turn; later ones stay in the history", visible=False
+        )
+        self.form.on_submit(lambda _: self._say())
+        self.send.on_click(lambda _: self.form.submit())
+        self.on.on_update(lambda _: self._explain())
+        self.cancel.on_click(lambda _: self._desk().cancel())
+        self.back.on_click(lambda _: self.step(self.back.value))
+        self.branch.on_update(self._branch)
+        self._explain()
+
+    def refresh(self, news: News) -> None:
+        """Show what the desk holds."""
+        desk = self._desk()
+        busy = desk.busy
+        for node in (self.stage, self.bar, self.cancel):
+            node.visible = busy is not None
+        self.send.disabled = busy is not None
+        if busy is not None:
+            self._show_stage()
+            if news == "busy" and (self._clock is None or not self._clock.is_alive()):
+                self._clock = threading.Thread(target=self._tick, name="ovita-clock", daemon=True)
+                self._clock.start()
+        asked = desk.said.question if desk.said is not None else ""
+        title = "Your answer" if asked else "What should change?"
+        self.ask.content = words.block(f"<h4>{title}</h4>")
+        self.outcome.content = words.outcome(desk)
+        if news in ("turn", "said", "knobs"):
+            self._suggest(desk)
+        if news == "turn" or news == "knobs":
+            self.past.content = words.history(desk.session)
+            self._list_turns(desk)
+
+    def close(self) -> None:
+        """Stop the clock."""
+        self._closed = True
+
+    def _say(self) -> None:
+        self.send_words(self.text.value, answering=True)
+
+    def send_words(self, text: str, *, answering: bool) -> None:
+        """Say something, or answer the question that came back."""
+        desk = self._desk()
+        try:
+            if answering and desk.said is not None and desk.said.question:
+                desk.answer(text)
+            else:
+                desk.say(text, self._about())
+        except OvitaError as error:
+            self._complain(str(error))
+            return
+        self.text.value = ""
+
+    def _about(self) -> FeedbackOn:
+        return "original" if _ON.get(self.on.value) == "original" else "current"
+
+    def _explain(self) -> None:
+        self.meaning.content = words.block(f'<p class="soft">{words.MEANING[self._about()]}</p>')
+
+    def step(self, which: str) -> None:
+        """Undo or redo a turn."""
+        desk = self._desk()
+        did: list[bool] = []
+        if desk.act(lambda s: did.append(s.undo() if which == "Undo" else s.redo())) and not did[0]:
+            self._complain(f"There is nothing to {which.lower()}.")
+
+    async def _branch(self, event: Any) -> None:
+        if event.client is None:
+            return
+        number = str(self.branch.value).partition(".")[0]
+        turn = int(number) - 1 if number.isdecimal() else ROOT
+        threading.Thread(target=lambda: self._desk().act(lambda s: s.branch(turn)), daemon=True).start()
+
+    def _list_turns(self, desk: Desk) -> None:
+        history = desk.session.history
+        names = tuple(words.turn_name(desk.session, i) for i in (ROOT, *range(len(history.steps))))
+        if self.branch.options != names:
+            self.branch.options = names
+        now = words.turn_name(desk.session, history.head)
+        if self.branch.value != now:
+            self.branch.value = now
+        self.branch.visible = self.back.visible = len(names) > 1
+
+    def _suggest(self, desk: Desk) -> None:
+        session = desk.session
+        said = {step.said.lower() for step in session.steps}
+        wanted = tuple(s for s in words.suggestions(session.current, session.scene) if s.lower() not in said)
+        if wanted == self._suggested:
+            return
+        self._suggested = wanted
+        for node in self._tries:
+            node.remove()
+        self._tries = []
+        with self.tries:
+            if wanted:
+                self._tries.append(self.gui.add_html(words.block("<h4>Try</h4>")))
+            for text in wanted:
+                button = self.gui.add_button(text, color=(228, 236, 243), hint="Click to say this")
+                button.on_click(lambda _, text=text: self.send_words(text, answering=False))
+                self._tries.append(button)
+
+    def _tick(self) -> None:
+        done = threading.Event()
+        while not self._closed and self._desk().busy is not None:
+            self._show_stage()
+            done.wait(_TICK_S)
+
+    def _show_stage(self) -> None:
+        busy = self._desk().busy
+        if busy is not None:
+            self.stage.content = words.block(
+                f'<div class="card">&ldquo;{words.e(busy.said)}&rdquo;<br><span class="soft">{words.e(busy.stage)}'
+                f" &middot; {busy.elapsed:.0f} s</span></div>"
+            )

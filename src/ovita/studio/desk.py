@@ -1,0 +1,268 @@
+"""A desk: one session, worked on from one or more tabs, one turn at a time, with everything slow on a thread."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from ovita.adaptation import Adaptation
+from ovita.errors import OvitaError, RequestError
+from ovita.language.feedback import clarified
+from ovita.language.request import FeedbackOn
+from ovita.session import Session
+
+SETTLE_S = 0.6
+"""How long knobs must rest until what they did is written down [s]."""
+
+News = Literal["turn", "knobs", "busy", "said", "error"]
+"""What changed: the turn in force, its knobs, whether a writer is at work, what was said last, a wish that failed."""
+
+
+@dataclass
+class Busy:
+    """A turn that is being written.
+
+    Args:
+        said: What the person said.
+        on: Which trajectory it is about.
+        cancel: Set when it is no longer wanted.
+        started: On the clock of `time.monotonic` [s].
+        stage: What goes on, in words.
+    """
+
+    said: str
+    on: FeedbackOn
+    cancel: threading.Event = field(default_factory=threading.Event)
+    started: float = field(default_factory=time.monotonic)
+    stage: str = "reading the instruction"
+
+    @property
+    def elapsed(self) -> float:
+        """Since it began [s]."""
+        return time.monotonic() - self.started
+
+
+@dataclass(frozen=True)
+class Said:
+    """What was said last, and what came of it where that is no turn of the session.
+
+    Args:
+        text: What the person said.
+        on: Which trajectory it was about.
+        result: The adaptation that was not kept, or None.
+        error: Why there is none, or "".
+    """
+
+    text: str
+    on: FeedbackOn
+    result: Adaptation | None = None
+    error: str = ""
+
+    @property
+    def question(self) -> str:
+        """The question back, or ""."""
+        return self.result.question if self.result is not None else ""
+
+    @property
+    def message(self) -> str:
+        """One sentence that says how it went."""
+        return self.error or (self.result.message if self.result is not None else "")
+
+
+class Desk:
+    """A session and what happens to it.
+
+    Args:
+        session: The session; from now on only the desk touches it.
+        title: What it is about, such as the name of the file.
+    """
+
+    def __init__(self, session: Session, title: str = "") -> None:
+        self.session, self.title = session, title
+        self.busy: Busy | None = None
+        self.said: Said | None = None
+        self.error = ""
+        self.lock = threading.RLock()
+        self._watchers: list[Callable[[News], None]] = []
+        self._knobs = threading.Condition()
+        self._wanted: dict[str, Any] = {}
+        self._turning = False
+
+    def watch(self, watcher: Callable[[News], None]) -> Callable[[], None]:
+        """Call `watcher` with what changed, from whatever thread it changed on; call the result to end that."""
+        with self.lock:
+            self._watchers.append(watcher)
+
+        def leave() -> None:
+            with self.lock:
+                if watcher in self._watchers:
+                    self._watchers.remove(watcher)
+
+        return leave
+
+    @property
+    def watched(self) -> bool:
+        """Whether any tab looks at this desk."""
+        return bool(self._watchers)
+
+    def say(self, text: str, on: FeedbackOn) -> threading.Thread:
+        """Adapt to an instruction on a thread of its own.
+
+        Raises:
+            RequestError: If the instruction is empty, or another is being written.
+        """
+        text = text.strip()
+        with self.lock:
+            if self.busy is not None:
+                raise RequestError("the last instruction is still being worked on; wait for it or cancel it")
+            if not text:
+                raise RequestError("say what should change, such as 'slow down near the cup'")
+            self._rest()
+            busy = self.busy = Busy(text, on)
+            self.said = None
+            draft = self.session.draft()
+        worker = threading.Thread(target=self._write, args=(draft, busy), name="ovita-writer", daemon=True)
+        worker.start()
+        self._tell("busy")
+        return worker
+
+    def answer(self, text: str) -> threading.Thread:
+        """Answer the question that came back; where the session cannot place it, all is said again with it.
+
+        Raises:
+            RequestError: If nothing was asked or the answer is empty.
+        """
+        if self.said is None or not self.said.question or not text.strip():
+            raise RequestError("there is no question to answer" if not text.strip() else "nothing was asked")
+        session, result = self.session, self.said.result
+        meant = clarified(session.asked, text, session.scene) if session.asked else ""
+        if meant:
+            return self.say(meant, self.said.on)
+        if session.steps and result is not None and result.writer.kind != "llm":
+            return self.say(text, self.said.on)
+        return self.say(f"{self.said.text.rstrip('.')}. {text.strip()}", self.said.on)
+
+    def cancel(self) -> None:
+        """Give up the turn that is being written; whatever its writer still answers is thrown away."""
+        with self.lock:
+            busy = self.busy
+            if busy is None:
+                return
+            busy.cancel.set()
+            self.busy = None
+            self.said = Said(busy.said, busy.on, error="Cancelled; nothing changed.")
+        self._tell("said")
+
+    def turn(self, name: str, value: Any) -> None:
+        """Turn a knob soon; of several values for one knob only the last counts, so that dragging never queues up."""
+        with self._knobs:
+            self._wanted[name] = value
+            self._knobs.notify_all()
+            if self._turning:
+                return
+            self._turning = True
+        threading.Thread(target=self._turn_all, name="ovita-knobs", daemon=True).start()
+
+    def act(self, work: Callable[[Session], object]) -> bool:
+        """Do something to the session at once; say whether it went well. A failure is told, nothing changes then."""
+        try:
+            with self.lock:
+                if self.busy is not None:
+                    raise RequestError("an instruction is being worked on; wait for it or cancel it")
+                self._rest()
+                work(self.session)
+                self.said, self.error = None, ""
+        except OvitaError as error:
+            self.error = str(error)
+            self._tell("turn")
+            self._tell("error")
+            return False
+        self._tell("turn")
+        return True
+
+    def close(self) -> None:
+        """Write down what is open."""
+        with self.lock:
+            self._rest()
+            self._kept(self.session.settle)
+
+    def _write(self, draft: Session, busy: Busy) -> None:
+        said = Said(busy.said, busy.on, error="This should not have happened; nothing changed.")
+        result: Adaptation | None = None
+        before, kept = (draft.history.head, len(draft.history.steps)), False
+
+        def stage(text: str) -> None:
+            busy.stage = text
+            self._tell("busy")
+
+        try:
+            result = draft.say(busy.said, on=busy.on, progress=stage, cancel=busy.cancel)
+            said = Said(busy.said, busy.on, result)
+        except OvitaError as error:
+            said = Said(busy.said, busy.on, error=str(error))
+        finally:
+            with self.lock:
+                wanted = self.busy is busy
+                if wanted:
+                    self.busy, self.error = None, ""
+                    kept = (draft.history.head, len(draft.history.steps)) != before
+                    if result is not None:
+                        self._kept(lambda: self.session.adopt(draft))
+                    self.said = None if kept else said
+            if wanted:
+                self._tell("turn" if kept else "said")
+                if self.error:
+                    self._tell("error")
+
+    def _turn_all(self) -> None:
+        """Turn knobs as long as there are wishes; then, after a rest, write down what came of it."""
+        while True:
+            with self._knobs:
+                if not self._wanted and not self._knobs.wait_for(lambda: bool(self._wanted), timeout=SETTLE_S):
+                    self._turning = False
+                    break
+            self._turn_once()
+        with self.lock:
+            kept = self._kept(self.session.settle)
+        if not kept:
+            self._tell("error")
+
+    def _kept(self, work: Callable[[], None]) -> bool:
+        """Do what also writes to the journal; a disk that is full costs the journal, not the session."""
+        try:
+            work()
+        except OvitaError as error:
+            self.error = str(error)
+            return False
+        return True
+
+    def _turn_once(self) -> None:
+        try:
+            with self.lock:
+                with self._knobs:
+                    values, self._wanted = self._wanted, {}
+                if not values:
+                    return
+                if self.busy is not None:
+                    raise RequestError("an instruction is being worked on; wait for it or cancel it")
+                self.session.tune(values, merge=True)
+                self.error = ""
+        except OvitaError as error:
+            self.error = str(error)
+            self._tell("error")
+            return
+        self._tell("knobs")
+
+    def _rest(self) -> None:
+        """Forget knobs that were not turned yet, so that they do not reach another turn's policy."""
+        with self._knobs:
+            self._wanted.clear()
+
+    def _tell(self, news: News) -> None:
+        with self.lock:
+            watchers = list(self._watchers)
+        for watcher in watchers:
+            watcher(news)

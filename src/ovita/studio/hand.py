@@ -1,0 +1,209 @@
+"""Editing by hand: drag an object, the start or the goal; pin a waypoint. Each becomes a turn of the session."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ovita.errors import OvitaError
+from ovita.scene import Frame, Scene
+from ovita.session import Session
+from ovita.studio import words
+from ovita.studio.desk import Desk
+from ovita.studio.stage import Space
+from ovita.toolkit import CATALOGUE
+from ovita.trajectory import Array, Trajectory
+
+_NOTHING, _START, _GOAL = "nothing", "the start", "the goal"
+
+
+class Hand:
+    """What a person moves with the mouse.
+
+    Args:
+        gui: viser's GUI of the tab; the controls are added to the container that is open.
+        space: The scene of the tab.
+        desk: Gives the desk.
+        peek: Shows the lines of a session that does not count yet.
+    """
+
+    def __init__(self, gui: Any, space: Space, desk: Callable[[], Desk], peek: Callable[[Session], None]) -> None:
+        self._space, self._desk, self._peek = space, desk, peek
+        self._wanted: tuple[str, Array] | None = None
+        self._peeking, self.dragging = False, False
+        self._lock = threading.Lock()
+        self._gizmo: Any = None
+        gui.add_html(
+            words.block(
+                "<h4>Move</h4><p class='soft'>Choose what to move, or click an object; then drag its arrows."
+                " The program runs again when you let go.</p>"
+            )
+        )
+        self.what = gui.add_dropdown("move", (_NOTHING,))
+        gui.add_html(
+            words.block(
+                "<h4>Pin</h4><p class='soft'>The limits may not move a pinned waypoint from where the program puts it."
+                "</p>"
+            )
+        )
+        self.index = gui.add_slider("waypoint", 0, 1, 1, 0)
+        self.pin = gui.add_button("Pin this waypoint", icon="pin")
+        self.unpin = gui.add_button("Take all pins out", color="gray", icon="pinned-off")
+        space.picked = self._choose
+        self.what.on_update(self._chosen)
+        self.index.on_update(self._ring)
+        self.pin.on_click(lambda _: self._pin())
+        self.unpin.on_click(lambda _: self._change_pins(()))
+
+    def refresh(self) -> None:
+        """Fit the controls to the session."""
+        session = self._desk().session
+        names = (_NOTHING, _START, _GOAL, *session.scene.names)
+        if self.what.options != names:
+            self.what.options = names
+            self._grip()
+        last = len(session.current) - 1
+        if self.index.max != last:
+            self.index.value = min(self.index.value, last)
+            self.index.max = last
+        pinned = [i for i in session.constraints.pinned if -len(session.current) <= i <= last]
+        self.unpin.visible = bool(session.constraints.pinned)
+        self._space.pins(session.current.positions[pinned])
+        self._space.mark(None)
+        if self._gizmo is not None and not self.dragging:
+            self._gizmo.position = self._place(session, str(self.what.value))
+
+    def let_go(self) -> None:
+        """Take the arrows away."""
+        self.what.value = _NOTHING
+        self._grip()
+
+    def move(self, what: str, place: Array) -> bool:
+        """Move an object, the start or the goal to a place (3,) [m], as one turn."""
+        return self._desk().act(lambda session: self._moved(session, what, place))
+
+    def _moved(self, session: Session, what: str, place: Array) -> None:
+        by = np.asarray(place, dtype=float) - self._place(session, what)
+        said = f"moved {what} {_words(by, session.scene.frame)}"
+        if what in (_START, _GOAL):
+            session.change(said, original=with_end(session.original, place, goal=what == _GOAL))
+        else:
+            session.change(said, scene=with_object_at(session.scene, what, place))
+
+    def _preview(self) -> None:
+        """Show what a move would come to while it is being made; of several places only the last counts."""
+        while True:
+            with self._lock:
+                wanted, self._wanted = self._wanted, None
+                if wanted is None:
+                    self._peeking = False
+                    return
+            desk = self._desk()
+            with desk.lock:
+                draft = None if desk.busy is not None else desk.session.draft()
+            if draft is not None:
+                with contextlib.suppress(OvitaError):
+                    self._moved(draft, *wanted)
+                    self._peek(draft)
+
+    def _choose(self, name: str) -> None:
+        self.what.value = _NOTHING if self.what.value == name else name
+        self._grip()
+
+    async def _chosen(self, event: Any) -> None:
+        if event.client is not None:
+            self._grip()
+
+    def _grip(self) -> None:
+        """Put the arrows on what was chosen."""
+        if self._gizmo is not None:
+            self._gizmo.remove()
+            self._gizmo = None
+        what = str(self.what.value)
+        if what not in self.what.options or what == _NOTHING or self._space.stage is None:
+            return
+        self._gizmo = self._space.api.add_transform_controls(
+            "/gizmo", 0.17 * self._space.stage.size, disable_rotations=True, depth_test=False, line_width=3.0,
+            position=self._place(self._desk().session, what),
+        )  # fmt: skip
+        self._gizmo.on_update(self._dragged)
+
+    async def _dragged(self, event: Any) -> None:
+        what, place = str(self.what.value), np.array(event.target.position, dtype=float)
+        holder = self._space.objects.get(what)
+        self.dragging = event.phase != "end"
+        if self.dragging:
+            if holder is not None:
+                holder.position = place
+            with self._lock:
+                self._wanted = (what, place)
+                if self._peeking:
+                    return
+                self._peeking = True
+            threading.Thread(target=self._preview, name="ovita-preview", daemon=True).start()
+            return
+        with self._lock:
+            self._wanted = None
+        threading.Thread(target=self._drop, args=(what, place), daemon=True).start()
+
+    def _drop(self, what: str, place: Array) -> None:
+        session = self._desk().session
+        there = self._place(session, what)
+        if np.linalg.norm(place - there) < 1e-6:
+            self._peek(session)
+            return
+        if not self.move(what, place) and self._gizmo is not None:
+            self._gizmo.position = there
+            holder = self._space.objects.get(what)
+            if holder is not None:
+                holder.position = there
+            self._peek(session)
+
+    def _place(self, session: Session, what: str) -> Array:
+        if what == _NOTHING:
+            return np.zeros(3)
+        if what in (_START, _GOAL):
+            return np.array(session.original.positions[0 if what == _START else -1])
+        return np.array(session.scene[what].position)
+
+    async def _ring(self, event: Any) -> None:
+        if event.client is not None:
+            path = self._desk().session.current
+            self._space.mark(path.positions[min(int(self.index.value), len(path) - 1)])
+
+    def _pin(self) -> None:
+        session = self._desk().session
+        index = min(int(self.index.value), len(session.current) - 1)
+        self._change_pins(tuple(sorted({*session.constraints.pinned, index})))
+
+    def _change_pins(self, pins: tuple[int, ...]) -> None:
+        session = self._desk().session
+        if pins == session.constraints.pinned:
+            return
+        new = [str(i) for i in pins if i not in session.constraints.pinned]
+        said = f"pinned waypoint {', '.join(new)}" if new else "took all pins out"
+        options = replace(session.constraints, pinned=pins)
+        self._desk().act(lambda s: s.change(said, constraints=options))
+
+
+def with_object_at(scene: Scene, name: str, place: Array) -> Scene:
+    """The scene with an object's centre at another place (3,) [m]."""
+    item = scene[name]
+    return replace(scene, objects=tuple(replace(o, position=place) if o is item else o for o in scene))
+
+
+def with_end(path: Trajectory, place: Array, *, goal: bool) -> Trajectory:
+    """The path with its start or goal at another place (3,) [m]; the half of the path next to it follows."""
+    move = CATALOGUE["move_goal" if goal else "move_start"]
+    rows = move(path.to_array(), tuple(float(v) for v in place))
+    return path.with_(positions=np.asarray(rows)[:, :3])
+
+
+def _words(by: Array, frame: Frame) -> str:
+    parts = [f"{amount:.2f} m {word}" for word, amount in frame.words(by).items() if amount >= 0.005]
+    return ", ".join(parts) or "a little"

@@ -1,0 +1,205 @@
+"""Who may talk to the studio: every request passes the gate before anything is served, web sockets included.
+
+Three checks. The name that the browser used must be one that the studio answers to, or else any page could reach a
+studio on this machine through a name that it controls (DNS rebinding). A request that states where it comes from must
+come from the studio's own page, or else any page could open a socket to it. And where a token is set, the request
+must bring it.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import hmac
+import http
+import inspect
+import ipaddress
+import re
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from http.cookies import CookieError, SimpleCookie
+from typing import Any
+from urllib.parse import parse_qs, urlsplit
+
+from ovita.errors import OvitaError
+
+SHORTEST_TOKEN = 12
+"""Fewest characters of a token."""
+
+LOCAL = frozenset({"localhost", "127.0.0.1", "::1", "[::1]"})
+"""Names of this machine that need no token."""
+
+MAX_MESSAGE = 16 * 1024 * 1024
+"""Largest message that a browser may send [bytes]."""
+
+_WRONG_TOKEN_DELAY = 0.5
+_TOKEN = re.compile(rf"[A-Za-z0-9._-]{{{SHORTEST_TOKEN},200}}")
+_HOST = re.compile(r"[A-Za-z0-9.\-_:\[\]]{1,255}")
+
+
+class StudioUnsafe(OvitaError):
+    """The studio was asked to serve in a way that would let strangers in."""
+
+
+@dataclass(frozen=True)
+class Gate:
+    """The checks on every request.
+
+    Args:
+        token: What a request must bring, or "" where none is needed.
+        names: Host names that the studio answers to; empty for any, which needs a token.
+        page: The page that is served, by the gate itself.
+        cookie: Name of the cookie that holds the token.
+
+    Raises:
+        StudioUnsafe: If strangers could come in.
+    """
+
+    token: str
+    names: frozenset[str]
+    page: Callable[[], bytes]
+    cookie: str = "ovita-studio"
+
+    def __post_init__(self) -> None:
+        if self.token and not _TOKEN.fullmatch(self.token):
+            raise StudioUnsafe(f"a token is {SHORTEST_TOKEN} or more letters, digits, '-', '_' and '.'")
+        if not self.names and not self.token:
+            raise StudioUnsafe("a studio that answers to any name needs a token")
+
+    def wrap(self, inner: Callable[[Any, Any], Any] | None) -> Callable[[Any, Any], Any]:
+        """The handler that viser's server is given in place of its own."""
+
+        async def process(connection: Any, request: Any) -> Any:
+            refused = self._refusal(connection, request)
+            if refused is not None:
+                if refused.status_code == http.HTTPStatus.UNAUTHORIZED:
+                    await asyncio.sleep(_WRONG_TOKEN_DELAY)
+                return refused
+            if request.headers.get("Upgrade", "").lower() == "websocket":
+                return None
+            path = urlsplit(request.path).path
+            if path in ("/", "/index.html"):
+                return self._answer(connection, http.HTTPStatus.OK, self.page(), request)
+            found = inner(connection, request) if inner is not None else None
+            return await found if inspect.isawaitable(found) else found
+
+        return process
+
+    def _refusal(self, connection: Any, request: Any) -> Any:
+        host = request.headers.get("Host", "")
+        if not _HOST.fullmatch(host) or (self.names and _name_of(host) not in self.names):
+            return self._answer(connection, http.HTTPStatus.FORBIDDEN, b"The studio does not answer to this name.\n")
+        origin = request.headers.get("Origin")
+        if origin is not None and urlsplit(origin).netloc.lower() != host.lower():
+            return self._answer(connection, http.HTTPStatus.FORBIDDEN, b"This request comes from another page.\n")
+        return self._token_refusal(connection, request) if self.token else None
+
+    def _token_refusal(self, connection: Any, request: Any) -> Any:
+        parts = urlsplit(request.path)
+        given = parse_qs(parts.query).get("token", [""])[-1]
+        if given and hmac.compare_digest(given.encode(), self.token.encode()):
+            answer = self._answer(connection, http.HTTPStatus.SEE_OTHER, b"")
+            answer.headers["Location"] = parts.path or "/"
+            answer.headers["Set-Cookie"] = f"{self.cookie}={self.token}; HttpOnly; SameSite=Lax; Path=/"
+            return answer
+        cookies: SimpleCookie = SimpleCookie()
+        try:
+            cookies.load(request.headers.get("Cookie", ""))
+        except (CookieError, KeyError):
+            cookies.clear()
+        brought = cookies[self.cookie].value if self.cookie in cookies else ""
+        if hmac.compare_digest(brought.encode(), self.token.encode()):
+            return None
+        return self._answer(connection, http.HTTPStatus.UNAUTHORIZED, _LOCKED.encode(), request)
+
+    def _answer(self, connection: Any, status: http.HTTPStatus, body: bytes, request: Any = None) -> Any:
+        answer = connection.respond(status, "")
+        answer.body = body
+        del answer.headers["Content-Length"]
+        answer.headers["Content-Length"] = str(len(body))
+        if request is not None:
+            del answer.headers["Content-Type"]
+            answer.headers["Content-Type"] = "text/html; charset=utf-8"
+            answer.headers["Content-Security-Policy"] = policy(request.headers.get("Host", ""))
+        answer.headers["Cache-Control"] = "no-store"
+        answer.headers["X-Content-Type-Options"] = "nosniff"
+        answer.headers["X-Frame-Options"] = "DENY"
+        answer.headers["Referrer-Policy"] = "no-referrer"
+        return answer
+
+
+def policy(host: str) -> str:
+    """The content security policy of the page: it may load nothing from anywhere and talk to this server only."""
+    return (
+        "default-src 'none'; script-src 'self' 'unsafe-inline' 'unsafe-eval' blob: data:;"
+        " worker-src 'self' blob: data:; style-src 'unsafe-inline'; img-src 'self' data: blob:; font-src data:;"
+        f" connect-src 'self' data: blob: ws://{host} wss://{host}; form-action 'self'; base-uri 'none';"
+        " frame-ancestors 'none'"
+    )
+
+
+def gate_for(host: str, token: str, page: Callable[[], bytes], port: int = 0) -> Gate:
+    """The gate of a studio that is bound to an address and a port, of which each has a cookie of its own.
+
+    Raises:
+        StudioUnsafe: If others than this machine could reach it and there is no token.
+    """
+    if is_local(host):
+        return Gate(token, frozenset({*LOCAL, host.lower()}), page, f"ovita-studio-{port}")
+    if not token:
+        raise StudioUnsafe(
+            f"--host {host} lets other machines in: set a token with --token (or OVITA_STUDIO_TOKEN), 'auto' makes one"
+        )
+    return Gate(token, frozenset(), page, f"ovita-studio-{port}")
+
+
+def is_local(host: str) -> bool:
+    """Whether an address can be reached from this machine only."""
+    if host.lower() == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host.strip("[]")).is_loopback
+    except ValueError:
+        return False
+
+
+@contextmanager
+def guarded(gate: Gate) -> Iterator[None]:
+    """Put a gate before every server that viser starts inside the block.
+
+    Raises:
+        StudioUnsafe: If viser started none in the way that is known, so that it would stand open.
+    """
+    import websockets.asyncio.server as sockets
+
+    genuine = sockets.serve
+    gates = []
+
+    def serve(*args: Any, process_request: Any = None, **options: Any) -> Any:
+        gates.append(gate)
+        return genuine(*args, process_request=gate.wrap(process_request), **{**options, "max_size": MAX_MESSAGE})
+
+    sockets.serve = serve  # type: ignore[assignment,misc]
+    try:
+        yield
+    finally:
+        sockets.serve = genuine  # type: ignore[misc]
+    if not gates:
+        raise StudioUnsafe("this version of viser starts its server in another way; install the version that is pinned")
+
+
+def _name_of(host: str) -> str:
+    name = host.lower()
+    if name.startswith("["):
+        return name.partition("]")[0] + "]"
+    return name.partition(":")[0]
+
+
+_LOCKED = """<!doctype html><meta charset="utf-8"><title>ovita studio</title>
+<style>body{font:16px system-ui,sans-serif;color:#22303c;background:#f4f6f8;display:grid;place-items:center;height:95vh}
+form{background:#fff;padding:28px 32px;border-radius:10px;box-shadow:0 2px 16px #0002;max-width:24rem}
+input,button{font:inherit;padding:8px 10px;margin-top:10px;width:100%;box-sizing:border-box}
+button{background:#27547d;color:#fff;border:0;border-radius:6px}</style>
+<form method="get" action="/"><b>ovita studio</b><br>This studio is locked. Type the token that its owner started it
+with.<input name="token" type="password" autofocus autocomplete="off"><button>Open</button></form>
+"""

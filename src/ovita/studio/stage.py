@@ -1,0 +1,292 @@
+"""What one tab shows in space: lines, objects, limits, axes and the playhead."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ovita.plots import geometry
+from ovita.plots.geometry import COLOURS, OBJECT_COLOURS
+from ovita.robot import Robot
+from ovita.scene import Scene
+from ovita.session import Session
+from ovita.studio import shapes
+from ovita.studio.shapes import Shown, Stage, rgb
+from ovita.trajectory import Array, Trajectory
+
+GHOST = "#eeb1ab"
+_WIDE, _THIN = 4.5, 2.0
+_FOV = 0.75
+_NO_SEGMENTS = np.zeros((1, 2, 3), dtype=np.float32)
+
+
+class Space:
+    """The scene of one tab.
+
+    Args:
+        client: viser's handle of the tab.
+        covered: Width of what covers the scene on both sides [pixels].
+    """
+
+    def __init__(self, client: Any, covered: float = 0.0) -> None:
+        self.client, self.api, self.covered = client, client.scene, covered
+        self.shown = Shown()
+        self.stage: Stage | None = None
+        self.objects: dict[str, Any] = {}
+        self._drawn: tuple[Any, ...] = ()
+        self._looked: tuple[Array, float] | None = None
+        self._seen: Stage | None = None
+        self._lines: dict[str, Any] = {}
+        self._labels: list[Any] = []
+        self._end_labels: list[Any] = []
+        self._margins: list[Any] = []
+        self.picked: Callable[[str], None] = lambda name: None
+
+    def draw(self, session: Session) -> None:
+        """Show a session; objects and axes are made anew only where the scene or the limits changed."""
+        paths = [session.original, session.current]
+        situation = (session.scene, session.robot, session.original)
+        with self.client.atomic():
+            if not self._drawn or any(a is not b for a, b in zip(situation, self._drawn, strict=True)):
+                fresh = not self._drawn
+                self._drawn = situation
+                self._build(paths, session.scene, session.robot, fresh=fresh)
+            self.draw_lines(session)
+
+    def reset(self) -> None:
+        """Forget everything, for a session of another size."""
+        self.api.reset()
+        shown, picked = self.shown, self.picked
+        self.__init__(self.client, self.covered)  # type: ignore[misc]
+        self.shown, self.picked = shown, picked
+
+    def draw_lines(self, session: Session) -> None:
+        """Show the lines as they are now."""
+        assert self.stage is not None
+        result, original, current = session.adaptation, session.original, session.current
+        pace = [float(f(np.concatenate([original.speeds, current.speeds]))) for f in (np.min, np.max)]
+        changed = result is not None
+        self._line("original", original, COLOURS["before"], pace if self.shown.speeds and not changed else None)
+        self._line("adapted", current if changed else None, COLOURS["after"], pace if self.shown.speeds else None)
+        steps = session.steps
+        before = steps[-2].adaptation.adapted if len(steps) > 1 else None
+        self._line("ghost", before if self.shown.ghost else None, GHOST, None, width=_THIN)
+        moved = result is not None and result.proposed is not None and result.proposed != result.adapted
+        proposed = result.proposed if result is not None and moved else None
+        self._line("proposed", proposed, COLOURS["proposed"], None, width=_THIN)
+        bad = shapes.violated(result) if result is not None else _NO_SEGMENTS[:0]
+        self._segments("violated", bad, shapes.plain_colours(len(bad), COLOURS["violation"]), 7.0)
+        self._arrows("original", original, COLOURS["before"])
+        self._arrows("adapted", current if changed else None, COLOURS["after"])
+        self._points("waypoints", current.positions if self.shown.waypoints else None)
+        self._ends(original, current if changed else None)
+
+    def look(self, session: Session) -> None:
+        """Put the camera where everything is seen."""
+        self._seen = stage = Stage.of([session.original, session.current], session.scene)
+        camera = self.client.camera
+        frame = session.scene.frame
+        aspect = self._aspect()
+        position, target = stage.camera(frame, aspect, _FOV)
+        self._looked = (position, aspect)
+        camera.fov = _FOV
+        camera.position, camera.look_at = position, target
+        camera.up_direction = frame.direction("up")
+
+    def look_again(self, session: Session) -> None:
+        """Look anew where the picture or what is in it got another shape, unless the person moved the camera."""
+        if self._looked is None or self._seen is None:
+            return
+        position, aspect = self._looked
+        if np.linalg.norm(self.client.camera.position - position) > 1e-2 * self._seen.size:
+            self._looked = None
+            return
+        now = Stage.of([session.original, session.current], session.scene)
+        grown = np.abs(np.stack([now.lower - self._seen.lower, now.upper - self._seen.upper])).max()
+        if abs(self._aspect() / aspect - 1.0) > 0.02 or grown > 0.08 * self._seen.size:
+            self.look(session)
+
+    def mark(self, place: Array | None) -> None:
+        """Ring a waypoint, such as the one that is going to be pinned."""
+        node = self._lines.get("mark")
+        if node is None:
+            radius = 0.018 * (self.stage.size if self.stage else 1.0)
+            node = self._lines["mark"] = self.api.add_icosphere("/mark", radius, (255, 170, 0), subdivisions=2)
+        node.visible = place is not None
+        if place is not None:
+            node.position = place
+
+    def pins(self, places: Array) -> None:
+        """Show where waypoints are pinned, (K, 3) [m]."""
+        self._points("pins", places if len(places) else None, colour=(255, 140, 0), scale=2.4)
+
+    def update_shown(self, session: Session) -> None:
+        """Show or hide what a person switched on or off."""
+        for node in (*self._labels, *self._end_labels):
+            node.visible = self.shown.labels
+        for node in self._margins:
+            node.visible = self.shown.margins
+        if "workspace" in self._lines:
+            self._lines["workspace"].visible = self.shown.workspace and session.robot.workspace is not None
+        self.draw_lines(session)
+
+    def _aspect(self) -> float:
+        """Width by height of the part of the picture that no panel covers."""
+        camera = self.client.camera
+        try:
+            free = max(float(camera.image_width) - self.covered, 0.3 * float(camera.image_width))
+            return max(free / float(camera.image_height), 0.2)
+        except (AssertionError, ZeroDivisionError):
+            return 0.8
+
+    def _build(self, paths: list[Trajectory], scene: Scene, robot: Robot, *, fresh: bool) -> None:
+        self.stage = stage = Stage.of(paths, scene)
+        up = scene.frame.direction("up")
+        if fresh:
+            self.api.set_up_direction(tuple(up))
+        for node in (*self._labels, *self.objects.values()):
+            node.remove()
+        self.objects, self._labels, self._margins = {}, [], []
+        step = shapes.grid_step(stage.size)
+        middle, extent = stage.middle, stage.size * 2.4
+        self.api.add_grid(
+            "/grid", extent, extent, plane="xy", cell_size=step, section_size=5 * step, cell_color=(226, 231, 236),
+            section_color=(203, 211, 219), position=(middle[0], middle[1], stage.ground - 0.002 * stage.size * up[2]),
+            shadow_opacity=0.12,
+        )  # fmt: skip
+        self._axes(scene, stage)
+        for i, item in enumerate(scene):
+            self._object(i, item, robot)
+        self._workspace(robot, stage)
+
+    def _object(self, i: int, item: Any, robot: Robot) -> None:
+        colour = rgb(OBJECT_COLOURS[i % len(OBJECT_COLOURS)])
+        name = f"/objects/{i}"
+        holder = self.api.add_frame(name, show_axes=False, position=item.position, wxyz=item.orientation)
+        size = np.maximum(item.size, 1e-3)
+        body = self.api.add_box(f"{name}/body", colour, tuple(size), opacity=0.62)
+        body.on_click(lambda _: self.picked(item.name))
+        dark = tuple(int(c * 0.62) for c in colour)
+        self.api.add_line_segments(
+            f"{name}/edges", shapes.edges(size), np.array(dark, dtype=np.uint8), thickness=1.5, thickness_units="screen"
+        )
+        if robot.obstacle_margin > 0:
+            around = self.api.add_line_segments(
+                f"{name}/margin", shapes.edges(size + 2 * robot.obstacle_margin), np.array((255, 152, 0), np.uint8),
+                thickness=1.0, thickness_units="screen", visible=self.shown.margins,
+            )  # fmt: skip
+            self._margins.append(around)
+        assert self.stage is not None
+        top = float((np.abs(item.rotation) @ size)[2]) / 2.0 + 0.02 * self.stage.size
+        self._labels.append(self._label(f"/names/{i}", item.name, item.position + top * self.stage.up))
+        self.objects[item.name] = holder
+
+    def _label(self, name: str, text: str, place: Array, scale: float = 0.9) -> Any:
+        short = text if len(text) <= 32 else text[:31] + "\u2026"
+        return self.api.add_label(
+            name, short, position=place, anchor="bottom-center", font_screen_scale=scale, visible=self.shown.labels
+        )
+
+    def _axes(self, scene: Scene, stage: Stage) -> None:
+        corner = stage.corner(scene.frame)
+        length = 0.14 * stage.size
+        for word, colour in (("right", (198, 40, 40)), ("front", (46, 125, 50)), ("up", (21, 101, 192))):
+            tip = corner + length * scene.frame.direction(word)
+            self.api.add_arrows(
+                f"/axes/{word}", np.array([[corner, tip]]), np.array(colour, dtype=np.uint8),
+                shaft_radius=0.03 * length, head_radius=0.08 * length, head_length=0.22 * length,
+            )  # fmt: skip
+            beyond = tip + 0.03 * stage.size * scene.frame.direction(word)
+            self._labels.append(self._label(f"/axis-names/{word}", word, beyond, 0.8))
+
+    def _workspace(self, robot: Robot, stage: Stage) -> None:
+        reach = 8.0 * stage.size
+        found = []
+        if robot.workspace is not None:
+            for line in geometry.workspace_lines(robot.workspace, stage.middle - reach, stage.middle + reach):
+                pairs = shapes.segments(line)
+                found.append(pairs[np.isfinite(pairs).all(axis=(1, 2))])
+        pairs = np.concatenate(found) if found else _NO_SEGMENTS[:0]
+        colours = shapes.plain_colours(len(pairs), COLOURS["workspace"])
+        self._segments("workspace", pairs, colours, 1.2, visible=self.shown.workspace)
+
+    def _line(
+        self, name: str, path: Trajectory | None, colour: str, pace: list[float] | None, *, width: float = _WIDE
+    ) -> None:
+        if path is None:
+            self._segments(name, _NO_SEGMENTS[:0], shapes.plain_colours(0, colour), width)
+            return
+        pairs = shapes.segments(path.positions)
+        colours = shapes.speed_colours(path.speeds, *pace) if pace else shapes.plain_colours(len(pairs), colour)
+        self._segments(name, pairs, colours, width)
+
+    def _segments(self, name: str, pairs: Array | Any, colours: Any, width: float, *, visible: bool = True) -> None:
+        node = self._lines.get(name)
+        if not len(pairs):
+            if node is not None:
+                node.visible = False
+            return
+        if node is None:
+            self._lines[name] = self.api.add_line_segments(
+                f"/lines/{name}", pairs, colours, thickness=width, thickness_units="screen", visible=visible
+            )
+            return
+        node.points, node.colors = np.asarray(pairs, dtype=np.float32), np.asarray(colours, dtype=np.uint8)
+        node.visible = visible
+
+    def _arrows(self, name: str, path: Trajectory | None, colour: str) -> None:
+        assert self.stage is not None
+        size = self.stage.size
+        pairs = shapes.arrows(path, 0.05 * size) if path is not None else _NO_SEGMENTS[:0]
+        key = f"arrows {name}"
+        node = self._lines.pop(key, None)
+        if node is not None and len(node.points) == len(pairs):
+            node.points, node.visible = pairs, True
+            self._lines[key] = node
+            return
+        if node is not None:
+            node.remove()
+        if len(pairs):
+            self._lines[key] = self.api.add_arrows(
+                f"/arrows/{name}", pairs, shapes.plain_colours(1, colour)[0, 0],
+                shaft_radius=0.003 * size, head_radius=0.014 * size, head_length=0.035 * size,
+            )  # fmt: skip
+
+    def _points(self, name: str, places: Array | None, colour: Any = (60, 60, 60), scale: float = 1.0) -> None:
+        node = self._lines.pop(name, None)
+        if node is not None:
+            node.remove()
+        if places is not None and self.stage is not None:
+            gaps = np.linalg.norm(np.diff(places, axis=0), axis=1)
+            size = scale * min(
+                0.007 * self.stage.size, 0.5 * float(np.median(gaps)) if len(gaps) and scale == 1 else 1.0
+            )
+            self._lines[name] = self.api.add_point_cloud(
+                f"/points/{name}", np.asarray(places, dtype=np.float32), np.array(colour, dtype=np.uint8),
+                point_size=size, point_shape="circle", precision="float32",
+            )  # fmt: skip
+
+    def _ends(self, original: Trajectory, adapted: Trajectory | None) -> None:
+        assert self.stage is not None
+        size = 0.016 * self.stage.size
+        for owner, path in (("original", original), ("adapted", adapted)):
+            for which, index in (("start", 0), ("goal", -1)):
+                key = f"{owner} {which}"
+                node = self._lines.get(key)
+                if node is None and path is not None:
+                    colour = rgb(COLOURS[which])
+                    if which == "start":
+                        node = self.api.add_icosphere(f"/ends/{key}", size, colour, subdivisions=2)
+                    else:
+                        node = self.api.add_box(f"/ends/{key}", colour, (1.7 * size,) * 3)
+                    self._lines[key] = node
+                    if owner == "original":
+                        over = 1.4 * size * self.stage.up
+                        self._end_labels.append(self._label(f"/ends/{key}/name", which, over, 0.8))
+                if node is None:
+                    continue
+                node.visible = path is not None
+                if path is not None:
+                    node.position = path.positions[index]

@@ -1,0 +1,266 @@
+"""What one tab shows, put together: panels left and right, the scene between them, the player below it."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import Any
+
+from ovita.errors import OvitaError
+from ovita.session import Session
+from ovita.studio import playback, robots, shapes, words
+from ovita.studio.conversation import Conversation
+from ovita.studio.desk import Desk, News
+from ovita.studio.files import Opened
+from ovita.studio.filing import Filing
+from ovita.studio.hand import Hand
+from ovita.studio.knobs import Knobs
+from ovita.studio.limits import Limits
+from ovita.studio.page import BRAND
+from ovita.studio.panels import Changes, Code, Explanation, Plan
+from ovita.studio.settings import Writers, writer_name
+from ovita.studio.stage import Space
+from ovita.trajectory import Trajectory
+
+_LEFT, _RIGHT = 350.0, 392.0
+
+
+class View:
+    """One tab.
+
+    Args:
+        client: viser's handle of the tab.
+        desk: What it shows.
+        offered: Files that can be opened without an upload.
+        opened: Makes a desk of a session that was opened, and has the browser remember it.
+        again: Makes a desk of the file that the studio was started with, likewise.
+        earlier: Sessions that this browser had before: shown name to name.
+        returned: The desk of one of them, likewise.
+        local: Whether only this machine can reach the studio.
+    """
+
+    def __init__(
+        self,
+        client: Any,
+        desk: Desk,
+        *,
+        offered: dict[str, str],
+        opened: Callable[[Opened], Desk],
+        again: Callable[[], Desk],
+        earlier: dict[str, str],
+        returned: Callable[[str], Desk],
+        local: bool,
+    ) -> None:
+        self.client, self.desk = client, desk
+        self._opened, self._again, self._returned = opened, again, returned
+        self._lock = threading.RLock()
+        self._closed = False
+        self.space = Space(client, _LEFT + _RIGHT)
+        self.heads = playback.Heads(self.space)
+        self.puppet = robots.Puppet(client.scene, self.complain)
+        with client.atomic():
+            self._build(client.gui, offered, earlier, local)
+        self._leave = desk.watch(self.refresh)
+        self.refresh("turn")
+        self.space.look(desk.session)
+        client.camera.on_update(lambda _: self.space.look_again(self.desk.session))
+
+    def _build(self, gui: Any, offered: dict[str, str], earlier: dict[str, str], local: bool) -> None:
+        gui.configure_theme(control_width="medium", show_logo=False, show_share_button=False, brand_color=BRAND)
+        gui.set_panel_label("ovita studio")
+        gui.main_panel.dock_left()
+        gui.main_panel.set_width(_LEFT)
+        self.header = gui.add_html("")
+        tabs = gui.add_tab_group()
+        with tabs.add_tab("Say", "message"):
+            self.conversation = Conversation(gui, self._desk, self.complain)
+        with tabs.add_tab("Edit", "hand-move"):
+            self.hand = Hand(gui, self.space, self._desk, self._peek)
+        with tabs.add_tab("View", "eye"):
+            self._build_view(gui)
+        with tabs.add_tab("Files", "folder"):
+            self.filing = Filing(
+                self.client, gui, self._desk, opened=self.open, again=self.begin_again, offered=offered,
+                earlier=earlier, returned=self.go_back, complain=self.complain,
+            )  # fmt: skip
+        with tabs.add_tab("Set up", "settings"):
+            self.writers = Writers(gui, self._desk, complain=self.complain, chosen=self._writer_chosen, local=local)
+        top = gui.add_panel()
+        with top.add_tab("Parameters", "adjustments"):
+            self.knobs = Knobs(gui, self._desk)
+        with top.add_tab("Plan", "list-numbers"):
+            self.plan = Plan(gui, self._desk)
+        with top.add_tab("Explanation", "bulb"):
+            self.explanation = Explanation(gui, self._desk)
+        top.dock_right()
+        top.set_width(_RIGHT)
+        below = gui.add_panel()
+        with below.add_tab("Changes", "chart-line"):
+            self.changes = Changes(gui, self._desk)
+        with below.add_tab("Constraints", "shield-check"):
+            self.limits = Limits(gui, self._desk, self.complain)
+        with below.add_tab("Code", "code"):
+            self.code = Code(gui, self._desk, self.complain)
+        below.dock_below(top)
+        bar = gui.add_panel()
+        with bar.add_tab("Play", "player-play"):
+            self.player = playback.Player(gui, self._show_moment)
+        bar.float(x=12, y=-12, width=330)
+        for name, key, held, work in (
+            ("Play or pause", "space", None, self.player.toggle),
+            ("Undo", "Z", "cmd/ctrl", lambda: self.conversation.step("Undo")),
+            ("Redo", "Z", "cmd/ctrl+shift", lambda: self.conversation.step("Redo")),
+            ("Look at everything", "H", None, lambda: self.space.look(self.desk.session)),
+        ):
+            gui.add_command(name, hotkey=key, modifier=held).on_trigger(lambda _, work=work: work())
+
+    def _build_view(self, gui: Any) -> None:
+        shown = self.space.shown
+        gui.add_html(words.block("<h4>Show</h4>"))
+        boxes = {
+            "speeds": gui.add_checkbox("speed", shown.speeds, hint="Colour the red line by its speed"),
+            "waypoints": gui.add_checkbox("waypoints", shown.waypoints),
+            "ghost": gui.add_checkbox("last version", shown.ghost, hint="The line as it was one turn ago, pale"),
+            "margins": gui.add_checkbox("margins", shown.margins, hint="How far the path must stay from each object"),
+            "workspace": gui.add_checkbox("workspace", shown.workspace),
+            "labels": gui.add_checkbox("names", shown.labels),
+        }
+        self.ramp = gui.add_html("", visible=False)
+        self.robot = gui.add_dropdown(
+            "moving robot", tuple(robots.ROBOTS), hint="A simulated robot that follows the red line"
+        )
+
+        def switched(_: Any) -> None:
+            for name, box in boxes.items():
+                setattr(self.space.shown, name, box.value)
+            with self._lock, self.desk.lock:
+                self.space.update_shown(self.desk.session)
+            self._show_ramp()
+
+        for box in boxes.values():
+            box.on_update(switched)
+        self.robot.on_update(lambda _: self._take_robot(str(self.robot.value)))
+        look = gui.add_button("Look at everything", icon="camera", hint="Puts the camera back (key H)")
+        look.on_click(lambda _: self.space.look(self.desk.session))
+        gui.add_html(words.block(
+            "<h4>Colours</h4><p><span class='key' style='background:var(--blue)'></span>original<br>"
+            "<span class='key' style='background:var(--red)'></span>adapted<br>"
+            "<span class='key' style='background:#eeb1ab'></span>one turn ago<br>"
+            "<span class='key' style='background:#8a8a8a'></span>as the program proposed it<br>"
+            "<span class='key' style='background:#c2185b'></span>where the proposal broke a limit</p>"
+            "<p class='soft'>Left mouse button turns the view, right one shifts it, wheel zooms.</p>"
+        ))  # fmt: skip
+
+    def refresh(self, news: News) -> None:
+        """Show what changed; called from whatever thread it changed on."""
+        with self._lock:
+            if self._closed:
+                return
+            with self.desk.lock, self.client.atomic():
+                self._refresh(news)
+
+    def _refresh(self, news: News) -> None:
+        session = self.desk.session
+        self.conversation.refresh(news)
+        if news == "error" and self.desk.error:
+            self.complain(self.desk.error)
+        if news not in ("turn", "knobs"):
+            return
+        self.header.content = words.header(self.desk, writer_name(session.writer))
+        self.space.draw(session)
+        self.knobs.refresh(turned=news == "knobs")
+        for part in (self.plan, self.explanation, self.changes, self.code, self.limits):
+            part.refresh()
+        if news == "turn":
+            self.hand.refresh()
+            self.space.look_again(session)
+        self.puppet.follow(session.current, session.scene, session.robot)
+        self.player.set_duration(max(session.original.duration, session.current.duration))
+        self._show_ramp()
+
+    def _take_robot(self, name: str) -> None:
+        session = self.desk.session
+        self.puppet.choose(name)
+        self.puppet.follow(session.current, session.scene, session.robot)
+
+    def open(self, opened: Opened) -> None:
+        """Show a session that was opened."""
+        self._change_desk(lambda: self._opened(opened))
+        for note in opened.notes:
+            self.tell(note)
+
+    def begin_again(self) -> None:
+        """Show the file that the studio was started with, as at first."""
+        self._change_desk(self._again)
+
+    def go_back(self, name: str) -> None:
+        """Show a session that this browser had before."""
+        self._change_desk(lambda: self._returned(name))
+
+    def complain(self, text: str) -> None:
+        """Show a sentence about something that did not work."""
+        self._notify("That did not work", text, "red")
+
+    def tell(self, text: str) -> None:
+        """Show a sentence that is good to know."""
+        self._notify("Good to know", text, "blue")
+
+    def close(self) -> None:
+        """Stop everything that runs for this tab."""
+        self._leave()
+        with self._lock:
+            self._closed = True
+        self.player.close()
+        self.conversation.close()
+        self.puppet.name = robots.NOBODY
+
+    def _peek(self, session: Session) -> None:
+        with self._lock:
+            if not self._closed and (self.hand.dragging or session is self.desk.session):
+                with self.client.atomic():
+                    self.space.draw_lines(session)
+
+    def _desk(self) -> Desk:
+        return self.desk
+
+    def _change_desk(self, make: Callable[[], Desk]) -> None:
+        if self.desk.busy is not None:
+            self.complain("An instruction is being worked on; wait for it or cancel it.")
+            return
+        try:
+            desk = make()
+        except OvitaError as error:
+            self.complain(str(error))
+            return
+        with self._lock:
+            self._leave()
+            self.desk = desk
+            self.hand.let_go()
+            self.heads.place([])
+            self.puppet.choose(str(self.robot.value))
+            self.space.reset()
+            self._leave = desk.watch(self.refresh)
+            self.refresh("turn")
+            self.space.look(desk.session)
+
+    def _writer_chosen(self) -> None:
+        self.refresh("turn")
+        self.tell(f"From now on {writer_name(self.desk.session.writer)} writes the programs.")
+
+    def _notify(self, title: str, text: str, colour: Any) -> None:
+        self.client.add_notification(title, text, auto_close_seconds=9.0, color=colour)
+
+    def _show_moment(self, at: float) -> None:
+        session = self.desk.session
+        paths: list[Trajectory] = [session.original, *([session.current] if session.steps else [])]
+        self.heads.place([playback.place_at(path, at) for path in paths] if at > 0.0 else [])
+        self.puppet.show(at)
+
+    def _show_ramp(self) -> None:
+        session = self.desk.session
+        self.ramp.visible = self.space.shown.speeds
+        low, high = float(session.current.speeds.min()), float(session.current.speeds.max())
+        self.ramp.content = words.block(
+            f'<div class="ramp" style="background:{shapes.RAMP_CSS}"></div>'
+            f'<div class="soft">{low:.2f} m/s to {high:.2f} m/s</div>'
+        )

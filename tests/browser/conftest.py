@@ -1,0 +1,82 @@
+"""A real browser: Chromium with software WebGL, and a studio in this process."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from pathlib import Path
+
+import pytest
+from browser_page import ready
+
+CHROMIUM = os.environ.get("OVITA_CHROMIUM") or shutil.which("chromium") or shutil.which("chromium-browser")
+FLAGS = (
+    "--headless --no-sandbox --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader "
+    "--disable-background-networking --disable-component-update --disable-sync --no-first-run"
+).split()
+
+
+def pytest_configure(config):
+    config.addinivalue_line("markers", "browser: needs Chromium and playwright")
+
+
+def pytest_collection_modifyitems(items):
+    here = Path(__file__).parent
+    for item in items:
+        if here in item.path.parents:
+            item.add_marker(pytest.mark.browser)
+
+
+@pytest.fixture(scope="session")
+def chromium():
+    sync_api = pytest.importorskip("playwright.sync_api", reason="browser tests need playwright")
+    pytest.importorskip("viser", reason="the studio needs viser: pip install 'ovita[studio]'")
+    if CHROMIUM is None:
+        pytest.skip("browser tests need Chromium; OVITA_CHROMIUM may name it")
+    with sync_api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def start(tmp_path):
+    """Starts studios that end with the test."""
+    import numpy as np
+
+    from ovita.session import Session
+    from ovita.studio import Settings, Studio
+    from ovita.trajectory import Trajectory
+
+    made = []
+
+    def make(*paths, port=0, **settings):
+        template = Session(Trajectory(np.array([[0.0, 0, 0], [1.0, 0, 0]]), np.array([0.1, 0.1])), writer="builtin")
+        folder = tmp_path / "sessions"
+        made.append(Studio(Settings(template, tuple(map(str, paths)), port=port, folder=folder, **settings)))
+        return made[-1]
+
+    yield make
+    for studio in made:
+        studio.stop()
+
+
+@pytest.fixture
+def browser(chromium):
+    """Opens browsers that know nothing of each other; what they ask of other machines is kept in `asked`."""
+    contexts = []
+
+    def come(studio, width=1120, height=640):
+        context = chromium.new_context(viewport={"width": width, "height": height})
+        contexts.append(context)
+        page = context.new_page()
+        page.set_default_timeout(40_000)
+        page.asked, page.broken = [], []
+        page.on("request", lambda request: page.asked.append(request.url))
+        page.on("pageerror", lambda error: page.broken.append(str(error)))
+        page.goto(studio.url)
+        return ready(page)
+
+    yield come
+    for context in contexts:
+        context.close()

@@ -1,0 +1,200 @@
+"""The studio as a person sees it."""
+
+import io
+import json
+import os
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from browser_page import ready
+
+IMAGES = Path(__file__).parents[2] / "docs" / "images"
+SAY = "Go left by 0.2 and slow down near the cup"
+
+
+def seen(page):
+    """The picture of the scene between the panels, (H, W, 3)."""
+    import imageio.v3 as images
+
+    size = page.viewport_size
+    area = {"x": 360, "y": 60, "width": size["width"] - 770, "height": size["height"] - 240}
+    return np.asarray(images.imread(io.BytesIO(page.screenshot(clip=area)))).astype(int)[..., :3]
+
+
+def red(page):
+    """How many pixels are as red as the adapted line."""
+    r, g, b = np.moveaxis(seen(page), 2, 0)
+    return int(((r > 170) & (g < 70) & (b < 80)).sum())
+
+
+def until(condition, seconds=20.0):
+    ends = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < ends, "it did not happen"
+        time.sleep(0.1)
+
+
+def say(page, text):
+    box = page.locator("form input").first
+    box.fill(text)
+    box.press("Enter")
+
+
+def tab(page, name):
+    page.get_by_text(name, exact=True).locator("visible=true").first.click()
+
+
+def left(studio, view=0):
+    """How far the red line's start is to the left of the blue line's [m]."""
+    session = studio.views[view].desk.session
+    return float(session.original.positions[0, 0] - session.current.positions[0, 0])
+
+
+def test_a_person_adapts_a_trajectory(start, browser):
+    studio = start()
+    page = browser(studio)
+    assert page.title() == "ovita studio"
+    page.wait_for_selector("text=Change how the robot moves by saying so.")
+    before, empty = seen(page), red(page)
+
+    say(page, SAY)
+    page.wait_for_selector("text=Multiply the speed by 0.5")
+    until(lambda: red(page) > empty + 300)
+    assert np.abs(seen(page) - before).max(axis=2).mean() > 0.5
+    assert left(studio) == pytest.approx(0.2)
+    assert studio.views[0].space._lines["adapted"].visible
+
+    number = page.locator("input[value='0.2']:visible").first
+    number.fill("0.35")
+    until(lambda: abs(left(studio) - 0.35) < 1e-9)
+    page.wait_for_selector("text=0.35 m left")
+
+    say(page, "go up by 0.1")
+    until(lambda: len(studio.views[0].desk.session.steps) == 3)
+    assert left(studio) == pytest.approx(0.35)
+    page.get_by_role("textbox", name="feedback on").or_(page.locator("input[value^='current:']")).first.click()
+    page.get_by_role("option", name="original").click()
+    page.wait_for_selector("text=all of it is applied to the blue line")
+    say(page, "go up by 0.1")
+    until(lambda: len(studio.views[0].desk.session.steps) == 4)
+    assert left(studio) == pytest.approx(0.35)
+    assert studio.views[0].desk.session.steps[-1].feedback_on == "original"
+
+    for turns in (3, 2, 1, 0):
+        page.get_by_role("button", name="Undo").click()
+        until(lambda turns=turns: len(studio.views[0].desk.session.steps) == turns)
+    until(lambda: red(page) <= empty + 50)
+
+    player = studio.views[0].player
+    page.locator("form input").first.click()
+    page.keyboard.type("a b")
+    assert player.moment == 0.0
+    page.locator("form input").first.fill("")
+    page.mouse.click(500, 200)
+    page.keyboard.press("Space")
+    until(lambda: player.moment > 0.0)
+    page.keyboard.press("Control+Shift+KeyZ")
+    until(lambda: len(studio.views[0].desk.session.steps) == 1)
+    page.keyboard.press("Control+KeyZ")
+    until(lambda: len(studio.views[0].desk.session.steps) == 0)
+
+    say(page, "moonwalk to the fridge")
+    page.wait_for_selector("text=not understood")
+    page.wait_for_selector("text=the trajectory is unchanged")
+    assert not page.broken
+    host = studio.url.partition("//")[2].rstrip("/")
+    assert all(host in url or url.startswith(("data:", "blob:")) for url in page.asked), page.asked
+
+
+def test_reload_a_restart_and_a_bad_upload(start, browser):
+    studio = start()
+    page = browser(studio)
+    say(page, SAY)
+    page.wait_for_selector("text=Multiply the speed by 0.5")
+    page.reload()
+    ready(page)
+    page.wait_for_selector("text=Multiply the speed by 0.5")
+    assert left(studio) == pytest.approx(0.2)
+
+    tab(page, "Files")
+    page.locator("input[type=file]").first.set_input_files(
+        {"name": "broken.json", "mimeType": "application/json", "buffer": b"{oops"}
+    )
+    page.wait_for_selector("text=broken.json: this is not JSON")
+    assert left(studio) == pytest.approx(0.2)
+    rows = [[0.1 * i, 0.0, 0.2, 0.2] for i in range(7)]
+    good = json.dumps({"trajectory": rows}).encode()
+    page.locator("input[type=file]").first.set_input_files(
+        {"name": "good.json", "mimeType": "application/json", "buffer": good}
+    )
+    page.wait_for_selector("text=7 waypoints")
+
+    port = studio.port
+    studio.stop()
+    again = start(port=port)
+    page.goto(again.url)
+    page.wait_for_selector("text=7 waypoints")
+
+
+def test_two_persons_do_not_see_each_other(start, browser):
+    studio = start()
+    mine, yours = browser(studio), browser(studio)
+    say(mine, SAY)
+    mine.wait_for_selector("text=Multiply the speed by 0.5")
+    until(lambda: red(mine) > 300)
+    assert red(yours) < 100 and yours.get_by_text(SAY).count() == 0
+    assert sorted(len(view.desk.session.steps) for view in studio.views) == [0, 1]
+
+
+@pytest.mark.parametrize("width, height", [(1920, 1080), (1280, 800)])
+def test_nothing_is_cut_off(start, browser, width, height):
+    """With OVITA_PICTURES set, the pictures of the documentation are taken."""
+    studio = start()
+    page = browser(studio, width, height)
+    if width == 1280:
+        keep(page, "studio-first")
+    say(page, SAY)
+    page.wait_for_selector("text=Multiply the speed by 0.5")
+    page.mouse.move(width / 2, height / 3)
+    until(lambda: red(page) > 300)
+    time.sleep(1.0)
+    fits(page)
+    keep(page, f"studio-{width}x{height}")
+    for name in ("Plan", "Explanation", "Constraints", "Code", "Edit", "View", "Files", "Set up"):
+        tab(page, name)
+        time.sleep(0.15)
+        fits(page)
+
+
+@pytest.mark.skipif(not os.environ.get("OVITA_PICTURES"), reason="a picture for the documentation only")
+def test_picture_with_a_robot(start, browser):
+    page = browser(start(), 1280, 800)
+    say(page, SAY)
+    page.wait_for_selector("text=Multiply the speed by 0.5")
+    page.get_by_text("View", exact=True).locator("visible=true").first.click()
+    page.locator("input[value='none']:visible").first.click()
+    page.get_by_role("option", name="arm").click()
+    time.sleep(6)
+    page.get_by_role("button", name="Play").last.click()
+    time.sleep(3)
+    page.get_by_role("button", name="Pause").click()
+    page.mouse.move(640, 200)
+    time.sleep(1)
+    keep(page, "studio-robot")
+
+
+def fits(page):
+    """Nothing is wider than the panel that it is in, and no panel is wider than the window."""
+    wide = page.evaluate(
+        "() => [...document.querySelectorAll('.ov')].filter(e => e.offsetParent && e.scrollWidth > e.clientWidth + 1)"
+        ".map(e => e.innerText.slice(0, 80))"
+    )
+    assert wide == []
+    assert page.evaluate("() => document.documentElement.scrollWidth <= window.innerWidth")
+
+
+def keep(page, name):
+    if os.environ.get("OVITA_PICTURES"):
+        page.screenshot(path=str(IMAGES / f"{name}.png"))

@@ -1,0 +1,123 @@
+"""Parts of the page that need no page: playing, charts, knobs, shapes, words."""
+
+import json
+
+import numpy as np
+import pytest
+
+from ovita.errors import FormatError
+from ovita.plots.geometry import corners
+from ovita.robot import Box, Robot
+from ovita.scene import Frame, Scene, SceneObject
+from ovita.session import Session
+from ovita.studio import charts, files, hand, knobs, shapes, words
+from ovita.studio.playback import place_at
+from ovita.studio.shapes import Stage
+from ovita.trajectory import Trajectory
+
+CUP = SceneObject("cup", [0.5, 0.3, 0.1], [0.1, 0.1, 0.2])
+
+
+def straight(speeds):
+    n = len(speeds)
+    return Trajectory(np.column_stack([np.linspace(0, 1, n), np.zeros((n, 2))]), np.array(speeds, dtype=float))
+
+
+def test_playing_keeps_to_the_time_law():
+    path = straight([0.0, 1.0, 1.0, 0.0])
+    for i, moment in enumerate(path.times):
+        assert place_at(path, float(moment)) == pytest.approx(path.positions[i])
+    first = float(path.times[1])
+    assert place_at(path, first / 2)[0] == pytest.approx(path.positions[1, 0] / 4)
+    assert place_at(path, 1e9) == pytest.approx(path.positions[-1])
+
+
+def test_playing_stands_still_where_the_robot_does():
+    path = Trajectory(np.array([[0.0, 0, 0], [1.0, 0, 0], [1.0, 0, 0], [2.0, 0, 0]]), np.array([1.0, 0, 0, 1.0]))
+    dwell = (float(path.times[1]) + float(path.times[2])) / 2
+    assert place_at(path, dwell) == pytest.approx([1.0, 0, 0])
+
+
+@pytest.mark.parametrize("low, high", [(0.0, 1.0), (-0.3, 7.2), (0.0, 1e-5), (0.0, 12345.0), (1.0, 1.0)])
+def test_ticks_are_round_and_inside(low, high):
+    found = charts.ticks(low, high, 5)
+    assert 1 <= len(found) <= 6 and all(low - 1e-9 <= value <= high + 1e-9 for value in found)
+
+
+def test_a_chart_of_a_long_trajectory_is_small_and_keeps_its_lowest_value():
+    path = straight(np.r_[np.ones(4000), 0.25, np.ones(999)])
+    assert len(charts.speed_chart(path, path)) < 20_000
+    assert 4000 in charts.thinned(path.speeds)
+
+
+def test_clearance_is_that_to_the_nearest_surface():
+    points = np.array([[0.5, 0.3, 0.5], [0.5, 0.3, 0.1]])
+    assert charts.clearance(points, Scene((CUP,))) == pytest.approx([0.3, -0.05])
+    assert charts.clearance_chart(straight([1, 1]), None, Scene(), 0.01) == ""
+
+
+@pytest.mark.parametrize("value", [0.2, 1.0, 0.0, -0.35, 42.0, 1e-4])
+def test_a_slider_reaches_round_numbers_around_its_value(value):
+    low, high, step = knobs.reach(value, "m")
+    assert low <= value <= high and high >= 2 * abs(value) and 0 < step <= (high - low) / 50
+
+
+def test_what_broke_a_limit_is_marked():
+    robot = Robot(workspace=Box((-1, -1, -1), (0.75, 1, 1)), max_speed=2.0)
+    path = straight([1, 1, 1, 3, 1])
+    assert shapes.broken(path, Scene(), robot, set()).tolist() == [False, False, False, True, True]
+    inside = Scene((SceneObject("post", [0.25, 0, 0]),))
+    assert shapes.broken(path, inside, Robot(max_speed=None), set()).tolist() == [False, True, False, False, False]
+    assert not shapes.broken(path, inside, Robot(max_speed=None), {"post"}).any()
+
+
+@pytest.mark.parametrize("frame", ["rfu", "flu", "ned"])
+@pytest.mark.parametrize("aspect", [0.4, 1.0, 2.0])
+def test_the_first_camera_sees_everything(frame, aspect):
+    path, scene = straight([1, 1]), Scene((CUP,), Frame(frame))
+    stage = Stage.of([path], scene)
+    position, target = stage.camera(scene.frame, aspect, 0.75)
+    view = (target - position) / np.linalg.norm(target - position)
+    up = scene.frame.direction("up")
+    right = np.cross(view, up) / np.linalg.norm(np.cross(view, up))
+    points = np.concatenate([path.positions, corners(CUP), stage.corner(scene.frame)[None]]) - position
+    depth = points @ view
+    assert (depth > 0).all() and (position - target) @ up > 0
+    assert (np.abs(points @ right) / depth <= np.tan(0.375) * aspect + 1e-9).all()
+    assert (np.abs(points @ np.cross(right, view)) / depth <= np.tan(0.375) + 1e-9).all()
+
+
+def test_hand_edits_make_new_scenes_and_paths():
+    scene = hand.with_object_at(Scene((CUP,)), "cup", np.array([0.0, 0, 0]))
+    assert scene["cup"].position.tolist() == [0, 0, 0] and CUP.position[0] == 0.5
+    path = hand.with_end(straight([1] * 9), np.array([1.0, 0.5, 0]), goal=True)
+    assert path.positions[-1].tolist() == [1.0, 0.5, 0] and path.positions[0].tolist() == [0, 0, 0]
+
+
+def test_suggestions_fit_the_scene_and_are_understood():
+    for scene in (Scene((CUP,)), Scene()):
+        session = Session(straight([0.4] * 20), scene, writer="builtin")
+        said = words.suggestions(session.current, scene)
+        assert 2 <= len(said) <= 3
+        for text in said:
+            assert session.draft().say(text).status in ("ok", "infeasible"), text
+
+
+def test_an_adaptation_is_opened_without_being_run(tmp_path, monkeypatch):
+    session = Session(straight([0.4] * 20), Scene((CUP,)), writer="builtin")
+    session.say("go left by 0.2")
+    name, content = files.exported("adaptation", session)
+    monkeypatch.setattr("ovita.policy.sandbox._run", lambda *a, **k: pytest.fail("a program was run"))
+    opened = files.open_upload(name, content, session)
+    assert opened.session.current == session.current and "None of it was run" in opened.notes[0]
+    name, content = files.exported("session", session)
+    assert files.open_upload(name, content, session).session.current == session.current
+
+
+def test_a_file_that_is_too_long_is_refused(tmp_path):
+    template = Session(straight([1, 1]))
+    rows = [[i * 1e-4, 0, 0, 1] for i in range(files.MAX_WAYPOINTS + 1)]
+    with pytest.raises(FormatError, match=r"^long\.json: .*up to 20000"):
+        files.open_upload("long.json", json.dumps({"trajectory": rows}).encode(), template)
+    with pytest.raises(FormatError, match="8 MB"):
+        files.open_upload("big.json", b" " * (files.MAX_UPLOAD + 1), template)
