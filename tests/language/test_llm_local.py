@@ -14,7 +14,8 @@ import pytest
 
 from ovita.chain import adapt
 from ovita.errors import WriterError
-from ovita.language.llm import LLMWriter, explain
+from ovita.language.explain import reworded
+from ovita.language.llm import LLMWriter
 from ovita.language.request import Prompt, Reply, Request
 from ovita.scene import Scene, SceneObject
 from ovita.trajectory import Trajectory
@@ -54,7 +55,7 @@ def test_a_real_reply_that_is_cut_off(local_model: str, request_: Request) -> No
 def test_a_real_explanation_is_used_only_with_numbers_from_the_facts(local_model: str) -> None:
     facts = {"Plan": "Shift the path left.", "What changed": "Every waypoint moved by 0.2 m."}
     try:
-        text = explain(local_writer(local_model), facts)
+        text = reworded(local_writer(local_model), facts)
     except WriterError as error:
         assert "explanation" in str(error) or "cut off" in str(error)
     else:

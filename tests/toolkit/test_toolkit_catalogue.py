@@ -1,5 +1,6 @@
 import inspect
 import json
+import re
 import subprocess
 import sys
 
@@ -9,6 +10,7 @@ import pytest
 import ovita.toolkit
 from ovita.scene import RFU, Frame
 from ovita.toolkit import CATALOGUE, Recorder, describe, namespace
+from ovita.toolkit.catalogue import CORE, signature
 
 
 @pytest.mark.parametrize("name", CATALOGUE)
@@ -24,16 +26,25 @@ def test_every_function_is_exported_and_documents_each_parameter(name):
 def test_the_description_is_short_and_complete():
     text = describe()
     for name in CATALOGUE:
-        assert f"\n{name}(" in text
+        assert re.search(rf"(?:^|, ){name}\(", text, re.MULTILINE), name
     assert "frame" not in text and "recorder" not in text
     assert len(text) < 6000
+    assert len(describe(CORE)) < 1500 and set(CORE) < set(CATALOGUE)
 
 
 def test_the_description_of_some_names():
-    assert describe(["near"]).startswith("near(traj, obj, within): ")
-    assert describe(["move"]).splitlines()[0].startswith("OFFSET: any of left, right")
+    assert describe(["near"]).startswith("near(traj, obj, within): Mask: ")
+    assert describe(["expect_stop", "expect_closer"]) == "expect_closer(obj, by?, where?), expect_stop(near?)"
+    offset, move = describe(["move"]).splitlines()
+    assert offset.startswith("OFFSET: left=, right=") and move.startswith("move(traj, OFFSET, where?, keep?): ")
+    assert describe(["move"], known_notes=("OFFSET",)) == move
     with pytest.raises(ValueError, match="fly"):
         describe(["fly"])
+
+
+def test_a_call_that_does_not_fit_shows_the_whole_signature():
+    assert signature("circle") == "circle(traj, obj, *, radius=None, turns=1, clockwise=None)"
+    assert signature("midpoint", brief=True) == "midpoint(a, b)"
 
 
 def test_the_namespace_binds_frame_and_recorder_and_looks_like_the_catalogue(line, cup):

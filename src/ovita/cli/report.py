@@ -26,6 +26,8 @@ def show(result: Adaptation, *, code: bool = False) -> None:
     total = sum(result.timings_ms.values())
     by = f"{result.writer.kind}{':' + result.writer.model if result.writer.model else ''}"
     click.echo(plain(f"{result.message}  [{result.status}; writer {by}; {total:.0f} ms]"))
+    if len(result.writer.tried) > 1:
+        _section("Writers", [*result.writer.tried, *([result.writer.reason] if result.writer.reason else [])])
     if result.status not in ("ok", "infeasible"):
         return
     _section("Plan", [f"{i}. {step}" for i, step in enumerate(result.plan, start=1)])

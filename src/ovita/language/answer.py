@@ -137,6 +137,8 @@ def _json_in(text: str, *, truncated: bool) -> dict[str, Any] | None:
             found = from_json(text, allow_partial=True)
         except ValueError:
             return None
+        if isinstance(found, dict) and isinstance(found.get("code"), list) and next(reversed(found)) == "code":
+            del found["code"]  # the list of its lines may lack some
         return found if isinstance(found, dict) else None
     return None
 
@@ -144,6 +146,8 @@ def _json_in(text: str, *, truncated: bool) -> dict[str, Any] | None:
 def _from_prose(text: str, *, truncated: bool) -> Answer | None:
     code = _fenced(text, truncated=truncated) or ("" if truncated else _unfenced(text))
     prose = _blocks(text)[1]
+    if truncated:
+        prose = prose.rpartition("\n")[0]
     if code:
         prose = prose.replace(code, "\nCode:\n")
     sections = _sections(prose)

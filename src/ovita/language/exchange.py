@@ -20,6 +20,7 @@ THINKING_TOKENS = 12_000
 """What a model that thinks before it answers may write on top of the answer [tokens]."""
 
 Form = Literal["native", "tool", "text"]
+"""How an answer is asked for: JSON that follows a schema, the arguments of a tool, or plain text."""
 
 
 _FORM_NOTES: dict[Form, str] = {
@@ -37,6 +38,11 @@ _FORM_NOTES: dict[Form, str] = {
         ' Instead of code you may write one line "Question: ..." or "Not understood: the words".'
     ),
 }
+
+
+def form_note(form: Form) -> str:
+    """Return what a model is told about the form of its answer."""
+    return _FORM_NOTES[form]
 
 
 @dataclass(frozen=True)

@@ -5,9 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ovita.language.builtin.compose import compose
+from ovita.language.builtin.conflicts import standing
 from ovita.language.builtin.parse import parse
 from ovita.language.request import Prompt, Reply, WriterInfo
-from ovita.scene import Scene, canonical
+
+PROMISE = "does not do what it promises"
+"""What the chain says of a policy that ran, but did too little."""
 
 
 @dataclass(frozen=True)
@@ -19,16 +22,17 @@ class BuiltinWriter:
     def write(self, prompt: Prompt) -> Reply:
         """Answer with a policy, a question, or the words that could not be placed.
 
-        A policy that already failed would fail again, so after a failed attempt it declines.
+        A policy that ran but did too little is written again with more effort; one that failed would fail again, so
+        then it declines.
         """
         info = WriterInfo("builtin")
         request = prompt.request
-        if prompt.attempts:
+        if any(PROMISE not in attempt.error for attempt in prompt.attempts):
             return Reply("not_understood", unplaced=(request.instruction,), writer=info)
-        understood = parse(request.instruction, request.scene)
-        draft = compose(understood.intents, request, understood.radius)
-        if understood.unplaced:
-            question = _which(understood.unplaced, request.scene)
+        understood = parse(request.instruction, request.scene, request.trajectory.positions)
+        draft = compose(understood.intents, request, understood.radius, effort=1 + len(prompt.attempts))
+        question = understood.question or standing(understood.intents, request.trajectory)
+        if understood.unplaced or question:
             return Reply(
                 "question" if question else "not_understood",
                 plan=tuple(draft.plan),
@@ -42,14 +46,6 @@ class BuiltinWriter:
             plan=tuple(draft.plan),
             code=draft.source(summary),
             assumptions=(*understood.notes, *draft.assumptions),
+            contacts=tuple(draft.contacts),
             writer=info,
         )
-
-
-def _which(words: tuple[str, ...], scene: Scene) -> str:
-    """A question back where a word names several objects: "Which cup: 'red cup' or 'blue cup'?"."""
-    for word in words:
-        fits = [item.name for item in scene if canonical(word) in canonical(item.name).split()]
-        if len(fits) > 1:
-            return f"Which {word}: {' or '.join(repr(name) for name in fits)}?"
-    return ""

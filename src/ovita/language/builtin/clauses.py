@@ -2,41 +2,31 @@
 
 from __future__ import annotations
 
+from ovita.language.builtin.neighbours import DIRECTIONS
+from ovita.language.builtin.senses import SPEED, settle
 from ovita.language.builtin.tokens import Token
 
-DIRECTIONS = frozenset({"left", "right", "front", "back", "up", "down"})
-
-ACTIONS = DIRECTIONS | {
-    "faster",
-    "slower",
-    "constant",
-    "closer",
-    "away",
-    "stop",
-    "wait",
-    "extend",
-    "smooth",
-    "through",
-    "over",
-    "keep",
-    "increase",
-    "decrease",
-    "double",
-    "half",
-    "lower",
-    "raise",
-    "toward",
-    "more",
-    "fewer",
-    *("spiral", "circle", "eight", "zigzag", "wave", "hop", "hover", "mirror", "rotate", "tilt", "resize"),
-    *("curvature", "straight", "average", "reverse", "noise", "quadrant", "trapezoid", "exponential", "never"),
-}
+ACTIONS = DIRECTIONS | frozenset(
+    """faster slower constant steady closer creep away withdraw stop wait hold extend smooth through over keep increase
+    decrease double half lower raise drop toward more fewer longer multiply spiral circle eight zigzag wave hop hover
+    mirror rotate tilt resize stretch shrink curvature straight average reverse noise quadrant trapezoid exponential
+    never denser sparser ramp_up ramp_down limit no_closer sideways duration""".split()
+)
 """Concepts that ask for something; a piece of a sentence without one belongs to its neighbour."""
 
-SPEED = frozenset({"speed", "faster", "slower", "constant"})
-"""Concepts that make a clause one about speed."""
+PARTS = frozenset("part section portion phase segment stretch bit few leg piece of waypoint".split())
+"""Words that make a part of the path of "first" and "last" rather than an order of doing."""
+
+KEEPING = ("keeping", "leaving", "maintaining", "preserving", "while keeping", "holding")
+CHANGED = frozenset("changing altering modifying touching affecting moving".split())
+
+PLACED = frozenset("over first last second middle half third quarter waypoints when before after".split())
+"""Concepts of which a piece only says where."""
 
 Clause = tuple[Token, ...]
+
+Piece = tuple[Clause, bool, bool]
+"""Tokens, and whether a full stop or semicolon, or a "but", precedes them."""
 
 
 def split(tokens: tuple[Token, ...]) -> list[Clause]:
@@ -45,10 +35,9 @@ def split(tokens: tuple[Token, ...]) -> list[Clause]:
     A piece that asks for nothing itself ("when passing the cup", the second object of a list) is joined to the
     piece before it, or to the one after it if it comes first.
     """
-    pieces = _pieces(tokens)
     clauses: list[Clause] = []
     pending: Clause = ()
-    for piece, hard, apart in pieces:
+    for piece, hard, apart in _pieces(_without_order(tokens)):
         if _asks(piece) or (hard and clauses and _is_statement(piece)):
             clauses.append(pending + piece)
             pending = ()
@@ -60,40 +49,71 @@ def split(tokens: tuple[Token, ...]) -> list[Clause]:
             pending = pending + piece
     if pending:
         clauses.append(pending)
-    return [_settled(c) for c in clauses]
+    return [tuple(settle(c)) for c in clauses]
 
 
-def _pieces(tokens: tuple[Token, ...]) -> list[tuple[Clause, bool, bool]]:
-    """Pieces between separators; the flags say that a full stop or semicolon, or a "but", precedes the piece."""
-    pieces: list[tuple[Clause, bool, bool]] = []
+def _without_order(tokens: tuple[Token, ...]) -> tuple[Token, ...]:
+    """Take "first" and "second" at the head of a piece as the order of doing things, not as a part of the path."""
+    kept = []
+    for i, token in enumerate(tokens):
+        heads = i == 0 or tokens[i - 1].kind in ("break", "join")
+        if token.kind == "concept" and token.text.lower() in ("first", "second", "third", "last") and heads:
+            behind = tokens[i + 1] if i + 1 < len(tokens) else None
+            word = behind.text.lower().split()[0] if behind is not None else ""
+            named = behind is not None and (
+                behind.kind == "number" or behind.value in ("half", "quarter", "waypoints", "third")
+            )
+            orders = behind is not None and not named and word not in PARTS
+            token = Token("filler", token.text) if orders else token
+        kept.append(token)
+    return tuple(kept)
+
+
+def _pieces(tokens: tuple[Token, ...]) -> list[Piece]:
+    pieces: list[Piece] = []
     current: list[Token] = []
     hard = apart = False
     for i, token in enumerate(tokens):
-        separates = token.kind == "break" or (token.kind == "join" and not _lists_objects(tokens, i))
-        separates = separates or (token.text.lower() == "while" and _about_speed(tokens[i + 1 :]))
-        if token.value == "but" and i > 0 and tokens[i - 1].value == "whole":
+        separates = token.kind == "break" or (token.kind == "join" and not _lists(tokens, i))
+        separates = separates or (token.text.lower() in ("while", "whilst") and _about_speed(tokens[i + 1 :]))
+        separates = separates or _before_deed(tokens, i) or _before_kept(tokens, i)
+        if token.value == "but" and i > 0 and tokens[i - 1].value == "whole" and _is_place(tokens[i + 1 :]):
             current.append(Token("unknown", token.text))  # "everything but the goal"
             continue
         if not separates:
             if token.kind != "join":
                 current.append(token)
             continue
+        opens = token.value in ("keep", "never")
         if any(t.kind != "filler" for t in current):
             pieces.append((tuple(current), hard, apart))
             hard = apart = False
-        current = []
-        hard = hard or token.value in ".;"
+        current = [token] if opens else []
+        hard = hard or token.value in (".", ";")
         apart = apart or token.value == "but"
     if any(t.kind != "filler" for t in current):
         pieces.append((tuple(current), hard, apart))
     return pieces
 
 
-def _lists_objects(tokens: tuple[Token, ...], i: int) -> bool:
-    """Whether the connective at i joins two objects: "the cup and the plate"."""
+def _lists(tokens: tuple[Token, ...], i: int) -> bool:
+    """Whether the connective at i joins two objects or two numbers: "the cup and the plate", "waypoints 3 and 9"."""
     before = next((t for t in reversed(tokens[:i]) if t.kind != "filler"), None)
     after = next((t for t in tokens[i + 1 :] if t.kind != "filler"), None)
-    return before is not None and after is not None and before.kind == "object" == after.kind
+    if before is None or after is None:
+        return False
+    if before.kind == "object" == after.kind or {before.value, after.value} == {"start", "goal"}:
+        return True
+    ranged = any(t.value == "between" for t in tokens[:i])
+    return ranged and before.kind == "number" == after.kind and before.unit == "" == after.unit
+
+
+def _is_place(rest: Clause) -> bool:
+    """Whether a place follows, rather than something to do."""
+    following = next((t for t in rest if t.kind != "filler"), None)
+    return following is not None and (
+        bool(following.items) or following.value in ("goal", "start", "near", "first", "last")
+    )
 
 
 def _about_speed(rest: Clause) -> bool:
@@ -102,20 +122,48 @@ def _about_speed(rest: Clause) -> bool:
     return any(t.value in SPEED or t.unit == "m/s" for t in rest[:until])
 
 
+def _before_deed(tokens: tuple[Token, ...], i: int) -> bool:
+    """Whether an "after" or "before" opens a deed of its own: "after moving everything left by 0.2"."""
+    if tokens[i].value not in ("after", "before") or i + 1 >= len(tokens):
+        return False
+    rest = tokens[i + 1 :]
+    until = next((k for k, t in enumerate(rest) if t.kind in ("break", "join")), len(rest))
+    deed = rest[0].kind in ("filler", "concept") and rest[0].text.lower().endswith("ing")
+    values = {t.value for t in rest[:until]}
+    return deed and bool(values & DIRECTIONS) and not values & {"reach", "pass", "goal"} and i > 0
+
+
+def _before_kept(tokens: tuple[Token, ...], i: int) -> bool:
+    """Whether a "keeping" or "without" opens a wish that something stays: "keeping the start and the goal fixed"."""
+    if i == 0 or tokens[i].text.lower() not in (*KEEPING, "without"):
+        return False
+    rest = tokens[i + 1 :]
+    until = next((k for k, t in enumerate(rest) if t.kind == "break"), len(rest))
+    words = {t.text.lower() for t in rest[:until]}
+    return bool(words & {"same", "fixed", "unchanged", "untouched", "intact", "where", "place"} or words & CHANGED)
+
+
 def _asks(piece: Clause) -> bool:
     concepts = {t.value for t in piece if t.kind == "concept"}
+    kept = "same" in concepts and concepts & {"keep", "start", "goal"}
+    if kept or {t.text.lower() for t in piece} >= {"same", "path"}:
+        return True
+    if concepts <= PLACED and concepts & {"first", "last", "second", "middle"}:
+        return False
     if concepts & ACTIONS:
         conditional = next((t for t in piece if t.kind != "filler"), None)
         alone = concepts & (ACTIONS - DIRECTIONS)
         return not (
             conditional is not None
             and conditional.value in ("when", "after", "before")
-            and not alone
+            and (not alone or (alone <= {"closer"} and concepts <= {conditional.value, "closer", "near"}))
             and not any(t.kind == "number" for t in piece)
             and len([t for t in piece if t.kind != "filler"]) <= 3
         )
     if {"after", "goal"} <= concepts:
         return any(t.kind != "filler" and t.value not in ("after", "goal", "reach") for t in piece)
+    if "remain" in concepts and any(t.unit in ("s", "step") for t in piece):
+        return True
     endpoint = bool(concepts & {"start", "goal"})
     if any(t.unit == "m/s" for t in piece):
         return True
@@ -134,61 +182,3 @@ def _bare_endpoint(piece: Clause) -> bool:
 def _is_statement(piece: Clause) -> bool:
     """A sentence of its own that only states a number, such as "Threshold is 0.3"."""
     return any(t.value == "threshold" for t in piece) and any(t.kind == "number" for t in piece)
-
-
-def _settled(clause: Clause) -> Clause:
-    """Settle words whose meaning depends on the clause: "lower the speed" against "go lower"."""
-    concepts = [t.value for t in clause if t.kind == "concept"]
-    about_speed = "speed" in concepts
-    settled: list[Token] = []
-    for i, token in enumerate(clause):
-        value = token.value
-        if token.kind == "concept":
-            following = next((t.value for t in clause[i + 1 :] if t.kind != "filler"), "")
-            if value == "stop" and i + 1 < len(clause) and clause[i + 1].text.lower().split()[0].endswith("ing"):
-                settled.append(Token("unknown", token.text))  # "stop slowing down" takes something back
-                continue
-            if value == "up" and _before_target(clause, i):
-                settled.append(Token("filler", token.text))  # "up to 0.4"
-                continue
-            if value == "decrease" and token.text.lower().startswith("drop") and not about_speed:
-                value = "down"
-            if value in ("lower", "raise"):
-                change = ("decrease", "increase") if about_speed else ("down", "up")
-                value = change[value == "raise"]
-            elif value == "around" and SPEED & set(concepts):
-                value = "near"
-            elif value == "between" and not any(t.kind == "object" for t in clause):
-                value = "middle"
-            elif value in ("up", "down") and following == "speed":
-                value = "increase" if value == "up" else "decrease"
-        settled.append(token if value == token.value else Token("concept", token.text, value=value))
-    if "height" in concepts and set(concepts) & {
-        "increase",
-        "decrease",
-        "more",
-        "fewer",
-        "up",
-        "down",
-        "lower",
-        "raise",
-    }:
-        settled = _with_height(settled)
-    return tuple(settled)
-
-
-def _before_target(clause: Clause, i: int) -> bool:
-    return i + 2 < len(clause) and clause[i + 1].text.lower() == "to" and clause[i + 2].kind == "number"
-
-
-def _with_height(clause: list[Token]) -> list[Token]:
-    """Turn "increase the altitude" into up; the word height itself says nothing more."""
-    turned = {"increase": "up", "decrease": "down", "more": "up", "fewer": "down"}
-    return [
-        Token("filler", t.text)
-        if t.value == "height"
-        else Token("concept", t.text, value=turned[t.value])
-        if t.kind == "concept" and t.value in turned
-        else t
-        for t in clause
-    ]

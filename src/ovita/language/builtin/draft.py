@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import keyword
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -39,6 +39,9 @@ class Draft:
     expectations: list[str] = field(default_factory=list)
     plan: list[str] = field(default_factory=list)
     assumptions: list[str] = field(default_factory=list)
+    contacts: list[str] = field(default_factory=list)
+    effort: int = 1
+    fixed: set[str] = field(default_factory=set)
 
     @classmethod
     def of(cls, request: Request) -> Draft:
@@ -117,13 +120,25 @@ def mask(draft: Draft, region: Region) -> tuple[str, str]:
     if kind == "near":
         masks, words = zip(*(_near(draft, item, region.amount) for item in region.items), strict=True)
         return " | ".join(masks), " and ".join(words)
+    if kind == "range":
+        return _range(draft, region)
+    if kind in ("but_first", "but_last"):
+        stated = _in_waypoints(draft, replace(region, kind=kind.removeprefix("but_")))
+        left = max(len(draft.request.trajectory) - int(stated.amount or 0), 1)
+        kind = "last" if kind == "but_first" else "first"
+        region = Region(kind, amount=left, counted=True)
     if kind in ("first", "last"):
+        region = _in_waypoints(draft, region)
         if region.counted:
             n = draft.knob(f"{kind}_waypoints", int(region.amount or 1), f"number of waypoints at the {_side(kind)}")
             return f"{kind}(traj, {n})", f"for the {kind} {int(region.amount or 1)} waypoints"
         share = round(region.amount or 0.25, 4)
         name = draft.knob(f"{kind}_share", share, f"share of the waypoints at the {_side(kind)}")
         return f"{kind}(traj, fraction={name})", f"for the {kind} {share:.0%} of the waypoints"
+    if kind == "middle" and region.amount is not None:
+        margin = (1.0 - region.amount) / 2
+        part = f"in the middle {region.amount:.0%} of the path"
+        return f"between(traj, {margin:.3g}, {1 - margin:.3g})", part
     if kind == "middle":
         draft.assume('"the middle" is the middle third of the waypoints')
         return "between(traj, 0.33, 0.67)", "in the middle of the path"
@@ -137,6 +152,32 @@ def mask(draft: Draft, region: Region) -> tuple[str, str]:
     item = region.items[0]
     span = f"{draft.ref(item)}, 1.0" if kind == "after" else f"0.0, {draft.ref(item)}"
     return f"between(traj, {span})", f"{kind} {item.name}"
+
+
+def _range(draft: Draft, region: Region) -> tuple[str, str]:
+    """Waypoints by number, counted from 1."""
+    last = len(draft.request.trajectory)
+    begin = int(np.clip(region.amount or 1, 1, last))
+    end = last if region.until is None else int(np.clip(region.until, begin, last))
+    draft.assume("waypoints are counted from 1")
+    a = draft.knob("first_index", begin - 1, "index of the first waypoint, from 0")
+    b = draft.knob("last_index", end - 1, "index of the last waypoint, from 0")
+    return f"between(traj, {a}, {b})", f"from waypoint {begin} to {end}"
+
+
+def _in_waypoints(draft: Draft, region: Region) -> Region:
+    """A stretch given in metres or seconds as so many waypoints."""
+    if region.unit not in ("m", "s"):
+        return region
+    trajectory = draft.request.trajectory
+    if region.unit == "s":
+        times = np.arange(len(trajectory)) * trajectory.timestep
+    else:
+        times = trajectory.arc_length
+    measured = times if region.kind == "first" else times[-1] - times
+    count = max(int((measured <= (region.amount or 0.0) + 1e-9).sum()), 1)
+    draft.assume(f"the {region.kind} {region.amount:g} {region.unit} are {count} waypoints")
+    return replace(region, amount=count, counted=True, unit="")
 
 
 def _near(draft: Draft, item: SceneObject, radius: float | None) -> tuple[str, str]:
@@ -167,16 +208,17 @@ def suffix(part: str) -> str:
     return f" {part}" if part else ""
 
 
-def above(d: Draft, item: SceneObject, stated: float | None) -> float:
-    """Height above an object's centre that "so much above it" means [m]: counted from its top."""
+def above(d: Draft, item: SceneObject, stated: float | None, *, below: bool = False) -> float:
+    """Height above (or below) an object's centre that "so much above it" means [m]: counted from its top (bottom)."""
+    side, end = ("below", "bottom") if below else ("above", "top")
     top = 0.0 if item.dimensions is None else float(np.abs(item.rotation[2]) @ item.size) / 2
     if stated is None:
         height = nice(top + item.radius + d.scale.step("slight"))
-        d.assume(f'"above {item.name}" is {height:g} m above its centre')
+        d.assume(f'"{side} {item.name}" is {height:g} m {side} its centre')
         return height
     height = float(f"{top + stated:.6g}")
     if top:
-        d.assume(f"{stated:g} m above {item.name} is counted from its top, {height:g} m above its centre")
+        d.assume(f"{stated:g} m {side} {item.name} is counted from its {end}, {height:g} m {side} its centre")
     return height
 
 

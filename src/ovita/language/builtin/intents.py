@@ -43,6 +43,8 @@ Action = Literal[
     "side",
     "quadrant",
     "height",
+    "same",
+    "trim",
 ]
 
 
@@ -51,12 +53,16 @@ class Region:
     """The part of the path that an intent is about.
 
     Args:
-        kind: "whole", "near" (objects), "first" or "last" (count or share), "middle", "between" (two objects),
-            "after" or "before" (an object), "heading" (a direction), or "every" (k-th waypoint).
+        kind: "whole", "near" (objects), "first" or "last" (a count, share, length or time), "middle", "between" (two
+            objects), "after" or "before" (an object), "range" (waypoints), "heading" (a direction), "every" (k-th
+            waypoint), or "rest" (what the clause before was not about).
         items: Objects of "near", "between", "after" and "before".
-        amount: Radius [m], waypoint count, share of the waypoints, or k.
+        amount: Radius [m], waypoint count, share of the waypoints, length [m], time [s], k, or a range's first
+            waypoint.
         counted: Whether `amount` is a number of waypoints rather than a share.
         direction: Word of "heading".
+        unit: "m" or "s" where `amount` is a length or a time of the path.
+        until: Last waypoint of a range; a range without one goes to the goal.
     """
 
     kind: str = "whole"
@@ -64,6 +70,8 @@ class Region:
     amount: float | None = None
     counted: bool = False
     direction: str = ""
+    unit: str = ""
+    until: float | None = None
 
 
 WHOLE = Region()
@@ -100,9 +108,10 @@ class Intent:
 
 @dataclass(frozen=True)
 class Understood:
-    """What the parser made of a sentence: intents in order, notes, and the words it could not place."""
+    """What the parser made of a sentence: intents, notes, the words that it could not place, and a question back."""
 
     intents: tuple[Intent, ...] = ()
     notes: tuple[str, ...] = ()
     unplaced: tuple[str, ...] = ()
     radius: float | None = None
+    question: str = ""

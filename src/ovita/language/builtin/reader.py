@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import TypeVar
 
-from ovita.language.builtin.clauses import DIRECTIONS, Clause
+from ovita.language.builtin.clauses import Clause
+from ovita.language.builtin.neighbours import DIRECTIONS
 from ovita.language.builtin.tokens import Token
 from ovita.language.scale import Degree
 from ovita.scene import SceneObject
@@ -68,6 +69,14 @@ class Reader:
     def says(self, *texts: str) -> bool:
         """Whether one of these words stands in the clause as written, not yet taken."""
         return any(t.text.lower() in texts and not self.taken[i] for i, t in enumerate(self.tokens))
+
+    def hears(self, *texts: str) -> bool:
+        """Whether one of these words stands in the clause as written, taken or not."""
+        return any(t.text.lower() in texts for t in self.tokens)
+
+    def says_phrase(self, opening: str) -> bool:
+        """Whether a phrase of the clause, taken or not, begins with this word: "twice around"."""
+        return any(t.text.lower().split()[:1] == [opening] for t in self.tokens)
 
     def sided(self) -> bool:
         """Whether a direction only names a side: "from the left", "the right side of the plate"."""

@@ -47,8 +47,10 @@ def circle(d: Draft, intent: Intent) -> None:
     turns = intent.count or 1.0
     n = d.knob("turns", turns, f"turns around {item.name}")
     radius = ""
+    if intent.mode:
+        radius = f", clockwise={intent.mode == 'clockwise'}"
     if intent.amount is not None:
-        radius = f", radius={d.knob('circle_radius', intent.amount, f'[m] radius around {item.name}')}"
+        radius += f", radius={d.knob('circle_radius', intent.amount, f'[m] radius around {item.name}')}"
     d.body.append(f"traj = circle(traj, {d.ref(item)}{radius}, turns={n})")
     d.plan.append(f"From the point closest to {item.name}, go around it {turns:g} time(s).")
 
@@ -151,8 +153,16 @@ def curve(d: Draft, intent: Intent) -> None:
 
 def straighten(d: Draft, intent: Intent) -> None:
     """A straight line between two places."""
+    if intent.region.kind in ("first", "last", "middle", "range"):
+        where, part = mask(d, intent.region)
+        name = d.part(where)
+        d.body.append(f"traj = straighten(traj, int(np.flatnonzero({name})[0]), int(np.flatnonzero({name})[-1]))")
+        d.plan.append(f"Go in a straight line{suffix(part)}.")
+        return
     ends = [d.ref(item) for item in intent.items] or ['"start"', '"goal"']
     names = " and ".join(item.name for item in intent.items) or "start and goal"
+    if intent.mode:
+        ends, names = [*ends, repr(intent.mode)], f"{names} and {intent.mode}"
     d.body.append(f"traj = straighten(traj, {ends[0]}, {ends[1]})")
     d.plan.append(f"Go in a straight line between {names}.")
 
@@ -221,6 +231,13 @@ def quadrant(d: Draft, intent: Intent) -> None:
     d.plan.append(f"Shift the path so that all of it lies in quadrant {which}.")
 
 
+def trim(d: Draft, intent: Intent) -> None:
+    """Waypoints left out."""
+    where, part = mask(d, intent.region)
+    d.body.append(f"traj = traj[~{where}]" if "|" not in where else f"traj = traj[~({where})]")
+    d.plan.append(f"Leave waypoints out{suffix(part)}.")
+
+
 def height(d: Draft, intent: Intent) -> None:
     """At a height above the ground."""
     where, part = mask(d, intent.region)
@@ -252,4 +269,5 @@ SHAPE_STEPS: dict[str, Callable[[Draft, Intent], None]] = {
     "side": side,
     "quadrant": quadrant,
     "height": height,
+    "trim": trim,
 }

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from ovita.language.builtin.draft import Draft, argument, mask, suffix
 from ovita.language.builtin.intents import Intent
-from ovita.language.scale import Degree
-
-SLOWER: dict[Degree, float] = {"slight": 0.75, "moderate": 0.5, "large": 0.25}
-FASTER: dict[Degree, float] = {"slight": 1.25, "moderate": 1.5, "large": 2.0}
+from ovita.language.scale import FASTER, SLOWER
 
 
 def speed(d: Draft, intent: Intent) -> None:
@@ -41,6 +38,13 @@ def speed(d: Draft, intent: Intent) -> None:
         d.body.append(f"traj = set_speed(traj, {knob}{argument(where)})")
         d.expectations.append(f"expect_speed({knob}{argument(where)})")
         d.plan.append(f"Set the speed to {value:g} m/s{suffix(part)}.")
+    elif intent.mode in ("cap", "floor"):
+        value = intent.amount or 0.0
+        name = d.knob("limit", value, f"[m/s] {'highest' if intent.mode == 'cap' else 'lowest'} speed")
+        beyond = f"traj[:, 3] {'>' if intent.mode == 'cap' else '<'} {name}"
+        chosen = f"({where}) & ({beyond})" if where else beyond
+        d.body.append(f"traj = set_speed(traj, {name}, where={chosen})")
+        d.plan.append(f"Keep the speed at {'most' if intent.mode == 'cap' else 'least'} {value:g} m/s{suffix(part)}.")
     elif intent.mode.startswith("ramp"):
         _ramp(d, intent, where, part, mean)
     else:
@@ -59,6 +63,7 @@ def _ramp(d: Draft, intent: Intent, where: str, part: str, mean: float) -> None:
         begin, end = min(first, 0.5 * mean), 1.5 * float(speeds.max())
     else:
         begin = first if first > 0.2 * mean else mean
+        begin = intent.count if intent.count is not None else begin
         end = intent.amount if intent.amount is not None else 0.0 if at_end or not where else 0.25 * mean
         now = float(speeds[round(at * len(speeds)) :].mean())
         if at_end and intent.amount is None and begin + end > 1.5 * now:

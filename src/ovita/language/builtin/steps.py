@@ -13,8 +13,16 @@ from ovita.language.builtin.shape_steps import SHAPE_STEPS
 from ovita.language.builtin.speed_steps import speed
 from ovita.language.scale import Degree, nice
 from ovita.scene import SceneObject
+from ovita.toolkit.edit import smooth
+from ovita.trajectory import Array
 
 APPROACH: dict[Degree, float] = {"slight": 0.25, "moderate": 0.5, "large": 0.75}
+STRONGEST = 64.0
+"""Largest strength of a smoothing that is tried."""
+
+SHARP = 0.7
+"""A turn that smoothing must take the edge off [rad]."""
+
 TO_THE = {"left": "to the left", "right": "to the right", "front": "to the front", "back": "back"}
 
 
@@ -74,6 +82,12 @@ def _move(d: Draft, intent: Intent) -> None:
     code, words = offset.code, offset.words
     where, part = mask(d, intent.region)
     if not where:
+        ends = sorted(d.fixed & {"start", "goal"})
+        if ends:
+            kept = "both" if len(ends) == 2 else ends[0]
+            d.body.append(f"traj = move(traj, {code}, keep={kept!r})")
+            d.plan.append(f"Shift the path {words}; the {' and the '.join(ends)} stay{'s' if len(ends) == 1 else ''}.")
+            return
         d.body.append(f"traj = move(traj, {code})")
         d.positions = d.positions + d.request.scene.frame.offset(**offset.metres)
         for direction, name in offset.knobs.items():
@@ -118,6 +132,21 @@ def _endpoint(d: Draft, intent: Intent) -> None:
     d.plan.append(f"Move the {end} to {words}; the path bends towards it.")
 
 
+def _same(d: Draft, intent: Intent) -> None:
+    """What is to stay as it is; the other steps leave it alone, and the expectation tells if they do not."""
+    d.fixed.add(intent.mode)
+    if intent.mode in ("start", "goal"):
+        d.expectations.append(f"expect_{intent.mode}()")
+    elif intent.mode == "path":
+        d.expectations.append("expect_same_path()")
+    if intent.mode != "part":
+        d.plan.append(f"Leave the {intent.mode} as it is.")
+        return
+    knobs = dict(d.parameters)
+    d.plan.append(f"Change nothing {mask(d, intent.region)[1]}.")
+    d.parameters = knobs  # nothing is done there, so nothing can be turned
+
+
 def _closer(d: Draft, intent: Intent) -> None:
     item = intent.items[0]
     where, part = mask(d, intent.region)
@@ -127,10 +156,13 @@ def _closer(d: Draft, intent: Intent) -> None:
     elif intent.unit == "x" and by is not None:
         by = nice(d.distance(item) * (1 - 1 / max(by, 1.01)))
     if by is None:
-        by = nice(APPROACH[intent.degree] * (d.distance(item) + 0.1 * d.scale.extent))
+        by = nice(d.effort * APPROACH[intent.degree] * (d.distance(item) + 0.1 * d.scale.extent))
         d.assume(f'"closer to {item.name}" is {by:g} m closer')
     ref = d.ref(item)
     where = d.part(where)
+    if item.dimensions is None and d.distance(item) - by < item.radius:
+        d.contacts.append(item.name)
+        d.assume(f"{item.name} is no obstacle, as its size is not given and the path is to come this close")
     name = d.knob("closer_by", by, f"[m] how much closer to {item.name}")
     reach = ""
     if intent.mode == "whole" or where:
@@ -161,7 +193,7 @@ def _farther(d: Draft, intent: Intent) -> None:
     if by is None:
         by = d.scale.step(intent.degree)
         d.assume(f'"away from {item.name}" is {by:g} m farther')
-        by = nice(_push_needed(d, item, by))
+        by = nice(d.effort * _push_needed(d, item, by))
     name = d.knob("farther_by", by, f"[m] how much farther from {item.name}")
     d.body.append(f"traj = farther(traj, {ref}, {name}{argument(where)}{d.held()})")
     d.plan.append(f"Take the path {by:g} m farther from {item.name}{suffix(part)}.")
@@ -206,6 +238,12 @@ def _through(d: Draft, intent: Intent) -> None:
         d.plan.append(f"Bend the path through the midpoint of {item.name} and {other.name}.")
         return
     ref = d.ref(item)
+    if intent.mode == "under":
+        depth = above(d, item, intent.amount, below=True)
+        name = d.knob("depth", depth, f"[m] depth below the centre of {item.name}")
+        d.body.append(f"traj = go_through(traj, {ref}, down={name})")
+        d.plan.append(f"Bend the path under {item.name}, {depth:g} m below its centre.")
+        return
     if intent.mode != "over":
         d.body.append(f"traj = go_through(traj, {ref})")
         d.expectations.append(f"expect_visits({ref}, within={_tolerance(d)})")
@@ -282,9 +320,29 @@ def _wait(d: Draft, intent: Intent) -> None:
 
 def _smooth(d: Draft, intent: Intent) -> None:
     strength = {"slight": 0.3, "moderate": 1.0, "large": 3.0}[intent.degree]
+    while strength < STRONGEST and not _is_smoother(d.request.trajectory.to_array(), strength):
+        strength *= 2.0
     name = d.knob("smoothing", strength, "strength of the smoothing")
     d.body.append(f"traj = smooth(traj, {name})")
     d.plan.append("Smooth the path; start and goal stay.")
+
+
+def _is_smoother(rows: Array, strength: float) -> bool:
+    """Whether a smoothing takes out bends without making the sharpest turn sharper."""
+    before, after = _turns(rows), _turns(smooth(rows, strength))
+    if not before.any():
+        return True
+    sharp = float(before.max()) > SHARP
+    calmer = float(after.max()) <= (0.75 if sharp else 1.0) * float(before.max())
+    return calmer and (after**2).sum() < 0.95 * (before**2).sum()
+
+
+def _turns(rows: Array) -> Array:
+    """The angle between each two steps of a path [rad]."""
+    steps = np.diff(rows[:, :3], axis=0)
+    lengths = np.linalg.norm(steps, axis=1)
+    steps = steps[lengths > 1e-9] / lengths[lengths > 1e-9, None]
+    return np.asarray(np.arccos(np.clip((steps[:-1] * steps[1:]).sum(axis=1), -1.0, 1.0)))
 
 
 def _resample(d: Draft, intent: Intent) -> None:
@@ -305,6 +363,7 @@ def _tolerance(d: Draft) -> float:
 
 STEPS: dict[str, Callable[[Draft, Intent], None]] = {
     **SHAPE_STEPS,
+    "same": _same,
     "move": _move,
     "move_start": _endpoint,
     "move_goal": _endpoint,

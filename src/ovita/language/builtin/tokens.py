@@ -2,21 +2,15 @@
 
 from __future__ import annotations
 
-import difflib
-import re
 from dataclasses import dataclass
-from functools import cache
 
-from ovita.language.builtin.lexicon import (
-    CONNECTIVES,
-    FILLER,
-    LONGEST_PHRASE,
-    NUMBER_WORDS,
-    UNITS,
-    phrases,
-    stems,
-)
-from ovita.scene import Scene, SceneObject, canonical
+from ovita.language.builtin.lexicon import CONNECTIVES, JOIN, PLAIN, concept_at, is_filler
+from ovita.language.builtin.numbers import amount_at, is_digits
+from ovita.language.builtin.references import Catalog, Mention
+from ovita.language.builtin.spelling import respelt
+from ovita.language.builtin.traits import WORD
+from ovita.scene import Scene, SceneObject
+from ovita.trajectory import Array
 
 
 @dataclass(frozen=True)
@@ -27,7 +21,8 @@ class Token:
         kind: "object", "number", "concept", "filler", "join" (and, then), "break" (punctuation) or "unknown".
         text: The words as the person wrote them.
         value: The concept, or the connective, or "".
-        items: The object, or all objects ("every obstacle"), where kind is "object".
+        items: The object, or all objects ("every obstacle"), where kind is "object"; where it is "unknown", the objects
+            among which the words leave the choice.
         number: In SI units (a share for %), where kind is "number".
         unit: "", "m", "m/s", "%", "x" (times), "step", "s" or "deg".
     """
@@ -45,22 +40,25 @@ REASONS = (("to", "prevent"), ("to", "ensure"), ("so", "that"), ("in", "order", 
 
 SIGNS = ("-", "+", "_", "/")
 
-_WORD = re.compile(r"\d+(?:\.\d+)?|\.\d+|m/s|cm/s|[^\W\d_]+(?:['’][^\W\d_]+)?|%|[.,;:!?()]|[-+_/]")
+CHOICE = "choice"
+"""Value of an unknown token that leaves the choice among several objects."""
 
 
-def tokenize(sentence: str, scene: Scene) -> tuple[tuple[Token, ...], tuple[str, ...]]:
-    """Split a sentence into tokens; also return the spellings that were corrected, as notes."""
-    words = _without_hyphens([m.group() for m in _WORD.finditer(sentence)])
-    lowered = [w.lower() for w in words]
-    names = _name_table(scene)
+def tokenize(sentence: str, scene: Scene, path: Array | None = None) -> tuple[tuple[Token, ...], tuple[str, ...]]:
+    """Split a sentence into tokens; also return the spellings that were corrected, as notes.
+
+    Args:
+        sentence: As written.
+        scene: Whose objects may be named.
+        path: Positions (N, 3) [m], from which "the object nearest to the goal" is told.
+    """
+    words = _without_hyphens([m.group() for m in WORD.finditer(sentence.replace("’", "'"))])
+    catalog = Catalog(scene, path)
+    lowered, notes = respelt([w.lower() for w in words], catalog)
     tokens: list[Token] = []
-    notes: list[str] = []
     i = 0
     while i < len(words):
-        token, used = _match(words, lowered, i, names, scene)
-        if token.kind == "unknown":
-            token, note = _corrected(token, scene)
-            notes += [note] if note else []
+        token, used = _match(words, lowered, i, catalog, _named_last(tokens))
         tokens.append(token)
         i += used
     tokens = [t for t in tokens if t.text not in SIGNS]
@@ -71,169 +69,81 @@ def tokenize(sentence: str, scene: Scene) -> tuple[tuple[Token, ...], tuple[str,
     return tuple(tokens), tuple(notes)
 
 
+def _named_last(tokens: list[Token]) -> tuple[SceneObject, ...]:
+    return next((t.items for t in reversed(tokens) if t.kind == "object"), ())
+
+
 def _reason(tokens: list[Token]) -> slice | None:
     """The words that only say why, up to the next mark: "to prevent skidding", "so that nobody is hurt".
 
     Words that name an object, a number or something to do are never a mere reason.
     """
-    words = [t.text.lower() for t in tokens]
-    for i in range(len(words)):
-        opening = next((o for o in REASONS if words[i : i + len(o)] == list(o)), None)
-        if opening is None:
+    words = [w for t in tokens for w in t.text.lower().split()]
+    owner = [i for i, t in enumerate(tokens) for _ in t.text.split()]
+    for k in range(len(words)):
+        opening = next((o for o in REASONS if tuple(words[k : k + len(o)]) == o), None)
+        if opening is None or (k > 0 and owner[k - 1] == owner[k]):
             continue
-        end = next((k for k in range(i, len(tokens)) if tokens[k].kind in ("break", "join")), len(tokens))
-        rest = tokens[i + len(opening) : end]
+        begin, inside = owner[k], owner[min(k + len(opening) - 1, len(owner) - 1)] + 1
+        end = next((j for j in range(begin, len(tokens)) if tokens[j].kind in ("break", "join")), len(tokens))
+        rest = tokens[inside:end]
         if rest and all(t.kind in ("unknown", "filler") for t in rest):
-            return slice(i, end)
+            return slice(begin, end)
     return None
 
 
 def _without_hyphens(words: list[str]) -> list[str]:
     """Drop the marks inside words ("zig-zag") and the endings of ordinals ("5th"), but keep the sign of a number."""
-    return [
-        word
-        for i, word in enumerate(words)
-        if (word not in SIGNS and not (word.lower() in ("st", "nd", "rd", "th") and i > 0 and _is_digits(words[i - 1])))
-        or (word == "-" and i + 1 < len(words) and _is_digits(words[i + 1]))
-    ]
-
-
-def _is_digits(word: str) -> bool:
-    return re.fullmatch(r"\d+(?:\.\d+)?|\.\d+", word) is not None
+    kept: list[str] = []
+    for i, word in enumerate(words):
+        before, behind = words[i - 1] if i else "", words[i + 1] if i + 1 < len(words) else ""
+        if word in SIGNS:
+            if is_digits(behind) and is_digits(before):
+                kept.append("to" if word == "-" else word)
+            elif word == "-" and is_digits(behind):
+                kept.append(word)
+            elif word == "/" and before.lower() in ("m", "cm", "mm", "km"):
+                kept.append(word)
+        elif not (word.lower() in ("st", "nd", "rd", "th") and is_digits(before)):
+            kept.append(word)
+    return kept
 
 
 def _match(
-    words: list[str], lowered: list[str], i: int, names: dict[tuple[str, ...], SceneObject], scene: Scene
+    words: list[str], lowered: list[str], i: int, catalog: Catalog, earlier: tuple[SceneObject, ...]
 ) -> tuple[Token, int]:
-    longest = max((len(n) for n in names), default=0)
-    name, used = _object_at(lowered, i, names, longest)
-    concept, length = _concept_at(lowered, i)
-    if name is not None and used >= length:
-        return Token("object", " ".join(words[i : i + used]), items=(name,)), used
-    every = _all_objects_at(lowered, i)
-    if every and scene.objects:
-        return Token("object", " ".join(words[i : i + every]), items=scene.objects), every
-    number = _number_at(lowered, i)
-    if number is not None and number[1] >= length:
-        token, count = number
-        return Token("number", " ".join(words[i : i + count]), number=token[0], unit=token[1]), count
+    if lowered[i] == "next" and lowered[i + 1 : i + 2] and lowered[i + 1] in ("half", "part", "third", "quarter"):
+        return Token("concept", words[i], value="second"), 1
+    mention = catalog.mention_at(lowered, i, earlier) if lowered[i][0].isalnum() else None
+    concept, length = concept_at(lowered, i)
+    if mention is not None and mention.used >= length and (not mention.unclear or not concept):
+        return _object(words, i, mention), mention.used
+    amount = amount_at(lowered, i)
+    if amount is not None and amount.used >= length and not _is_ordinal(lowered, i):
+        text = " ".join(words[i : i + amount.used])
+        return Token("number", text, number=amount.value, unit=amount.unit), amount.used
     word = lowered[i]
+    if concept in (PLAIN, JOIN):
+        text = " ".join(words[i : i + length])
+        return (Token("filler", text) if concept == PLAIN else Token("join", text, value="and")), length
     if concept:
         return Token("concept", " ".join(words[i : i + length]), value=concept), length
     if word in ".,;:!?()":
         return Token("break", word, value=word), 1
     if word in CONNECTIVES:
         return Token("join", words[i], value=word), 1
-    if word in SIGNS or any(s in FILLER for s in stems(word)):
+    if word in SIGNS or is_filler(word):
         return Token("filler", words[i]), 1
     return Token("unknown", words[i]), 1
 
 
-def _object_at(
-    lowered: list[str], i: int, names: dict[tuple[str, ...], SceneObject], longest: int
-) -> tuple[SceneObject | None, int]:
-    span = [w for w in lowered[i:]]
-    best: tuple[SceneObject | None, int] = (None, 0)
-    collected: list[str] = []
-    for used, word in enumerate(span, start=1):
-        if not word[0].isalnum():
-            break
-        collected.append(word)
-        if len(collected) > longest:
-            break
-        for form in (tuple(collected), (*collected[:-1], *_singular(collected[-1]))):
-            if form in names:
-                best = (names[form], used)
-    return best
+def _is_ordinal(lowered: list[str], i: int) -> bool:
+    """Whether a number word is none: "the one", "at one", "once"."""
+    return lowered[i] == "one" and lowered[i - 1 : i] in (["the"], ["this"], ["that"])
 
 
-def _all_objects_at(lowered: list[str], i: int) -> int:
-    """How many words from i on mean all objects: "objects", "all the obstacles", "every object"; 0 for none."""
-    quantified = lowered[i] in ("all", "every", "each", "any")
-    rest = [w for w in lowered[i + quantified : i + quantified + 3] if w not in ("of", "the")]
-    skipped = next((k for k, w in enumerate(lowered[i + quantified :]) if w not in ("of", "the")), 0)
-    if skipped and not quantified:
-        return 0
-    plural = rest[:1] in (["objects"], ["obstacles"])
-    single = quantified and rest[:1] in (["object"], ["obstacle"])
-    return quantified + skipped + 1 if plural or single else 0
-
-
-def _singular(word: str) -> tuple[str, ...]:
-    return (word[:-1] if len(word) > 3 and word.endswith("s") else word,)
-
-
-def _concept_at(lowered: list[str], i: int) -> tuple[str, int]:
-    table = phrases()
-    for length in range(min(LONGEST_PHRASE, len(lowered) - i), 0, -1):
-        span = lowered[i : i + length]
-        for last in stems(span[-1]):
-            for head in stems(span[0]) if length > 1 else [last]:
-                key = (last,) if length == 1 else (head, *span[1:-1], last)
-                if key in table:
-                    return table[key], length
-    return "", 0
-
-
-def _number_at(lowered: list[str], i: int) -> tuple[tuple[float, str], int] | None:
-    word = lowered[i]
-    if _is_digits(word):
-        value, used = float(word), 1
-    elif word in NUMBER_WORDS:
-        value, used = NUMBER_WORDS[word], 1
-    else:
-        return None
-    if i > 0 and lowered[i - 1] == "-":
-        value = -value
-    if i + used < len(lowered):
-        for unit in stems(lowered[i + used]):
-            if unit in UNITS:
-                name, factor = UNITS[unit]
-                return (value * factor, name), used + 1
-    return (value, ""), used
-
-
-def _name_table(scene: Scene) -> dict[tuple[str, ...], SceneObject]:
-    """Every way to name an object: its whole name, and each word of it that no other object and no concept bears."""
-    table: dict[tuple[str, ...], SceneObject] = {}
-    owners: dict[str, list[SceneObject]] = {}
-    for item in scene.objects:
-        parts = _parts(item)
-        table[parts] = item
-        for word in set(parts):
-            owners.setdefault(word, []).append(item)
-    for item in scene.objects:
-        head = (_parts(item) or ("",))[-1]
-        if len(owners.get(head, ())) == 1 and (head,) not in phrases() and head not in FILLER:
-            table.setdefault((head,), item)
-    return table
-
-
-def _parts(item: SceneObject) -> tuple[str, ...]:
-    """The words of an object's name, cut as a sentence is cut."""
-    return tuple(w for w in _WORD.findall(canonical(item.name)) if w[0].isalnum())
-
-
-@cache
-def _vocabulary() -> tuple[str, ...]:
-    single = [p[0] for p in phrases() if len(p) == 1 and len(p[0]) > 4]
-    return tuple(dict.fromkeys([*single, *(w for w in FILLER if len(w) > 4)]))
-
-
-def _corrected(token: Token, scene: Scene) -> tuple[Token, str]:
-    """Read a misspelt word as the one known word close to it."""
-    word = token.text.lower()
-    if len(word) < 4:
-        return token, ""
-    heads = {canonical(item.name): item for item in scene.objects}
-    close = difflib.get_close_matches(word, heads, 1, 0.8)
-    if close:
-        item = heads[close[0]]
-        return Token("object", token.text, items=(item,)), f"read {token.text!r} as {item.name!r}"
-    for form in stems(word):
-        near = difflib.get_close_matches(form, _vocabulary(), 1, 0.84)
-        if near and len(form) > 4:
-            concept = phrases().get((near[0],), "")
-            kind = "concept" if concept else "filler"
-            return Token(kind, token.text, value=concept), f"read {token.text!r} as {near[0]!r}"
-    return token, ""
+def _object(words: list[str], i: int, mention: Mention) -> Token:
+    text = " ".join(words[i : i + mention.used])
+    if mention.unclear:
+        return Token("unknown", text, value=CHOICE, items=mention.items)
+    return Token("object", text, items=mention.items)

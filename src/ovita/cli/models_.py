@@ -1,0 +1,139 @@
+"""`ovita models`: small language models that run on this machine."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib.resources import as_file, files
+from typing import TYPE_CHECKING
+
+import click
+
+from ovita.language import models
+from ovita.language.writer import MODEL_VARIABLE
+
+if TYPE_CHECKING:
+    from ovita.language.download import Tell
+
+TEST_INSTRUCTION = "Go left by 0.15 and move at half the speed near the cup"
+"""What `ovita models test` asks of a model, on the shipped table-top scene."""
+
+
+@click.group()
+def group() -> None:
+    """Small language models that run on this machine, as writers: --writer llamacpp:NAME."""
+
+
+@group.command("list")
+def list_() -> None:
+    """List the models that are known and those that are here."""
+    here, default = models.present(), models.default_model()
+    for known in models.KNOWN:
+        state = "-" if known.name not in here else "checked" if models.checksum(known.file) else "here"
+        click.echo(f"{known.name:20} {known.size / 1e9:4.1f} GB  {known.licence:10}  {state:7}  {known.about}")
+    for name, path in here.items():
+        if all(known.name != name for known in models.KNOWN):
+            click.echo(f"{name:20} {path.stat().st_size / 1e9:4.1f} GB  {'':10}  here     {path}")
+    click.echo(f"\nFolder: {models.models_dir()} (set {models.DIR_VARIABLE} for another)")
+    if default:
+        click.echo(f"--writer auto falls back on {default}, unless {MODEL_VARIABLE} names another.")
+    elif here:
+        click.echo("To run them: pip install 'ovita[local]'")
+    else:
+        click.echo(f"None is here; fetch one with: ovita models pull {models.KNOWN[0].name}")
+
+
+@group.command()
+@click.argument("name")
+def pull(name: str) -> None:
+    """Fetch the model NAME from the hub; a broken download goes on where it stopped."""
+    from ovita.language.download import fetch
+
+    known = models.known_named(name)
+    target = models.models_dir() / known.file
+    if target.is_file():
+        click.echo(f"{name} is here already: {target}")
+        return
+    click.echo(f"{name}: {known.size / 1e9:.1f} GB, {known.licence}, from {known.url}", err=True)
+    with _meter(known.size) as tell:
+        found = fetch(known.url, target, sha256=known.sha256, size=known.size, tell=tell)
+    models.record(known.file, found)
+    click.echo(f"{target}\nsha256 {found}, as expected. Try it: ovita models test {name}")
+
+
+@group.command()
+@click.argument("name")
+@click.argument("file")
+def add(name: str, file: str) -> None:
+    """Give the GGUF file FILE, which stays where it is, the name NAME."""
+    path = models.add(name, file)
+    click.echo(f"{name} is {path}. Try it: ovita models test {name}")
+
+
+@group.command()
+@click.argument("name")
+@click.option("--time-limit", type=float, default=300.0, show_default=True, metavar="SECONDS", help="For writing.")
+@click.option("--threads", type=click.IntRange(1), help="Processor cores to use. [llama.cpp's choice]")
+def test(name: str, time_limit: float, threads: int | None) -> None:
+    """Have the model NAME (or FILE.gguf) adapt the shipped scene once, and say what it took."""
+    from ovita.chain import adapt
+    from ovita.cli.progress import waiting
+    from ovita.cli.report import EXIT_OF, plain
+    from ovita.formats import load_task
+    from ovita.language.local import LocalWriter
+    from ovita.language.request import Request
+
+    writer = LocalWriter(name, temperature=0.0, threads=threads)
+    with as_file(files("ovita") / "data" / "tabletop.json") as path:
+        task = load_task(str(path))
+    started = time.monotonic()
+    with waiting(f"{name} is loading") as tell:
+        request = Request(TEST_INSTRUCTION, task.trajectory, task.scene)
+        result = adapt(request, writer=writer, time_limit=time_limit, progress=tell)
+    click.echo(f"{TEST_INSTRUCTION}\n")
+    if result.code:
+        click.echo(plain(result.code.rstrip()) + "\n")
+    ran = result.status in ("ok", "infeasible")
+    click.echo(f"policy    {'ran' if ran else 'did not run'}: {plain(result.message)}")
+    click.echo(f"answers   {result.attempts}")
+    click.echo(
+        f"time      {time.monotonic() - started:.1f} s in all, {_seconds(writer.ready_seconds)} of it to get ready"
+    )
+    last = writer.last
+    if last is not None:
+        click.echo(
+            f"reading   {last.input_tokens} tokens, {last.cached_tokens} of them known, {_seconds(last.read_seconds)}"
+        )
+        rate = last.output_tokens / last.write_seconds if last.write_seconds else 0.0
+        click.echo(f"writing   {last.output_tokens} tokens, {_seconds(last.write_seconds)}, {rate:.1f} tokens/s")
+    raise SystemExit(EXIT_OF[result.status])
+
+
+def _seconds(seconds: float) -> str:
+    return f"{seconds:.1f} s"
+
+
+@contextmanager
+def _meter(size: int) -> Iterator[Tell]:
+    """Show how far a download is: a bar on a terminal, else a line every tenth."""
+    if not sys.stderr.isatty():
+        told = -1
+
+        def tell(here: int, total: int) -> None:
+            nonlocal told
+            tenth = 10 * here // max(1, total or size)
+            if tenth > told:
+                told = tenth
+                click.echo(f"{here / 1e6:.0f} of {(total or size) / 1e6:.0f} MB", err=True)
+
+        yield tell
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, DownloadColumn, Progress, TimeRemainingColumn, TransferSpeedColumn
+
+    columns = (BarColumn(), DownloadColumn(), TransferSpeedColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True)) as progress:
+        bar = progress.add_task("download", total=size)
+        yield lambda here, total: progress.update(bar, completed=here, total=total or size)

@@ -1,0 +1,132 @@
+"""`ovita simulate`: a robot follows the trajectories of a result, or of a scene."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import click
+
+from ovita import sim
+from ovita.adaptation import Adaptation
+from ovita.cli.report import EXIT_OF, plain
+from ovita.errors import FormatError
+from ovita.formats import is_adaptation, load_task
+from ovita.robot import Robot
+from ovita.scene import Scene
+from ovita.trajectory import Trajectory
+
+
+@click.command()
+@click.argument("file", metavar="RESULT.json")
+@click.option(
+    "--robot", metavar="NAME|FILE", help="iiwa, jackal, crazyflie, or a .toml file. [by the limits of the result]"
+)
+@click.option("--which", type=click.Choice(["both", "original", "adapted"]), default="both", show_default=True)
+@click.option("--video", metavar="FILE", help="Also render a video: .mp4 or .gif.")
+@click.option(
+    "--base", metavar="X,Y,Z,YAW", help="Where the robot stands, in metres and radians. [an arm: where it reaches most]"
+)
+@click.option(
+    "--orientation",
+    type=click.Choice(["auto", "free", "keep"]),
+    default="auto",
+    show_default=True,
+    help="Of an arm's tip: as the trajectory says if it does, free, or kept as at the start.",
+)
+@click.option("--solid", is_flag=True, help="Objects push back; otherwise contact is only reported.")
+@click.option("--json", "as_json", is_flag=True, help="Print the reports as JSON.")
+def command(
+    file: str,
+    robot: str | None,
+    which: str,
+    video: str | None,
+    base: str | None,
+    orientation: Any,
+    solid: bool,
+    as_json: bool,
+) -> None:
+    """Let a robot follow RESULT.json, a result of `ovita adapt --out`, or a scene, in physical simulation.
+
+    Reports how well and how fast the robot follows, what it cannot reach and what it touches. Exit code 4 where it is
+    off course or cannot reach a waypoint.
+    """
+    if video is not None:
+        sim.check_video(video)
+    stood = None if base is None else sim.Base.parse(base)
+    paths, scene, limits, title, contacts = _read(file, which)
+    sim.require()
+    model = sim.load_model(robot or _robot_for(limits, file))
+    if stood is None:
+        stood = sim.place([path for _, path in paths], scene, model, limits)
+    panes = []
+    for label, path in paths:
+        with _bar(f"simulating {label}", quiet=as_json) as progress:
+            done = sim.simulate(
+                path,
+                scene,
+                model,
+                base=stood,
+                limits=limits,
+                orientation=orientation,
+                solid=solid,
+                contacts=contacts,
+                progress=progress,
+            )
+        panes.append(sim.Pane(label, path, done))
+    if as_json:
+        click.echo(json.dumps({pane.label: pane.simulation.report.to_dict() for pane in panes}, indent=2))
+    else:
+        for pane in panes:
+            click.echo(f"\n{pane.label}: {pane.simulation.report.status}")
+            for sentence in pane.simulation.report.sentences():
+                click.echo(plain(f"  {sentence}"))
+    if video is not None:
+        with _bar("rendering", quiet=as_json) as progress:
+            sim.save_video(
+                video, panes, sim.World(scene.frame), title=plain(title), robot=model.title, progress=progress
+            )
+        if not as_json:
+            click.echo(f"\nwrote {video}")
+    if any(pane.simulation.report.status in ("off course", "unreachable") for pane in panes):
+        sys.exit(EXIT_OF["infeasible"])
+
+
+def _read(file: str, which: str) -> tuple[list[tuple[str, Trajectory]], Scene, Robot | None, str, tuple[str, ...]]:
+    """The labelled trajectories, the scene, the limits, a title, and the objects that are meant to be touched."""
+    if is_adaptation(file):
+        result = Adaptation.load(file)
+        both = [("original", result.original), ("adapted", result.adapted)]
+        chosen = [item for item in both if which in ("both", item[0])]
+        return chosen, result.scene, result.robot, result.instruction, result.contacts
+    task = load_task(file)
+    if which == "adapted":
+        raise FormatError(file, "is a scene, which has no adapted trajectory; adapt it first: ovita adapt ... --out")
+    limits = Robot.preset(task.robot) if task.robot in sim.STAND_INS else None
+    return [("original", task.trajectory)], task.scene, limits, task.instruction, ()
+
+
+def _robot_for(limits: Robot | None, file: str) -> str:
+    name = "" if limits is None else limits.name
+    if name not in sim.STAND_INS:
+        raise click.UsageError(
+            f"{file} does not say which robot it is for; choose one: --robot {'|'.join(sim.SHIPPED)}"
+        )
+    return sim.STAND_INS[name]
+
+
+@contextmanager
+def _bar(label: str, *, quiet: bool) -> Iterator[Callable[[float], None] | None]:
+    """A progress bar on standard error while the block runs, if that is a terminal."""
+    if quiet or not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True) as bars:
+        task = bars.add_task(label, total=1.0)
+        yield lambda share: bars.update(task, completed=share)

@@ -1,0 +1,108 @@
+"""Who looks on while a policy is written: what they are told, and when they want an end."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, wait
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from threading import Event, Thread
+from typing import TypeVar
+
+T = TypeVar("T")
+
+Progress = Callable[[str], None]
+"""Called with one short line, such as "llamacpp:qwen writes: 40 tokens"; it may be called from another thread."""
+
+
+@dataclass
+class Watch:
+    """Who looks on while a policy is written.
+
+    Args:
+        progress: Told what goes on, or None.
+        cancel: Once it is set, writers stop as soon as they can; None never stops them.
+        deadline: When the time for writing is over, on the clock of `time.monotonic` [s].
+    """
+
+    progress: Progress | None = None
+    cancel: Event | None = None
+    deadline: float = math.inf
+    _paused: bool = field(default=False, init=False)
+
+    @classmethod
+    def lasting(cls, seconds: float | None, progress: Progress | None = None, cancel: Event | None = None) -> Watch:
+        """Return a watch that ends in so many seconds, or never for None."""
+        return cls(progress, cancel, math.inf if seconds is None else time.monotonic() + seconds)
+
+    def say(self, text: str) -> None:
+        """Tell what goes on."""
+        if self.progress is not None:
+            self.progress(text)
+
+    @property
+    def cancelled(self) -> bool:
+        """Whether someone asked for an end."""
+        return self.cancel is not None and self.cancel.is_set()
+
+    @property
+    def left(self) -> float:
+        """Seconds until the time for writing is over, at least 0."""
+        return max(0.0, self.deadline - time.monotonic())
+
+    @contextmanager
+    def pause(self) -> Iterator[None]:
+        """Let no time pass while a writer gets ready, as it must once only: the deadline moves by what that takes."""
+        started = time.monotonic()
+        self._paused = True
+        try:
+            yield
+        finally:
+            self.deadline += time.monotonic() - started
+            self._paused = False
+
+    def over(self) -> str:
+        """Return why writing must end now, or ""."""
+        if self.cancelled:
+            return "stopped on request"
+        return "" if self.left > 0.0 else "no time was left"
+
+    def wait_for(self, work: Callable[[], T], stop: Callable[[], None], seconds: float, waiting: str = "") -> T | None:
+        """Run `work` in a thread of its own until it is done, the time is up, or someone asked for an end.
+
+        Args:
+            work: Runs to its end, or until `stop` was called.
+            stop: Makes `work` end soon; called from another thread.
+            seconds: Longest wait [s].
+            waiting: Told every second with the time that has passed, unless it is "".
+
+        Returns:
+            What `work` returned, or None if it was stopped.
+        """
+        outcome: Future[T] = Future()
+
+        def run() -> None:
+            try:
+                outcome.set_result(work())
+            except BaseException as error:
+                outcome.set_exception(error)
+
+        started = time.monotonic()
+        Thread(target=run, name="ovita-writer", daemon=True).start()
+        said = 0
+        try:
+            while not wait([outcome], timeout=0.05).done:
+                now = time.monotonic()
+                if self.cancelled or (now >= min(started + seconds, self.deadline) and not self._paused):
+                    stop()
+                    return None
+                if waiting and int(now - started) > said:
+                    said = int(now - started)
+                    self.say(f"{waiting}, {said} s")
+        except KeyboardInterrupt:
+            stop()
+            wait([outcome], timeout=2.0)
+            raise
+        return outcome.result()

@@ -1,0 +1,322 @@
+"""The built-in writer's words, numbers and objects: what the parts of a sentence are read as."""
+
+import random
+import time
+
+import numpy as np
+import pytest
+
+from ovita.language.builtin import BuiltinWriter
+from ovita.language.builtin.lexicon import concept_at, concepts, filler, phrases, stems
+from ovita.language.builtin.numbers import amount_at
+from ovita.language.builtin.parse import parse
+from ovita.language.builtin.references import Catalog
+from ovita.language.builtin.spelling import close, distance
+from ovita.language.builtin.tokens import tokenize
+from ovita.language.grounding import ground
+from ovita.language.request import Request
+from ovita.policy.sandbox import run
+from ovita.policy.source import parse as parse_policy
+from ovita.scene import Scene, SceneObject
+from ovita.toolkit import judge
+from ovita.trajectory import Trajectory
+
+SCENE = Scene(
+    (
+        SceneObject("cup", [0.1, 0.2, 0.3]),
+        SceneObject("mug", [0.9, 0.4, 0.3]),
+        SceneObject("fan", [0.9, -0.1, 0.0], [0.1, 0.1, 0.5]),
+        SceneObject("red box", [0.3, 0.9, 0.0], [0.1, 0.1, 0.1]),
+        SceneObject("blue box", [0.5, -0.5, 0.0], [0.3, 0.3, 0.2]),
+    ),
+    environment="Objects:\n- Cup: green, made of glass.\n- Fan: round.\nThe wooden mug stands next to the box.",
+)
+ROWS = np.column_stack([np.linspace(0, 1, 40), np.linspace(0, 0.3, 40), np.linspace(0.2, 0.3, 40), np.full(40, 0.4)])
+TRAJECTORY = Trajectory.from_array(ROWS)
+
+
+def reply(sentence, rows=ROWS, scene=SCENE):
+    return BuiltinWriter().write(ground(Request(sentence, Trajectory.from_array(rows), scene)))
+
+
+def test_a_phrase_belongs_to_one_concept():
+    owners = {}
+    for concept, listed in concepts().items():
+        for phrase in listed:
+            owners.setdefault(phrase, set()).add(concept)
+    shared = {phrase: found for phrase, found in owners.items() if len(found) > 1}
+    assert shared == {}
+
+
+def test_word_files_are_clean():
+    for concept, listed in concepts().items():
+        assert len(listed) == len(set(listed)), concept
+        for phrase in listed:
+            assert phrase == phrase.lower() and phrase.isprintable(), phrase
+
+
+@pytest.mark.parametrize("concept", ["faster", "slower", "closer", "away", "left", "up", "stop", "wait", "smooth"])
+def test_every_phrase_is_found_again(concept):
+    for phrase in concepts()[concept]:
+        assert concept_at(phrase.split(), 0) == (concept, len(phrase.split())), phrase
+
+
+INFLECTED = "hurrying hurries hurried briskly brisker slows climbed approaching halted gentlest ".split()
+
+
+@pytest.mark.parametrize("word", INFLECTED)
+def test_inflected_forms_are_found(word):
+    assert concept_at((word,), 0)[0]
+
+
+def test_articles_may_stand_inside_phrases():
+    assert concept_at("keep your distance".split(), 0) == ("away", 3)
+    assert concept_at("keep distance".split(), 0)[0] == "keep"
+
+
+def test_a_word_without_ending_is_its_own_first_stem():
+    assert all(stems(word)[0] == word for word in sorted(filler()))
+
+
+AMOUNTS = [
+    ("20 cm", 0.2, "m"),
+    ("twenty centimetres", 0.2, "m"),
+    ("thirty-five cm", 0.35, "m"),
+    ("one hundred and fifty mm", 0.15, "m"),
+    ("half a metre", 0.5, "m"),
+    ("a quarter of a metre", 0.25, "m"),
+    ("three quarters of a metre", 0.75, "m"),
+    ("one and a half metres", 1.5, "m"),
+    ("4 inches", 0.1016, "m"),
+    ("two feet", 0.6096, "m"),
+    ("0,2 m", 0.2, "m"),
+    ("1,000 mm", 1.0, "m"),
+    ("1/2 m", 0.5, "m"),
+    ("point two metres", 0.2, "m"),
+    ("a couple of seconds", 2.0, "s"),
+    ("500 ms", 0.5, "s"),
+    ("a dozen time steps", 12.0, "step"),
+    ("30 metres per second", 30.0, "m/s"),
+    ("36 km/h", 10.0, "m/s"),
+    ("0.1 m/s2", 0.1, "m/s2"),
+    ("fifty percent", 0.5, "%"),
+    ("factor of two", 2.0, "x"),
+    ("2x", 2.0, "x"),
+    ("90°", 90.0, "deg"),
+    ("1 rad", 57.2958, "deg"),
+]
+
+
+@pytest.mark.parametrize(("text", "value", "unit"), AMOUNTS, ids=[a[0] for a in AMOUNTS])
+def test_amounts(text, value, unit):
+    (token,) = [t for t in tokenize(text, SCENE)[0] if t.kind != "filler"]
+    assert (token.kind, token.unit) == ("number", unit)
+    assert token.number == pytest.approx(value, rel=1e-4)
+
+
+def test_number_words_up_to_a_thousand():
+    ones = "one two three four five six seven eight nine".split()
+    for tens, word in ((20, "twenty"), (70, "seventy")):
+        for i, one in enumerate(ones, start=1):
+            amount = amount_at([word, one], 0)
+            assert amount is not None and (amount.value, amount.used) == (tens + i, 2)
+
+
+OBJECTS = [
+    ("the fan", ["fan"]),
+    ("the green one", ["cup"]),
+    ("the thing made of glass", ["cup"]),
+    ("the object that is round", ["fan"]),
+    ("the circular object", ["fan"]),
+    ("the wooden object", ["mug"]),
+    ("the red box", ["red box"]),
+    ("both boxes", ["red box", "blue box"]),
+    ("the two boxes", ["red box", "blue box"]),
+    ("the boxes", ["red box", "blue box"]),
+    ("the biggest box", ["blue box"]),
+    ("the tallest object", ["fan"]),
+    ("the smallest box", ["red box"]),
+    ("the leftmost obstacle", ["cup"]),
+    ("the highest box", ["red box"]),
+    ("the object nearest to the goal", ["mug"]),
+    ("the box closest to the fan", ["blue box"]),
+    ("the object furthest from the start", ["mug"]),
+    ("all the obstacles", ["cup", "mug", "fan", "red box", "blue box"]),
+    ("the three boxes", "choice"),
+    ("the box", "choice"),
+    ("the yellow cup", None),
+]
+
+
+@pytest.mark.parametrize(("text", "names"), OBJECTS, ids=[o[0] for o in OBJECTS])
+def test_objects(text, names):
+    tokens, _ = tokenize(f"approach {text}", SCENE, TRAJECTORY.positions)
+    found = [item.name for t in tokens if t.kind == "object" for item in t.items]
+    unclear = [t for t in tokens if t.kind == "unknown"]
+    if names == "choice":
+        assert not found and unclear[0].value == "choice"
+    elif names is None:
+        assert unclear
+    else:
+        assert found == names and not unclear
+
+
+def test_it_is_what_was_named_last():
+    understood = parse("approach the cup and wait near it for 5 steps", SCENE)
+    assert [i.items[0].name for i in understood.intents] == ["cup", "cup"] and not understood.unplaced
+    assert parse("slow down near it", SCENE).unplaced
+
+
+def test_the_other_box():
+    understood = parse("avoid the red box and approach the other box", SCENE)
+    assert [i.items[0].name for i in understood.intents] == ["red box", "blue box"]
+
+
+def test_a_choice_becomes_a_question():
+    answer = reply("go closer to the box")
+    assert answer.kind == "question" and answer.question == "Which box: 'red box' or 'blue box'?"
+
+
+def test_descriptions_of_the_scene_stay_data():
+    scene = Scene(
+        (SceneObject("cup", [0, 0, 0]),), environment="The cup is left, faster and never to be passed; stop at the cup."
+    )
+    assert not Catalog(scene).vocabulary & {"left", "faster", "never", "stop"}
+
+
+SLIPS = [
+    ("sloww", "slow"),
+    ("sepeed", "speed"),
+    ("trajectry", "trajectory"),
+    ("waypiont", "waypoint"),
+    ("accelrate", "accelerate"),
+]
+
+
+@pytest.mark.parametrize(("slip", "word"), SLIPS, ids=[s[0] for s in SLIPS])
+def test_slips_are_close(slip, word):
+    assert distance(slip, word) == 1 and close(slip, word)
+
+
+def test_distance_is_symmetric_and_zero_only_for_the_same_word():
+    words = ["slow", "slowly", "speed", "seed", "path", "pat", ""]
+    for a in words:
+        for b in words:
+            assert distance(a, b) == distance(b, a)
+            assert (distance(a, b) == 0) == (a == b)
+
+
+def test_known_words_are_never_corrected():
+    for phrase in list(phrases())[::7]:
+        assert tokenize(" ".join(phrase), SCENE)[1] == () or "reason" in tokenize(" ".join(phrase), SCENE)[1][0]
+
+
+CONTRADICTIONS = [
+    "go left or right",
+    "go left and right by 0.2",
+    "go up by 0.1 and down by 0.1",
+    "go closer to the cup and farther from the cup",
+    "go faster and slower",
+    "shift the goal left and shift the goal right",
+]
+
+
+@pytest.mark.parametrize("sentence", CONTRADICTIONS)
+def test_contradictions_are_not_cancelled_in_silence(sentence):
+    assert reply(sentence).kind in ("question", "not_understood")
+
+
+def test_opposite_shifts_of_different_parts_are_no_contradiction():
+    assert reply("go left by 0.2 in the first half and right by 0.2 in the second half").kind == "policy"
+
+
+@pytest.mark.parametrize("sentence", ["slow down", "go faster near the cup", "halve the speed"])
+def test_a_robot_without_speed_is_asked_about(sentence):
+    still = ROWS.copy()
+    still[:, 3] = 0.0
+    answer = reply(sentence, still)
+    assert answer.kind == "question" and "0" in answer.question
+    assert reply("set the speed to 0.2 m/s", still).kind == "policy"
+
+
+def test_what_is_to_stay_stays():
+    answer = reply("keep the start and the goal where they are and go up by 0.2")
+    rollout = run(parse_policy(answer.code), TRAJECTORY, SCENE)
+    moved = rollout.trajectory.positions - ROWS[:, :3]
+    assert np.allclose(moved[[0, -1]], 0) and moved[20, 2] > 0.1
+    assert reply("leave the path unchanged").kind == "question"
+
+
+def test_a_cap_lowers_only_what_is_above_it():
+    rows = ROWS.copy()
+    rows[:, 3] = np.linspace(0.1, 0.6, 40)
+    result = run(parse_policy(reply("keep the speed below 0.3 m/s", rows).code), Trajectory.from_array(rows), SCENE)
+    assert np.allclose(result.trajectory.speeds, np.minimum(rows[:, 3], 0.3))
+
+
+def test_waypoints_can_be_left_out():
+    result = run(parse_policy(reply("remove the last 10 waypoints").code), TRAJECTORY, SCENE)
+    assert len(result.trajectory) == 30
+
+
+def test_an_object_without_size_that_is_approached_is_no_obstacle():
+    near = Scene((SceneObject("cup", [0.5, 0.16, 0.25]),))
+    answer = reply("go a bit closer to the cup", scene=near)
+    assert answer.contacts == ("cup",) and any("no obstacle" in a for a in answer.assumptions)
+    assert reply("go a bit closer to the mug").contacts == ()
+
+
+def test_a_policy_that_did_too_little_is_written_with_more_effort():
+    prompt = ground(Request("go farther from the fan", TRAJECTORY, SCENE))
+    first = BuiltinWriter().write(prompt)
+    again = BuiltinWriter().write(prompt.repaired(first.code, "it ran, but does not do what it promises: too near"))
+    assert again.kind == "policy" and again.code != first.code
+    assert BuiltinWriter().write(prompt.repaired(first.code, "it crashed")).kind == "not_understood"
+
+
+def test_any_words_in_any_order_give_an_answer_that_compiles():
+    rng = random.Random(1)
+    words = (
+        [" ".join(p) for p in phrases()]
+        + sorted(filler())
+        + ["0.2", "3 times", "20 %", "5 waypoints", "the cup", ",", "and"]
+    )
+    for _ in range(300):
+        sentence = " ".join(rng.choice(words) for _ in range(rng.randint(1, 9)))
+        answer = reply(sentence)
+        assert answer.kind in ("policy", "question", "not_understood")
+        assert answer == reply(sentence)
+        if answer.kind == "policy":
+            compile(answer.code, "policy", "exec")
+        elif answer.kind == "not_understood":
+            assert answer.unplaced
+
+
+def test_promises_hold_for_random_pairs_of_wishes():
+    rng = random.Random(2)
+    firsts = ["go left by 0.2", "come closer to the cup", "keep well away from the fan", "raise the goal by 10 cm"]
+    seconds = ["ease off near the mug", "hurry up", "wait at the cup for 5 steps", "drive at a steady 0.3 m/s"]
+    for _ in range(8):
+        sentence = f"{rng.choice(firsts)} and {rng.choice(seconds)}"
+        rollout = run(parse_policy(reply(sentence).code), TRAJECTORY, SCENE)
+        for expectation in rollout.expectations:
+            outcome = judge(expectation, ROWS, rollout.trajectory.to_array(), SCENE)
+            assert outcome.held, (sentence, outcome.sentence)
+
+
+def test_writing_takes_milliseconds():
+    sentences = [
+        "go left by 0.2 and slow down near the cup",
+        "give the fan a wide berth, then hurry up",
+        "xyzzy the plugh",
+    ]
+    prompts = [ground(Request(sentence, TRAJECTORY, SCENE)) for sentence in sentences]
+    best = []
+    for prompt in prompts:
+        times = []
+        for _ in range(5):
+            started = time.process_time()
+            BuiltinWriter().write(prompt)
+            times.append(time.process_time() - started)
+        best.append(min(times))
+    assert max(best) < 0.05
