@@ -1,0 +1,140 @@
+"""Rendering without a screen: which of EGL and OSMesa works here. Simulation itself needs neither."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import sys
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+
+from ovita.errors import OvitaError
+
+REMEDY = (
+    "no offscreen OpenGL works here, so no video can be made; install one of the Debian packages libegl1 (EGL) and "
+    "libosmesa6 (OSMesa), or simulate without --video"
+)
+
+
+class NoRenderer(OvitaError):
+    """This machine cannot render without a screen."""
+
+    def __init__(self, detail: str = "") -> None:
+        self.detail = detail
+        super().__init__(REMEDY + (f" ({detail})" if detail else ""))
+
+
+def backend() -> str:
+    """Which OpenGL is used: what MUJOCO_GL says, else the first of EGL and OSMesa that works, else "disable"."""
+    said = os.environ.get("MUJOCO_GL", "").lower().strip()
+    if said in ("disable", "disabled", "off", "false", "0"):
+        return "disable"
+    if said in ("egl", "osmesa", "glfw"):
+        return said
+    if sys.platform != "linux":
+        return "native"
+    return "egl" if egl_works() else "osmesa" if osmesa_works() else "disable"
+
+
+def egl_works() -> bool:
+    """Whether EGL is installed and one of its devices can be used."""
+    try:
+        egl = ctypes.CDLL("libEGL.so.1")
+    except OSError:
+        return False
+    egl.eglGetProcAddress.restype = ctypes.c_void_p
+    query, display = (egl.eglGetProcAddress(name) for name in (b"eglQueryDevicesEXT", b"eglGetPlatformDisplayEXT"))
+    if not query or not display:
+        return False
+    devices, count = (ctypes.c_void_p * 16)(), ctypes.c_int(0)
+    list_devices = ctypes.CFUNCTYPE(ctypes.c_uint, ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p)(query)
+    if not list_devices(16, ctypes.byref(devices), ctypes.byref(count)):
+        return False
+    open_display = ctypes.CFUNCTYPE(ctypes.c_void_p, ctypes.c_uint, ctypes.c_void_p, ctypes.c_void_p)(display)
+    egl.eglInitialize.argtypes = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p]
+    device_platform = 0x313F
+    for device in devices[: count.value]:
+        opened = open_display(device_platform, device, None)
+        if opened and egl.eglInitialize(opened, None, None):
+            return True
+    return False
+
+
+def osmesa_works() -> bool:
+    """Whether OSMesa is installed."""
+    for name in ("libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so"):
+        try:
+            ctypes.CDLL(name)
+        except OSError:
+            continue
+        return True
+    return False
+
+
+class Renderer:
+    """Draws a MuJoCo model without a screen.
+
+    Unlike MuJoCo's own renderer it does not matter whether MuJoCo was imported before the OpenGL was chosen.
+
+    Args:
+        model: MuJoCo's model, whose offscreen buffer is at least as large as the picture.
+        width: [pixels].
+        height: [pixels].
+
+    Raises:
+        NoRenderer: If no offscreen OpenGL works.
+    """
+
+    def __init__(self, model: Any, width: int, height: int) -> None:
+        import mujoco
+
+        self._model = model
+        self._gl = _context(width, height)
+        self._gl.make_current()
+        try:
+            font = mujoco.mjtFontScale.mjFONTSCALE_100 if width > 500 else mujoco.mjtFontScale.mjFONTSCALE_50
+            self._context = mujoco.MjrContext(model, font)
+        except mujoco.FatalError as error:
+            raise NoRenderer(str(error)) from None
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
+        self.scene = mujoco.MjvScene(model, maxgeom=4000)
+        self.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = 0
+        self._option = mujoco.MjvOption()
+        self._size = width, height
+
+    def update(self, data: Any, camera: Any) -> None:
+        """Take the bodies of the model as they are in `data`; more geoms may then be added to `scene`."""
+        import mujoco
+
+        catch = mujoco.mjtCatBit.mjCAT_ALL
+        mujoco.mjv_updateScene(self._model, data, self._option, mujoco.MjvPerturb(), camera, catch, self.scene)
+
+    def render(self, size: tuple[int, int] | None = None) -> np.ndarray[Any, np.dtype[np.uint8]]:
+        """Draw `scene`: (H, W, 3), of the renderer's size or a smaller one (width, height)."""
+        import mujoco
+
+        width, height = size or self._size
+        area, picture = mujoco.MjrRect(0, 0, width, height), np.empty((height, width, 3), dtype=np.uint8)
+        self._gl.make_current()
+        mujoco.mjr_render(area, self.scene, self._context)
+        mujoco.mjr_readPixels(picture, None, area, self._context)
+        return picture[::-1].copy()
+
+    def close(self) -> None:
+        """Free the OpenGL context."""
+        self._gl.make_current()
+        self._context.free()
+        self._gl.free()
+
+
+def _context(width: int, height: int) -> Any:
+    chosen = backend()
+    if chosen == "disable":
+        raise NoRenderer
+    home = "mujoco.gl_context" if chosen == "native" else f"mujoco.{chosen}"
+    try:
+        return import_module(home).GLContext(width, height)
+    except (RuntimeError, ImportError, AttributeError, OSError) as error:
+        raise NoRenderer(f"{chosen}: {str(error).splitlines()[0]}") from None

@@ -1,0 +1,176 @@
+"""Where a robot stands, and the way between a scene's coordinates and the simulator's, whose z points up."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ovita.errors import RequestError
+from ovita.robot import Robot, Shell
+from ovita.scene import Frame, Scene, SceneObject
+from ovita.trajectory import Array, Trajectory
+
+
+@dataclass(frozen=True)
+class Base:
+    """Where a robot stands, in the scene's coordinates.
+
+    Args:
+        x: [m].
+        y: [m].
+        z: [m].
+        yaw: Heading of the robot's own x axis, turned from the scene's x axis towards its y axis [rad].
+        how: How it came about.
+    """
+
+    x: float = 0.0
+    y: float = 0.0
+    z: float = 0.0
+    yaw: float = 0.0
+    how: str = "as given"
+
+    def __post_init__(self) -> None:
+        if not np.isfinite([self.x, self.y, self.z, self.yaw]).all():
+            raise RequestError(f"the base {self.describe()} is not finite; give x,y,z,yaw in metres and radians")
+
+    @classmethod
+    def parse(cls, text: str) -> Base:
+        """Read "x,y,z,yaw" or "x,y,z" [m, rad].
+
+        Raises:
+            RequestError: If it is something else.
+        """
+        try:
+            values = [float(part) for part in text.split(",")]
+        except ValueError:
+            values = []
+        if len(values) not in (3, 4):
+            raise RequestError(
+                f"--base {text!r} is not x,y,z,yaw; give metres and radians, such as --base 0.5,0,0,1.57"
+            )
+        return cls(values[0], values[1], values[2], values[3] if len(values) == 4 else 0.0)
+
+    @property
+    def position(self) -> Array:
+        """(3,) [m]."""
+        return np.array([self.x, self.y, self.z])
+
+    def describe(self) -> str:
+        """One line for people."""
+        return f"({self.x:.4g}, {self.y:.4g}, {self.z:.4g}) m, heading {np.degrees(self.yaw):.0f} degrees"
+
+
+@dataclass(frozen=True)
+class World:
+    """The simulator's coordinates for a scene: x and y as in the scene, z up.
+
+    "rfu" and "flu" scenes are taken over as they are; "ned" scenes are turned by half a turn about x, so that y and z
+    change their sign. Both are rotations, so nothing is mirrored.
+
+    Args:
+        frame: The scene's.
+    """
+
+    frame: Frame
+
+    @property
+    def signs(self) -> Array:
+        """(3,) by which coordinates are multiplied; the way back is the same."""
+        return np.array([1.0, -1.0, -1.0]) if self.frame.name == "ned" else np.ones(3)
+
+    def turned(self, wxyz: Array) -> Array:
+        """Quaternions (..., 4) of one side as quaternions of the other, up to their sign."""
+        if self.frame.name != "ned":
+            return wxyz
+        w, x, y, z = np.moveaxis(wxyz, -1, 0)
+        return np.stack([-x, w, -z, y], axis=-1)
+
+    def trajectory(self, trajectory: Trajectory) -> Trajectory:
+        """A trajectory in the simulator's coordinates."""
+        quaternions = None if trajectory.orientations is None else self.turned(trajectory.orientations)
+        return replace(trajectory, positions=trajectory.positions * self.signs, orientations=quaternions)
+
+    def scene(self, scene: Scene) -> Scene:
+        """A scene in the simulator's coordinates."""
+        objects = tuple(
+            SceneObject(o.name, o.position * self.signs, o.size, self.turned(o.orientation), o.extra) for o in scene
+        )
+        return replace(scene, objects=objects, frame=Frame("flu"))
+
+    def base(self, base: Base) -> Base:
+        """A base of one side in the coordinates of the other."""
+        x, y, z = base.position * self.signs
+        return replace(base, x=float(x), y=float(y), z=float(z), yaw=base.yaw * float(self.signs[2]))
+
+
+def arm_base(paths: list[Array], scene: Scene, robot: Robot | None, shoulder: float, reach: float) -> Base:
+    """Where an arm reaches most waypoints, chosen from a fixed set of places; deterministic.
+
+    The centre of the robot's spherical workspace is taken if the arm reaches every waypoint from there. Otherwise
+    places on a grid around the paths are compared, at three heights: by the waypoints in reach, then by standing clear
+    of the paths and the objects, then by standing on what the objects stand on, then by how far the waypoints are from
+    the middle of the reach.
+
+    Args:
+        paths: (N, 3) each, in the simulator's coordinates [m].
+        scene: In the same coordinates.
+        robot: The limits that the trajectory was adapted to.
+        shoulder: Height of the shoulder above the base [m].
+        reach: From the shoulder to the tip [m].
+    """
+    points = np.unique(np.concatenate(paths), axis=0)
+    low, high = points.min(axis=0), points.max(axis=0)
+    middle = 0.5 * (low + high)
+    if robot is not None and isinstance(robot.workspace, Shell):
+        center = np.array(robot.workspace.center)
+        if _in_reach(points, center, shoulder, reach).all():
+            return _facing(center, middle)
+    grid = reach * np.linspace(-1.0, 1.0, 17)
+    surface = min([low[2], *(item.position[2] - 0.5 * np.abs(item.rotation[2]) @ item.size for item in scene)])
+    heights = (surface, low[2] - 0.5 * shoulder, middle[2] - shoulder)
+    best: tuple[tuple[float, ...], Array] | None = None
+    for z in heights:
+        for dx in grid:
+            for dy in grid:
+                place = np.array([middle[0] + dx, middle[1] + dy, z])
+                near = _in_reach(points, place, shoulder, reach)
+                clear = _clear(place, shoulder, points, scene)
+                distance = np.linalg.norm(points - place - [0, 0, shoulder], axis=1)
+                off = float(np.abs(distance - 0.65 * reach).max())
+                score = (float(near.sum()), float(clear), float(z == surface), -round(off, 6))
+                if best is None or score > best[0]:
+                    best = (score, place)
+    assert best is not None
+    return _facing(best[1], middle)
+
+
+def start_base(trajectory: Trajectory, ground: float) -> Base:
+    """Where a rover or drone begins: above the first waypoint's place on the ground, facing along the path."""
+    x, y = trajectory.positions[0, :2]
+    steps = np.diff(trajectory.positions[:, :2], axis=0)
+    moving = np.linalg.norm(steps, axis=1) > 1e-9
+    dx, dy = steps[np.argmax(moving)] if moving.any() else (1.0, 0.0)
+    how = "at the start of the trajectory, facing along it"
+    return Base(float(x), float(y), ground, float(np.arctan2(dy, dx)), how)
+
+
+def _in_reach(points: Array, place: Array, shoulder: float, reach: float) -> Array:
+    distance = np.linalg.norm(points - place - [0.0, 0.0, shoulder], axis=1)
+    return np.asarray((distance <= 0.98 * reach) & (distance >= 0.25 * reach))
+
+
+def _clear(place: Array, shoulder: float, points: Array, scene: Scene) -> bool:
+    """Whether a column of 15 cm radius, up to the shoulder, is free of waypoints and objects."""
+    column = place + np.linspace(0.0, shoulder, 5)[:, None] * [0.0, 0.0, 1.0]
+    flat = np.linalg.norm(points[:, :2] - place[:2], axis=1)
+    beside = (points[:, 2] > place[2] - 0.1) & (points[:, 2] < place[2] + shoulder + 0.1)
+    if (beside & (flat < 0.25)).any():
+        return False
+    return all(item.clearance(column).min() > 0.15 for item in scene)
+
+
+def _facing(place: Array, middle: Array) -> Base:
+    x, y, z = (round(float(v), 3) for v in place)
+    yaw = float(np.arctan2(middle[1] - y, middle[0] - x))
+    return Base(x, y, z, round(yaw, 3), "placed where most waypoints are in reach")

@@ -1,0 +1,147 @@
+"""A skid-steered rover: a path follower whose wheels slip."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ovita.sim.controller import Intent, stretches
+from ovita.sim.models import RobotModel, RoverLimits
+from ovita.sim.placement import Base
+from ovita.sim.report import Unreachable
+from ovita.sim.route import Hold, route
+from ovita.sim.stage import Stage
+from ovita.sim.timing import Piece, joined, still, timed
+from ovita.trajectory import Array, Trajectory
+
+STOP_ANGLE = np.radians(40.0)
+SPACING = 0.05
+LEVEL = 0.05
+"""A waypoint farther than this above or below the ground cannot be reached [m]."""
+
+ALONG, ACROSS, HEADING = 3.0, 5.0, 5.0
+"""Gains: speed by distance behind [1/s], heading by distance aside [1/m], turning by heading [1/s]."""
+
+STRAIGHT = 0.15
+"""A change of heading up to this is steered while it drives off instead of being turned on the spot [rad]."""
+
+CRAWL = 0.005
+"""Below this speed the distance aside no longer matters, since the rover cannot go sideways [m/s]."""
+
+
+class Rover:
+    """Follows a trajectory on the ground.
+
+    Sharp corners are turned on the spot, others are rounded; TOPP-RA slows the path down where the speed, the turning
+    rate or their derivatives would be too high. The rover then catches up with the plan along its heading and steers
+    back onto the path like Stanley (Hoffmann et al., ACC 2007); its wheels are driven for a track wider by the slip
+    factor.
+
+    Args:
+        robot: With `RoverLimits`.
+        stage: With the rover in it.
+        trajectory: In the simulator's coordinates.
+        base: Where it starts and which way it faces there.
+    """
+
+    def __init__(self, robot: RobotModel, stage: Stage, trajectory: Trajectory, base: Base) -> None:
+        assert isinstance(robot.limits, RoverLimits)
+        self.stage, self.limits, self.base = stage, robot.limits, base
+        stage.check_free(robot)
+        self._left = [stage.actuator(robot, name) for name in robot.limits.left]
+        self._right = [stage.actuator(robot, name) for name in robot.limits.right]
+        self._intent = self._plan(robot, trajectory)
+
+    @property
+    def intent(self) -> Intent:
+        """The plan, in x, y and heading."""
+        return self._intent
+
+    def pose(self, data: Any, step: int) -> None:
+        """Put the rover on the ground where the plan has it."""
+        x, y, yaw = self._intent.plan.coordinates[step]
+        data.qpos[:3] = x, y, self.stage.ground + self.stage.model.qpos0[2]
+        data.qpos[3:7] = np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2)
+
+    def act(self, data: Any, step: int) -> bool:
+        """Wheel speeds from the tracking law."""
+        plan, limits = self._intent.plan, self.limits
+        x, y, yaw = plan.coordinates[step]
+        dx, dy, turn = plan.rates[step]
+        speed = np.hypot(dx, dy)
+        w, _, _, qz = data.qpos[3:7]
+        heading = 2.0 * np.arctan2(qz, w)
+        cos, sin = np.cos(heading), np.sin(heading)
+        ex, ey = x - data.qpos[0], y - data.qpos[1]
+        ahead, aside = cos * ex + sin * ey, cos * ey - sin * ex
+        off = (yaw - heading + np.pi) % (2 * np.pi) - np.pi
+        forward = speed * np.cos(off) + ALONG * ahead
+        forward = min(max(forward, -limits.max_speed), limits.max_speed)
+        off += np.arctan(ACROSS * aside) * speed / (speed + CRAWL)
+        turning = turn + HEADING * np.sin(off)
+        turning = min(max(turning, -limits.max_turn), limits.max_turn)
+        half = 0.5 * limits.track * limits.slip * turning
+        data.ctrl[self._left] = (forward - half) / limits.wheel_radius
+        data.ctrl[self._right] = (forward + half) / limits.wheel_radius
+        return True
+
+    def _plan(self, robot: RobotModel, trajectory: Trajectory) -> Intent:
+        limits = self.limits
+        height = trajectory.positions[:, 2] - self.stage.ground
+        flat = trajectory.with_(positions=trajectory.positions * [1.0, 1.0, 0.0])
+        unreachable = tuple(
+            Unreachable(
+                int(i),
+                float(abs(height[i])),
+                f"it is {abs(height[i]):.2f} m {'above' if height[i] > 0 else 'below'} the ground",
+            )
+            for i in np.nonzero(np.abs(height) > LEVEL)[0]
+        )
+        pose = np.array([*trajectory.positions[0, :2], self.base.yaw])
+        velocity = np.array([limits.max_speed, limits.max_speed, limits.max_turn])
+        acceleration = np.array([limits.acceleration, limits.acceleration, limits.turn_acceleration])
+        done: list[Piece] = []
+        turns = 0
+        for piece in route(flat, corner=robot.corner, stop_angle=STOP_ANGLE, spacing=SPACING):
+            if isinstance(piece, Hold):
+                done.append(still(piece.duration, piece.where, pose))
+                continue
+            facing = np.unwrap(np.arctan2(piece.tangents[:, 1], piece.tangents[:, 0]))
+            spot = _turn(pose, float(facing[0]), float(piece.where[0]), limits)
+            if spot is not None:
+                done.append(spot)
+                turns += 1
+            facing += pose[2] + _wrapped(facing[0] - pose[2]) - facing[0]
+            path = np.column_stack([piece.points[:, :2], facing])
+            allowed = np.minimum(piece.speeds, limits.max_speed)
+            done.append(timed(piece.arc, piece.where, path, allowed, velocity, acceleration))
+            pose = path[-1]
+        plan = joined(
+            done or [still(self.stage.model.opt.timestep, (0, len(flat) - 1), pose)], self.stage.model.opt.timestep
+        )
+        speed = np.hypot(plan.rates[:, 0], plan.rates[:, 1])
+        touched = (
+            *stretches("speed", speed > 0.98 * limits.max_speed, plan.where),
+            *stretches("turning rate", np.abs(plan.rates[:, 2]) > 0.98 * limits.max_turn, plan.where),
+        )
+        notes = (f"It turned on the spot {turns} times.",) if turns > 1 else ()
+        return Intent(plan, unreachable, touched, notes)
+
+
+def _turn(pose: Array, heading: float, where: float, limits: RoverLimits) -> Piece | None:
+    """Turn on the spot towards `heading`, or None where that is not needed."""
+    angle = _wrapped(heading - pose[2])
+    if abs(angle) < STRAIGHT:
+        return None
+    n = 41
+    arc = np.linspace(0.0, abs(angle), n)
+    headings = pose[2] + np.sign(angle) * arc
+    poses = np.column_stack([np.full(n, pose[0]), np.full(n, pose[1]), headings])
+    top = np.full(n, 0.7 * limits.max_turn)
+    wide = np.array([1.0, 1.0, limits.max_turn])
+    return timed(arc, np.full(n, where), poses, top, wide, np.array([1.0, 1.0, 0.5 * limits.turn_acceleration]))
+
+
+def _wrapped(angle: float) -> float:
+    return float((angle + np.pi) % (2 * np.pi) - np.pi)

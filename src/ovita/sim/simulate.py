@@ -1,0 +1,311 @@
+"""Running a robot along a trajectory."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ovita.errors import MissingExtra, RequestError, TrajectoryError
+from ovita.robot import Box, Robot, Shell
+from ovita.scene import Scene
+from ovita.sim.arm import Arm, Orientation
+from ovita.sim.controller import Controller
+from ovita.sim.drone import Drone
+from ovita.sim.measure import Log, measure
+from ovita.sim.models import RobotModel, load_model
+from ovita.sim.motion import Motion
+from ovita.sim.placement import Base, World, arm_base, start_base
+from ovita.sim.report import Report
+from ovita.sim.route import at
+from ovita.sim.rover import Rover
+from ovita.sim.stage import Stage, build
+from ovita.trajectory import Array, Trajectory
+
+FRAME_RATE = 50.0
+FRAMES = 10_000
+"""Most frames of a motion; longer ones are sampled more rarely."""
+
+SETTLE = 0.4
+"""Time for a rover to come to rest on its wheels before it starts [s]."""
+
+CONTROLLERS: dict[str, Callable[[RobotModel, Stage, Trajectory, Base, Orientation], Controller]] = {
+    "arm": lambda robot, stage, path, base, orientation: Arm(robot, stage, path, orientation),
+    "rover": lambda robot, stage, path, base, orientation: Rover(robot, stage, path, base),
+    "drone": lambda robot, stage, path, base, orientation: Drone(robot, stage, path, base),
+}
+
+Name = str | os.PathLike[str] | RobotModel
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """One simulated motion.
+
+    Args:
+        motion: Poses over time, in the scene's coordinates.
+        report: The numbers.
+        stage: The simulator's world, for rendering.
+        states: (T, Q) MuJoCo's positions at the motion's times.
+    """
+
+    motion: Motion
+    report: Report
+    stage: Stage
+    states: Array
+
+
+@dataclass(frozen=True)
+class _Ready:
+    """A robot that is placed and has a plan."""
+
+    model: RobotModel
+    path: Trajectory
+    world: World
+    base: Base
+    stage: Stage
+    controller: Controller
+
+
+def simulate(
+    trajectory: Trajectory,
+    scene: Scene | None = None,
+    robot: Name = "iiwa",
+    *,
+    base: Base | None = None,
+    limits: Robot | None = None,
+    orientation: Orientation = "auto",
+    solid: bool = False,
+    contacts: Sequence[str] = (),
+    progress: Callable[[float], None] | None = None,
+) -> Simulation:
+    """Let a robot follow a trajectory in MuJoCo.
+
+    Args:
+        trajectory: In the scene's coordinates.
+        scene: Its objects become bodies.
+        robot: A shipped robot's name, a .toml file, or a model.
+        base: Where the robot stands, in the scene's coordinates; None places it, see `place`.
+        limits: The robot limits that the trajectory was adapted to; their workspace is shown, and where it is a shell
+            an arm is placed in its centre if that suits.
+        orientation: Of an arm's tip: "auto" follows the trajectory's orientations if there are any, "free" leaves it
+            open, "keep" holds it as at the start.
+        solid: Whether objects push back. Otherwise contact is detected and reported, but not felt.
+        contacts: Objects that are meant to be touched.
+        progress: Called with the share done, 0..1.
+
+    Raises:
+        RobotError: If the robot is unknown or its files are malformed.
+        RequestError: If the base is out of reach of the whole trajectory.
+        TrajectoryError: If the trajectory goes nowhere.
+        MissingExtra: If the simulator is not installed.
+    """
+    scene = scene or Scene()
+    ready = _ready(trajectory, scene, robot, base, limits, orientation, solid)
+    log = _run(ready.stage, ready.controller, progress)
+    report = measure(
+        ready.model,
+        ready.controller.intent,
+        log,
+        ready.path,
+        ready.base,
+        oriented=ready.model.controller == "arm" and orientation == "auto" and trajectory.orientations is not None,
+        meant={scene[name].name for name in contacts if name in scene},
+    )
+    return Simulation(_motion(ready, log), report, ready.stage, np.array(log.states))
+
+
+def preview(
+    trajectory: Trajectory,
+    scene: Scene | None = None,
+    robot: Name = "iiwa",
+    *,
+    base: Base | None = None,
+    limits: Robot | None = None,
+    orientation: Orientation = "auto",
+) -> Motion:
+    """How a robot means to follow a trajectory, without physics: fast enough to be drawn while someone waits.
+
+    The arguments and errors are those of `simulate`. A drone is drawn upright.
+    """
+    import mujoco
+
+    ready = _ready(trajectory, scene or Scene(), robot, base, limits, orientation, False)
+    model, steps = ready.stage.model, len(ready.controller.intent.plan)
+    data = mujoco.MjData(model)
+    log = Log(np.empty((steps, 3)), np.empty((0, 9)), np.zeros(0))
+    every = _every(model.opt.timestep, steps)
+    for step in sorted({*range(0, steps, every), steps - 1}):
+        ready.controller.pose(data, step)
+        mujoco.mj_kinematics(model, data)
+        _record(log, data, step, ready.stage)
+    return _motion(ready, log)
+
+
+def place(trajectories: Sequence[Trajectory], scene: Scene, robot: Name, limits: Robot | None = None) -> Base | None:
+    """A base for an arm from which it reaches most waypoints of several trajectories, in the scene's coordinates.
+
+    None for robots that move about, which start where their trajectory does.
+
+    Raises:
+        RobotError: If the robot is unknown or its files are malformed.
+        MissingExtra: If the simulator is not installed.
+    """
+    require()
+    model = robot if isinstance(robot, RobotModel) else load_model(robot)
+    if model.controller != "arm":
+        return None
+    world = World(scene.frame)
+    paths = [world.trajectory(t) for t in trajectories]
+    return world.base(_place(model, paths, world.scene(scene), None, _turned(limits, world))[0])
+
+
+def require() -> None:
+    """Check that the simulator is installed.
+
+    Raises:
+        MissingExtra: If a package of the extra `sim` is not.
+    """
+    for package in ("mujoco", "toppra", "mink", "daqp"):
+        try:
+            __import__(package)
+        except ImportError:
+            raise MissingExtra(package, "sim") from None
+
+
+def _ready(
+    trajectory: Trajectory,
+    scene: Scene,
+    robot: Name,
+    base: Base | None,
+    limits: Robot | None,
+    orientation: Orientation,
+    solid: bool,
+) -> _Ready:
+    require()
+    model = robot if isinstance(robot, RobotModel) else load_model(robot)
+    world = World(scene.frame)
+    path, around, within = world.trajectory(trajectory), world.scene(scene), _turned(limits, world)
+    if path.duration <= 0:
+        raise TrajectoryError("the trajectory goes nowhere: all waypoints are at one place and there is no dwell")
+    stood, ground = _place(model, [path], around, None if base is None else world.base(base), within)
+    stage = build(model, around, stood, ground, solid=solid, workspace=within)
+    controller = CONTROLLERS[model.controller](model, stage, path, stood, orientation)
+    missed = controller.intent.unreachable
+    if len(missed) == len(path):
+        nearest = min(missed, key=lambda item: item.distance)
+        raise RequestError(
+            f"no waypoint is within reach of the {model.title} at {world.base(stood).describe()}; the nearest is "
+            f"waypoint {nearest.waypoint}, {nearest.distance:.2f} m away: {nearest.reason}; choose another --base"
+        )
+    return _Ready(model, path, world, world.base(stood), stage, controller)
+
+
+def _place(
+    model: RobotModel, paths: Sequence[Trajectory], scene: Scene, base: Base | None, limits: Robot | None
+) -> tuple[Base, float]:
+    """Base and height of the ground, in the simulator's coordinates."""
+    low = float(min(t.positions[:, 2].min() for t in paths))
+    if model.controller == "rover":
+        ground = float(np.median(paths[0].positions[:, 2])) if base is None else base.z
+        start = start_base(paths[0], ground)
+        return start if base is None else _at_start(base, start, "rover"), ground
+    beneath = [float(item.position[2] - 0.5 * np.abs(item.rotation[2]) @ item.size) for item in scene]
+    if model.controller == "drone":
+        ground = min([low - 0.03, *beneath]) if base is None else base.z
+        start = replace(start_base(paths[0], ground), yaw=0.0, how="under the start of the trajectory")
+        return start if base is None else _at_start(base, start, "drone"), ground
+    if base is not None:
+        return base, min([low, base.z, *beneath])
+    bare = build(model, Scene(), Base(), 0.0)
+    chosen = arm_base([t.positions for t in paths], scene, limits, *bare.shoulder()[1:])
+    return chosen, min([low, chosen.z, *beneath])
+
+
+def _at_start(base: Base, start: Base, kind: str) -> Base:
+    away = float(np.hypot(base.x - start.x, base.y - start.y))
+    if away > 0.05:
+        raise RequestError(
+            f"the base is {away:.2f} m from the start of the trajectory; a {kind} starts there, so leave --base out, "
+            f"or give --base {start.x:.3f},{start.y:.3f},z,yaw for another height of the ground or another heading"
+        )
+    return base
+
+
+def _turned(limits: Robot | None, world: World) -> Robot | None:
+    """The workspace in the simulator's coordinates."""
+    if limits is None or limits.workspace is None:
+        return None
+    space = limits.workspace
+    if isinstance(space, Shell):
+        x, y, z = (float(v) for v in np.array(space.center) * world.signs)
+        return replace(limits, workspace=replace(space, center=(x, y, z)))
+    ends = np.array([space.lower, space.upper]) * world.signs
+    (ax, ay, az), (bx, by, bz) = ends.min(axis=0).tolist(), ends.max(axis=0).tolist()
+    return replace(limits, workspace=Box((ax, ay, az), (bx, by, bz)))
+
+
+def _every(timestep: float, steps: int) -> int:
+    """Steps from one frame to the next."""
+    return max(1, round(1.0 / FRAME_RATE / timestep), int(np.ceil(steps / FRAMES)))
+
+
+def _run(stage: Stage, controller: Controller, progress: Callable[[float], None] | None) -> Log:
+    import mujoco
+
+    model, data = stage.model, mujoco.MjData(stage.model)
+    controller.pose(data, 0)
+    if stage.rolls:
+        mujoco.mj_step(model, data, int(SETTLE / model.opt.timestep))
+    steps = len(controller.intent.plan)
+    every = _every(model.opt.timestep, steps)
+    log = Log(np.empty((steps, 3)), np.empty((steps, 9)), np.zeros(steps, dtype=bool))
+    for step in range(steps):
+        mujoco.mj_step1(model, data)
+        log.weak[step] = not controller.act(data, step)
+        log.tips[step] = data.site_xpos[stage.tip]
+        log.turns[step] = data.site_xmat[stage.tip]
+        if step % every == 0 or step == steps - 1:
+            _record(log, data, step, stage)
+            if progress is not None:
+                progress((step + 1) / steps)
+        if data.ncon:
+            _touches(stage, data, step, log.contacts)
+        mujoco.mj_step2(model, data)
+    return log
+
+
+def _record(log: Log, data: Any, step: int, stage: Stage) -> None:
+    bodies = list(stage.bodies)
+    log.frames.append(step)
+    log.states.append(data.qpos.copy())
+    log.poses.append((data.xpos[bodies], data.xquat[bodies]))
+    log.tips[step] = data.site_xpos[stage.tip]
+
+
+def _touches(stage: Stage, data: Any, step: int, found: dict[str, tuple[int, int, float]]) -> None:
+    """Note contacts of the robot with objects, its own links, or the floor (which wheels are meant to touch)."""
+    for (a, b), distance in zip(data.contact.geom.tolist(), data.contact.dist.tolist(), strict=True):
+        on_floor = stage.floor in (a, b)
+        if on_floor and stage.rolls:
+            continue
+        name = stage.objects.get(a) or stage.objects.get(b) or ("floor" if on_floor else "itself")
+        first, _, depth = found.get(name, (step, step, 0.0))
+        found[name] = (first, step, max(depth, -distance))
+
+
+def _motion(ready: _Ready, log: Log) -> Motion:
+    plan, world, frames = ready.controller.intent.plan, ready.world, np.array(log.frames)
+    return Motion(
+        ready.stage.names,
+        plan.times[frames],
+        np.array([place for place, _ in log.poses]) * world.signs,
+        world.turned(np.array([turn for _, turn in log.poses])),
+        plan.where[frames],
+        at(ready.path, plan.where[frames])[1],
+        log.tips[frames] * world.signs,
+        ready.stage.shapes(),
+    )

@@ -1,0 +1,296 @@
+"""The simulator's world: a robot on its base, the floor, and the objects of a scene."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from ovita.errors import RobotError
+from ovita.robot import Box, Robot
+from ovita.scene import Scene
+from ovita.sim.models import ArmLimits, RobotModel, Tip
+from ovita.sim.motion import Shape
+from ovita.sim.placement import Base
+from ovita.trajectory import Array
+
+PREFIX = "robot/"
+BOX_GROUP = 4
+"""Group of a workspace's box; a picture shows its edges instead, since it is often larger than what is to be seen."""
+
+_OPTIONS = ("timestep", "integrator", "cone", "impratio", "gravity", "density", "viscosity", "iterations", "tolerance")
+_COLORS = (
+    (0.36, 0.6, 0.85),
+    (0.45, 0.7, 0.42),
+    (0.8, 0.5, 0.6),
+    (0.62, 0.55, 0.8),
+    (0.85, 0.68, 0.35),
+    (0.4, 0.7, 0.7),
+)
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A compiled world.
+
+    Args:
+        model: MuJoCo's model.
+        tip: The site that follows the trajectory.
+        bodies: Of the robot.
+        names: Of the robot's bodies.
+        objects: Name of the scene's object by geom.
+        floor: The floor's geom.
+        ground: Its height [m].
+        rolls: Whether the robot is meant to touch the floor.
+        robot: Name of the robot model.
+        spec: What the model was compiled from.
+        stand: Position and quaternion (7,) of the robot's base; at the origin for robots that move about.
+    """
+
+    model: Any
+    tip: int
+    bodies: tuple[int, ...]
+    names: tuple[str, ...]
+    objects: dict[int, str]
+    floor: int
+    ground: float
+    rolls: bool
+    robot: str
+    spec: Any
+    stand: Array
+
+    def shoulder(self) -> tuple[int, float, float]:
+        """Of an arm: its shoulder, which is the second joint, the shoulder's height and the arm's length [m]."""
+        import mujoco
+
+        data = mujoco.MjData(self.model)
+        mujoco.mj_kinematics(self.model, data)
+        mujoco.mj_comPos(self.model, data)
+        joint = min(1, self.model.njnt - 1)
+        anchors = [*(data.xanchor[j] for j in range(joint, self.model.njnt)), data.site_xpos[self.tip]]
+        reach = sum(float(np.linalg.norm(b - a)) for a, b in pairwise(anchors))
+        return joint, float(data.xanchor[joint, 2]), reach
+
+    def check_free(self, robot: RobotModel) -> None:
+        """Check that the robot moves about freely.
+
+        Raises:
+            RobotError: If its first joint is not a free joint.
+        """
+        if self.model.njnt < 1 or self.model.jnt_type[0] != 0:
+            raise RobotError(f"{robot.model}: a {robot.controller} needs a free joint at its first body")
+
+    def actuator(self, robot: RobotModel, name: str) -> int:
+        """The index of an actuator.
+
+        Raises:
+            RobotError: If there is none of that name.
+        """
+        try:
+            return int(self.model.actuator(PREFIX + name).id)
+        except KeyError:
+            raise RobotError(f"{robot.model}: has no actuator {name!r}") from None
+
+    def shapes(self) -> tuple[Shape, ...]:
+        """What the robot's bodies look like; meshes stand as the boxes around them."""
+        return tuple(
+            _shape(self.model, g, self.bodies.index(int(b)))
+            for g, b in enumerate(self.model.geom_bodyid)
+            if int(b) in self.bodies and self.model.geom_rgba[g, 3] > 0
+        )
+
+
+def build(
+    robot: RobotModel,
+    scene: Scene,
+    base: Base,
+    ground: float,
+    *,
+    solid: bool = False,
+    workspace: Robot | None = None,
+) -> Stage:
+    """Put a robot and a scene into one world.
+
+    Args:
+        robot: Which robot.
+        scene: Its objects become bodies; in the simulator's coordinates.
+        base: Of an arm; robots that move about ignore it.
+        ground: Height of the floor [m].
+        solid: Whether objects push back. Otherwise contact is detected but not felt.
+        workspace: Whose workspace to show, in the simulator's coordinates.
+
+    Raises:
+        RobotError: If the model cannot be loaded, or has no such tip.
+    """
+    import mujoco
+
+    child = _load(robot)
+    world = mujoco.MjSpec()
+    world.modelname = robot.name
+    for key in _OPTIONS:
+        setattr(world.option, key, getattr(child.option, key))
+    fixed = robot.controller == "arm"
+    half = 0.5 * base.yaw
+    stand = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+    if fixed:
+        stand = np.array([base.x, base.y, base.z, np.cos(half), 0.0, 0.0, np.sin(half)])
+    frame = world.worldbody.add_frame(pos=stand[:3], quat=stand[3:])
+    world.attach(child, frame=frame, prefix=PREFIX)
+    _furnish(world, scene, base if fixed else None, ground, solid)
+    if workspace is not None and workspace.workspace is not None:
+        _show(world, workspace)
+    try:
+        model = world.compile()
+    except ValueError as error:
+        raise RobotError(f"{robot.model}: cannot be compiled: {str(error).splitlines()[0]}") from None
+    tip = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, PREFIX + _tip_name(robot))
+    if tip < 0:
+        raise RobotError(f"{robot.model}: has no site {_tip_name(robot)!r} for the tip")
+    names = [model.body(i).name for i in range(model.nbody)]
+    bodies = [i for i, name in enumerate(names) if name.startswith(PREFIX)]
+    found = {model.geom(f"object/{i}").id: item.name for i, item in enumerate(scene) if float(np.prod(item.size)) > 0}
+    own = tuple(names[i][len(PREFIX) :] for i in bodies)
+    floor = model.geom("floor").id
+    rolls = robot.controller == "rover"
+    return Stage(model, tip, tuple(bodies), own, found, floor, ground, rolls, robot.name, world, stand)
+
+
+def _load(robot: RobotModel) -> Any:
+    import mujoco
+
+    try:
+        spec = mujoco.MjSpec.from_file(str(robot.model))
+    except ValueError as error:
+        raise RobotError(f"{robot.model}: cannot be read: {str(error).splitlines()[0]}") from None
+    if isinstance(robot.tip, Tip):
+        body = spec.body(robot.tip.body)
+        if body is None:
+            raise RobotError(f"{robot.model}: has no body {robot.tip.body!r} for the tip")
+        body.add_site(name="tip", pos=robot.tip.position)
+    if isinstance(robot.limits, ArmLimits) and not list(spec.actuators):
+        hinges = [j for j in spec.joints if j.type == mujoco.mjtJoint.mjJNT_HINGE]
+        if len(robot.limits.torque) != len(hinges):
+            raise RobotError(
+                f"{robot.model}: has no actuators; give the torque of each of its {len(hinges)} joints in the .toml"
+            )
+        for joint, torque in zip(hinges, robot.limits.torque, strict=True):
+            actuator = spec.add_actuator(target=joint.name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+            actuator.set_to_motor()
+            actuator.ctrlrange = [-torque, torque]
+            actuator.ctrllimited = 1
+    return spec
+
+
+def _tip_name(robot: RobotModel) -> str:
+    return "tip" if isinstance(robot.tip, Tip) else robot.tip
+
+
+def _furnish(world: Any, scene: Scene, base: Base | None, ground: float, solid: bool) -> None:
+    """Add light, floor, pedestal and objects."""
+    import mujoco
+
+    kinds = mujoco.mjtGeom
+    world.visual.global_.offwidth, world.visual.global_.offheight = 1920, 1080
+    world.visual.headlight.ambient = [0.45, 0.45, 0.45]
+    world.visual.headlight.diffuse = [0.35, 0.35, 0.35]
+    world.visual.headlight.specular = [0.1, 0.1, 0.1]
+    world.worldbody.add_light(
+        pos=[0, 0, ground + 6], dir=[0.2, 0.3, -1], type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL, diffuse=[0.45] * 3
+    )
+    world.add_texture(
+        name="tiles",
+        type=mujoco.mjtTexture.mjTEXTURE_2D,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_CHECKER,
+        rgb1=[0.87, 0.88, 0.9],
+        rgb2=[0.8, 0.82, 0.85],
+        width=256,
+        height=256,
+    )
+    tiles = world.add_material(name="tiles", texrepeat=[1, 1], texuniform=True, reflectance=0.0)
+    tiles.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "tiles"
+    sky = world.add_texture(name="sky", type=mujoco.mjtTexture.mjTEXTURE_SKYBOX, width=64, height=384)
+    sky.builtin = mujoco.mjtBuiltin.mjBUILTIN_GRADIENT
+    sky.rgb1, sky.rgb2 = [1.0, 1.0, 1.0], [0.93, 0.95, 0.98]
+    floor = world.worldbody.add_geom(name="floor", type=kinds.mjGEOM_PLANE, size=[0, 0, 1], pos=[0, 0, ground])
+    floor.material = "tiles"
+    if base is not None and base.z - ground > 0.01:
+        tall = 0.5 * (base.z - ground)
+        world.worldbody.add_geom(
+            type=kinds.mjGEOM_BOX,
+            size=[0.13, 0.13, tall],
+            pos=[base.x, base.y, ground + tall],
+            rgba=[0.55, 0.57, 0.6, 1],
+            contype=0,
+            conaffinity=0,
+        )
+    for i, item in enumerate(scene):
+        if float(np.prod(item.size)) <= 0:
+            continue
+        body = world.worldbody.add_body(name=f"object/{i}", pos=item.position, quat=item.orientation)
+        body.add_geom(
+            name=f"object/{i}",
+            type=kinds.mjGEOM_BOX,
+            size=0.5 * item.size,
+            rgba=[*_COLORS[i % len(_COLORS)], 1.0 if solid else 0.85],
+            margin=0.0 if solid else -10.0,
+            gap=0.0 if solid else 10.0,
+        )
+
+
+def _show(world: Any, robot: Robot) -> None:
+    """Show the workspace as a transparent body that touches nothing."""
+    import mujoco
+
+    space = robot.workspace
+    assert space is not None
+    look: dict[str, Any] = {"rgba": [0.2, 0.5, 0.9, 0.05], "contype": 0, "conaffinity": 0}
+    if isinstance(space, Box):
+        low, high = np.array(space.lower), np.array(space.upper)
+        look["group"] = BOX_GROUP
+        half = np.maximum(0.5 * (high - low), 1e-3)
+        world.worldbody.add_geom(
+            name="workspace", type=mujoco.mjtGeom.mjGEOM_BOX, size=half, pos=0.5 * (low + high), **look
+        )
+    else:
+        world.worldbody.add_geom(
+            name="workspace", type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[space.r_max, 0, 0], pos=space.center, **look
+        )
+
+
+def _shape(model: Any, geom: int, body: int) -> Shape:
+    import mujoco
+
+    kinds = mujoco.mjtGeom
+    kind, size = model.geom_type[geom], model.geom_size[geom]
+    place, turn = model.geom_pos[geom], model.geom_quat[geom]
+    rgba = tuple(float(v) for v in model.geom_rgba[geom])
+    if kind == kinds.mjGEOM_SPHERE:
+        name, full = "sphere", (size[0], 0.0, 0.0)
+    elif kind == kinds.mjGEOM_CYLINDER:
+        name, full = "cylinder", (size[0], 2 * size[1], 0.0)
+    elif kind == kinds.mjGEOM_CAPSULE:
+        name, full = "capsule", (size[0], 2 * size[1], 0.0)
+    elif kind == kinds.mjGEOM_BOX:
+        name, full = "box", tuple(2 * size)
+    else:
+        center, half = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:]
+        name, full = "box", tuple(2 * half)
+        place = place + _rotated(turn, center)
+    return Shape(
+        body,
+        name,  # type: ignore[arg-type]
+        tuple(float(v) for v in full),  # type: ignore[arg-type]
+        tuple(float(v) for v in place),  # type: ignore[arg-type]
+        tuple(float(v) for v in turn),  # type: ignore[arg-type]
+        rgba,  # type: ignore[arg-type]
+    )
+
+
+def _rotated(wxyz: Array, vector: Array) -> Array:
+    import mujoco
+
+    out = np.zeros(3)
+    mujoco.mju_rotVecQuat(out, np.asarray(vector, dtype=float), np.asarray(wxyz, dtype=float))
+    return out

@@ -1,0 +1,380 @@
+"""Videos of simulations, several side by side, with the trajectory drawn and captions."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from ovita.errors import FormatError, MissingExtra
+from ovita.sim import gl, looks
+from ovita.sim.placement import World
+from ovita.sim.simulate import Simulation
+from ovita.sim.stage import BOX_GROUP, Stage
+from ovita.trajectory import Array, Trajectory
+
+Image = np.ndarray[Any, np.dtype[np.uint8]]
+
+SUFFIXES = (".mp4", ".gif")
+LONGEST = 20.0
+"""Length of a video at most [s]; a longer motion is played faster, and the caption says so."""
+
+PACES = (1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024)
+PANE = (640, 480)
+TITLE = 44
+FOOT = 52
+INK, PAPER, FAINT = (28, 32, 38), (255, 255, 255), (105, 112, 122)
+BLUE, GREY, RED = (0.1, 0.35, 0.85, 1.0), (0.45, 0.47, 0.5, 1.0), (0.85, 0.15, 0.1, 1.0)
+SMALL = 0.08
+"""A robot smaller than this share of the camera's distance is also shown from near, in an inset."""
+
+INSET = 0.3
+"""Size of the inset, as a share of the pane."""
+
+
+@dataclass(frozen=True)
+class Pane:
+    """One view of a video.
+
+    Args:
+        label: Such as "original".
+        trajectory: In the scene's coordinates.
+        simulation: Of that trajectory.
+    """
+
+    label: str
+    trajectory: Trajectory
+    simulation: Simulation
+
+
+def check_video(path: str) -> None:
+    """Check that a video can be made, before anything is simulated for it.
+
+    Raises:
+        FormatError: If the name ends in none of .mp4 and .gif, or the folder does not exist.
+        MissingExtra: If the video packages are not installed.
+        NoRenderer: If no offscreen OpenGL works.
+    """
+    if os.path.splitext(path)[1].lower() not in SUFFIXES:
+        raise FormatError(path, f"videos are written as {', '.join(SUFFIXES)}")
+    if not os.path.isdir(os.path.dirname(os.path.abspath(path))):
+        raise FormatError(path, "cannot be written: its folder does not exist")
+    for package in ("PIL", "matplotlib", "imageio_ffmpeg"):
+        try:
+            __import__(package)
+        except ImportError:
+            raise MissingExtra(package, "sim") from None
+    if gl.backend() == "disable":
+        raise gl.NoRenderer
+
+
+def save_video(
+    path: str,
+    panes: Sequence[Pane],
+    world: World,
+    *,
+    title: str = "",
+    robot: str = "",
+    fps: int = 20,
+    scale: float = 1.0,
+    progress: Callable[[float], None] | None = None,
+) -> None:
+    """Render simulations side by side into a video, atomically: H.264 in .mp4, or a .gif.
+
+    Args:
+        path: Ends in .mp4 or .gif.
+        panes: From left to right; the shorter ones hold their last frame.
+        world: Of their scene.
+        title: Such as the instruction.
+        robot: Its title.
+        fps: Frames per second.
+        scale: Of the picture.
+        progress: Called with the share done, 0..1.
+
+    Raises:
+        FormatError, MissingExtra, NoRenderer: As `check_video` does, and if the file cannot be written.
+    """
+    check_video(path)
+    pictures = frames(panes, world, title=title, robot=robot, fps=fps, scale=scale, progress=progress)
+    folder = os.path.dirname(os.path.abspath(path))
+    suffix = os.path.splitext(path)[1].lower()
+    try:
+        handle, part = tempfile.mkstemp(suffix=suffix, prefix=".ovita-", dir=folder)
+    except OSError as error:
+        raise FormatError(path, f"cannot be written: {error.strerror}") from None
+    os.close(handle)
+    try:
+        (_write_gif if suffix == ".gif" else _write_mp4)(part, pictures, fps)
+        os.chmod(part, 0o644)
+        os.replace(part, path)
+    except BaseException:
+        os.unlink(part)
+        raise
+
+
+def frames(
+    panes: Sequence[Pane],
+    world: World,
+    *,
+    title: str = "",
+    robot: str = "",
+    fps: int = 20,
+    scale: float = 1.0,
+    progress: Callable[[float], None] | None = None,
+) -> Iterator[Image]:
+    """The pictures (H, W, 3) of a video, one after another; see `save_video`."""
+    longest = max(pane.simulation.motion.duration for pane in panes)
+    pace = next((p for p in PACES if longest / p <= LONGEST), PACES[-1])
+    count = int(np.ceil(longest / pace * fps)) + fps // 2
+    width, height = (int(2 * round(0.5 * v * scale)) for v in PANE)
+    paths = [world.trajectory(pane.trajectory).positions for pane in panes]
+    camera = _camera(panes, paths, world)
+    views = [_View(pane, path, camera, world, (width, height)) for pane, path in zip(panes, paths, strict=True)]
+    letters = _Letters(scale)
+    try:
+        for i in range(count):
+            time = min(i / fps * pace, longest)
+            yield letters.sheet([view.picture(time) for view in views], panes, time, title, robot, pace)
+            if progress is not None:
+                progress((i + 1) / count)
+    finally:
+        for view in views:
+            view.close()
+
+
+class _View:
+    """Renders one pane."""
+
+    def __init__(self, pane: Pane, path: Array, camera: Any, world: World, size: tuple[int, int]) -> None:
+        import mujoco
+
+        self.pane, self.camera, self.size = pane, camera, size
+        stage, motion = pane.simulation.stage, pane.simulation.motion
+        above = 0.012 * camera.distance if stage.rolls else 0.0
+        lift = np.array([0.0, 0.0, above])
+        self.path, self.trace = path + lift, motion.tip * world.signs + lift
+        self.center = (motion.positions * world.signs).mean(axis=1)
+        self.model = looks.dressed(stage)
+        self.data = mujoco.MjData(self.model)
+        self.renderer = gl.Renderer(self.model, size[0], size[1])
+        self.dot = 0.007 * camera.distance
+        step = max(1, int(np.ceil(len(path) / 400)))
+        self.marks = np.append(np.arange(0, len(path) - 1, step), len(path) - 1)
+        self.labels = _labels(stage)
+        self.edges = _edges(self.model, 1.5 * camera.distance)
+        extent = float(np.ptp(motion.positions[0], axis=0).max()) + 0.1
+        self.near = None if extent > SMALL * camera.distance else _close_up(camera, extent)
+
+    def picture(self, time: float) -> Image:
+        import mujoco
+
+        simulation = self.pane.simulation
+        motion = simulation.motion
+        now = int(np.clip(np.searchsorted(motion.times, time, side="right") - 1, 0, len(motion.times) - 1))
+        self.data.qpos[:] = looks.worn(self.model, simulation.stage, simulation.states[now])
+        mujoco.mj_kinematics(self.model, self.data)
+        mujoco.mj_camlight(self.model, self.data)
+        self.renderer.update(self.data, self.camera)
+        for a, b in self.edges:
+            self._line(a, b, (0.45, 0.6, 0.85, 1.0), 1.5)
+        ahead = self.marks[self.marks > motion.waypoints[now]]
+        for a, b in pairwise([self.trace[now], *self.path[ahead]]):
+            self._line(a, b, GREY, 2.0)
+        trail = np.unique(np.linspace(0, now, min(now + 1, 300)).astype(int))
+        for a, b in pairwise(self.trace[trail]):
+            self._line(a, b, BLUE, 4.0)
+        for item in simulation.report.unreachable[:200]:
+            self._dot(self.path[item.waypoint], RED, 0.8 * self.dot)
+        self._dot(self.path[0], (0.1, 0.6, 0.3, 1.0), self.dot)
+        self._dot(self.path[-1], (0.1, 0.1, 0.1, 1.0), self.dot)
+        for name, top in self.labels:
+            self._dot(top, (0.0, 0.0, 0.0, 0.0), 1e-4, name)
+        picture = self.renderer.render()
+        if self.near is not None:
+            self._inset(picture, self.near, now)
+        return picture
+
+    def _inset(self, picture: Image, near: Any, now: int) -> None:
+        """Put the robot from near into the upper right corner."""
+        near.lookat[:] = self.center[now]
+        self.renderer.update(self.data, near)
+        width, height = (int(INSET * v) for v in self.size)
+        picture[4 : 4 + height + 4, -width - 8 : -4] = 255
+        picture[6 : 6 + height, -width - 6 : -6] = self.renderer.render((width, height))
+
+    def close(self) -> None:
+        self.renderer.close()
+
+    def _line(self, start: Array, end: Array, rgba: tuple[float, ...], width: float) -> None:
+        import mujoco
+
+        if np.linalg.norm(end - start) < 1e-6:
+            return
+        geom = self._next(mujoco.mjtGeom.mjGEOM_LINE, np.zeros(3), rgba)
+        if geom is not None:
+            mujoco.mjv_connector(geom, mujoco.mjtGeom.mjGEOM_LINE, width, start, end)
+
+    def _dot(self, place: Array, rgba: tuple[float, ...], radius: float, label: str = "") -> None:
+        import mujoco
+
+        geom = self._next(mujoco.mjtGeom.mjGEOM_SPHERE, np.full(3, radius), rgba)
+        if geom is not None:
+            geom.pos[:] = place
+            geom.label = label
+
+    def _next(self, kind: Any, size: Array, rgba: tuple[float, ...]) -> Any:
+        import mujoco
+
+        scene = self.renderer.scene
+        if scene.ngeom >= scene.maxgeom:
+            return None
+        geom = scene.geoms[scene.ngeom]
+        mujoco.mjv_initGeom(geom, kind, size, np.zeros(3), np.eye(3).ravel(), np.array(rgba, dtype=np.float32))
+        scene.ngeom += 1
+        return geom
+
+
+class _Letters:
+    """Puts panes and captions on one sheet."""
+
+    def __init__(self, scale: float) -> None:
+        import matplotlib
+        from PIL import Image as Pictures
+        from PIL import ImageDraw, ImageFont
+
+        self.pictures, self.drawing, self.scale = Pictures, ImageDraw, scale
+        fonts = os.path.join(matplotlib.get_data_path(), "fonts", "ttf")
+        self.bold = ImageFont.truetype(os.path.join(fonts, "DejaVuSans-Bold.ttf"), round(18 * scale))
+        self.plain = ImageFont.truetype(os.path.join(fonts, "DejaVuSans.ttf"), round(15 * scale))
+
+    def sheet(self, views: list[Image], panes: Sequence[Pane], time: float, title: str, robot: str, pace: int) -> Image:
+        top, foot = (int(2 * round(0.5 * v * self.scale)) for v in (TITLE, FOOT))
+        picture = np.concatenate(views, axis=1)
+        sheet = self.pictures.new("RGB", (picture.shape[1], picture.shape[0] + top + foot), PAPER)
+        sheet.paste(self.pictures.fromarray(picture), (0, top))
+        draw = self.drawing.Draw(sheet)
+        pad = round(12 * self.scale)
+        right = f"{robot}{f'   {pace}x speed' if pace > 1 else ''}"
+        room = sheet.width - 3 * pad - draw.textlength(right, font=self.plain)
+        draw.text((pad, top // 2), self._fit(draw, title, room), fill=INK, font=self.bold, anchor="lm")
+        draw.text((sheet.width - pad, top // 2), right, fill=FAINT, font=self.plain, anchor="rm")
+        for i, (pane, view) in enumerate(zip(panes, views, strict=True)):
+            left, below = i * view.shape[1], top + view.shape[0]
+            motion, report = pane.simulation.motion, pane.simulation.report
+            clock = f"{min(time, motion.duration):.1f} / {motion.duration:.1f} s"
+            draw.text((left + pad, below + foot // 4 + 2), pane.label, fill=INK, font=self.bold, anchor="lm")
+            edge = left + view.shape[1] - pad
+            draw.text((edge, below + foot // 4 + 2), clock, fill=INK, font=self.plain, anchor="rm")
+            error = f"error {1e3 * report.tracking.rms:.1f} mm rms, {1e3 * report.tracking.max:.1f} mm at most"
+            draw.text((left + pad, below + 3 * foot // 4 - 2), error, fill=FAINT, font=self.plain, anchor="lm")
+            draw.text((edge, below + 3 * foot // 4 - 2), report.status, fill=FAINT, font=self.plain, anchor="rm")
+            if i:
+                draw.line([(left, top), (left, sheet.height)], fill=(200, 204, 210), width=1)
+        return np.asarray(sheet, dtype=np.uint8)
+
+    def _fit(self, draw: Any, text: str, room: float) -> str:
+        text = " ".join(text.split())
+        if draw.textlength(text, font=self.bold) <= room:
+            return text
+        while text and draw.textlength(text + "…", font=self.bold) > room:
+            text = text[:-1]
+        return text.rstrip() + "…"
+
+
+def _camera(panes: Sequence[Pane], paths: list[Array], world: World) -> Any:
+    """One camera for all panes: around the paths, everywhere the robots go, and the objects that are near."""
+    import mujoco
+
+    spots = [*paths, *(pane.simulation.motion.positions.reshape(-1, 3) * world.signs for pane in panes)]
+    low = np.min([p.min(axis=0) for p in spots], axis=0)
+    high = np.max([p.max(axis=0) for p in spots], axis=0)
+    stage = panes[0].simulation.stage
+    things = stage.model.geom_size[list(stage.objects)]
+    places = stage.model.body_pos[stage.model.geom_bodyid[list(stage.objects)]]
+    around = np.abs(places - 0.5 * (low + high)).max(axis=1) < 0.7 * float(np.linalg.norm(high - low))
+    low = np.min([low, *(places - things)[around]], axis=0)
+    high = np.max([high, *(places + things)[around]], axis=0)
+    camera = mujoco.MjvCamera()
+    camera.type = mujoco.mjtCamera.mjCAMERA_FREE
+    camera.lookat[:] = 0.5 * (low + high)
+    size = float(np.linalg.norm(high - low))
+    camera.distance = 1.0 * size + 0.15
+    flat = (high - low)[2] < 0.15 * size
+    w, z = stage.stand[3], stage.stand[6]
+    heading = float(np.degrees(2.0 * np.arctan2(z, w)))
+    camera.azimuth = 130.0 if stage.rolls or not stage.model.jnt_limited.any() else heading - 50.0
+    camera.elevation = -52.0 if flat else -28.0
+    return camera
+
+
+def _close_up(camera: Any, extent: float) -> Any:
+    """A camera that looks the same way from near."""
+    import mujoco
+
+    near = mujoco.MjvCamera()
+    near.type, near.azimuth, near.elevation = camera.type, camera.azimuth, camera.elevation
+    near.distance = 2.2 * extent
+    return near
+
+
+def _labels(stage: Stage) -> list[tuple[str, Array]]:
+    """The objects' names, in letters that MuJoCo can draw, and the middle of their tops (3,) [m]."""
+    import mujoco
+
+    data = mujoco.MjData(stage.model)
+    mujoco.mj_kinematics(stage.model, data)
+    found = []
+    for geom, name in stage.objects.items():
+        tall = float(np.abs(data.geom_xmat[geom].reshape(3, 3)[2]) @ stage.model.geom_size[geom])
+        found.append((name.encode("ascii", "replace").decode()[:30], data.geom_xpos[geom] + np.array([0, 0, tall])))
+    return found
+
+
+def _edges(model: Any, longest: float) -> list[tuple[Array, Array]]:
+    """The edges of a workspace that is a box, from end to end, unless the box is too large to be seen."""
+    import mujoco
+
+    box = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, "workspace")
+    if box < 0 or model.geom_group[box] != BOX_GROUP or 2.0 * np.linalg.norm(model.geom_size[box]) > longest:
+        return []
+    signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
+    corners = model.geom_pos[box] + signs * model.geom_size[box]
+    pairs = [(a, b) for a in range(8) for b in range(a) if np.abs(signs[a] - signs[b]).sum() == 2]
+    return [(corners[a], corners[b]) for a, b in pairs]
+
+
+def _write_mp4(path: str, pictures: Iterator[Image], fps: int) -> None:
+    import imageio_ffmpeg
+
+    first = next(pictures)
+    size = (first.shape[1], first.shape[0])
+    writer = imageio_ffmpeg.write_frames(
+        path,
+        size,
+        fps=fps,
+        codec="libx264",
+        pix_fmt_in="rgb24",
+        pix_fmt_out="yuv420p",
+        macro_block_size=2,
+        output_params=["-crf", "23", "-preset", "veryfast", "-movflags", "+faststart"],
+        ffmpeg_log_level="error",
+    )
+    writer.send(None)
+    try:
+        writer.send(np.ascontiguousarray(first))
+        for picture in pictures:
+            writer.send(np.ascontiguousarray(picture))
+    finally:
+        writer.close()
+
+
+def _write_gif(path: str, pictures: Iterator[Image], fps: int) -> None:
+    from PIL import Image as Pictures
+
+    sheets = [Pictures.fromarray(picture).quantize(96, dither=Pictures.Dither.NONE) for picture in pictures]
+    sheets[0].save(path, save_all=True, append_images=sheets[1:], duration=round(1000 / fps), loop=0, optimize=True)

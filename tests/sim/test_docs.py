@@ -1,0 +1,42 @@
+"""The robot of docs/robots.md works as written."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ovita import sim
+from ovita.trajectory import Trajectory
+
+pytest.importorskip("mujoco", reason="the extra sim is not installed")
+
+TEXT = (Path(__file__).parents[2] / "docs" / "robots.md").read_text(encoding="utf-8")
+
+
+@pytest.fixture
+def twolink(tmp_path):
+    for name, kind in (("twolink.urdf", "xml"), ("twolink.toml", "toml")):
+        content = re.search(rf"`{name}`\n\n```{kind}\n(.*?)```", TEXT, re.DOTALL)[1]
+        (tmp_path / name).write_text(content, encoding="utf-8")
+    return tmp_path / "twolink.toml"
+
+
+def test_the_own_robot_follows_a_line_in_its_plane(twolink):
+    line = Trajectory(np.linspace([0.5, -0.2, 0.1], [0.5, 0.3, 0.1], 20), np.full(20, 0.2))
+    run = sim.simulate(line, robot=twolink, base=sim.Base(0, 0, 0, 0.4))
+    assert run.report.status == "followed" and run.report.robot == "twolink"
+    assert run.motion.bodies[-2:] == ("upper", "lower")
+    assert {shape.kind for shape in run.motion.shapes} == {"box"}
+
+
+def test_the_own_robot_cannot_leave_its_plane_and_says_so(twolink):
+    line = Trajectory(np.linspace([0.5, -0.2, 0.1], [0.5, 0.3, 0.3], 20), np.full(20, 0.2))
+    report = sim.simulate(line, robot=twolink, base=sim.Base()).report
+    assert report.status == "unreachable" and report.unreachable[0].waypoint == 1
+
+
+def test_every_file_that_the_page_names_exists():
+    root = Path(__file__).parents[2] / "src"
+    for name in re.findall(r"`(ovita/sim/[\w/.]+)`", TEXT):
+        assert (root / name).exists(), name
