@@ -87,9 +87,12 @@ class Listener:
         """
         turns = in_force(self.steps)
         past = [turn.past for turn in turns]
+        meant = clarified(self.asked, said, self.now.scene) if self.asked else ""
+        if meant:
+            return self._instructed(meant, on, past)
         found = self._resolved(said, past)
         if found is None:
-            return self._instructed(clarified(self.asked, said, self.now.scene) or said, on, past)
+            return self._instructed(said, on, past)
         if found.kind in ("undo", "redo", "restart"):
             return self._moved(said, found)
         if found.kind in ("accept", "ask"):

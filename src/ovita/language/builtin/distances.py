@@ -46,7 +46,7 @@ EXTRAS = (
 
 
 def read_keep_distance(r: Reader) -> list[Intent]:
-    """Keep a distance of at least 0.2 from the cup; never come within 0.3 of it; stay 0.3 away from the plate."""
+    """Keep at least 0.2 away from the cup; never come within 0.3 of it; stay 0.3 away from the plate."""
     numbers = r.numbers(("", "m"))
     if not numbers or r.has("speed", "faster", "slower") or not any(t.items for t in r.tokens):
         return []

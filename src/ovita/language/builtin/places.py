@@ -248,7 +248,7 @@ def read_endpoint(r: Reader) -> list[Intent]:
 
 
 def read_through(r: Reader) -> list[Intent]:
-    """Pass through the middle of the cup and the plate; go over the box; touch the bowl."""
+    """Pass between the cup and the plate; go over the box; touch the bowl."""
     if not r.has("through", "over", "under") and not (r.has("between") and not r.has("when")):
         return []
     if r.has("stay", "always", "keep", "around") or (r.has("under") and r.has("down") and r.numbers(("m",))):

@@ -19,7 +19,7 @@ QUADRANTS = {"first": 1.0, "second": 2.0, "third": 3.0}
 
 
 def read_spiral(r: Reader) -> list[Intent]:
-    """Execute a small spiral of 3 turns after the goal; a spiral of radius 0.1 near the cup."""
+    """A small spiral, 3 turns, at the goal; a spiral of radius 0.1 near the cup."""
     if not r.take("spiral") or r.has("never"):
         return []
     turns = _count(r)

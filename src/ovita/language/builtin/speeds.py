@@ -43,7 +43,7 @@ class _Heard:
 
 
 def read_speed(r: Reader, *, implied: bool = False) -> list[Intent]:
-    """Slow down near the cup; move at a constant speed of 1; accelerate uniformly; twice as fast within 0.3 of it."""
+    """Slow down near the cup; one constant speed of 1; accelerate uniformly; twice as fast within 0.3 of it."""
     if not (implied or _is_about_speed(r)) or _is_otherwise(r):
         return []
     bounded = r.has("beyond", "than") and bool(r.numbers(("m/s", "")))
