@@ -120,6 +120,14 @@ def test_a_dragged_knob_is_one_turn(session):
     assert offset(session) == pytest.approx([-0.1, 0, 0])
 
 
+def test_a_knob_that_is_turned_back_is_not_told(session):
+    session.say("go left by 0.2")
+    plan = session.adaptation.plan
+    session.tune({"left": 0.3}, merge=True)
+    session.tune({"left": 0.2}, merge=True)
+    assert session.adaptation.plan == plan and len(session.steps) == 2
+
+
 def test_a_draft_counts_only_when_it_is_adopted(session):
     session.say("go left by 0.1")
     given_up, kept = session.draft(), session.draft()

@@ -147,7 +147,9 @@ class Session:
             raise RequestError("there is no policy yet; say what should change first")
         last = self.steps[-1]
         base = self._base_of_knobs(set(parameters)) if merge else last
-        result = rerun(base.adaptation, parameters, constraints=self.constraints, isolation=self.isolation)
+        before = {p.name: p.value for p in base.adaptation.parameters}
+        turned = {name: value for name, value in parameters.items() if name not in before or before[name] != value}
+        result = rerun(base.adaptation, turned, constraints=self.constraints, isolation=self.isolation)
         if base is last:
             self._add(last.said, last.feedback_on, result, "knobs", wait=merge)
         else:

@@ -2,11 +2,10 @@
 
 
 def ready(page):
-    """Wait until the page is built and drawn, and close the notice that there is no graphics card."""
+    """Wait until the page is built and drawn, and hide the notice that there is no graphics card."""
     page.wait_for_selector("text=What should change?")
     page.wait_for_selector("text=Distance to the nearest object")
     notice = page.locator(".mantine-Notification-root", has_text="Software WebGL")
-    notice.wait_for(timeout=10_000)
-    notice.locator("button").click()
-    notice.wait_for(state="hidden")
+    notice.wait_for()
+    notice.evaluate("node => { node.style.display = 'none' }")
     return page

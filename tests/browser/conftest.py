@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import faulthandler
 import os
 import shutil
+import sys
 from pathlib import Path
 
 import pytest
@@ -14,6 +16,9 @@ FLAGS = (
     "--headless --no-sandbox --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader "
     "--disable-background-networking --disable-component-update --disable-sync --no-first-run"
 ).split()
+
+
+LIMIT_S = 150.0
 
 
 def pytest_configure(config):
@@ -39,26 +44,39 @@ def chromium():
         browser.close()
 
 
-@pytest.fixture
-def start(tmp_path):
-    """Starts studios that end with the test."""
+@pytest.fixture(autouse=True)
+def no_hanging():
+    """Ends the run, with a stack of every thread, where a test hangs in something that has no time limit."""
+    faulthandler.dump_traceback_later(LIMIT_S, exit=True, file=sys.__stderr__)
+    yield
+    faulthandler.cancel_dump_traceback_later()
+
+
+@pytest.fixture(scope="session")
+def start(tmp_path_factory):
+    """Starts studios that keep their sessions in one folder."""
     import numpy as np
 
     from ovita.session import Session
     from ovita.studio import Settings, Studio
     from ovita.trajectory import Trajectory
 
-    made = []
+    made, folder = [], tmp_path_factory.mktemp("studio") / "sessions"
 
     def make(*paths, port=0, **settings):
         template = Session(Trajectory(np.array([[0.0, 0, 0], [1.0, 0, 0]]), np.array([0.1, 0.1])), writer="builtin")
-        folder = tmp_path / "sessions"
         made.append(Studio(Settings(template, tuple(map(str, paths)), port=port, folder=folder, **settings)))
         return made[-1]
 
     yield make
     for studio in made:
         studio.stop()
+
+
+@pytest.fixture(scope="session")
+def studio(start):
+    """One for several tests, since each browser has its own session."""
+    return start()
 
 
 @pytest.fixture
@@ -74,8 +92,11 @@ def browser(chromium):
         page.asked, page.broken = [], []
         page.on("request", lambda request: page.asked.append(request.url))
         page.on("pageerror", lambda error: page.broken.append(str(error)))
+        before = set(studio.views)
         page.goto(studio.url)
-        return ready(page)
+        ready(page)
+        (page.view,) = set(studio.views) - before
+        return page
 
     yield come
     for context in contexts:

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from browser_page import ready
 
 IMAGES = Path(__file__).parents[2] / "docs" / "images"
+PICTURES = bool(os.environ.get("OVITA_PICTURES"))
 SAY = "Go left by 0.2 and slow down near the cup"
 
 
@@ -46,14 +46,17 @@ def tab(page, name):
     page.get_by_text(name, exact=True).locator("visible=true").first.click()
 
 
-def left(studio, view=0):
+def left(page):
     """How far the red line's start is to the left of the blue line's [m]."""
-    session = studio.views[view].desk.session
+    session = page.view.desk.session
     return float(session.original.positions[0, 0] - session.current.positions[0, 0])
 
 
-def test_a_person_adapts_a_trajectory(start, browser):
-    studio = start()
+def turns(page):
+    return len(page.view.desk.session.steps)
+
+
+def test_a_person_adapts_a_trajectory(studio, browser):
     page = browser(studio)
     assert page.title() == "ovita studio"
     page.wait_for_selector("text=Change how the robot moves by saying so.")
@@ -63,31 +66,31 @@ def test_a_person_adapts_a_trajectory(start, browser):
     page.wait_for_selector("text=Multiply the speed by 0.5")
     until(lambda: red(page) > empty + 300)
     assert np.abs(seen(page) - before).max(axis=2).mean() > 0.5
-    assert left(studio) == pytest.approx(0.2)
-    assert studio.views[0].space._lines["adapted"].visible
+    assert left(page) == pytest.approx(0.2)
+    assert page.view.space._lines["adapted"].visible
 
     number = page.locator("input[value='0.2']:visible").first
     number.fill("0.35")
-    until(lambda: abs(left(studio) - 0.35) < 1e-9)
+    until(lambda: abs(left(page) - 0.35) < 1e-9)
     page.wait_for_selector("text=0.35 m left")
 
     say(page, "go up by 0.1")
-    until(lambda: len(studio.views[0].desk.session.steps) == 3)
-    assert left(studio) == pytest.approx(0.35)
+    until(lambda: turns(page) == 3)
+    assert left(page) == pytest.approx(0.35)
     page.get_by_role("textbox", name="feedback on").or_(page.locator("input[value^='current:']")).first.click()
     page.get_by_role("option", name="original").click()
     page.wait_for_selector("text=all of it is applied to the blue line")
     say(page, "go up by 0.1")
-    until(lambda: len(studio.views[0].desk.session.steps) == 4)
-    assert left(studio) == pytest.approx(0.35)
-    assert studio.views[0].desk.session.steps[-1].feedback_on == "original"
+    until(lambda: turns(page) == 4)
+    assert left(page) == pytest.approx(0.35)
+    assert page.view.desk.session.steps[-1].feedback_on == "original"
 
-    for turns in (3, 2, 1, 0):
+    for number in (3, 2, 1, 0):
         page.get_by_role("button", name="Undo").click()
-        until(lambda turns=turns: len(studio.views[0].desk.session.steps) == turns)
+        until(lambda number=number: turns(page) == number)
     until(lambda: red(page) <= empty + 50)
 
-    player = studio.views[0].player
+    player = page.view.player
     page.locator("form input").first.click()
     page.keyboard.type("a b")
     assert player.moment == 0.0
@@ -96,9 +99,9 @@ def test_a_person_adapts_a_trajectory(start, browser):
     page.keyboard.press("Space")
     until(lambda: player.moment > 0.0)
     page.keyboard.press("Control+Shift+KeyZ")
-    until(lambda: len(studio.views[0].desk.session.steps) == 1)
+    until(lambda: turns(page) == 1)
     page.keyboard.press("Control+KeyZ")
-    until(lambda: len(studio.views[0].desk.session.steps) == 0)
+    until(lambda: turns(page) == 0)
 
     say(page, "moonwalk to the fridge")
     page.wait_for_selector("text=not understood")
@@ -108,28 +111,28 @@ def test_a_person_adapts_a_trajectory(start, browser):
     assert all(host in url or url.startswith(("data:", "blob:")) for url in page.asked), page.asked
 
 
-def test_reload_a_restart_and_a_bad_upload(start, browser):
+def test_reload_a_bad_upload_and_a_restart(start, browser):
     studio = start()
     page = browser(studio)
     say(page, SAY)
     page.wait_for_selector("text=Multiply the speed by 0.5")
     page.reload()
-    ready(page)
     page.wait_for_selector("text=Multiply the speed by 0.5")
-    assert left(studio) == pytest.approx(0.2)
+    until(lambda: [round(view.desk.session.current.positions[0, 0], 9) for view in studio.views] == [-0.55])
 
     tab(page, "Files")
     page.locator("input[type=file]").first.set_input_files(
         {"name": "broken.json", "mimeType": "application/json", "buffer": b"{oops"}
     )
     page.wait_for_selector("text=broken.json: this is not JSON")
-    assert left(studio) == pytest.approx(0.2)
+    assert turns_of(studio) == [1]
     rows = [[0.1 * i, 0.0, 0.2, 0.2] for i in range(7)]
     good = json.dumps({"trajectory": rows}).encode()
     page.locator("input[type=file]").first.set_input_files(
         {"name": "good.json", "mimeType": "application/json", "buffer": good}
     )
     page.wait_for_selector("text=7 waypoints")
+    page.wait_for_selector("text=Go back to it")
 
     port = studio.port
     studio.stop()
@@ -138,39 +141,48 @@ def test_reload_a_restart_and_a_bad_upload(start, browser):
     page.wait_for_selector("text=7 waypoints")
 
 
-def test_two_persons_do_not_see_each_other(start, browser):
-    studio = start()
-    mine, yours = browser(studio), browser(studio)
+def free_of_panels(page):
+    """Whether the player covers nothing of the right side."""
+    bar = page.get_by_role("button", name="Play").last.bounding_box()
+    return bar["x"] + bar["width"] < page.get_by_text("Distance to the nearest object").bounding_box()["x"]
+
+
+def turns_of(studio):
+    return sorted(len(view.desk.session.steps) for view in studio.views)
+
+
+def test_two_persons_do_not_see_each_other_and_nothing_is_cut_off(studio, browser):
+    """With OVITA_PICTURES set, the pictures of the documentation are taken."""
+    mine, yours = browser(studio, 1280, 800), browser(studio, 1024, 700)
+    until(lambda: free_of_panels(yours))
+    keep(mine, "studio-first")
     say(mine, SAY)
     mine.wait_for_selector("text=Multiply the speed by 0.5")
+    mine.mouse.move(640, 260)
     until(lambda: red(mine) > 300)
     assert red(yours) < 100 and yours.get_by_text(SAY).count() == 0
-    assert sorted(len(view.desk.session.steps) for view in studio.views) == [0, 1]
+    assert (turns(mine), turns(yours)) == (1, 0)
+    yours.close()
+
+    for width, height in ((1280, 800), (1920, 1080), (1024, 700)):
+        mine.set_viewport_size({"width": width, "height": height})
+        tab(mine, "Say")
+        tab(mine, "Changes")
+        tab(mine, "Parameters")
+        until(lambda: red(mine) > 100)
+        time.sleep(1.0 if PICTURES else 0.1)
+        fits(mine)
+        if width > 1024:
+            keep(mine, f"studio-{width}x{height}")
+        for name in ("Plan", "Explanation", "Constraints", "Code", "Edit", "View", "Files", "Set up"):
+            tab(mine, name)
+            mine.wait_for_timeout(50)
+            fits(mine)
 
 
-@pytest.mark.parametrize("width, height", [(1920, 1080), (1280, 800)])
-def test_nothing_is_cut_off(start, browser, width, height):
-    """With OVITA_PICTURES set, the pictures of the documentation are taken."""
-    studio = start()
-    page = browser(studio, width, height)
-    if width == 1280:
-        keep(page, "studio-first")
-    say(page, SAY)
-    page.wait_for_selector("text=Multiply the speed by 0.5")
-    page.mouse.move(width / 2, height / 3)
-    until(lambda: red(page) > 300)
-    time.sleep(1.0)
-    fits(page)
-    keep(page, f"studio-{width}x{height}")
-    for name in ("Plan", "Explanation", "Constraints", "Code", "Edit", "View", "Files", "Set up"):
-        tab(page, name)
-        time.sleep(0.15)
-        fits(page)
-
-
-@pytest.mark.skipif(not os.environ.get("OVITA_PICTURES"), reason="a picture for the documentation only")
-def test_picture_with_a_robot(start, browser):
-    page = browser(start(), 1280, 800)
+@pytest.mark.skipif(not PICTURES, reason="a picture for the documentation only")
+def test_picture_with_a_robot(studio, browser):
+    page = browser(studio, 1280, 800)
     say(page, SAY)
     page.wait_for_selector("text=Multiply the speed by 0.5")
     page.get_by_text("View", exact=True).locator("visible=true").first.click()
@@ -196,5 +208,5 @@ def fits(page):
 
 
 def keep(page, name):
-    if os.environ.get("OVITA_PICTURES"):
+    if PICTURES:
         page.screenshot(path=str(IMAGES / f"{name}.png"))

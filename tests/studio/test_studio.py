@@ -140,10 +140,30 @@ def test_reload_and_restart_resume(start, visit):
     assert offset(third) == pytest.approx(0.2)
     third.click("Begin again")
     third.wait(lambda: adapted(third) is None)
+    third.wait(lambda: third.parts[third.find("Go back to it")]["props"]["visible"])
     third.close()
     fourth = visit(restarted, browser)
     fourth.click("Go back to it")
     fourth.wait(lambda: adapted(fourth) is not None)
+
+
+def test_a_tab_that_is_closed_while_it_plays_is_no_news(start, visit, capfd):
+    studio = start()
+    tab = visit(studio)
+    tab.click("Play")
+    tab.wait(lambda: "/playhead/0" in tab.poses)
+    tab.close()
+    ends = time.monotonic() + 5.0
+    while studio.views and time.monotonic() < ends:
+        time.sleep(0.02)
+    assert not studio.views and "closed connection" not in capfd.readouterr().err
+
+
+def test_charts_have_units_and_an_empty_program_is_not_run(start, visit):
+    tab = visit(start())
+    assert "<h4>Speed [m/s]</h4>" in tab.text() and "nearest object [m]" in tab.text()
+    tab.click("Run in the sandbox")
+    tab.wait(lambda: any("no code to run" in note for note in tab.notices))
 
 
 def test_a_damaged_journal_is_told_and_a_new_session_begins(start, visit, tmp_path):

@@ -44,6 +44,16 @@ def test_help_names_the_token():
     assert "--token" in told and "makes one" in told
 
 
+@pytest.mark.parametrize("token, shown", [("auto", True), ("a-token-of-mine", False)])
+def test_only_a_token_that_was_made_is_told(monkeypatch, tmp_path, token, shown):
+    from ovita.studio import Studio
+
+    monkeypatch.setattr(Studio, "wait", lambda self: None)
+    asked = ["--port", "0", "--sessions", str(tmp_path), "--writer", "builtin", "--token", token]
+    told = CliRunner().invoke(command, asked).output
+    assert ("?token=" in told) == shown and "a-token-of-mine" not in told
+
+
 def test_it_starts_serves_and_ends(tmp_path):
     process = subprocess.Popen(
         [sys.executable, "-m", "ovita", "studio", "--port", "0", "--sessions", str(tmp_path), "--writer", "builtin"],

@@ -122,6 +122,23 @@ def test_desks_are_put_away_and_come_back(tmp_path):
     assert [oct(p.stat().st_mode & 0o777) for p in tmp_path.iterdir()] == ["0o600"]
 
 
+def test_journals_that_nobody_opened_for_long_are_deleted(tmp_path):
+    def desks():
+        return Desks(tmp_path, lambda: (Session(PATH, SCENE, writer="builtin"), "scene"), writer="builtin")
+
+    names = [desks().new()[0] for _ in range(3)]
+    (tmp_path / "notes.jsonl").write_text("mine")
+    for path in (*(tmp_path / f"{name}.jsonl" for name in names[:2]), tmp_path / "notes.jsonl"):
+        os.utime(path, (time.time() - 29 * 86_400.0,) * 2)
+    assert desks().find(names[0]) is not None
+    for name in names[1:]:
+        os.utime(tmp_path / f"{name}.jsonl", (time.time() - 31 * 86_400.0,) * 2)
+    later = desks()
+    assert [later.find(name) is not None for name in names] == [True, False, False]
+    assert time.time() - (tmp_path / f"{names[0]}.jsonl").stat().st_mtime < 3_600.0
+    assert (tmp_path / "notes.jsonl").exists()
+
+
 def test_a_journal_that_cannot_be_written_costs_no_turn(tmp_path):
     desks = Desks(tmp_path / "s", lambda: (Session(PATH, SCENE, writer="builtin"), "scene"), writer="builtin")
     _, desk = desks.new()

@@ -1,6 +1,7 @@
 """Parts of the page that need no page: playing, charts, knobs, shapes, words."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from ovita.session import Session
 from ovita.studio import charts, files, hand, knobs, shapes, words
 from ovita.studio.playback import place_at
 from ovita.studio.shapes import Stage
+from ovita.studio.stage import Space
 from ovita.trajectory import Trajectory
 
 CUP = SceneObject("cup", [0.5, 0.3, 0.1], [0.1, 0.1, 0.2])
@@ -121,3 +123,46 @@ def test_a_file_that_is_too_long_is_refused(tmp_path):
         files.open_upload("long.json", json.dumps({"trajectory": rows}).encode(), template)
     with pytest.raises(FormatError, match="8 MB"):
         files.open_upload("big.json", b" " * (files.MAX_UPLOAD + 1), template)
+
+
+def test_a_file_with_a_long_name_is_opened_by_its_ending(template):
+    opened = files.open_upload("x" * 200 + ".json", b'{"trajectory": [[0, 0, 0, 1], [1, 0, 0, 1]]}', template)
+    assert len(opened.title) <= 80 and opened.title.endswith(".json")
+
+
+def test_long_words_are_cut_and_a_branch_says_where_it_began():
+    session = Session(straight([0.4] * 20), Scene((CUP,)), writer="builtin")
+    session.say("go left by 0.1")
+    session.branch(-1)
+    session.say("go up by 0.1")
+    assert "from the beginning" in words.history(session) and len(words.clipped("x" * 3000)) == 300
+
+
+def test_neither_line_hides_the_other_and_colours_reach_over_both():
+    path = straight([0.4] * 20)
+    chart = charts.speed_chart(path, path)
+    assert chart.count('stroke-width="2.8"') == 1  # the line before shows where the line after hides it
+    session = Session(straight([0.4] * 20), Scene((CUP,)), writer="builtin")
+    session.say("move half as fast")
+    assert Space.pace(session) == (pytest.approx(0.2), pytest.approx(0.4))
+
+
+def test_the_camera_follows_what_grows_until_a_person_moves_it():
+    camera = SimpleNamespace(image_width=800, image_height=800, position=np.zeros(3))
+    space = Space(SimpleNamespace(camera=camera, scene=None))
+    session = Session(straight([0.4] * 20), Scene((CUP,)), writer="builtin")
+    space.look(session)
+    first = camera.position
+    camera.position = np.array([3.0, 3.0, 3.0])  # on its way since before the first look
+    space.look_again(session)
+    camera.position = first
+    space.look_again(session)
+    session.say("go left by 0.5")
+    space.look_again(session)
+    second = camera.position
+    assert not np.allclose(second, first)
+    space.look_again(session)
+    camera.position = moved = second + 1.0
+    session.say("go left by 0.9")
+    space.look_again(session)
+    assert camera.position is moved

@@ -62,7 +62,9 @@ def command(
         isolation="strict" if isolation == "strict" else "degraded",
     )
     studio = Studio(Settings(template, files, host, port, token, sessions or default_folder()))
-    click.echo(f"The studio is open at {studio.url}")
+    made = token == "auto"
+    told = "" if made or not token else "; it asks for the token"
+    click.echo(f"The studio is open at {studio.url if made else studio.url.partition('?')[0]}{told}")
     click.echo("Ctrl-C ends it; every session is kept and goes on when it starts again.")
     try:
         studio.wait()

@@ -81,7 +81,7 @@ class Studio:
         )
         self._key = f"ovita-session-{_digest(self._first)}"
         self._views: dict[int, tuple[View, list[str]]] = {}
-        self._lock = threading.Lock()
+        self._lock, self._stopped = threading.Lock(), False
         with _quiet(), guarded(self.gate):
             self.server: Any = viser.ViserServer(settings.host, port, label="ovita studio", verbose=False)
         # viser's client may ask its server to open a tunnel to the outside; this one never does
@@ -103,6 +103,7 @@ class Studio:
     def stop(self) -> None:
         """Stop the server and write down what is open."""
         with self._lock:
+            self._stopped = True
             gone, self._views = list(self._views.items()), {}
         for _, (view, used) in gone:
             self._put_away(view, used)
@@ -120,18 +121,26 @@ class Studio:
 
     def _came(self, client: Any) -> None:
         """Give a browser its view: on the session that it had, or on a new one."""
+        # what still runs for a tab that was closed may write to it; that is no news for the terminal
+        client._websock_connection.get_message_buffer()._sanctioned_dead_writes += 1
         limit_uploads(client)
         note, had = "", self._remembered(client)
+        if self._gone(client):
+            return
         used, desk = [had[0][0]] if had else [], None
         try:
             desk = self.desks.find(*had[0]) if had else None
         except OvitaError as error:
             note = f"The session that this browser had cannot be read, so this is a new one: {error}"
 
+        def remember(name: str, title: str) -> None:
+            nonlocal had
+            had = self._remember(client, name, title)
+
         def new(session: Session | None = None, title: str = "") -> Desk:
             name, fresh = self.desks.new(session, title)
             used.append(name)
-            self._remember(client, name, fresh.title)
+            remember(name, fresh.title)
             return fresh
 
         def returned(name: str) -> Desk:
@@ -139,7 +148,7 @@ class Studio:
             if found is None:
                 raise RequestError("that session is not on this machine any more")
             used.append(name)
-            self._remember(client, name, found.title)
+            remember(name, found.title)
             return found
 
         if desk is None:
@@ -151,7 +160,7 @@ class Studio:
             offered=self._offered,
             opened=lambda opened: new(opened.session, opened.title),
             again=new,
-            earlier={f"{i}. {title}": name for i, (name, title) in enumerate(had[1:], start=1)},
+            earlier=lambda: {f"{i}. {title}": name for i, (name, title) in enumerate(had[1:], start=1)},
             returned=returned,
             local=self._local,
         )
@@ -159,8 +168,11 @@ class Studio:
             view.tell(note)
         with self._lock:
             self._views[client.client_id] = (view, used)
-        if client.client_id not in self.server.get_clients():
+        if self._gone(client):
             self._left(client)
+
+    def _gone(self, client: Any) -> bool:
+        return self._stopped or client.client_id not in self.server.get_clients()
 
     def _left(self, client: Any) -> None:
         with self._lock:
@@ -181,9 +193,12 @@ class Studio:
             return [(str(name), str(title)[:80]) for name, title in kept]
         return []
 
-    def _remember(self, client: Any, name: str, title: str) -> None:
+    def _remember(self, client: Any, name: str, title: str) -> list[tuple[str, str]]:
+        """Put a session at the front of those that a browser had, and return them."""
         others = [(other, told) for other, told in self._remembered(client) if other != name]
-        client.local_storage.set_item(self._key, json.dumps([(name, title), *others][:10]))
+        had = [(name, title), *others][:10]
+        client.local_storage.set_item(self._key, json.dumps(had))
+        return had
 
 
 def _free_port(host: str, port: int) -> int:

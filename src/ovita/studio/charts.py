@@ -85,7 +85,7 @@ def chart(lines: Sequence[Series], x_label: str, y_label: str, *, floor: float |
 
     parts = [f'<svg viewBox="0 0 {_WIDTH:g} {_HEIGHT:g}" role="img" aria-label="{html.escape(y_label)}">']
     style = 'font-size="9.5" fill="#5b6b7a" font-family="system-ui,sans-serif"'
-    for value in ticks(y_low, y_high, 3):
+    for value in ticks(y_low, y_high, 4):
         y = float(place(np.zeros(1), np.array([value]))[0, 1])
         parts.append(f'<path d="M{_LEFT:g} {y:.1f}H{_WIDTH - _RIGHT:g}" stroke="#e3e9ee"/>')
         parts.append(f'<text x="{_LEFT - 5:g}" y="{y + 3:.1f}" text-anchor="end" {style}>{_short(value)}</text>')
@@ -94,13 +94,14 @@ def chart(lines: Sequence[Series], x_label: str, y_label: str, *, floor: float |
         x = float(place(np.array([value]), np.zeros(1))[0, 0])
         parts.append(f'<text x="{x:.1f}" y="{base + 12:g}" text-anchor="middle" {style}>{_short(value)}</text>')
     parts.append(f'<path d="M{_LEFT:g} {base:g}H{_WIDTH - _RIGHT:g}" stroke="#b9c5cf"/>')
-    for line in lines:
+    for i, line in enumerate(lines):
         kept = thinned(line.y)
         points = place(line.x[kept], line.y[kept])
         path = "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in points)
         dash = ' stroke-dasharray="4 3"' if line.dashed else ""
+        width = 1.0 if line.dashed else 2.8 if i == 0 and len(lines) > 1 and not lines[1].dashed else 1.6
         parts.append(
-            f'<path d="{path}" fill="none" stroke="{line.colour}" stroke-width="{1 if line.dashed else 1.8}"'
+            f'<path d="{path}" fill="none" stroke="{line.colour}" stroke-width="{width:g}"'
             f' stroke-linejoin="round"{dash}><title>{html.escape(line.name)}</title></path>'
         )
     middle = _HEIGHT - 4

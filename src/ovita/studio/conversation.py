@@ -154,7 +154,8 @@ class Conversation:
     def _show_stage(self) -> None:
         busy = self._desk().busy
         if busy is not None:
+            said = words.e(words.clipped(busy.said))
             self.stage.content = words.block(
-                f'<div class="card">&ldquo;{words.e(busy.said)}&rdquo;<br><span class="soft">{words.e(busy.stage)}'
+                f'<div class="card">&ldquo;{said}&rdquo;<br><span class="soft">{words.e(busy.stage)}'
                 f" &middot; {busy.elapsed:.0f} s</span></div>"
             )

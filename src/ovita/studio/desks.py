@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
 import secrets
 import threading
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -14,6 +16,9 @@ from ovita.language.writer import PolicyWriter
 from ovita.policy.sandbox import Isolation
 from ovita.session import Session
 from ovita.studio.desk import Desk
+
+KEPT_DAYS = 30
+"""How long a session that nobody opens is kept [days]."""
 
 _NAME = re.compile(r"[0-9a-f]{32}")
 
@@ -27,7 +32,8 @@ def default_folder() -> Path:
 class Desks:
     """The desks of one studio.
 
-    A desk is named by 128 random bits that only its browser knows; the journal bears that name.
+    A desk is named by 128 random bits that only its browser knows; the journal bears that name. Journals that nobody
+    opened for `KEPT_DAYS` are deleted when the studio starts.
 
     Args:
         folder: Where journals are kept; it is made if need be.
@@ -56,6 +62,7 @@ class Desks:
             folder.mkdir(parents=True, exist_ok=True, mode=0o700)
         except OSError as error:
             raise FormatError(str(folder), f"cannot be made: {error.strerror}; name another with --sessions") from None
+        self._clear()
 
     def find(self, name: str, title: str = "") -> Desk | None:
         """The desk of that name, from memory or from its journal, or None.
@@ -73,6 +80,8 @@ class Desks:
                 return None
             writer = self._writers.get(name, self.writer)
             session = Session.resume(str(path), writer=writer, isolation=self.isolation)
+            with contextlib.suppress(OSError):
+                os.utime(path)
             desk = self._desks[name] = Desk(session, title)
             return desk
 
@@ -103,6 +112,14 @@ class Desks:
 
     def __len__(self) -> int:
         return len(self._desks)
+
+    def _clear(self) -> None:
+        """Delete the journals that nobody opened for long; no other file of the folder is touched."""
+        oldest = time.time() - KEPT_DAYS * 86_400.0
+        for path in self.folder.glob("*.jsonl"):
+            with contextlib.suppress(OSError):
+                if _NAME.fullmatch(path.stem) and path.lstat().st_mtime < oldest:
+                    path.unlink()
 
     def _path(self, name: str) -> Path:
         return self.folder / f"{name}.jsonl"

@@ -95,13 +95,15 @@ def open_upload(name: str, content: bytes, template: Session) -> Opened:
     Raises:
         FormatError: Also if the file is too large or of another kind.
     """
-    shown = Path(name).name[:80] or "upload"
+    suffix = Path(name).suffix.lower()
+    shown = Path(name).name or "upload"
+    shown = shown if len(shown) <= 80 else f"{shown[:70]}\u2026{suffix[:9]}"
     if len(content) > MAX_UPLOAD:
         raise FormatError(shown, too_large(len(content)))
-    if Path(shown).suffix.lower() not in SUFFIXES:
+    if suffix not in SUFFIXES:
         raise FormatError(shown, "the studio opens .json and .csv files, TUM text and drone missions")
     with tempfile.TemporaryDirectory(prefix="ovita-upload-") as folder:
-        path = Path(folder) / f"upload{Path(shown).suffix.lower()}"
+        path = Path(folder) / f"upload{suffix}"
         path.write_bytes(content)
         try:
             opened = open_file(str(path), template, upload=True)

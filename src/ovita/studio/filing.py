@@ -30,7 +30,7 @@ class Filing:
         opened: Called with a session that was opened.
         again: Called to begin again with the file that the studio was started with.
         offered: Files that can be opened without an upload: shown name to path.
-        earlier: Sessions that this browser had before: shown name to name.
+        earlier: Gives the sessions that this browser had before: shown name to name.
         returned: Called with the name of one of them.
         complain: Shows a sentence to the person.
     """
@@ -44,12 +44,12 @@ class Filing:
         opened: Callable[[files.Opened], None],
         again: Callable[[], None],
         offered: dict[str, str],
-        earlier: dict[str, str],
+        earlier: Callable[[], dict[str, str]],
         returned: Callable[[str], None],
         complain: Callable[[str], None],
     ) -> None:
         self._client, self._desk, self._opened, self._complain = client, desk, opened, complain
-        self._offered = offered
+        self._offered, self._earlier = offered, earlier
         size = files.MAX_UPLOAD // 2**20
         gui.add_html(words.block(f"<h4>Open</h4><p class='soft'>A scene, a result or a session (.json), or waypoints"
                                  f" (.csv), up to {size} MB and {files.MAX_WAYPOINTS} waypoints.</p>"))  # fmt: skip
@@ -61,16 +61,23 @@ class Filing:
                 lambda _: self._open(self._offered.get(self.which.value, ""))
             )
         gui.add_button("Begin again", color="gray", icon="refresh").on_click(lambda _: again())
-        if earlier:
-            self.before = gui.add_dropdown("earlier", tuple(earlier), hint="Sessions that this browser had before")
-            back = gui.add_button("Go back to it", color="gray", icon="history")
-            back.on_click(lambda _: returned(earlier.get(self.before.value, "")))
+        self.before = gui.add_dropdown("earlier", ("",), hint="Sessions that this browser had before")
+        self.back = gui.add_button("Go back to it", color="gray", icon="history")
+        self.back.on_click(lambda _: returned(earlier().get(self.before.value, "")))
+        self.refresh()
         gui.add_html(words.block("<h4>Save</h4>"))
         for kind, (label, hint) in _KINDS.items():
             button = gui.add_button(label, color=(228, 236, 243), icon="download", hint=hint)
             button.on_click(lambda _, kind=kind: self._export(kind))
         picture = gui.add_button("Picture (PNG)", color=(228, 236, 243), icon="photo", hint="The scene as you see it")
         picture.on_click(lambda _: self._picture())
+
+    def refresh(self) -> None:
+        """Show the sessions that this browser had before."""
+        names = tuple(self._earlier())
+        self.before.visible = self.back.visible = bool(names)
+        if names and names != self.before.options:
+            self.before.options, self.before.value = names, names[0]
 
     def _uploaded(self) -> None:
         file = self.upload.value

@@ -9,6 +9,8 @@ from ovita.errors import OvitaError, PolicyError
 from ovita.studio import charts, words
 from ovita.studio.desk import Desk
 
+_RUN = "Run in the sandbox"
+
 
 class Plan:
     """Plan and explanation."""
@@ -49,8 +51,8 @@ class Changes:
         speed = charts.speed_chart(session.original, adapted)
         margin = session.robot.obstacle_margin
         distance = charts.clearance_chart(session.original, adapted, session.scene, margin)
-        title = "<h4>Distance to the nearest object</h4>" if distance else ""
-        self.charts.content = words.block(f"<h4>Speed</h4>{speed}{title}{distance}")
+        title = "<h4>Distance to the nearest object [m]</h4>" if distance else ""
+        self.charts.content = words.block(f"<h4>Speed [m/s]</h4>{speed}{title}{distance}")
         self.text.content = words.changes(session)
 
 
@@ -64,7 +66,7 @@ class Code:
         self.listing = gui.add_html("")
         with gui.add_folder("Edit", expand_by_default=False):
             self.text = gui.add_text("", "", multiline=True)
-            self.run = gui.add_button("Run in the sandbox", icon="player-play")
+            self.run = gui.add_button(_RUN, icon="player-play")
             self.reset = gui.add_button("Discard edits", color="gray", icon="arrow-back-up")
         self.run.on_click(lambda _: self._run())
         self.reset.on_click(lambda _: self._fill())
@@ -91,6 +93,9 @@ class Code:
 
     def _run(self) -> None:
         source = self.text.value
+        if not source.strip():
+            self._complain("There is no code to run; write a program, or discard the edits.")
+            return
         failed: list[OvitaError] = []
 
         def work(session: Any) -> None:
@@ -100,8 +105,12 @@ class Code:
                 failed.append(error)
                 raise
 
-        if self._desk().act(work):
-            return
+        self.run.disabled, self.run.label = True, "Running\u2026"
+        try:
+            if self._desk().act(work):
+                return
+        finally:
+            self.run.disabled, self.run.label = False, _RUN
         error = failed[0] if failed else None
         line = error.line if isinstance(error, PolicyError) else None
         note = f'<p class="bad">{words.e(error)}</p>' if error else ""

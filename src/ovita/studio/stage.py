@@ -27,7 +27,8 @@ class Space:
 
     Args:
         client: viser's handle of the tab.
-        covered: Width of what covers the scene on both sides [pixels].
+        covered: Width of what is going to cover the window on both sides [pixels]; later the browser's own word for
+            the size of the picture counts.
     """
 
     def __init__(self, client: Any, covered: float = 0.0) -> None:
@@ -37,6 +38,7 @@ class Space:
         self.objects: dict[str, Any] = {}
         self._drawn: tuple[Any, ...] = ()
         self._looked: tuple[Array, float] | None = None
+        self._arrived = False
         self._seen: Stage | None = None
         self._lines: dict[str, Any] = {}
         self._labels: list[Any] = []
@@ -66,7 +68,7 @@ class Space:
         """Show the lines as they are now."""
         assert self.stage is not None
         result, original, current = session.adaptation, session.original, session.current
-        pace = [float(f(np.concatenate([original.speeds, current.speeds]))) for f in (np.min, np.max)]
+        pace = self.pace(session)
         changed = result is not None
         self._line("original", original, COLOURS["before"], pace if self.shown.speeds and not changed else None)
         self._line("adapted", current if changed else None, COLOURS["after"], pace if self.shown.speeds else None)
@@ -83,6 +85,12 @@ class Space:
         self._points("waypoints", current.positions if self.shown.waypoints else None)
         self._ends(original, current if changed else None)
 
+    @staticmethod
+    def pace(session: Session) -> tuple[float, float]:
+        """The lowest and the highest speed [m/s], between which the colours of speeds lie."""
+        speeds = np.concatenate([session.original.speeds, session.current.speeds])
+        return float(speeds.min()), float(speeds.max())
+
     def look(self, session: Session) -> None:
         """Put the camera where everything is seen."""
         self._seen = stage = Stage.of([session.original, session.current], session.scene)
@@ -90,7 +98,7 @@ class Space:
         frame = session.scene.frame
         aspect = self._aspect()
         position, target = stage.camera(frame, aspect, _FOV)
-        self._looked = (position, aspect)
+        self._looked, self._arrived = (position, aspect), False
         camera.fov = _FOV
         camera.position, camera.look_at = position, target
         camera.up_direction = frame.direction("up")
@@ -100,9 +108,11 @@ class Space:
         if self._looked is None or self._seen is None:
             return
         position, aspect = self._looked
-        if np.linalg.norm(self.client.camera.position - position) > 1e-2 * self._seen.size:
+        there = bool(np.linalg.norm(self.client.camera.position - position) <= 1e-2 * self._seen.size)
+        if self._arrived and not there:
             self._looked = None
             return
+        self._arrived = self._arrived or there  # until then the browser tells of the camera as it was before
         now = Stage.of([session.original, session.current], session.scene)
         grown = np.abs(np.stack([now.lower - self._seen.lower, now.upper - self._seen.upper])).max()
         if abs(self._aspect() / aspect - 1.0) > 0.02 or grown > 0.08 * self._seen.size:
@@ -133,7 +143,7 @@ class Space:
         self.draw_lines(session)
 
     def _aspect(self) -> float:
-        """Width by height of the part of the picture that no panel covers."""
+        """Width by height of the picture, before the browser knows of the panels without what they cover."""
         camera = self.client.camera
         try:
             free = max(float(camera.image_width) - self.covered, 0.3 * float(camera.image_width))
@@ -213,7 +223,7 @@ class Space:
         self._segments("workspace", pairs, colours, 1.2, visible=self.shown.workspace)
 
     def _line(
-        self, name: str, path: Trajectory | None, colour: str, pace: list[float] | None, *, width: float = _WIDE
+        self, name: str, path: Trajectory | None, colour: str, pace: tuple[float, float] | None, *, width: float = _WIDE
     ) -> None:
         if path is None:
             self._segments(name, _NO_SEGMENTS[:0], shapes.plain_colours(0, colour), width)

@@ -22,7 +22,8 @@ from ovita.studio.settings import Writers, writer_name
 from ovita.studio.stage import Space
 from ovita.trajectory import Trajectory
 
-_LEFT, _RIGHT = 350.0, 392.0
+_LEFT, _RIGHT, _RIGHT_NARROW = 350.0, 392.0, 320.0
+_NARROW = 400.0  # of the scene between the panels [pixels]; less has no room for the player
 
 
 class View:
@@ -34,7 +35,7 @@ class View:
         offered: Files that can be opened without an upload.
         opened: Makes a desk of a session that was opened, and has the browser remember it.
         again: Makes a desk of the file that the studio was started with, likewise.
-        earlier: Sessions that this browser had before: shown name to name.
+        earlier: Gives the sessions that this browser had before: shown name to name.
         returned: The desk of one of them, likewise.
         local: Whether only this machine can reach the studio.
     """
@@ -47,7 +48,7 @@ class View:
         offered: dict[str, str],
         opened: Callable[[Opened], Desk],
         again: Callable[[], Desk],
-        earlier: dict[str, str],
+        earlier: Callable[[], dict[str, str]],
         returned: Callable[[str], Desk],
         local: bool,
     ) -> None:
@@ -55,6 +56,7 @@ class View:
         self._opened, self._again, self._returned = opened, again, returned
         self._lock = threading.RLock()
         self._closed = False
+        self._narrow = False
         self.space = Space(client, _LEFT + _RIGHT)
         self.heads = playback.Heads(self.space)
         self.puppet = robots.Puppet(client.scene, self.complain)
@@ -63,9 +65,9 @@ class View:
         self._leave = desk.watch(self.refresh)
         self.refresh("turn")
         self.space.look(desk.session)
-        client.camera.on_update(lambda _: self.space.look_again(self.desk.session))
+        client.camera.on_update(lambda _: self._camera_moved())
 
-    def _build(self, gui: Any, offered: dict[str, str], earlier: dict[str, str], local: bool) -> None:
+    def _build(self, gui: Any, offered: dict[str, str], earlier: Callable[[], dict[str, str]], local: bool) -> None:
         gui.configure_theme(control_width="medium", show_logo=False, show_share_button=False, brand_color=BRAND)
         gui.set_panel_label("ovita studio")
         gui.main_panel.dock_left()
@@ -94,6 +96,7 @@ class View:
             self.explanation = Explanation(gui, self._desk)
         top.dock_right()
         top.set_width(_RIGHT)
+        self._right = top
         below = gui.add_panel()
         with below.add_tab("Changes", "chart-line"):
             self.changes = Changes(gui, self._desk)
@@ -113,6 +116,13 @@ class View:
             ("Look at everything", "H", None, lambda: self.space.look(self.desk.session)),
         ):
             gui.add_command(name, hotkey=key, modifier=held).on_trigger(lambda _, work=work: work())
+
+    def _camera_moved(self) -> None:
+        self.space.covered = 0.0
+        if not self._narrow and float(self.client.camera.image_width) < _NARROW:
+            self._narrow = True
+            self._right.set_width(_RIGHT_NARROW)
+        self.space.look_again(self.desk.session)
 
     def _build_view(self, gui: Any) -> None:
         shown = self.space.shown
@@ -242,6 +252,7 @@ class View:
             self._leave = desk.watch(self.refresh)
             self.refresh("turn")
             self.space.look(desk.session)
+        self.filing.refresh()
 
     def _writer_chosen(self) -> None:
         self.refresh("turn")
@@ -259,7 +270,7 @@ class View:
     def _show_ramp(self) -> None:
         session = self.desk.session
         self.ramp.visible = self.space.shown.speeds
-        low, high = float(session.current.speeds.min()), float(session.current.speeds.max())
+        low, high = self.space.pace(session)
         self.ramp.content = words.block(
             f'<div class="ramp" style="background:{shapes.RAMP_CSS}"></div>'
             f'<div class="soft">{low:.2f} m/s to {high:.2f} m/s</div>'

@@ -47,6 +47,11 @@ def e(text: object) -> str:
     return html.escape(str(text), quote=True)
 
 
+def clipped(text: str, limit: int = 300) -> str:
+    """A text of at most `limit` characters."""
+    return text if len(text) <= limit else text[: limit - 1].rstrip() + "\u2026"
+
+
 def block(content: str) -> str:
     """HTML in the page's own style."""
     return f'<div class="ov">{content}</div>'
@@ -109,7 +114,7 @@ def outcome(desk: Desk) -> str:
         said = desk.said
         kind, word = _CHIPS[said.result.status] if said.result else ("bad", "not done")
         return block(
-            f'<div class="card">&ldquo;{e(said.text)}&rdquo; <span class="chip {kind}">{word}</span>'
+            f'<div class="card">&ldquo;{e(clipped(said.text))}&rdquo; <span class="chip {kind}">{word}</span>'
             f"<p>{e(said.message)}</p></div>"
         )
     result = desk.session.adaptation
@@ -128,8 +133,7 @@ def turn_name(session: Session, turn: int, limit: int = 46) -> str:
     step = session.history.steps[turn]
     extra = _KINDS[step.kind]
     said = step.said if not extra or step.kind in ("hand", "limits", "code") else f"{step.said} ({extra})"
-    said = said if len(said) <= limit else said[: limit - 1].rstrip() + "\u2026"
-    return f"{turn + 1}. {said}"
+    return f"{turn + 1}. {clipped(said, limit)}"
 
 
 def history(session: Session) -> str:
@@ -139,7 +143,7 @@ def history(session: Session) -> str:
     for i, step in enumerate(session.history.steps):
         state = "now" if i == session.history.head else "" if i in in_force else "gone"
         parent = session.history.parents[i]
-        after = f" after {parent + 1}" if parent != i - 1 else ""
+        after = "" if parent == i - 1 else " from the beginning" if parent == ROOT else f" after {parent + 1}"
         lines.append(
             f'<div class="turn {state}"><b>{i + 1}</b><div>{_turn(step)}<span class="soft">{after}</span></div></div>'
         )
@@ -218,4 +222,4 @@ def _turn(step: Step) -> str:
     if step.adaptation.status != "ok":
         chip += f' <span class="chip {kind}">{word}</span>'
     on = ' <span class="soft">on the original</span>' if step.feedback_on == "original" else ""
-    return f"{e(step.said)}{chip}{on}"
+    return f"{e(clipped(step.said))}{chip}{on}"
