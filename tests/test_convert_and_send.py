@@ -116,6 +116,15 @@ def test_adapt_opens_and_writes_the_other_formats(ovita):
         (("convert", TABLETOP, "b.json", "--scene", "a.csv"), "there is no such file"),
         (("convert", TABLETOP, "b.bag"), "ROS 1 bags are only read"),
         (("convert", TABLETOP), "Missing argument 'OUT'"),
+        (
+            ("convert", TABLETOP, "b.csv", "--type", "multidof"),
+            "--type multidof is about ROS messages, and b.csv is no",
+        ),
+        (("convert", TABLETOP, "b.csv", "--base", "0,0,0"), "name the arm as well: --arm iiwa"),
+        (("convert", TABLETOP, "b.mcap", "--to-frame", "ned"), "b.mcap has axes of its own"),
+        (("convert", TABLETOP, "b.mcap", "--to-topic", "a b"), "'a b' is no name for a topic"),
+        (("convert", TABLETOP, "b.json", "--arm", "iiwa"), "this is no bag; those end in .mcap, .db3, .bag"),
+        (("send", TABLETOP, "--to", "b.csv", "--frame-id", "map"), "--frame-id map is about ROS messages"),
         (("convert", TABLETOP, "b.mcap", "--type", "joints"), "joints need an arm and its place: --arm iiwa --base"),
         (("send", TABLETOP, "--to", "x.csv"), "this is a task, not a saved adaptation"),
         (("send", "a.mcap", "--to", "x.csv"), "only a result can be sent"),
@@ -142,7 +151,8 @@ def test_send_shows_asks_sends_and_logs(ovita, result):
     code, out, err = ovita("send", result, "--to", "x.csv", "--yes")
     assert code == 0 and "SHA-256" in out
     sending, sent = events()
-    assert (sending["event"], sent["event"], sent["to"], sent["robot"]) == ("sending", "sent", "x.csv", "drone")
+    assert (sending["event"], sent["event"], sent["robot"]) == ("sending", "sent", "drone")
+    assert sent["to"] == str(Path("x.csv").resolve())
     from hashlib import sha256
 
     assert sent["sha256"] == sha256(Path("x.csv").read_bytes()).hexdigest() and sent["bytes"] > 100

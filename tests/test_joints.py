@@ -1,6 +1,7 @@
 """Joints of an arm: from a path through inverse kinematics into a bag, and back through the kinematic model."""
 
 import json
+import sys
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ pytest.importorskip("rosbags")
 from ovita.chain import adapt
 from ovita.cli.convert_ import command
 from ovita.cli.send_ import command as send
-from ovita.errors import RequestError, RobotError
+from ovita.errors import MissingExtra, RequestError, RobotError
 from ovita.formats import load_task, save_trajectory
 from ovita.formats.ros.joints import JointMotion, load_joint_motion
 from ovita.formats.turning import turned
@@ -121,3 +122,10 @@ def test_the_gate_refuses_what_the_arm_cannot_do(tmp_path, capsys):
     send.main([*asked, "--base", "0,0,0,0"], standalone_mode=False)
     events = [json.loads(line)["event"] for line in (tmp_path / "log.jsonl").read_text().splitlines()]
     assert events == ["refused", "sending", "sent"] and load_joint_motion(out).names[0] == "a1"
+
+
+def test_without_the_simulation_the_kinematic_model_is_missing(monkeypatch):
+    monkeypatch.setitem(sys.modules, "mujoco", None)
+    motion = JointMotion(("a1",), np.zeros((2, 1)), np.array([0.0, 1.0]))
+    with pytest.raises(MissingExtra, match=r"this needs mujoco: pip install 'ovita\[sim\]'"):
+        tool_path(motion)

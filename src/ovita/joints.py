@@ -11,7 +11,7 @@ from ovita.errors import RequestError, RobotError
 from ovita.formats.ros.joints import JointMotion
 from ovita.robot import Robot
 from ovita.scene import Scene
-from ovita.sim import Base, RobotModel, load_model, simulate
+from ovita.sim import Base, RobotModel, load_model, require, simulate
 from ovita.sim.stage import PREFIX, Stage, build
 from ovita.trajectory import Array, Trajectory
 
@@ -91,6 +91,7 @@ def tool_path(motion: JointMotion, arm: str = "iiwa", *, base: Base | None = Non
 
 
 def _arm(name: str) -> RobotModel:
+    require()
     model = load_model(name)
     if model.controller != "arm":
         raise RobotError(f"{name!r} is no arm, so it has no joints to move; name one: --arm iiwa")

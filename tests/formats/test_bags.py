@@ -193,7 +193,7 @@ def test_mixed_frames(tmp_path):
     [
         (path_message([[0, 0, 0], [np.nan, 0, 0]]), r"poses\[1\] positions .* not finite"),
         (path_message([[0, 0, 0]]), "has 1 waypoint"),
-        (path_message([]), "has 0 waypoint"),
+        (path_message([]), "has no waypoint"),
     ],
 )
 def test_unusable_paths(tmp_path, message, problem):

@@ -165,6 +165,7 @@ def test_a_broken_network_setting(monkeypatch):
 
 def test_without_the_extra(monkeypatch):
     monkeypatch.setattr(ros2, "find_spec", lambda name: None)
+    monkeypatch.setitem(sys.modules, "cyclonedds", None)
     with pytest.raises(MissingExtra, match=r"pip install 'ovita\[ros\]'"):
         open_task("ros2:/x")
 

@@ -65,6 +65,21 @@ def test_one_trajectory_of_a_result_or_a_scene_is_told_in_words(result, scene, o
     assert code == 0 and "original: followed" in out and "Contact with cup" not in out
 
 
+def test_a_bare_trajectory_is_simulated_among_the_objects_of_a_scene_file(scene, tmp_path, ovita):
+    path = tmp_path / "path.csv"
+    path.write_text("x,y,z,speed\n0.5,-0.1,0.4,0.4\n0.5,0.1,0.4,0.4\n")
+    code, out, err = ovita("simulate", path, "--robot", "crazyflie", "--scene", scene, "--solid", "--json")
+    report = json.loads(out)["original"]
+    assert code == 0 and report["status"] == "followed" and report["base"]["z"] == 0.25, err
+    code, _, err = ovita("simulate", path, "--robot", "crazyflie", "--topic", "/x", "--scene", tmp_path / "no.json")
+    assert code == 2 and "no.json: there is no such file" in err
+
+
+def test_a_result_has_a_scene_of_its_own(result, scene, ovita):
+    code, _, err = ovita("simulate", result, "--robot", "iiwa", "--scene", scene)
+    assert code == 2 and "is a result, which has its own scene; leave --scene out" in err
+
+
 def test_a_robot_that_cannot_reach_a_waypoint_ends_with_exit_code_4(scene, ovita):
     code, out, _ = ovita("simulate", scene, "--robot", "iiwa", "--base", "-0.4,0.2,0,0")
     assert code == 4 and "original: unreachable" in out and "cannot be reached" in out
@@ -89,7 +104,7 @@ def test_a_video_is_made(scene, tmp_path, ovita, monkeypatch):
         (["--robot", "iiwa", "--base", "x"], "is not x,y,z,yaw"),
         (["--robot", "iiwa", "--base", "0,0,nan,0"], "is not finite"),
         (["--robot", "iiwa", "--video", "v.avi"], "videos are written as .mp4, .gif"),
-        (["--robot", "iiwa", "--which", "adapted"], "is a scene, which has no adapted trajectory"),
+        (["--robot", "iiwa", "--which", "adapted"], "is no result, so it has no adapted trajectory"),
         (["--robot", "none.toml"], "none.toml: cannot be read: No such file"),
     ],
 )

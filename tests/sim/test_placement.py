@@ -7,7 +7,7 @@ from ovita import sim
 from ovita.errors import RequestError
 from ovita.robot import Robot, Shell
 from ovita.scene import Frame, Scene, SceneObject
-from ovita.sim.placement import arm_base
+from ovita.sim.placement import arm_base, floor_under
 from ovita.trajectory import Trajectory
 
 LINE = np.linspace([0.4, -0.3, 0.5], [0.4, 0.3, 0.5], 20)
@@ -61,3 +61,23 @@ def test_robots_that_move_about_are_not_placed():
     path = Trajectory(LINE, np.full(20, 0.2))
     assert sim.place([path], Scene(), "jackal") is None and sim.place([path], Scene(), "crazyflie") is None
     assert sim.place([path], Scene(), "iiwa") is not None
+
+
+@pytest.mark.parametrize("base", [None, sim.Base(-0.1, 0.0, 0.7)])
+def test_no_floor_is_made_up_where_the_path_of_an_arm_goes(base):
+    path = Trajectory(LINE[::19] * [1.0, 0.3, 1.0], np.full(2, 0.4))
+    report = sim.simulate(path, Scene(), "iiwa", base=base).report
+    assert report.status == "followed" and not report.contacts
+
+
+def test_the_floor_is_what_the_objects_stand_on():
+    crate = SceneObject("crate", np.array([0.9, 0.0, 0.2]), np.array([0.2, 0.2, 0.4]))
+    assert floor_under(0.1, Scene((crate,))) == pytest.approx(0.0)
+    assert floor_under(-0.1, Scene((crate,))) == pytest.approx(-0.3)
+    assert floor_under(0.5, Scene()) == pytest.approx(0.3)
+
+
+def test_where_a_drone_starts_is_told_in_the_coordinates_of_the_scene():
+    path = Trajectory([[0.5, -0.3, -0.2], [0.5, 0.3, -0.2]], [0.2, 0.2])
+    with pytest.raises(RequestError, match=r"give --base 0\.500,-0\.300,z,yaw"):
+        sim.simulate(path, Scene(frame=Frame("ned")), "crazyflie", base=sim.Base())

@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -44,6 +45,16 @@ def test_a_picture_shows_the_orange_arm_the_blue_trail_and_the_captions(pane):
 
 
 @needs_gl
+def test_the_adapted_path_is_red_as_in_every_other_picture(pane):
+    both = [pane, replace(pane, label="adapted")]
+    last = list(frames(both, WORLD, fps=2, scale=0.5))[-1][22:-26].astype(int)
+    blue, red = last[:, 2:318], last[:, 322:638]
+    other = np.abs(blue - red).max(axis=2) > 60
+    assert other.sum() > 40
+    assert (blue[other][:, 2] > blue[other][:, 0]).all() and (red[other][:, 0] > red[other][:, 2]).all()
+
+
+@needs_gl
 @pytest.mark.parametrize("suffix", [".mp4", ".gif"])
 def test_a_video_is_written_whole_or_not_at_all(pane, tmp_path, suffix):
     out, shares = tmp_path / f"v{suffix}", []
@@ -66,6 +77,15 @@ def test_a_missing_video_package_is_named_with_its_extra(monkeypatch):
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
     with pytest.raises(MissingExtra, match=r"this needs imageio_ffmpeg: pip install 'ovita\[sim\]'"):
         sim.check_video("v.mp4")
+
+
+def test_where_no_video_can_be_written_is_said_before_the_simulation(tmp_path, monkeypatch):
+    (tmp_path / "v.mp4").mkdir()
+    with pytest.raises(FormatError, match="this is a folder; name a file in it"):
+        sim.check_video(str(tmp_path / "v.mp4"))
+    monkeypatch.setattr(os, "access", lambda path, mode: False)
+    with pytest.raises(FormatError, match="no permission to write here"):
+        sim.check_video(str(tmp_path / "w.mp4"))
 
 
 def test_a_folder_that_is_missing_is_one_sentence(pane, tmp_path):
@@ -147,3 +167,16 @@ def test_a_small_robot_is_also_shown_from_near_and_a_small_workspace_by_its_edge
     assert (np.abs(with_box - without).max(axis=2) > 40).sum() > 200
     corner = without[32:110, -112:-8]
     assert (np.ptp(corner.reshape(-1, 3), axis=0) > 100).all()
+
+
+def test_the_inset_goes_where_it_hides_no_path():
+    import mujoco
+
+    from ovita.sim.inset import corner
+
+    camera = mujoco.MjvCamera()
+    camera.lookat[:], camera.distance, camera.azimuth, camera.elevation = (1.0, 2.0, 0.5), 4.0, 90.0, 0.0
+    spread = np.array([[1.0 + x, 2.0, 0.5 + z] for x, z in [(1.5, 1.2), (-1.5, 1.2), (-1.5, -1.2)]])
+    assert corner(camera, spread[2:], (640, 480)) == (1, 1)
+    assert corner(camera, spread[:1], (640, 480)) == (-1, 1)
+    assert corner(camera, spread, (640, 480)) == (1, -1)

@@ -54,6 +54,11 @@ def command(
     """
     if is_address(out):
         raise RequestError(f"{out}: nothing is sent to a robot unverified; use ovita send RESULT.json --to {out}")
+    only_for_ros(out, kind=kind, to_topic=to_topic, frame_id=options["frame_id"])
+    if base is not None and arm is None:
+        raise RequestError(f"--base {base} says where an arm stands; name the arm as well: --arm iiwa")
+    if to_frame is not None and not out.lower().endswith((".json", ".csv", ".tum", ".txt")):
+        raise RequestError(f"--to-frame {to_frame}: {out} has axes of its own; only JSON, CSV and TUM can be turned")
     choices = choices_from(options | {"kind": None if kind == "joints" else kind})
     if arm is not None and kind != "joints":
         task = _tool_path(file, arm, base, choices)
@@ -73,13 +78,24 @@ def command(
     lost = save_task(out, task, replace(choices, topic=to_topic))
     for note in (*task.notes, *lost):
         click.echo(f"note: {plain(note)}", err=True)
-    path = task.trajectory
-    click.echo(
-        plain(
-            f"wrote {out}: {len(path)} waypoints, {path.length:.3f} m in {path.duration:.3f} s, "
-            f"frame {task.scene.frame.name} ({task.scene.frame.describe()})"
-        )
-    )
+    path, frame = task.trajectory, task.scene.frame
+    # A bag or a mission has axes of its own, which a note has told.
+    axes = f", frame {frame.name} ({frame.describe()})" if out.lower().endswith((".json", ".csv", ".tum")) else ""
+    click.echo(plain(f"wrote {out}: {len(path)} waypoints, {path.length:.3f} m in {path.duration:.3f} s{axes}"))
+
+
+def only_for_ros(place: str, **options: str | None) -> None:
+    """Refuse options on ROS messages for a place that takes none.
+
+    Raises:
+        RequestError: If one was given; names it.
+    """
+    if place.startswith("ros2:") or place.lower().endswith((".mcap", ".db3", ".bag", "/")):
+        return
+    for name, value in options.items():
+        if value is not None:
+            flag = "--type" if name == "kind" else f"--{name.replace('_', '-')}"
+            raise RequestError(f"{flag} {value} is about ROS messages, and {place} is no ROS 2 topic or bag")
 
 
 def joints_of(

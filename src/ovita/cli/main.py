@@ -23,7 +23,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "plot": ("ovita.cli.plot_:command", "Draw a result or a scene: PNG, SVG, PDF, or an interactive page."),
     "policy": ("ovita.cli.policy_:group", "Check or run policy files in the sandbox."),
     "send": ("ovita.cli.send_:command", "Verify a result once more and send it to a robot."),
-    "simulate": ("ovita.cli.simulate_:command", "Let a robot follow a result in physical simulation; video."),
+    "simulate": ("ovita.cli.simulate_:command", "Let a robot follow a result or a trajectory in simulation; video."),
     "studio": ("ovita.cli.studio_:command", "See it, say it, turn the knobs, in the browser."),
 }
 

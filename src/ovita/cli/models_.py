@@ -48,7 +48,10 @@ def list_() -> None:
 @group.command()
 @click.argument("name")
 def pull(name: str) -> None:
-    """Fetch the model NAME from the hub; a broken download goes on where it stopped."""
+    """Fetch the model NAME from its hub.
+
+    A broken download goes on where it stopped.
+    """
     from ovita.language.download import fetch
 
     known = models.known_named(name)
@@ -77,7 +80,10 @@ def add(name: str, file: str) -> None:
 @click.option("--time-limit", type=float, default=300.0, show_default=True, metavar="SECONDS", help="For writing.")
 @click.option("--threads", type=click.IntRange(1), help="Processor cores to use. [llama.cpp's choice]")
 def test(name: str, time_limit: float, threads: int | None) -> None:
-    """Have the model NAME (or FILE.gguf) adapt the shipped scene once, and say what it took."""
+    """Try the model NAME on a shipped scene.
+
+    NAME may also be a file that ends in .gguf. Says what the model wrote and how long it took.
+    """
     from ovita.chain import adapt
     from ovita.cli.progress import waiting
     from ovita.cli.report import EXIT_OF, plain

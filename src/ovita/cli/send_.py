@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from ovita.changes import sentences
-from ovita.cli.convert_ import joints_of
+from ovita.cli.convert_ import joints_of, only_for_ros
 from ovita.cli.options import choices_from
 from ovita.cli.progress import waiting
 from ovita.cli.report import plain
@@ -51,10 +51,12 @@ def command(file: str, place: str, robot: str | None, log: str | None, **options
     choices = choices_from(options | {"kind": None if in_joints else options["kind"]})
     if is_address(place):
         Address.parse(place)
+    only_for_ros(place, kind=options["kind"], topic=options["topic"], frame_id=options["frame_id"])
     found = review(file, robot=load_robot(robot) if robot else None)
     _show(found, place)
     journal = log or str(default_log())
-    event: dict[str, Any] = {"result": os.path.abspath(file), "result_sha256": found.sha256, "to": place}
+    target = place if is_address(place) else os.path.abspath(place)
+    event: dict[str, Any] = {"result": os.path.abspath(file), "result_sha256": found.sha256, "to": target}
     event["robot"] = found.robot.name
     if not found.released:
         record(journal, {"event": "refused", **event, "why": list(found.refusals)})

@@ -12,20 +12,26 @@ import click
 
 from ovita import sim
 from ovita.adaptation import Adaptation
+from ovita.cli.options import choices_from, source, task_from
 from ovita.cli.report import EXIT_OF, plain
 from ovita.errors import FormatError
-from ovita.formats import is_adaptation, load_task
+from ovita.formats import is_adaptation
+from ovita.links import is_address
 from ovita.robot import Robot
 from ovita.scene import Scene
 from ovita.trajectory import Trajectory
 
 
 @click.command()
-@click.argument("file", metavar="RESULT.json")
+@click.argument("file", metavar="FILE")
+@click.option("--robot", metavar="NAME|FILE", help="iiwa, jackal, crazyflie, or a .toml file. [by the limits of FILE]")
 @click.option(
-    "--robot", metavar="NAME|FILE", help="iiwa, jackal, crazyflie, or a .toml file. [by the limits of the result]"
+    "--which",
+    type=click.Choice(["both", "original", "adapted"]),
+    default="both",
+    show_default=True,
+    help="Of a result.",
 )
-@click.option("--which", type=click.Choice(["both", "original", "adapted"]), default="both", show_default=True)
 @click.option("--video", metavar="FILE", help="Also render a video: .mp4 or .gif.")
 @click.option(
     "--base", metavar="X,Y,Z,YAW", help="Where the robot stands, in metres and radians. [an arm: where it reaches most]"
@@ -39,6 +45,7 @@ from ovita.trajectory import Trajectory
 )
 @click.option("--solid", is_flag=True, help="Objects push back; otherwise contact is only reported.")
 @click.option("--json", "as_json", is_flag=True, help="Print the reports as JSON.")
+@source
 def command(
     file: str,
     robot: str | None,
@@ -48,8 +55,9 @@ def command(
     orientation: Any,
     solid: bool,
     as_json: bool,
+    **options: Any,
 ) -> None:
-    """Let a robot follow RESULT.json, a result of `ovita adapt --out`, or a scene, in physical simulation.
+    """Let a robot follow FILE in physical simulation: a result of `ovita adapt --out`, or a trajectory in any format.
 
     Reports how well and how fast the robot follows, what it cannot reach and what it touches. Exit code 4 where it is
     off course or cannot reach a waypoint.
@@ -57,7 +65,7 @@ def command(
     if video is not None:
         sim.check_video(video)
     stood = None if base is None else sim.Base.parse(base)
-    paths, scene, limits, title, contacts = _read(file, which)
+    paths, scene, limits, title, contacts = _read(file, which, options)
     sim.require()
     model = sim.load_model(robot or _robot_for(limits, file))
     if stood is None:
@@ -95,16 +103,24 @@ def command(
         sys.exit(EXIT_OF["infeasible"])
 
 
-def _read(file: str, which: str) -> tuple[list[tuple[str, Trajectory]], Scene, Robot | None, str, tuple[str, ...]]:
+def _read(
+    file: str, which: str, options: dict[str, Any]
+) -> tuple[list[tuple[str, Trajectory]], Scene, Robot | None, str, tuple[str, ...]]:
     """The labelled trajectories, the scene, the limits, a title, and the objects that are meant to be touched."""
-    if is_adaptation(file):
+    if not is_address(file) and is_adaptation(file):
+        for name in ("scene_file", "frame", "topic", "message", "home"):
+            if options[name] is not None:
+                flag = name.removesuffix("_file")
+                raise FormatError(file, f"is a result, which has its own scene; leave --{flag} out")
         result = Adaptation.load(file)
         both = [("original", result.original), ("adapted", result.adapted)]
         chosen = [item for item in both if which in ("both", item[0])]
         return chosen, result.scene, result.robot, result.instruction, result.contacts
-    task = load_task(file)
     if which == "adapted":
-        raise FormatError(file, "is a scene, which has no adapted trajectory; adapt it first: ovita adapt ... --out")
+        raise FormatError(file, "is no result, so it has no adapted trajectory; adapt it first: ovita adapt ... --out")
+    task = task_from(file, options["scene_file"], options["frame"], choices_from(options))
+    for note in task.notes:
+        click.echo(f"note: {plain(note)}", err=True)
     limits = Robot.preset(task.robot) if task.robot in sim.STAND_INS else None
     return [("original", task.trajectory)], task.scene, limits, task.instruction, ()
 

@@ -228,6 +228,8 @@ def _json(
 
 def _unknown_suffix(path: str | os.PathLike[str], known: tuple[str, ...]) -> FormatError:
     ending = suffix(path)
+    if known is WRITTEN and os.fspath(path).endswith(("/", os.sep)):
+        return FormatError(file_name(path), "only ovita convert writes a bag as a folder; name a .mcap or .db3 file")
     what = f"the ending {ending}" if ending else "a name without an ending"
     does = "reads" if known is READ else "writes"
     return FormatError(file_name(path), f"{what} says nothing about the format; ovita {does} {', '.join(known)}")

@@ -99,6 +99,8 @@ def atomic_write(path: str | os.PathLike[str], data: str | bytes) -> None:
         _replace(os.path.realpath(path), content, None if mode is None else stat.S_IMODE(mode))
     except (FileNotFoundError, NotADirectoryError):
         folder = file_name(os.path.dirname(os.path.abspath(path)))
+        if os.path.isdir(folder):
+            raise FormatError(file, "no file can be made here; choose another folder") from None
         raise FormatError(file, f"the folder {folder} does not exist; create it first") from None
     except PermissionError:
         raise FormatError(file, "no permission to write here; choose another folder") from None

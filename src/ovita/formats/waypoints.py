@@ -101,7 +101,7 @@ def from_columns(
         )
     positions = np.column_stack([columns[name] for name in COLUMNS[:3]])
     if len(positions) < 2:
-        raise TrajectoryError(f"has {len(positions)} waypoint; a trajectory needs at least 2", key=key)
+        raise TrajectoryError(f"has {len(positions) or 'no'} waypoint; a trajectory needs at least 2", key=key)
     notes = []
     unknown = [name or "(without a name)" for name in columns if name not in (*COLUMNS, "t")]
     if unknown:

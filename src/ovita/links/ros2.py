@@ -87,8 +87,10 @@ def _backend() -> Any:
         with suppress(ImportError):
             import_module("rclpy")
             return import_module("ovita.links.rclpy_")
-    if find_spec("cyclonedds") is None:
-        raise MissingExtra("cyclonedds", "ros")
+    try:
+        import_module("cyclonedds")
+    except ImportError:
+        raise MissingExtra("cyclonedds", "ros") from None
     from ovita.links import dds
 
     return dds

@@ -244,7 +244,7 @@ class Kinematics:
         ]
         if stuck:
             return f"joint {', '.join(stuck)} at its limit"
-        return f"it is {distance:.3f} m from the shoulder, where the arm cannot fold so far"
+        return f"it is {distance:.3f} m from the shoulder, and no posture of the arm brings its tip there"
 
 
 def _check(robot: RobotModel, limits: ArmLimits, joints: int) -> None:

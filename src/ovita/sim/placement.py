@@ -11,6 +11,12 @@ from ovita.robot import Robot, Shell
 from ovita.scene import Frame, Scene, SceneObject
 from ovita.trajectory import Array, Trajectory
 
+ROOM = 0.2
+"""Height of the lowest waypoint above a floor that nothing tells of [m]."""
+
+TOUCH = 0.01
+"""A path that goes less than this beneath the objects is taken to touch what they stand on [m]."""
+
 
 @dataclass(frozen=True)
 class Base:
@@ -104,6 +110,17 @@ class World:
         return replace(base, x=float(x), y=float(y), z=float(z), yaw=base.yaw * float(self.signs[2]))
 
 
+def floor_under(low: float, scene: Scene) -> float:
+    """Height of the floor [m]: what the objects stand on, unless there are none or the path goes on beneath them.
+
+    Args:
+        low: Height of the lowest waypoint [m].
+        scene: In the simulator's coordinates, as the height is.
+    """
+    bottoms = [float(item.position[2] - 0.5 * np.abs(item.rotation[2]) @ item.size) for item in scene]
+    return min(low, *bottoms) if bottoms and min(bottoms) < low + TOUCH else low - ROOM
+
+
 def arm_base(paths: list[Array], scene: Scene, robot: Robot | None, shoulder: float, reach: float) -> Base:
     """Where an arm reaches most waypoints, chosen from a fixed set of places; deterministic.
 
@@ -127,7 +144,7 @@ def arm_base(paths: list[Array], scene: Scene, robot: Robot | None, shoulder: fl
         if _in_reach(points, center, shoulder, reach).all():
             return _facing(center, middle)
     grid = reach * np.linspace(-1.0, 1.0, 17)
-    surface = min([low[2], *(item.position[2] - 0.5 * np.abs(item.rotation[2]) @ item.size for item in scene)])
+    surface = floor_under(float(low[2]), scene)
     heights = (surface, low[2] - 0.5 * shoulder, middle[2] - shoulder)
     best: tuple[tuple[float, ...], Array] | None = None
     for z in heights:

@@ -18,7 +18,7 @@ from ovita.sim.drone import Drone
 from ovita.sim.measure import Log, measure
 from ovita.sim.models import RobotModel, load_model
 from ovita.sim.motion import Motion
-from ovita.sim.placement import Base, World, arm_base, start_base
+from ovita.sim.placement import Base, World, arm_base, floor_under, start_base
 from ovita.sim.report import Report
 from ovita.sim.route import at
 from ovita.sim.rover import Rover
@@ -160,7 +160,7 @@ def place(trajectories: Sequence[Trajectory], scene: Scene, robot: Name, limits:
         return None
     world = World(scene.frame)
     paths = [world.trajectory(t) for t in trajectories]
-    return world.base(_place(model, paths, world.scene(scene), None, _turned(limits, world))[0])
+    return world.base(_place(model, paths, world.scene(scene), None, _turned(limits, world), world)[0])
 
 
 def require() -> None:
@@ -191,7 +191,7 @@ def _ready(
     path, around, within = world.trajectory(trajectory), world.scene(scene), _turned(limits, world)
     if path.duration <= 0:
         raise TrajectoryError("the trajectory goes nowhere: all waypoints are at one place and there is no dwell")
-    stood, ground = _place(model, [path], around, None if base is None else world.base(base), within)
+    stood, ground = _place(model, [path], around, None if base is None else world.base(base), within, world)
     stage = build(model, around, stood, ground, solid=solid, workspace=within)
     controller = CONTROLLERS[model.controller](model, stage, path, stood, orientation)
     missed = controller.intent.unreachable
@@ -205,29 +205,30 @@ def _ready(
 
 
 def _place(
-    model: RobotModel, paths: Sequence[Trajectory], scene: Scene, base: Base | None, limits: Robot | None
+    model: RobotModel, paths: Sequence[Trajectory], scene: Scene, base: Base | None, limits: Robot | None, world: World
 ) -> tuple[Base, float]:
     """Base and height of the ground, in the simulator's coordinates."""
     low = float(min(t.positions[:, 2].min() for t in paths))
     if model.controller == "rover":
         ground = float(np.median(paths[0].positions[:, 2])) if base is None else base.z
         start = start_base(paths[0], ground)
-        return start if base is None else _at_start(base, start, "rover"), ground
-    beneath = [float(item.position[2] - 0.5 * np.abs(item.rotation[2]) @ item.size) for item in scene]
+        return start if base is None else _at_start(base, start, "rover", world), ground
+    floor = floor_under(low, scene)
     if model.controller == "drone":
-        ground = min([low - 0.03, *beneath]) if base is None else base.z
+        ground = min(low - 0.03, floor) if base is None else base.z
         start = replace(start_base(paths[0], ground), yaw=0.0, how="under the start of the trajectory")
-        return start if base is None else _at_start(base, start, "drone"), ground
+        return start if base is None else _at_start(base, start, "drone", world), ground
     if base is not None:
-        return base, min([low, base.z, *beneath])
+        return base, min(base.z, floor)
     bare = build(model, Scene(), Base(), 0.0)
     chosen = arm_base([t.positions for t in paths], scene, limits, *bare.shoulder()[1:])
-    return chosen, min([low, chosen.z, *beneath])
+    return chosen, min(chosen.z, floor)
 
 
-def _at_start(base: Base, start: Base, kind: str) -> Base:
+def _at_start(base: Base, start: Base, kind: str, world: World) -> Base:
     away = float(np.hypot(base.x - start.x, base.y - start.y))
     if away > 0.05:
+        start = world.base(start)
         raise RequestError(
             f"the base is {away:.2f} m from the start of the trajectory; a {kind} starts there, so leave --base out, "
             f"or give --base {start.x:.3f},{start.y:.3f},z,yaw for another height of the ground or another heading"

@@ -62,13 +62,16 @@ class Stage:
     stand: Array
 
     def shoulder(self) -> tuple[int, float, float]:
-        """Of an arm: its shoulder, which is the second joint, the shoulder's height and the arm's length [m]."""
+        """Of an arm: its shoulder, the shoulder's height and the arm's length [m].
+
+        The shoulder is the second joint, or the first of an arm whose first two axes are parallel.
+        """
         import mujoco
 
         data = mujoco.MjData(self.model)
         mujoco.mj_kinematics(self.model, data)
         mujoco.mj_comPos(self.model, data)
-        joint = min(1, self.model.njnt - 1)
+        joint = int(self.model.njnt > 1 and abs(data.xaxis[0] @ data.xaxis[1]) < 0.9)
         anchors = [*(data.xanchor[j] for j in range(joint, self.model.njnt)), data.site_xpos[self.tip]]
         reach = sum(float(np.linalg.norm(b - a)) for a, b in pairwise(anchors))
         return joint, float(data.xanchor[joint, 2]), reach

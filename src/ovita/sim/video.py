@@ -13,6 +13,7 @@ import numpy as np
 
 from ovita.errors import FormatError, MissingExtra
 from ovita.sim import gl, looks
+from ovita.sim.inset import INSET, SMALL, close_up, corner
 from ovita.sim.placement import World
 from ovita.sim.simulate import Simulation
 from ovita.sim.stage import BOX_GROUP, Stage
@@ -29,12 +30,7 @@ PANE = (640, 480)
 TITLE = 44
 FOOT = 52
 INK, PAPER, FAINT = (28, 32, 38), (255, 255, 255), (105, 112, 122)
-BLUE, GREY, RED = (0.1, 0.35, 0.85, 1.0), (0.45, 0.47, 0.5, 1.0), (0.85, 0.15, 0.1, 1.0)
-SMALL = 0.08
-"""A robot smaller than this share of the camera's distance is also shown from near, in an inset."""
-
-INSET = 0.3
-"""Size of the inset, as a share of the pane."""
+BLUE, RED, MISSED = (0.1, 0.35, 0.85, 1.0), (0.85, 0.15, 0.1, 1.0), (0.76, 0.09, 0.36, 1.0)
 
 
 @dataclass(frozen=True)
@@ -42,7 +38,7 @@ class Pane:
     """One view of a video.
 
     Args:
-        label: Such as "original".
+        label: Such as "original"; that of the path that is drawn in red is "adapted", all others are blue.
         trajectory: In the scene's coordinates.
         simulation: Of that trajectory.
     """
@@ -51,19 +47,29 @@ class Pane:
     trajectory: Trajectory
     simulation: Simulation
 
+    @property
+    def colour(self) -> tuple[float, ...]:
+        """Of its path, as in every other picture of ovita."""
+        return RED if self.label == "adapted" else BLUE
+
 
 def check_video(path: str) -> None:
     """Check that a video can be made, before anything is simulated for it.
 
     Raises:
-        FormatError: If the name ends in none of .mp4 and .gif, or the folder does not exist.
+        FormatError: If the name ends in none of .mp4 and .gif, or it cannot be written there.
         MissingExtra: If the video packages are not installed.
         NoRenderer: If no offscreen OpenGL works.
     """
     if os.path.splitext(path)[1].lower() not in SUFFIXES:
         raise FormatError(path, f"videos are written as {', '.join(SUFFIXES)}")
-    if not os.path.isdir(os.path.dirname(os.path.abspath(path))):
+    folder = os.path.dirname(os.path.abspath(path))
+    if not os.path.isdir(folder):
         raise FormatError(path, "cannot be written: its folder does not exist")
+    if os.path.isdir(path):
+        raise FormatError(path, "this is a folder; name a file in it")
+    if not os.access(folder, os.W_OK):
+        raise FormatError(path, "no permission to write here; choose another folder")
     for package in ("PIL", "matplotlib", "imageio_ffmpeg"):
         try:
             __import__(package)
@@ -134,7 +140,8 @@ def frames(
     width, height = (int(2 * round(0.5 * v * scale)) for v in PANE)
     paths = [world.trajectory(pane.trajectory).positions for pane in panes]
     camera = _camera(panes, paths, world)
-    views = [_View(pane, path, camera, world, (width, height)) for pane, path in zip(panes, paths, strict=True)]
+    free = corner(camera, np.concatenate(paths), (width, height))
+    views = [_View(pane, path, camera, world, (width, height), free) for pane, path in zip(panes, paths, strict=True)]
     letters = _Letters(scale)
     try:
         for i in range(count):
@@ -150,10 +157,13 @@ def frames(
 class _View:
     """Renders one pane."""
 
-    def __init__(self, pane: Pane, path: Array, camera: Any, world: World, size: tuple[int, int]) -> None:
+    def __init__(
+        self, pane: Pane, path: Array, camera: Any, world: World, size: tuple[int, int], free: tuple[int, int]
+    ) -> None:
         import mujoco
 
-        self.pane, self.camera, self.size = pane, camera, size
+        self.pane, self.camera, self.size, self.free = pane, camera, size, free
+        self.ahead = (*(0.5 * (1.0 + c) for c in pane.colour[:3]), 1.0)
         stage, motion = pane.simulation.stage, pane.simulation.motion
         above = 0.012 * camera.distance if stage.rolls else 0.0
         lift = np.array([0.0, 0.0, above])
@@ -168,7 +178,7 @@ class _View:
         self.labels = _labels(stage)
         self.edges = _edges(self.model, 1.5 * camera.distance)
         extent = float(np.ptp(motion.positions[0], axis=0).max()) + 0.1
-        self.near = None if extent > SMALL * camera.distance else _close_up(camera, extent)
+        self.near = None if extent > SMALL * camera.distance else close_up(camera, extent)
 
     def picture(self, time: float) -> Image:
         import mujoco
@@ -184,12 +194,12 @@ class _View:
             self._line(a, b, (0.45, 0.6, 0.85, 1.0), 1.5)
         ahead = self.marks[self.marks > motion.waypoints[now]]
         for a, b in pairwise([self.trace[now], *self.path[ahead]]):
-            self._line(a, b, GREY, 2.0)
+            self._line(a, b, self.ahead, 2.0)
         trail = np.unique(np.linspace(0, now, min(now + 1, 300)).astype(int))
         for a, b in pairwise(self.trace[trail]):
-            self._line(a, b, BLUE, 4.0)
+            self._line(a, b, self.pane.colour, 4.0)
         for item in simulation.report.unreachable[:200]:
-            self._dot(self.path[item.waypoint], RED, 0.8 * self.dot)
+            self._dot(self.path[item.waypoint], MISSED, 0.8 * self.dot)
         self._dot(self.path[0], (0.1, 0.6, 0.3, 1.0), self.dot)
         self._dot(self.path[-1], (0.1, 0.1, 0.1, 1.0), self.dot)
         for name, top in self.labels:
@@ -200,12 +210,14 @@ class _View:
         return picture
 
     def _inset(self, picture: Image, near: Any, now: int) -> None:
-        """Put the robot from near into the upper right corner."""
+        """Put the robot from near into the corner that is free."""
         near.lookat[:] = self.center[now]
         self.renderer.update(self.data, near)
         width, height = (int(INSET * v) for v in self.size)
-        picture[4 : 4 + height + 4, -width - 8 : -4] = 255
-        picture[6 : 6 + height, -width - 6 : -6] = self.renderer.render((width, height))
+        left = picture.shape[1] - width - 6 if self.free[0] > 0 else 6
+        top = 6 if self.free[1] > 0 else picture.shape[0] - height - 6
+        picture[top - 2 : top + height + 2, left - 2 : left + width + 2] = 255
+        picture[top : top + height, left : left + width] = self.renderer.render((width, height))
 
     def close(self) -> None:
         self.renderer.close()
@@ -267,7 +279,8 @@ class _Letters:
             left, below = i * view.shape[1], top + view.shape[0]
             motion, report = pane.simulation.motion, pane.simulation.report
             clock = f"{min(time, motion.duration):.1f} / {motion.duration:.1f} s"
-            draw.text((left + pad, below + foot // 4 + 2), pane.label, fill=INK, font=self.bold, anchor="lm")
+            ink = tuple(round(255 * c) for c in pane.colour[:3])
+            draw.text((left + pad, below + foot // 4 + 2), pane.label, fill=ink, font=self.bold, anchor="lm")
             edge = left + view.shape[1] - pad
             draw.text((edge, below + foot // 4 + 2), clock, fill=INK, font=self.plain, anchor="rm")
             error = f"error {1e3 * report.tracking.rms:.1f} mm rms, {1e3 * report.tracking.max:.1f} mm at most"
@@ -310,16 +323,6 @@ def _camera(panes: Sequence[Pane], paths: list[Array], world: World) -> Any:
     camera.azimuth = 130.0 if stage.rolls or not stage.model.jnt_limited.any() else heading - 50.0
     camera.elevation = -52.0 if flat else -28.0
     return camera
-
-
-def _close_up(camera: Any, extent: float) -> Any:
-    """A camera that looks the same way from near."""
-    import mujoco
-
-    near = mujoco.MjvCamera()
-    near.type, near.azimuth, near.elevation = camera.type, camera.azimuth, camera.elevation
-    near.distance = 2.2 * extent
-    return near
 
 
 def _labels(stage: Stage) -> list[tuple[str, Array]]:

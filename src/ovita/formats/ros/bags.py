@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -12,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ovita.errors import FormatError, MissingExtra, OvitaError
+from ovita.errors import FormatError, MissingExtra, OvitaError, RequestError
 from ovita.formats.choices import Choices, Kind
 from ovita.formats.files import errors_of, file_name, suffix
 from ovita.formats.ros.messages import BODY, FRAME_ID, JOINTS, TYPES, Maker, build, frame_of, parse, told
@@ -72,13 +73,26 @@ def task_of(kind: Kind, message: Any, *, topic: str) -> Task:
     return Task(trajectory, Scene(frame=frame, extra={ROS: kept}), notes=(*notes, said), fixed_frame=True)
 
 
+def topic_named(text: str) -> str:
+    """A topic's name with its slash.
+
+    Raises:
+        RequestError: If no topic may be named like this.
+    """
+    name = text if text.startswith("/") else f"/{text}"
+    if not re.fullmatch(r"(/[A-Za-z_][A-Za-z0-9_]*)+", name):
+        raise RequestError(f"{text!r} is no name for a topic; write letters, digits, _ and /, such as /plan")
+    return name
+
+
 def message_of(
     trajectory: Trajectory, scene: Scene, choices: Choices, maker: Maker, *, start: int = 0
 ) -> tuple[str, Kind, Any, tuple[str, ...]]:
     """Topic, kind and message for a trajectory, and what the message does not hold, each a sentence."""
     kept = scene.extra.get(ROS)
     kept = kept if isinstance(kept, Mapping) else {}
-    topic = str(choices.topic or kept.get("topic") or TOPIC)
+    topic = topic_named(choices.topic) if choices.topic else str(kept.get("topic") or TOPIC)
+    topic = topic if topic.startswith("/") else f"/{topic}"
     kind: Kind = choices.kind or _KINDS.get(str(kept.get("type")), "path")
     frame_id = str(choices.frame_id or kept.get("frame_id") or FRAME_ID)
     moved, axes = _in_ros_axes(trajectory, scene, frame_id)
@@ -88,7 +102,7 @@ def message_of(
     message, notes = build(kind, moved, maker, frame_id=frame_id, start=begin, body=body)
     said = f"written as {TYPES[kind]} on {topic} in the frame {frame_id!r}, {axes}"
     objects = ("a ROS message holds no objects and no instruction",) if len(scene) else ()
-    return topic if topic.startswith("/") else f"/{topic}", kind, message, (said, *notes, *objects)
+    return topic, kind, message, (said, *notes, *objects)
 
 
 def dumps(
@@ -159,7 +173,7 @@ def read_message(
     Args:
         path: A bag file or a bag's folder.
         choices: Topic and message.
-        names: Types that fit; a JointTrajectory is found as well.
+        names: Types that fit; a JointTrajectory is found as well, or only that where there are none.
 
     Raises:
         FormatError: If the bag is damaged, no topic fits, or several do and none is chosen.
@@ -167,6 +181,10 @@ def read_message(
     file = file_name(path)
     if not os.path.exists(path):
         raise FormatError(file, "there is no such file")
+    if not is_bag(path):
+        raise FormatError(
+            file, f"this is no bag; those end in {', '.join(SUFFIXES)}, or are folders with metadata.yaml"
+        )
     if os.path.isdir(path) and suffix(path) == ".bag":
         raise FormatError(file, "this is a folder; name a ROS 1 bag file in it")
     anyreader = _import("rosbags.highlevel")
@@ -201,20 +219,21 @@ def bag_maker() -> Maker:
 
 
 def _topic(topics: Mapping[str, str], wanted: str | None, names: Sequence[str], file: str) -> tuple[str, str]:
+    what = "a path" if len(names) > 1 else "positions of joints"
     fits = {topic: name for topic, name in topics.items() if name in names}
     fitting = told(f"{topic} ({name})" for topic, name in fits.items())
     if wanted is not None:
         topic = wanted if wanted.startswith("/") or wanted in topics else f"/{wanted}"
         if topic in fits:
             return topic, fits[topic]
-        what = f"is a {topics[topic]}, not a path" if topic in topics else "is not in this bag"
-        raise FormatError(file, f"{topic} {what}; topics with a path: {fitting}")
+        is_not = f"is a {topics[topic]}, not {what}" if topic in topics else "is not in this bag"
+        raise FormatError(file, f"{topic} {is_not}; topics with {what}: {fitting}")
     if len(fits) == 1:
         return next(iter(fits.items()))
     if fits:
-        raise FormatError(file, f"there are several topics with a path, choose one with --topic: {fitting}")
+        raise FormatError(file, f"there are several topics with {what}, choose one with --topic: {fitting}")
     there = told(f"{topic} ({name})" for topic, name in topics.items())
-    raise FormatError(file, f"no topic holds a path; its topics are {there}")
+    raise FormatError(file, f"no topic holds {what}; its topics are {there}")
 
 
 def _in_ros_axes(trajectory: Trajectory, scene: Scene, frame_id: str) -> tuple[Trajectory, str]:

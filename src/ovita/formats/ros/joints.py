@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from ovita.errors import FormatError, TrajectoryError
 from ovita.formats.choices import NONE, Choices
 from ovita.formats.files import atomic_write, errors_of, file_name
-from ovita.formats.ros.bags import bag_maker, bag_of, read_message
+from ovita.formats.ros.bags import bag_maker, bag_of, read_message, topic_named
 from ovita.formats.ros.messages import JOINTS, Maker
 from ovita.formats.timing import speeds_from_times
 from ovita.trajectory import Array, Trajectory, first_bad
@@ -129,7 +129,7 @@ def dumps(path: str | os.PathLike[str], motion: JointMotion, choices: Choices = 
         MissingExtra: If rosbags is not installed.
     """
     message = build_joints(motion, bag_maker(), frame_id=choices.frame_id or "")
-    return bag_of(path, choices.topic or TOPIC, JOINTS, message)
+    return bag_of(path, topic_named(choices.topic or TOPIC), JOINTS, message)
 
 
 def load_joint_motion(path: str | os.PathLike[str], choices: Choices = NONE) -> JointMotion:
