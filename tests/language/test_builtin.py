@@ -257,11 +257,9 @@ def test_misspelt_words_are_read_and_said():
 
 UNKNOWN = [
     ("do a barrel roll", "barrel"),
-    ("go left but not near the cup", "not"),
     ("go closer to the vase", "vase"),
     ("move left unless it rains", "unless"),
     ("paint the cup blue", "paint"),
-    ("slow down except near the fan", "except"),
     ("xyzzy", "xyzzy"),
     ("three spirals near the cup", "three"),
     ("slow down within 0.3 m", "within"),

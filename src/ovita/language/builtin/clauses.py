@@ -20,6 +20,8 @@ PARTS = frozenset("part section portion phase segment stretch bit few leg piece 
 KEEPING = ("keeping", "leaving", "maintaining", "preserving", "while keeping", "holding")
 CHANGED = frozenset("changing altering modifying touching affecting moving".split())
 
+LOWEST = ("no lower than", "not below", "never below", "not under", "never under")
+
 PLACED = frozenset("over first last second middle half third quarter waypoints when before after".split())
 """Concepts of which a piece only says where."""
 
@@ -38,9 +40,12 @@ def split(tokens: tuple[Token, ...]) -> list[Clause]:
     clauses: list[Clause] = []
     pending: Clause = ()
     for piece, hard, apart in _pieces(_without_order(tokens)):
+        piece = _with_object(piece, clauses)
         if _asks(piece) or (hard and clauses and _is_statement(piece)):
             clauses.append(pending + piece)
             pending = ()
+        elif clauses and not pending and _as_before(piece, clauses[-1]):
+            clauses.append(tuple(t for t in clauses[-1] if t.value in TAKEN_OVER) + piece)
         elif clauses and not pending and not (apart or _bare_endpoint(piece)):
             clauses[-1] = clauses[-1] + piece
         elif clauses and not pending:
@@ -78,7 +83,7 @@ def _pieces(tokens: tuple[Token, ...]) -> list[Piece]:
         separates = separates or (token.text.lower() in ("while", "whilst") and _about_speed(tokens[i + 1 :]))
         separates = separates or _before_deed(tokens, i) or _before_kept(tokens, i)
         if token.value == "but" and i > 0 and tokens[i - 1].value == "whole" and _is_place(tokens[i + 1 :]):
-            current.append(Token("unknown", token.text))  # "everything but the goal"
+            current.append(Token("concept", token.text, value="except"))  # "everywhere but near the goal"
             continue
         if not separates:
             if token.kind != "join":
@@ -105,7 +110,7 @@ def _lists(tokens: tuple[Token, ...], i: int) -> bool:
     if before.kind == "object" == after.kind or {before.value, after.value} == {"start", "goal"}:
         return True
     ranged = any(t.value == "between" for t in tokens[:i])
-    return ranged and before.kind == "number" == after.kind and before.unit == "" == after.unit
+    return ranged and before.kind == "number" == after.kind and before.unit == after.unit
 
 
 def _is_place(rest: Clause) -> bool:
@@ -140,7 +145,9 @@ def _before_kept(tokens: tuple[Token, ...], i: int) -> bool:
     rest = tokens[i + 1 :]
     until = next((k for k, t in enumerate(rest) if t.kind == "break"), len(rest))
     words = {t.text.lower() for t in rest[:until]}
-    return bool(words & {"same", "fixed", "unchanged", "untouched", "intact", "where", "place"} or words & CHANGED)
+    paced = tokens[i].text.lower() == "without" and any(t.value in ("slower", "faster") for t in rest[:3])
+    stays = {"same", "fixed", "unchanged", "untouched", "intact", "where", "place"}
+    return paced or bool(words & stays or words & CHANGED)
 
 
 def _asks(piece: Clause) -> bool:
@@ -150,6 +157,11 @@ def _asks(piece: Clause) -> bool:
         return True
     if concepts <= PLACED and concepts & {"first", "last", "second", "middle"}:
         return False
+    if _is_condition(piece):
+        return False
+    placed = any(t.items for t in piece) or concepts & {"over", "under"}
+    if concepts & {"stay", "keep", "remain"} and placed and any(t.unit == "m" for t in piece):
+        return True
     if concepts & ACTIONS:
         conditional = next((t for t in piece if t.kind != "filler"), None)
         alone = concepts & (ACTIONS - DIRECTIONS)
@@ -165,11 +177,49 @@ def _asks(piece: Clause) -> bool:
     if "remain" in concepts and any(t.unit in ("s", "step") for t in piece):
         return True
     endpoint = bool(concepts & {"start", "goal"})
-    if any(t.unit == "m/s" for t in piece):
+    if any(t.unit == "m/s" for t in piece) or any(t.text.lower() in LOWEST for t in piece):
         return True
     return (endpoint and (any(t.kind == "object" for t in piece) or "between" in concepts)) or (
         "speed" in concepts and any(t.kind == "number" for t in piece)
     )
+
+
+def _is_condition(piece: Clause) -> bool:
+    """Whether a piece only says when, by a place along a direction: "when higher than 1 m"."""
+    said = [t for t in piece if t.kind != "filler"]
+    compared = [t.value for t in said if t.kind == "concept"]
+    where = set(compared) & {*DIRECTIONS, "over", "under"}
+    return bool(
+        compared[:1] == ["when"]
+        and where
+        and any(t.kind == "number" for t in said)
+        and set(compared) <= {"when", "than", "at_least", "height", "more", "ground", "over", "under", *DIRECTIONS}
+        and (set(compared) & {"than", "over", "under", "at_least"})
+    )
+
+
+def _with_object(piece: Clause, clauses: list[Clause]) -> Clause:
+    """Add the object that "but never closer than 8 cm" leaves to the clause before."""
+    near = any(t.value == "no_closer" for t in piece) and not any(t.items or t.unit == "m/s" for t in piece)
+    named = [t for t in clauses[-1] if t.items] if clauses and near else []
+    return (*piece, named[0]) if len(named) == 1 and any(t.kind == "number" for t in piece) else piece
+
+
+TAKEN_OVER = ACTIONS | {"stay", "remain", "at_least", "at_most", "distance", "within", "no_closer", "speed"}
+"""Concepts that a clause may leave to the one before: "stop 4 s at the cup and 2 s at the plate"."""
+
+
+def _as_before(piece: Clause, last: Clause) -> bool:
+    """Whether a piece has an amount and a place of its own, and asks for the same as the clause before it."""
+    return any(t.value in TAKEN_OVER for t in last) and _measured(piece) == _measured(last) != ()
+
+
+def _measured(piece: Clause) -> tuple[str, ...]:
+    """The kind of the one amount of a piece that has one place too, or ()."""
+    places = [t for t in piece if t.items or t.value in ("start", "goal")]
+    amounts = [t.unit or "1" for t in piece if t.kind == "number"]
+    amounts += ["degree" for t in piece if t.value in ("slight", "large")]
+    return tuple(amounts) if len(places) == len(amounts) == 1 else ()
 
 
 def _bare_endpoint(piece: Clause) -> bool:

@@ -12,8 +12,18 @@ from ovita.language.request import Request
 ORDER: tuple[tuple[str, ...], ...] = (
     *(("same",), ("reverse",), ("mirror", "rotate", "tilt"), ("resize", "curve"), ("smooth",), ("straighten",)),
     *(("move",), ("quadrant", "height"), ("closer", "farther"), ("keep_distance",), ("side",)),
-    *(("through", "hop"), ("bound",), ("move_start", "move_goal"), ("zigzag", "wave", "noise"), ("speed",)),
-    *(("shortcut", "extend", "circle", "eight", "spiral", "hover", "wait", "stop"), ("average",), ("trim", "resample")),
+    *(
+        ("through", "hop"),
+        ("bound",),
+        ("move_start", "move_goal", "aim", "carry"),
+        ("zigzag", "wave", "noise"),
+        ("speed",),
+    ),
+    *(
+        ("shortcut", "extend", "return", "circle", "eight", "spiral", "hover", "wait", "stop"),
+        ("average",),
+        ("trim", "resample"),
+    ),
 )
 """Path first, from the whole to its parts, so that no step disturbs an exact amount set by another; then speed; then,
 in the order of the sentence, what happens at a place and may change the number of waypoints."""

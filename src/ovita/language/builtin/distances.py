@@ -48,8 +48,14 @@ EXTRAS = (
 def read_keep_distance(r: Reader) -> list[Intent]:
     """Keep at least 0.2 away from the cup; never come within 0.3 of it; stay 0.3 away from the plate."""
     numbers = r.numbers(("", "m"))
-    if not numbers or r.has("speed", "faster", "slower") or not any(t.items for t in r.tokens):
+    if not numbers or r.has("speed", "faster", "slower") or r.numbers(("m/s",)) or not any(t.items for t in r.tokens):
         return []
+    if r.has("more") and r.has("than") and sum(bool(t.items) for t in r.tokens) > 1:
+        return []  # "more distance from the plate than from the fan"
+    if r.has("over", "under") and not r.has("never", "distance", "away"):
+        return []
+    if len(numbers) == 2 and r.has("keep", "stay", "distance"):
+        return _between_distances(r, numbers)
     directed = r.has(*DIRECTIONS)
     spared = r.says(*SPARED)
     never = r.has("never") and r.has("closer", "near", "within", "at_most", "collide")
@@ -57,21 +63,41 @@ def read_keep_distance(r: Reader) -> list[Intent]:
         never or (r.has("never") and r.has("distance") and r.has("under", "decrease")) or (spared and r.has("within"))
     )
     barred = never or r.has("no_closer")
-    bounded = r.has("at_least", "at_most") or barred
+    reached = _reached(r) if (r.has("within") and not barred) or r.says("as close as") else False
+    bounded = r.has("at_least", "at_most") or barred or reached
     changed = r.has("increase", "decrease", "more", "fewer", "double", "half")
     stated = (r.has("keep", "stay", "wait") and r.has("distance", "away", "near", "within")) or (
         r.has("distance") and not changed
     )
     stated = stated or ((r.has("keep") or spared) and not changed)
-    related = r.has("at_least") or r.has("distance", "away", "keep", "near", "within", "stay", "closer") or barred
+    apart = r.has("keep", "stay") and any(t.items and "from" in _two_before(r, i) for i, t in enumerate(r.tokens))
+    stated = stated or apart
+    related = (
+        r.has("at_least")
+        or reached
+        or apart
+        or r.has("distance", "away", "keep", "near", "within", "stay", "closer")
+        or barred
+    )
     if directed or not (bounded or stated) or not related:
         return []
     if r.word_before(numbers[0]) == "by" and not spared:
         return []
     within = r.has("within") and not barred
-    at_most = (r.has("at_most") and not barred) or within or (r.has("near") and not r.has("at_least") and not barred)
-    if within and not r.has("stay", "keep", "wait", "near", "always"):
+    at_most = (
+        (r.has("at_most") and not barred)
+        or within
+        or reached
+        or (r.has("near") and not r.has("at_least") and not barred)
+    )
+    if within and not (reached or r.has("stay", "keep", "wait", "near", "always")):
         return []
+    region = Region()
+    if r.has("first", "last", "second", "middle", "goal", "start") and not r.has("stop", "wait"):
+        free = list(r.taken)
+        r.taken = [taken or t.value not in PLACING for taken, t in zip(r.taken, r.tokens, strict=True)]
+        region = read_region(r, speed=True)
+        r.taken = [a or (b and t.value in PLACING) for a, b, t in zip(free, r.taken, r.tokens, strict=True)]
     r.take(
         "keep", "distance", "away", "at_least", "at_most", "near", "constant", "never", "within", "closer", "no_closer"
     )
@@ -95,8 +121,43 @@ def read_keep_distance(r: Reader) -> list[Intent]:
         "decrease",
     )
     amount = r.take_at(numbers[0]).number
+    r.take("toward", "advance")
     items = r.objects()
-    return [Intent("keep_distance", items=items, amount=amount, mode="at_most" if at_most else "at_least")]
+    mode = "at_most" if at_most else "at_least"
+    return [Intent("keep_distance", items=items, amount=amount, mode=mode, region=region)]
+
+
+def _two_before(r: Reader, i: int) -> list[str]:
+    return [t.text.lower() for t in r.tokens[max(i - 2, 0) : i]]
+
+
+PLACING = frozenset("first last second middle goal start half third quarter waypoints".split())
+
+
+def _reached(r: Reader) -> bool:
+    """Whether "within" is a distance to come to, "get within 2 m of it", rather than a part of the path."""
+    said = {t.value for i, t in enumerate(r.tokens) if t.kind == "concept" and not r.taken[i]}
+    return said <= {"within", "at_most", "closer", "toward", "reach", "pass", "near", *PLACING}
+
+
+def _between_distances(r: Reader, numbers: list[int]) -> list[Intent]:
+    """Keep between 0.1 and 0.2 m away from the cup."""
+    low, high = (r.tokens[i].number for i in numbers)
+    if not r.has("between") and r.word_before(numbers[1]) != "to":
+        return []
+    if not low < high or r.has("closer", *DIRECTIONS):
+        return []
+    for i in numbers:
+        r.take_at(i)
+    r.take("between", "keep", "stay", "distance", "away", "near", "always", "whole")
+    found = []
+    for item in r.objects():
+        sphere = (
+            0.0 if item.dimensions is None else item.radius
+        )  # both are counted from it, but at_most from the centre
+        found.append(Intent("keep_distance", items=(item,), amount=round(high + sphere, 4), mode="at_most"))
+        found.append(Intent("keep_distance", items=(item,), amount=low, mode="at_least"))
+    return found
 
 
 def read_approach(r: Reader) -> list[Intent]:

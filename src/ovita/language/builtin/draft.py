@@ -117,6 +117,9 @@ def mask(draft: Draft, region: Region) -> tuple[str, str]:
     kind = region.kind
     if kind == "whole":
         return "", ""
+    if region.outside:
+        inside, told = mask(draft, replace(region, outside=False))
+        return f"~({inside})", f"everywhere except {told.removeprefix('for ')}"
     if kind == "near":
         masks, words = zip(*(_near(draft, item, region.amount) for item in region.items), strict=True)
         return " | ".join(masks), " and ".join(words)
@@ -147,6 +150,12 @@ def mask(draft: Draft, region: Region) -> tuple[str, str]:
         return f"between(traj, {draft.ref(a)}, {draft.ref(b)})", f"between {a.name} and {b.name}"
     if kind == "heading":
         return f"where_rising(traj, {region.direction!r})", f"where it heads {region.direction}"
+    if kind == "beyond":
+        axis = draft.request.scene.frame.direction(region.direction)
+        k = int(np.flatnonzero(axis)[0])
+        sign = "" if axis[k] > 0 else "-"
+        name = draft.knob(f"{region.direction}_of", region.amount, f"[m] how far {region.direction} the part begins")
+        return f"{sign}traj[:, {k}] > {name}", f"further {region.direction} than {region.amount:g} m"
     if kind == "every":
         return f"every(traj, {int(region.amount or 1)})", f"at every {int(region.amount or 1)}. waypoint"
     item = region.items[0]
@@ -171,7 +180,7 @@ def _in_waypoints(draft: Draft, region: Region) -> Region:
         return region
     trajectory = draft.request.trajectory
     if region.unit == "s":
-        times = np.arange(len(trajectory)) * trajectory.timestep
+        times = trajectory.times
     else:
         times = trajectory.arc_length
     measured = times if region.kind == "first" else times[-1] - times

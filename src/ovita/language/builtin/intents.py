@@ -45,6 +45,9 @@ Action = Literal[
     "height",
     "same",
     "trim",
+    "aim",
+    "carry",
+    "return",
 ]
 
 
@@ -54,15 +57,17 @@ class Region:
 
     Args:
         kind: "whole", "near" (objects), "first" or "last" (a count, share, length or time), "middle", "between" (two
-            objects), "after" or "before" (an object), "range" (waypoints), "heading" (a direction), "every" (k-th
-            waypoint), or "rest" (what the clause before was not about).
+            objects), "after" or "before" (an object), "range" (waypoints), "heading" (a direction), "beyond" (further
+            than `amount` along a direction from the origin), "every" (k-th waypoint), or "rest" (what the clause
+            before was not about).
         items: Objects of "near", "between", "after" and "before".
         amount: Radius [m], waypoint count, share of the waypoints, length [m], time [s], k, or a range's first
             waypoint.
         counted: Whether `amount` is a number of waypoints rather than a share.
-        direction: Word of "heading".
+        direction: Word of "heading" and "beyond".
         unit: "m" or "s" where `amount` is a length or a time of the path.
         until: Last waypoint of a range; a range without one goes to the goal.
+        outside: Whether everywhere else is meant.
     """
 
     kind: str = "whole"
@@ -72,6 +77,7 @@ class Region:
     direction: str = ""
     unit: str = ""
     until: float | None = None
+    outside: bool = False
 
 
 WHOLE = Region()

@@ -66,6 +66,11 @@ class Place:
         return next((t.text.lower() for t in self.clause[self.i + 1 :] if t.text.lower() not in ARTICLES), "")
 
     @property
+    def before(self) -> str:
+        """The word right before, fillers included."""
+        return self.clause[self.i - 1].text.lower() if self.i else ""
+
+    @property
     def next_to_object(self) -> bool:
         """Whether an object follows at once, at most an article between."""
         rest = [t for t in self.clause[self.i + 1 : self.i + 3] if t.text.lower() not in ARTICLES]
@@ -105,7 +110,19 @@ def _single(p: Place) -> bool:
 def _beside_object(p: Place) -> bool:
     """Whether a place at an object follows: "right beside the cup", but not "right by 0.2"."""
     rest = [t for t in p.clause[p.i + 1 : p.i + 5] if t.text.lower() not in ARTICLES]
-    return p.text == "right" and p.behind in BESIDE and len(rest) > 1 and bool(rest[1].items)
+    measured = p.preceding.unit == "m"  # "5 cm right after the cup"
+    return p.text == "right" and not measured and p.behind in BESIDE and len(rest) > 1 and bool(rest[1].items)
+
+
+RUNNING = frozenset("fly drive run play follow traverse execute perform do travel trace walk".split())
+"""Verbs of going along a path as a whole."""
+
+
+def _run_through(p: Place) -> bool:
+    """Whether "backwards" is how a whole path is gone along: "fly it backwards", but not "shift it backwards"."""
+    words = [t.text.lower() for t in p.clause[: p.i]]
+    whole = p.before in ("it", "path", "trajectory", "route", "course")
+    return whole and p.text.startswith("backward") and words[0] in RUNNING and not _numbered(p)
 
 
 Sense = tuple[str, Callable[[Place], bool], str]
@@ -115,6 +132,21 @@ NEIGHBOURS: tuple[Sense, ...] = (
     ("stop", lambda p: p.i + 1 < len(p.clause) and p.clause[p.i + 1].text.lower().split()[0].endswith("ing"), UNKNOWN),
     # "up to the halfway point, go left"
     ("up", lambda p: p.i == 0 and p.text == "up" and p.behind == "to", "before"),
+    # "continue straight ahead", "directly above the cup"
+    ("front", lambda p: p.text == "ahead" and p.preceding.text.lower() == "straight" and p.has("extend"), PLAIN),
+    ("straight", lambda p: p.following.value in ("over", "under", "near", "through"), PLAIN),
+    # "fly it backwards"
+    ("back", lambda p: _run_through(p), "reverse"),
+    # "stop in front of the shelf"
+    ("front", lambda p: p.before == "in" and p.behind == "of" and p.has("stop", "wait", "hold"), "near"),
+    # "from waypoint 30 onwards"
+    (
+        "front",
+        lambda p: p.text in ("onwards", "onward") and p.has("waypoints") and p.preceding.kind == "number",
+        "onwards",
+    ),
+    # "reduce the top speed to 0.3 m/s"
+    ("faster", lambda p: p.text in ("top speed", "high speed") and p.has("decrease", "lower"), "peak"),
     # "bring the speed down", "up to 0.4", "up the speed"
     ("up", lambda p: p.preceding.value == "speed" or p.following.value == "speed", "increase"),
     ("down", lambda p: p.preceding.value == "speed" or p.following.value == "speed", "decrease"),
@@ -140,8 +172,8 @@ NEIGHBOURS: tuple[Sense, ...] = (
     # "the last node", "the 10 last waypoints"
     ("first", _single, "start"),
     ("last", _single, "goal"),
-    ("start", lambda p: p.text.endswith(("points", "samples", "nodes")), "first"),
-    ("goal", lambda p: p.text.endswith(("points", "samples", "nodes")), "last"),
+    ("start", lambda p: p.text.endswith(("points", "samples", "nodes")) and p.counts, "first"),
+    ("goal", lambda p: p.text.endswith(("points", "samples", "nodes")) and p.counts, "last"),
     # "stay on the ground"
     ("ground", lambda p: not p.has("height", "over", "under", "distance", "m", "object", *DIRECTIONS), "down"),
     # "proceed to the left", "keep within the left", "go straight up"
@@ -151,9 +183,19 @@ NEIGHBOURS: tuple[Sense, ...] = (
         PLAIN,
     ),
     ("limit", lambda p: bool(DIRECTIONS & p.present) and not _numbered(p), PLAIN),
-    ("straight", lambda p: p.text == "straight" and p.following.value in DIRECTIONS, PLAIN),
+    (
+        "straight",
+        lambda p: (
+            p.text == "straight" and p.following.value in DIRECTIONS and not (p.behind == "ahead" and p.has("extend"))
+        ),
+        PLAIN,
+    ),
     # "between the ends", but "between waypoints 3 and 9"
-    ("between", lambda p: not p.has("object") and not p.counts, "middle"),
+    (
+        "between",
+        lambda p: not p.has("object") and not p.counts and not (p.text == "between" and p.has("m", "m/s")),
+        "middle",
+    ),
     # "right beside the cup", "twice as dense", "further than the goal"
     ("right", _beside_object, PLAIN),
     ("when", lambda p: p.text == "as" and p.preceding.value in ("double", "half"), PLAIN),
@@ -162,6 +204,9 @@ NEIGHBOURS: tuple[Sense, ...] = (
     ("turn", lambda p: p.has("deg"), "rotate"),
     # "past the cup, go faster", "crawl past the cup"
     ("pass", lambda p: p.text == "past" and (not p.preceding.text or p.preceding.value in ("after", "when")), "after"),
+    # "hover for 3 s at waypoint 30", "end the motion above the plate"
+    ("hover", lambda p: not p.has("object") and p.has("s", "step"), "wait"),
+    ("stop", lambda p: p.text.startswith("end ") and p.has("over"), "goal"),
     # "next, go left"
     ("near", lambda p: p.text == "next" and not p.following.items, PLAIN),
 )

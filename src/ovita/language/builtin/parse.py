@@ -9,9 +9,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
+from ovita.language.builtin.aims import in_frame, read_aim, read_axis, read_level, read_return
 from ovita.language.builtin.clauses import ACTIONS, split
 from ovita.language.builtin.conflicts import contradiction
 from ovita.language.builtin.distances import read_approach, read_keep_distance
+from ovita.language.builtin.ellipsis import afterwards, completed, located, nothing_more, spared
 from ovita.language.builtin.intents import Intent, Region, Understood
 from ovita.language.builtin.kept import changes, read_kept
 from ovita.language.builtin.places import (
@@ -54,23 +56,25 @@ def parse(instruction: str, scene: Scene, path: Array | None = None) -> Understo
         if r.has("threshold") and not _asks(r) and not any(t.items for t in clause):
             r.take("threshold")
             radius = r.number("", "m")
-        elif not (intents and _goes_on_after_stop(r, intents)):
+        elif not (intents and nothing_more(r, intents)):
             intents += _clause(r, intents)
         unplaced += r.left_over()
     if not intents and not unplaced:
         unplaced = instruction.split()
+    intents = [in_frame(intent, scene.frame) for intent in intents]
     question = _choice(tokens) or ("" if unplaced else contradiction(intents))
     if not (question or unplaced or changes(intents)):
         question = "Everything is to stay as it is: what should change?"
-    return Understood(tuple(intents), notes, tuple(unplaced), radius, question)
+    return Understood(tuple(spared(intents)), notes, tuple(unplaced), radius, question)
 
 
 def _clause(r: Reader, earlier: list[Intent]) -> list[Intent]:
     found = _read(r) or _same_again(r, earlier)
     if found and r.has("there"):
-        found = _located(r, found, earlier)
+        found = located(r, found, earlier)
     if found and _goes_on(found, earlier):
         found = [replace(intent, action="extend") for intent in found]
+    found = afterwards(r, completed(r, found, earlier), earlier)
     return [_rest(intent, earlier) for intent in found]
 
 
@@ -94,15 +98,6 @@ def _same_again(r: Reader, earlier: list[Intent]) -> list[Intent]:
     return [replace(intent, text=r.text) for intent in r.attempt(lambda reader: read_speed(reader, implied=True))]
 
 
-def _goes_on_after_stop(r: Reader, earlier: list[Intent]) -> bool:
-    """Take the "and then carry on" behind a wait, which needs nothing done."""
-    said = [t for t in r.tokens if t.kind not in ("filler", "join", "break")]
-    if earlier[-1].action != "wait" or not said or any(t.value not in ("extend", "afterwards", "whole") for t in said):
-        return False
-    r.take("extend", "afterwards", "whole")
-    return True
-
-
 def _goes_on(found: list[Intent], earlier: list[Intent]) -> bool:
     """Read "after the goal go up and then left": the second shift goes on from the first."""
     beyond = bool(earlier) and earlier[-1].action == "extend" and bool(earlier[-1].directions)
@@ -124,22 +119,6 @@ def _rest(intent: Intent, earlier: list[Intent]) -> Intent:
     return replace(intent, region=Region(other, amount=1.0 - (last.amount or 0.5)))
 
 
-def _located(r: Reader, found: list[Intent], earlier: list[Intent]) -> list[Intent]:
-    """Read "there" as at or near the objects that were named last; where none were, it stays unplaced."""
-    items = next((i.items or i.region.items for i in reversed(earlier) if i.items or i.region.items), ())
-    if not items:
-        return found
-    r.take("there")
-    placed = []
-    for intent in found:
-        if intent.action in ("wait", "stop", "spiral", "eight") and not intent.items:
-            intent = replace(intent, items=items[:1], mode="")
-        elif intent.region.kind == "whole" and intent.action == "speed":
-            intent = replace(intent, region=Region("near", items))
-        placed.append(intent)
-    return placed
-
-
 def _read(r: Reader) -> list[Intent]:
     for rule in RULES:
         found = r.attempt(rule)
@@ -151,16 +130,20 @@ def _read(r: Reader) -> list[Intent]:
 
 RULES: tuple[Callable[[Reader], list[Intent]], ...] = (
     read_kept,
+    read_aim,
+    read_level,
     read_resample,
     *SHAPES,
     read_keep_distance,
     read_speed,
     read_wait,
+    read_return,
     read_extend,
     read_smooth,
     read_approach,
     read_endpoint,
     read_through,
+    read_axis,
     read_move,
 )
 """The families, tried in this order; the first that explains a clause reads it."""

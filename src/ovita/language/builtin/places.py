@@ -30,9 +30,15 @@ def read_resample(r: Reader) -> list[Intent]:
         "between",
         *DIRECTIONS,
     )
-    if not (r.has("waypoints", "count") or finer or coarser) or r.has(*others) or (r.has("every") and not coarser):
+    if (
+        not (r.has("waypoints", "count") or finer or coarser)
+        or r.has("slower", "faster", *others)
+        or (r.has("every") and not coarser)
+    ):
         return []
     numbers = r.numbers(("",))
+    if any(t.items for t in r.tokens):
+        return []
     if not (r.has("count", "more", "fewer", "double", "half", "increase", "decrease") or numbers or finer or coarser):
         return []
     relative = bool(numbers) and (r.word_before(numbers[0]) in ("by", "add") or r.has("more", "fewer"))
@@ -104,21 +110,29 @@ def read_wait(r: Reader) -> list[Intent]:
     ends = ends and r.has("near") and any(t.items for t in r.tokens)
     if not (r.has("stop", "wait") or ends) or r.has("never"):
         return []
+    if any(t.value in ("stop", "wait") and r.word_before(i) == "from" for i, t in enumerate(r.tokens)):
+        return []  # "begin from rest"
+    if any(r.word_before(i) in ("after", "before") for i in r.numbers(("s", "step"))):
+        return []  # "stop after 3 s"
     if r.has("hover", "spiral", "speed", *DIRECTIONS):
         return []
     waits = r.take("wait")
     steps, seconds = r.number("step"), r.number("s")
-    if waits and steps is None and r.numbers(("",)) and r.has("waypoints", "count"):
-        steps = r.number("")
+    bare = r.numbers(("",))
+    if waits and steps is None and seconds is None and bare and r.tokens[r.after(bare[0]) or 0].value == "waypoints":
+        steps = r.take_at(bare[0]).number
         r.take("waypoints", "count")
+    waypoint = ""
     region = read_region(r, speed=False)
     if region.kind == "after" and len(region.items) == 1:
         region = replace(region, kind="near")  # "halt once you get to the cup"
-    if region.kind not in ("whole", "near", "middle") or (region.amount is not None and region.kind == "near"):
+    if region.kind == "range" and region.until == region.amount and not r.has("start", "goal"):
+        waypoint = f"#{round(region.amount or 1)}"
+    elif region.kind not in ("whole", "near", "middle") or (region.amount is not None and region.kind == "near"):
         return []
     r.take("stop", "near", "reach", "when", "after", "pass", "slight", "around", "away", "every")
     items = region.items or r.objects()
-    place = _place(r) if not items else ""
+    place = waypoint or (_place(r) if not items else "")
     if items:
         r.take("goal")
     if region.kind == "middle":
@@ -204,7 +218,9 @@ def read_extend(r: Reader) -> list[Intent]:
 def read_endpoint(r: Reader) -> list[Intent]:
     """Shift the start right by 0.2; start from the cup; the new goal is the midpoint of the cup and the plate."""
     start, goal = r.has("start"), r.has("goal")
-    if not (start or goal) or r.has("before", "after", "closer", "away", "within", "never", *SPEED):
+    if any(t.text.lower() in ("endpoints", "end points", "ends") and t.value == "goal" for t in r.tokens):
+        start = goal = True
+    if not (start or goal) or r.target_ahead() or r.has("before", "after", "closer", "away", "within", "never", *SPEED):
         return []
     r.take(
         "start",
@@ -260,7 +276,8 @@ def read_through(r: Reader) -> list[Intent]:
     if r.has("up") and not r.says("up", "lift", "raise", "climb", "rise"):
         return []  # "5 cm higher over the plate"
     over, between, under = r.has("over"), r.has("between"), r.has("under")
-    r.take("through", "over", "under", "between", "pass", "middle", "smooth", "raise", "distance", "whole")
+    r.take("through", "over", "under", "between", "pass", "middle", "smooth", "raise", "distance", "whole", "height")
+    r.take("increase" if r.says("add") else "through")
     r.take(*(["up", "near"] if over else ["down"] if under else []))
     items = r.objects()
     r.take("when")
@@ -268,6 +285,7 @@ def read_through(r: Reader) -> list[Intent]:
         return []
     if between:
         return [Intent("through", items=items, mode="between")]
+    r.take("at_least")
     height = r.number("m", "") if over or under else None
     mode = "over" if over else "under" if under else ""
     return [Intent("through", items=(item,), amount=height, mode=mode) for item in items]
@@ -280,6 +298,8 @@ def read_move(r: Reader) -> list[Intent]:
     local = any(t.items for t in r.tokens) and (r.has("between", "over") or r.hears("at"))
     region = read_region(r, speed=local)
     directions = r.directions()
+    if not directions:
+        return []
     degree = r.degree()
     r.take(
         "toward",

@@ -53,6 +53,11 @@ class Reader:
                 self.taken[i] = found = True
         return found
 
+    def untake(self, concept: str) -> None:
+        """Give back the tokens of a concept."""
+        for i, token in enumerate(self.tokens):
+            self.taken[i] = self.taken[i] and token.value != concept
+
     def take_at(self, i: int) -> Token:
         """Take the token at i."""
         self.taken[i] = True
@@ -83,7 +88,8 @@ class Reader:
         for i, token in enumerate(self.tokens):
             if token.kind == "concept" and token.value in DIRECTIONS and not self.taken[i]:
                 before = [t.text.lower() for t in self.tokens[max(i - 2, 0) : i]]
-                if "side" in token.text.lower() or before[:1] in (["from"], ["on"]):
+                noun = token.text.lower() in ("descent", "ascent", "climb")  # "on the descent"
+                if not noun and ("side" in token.text.lower() or before[:1] in (["from"], ["on"])):
                     return True
         return False
 
@@ -97,6 +103,10 @@ class Reader:
     def word_before(self, i: int) -> str:
         """The word right before token i, lower case, fillers included."""
         return self.tokens[i - 1].text.lower() if i > 0 else ""
+
+    def target_ahead(self) -> bool:
+        """Whether a free length is one to reach, "to 0.5"."""
+        return any(self.word_before(i) == "to" for i in self.numbers(("", "m")))
 
     def objects_from(self, i: int | None) -> tuple[SceneObject, ...]:
         """Take the list of free objects that begins at token i ("the cup and the plate")."""

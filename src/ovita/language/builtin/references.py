@@ -30,7 +30,8 @@ LINKS = (
 )
 SHAPED = frozenset("shaped coloured colored looking colour color shape made like".split())
 BEFORE_IT = frozenset(
-    "near to from at around by past over above below under behind beside toward towards through via against".split()
+    """near to from at around by past over above below under behind beside toward towards through via against after
+    before until""".split()
 )
 
 Measure = Callable[[SceneObject], float]
@@ -91,6 +92,13 @@ class Catalog:
         of = words[i - 2 : i] in (["clear", "of"], ["left", "of"], ["right", "of"], ["front", "of"], ["top", "of"])
         if words[i] in ("it", "them") and earlier and i > 0 and (words[i - 1] in BEFORE_IT or of):
             return Mention(earlier, 1)
+        if (
+            words[i] in ("everything", "anything")
+            and i > 0
+            and words[i - 1] in ("from", "near", "than")
+            and len(self.scene)
+        ):
+            return Mention(tuple(self.scene), 1)
         return None
 
     def _named(self, words: Sequence[str], i: int) -> Mention | None:

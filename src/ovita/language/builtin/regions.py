@@ -2,9 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 from ovita.language.builtin.intents import WHOLE, Region
 from ovita.language.builtin.neighbours import DIRECTIONS
 from ovita.language.builtin.reader import Reader
+from ovita.language.builtin.tokens import Token
+
+ORDINALS = "first second third fourth fifth sixth seventh eighth ninth tenth".split()
+NOUNS = {"descent": "down", "ascent": "up", "climb": "up"}
+"""Words that name a part of the path by where it heads."""
 
 SHARES = {"half": 0.5, "third": 1 / 3, "quarter": 0.25, "fifth": 0.2, "tenth": 0.1}
 END_SHARE = 0.25
@@ -20,17 +28,64 @@ def read_region(r: Reader, *, speed: bool) -> Region:
         r: The clause.
         speed: Whether the clause is about speed; then "near the goal" and "when going up" are parts of the path.
     """
-    readings = (_every, _range, _count, _share, _near if not speed else _at_or_near, _order, _middle)
+    outside = r.take("except")
+    readings = (_beyond, _single, _every, _range, _count, _share, _near if not speed else _at_or_near, _order, _middle)
     for reading in readings:
         before = list(r.taken)
         region = reading(r)
         if region is not None:
-            return region
+            if outside:
+                r.take("whole")
+            return replace(region, outside=outside)
         r.taken = before
+    if outside:
+        r.untake("except")
     between = _between(r, needs_when=not speed)
     if between is not None or not speed:
         return between or WHOLE
     return _heading(r) or _end(r) or WHOLE
+
+
+def _beyond(r: Reader) -> Region | None:
+    """When you are higher than 1 m; while below 0.5 m; where it is more than 2 m to the left."""
+    i = r.find("when")
+    sides = [k for k, t in enumerate(r.tokens) if t.value in (*DIRECTIONS, "over", "under") and not r.taken[k]]
+    side = next((k for k in sides if i is not None and k > i), None)
+    number = next((k for k in r.numbers(("m", "")) if side is not None and i is not None and k > i), None)
+    if i is None or side is None or number is None or any(t.items for t in r.tokens[i:]):
+        return None
+    token = r.tokens[side]
+    compared = token.value in ("over", "under") or r.find("than") is not None or r.find("at_least") is not None
+    if not compared or any(t.kind == "concept" and t.value not in BEYOND for t in r.tokens[i + 1 : number]):
+        return None
+    for k in range(i, number + 1):
+        r.taken[k] = True
+    r.take("ground", "height")
+    word = {"over": "up", "under": "down"}.get(token.value, token.value)
+    amount = r.tokens[number].number
+    sunk = token.text.lower().startswith("deep")
+    return Region("beyond", amount=-amount if word == "down" and not sunk else amount, direction=word)
+
+
+def _single(r: Reader) -> Region | None:
+    """The third waypoint; the 12th point."""
+    i = next((k for k, t in enumerate(r.tokens) if t.value == "waypoints" and not r.taken[k]), None)
+    j = r.before(i) if i is not None else None
+    if i is None or j is None or r.taken[j] or r.tokens[i].text.lower().endswith("s"):
+        return None
+    text = r.tokens[j].text.lower()
+    if text in ORDINALS[1:] and r.word_before(j) != "every" and not r.has("every"):
+        which = float(ORDINALS.index(text) + 1)
+    elif r.tokens[j].kind == "number" and not r.tokens[j].unit and r.word_before(j) == "the":
+        which = r.tokens[j].number
+    else:
+        return None
+    r.take_at(i), r.take_at(j)
+    return Region("range", amount=which, counted=True, until=which)
+
+
+BEYOND = frozenset({*DIRECTIONS, "over", "under", "than", "at_least", "height", "more", "ground", "away", "no_closer"})
+"""Concepts that may stand between "when" and the number of a place along a direction."""
 
 
 def _every(r: Reader) -> Region | None:
@@ -60,14 +115,19 @@ def _range(r: Reader) -> Region | None:
         return None
     first = r.take_at(numbers[0]).number
     rest = numbers[1:]
-    r.take("waypoints", "between", "start", "before", "through") if rest else r.take("waypoints")
+    r.take("waypoints", "between", "start", "before", "through", "every") if rest else r.take("waypoints")
     if rest:
+        link = r.tokens[numbers[0] + 1 : rest[0]]
+        ranged = any(t.text.lower() in ("to", "through", "thru", "until", "till", "up to") for t in link)
+        if not (ranged or r.hears("between")) and r.tokens[rest[0]].number != first + 1:
+            return None  # "waypoints 5 and 10" are two of them
         return Region("range", amount=first, counted=True, until=r.take_at(rest[0]).number)
     if r.take("before"):
         return Region("first", amount=first, counted=True)
     if r.take("after", "onwards") or r.says("onwards", "onward", "on"):
         for k, token in enumerate(r.tokens):
             r.taken[k] = r.taken[k] or token.text.lower() in ("onwards", "onward", "on")
+        r.take("start")
         return Region("range", amount=first, counted=True)
     return Region("range", amount=first, counted=True, until=first)
 
@@ -232,17 +292,21 @@ def _order(r: Reader) -> Region | None:
         if r.tokens[j].value in SHARES and r.tokens[j].text.lower() == "half":
             continue
     for i, token in enumerate(r.tokens):
-        behind = r.after(i)
+        behind = i + 1 if i + 1 < len(r.tokens) else None
         later = r.tokens[behind].text.lower() if behind is not None else ""
         if (
             token.items
             and not r.taken[i]
             and r.word_before(i) in ("from", "the")
-            and later in ("onwards", "onward", "on")
+            and (later in ("onwards", "onward") or (later == "on" and "from" in _two_before(r, i)))
         ):
             r.taken[behind or 0] = True
             return Region("after", r.objects_from(i))
     return None
+
+
+def _two_before(r: Reader, i: int) -> list[str]:
+    return [t.text.lower() for t in r.tokens[max(i - 2, 0) : i]]
 
 
 def _between(r: Reader, *, needs_when: bool) -> Region | None:
@@ -250,7 +314,11 @@ def _between(r: Reader, *, needs_when: bool) -> Region | None:
     i = r.find("between")
     if i is None or (needs_when and not r.has("when", "pass")):
         return None
-    items = r.objects_from(r.after(i))
+    end = next((word for word in ("start", "goal") if r.has(word)), "")
+    items = r.objects_from(next((k for k in range(i, len(r.tokens)) if r.tokens[k].items), None))
+    if len(items) == 1 and end:
+        r.take("between", "when", "pass", end)
+        return Region("before" if end == "start" else "after", items)
     if len(items) != 2:
         return None
     r.take("between", "when", "pass")
@@ -275,12 +343,21 @@ def _middle(r: Reader) -> Region | None:
 
 
 def _heading(r: Reader) -> Region | None:
+    noun = next((k for k, t in enumerate(r.tokens) if named_heading(r.tokens, k) and not r.taken[k]), None)
+    if noun is not None:
+        r.take("when")
+        return Region("heading", direction=NOUNS[r.take_at(noun).text.lower()])
     i = r.find("when")
     j = r.after(i) if i is not None else None
     if i is None or j is None or r.taken[j] or r.tokens[j].value not in DIRECTIONS:
         return None
     r.take_at(i)
     return Region("heading", direction=r.take_at(j).value)
+
+
+def named_heading(tokens: Sequence[Token], i: int) -> bool:
+    """Whether a noun such as "the descent" names the part of the path that heads there."""
+    return tokens[i].text.lower() in NOUNS and i > 0 and tokens[i - 1].text.lower() in ("the", "its", "your", "during")
 
 
 def _end(r: Reader) -> Region | None:

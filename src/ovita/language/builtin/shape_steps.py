@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
+
 from ovita.language.builtin.draft import OPPOSITE, Draft, above, argument, mask, suffix
 from ovita.language.builtin.intents import Intent
 from ovita.language.scale import Degree, nice
+from ovita.scene import SceneObject
 
 SIZE: dict[Degree, float] = {"slight": 0.06, "moderate": 0.12, "large": 0.22}
 """Size of a new shape as a share of the path's extent."""
@@ -37,7 +40,15 @@ def spiral(d: Draft, intent: Intent) -> None:
     turns = intent.count or 3.0
     r = d.knob("spiral_radius", radius, "[m] largest radius of the spiral")
     n = d.knob("turns", turns, "turns of the spiral")
-    d.body.append(f"traj = spiral(traj, {at}, radius={r}, turns={n})")
+    rise = ""
+    if intent.directions:
+        word, stated = intent.directions[0]
+        height = d.scale.step("moderate") if stated is None else stated
+        if stated is None:
+            d.assume(f"the spiral goes {height:g} m {word}")
+        h = d.knob("spiral_height", height if word == "up" else -height, "[m] how far the spiral rises")
+        rise, words = f", height={h}", f"that goes {height:g} m {word}, {words}"
+    d.body.append(f"traj = spiral(traj, {at}, radius={r}, turns={n}{rise})")
     d.plan.append(f"Make a spiral of {turns:g} turns and radius {radius:g} m {words}.")
 
 
@@ -219,9 +230,23 @@ def side(d: Draft, intent: Intent) -> None:
     if gap is None:
         gap = d.scale.step("slight")
         d.assume(f"the distance kept {words} is {gap:g} m")
+    if intent.unit == "pass":
+        axis = d.request.scene.frame.direction(intent.mode)
+        if min(float((d.positions[k] - item.position) @ axis) for k in (0, -1)) < gap:
+            _pass_by(d, item, intent.mode, gap, words)
+            return
     name = d.knob("gap", gap, f"[m] distance {words}")
     d.body.append(f"traj = stay_on(traj, {d.ref(item)}, {intent.mode!r}, gap={name})")
     d.plan.append(f"Stay {words} by at least {gap:g} m.")
+
+
+def _pass_by(d: Draft, item: SceneObject, word: str, gap: float, words: str) -> None:
+    """A bend that passes an object on one side, where an end of the path lies on the other."""
+    axis = d.request.scene.frame.direction(word)
+    half = 0.0 if item.dimensions is None else float(np.abs(item.rotation.T @ axis) @ item.size) / 2
+    name = d.knob("aside", float(f"{half + gap:.4g}"), f"[m] distance {words}, from its centre")
+    d.body.append(f"traj = go_through(traj, {d.ref(item)}, {word}={name})")
+    d.plan.append(f"Bend the path so that it passes {words}, {gap:g} m from its side; start and goal stay.")
 
 
 def quadrant(d: Draft, intent: Intent) -> None:

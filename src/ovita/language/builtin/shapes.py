@@ -13,7 +13,7 @@ from ovita.language.builtin.senses import SPEED
 MOVING = ("first", "last", "closer", "away", "start", "goal", "extend", "waypoints")
 """Concepts that make a clause with a number something else than a bound."""
 
-PATH_WORDS = ("path", "trajectory", "route", "it", "motion", "whole", "everything", "shape")
+PATH_WORDS = ("path", "trajectory", "route", "it", "motion", "whole", "whole thing", "everything", "shape")
 
 QUADRANTS = {"first": 1.0, "second": 2.0, "third": 3.0}
 
@@ -26,10 +26,11 @@ def read_spiral(r: Reader) -> list[Intent]:
     r.take("at_most", "turn", "whole", "increase")
     radius = r.number("m", "") if r.take("threshold") else r.number("m")
     degree = r.degree()
+    rising = r.directions() if r.has("up", "down") else ()
     items, place = _spot(r)
     if len(items) > 1:
         return []
-    return [Intent("spiral", (), items[:1], radius, "m", turns, place or "goal", degree)]
+    return [Intent("spiral", rising, items[:1], radius, "m", turns, place or "goal", degree)]
 
 
 def read_circle(r: Reader) -> list[Intent]:
@@ -55,6 +56,8 @@ def read_circle(r: Reader) -> list[Intent]:
         "whole",
         "over",
         "increase",
+        "away",
+        "distance",
     )
     radius = r.number("m", "")
     degree = r.degree()
@@ -106,9 +109,9 @@ def read_turned(r: Reader) -> list[Intent]:
     """Rotate by 30 degrees; tilt it clockwise; mirror the first half around the x axis; scale by 1.5."""
     if r.has("mirror"):
         sided = any("left" in t.text.lower() for t in r.tokens if t.value in ("mirror", "sideways"))
-        r.take("mirror", "around", "axis", "over", "second", "sideways", "whole")
         axis = r.letter()
         region = read_region(r, speed=False)
+        r.take("mirror", "around", "axis", "over", "second", "sideways", "whole")
         directions = r.directions()[:1] or ((("left", None),) if sided and not axis else ())
         r.take("waypoints")
         return [Intent("mirror", directions, r.objects()[:1], mode=axis, region=region)]
@@ -185,7 +188,8 @@ def read_order(r: Reader) -> list[Intent]:
     """Merge each group of 4 waypoints into its mean; reverse the second half; add some noise."""
     if (
         r.has("remove", "decrease", "drop", "sparser")
-        and r.has("waypoints", "every")
+        and (r.has("waypoints", "every") or r.says("skip", "omit", "leave out", "cut off", "remove", "delete"))
+        and not any(t.items for t in r.tokens)
         and not r.has("smooth", "count", "speed", "turn")
     ):
         every_other = r.has("sparser")
@@ -219,13 +223,14 @@ def read_bounds(r: Reader) -> list[Intent]:
         which = QUADRANTS[r.take_at(i).value] if i is not None else 1.0
         r.take("quadrant", "stay", "keep")
         return [Intent("quadrant", amount=which)]
-    numbers = r.numbers(("m", ""))
+    numbers = [] if r.numbers(("m/s",)) else r.numbers(("m", ""))
     fixed = (
         r.has("height") and numbers and not r.has("under", "never", "limit", "at_most", "at_least", "beyond", "than")
     )
     if fixed and not r.has("up", "down") and r.word_before(numbers[0]) != "by" and not any(t.items for t in r.tokens):
+        sign = -1.0 if r.hears("depth") else 1.0
         r.take("height", "stay", "keep", "ground", "constant", "over", "always", "same")
-        return [Intent("height", amount=r.take_at(numbers[0]).number, region=read_region(r, speed=False))]
+        return [Intent("height", amount=sign * r.take_at(numbers[0]).number, region=read_region(r, speed=False))]
     return _side(r) or _bound(r, numbers)
 
 
@@ -236,20 +241,26 @@ def _side(r: Reader) -> list[Intent]:
     side = next((w for w in ("over", "under", *sorted(DIRECTIONS)) if r.has(w)), None)
     i = r.find(side) if side is not None else None
     beside = i is not None and side in DIRECTIONS and i + 1 < len(r.tokens) and r.tokens[i + 1].text.lower() == "of"
-    if r.has("pass") and side in DIRECTIONS and i is not None and r.word_before(i) in ("on", "the", "its"):
+    sided = i is not None and (
+        r.word_before(i) == "on" or [t.text.lower() for t in r.tokens[max(i - 2, 0) : i]][:1] == ["on"]
+    )
+    if r.has("pass") and side in DIRECTIONS and sided and not r.has("when"):
         r.take("pass", side)
-        return [Intent("side", (), (item,), r.number("m", ""), "m", None, side) for item in r.objects()]
+        return [Intent("side", (), (item,), r.number("m", ""), "pass", None, side) for item in r.objects()]
     stays = r.has("stay", "keep", "always") or beside or (r.has("never") and r.has("over", "under"))
     if side is None or not stays or not any(t.items for t in r.tokens) or r.has("distance", "closer", "away", *SPEED):
         return []
     first = next((i for i, t in enumerate(r.tokens) if t.items), 0)
     if first < (r.find(side) or 0):
         return []  # "keep the cup on the left" is about where the cup is, not the path
+    if r.has("never") and r.says("over", "under", "underneath", "beneath", "on top of", "over the top of"):
+        r.take("never", side, "pass")
+        return [Intent("farther", (), (item,), mode="aside") for item in r.objects()]
     opposite = {"over": "below", "under": "above"}
     word = {"over": "above", "under": "below"}.get(side, side)
     if r.take("never"):
         word = opposite.get(side, word)
-    r.take(side, "stay", "keep", "near", "pass", "always", "whole")
+    r.take(side, "stay", "keep", "near", "pass", "always", "whole", "at_least")
     gap = r.number("m", "")
     return [Intent("side", (), (item,), gap, "m", None, word) for item in r.objects()]
 
@@ -262,9 +273,21 @@ def _bound(r: Reader, numbers: list[int]) -> list[Intent]:
         "speed", *MOVING
     ):
         return []
-    if r.has("height") and r.has("at_least"):
-        r.take("height", "at_least", "stay", "keep", "always", "over", "ground")
-        return [Intent("bound", (("down", -r.take_at(numbers[0]).number),))]
+    if r.has(*SPEED) or r.numbers(("m/s",)):
+        return []
+    lowest = r.says("no lower than", "not below", "never below", "not under", "never under")
+    if lowest or (r.has("at_least") and (r.has("height") or (r.has("over") and not r.has(*SPEED)))):
+        deep = r.hears("depth")
+        r.take("height", "at_least", "stay", "keep", "always", "over", "ground", "up")
+        amount = r.take_at(numbers[0]).number
+        return [Intent("bound", (("up", -amount) if deep else ("down", -amount),))]
+    deep = any(t.text.lower() in ("deeper", "deep", "depth") for t in r.tokens)
+    if deep and r.has("stay", "keep", "always") and r.has("than") and not r.has("never", "at_most", "limit"):
+        r.take("down", "height", "than", "stay", "keep", "always")
+        return [Intent("bound", (("up", -r.take_at(numbers[0]).number),))]
+    if deep and r.has("never", "at_most", "limit"):
+        r.take("never", "at_most", "limit", "down", "height", "than", "stay", "keep", "beyond", "under")
+        return [Intent("bound", (("down", r.take_at(numbers[0]).number),))]
     never = r.has("never", "at_most", "limit")
     if r.has("height") and never and not r.has("under", "down"):
         word, sign = "up", 1.0
@@ -299,7 +322,9 @@ def _count(r: Reader) -> float | None:
     """Take how often: 3 turns, twice, once, 4 times."""
     for i, token in enumerate(r.tokens):
         j = r.after(i)
-        followed = j is not None and r.tokens[j].value in ("turn", "zigzag", "wave")
+        while j is not None and r.tokens[j].value in ("clockwise", "anticlockwise", "slight", "large", "whole"):
+            j = r.after(j)
+        followed = j is not None and r.tokens[j].value in ("turn", "zigzag", "wave", "circle")
         cycles = token.unit == "step" and token.text.lower().endswith(("periods", "period", "cycles", "cycle"))
         if (
             token.kind == "number"

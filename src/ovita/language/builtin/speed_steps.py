@@ -54,6 +54,11 @@ def speed(d: Draft, intent: Intent) -> None:
 def _ramp(d: Draft, intent: Intent, where: str, part: str, mean: float) -> None:
     """A speed that changes steadily along the path or a part of it."""
     speeds = d.request.trajectory.speeds
+    if intent.mode == "ramp_from":
+        a = d.knob("start_speed", 0.0, "[m/s] where the change begins")
+        d.body.append(f"traj = ramp_speed(traj, {a}, None{argument(where)})")
+        d.plan.append(f"Begin at rest and speed up steadily{suffix(part)}.")
+        return
     at_end = intent.region.kind == "last"
     at = {"last": 1.0 - (intent.region.amount or 0.25), "middle": 0.33}.get(intent.region.kind, 0.0)
     if intent.region.counted:

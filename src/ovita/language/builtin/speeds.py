@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from ovita.language.builtin.intents import Intent, Region
 from ovita.language.builtin.neighbours import DIRECTIONS
 from ovita.language.builtin.reader import Reader
-from ovita.language.builtin.regions import read_region
+from ovita.language.builtin.regions import named_heading, read_region
 from ovita.language.scale import Degree
 
 FRACTIONS = (("half", 0.5), ("third", 1 / 3), ("quarter", 0.25), ("fifth", 0.2), ("tenth", 0.1))
@@ -50,6 +50,11 @@ def read_speed(r: Reader, *, implied: bool = False) -> list[Intent]:
     if r.has("never") and not bounded:
         return _unchanging(r)
     inverse = r.take("duration")
+    if inverse and r.says("finish", "complete"):
+        r.take("goal")
+    both = _between_bounds(r)
+    if both:
+        return both
     moves = _shift_first(r)
     heard = _hear(r, inverse=inverse)
     for reading in (_turning, _bounded, _between_speeds, _by_law, _reaching, _relative):
@@ -69,7 +74,9 @@ def _is_about_speed(r: Reader) -> bool:
 
 def _is_otherwise(r: Reader) -> bool:
     """Whether words of speed only accompany something else."""
-    if (r.has("turn") and r.has("faster")) or r.sided() or r.has("height", "spiral", "circle"):
+    if (r.has("turn") and r.has("faster")) or r.sided() or r.has("spiral", "circle"):
+        return True
+    if r.has("height") and not (r.has("when") and r.numbers(("m",))):
         return True
     if r.has("exponential") and r.has(*DIRECTIONS):
         return True
@@ -121,6 +128,10 @@ def _reaching(r: Reader, heard: _Heard) -> Intent | None:
     """A speed to reach, at once or steadily, or one speed everywhere."""
     if heard.factor is not None:
         return heard.intent("factor", heard.factor, "x")
+    stops = not r.says("standstill", "rest", "at rest", "stop") or not _from_rest(r)
+    if not stops:
+        r.take("stop", "start", "faster")
+        return heard.intent("ramp_from", unit="")
     stops = r.take("stop")
     set_to = _target(r, changed=heard.slower or heard.faster)
     if heard.constant or set_to is not None:
@@ -131,6 +142,18 @@ def _reaching(r: Reader, heard: _Heard) -> Intent | None:
     if heard.gradual and (heard.slower or heard.faster):
         return heard.intent("ramp_down" if heard.slower else "ramp_up", unit="")
     return heard.intent("constant", unit="") if heard.constant and not (heard.slower or heard.faster) else None
+
+
+def _from_rest(r: Reader) -> bool:
+    """Whether the speed begins at 0: "accelerate from standstill"."""
+    return any(
+        t.value in ("stop", "wait") and r.word_before(i) in ("from", "a") and _after_from(r, i)
+        for i, t in enumerate(r.tokens)
+    )
+
+
+def _after_from(r: Reader, i: int) -> bool:
+    return "from" in [t.text.lower() for t in r.tokens[max(i - 2, 0) : i]]
 
 
 def _relative(r: Reader, heard: _Heard) -> Intent | None:
@@ -146,10 +169,24 @@ def _bounded(r: Reader, heard: _Heard) -> Intent | None:
     slower, faster = (heard.faster, heard.slower) if never else (heard.slower, heard.faster)
     above = r.has("under", "at_most", "limit", "beyond") or (heard.compared and slower)
     below = r.has("over", "at_least", "no_closer") or (heard.compared and faster)
+    peak = r.take("peak")
+    above, below = (True, False) if peak and heard.slower else (above, below)
     if not numbers or above == below:
         return None
     r.take("under", "over", "at_most", "at_least", "limit", "no_closer", "stay", "beyond", "never")
     return heard.intent("cap" if above else "floor", r.take_at(numbers[0]).number)
+
+
+def _between_bounds(r: Reader) -> list[Intent]:
+    """A speed between two others: "keep the speed between 0.2 and 0.4 m/s"."""
+    numbers = r.numbers(("m/s",))
+    if len(numbers) != 2 or not r.take("between"):
+        return []
+    low, high = (r.take_at(i).number for i in numbers)
+    region = read_region(r, speed=True)
+    r.take("speed", "keep", "stay", "whole", "always")
+    amounts = (("cap", high), ("floor", low))
+    return [Intent("speed", amount=amount, unit="m/s", mode=mode, region=region) for mode, amount in amounts]
 
 
 def _idle(r: Reader) -> tuple[str, ...]:
@@ -176,8 +213,11 @@ def _shift_first(r: Reader) -> list[Intent]:
     if i is None:
         return []
     j = r.before(i)
-    if j is not None and r.tokens[j].value == "when":
+    if (j is not None and r.tokens[j].value == "when") or named_heading(r.tokens, i):
         return []
+    placed = r.find("when")
+    if placed is not None and placed < i and r.numbers(("m",)):
+        return []  # "when higher than 1 m"
     beside = [k for k in (j, r.after(i)) if k is not None and r.tokens[k].value in ("slight", "large")]
     degree: Degree = "moderate"
     if beside:

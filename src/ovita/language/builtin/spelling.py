@@ -41,8 +41,9 @@ def _corrected(word: str, named: set[str]) -> str:
     names = [n for n in sorted(named) if close(word, n) or (len(n) == len(word) + 1 and n.startswith(word))]
     if len(names) == 1:
         return names[0]
-    if len(word) < SHORTEST:
-        return word
+    single = _unswapped(word) if len(word) < SHORTEST else _undoubled(word)
+    if single != word or len(word) < SHORTEST:
+        return single
     known = _by_letter()
     for ending in ("", "s", "ed", "ing", "ly", "er"):
         form = word.removesuffix(ending)
@@ -52,6 +53,26 @@ def _corrected(word: str, named: set[str]) -> str:
         if near:
             return min(near, key=lambda k: (distance(form, k), abs(len(k) - len(form)), k))
     return word
+
+
+@cache
+def _all_known() -> frozenset[str]:
+    return known_words() | OTHERS
+
+
+def _unswapped(word: str) -> str:
+    """The one known word that two neighbouring letters of a short word were swapped in: "mvoe", "teh"."""
+    swapped = {word[:i] + word[i + 1] + word[i] + word[i + 2 :] for i in range(len(word) - 1)}
+    found = sorted(swapped & _all_known())
+    return found[0] if len(found) == 1 else word
+
+
+def _undoubled(word: str) -> str:
+    """The known word of four letters in which one was typed twice: "lefft"."""
+    if len(word) != 5:
+        return word
+    found = {word[:i] + word[i + 1 :] for i in range(4) if word[i] == word[i + 1]} & _all_known()
+    return min(found) if len(found) == 1 else word
 
 
 @cache

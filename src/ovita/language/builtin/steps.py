@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ovita.language.builtin.aim_steps import AIM_STEPS
 from ovita.language.builtin.draft import OPPOSITE, Draft, above, argument, mask, suffix
 from ovita.language.builtin.intents import Intent
 from ovita.language.builtin.shape_steps import SHAPE_STEPS
@@ -134,6 +135,8 @@ def _endpoint(d: Draft, intent: Intent) -> None:
 
 def _same(d: Draft, intent: Intent) -> None:
     """What is to stay as it is; the other steps leave it alone, and the expectation tells if they do not."""
+    if intent.mode == "rest":
+        return
     d.fixed.add(intent.mode)
     if intent.mode in ("start", "goal"):
         d.expectations.append(f"expect_{intent.mode}()")
@@ -163,12 +166,16 @@ def _closer(d: Draft, intent: Intent) -> None:
     if item.dimensions is None and d.distance(item) - by < item.radius:
         d.contacts.append(item.name)
         d.assume(f"{item.name} is no obstacle, as its size is not given and the path is to come this close")
+    most = d.distance(item) - item.radius
+    if intent.amount is not None and item.dimensions is not None and by > most + 1e-9:
+        d.assume(f"closer to {item.name} ends at the sphere around it, {max(most, 0.0):.3g} m closer, not {by:g} m")
     name = d.knob("closer_by", by, f"[m] how much closer to {item.name}")
     reach = ""
     if intent.mode == "whole" or where:
         reach = f", reach={d.knob('reach', nice(4 * d.scale.extent), '[m] how far around the closest point it acts')}"
     d.body.append(f"traj = closer(traj, {ref}, {name}{reach}{argument(where)}{d.held()})")
-    d.expectations.append(f"expect_closer({ref}{argument(where)})")
+    stated = "" if intent.amount is None or where else f", {name}"
+    d.expectations.append(f"expect_closer({ref}{stated}{argument(where)})")
     d.plan.append(f"Bring the path {by:g} m closer to {item.name}{suffix(part)}.")
 
 
@@ -177,6 +184,8 @@ def _farther(d: Draft, intent: Intent) -> None:
     where, part = mask(d, intent.region)
     ref = d.ref(item)
     d.expectations.append(f"expect_farther({ref})")
+    if intent.mode == "aside":
+        d.exact.add("up")  # around it, not above it
     if intent.unit == "%" and intent.amount is not None:
         intent = replace(intent, amount=1.0 + intent.amount, unit="x")
     if intent.unit == "x" and intent.amount is not None:
@@ -222,10 +231,12 @@ def _keep_distance(d: Draft, intent: Intent) -> None:
     name = d.knob("distance", intent.amount, f"[m] distance to keep, {bound.replace('_', ' ')}")
     refs = [d.ref(item) for item in intent.items]
     target = refs[0] if len(refs) == 1 else f"[{', '.join(refs)}]"
-    d.body.append(f"traj = keep_distance(traj, {target}, {bound}={name})")
-    d.expectations += [f"expect_distance({ref}, {bound}={name})" for ref in refs]
+    where, part = mask(d, intent.region)
+    where = argument(d.part(where))
+    d.body.append(f"traj = keep_distance(traj, {target}, {bound}={name}{where})")
+    d.expectations += [f"expect_distance({ref}, {bound}={name}{where})" for ref in refs]
     names = " and ".join(item.name for item in intent.items)
-    d.plan.append(f"Keep {bound.replace('_', ' ')} {intent.amount:g} m from {names}.")
+    d.plan.append(f"Keep {bound.replace('_', ' ')} {intent.amount:g} m from {names}{suffix(part)}.")
 
 
 def _through(d: Draft, intent: Intent) -> None:
@@ -290,6 +301,10 @@ def _at(d: Draft, intent: Intent) -> tuple[str, str]:
         return d.ref(intent.items[0]), f"closest to {intent.items[0].name}"
     if intent.mode == "middle":
         return "0.5", "in the middle"
+    if intent.mode.startswith("#"):
+        which = min(int(intent.mode[1:]), len(d.request.trajectory))
+        d.assume("waypoints are counted from 1")
+        return str(which - 1), f"at waypoint {which}"
     place = intent.mode or "goal"
     return repr(place), f"at the {place}"
 
@@ -363,6 +378,7 @@ def _tolerance(d: Draft) -> float:
 
 STEPS: dict[str, Callable[[Draft, Intent], None]] = {
     **SHAPE_STEPS,
+    **AIM_STEPS,
     "same": _same,
     "move": _move,
     "move_start": _endpoint,

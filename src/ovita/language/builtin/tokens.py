@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ovita.language.builtin.lexicon import CONNECTIVES, JOIN, PLAIN, concept_at, is_filler
 from ovita.language.builtin.numbers import amount_at, is_digits
@@ -40,6 +40,8 @@ REASONS = (("to", "prevent"), ("to", "ensure"), ("so", "that"), ("in", "order", 
 
 SIGNS = ("-", "+", "_", "/")
 
+AXES = ("x", "y", "z")
+
 CHOICE = "choice"
 """Value of an unknown token that leaves the choice among several objects."""
 
@@ -61,7 +63,11 @@ def tokenize(sentence: str, scene: Scene, path: Array | None = None) -> tuple[tu
         token, used = _match(words, lowered, i, catalog, _named_last(tokens))
         tokens.append(token)
         i += used
-    tokens = [t for t in tokens if t.text not in SIGNS]
+    tokens = _with_units([t for t in tokens if t.text not in SIGNS])
+    replaced = _replaced(tokens)
+    if replaced:
+        notes.append(f"took {' '.join(t.text for t in tokens[replaced])!r} as what was so far")
+        tokens[replaced] = []
     reason = _reason(tokens)
     if reason:
         notes.append(f"took {' '.join(t.text for t in tokens[reason])!r} as the reason, not as something to do")
@@ -69,8 +75,29 @@ def tokenize(sentence: str, scene: Scene, path: Array | None = None) -> tuple[tu
     return tuple(tokens), tuple(notes)
 
 
+def _with_units(tokens: list[Token]) -> list[Token]:
+    """Give the first of two numbers the unit behind the second: "10 to 15 cm", "between 0.1 and 0.2 m/s"."""
+    for i in range(len(tokens) - 2):
+        one, link, two = tokens[i : i + 3]
+        if one.kind == "number" == two.kind and not one.unit and two.unit in ("m", "m/s", "s", "deg"):
+            said = float(two.text.split()[0].replace(",", ".")) if is_digits(two.text.split()[0]) else 0.0
+            if link.text.lower() in ("to", "and", "or") and said > 0:
+                tokens[i] = replace(one, number=one.number * two.number / said, unit=two.unit)
+    return tokens
+
+
 def _named_last(tokens: list[Token]) -> tuple[SceneObject, ...]:
     return next((t.items for t in reversed(tokens) if t.kind == "object"), ())
+
+
+def _replaced(tokens: list[Token]) -> slice | None:
+    """The words, up to the next mark, that say what something is done instead of: "instead of around it"."""
+    for i in range(1, len(tokens) - 1):
+        pair = tokens[i].text.lower(), tokens[i + 1].text.lower()
+        if pair in (("instead", "of"), ("rather", "than")) or pair[0] in ("instead of", "rather than"):
+            end = next((j for j in range(i, len(tokens)) if tokens[j].kind in ("break", "join")), len(tokens))
+            return slice(i, end)
+    return None
 
 
 def _reason(tokens: list[Token]) -> slice | None:
@@ -97,13 +124,17 @@ def _without_hyphens(words: list[str]) -> list[str]:
     kept: list[str] = []
     for i, word in enumerate(words):
         before, behind = words[i - 1] if i else "", words[i + 1] if i + 1 < len(words) else ""
-        if word in SIGNS:
+        if word.lower() == "nor":
+            kept += ["and", "not"]
+        elif word in SIGNS:
             if is_digits(behind) and is_digits(before):
                 kept.append("to" if word == "-" else word)
             elif word == "-" and is_digits(behind):
                 kept.append(word)
             elif word == "/" and before.lower() in ("m", "cm", "mm", "km"):
                 kept.append(word)
+            elif behind.lower() in AXES and before.lower() not in AXES:
+                kept.append("minus" if word == "-" else word)
         elif not (word.lower() in ("st", "nd", "rd", "th") and is_digits(before)):
             kept.append(word)
     return kept
