@@ -128,9 +128,8 @@ def _reaching(r: Reader, heard: _Heard) -> Intent | None:
     """A speed to reach, at once or steadily, or one speed everywhere."""
     if heard.factor is not None:
         return heard.intent("factor", heard.factor, "x")
-    stops = not r.says("standstill", "rest", "at rest", "stop") or not _from_rest(r)
-    if not stops:
-        r.take("stop", "start", "faster")
+    if _from_rest(r):
+        r.take("stop", "wait", "start", "faster")
         return heard.intent("ramp_from", unit="")
     stops = r.take("stop")
     set_to = _target(r, changed=heard.slower or heard.faster)
@@ -145,15 +144,11 @@ def _reaching(r: Reader, heard: _Heard) -> Intent | None:
 
 
 def _from_rest(r: Reader) -> bool:
-    """Whether the speed begins at 0: "accelerate from standstill"."""
+    """Whether the speed begins at 0: "accelerate from standstill", "from a stop"."""
     return any(
-        t.value in ("stop", "wait") and r.word_before(i) in ("from", "a") and _after_from(r, i)
+        t.value in ("stop", "wait") and "from" in (r.word_before(i), r.word_before(i - 1))
         for i, t in enumerate(r.tokens)
     )
-
-
-def _after_from(r: Reader, i: int) -> bool:
-    return "from" in [t.text.lower() for t in r.tokens[max(i - 2, 0) : i]]
 
 
 def _relative(r: Reader, heard: _Heard) -> Intent | None:
