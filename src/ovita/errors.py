@@ -20,6 +20,7 @@
     ├── LinkError                  a robot or a bus does not answer, or does not take what is sent
     ├── IsolationUnavailable       this machine cannot run a policy as isolated as asked
     ├── ConstraintDefinitionError  limits that contradict themselves
+    ├── NoRenderer                 no offscreen OpenGL for a video (in `sim.gl`)
     └── MissingExtra               an optional package is not installed
 
 Input errors raise early, at the caller. Policy and writer errors are caught by `adapt`, which turns them

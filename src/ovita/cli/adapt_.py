@@ -42,7 +42,7 @@ from ovita.language.request import Request
 )
 @click.option("--repairs", type=int, default=REPAIRS, show_default=True, help="How often a failing policy goes back.")
 @click.option("--explain-with-model", is_flag=True, help="Let a model that wrote the policy also word the explanation.")
-@click.option("--no-examples", is_flag=True, help="Leave the two examples out of a model's prompt (ablation).")
+@click.option("--no-examples", is_flag=True, help="Leave the examples out of a model's prompt (ablation).")
 @shared
 def command(
     file: str,
