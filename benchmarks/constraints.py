@@ -25,12 +25,12 @@ from typing import Any
 
 import numpy as np
 
-from ovita.constraints import ConstraintOptions, Solution, constrain
-from ovita.constraints import paper as published
-from ovita.constraints.qp import Weights, difference_matrix, solve_qp
-from ovita.robot import Robot
-from ovita.scene import Scene, SceneObject
-from ovita.trajectory import Array, Trajectory
+from ovita.limits import ConstraintOptions, Solution, constrain
+from ovita.limits import paper as published
+from ovita.limits.qp import Weights, difference_matrix, solve_qp
+from ovita.paths.robot import Robot
+from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.trajectory import Array, Trajectory
 
 SINGLE = ConstraintOptions(lambda_smooth=0.01, lambda_shape=0.0, obstacle_shape="sphere")
 FIRST = replace(SINGLE, steps=1)

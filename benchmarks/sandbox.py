@@ -16,11 +16,11 @@ from pathlib import Path
 
 import numpy as np
 
+from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.trajectory import Trajectory
 from ovita.policy import Policy, sandbox
 from ovita.policy.processes import POOL
 from ovita.policy.sandbox import run
-from ovita.scene import Scene, SceneObject
-from ovita.trajectory import Trajectory
 
 WAYPOINTS = 100
 

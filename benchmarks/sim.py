@@ -17,14 +17,14 @@ import numpy as np
 
 from ovita import sim
 from ovita.chain import adapt
-from ovita.formats import load_task
-from ovita.language.request import Request
-from ovita.robot import Robot
-from ovita.scene import Scene
+from ovita.io import load_task
+from ovita.paths.robot import Robot
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Trajectory
+from ovita.request import Request
 from ovita.sim.arm import Kinematics
 from ovita.sim.models import ArmLimits
 from ovita.sim.stage import build
-from ovita.trajectory import Trajectory
 
 KINDS = {"Manipulator": ("arm", "iiwa"), "Ground_robot": ("ground", "jackal"), "Drone": ("drone", "crazyflie")}
 TARGET = {"iiwa": 0.002, "jackal": 0.05, "crazyflie": 0.05}

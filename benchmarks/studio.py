@@ -21,9 +21,9 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "studio"))
 
 from studio_tab import Tab
 
-from ovita.session import Session
+from ovita.dialogue.session import Session
+from ovita.paths.trajectory import Trajectory
 from ovita.studio import Settings, Studio
-from ovita.trajectory import Trajectory
 
 SAY = "Go left by 0.2 and slow down near the cup"
 

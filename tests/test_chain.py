@@ -5,14 +5,15 @@ import json
 import numpy as np
 import pytest
 
-from ovita.adaptation import Adaptation
 from ovita.chain import adapt, rerun
-from ovita.constraints import ConstraintOptions
 from ovita.errors import PolicyError, WriterError
-from ovita.language.request import Reply, Request, WriterInfo
-from ovita.robot import Robot
-from ovita.scene import Scene, SceneObject
-from ovita.trajectory import Trajectory
+from ovita.limits import ConstraintOptions
+from ovita.paths.robot import Robot
+from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.trajectory import Trajectory
+from ovita.request import Request
+from ovita.result import Adaptation
+from ovita.writers.base import Reply, WriterInfo
 
 PATH = Trajectory.from_array(
     np.column_stack([np.linspace(0, 1, 30), np.zeros(30), np.zeros(30), np.full(30, 0.4)]), timestep=0.2

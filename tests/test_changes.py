@@ -6,10 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from ovita.changes import Changes, Span, dwells, measure, sentences
 from ovita.errors import InputError
-from ovita.scene import Frame, Scene, SceneObject
-from ovita.trajectory import Trajectory
+from ovita.measure import Changes, Span, compare, dwells, sentences
+from ovita.paths.scene import Frame, Scene, SceneObject
+from ovita.paths.trajectory import Trajectory
 
 CUP = SceneObject("cup", (0.5, 0.3, 0.0), (0.1, 0.1, 0.1))
 SCENE = Scene((CUP,))
@@ -22,11 +22,11 @@ def line(n: int = 41, length: float = 1.0, speed: float = 0.3) -> Trajectory:
 
 
 def changed(original: Trajectory, rows: np.ndarray, scene: Scene = SCENE) -> Changes:
-    return measure(original, Trajectory.from_array(rows), scene)
+    return compare(original, Trajectory.from_array(rows), scene)
 
 
 def test_nothing_changed_says_so() -> None:
-    changes = measure(line(), line(), SCENE)
+    changes = compare(line(), line(), SCENE)
     assert changes.nothing_changed and changes.path_unchanged and changes.speeds_unchanged
     assert changes.displacement.max == changes.displacement.count == 0
     assert changes.speed.ranges == () and changes.displacement.first is None
@@ -102,7 +102,7 @@ def test_a_dwell_leaves_the_path_unmoved_and_is_told_as_a_wait() -> None:
     told = sentences(changes)
     assert told[0] == "It stops at waypoint 20 near the cup and waits 3.00 s."
     assert "The path is exactly as before." in told
-    back = measure(Trajectory.from_array(rows), line(), SCENE)
+    back = compare(Trajectory.from_array(rows), line(), SCENE)
     assert back.displacement.max == 0.0
     assert "It no longer stops on the way." in sentences(back)
 
@@ -145,7 +145,7 @@ def test_a_moved_and_continued_path_keeps_its_translation() -> None:
 
 
 def test_the_same_path_with_other_waypoints_is_as_good_as_unmoved() -> None:
-    changes = measure(line(), line().resample(97), SCENE)
+    changes = compare(line(), line().resample(97), SCENE)
     assert changes.matching == "arc length" and not changes.path_unchanged
     assert changes.displacement.max == pytest.approx(0.0, abs=1e-12)
     assert changes.duration.change == pytest.approx(0.0, abs=1e-9)
@@ -153,7 +153,7 @@ def test_the_same_path_with_other_waypoints_is_as_good_as_unmoved() -> None:
 
 def test_closest_approach_counts_what_lies_between_waypoints() -> None:
     two = Trajectory(np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]), np.ones(2))
-    (item,) = measure(two, two, SCENE).objects
+    (item,) = compare(two, two, SCENE).objects
     assert item.distance.before == pytest.approx(0.3, abs=1e-12)
     assert item.distance_at.before == pytest.approx(0.5)
     assert item.clearance.before == pytest.approx(0.25, abs=1e-9)
@@ -162,7 +162,7 @@ def test_closest_approach_counts_what_lies_between_waypoints() -> None:
 def test_an_oriented_cuboid_is_measured_at_its_surface() -> None:
     half = np.pi / 8
     bar = SceneObject("bar", (0.5, 0.5, 0.0), (0.4, 0.02, 0.02), (np.cos(half), 0.0, 0.0, np.sin(half)))
-    changes = measure(line(3), line(3), Scene((bar,)))
+    changes = compare(line(3), line(3), Scene((bar,)))
     expected = 0.5 - (0.2 + 0.01) * np.sin(np.pi / 4)
     assert changes.objects[0].clearance.before == pytest.approx(expected, abs=1e-6)
 
@@ -173,7 +173,7 @@ def test_clearance_agrees_with_dense_sampling() -> None:
         path = Trajectory(rng.normal(size=(12, 3)), np.ones(12))
         item = SceneObject("box", rng.normal(size=3), rng.uniform(0.05, 1.0, 3), rng.normal(size=4))
         dense = item.clearance(path.resample(20001).positions).min()
-        found = measure(path, path, Scene((item,))).objects[0].clearance.before
+        found = compare(path, path, Scene((item,))).objects[0].clearance.before
         assert found <= dense + 1e-9 and found == pytest.approx(dense, abs=2e-3)
 
 
@@ -189,7 +189,7 @@ def test_running_into_an_object_is_told() -> None:
     rows[:, 1] += 0.3
     told = sentences(changed(line(), rows))
     assert "It now runs into the cup, 0.05 m deep." in told
-    back = sentences(measure(Trajectory.from_array(rows), line(), SCENE))
+    back = sentences(compare(Trajectory.from_array(rows), line(), SCENE))
     assert "It no longer runs into the cup; 0.25 m are left." in back
 
 
@@ -204,7 +204,7 @@ def test_speed_near_an_object_is_measured_before_and_after() -> None:
 
 def test_a_change_of_orientation_alone_is_not_silent() -> None:
     turned = Trajectory(line().positions, line().speeds, np.tile([1.0, 0.0, 0.0, 0.0], (41, 1)))
-    changes = measure(line(), turned, SCENE)
+    changes = compare(line(), turned, SCENE)
     assert not changes.nothing_changed
     assert sentences(changes) == ["The path is exactly as before.", "The orientation along the path changed."]
 
@@ -212,7 +212,7 @@ def test_a_change_of_orientation_alone_is_not_silent() -> None:
 def test_a_path_without_length_is_measured() -> None:
     still = Trajectory(np.zeros((3, 3)), np.zeros(3))
     moved = Trajectory(np.ones((5, 3)), np.zeros(5))
-    changes = measure(still, moved, SCENE)
+    changes = compare(still, moved, SCENE)
     assert changes.displacement.max == pytest.approx(np.sqrt(3.0))
     assert sentences(changes)[0] == "The whole path moved 1.00 m right, 1.00 m forward and 1.00 m up."
     json.dumps(changes.to_dict(), allow_nan=False)
@@ -220,7 +220,7 @@ def test_a_path_without_length_is_measured() -> None:
 
 @pytest.mark.parametrize("spoil", ["displacement", "speed", "objects"])
 def test_a_report_that_lacks_keys_is_refused(spoil: str) -> None:
-    data = measure(line(), line(), SCENE).to_dict()
+    data = compare(line(), line(), SCENE).to_dict()
     del data[spoil]
     with pytest.raises(InputError, match="not a report of changes"):
         Changes.from_dict(data)
@@ -238,7 +238,7 @@ paths = st.integers(2, 12).flatmap(
 @settings(max_examples=60, deadline=None, derandomize=True)
 @given(paths)
 def test_identical_trajectories_differ_nowhere(path: Trajectory) -> None:
-    changes = measure(path, path, SCENE)
+    changes = compare(path, path, SCENE)
     moved = changes.displacement
     assert (moved.max, moved.mean, moved.spread, moved.count) == (0.0, 0.0, 0.0, 0)
     assert changes.start.shift == changes.goal.shift == changes.speed.count == 0
@@ -249,7 +249,7 @@ def test_identical_trajectories_differ_nowhere(path: Trajectory) -> None:
 @settings(max_examples=60, deadline=None, derandomize=True)
 @given(paths, arrays(np.float64, 3, elements=st.floats(-2, 2, width=32)))
 def test_a_translation_measures_as_itself(path: Trajectory, offset: np.ndarray) -> None:
-    changes = measure(path, path.with_(positions=path.positions + offset), SCENE)
+    changes = compare(path, path.with_(positions=path.positions + offset), SCENE)
     np.testing.assert_allclose(changes.displacement.vector, offset, atol=1e-9)
     assert changes.displacement.max == pytest.approx(np.linalg.norm(offset), abs=1e-9)
     assert changes.displacement.spread < 1e-9
@@ -259,7 +259,7 @@ def test_a_translation_measures_as_itself(path: Trajectory, offset: np.ndarray) 
 @settings(max_examples=60, deadline=None, derandomize=True)
 @given(paths, paths)
 def test_any_pair_is_measured_told_and_goes_through_json(one: Trajectory, other: Trajectory) -> None:
-    changes = measure(one, other, SCENE)
+    changes = compare(one, other, SCENE)
     assert Changes.from_dict(json.loads(json.dumps(changes.to_dict()))) == changes
     told = sentences(changes)
     assert told and all(s.endswith(".") and "nan" not in s for s in told)
@@ -268,6 +268,6 @@ def test_any_pair_is_measured_told_and_goes_through_json(one: Trajectory, other:
 def test_a_constant_orientation_is_unchanged_with_another_number_of_waypoints():
     turned = np.tile([0.0, 0.0, 0.0, 1.0], (10, 1))
     path = Trajectory(np.column_stack([np.linspace(0, 1, 10), np.zeros((10, 2))]), np.full(10, 0.3), turned)
-    assert measure(path, path.resample(5), Scene()).orientations_unchanged
+    assert compare(path, path.resample(5), Scene()).orientations_unchanged
     tilted = Trajectory(path.resample(5).positions, path.resample(5).speeds, np.tile([1.0, 0, 0, 0], (5, 1)))
-    assert not measure(path, tilted, Scene()).orientations_unchanged
+    assert not compare(path, tilted, Scene()).orientations_unchanged

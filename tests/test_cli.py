@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ovita.adaptation import Adaptation
-from ovita.formats import load_task
+from ovita.io import load_task
+from ovita.result import Adaptation
 
 TABLETOP = Path(__file__).parents[1] / "src" / "ovita" / "data" / "tabletop.json"
 

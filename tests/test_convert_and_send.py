@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from ovita.cli.main import main
-from ovita.formats import load_task, save_trajectory
-from ovita.scene import Frame, Scene
-from ovita.trajectory import Trajectory
+from ovita.io import load_task, save_trajectory
+from ovita.paths.scene import Frame, Scene
+from ovita.paths.trajectory import Trajectory
 
 TABLETOP = Path(__file__).parents[1] / "src" / "ovita" / "data" / "tabletop.json"
 HOME = "47.3977,8.5456,488"

@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ovita.adaptation import Adaptation
 from ovita.chain import adapt
-from ovita.formats import load_task
-from ovita.language.request import Request
-from ovita.robot import Robot
+from ovita.io import load_task
+from ovita.paths.robot import Robot
+from ovita.request import Request
+from ovita.result import Adaptation
 
 FOLDER = Path(__file__).parents[1].parent / "shared" / "data" / "ovita-dev"
 FILES = sorted(FOLDER.rglob("*.json"))

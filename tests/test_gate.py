@@ -6,16 +6,16 @@ import stat
 
 import pytest
 
-from ovita.adaptation import Adaptation
 from ovita.chain import adapt
-from ovita.constraints import ConstraintOptions
 from ovita.errors import FormatError
-from ovita.formats.adaptation import seal
 from ovita.gate import default_log, record, review
-from ovita.language.request import Request
-from ovita.robot import Box, Robot
-from ovita.scene import Scene, SceneObject
-from ovita.trajectory import Trajectory
+from ovita.io.adaptation import seal
+from ovita.limits import ConstraintOptions
+from ovita.paths.robot import Box, Robot
+from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.trajectory import Trajectory
+from ovita.request import Request
+from ovita.result import Adaptation
 
 ROBOT = Robot("cell", Box((-2, -2, -1), (2, 2, 1)), max_speed=0.6)
 SCENE = Scene((SceneObject("cup", [0.5, 0.6, 0], [0.1, 0.1, 0.1]),))

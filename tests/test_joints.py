@@ -15,16 +15,16 @@ from ovita.chain import adapt
 from ovita.cli.convert_ import command
 from ovita.cli.send_ import command as send
 from ovita.errors import MissingExtra, RequestError, RobotError
-from ovita.formats import load_task, save_trajectory
-from ovita.formats.ros.joints import JointMotion, load_joint_motion
-from ovita.formats.turning import turned
-from ovita.joints import joint_motion, tool_path
-from ovita.language.request import Request
-from ovita.links import deliver_joints, ros2
-from ovita.robot import Box, Robot
-from ovita.scene import Frame, Scene, SceneObject
+from ovita.io import load_task, save_trajectory
+from ovita.io.links import deliver_joints, ros2
+from ovita.io.ros.joints import JointMotion, load_joint_motion
+from ovita.io.turning import turned
+from ovita.paths.robot import Box, Robot
+from ovita.paths.scene import Frame, Scene, SceneObject
+from ovita.paths.trajectory import Trajectory
+from ovita.request import Request
 from ovita.sim import Base
-from ovita.trajectory import Trajectory
+from ovita.sim.joints import joint_motion, tool_path
 
 PATH = Trajectory([[0.45, 0.1 * i - 0.2, 0.5] for i in range(5)], [0.1, 0.2, 0.2, 0.2, 0.1])
 FLU = Frame("flu")
@@ -73,7 +73,7 @@ def test_joints_go_to_topics_but_not_to_drones(motion, monkeypatch):
     class Backend:
         @staticmethod
         def publish(address, build):
-            from ovita.formats.ros.messages import Maker
+            from ovita.io.ros.messages import Maker
 
             sent["name"], sent["message"] = build(Maker(lambda name, **fields: (name, fields)))
             return b"bytes"

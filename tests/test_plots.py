@@ -10,12 +10,12 @@ pytest.importorskip("matplotlib")
 pytest.importorskip("plotly")
 
 from ovita import plots
-from ovita.constraints import ConstraintCheck
 from ovita.errors import FormatError, MissingExtra
+from ovita.limits import ConstraintCheck
+from ovita.paths.robot import Box, Robot, Shell
+from ovita.paths.scene import Frame, Scene, SceneObject
+from ovita.paths.trajectory import Trajectory
 from ovita.plots import geometry, labels
-from ovita.robot import Box, Robot, Shell
-from ovita.scene import Frame, Scene, SceneObject
-from ovita.trajectory import Trajectory
 
 EVIL = "<script>alert(1)</script>"
 MAGIC = {".png": b"\x89PNG\r\n", ".svg": b"<?xml", ".pdf": b"%PDF-"}

@@ -5,12 +5,13 @@ import json
 import numpy as np
 import pytest
 
-from ovita.adaptation import Adaptation, Postcondition
 from ovita.chain import adapt
-from ovita.language.request import Reply, Request, WriterInfo
-from ovita.robot import Box, Robot
-from ovita.scene import Scene, SceneObject
-from ovita.trajectory import Trajectory
+from ovita.paths.robot import Box, Robot
+from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.trajectory import Trajectory
+from ovita.request import Request
+from ovita.result import Adaptation, Postcondition
+from ovita.writers.base import Reply, WriterInfo
 
 PATH = Trajectory.from_array(
     np.column_stack([np.linspace(-0.5, 0.5, 41), np.zeros(41), np.zeros(41), np.full(41, 0.5)])

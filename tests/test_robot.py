@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ovita.errors import RobotError
-from ovita.robot import Box, Robot, Shell
+from ovita.paths.robot import Box, Robot, Shell
 
 
 def test_presets_have_the_figures_of_the_release():

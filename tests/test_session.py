@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from ovita.dialogue.session import Session
 from ovita.errors import PolicyError, RequestError
-from ovita.scene import Scene, SceneObject
-from ovita.session import Session
-from ovita.trajectory import Trajectory
+from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.trajectory import Trajectory
 
 PATH = Trajectory.from_array(np.column_stack([np.linspace(0, 1, 20), np.zeros((20, 2)), np.full(20, 0.4)]))
 

@@ -5,14 +5,14 @@ import json
 import numpy as np
 import pytest
 
-from ovita.constraints import ConstraintOptions
+from ovita.dialogue.history import ROOT
+from ovita.dialogue.session import Session
 from ovita.errors import FormatError, PolicyError, RequestError
-from ovita.formats.journal import Journal
-from ovita.history import ROOT
-from ovita.robot import Robot
-from ovita.scene import Scene, SceneObject
-from ovita.session import Session
-from ovita.trajectory import Trajectory
+from ovita.io.journal import Journal
+from ovita.limits import ConstraintOptions
+from ovita.paths.robot import Robot
+from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.trajectory import Trajectory
 
 PATH = Trajectory.from_array(np.column_stack([np.linspace(0, 1, 20), np.zeros((20, 2)), np.full(20, 0.4)]))
 CUP = SceneObject("cup", [0.5, 0.3, 0.0])

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from ovita.errors import TrajectoryError
-from ovita.trajectory import Trajectory, interpolate
+from ovita.paths.trajectory import Trajectory, interpolate
 
 finite = st.floats(-100, 100, allow_nan=False, width=32)
 

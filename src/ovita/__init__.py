@@ -10,50 +10,50 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from ovita.adaptation import Adaptation
     from ovita.chain import adapt, rerun
-    from ovita.changes import Changes, measure
-    from ovita.constraints import ConstraintOptions, Verdict, constrain, verify
+    from ovita.dialogue.session import Session
     from ovita.errors import OvitaError
-    from ovita.formats import load_robot, load_task, save_trajectory
-    from ovita.language.grounding import ground
-    from ovita.language.request import Prompt, Reply, Request
-    from ovita.language.writer import PolicyWriter, writer_named
+    from ovita.io import load_robot, load_task, save_trajectory
+    from ovita.limits import ConstraintOptions, Verdict, constrain, verify
+    from ovita.measure import Changes, compare
+    from ovita.paths.robot import Robot
+    from ovita.paths.scene import Frame, Scene, SceneObject
+    from ovita.paths.trajectory import Trajectory
     from ovita.policy import Policy
-    from ovita.robot import Robot
-    from ovita.scene import Frame, Scene, SceneObject
-    from ovita.session import Session
-    from ovita.trajectory import Trajectory
+    from ovita.request import Request
+    from ovita.result import Adaptation
+    from ovita.writers.base import PolicyWriter, Prompt, Reply, writer_named
+    from ovita.writers.prompt import ground
 
 __version__ = "0.1.0"
 
 _HOMES = {
-    "Adaptation": "adaptation",
-    "Changes": "changes",
-    "ConstraintOptions": "constraints",
-    "Frame": "scene",
+    "Adaptation": "result",
+    "Changes": "measure",
+    "ConstraintOptions": "limits",
+    "Frame": "paths.scene",
     "OvitaError": "errors",
     "Policy": "policy",
-    "PolicyWriter": "language.writer",
-    "Prompt": "language.request",
-    "Reply": "language.request",
-    "Request": "language.request",
-    "Robot": "robot",
-    "Scene": "scene",
-    "SceneObject": "scene",
-    "Session": "session",
-    "Trajectory": "trajectory",
-    "Verdict": "constraints",
+    "PolicyWriter": "writers.base",
+    "Prompt": "writers.base",
+    "Reply": "writers.base",
+    "Request": "request",
+    "Robot": "paths.robot",
+    "Scene": "paths.scene",
+    "SceneObject": "paths.scene",
+    "Session": "dialogue.session",
+    "Trajectory": "paths.trajectory",
+    "Verdict": "limits",
     "adapt": "chain",
-    "constrain": "constraints",
-    "ground": "language.grounding",
-    "load_robot": "formats",
-    "load_task": "formats",
-    "measure": "changes",
+    "compare": "measure",
+    "constrain": "limits",
+    "ground": "writers.prompt",
+    "load_robot": "io",
+    "load_task": "io",
     "rerun": "chain",
-    "save_trajectory": "formats",
-    "verify": "constraints",
-    "writer_named": "language.writer",
+    "save_trajectory": "io",
+    "verify": "limits",
+    "writer_named": "writers.base",
 }
 
 __all__ = [
@@ -74,11 +74,11 @@ __all__ = [
     "Trajectory",
     "Verdict",
     "adapt",
+    "compare",
     "constrain",
     "ground",
     "load_robot",
     "load_task",
-    "measure",
     "rerun",
     "save_trajectory",
     "verify",

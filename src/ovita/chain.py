@@ -16,21 +16,21 @@ from typing import Any
 
 import numpy as np
 
-from ovita.adaptation import Adaptation, Postcondition, Status
-from ovita.changes import measure, sentences
-from ovita.constraints import ConstraintOptions, constrain
 from ovita.errors import PolicyRejected, RequestError, WriterError
-from ovita.language.explain import Facts, explain, reworded
-from ovita.language.grounding import ExampleMode, ground
-from ovita.language.request import Reply, Request
-from ovita.language.watch import Progress, Watch
-from ovita.language.writer import PolicyWriter, writer_named
-from ovita.language.writing import Isolation as Isolation
-from ovita.language.writing import Written, judged, quoted, write
+from ovita.limits import ConstraintOptions, constrain
+from ovita.measure import compare, sentences
+from ovita.paths.trajectory import Trajectory
 from ovita.policy import Policy
 from ovita.policy.sandbox import Rollout, run
 from ovita.policy.source import parse
-from ovita.trajectory import Trajectory
+from ovita.request import Request
+from ovita.result import Adaptation, Postcondition, Status
+from ovita.writers.base import PolicyWriter, Reply, writer_named
+from ovita.writers.explain import Facts, explain, reworded
+from ovita.writers.generate import Isolation as Isolation
+from ovita.writers.generate import Written, judged, quoted, write
+from ovita.writers.progress import Progress, Watch
+from ovita.writers.prompt import ExampleMode, ground
 
 REPAIRS = 2
 """How often a failing policy goes back to its writer, at most."""
@@ -201,7 +201,7 @@ def _finish(
     )
     clock.lap("constrain")
     verdict, adapted = solution.verdict, solution.trajectory
-    changes = measure(request.trajectory, adapted, request.scene)
+    changes = compare(request.trajectory, adapted, request.scene)
     before = judged(request, rollout, rollout.trajectory.to_array())
     after = before if adapted is rollout.trajectory else judged(request, rollout, adapted.to_array())
     postconditions = tuple(

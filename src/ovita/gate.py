@@ -18,14 +18,14 @@ from typing import Any
 
 import numpy as np
 
-from ovita.adaptation import Adaptation
-from ovita.constraints import ConstraintCheck, ConstraintOptions, verify
 from ovita.errors import FormatError
-from ovita.formats import load_document
-from ovita.formats.adaptation import seal
-from ovita.formats.files import file_name
-from ovita.robot import Robot
-from ovita.trajectory import Trajectory
+from ovita.io import load_document
+from ovita.io.adaptation import seal
+from ovita.io.files import file_name
+from ovita.limits import ConstraintCheck, ConstraintOptions, verify
+from ovita.paths.robot import Robot
+from ovita.paths.trajectory import Trajectory
+from ovita.result import Adaptation
 
 _LIMIT = re.compile(r"at most [0-9.]+(e[-+]?[0-9]+)? m/s\^2")
 

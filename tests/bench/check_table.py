@@ -5,8 +5,8 @@ from handmade import avoid, constant, end, helix, line, pace, pull, ramp, resamp
 from scipy.interpolate import CubicSpline
 
 from ovita import toolkit as tk
-from ovita.bench import checks as ck
-from ovita.scene import Scene, SceneObject
+from ovita.measure import predicates as ck
+from ovita.paths.scene import Scene, SceneObject
 
 SCENE = Scene(
     (

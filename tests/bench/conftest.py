@@ -6,7 +6,7 @@ from importlib.resources import files
 import bench_writers
 import pytest
 
-from ovita.bench.checks import all_of, moved, near, slower, speeds_kept
+from ovita.measure.predicates import all_of, moved, near, slower, speeds_kept
 
 TASKS = [
     ("go left by 0.2", moved(left=0.2)),

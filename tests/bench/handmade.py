@@ -9,7 +9,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ovita import toolkit as tk
-from ovita.scene import Scene
+from ovita.paths.scene import Scene
 
 Rows = np.ndarray
 Edit = Callable[[Rows, Scene], Rows]

@@ -9,9 +9,9 @@ import pytest
 from handmade import RIGHT, WRONG
 
 from ovita.bench.cases import all_cases, case_for
-from ovita.bench.checks import Check
-from ovita.formats import load_task
-from ovita.trajectory import Trajectory
+from ovita.io import load_task
+from ovita.measure.predicates import Check
+from ovita.paths.trajectory import Trajectory
 
 FOLDER = Path(__file__).parents[3] / "shared" / "data" / "ovita-dev"
 CASES = all_cases()

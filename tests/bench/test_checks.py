@@ -10,10 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ovita import toolkit as tk
-from ovita.bench import checks as ck
 from ovita.errors import UnknownObject
-from ovita.scene import Frame, Scene, SceneObject
-from ovita.trajectory import Trajectory
+from ovita.measure import predicates as ck
+from ovita.paths.scene import Frame, Scene, SceneObject
+from ovita.paths.trajectory import Trajectory
 
 EVERY = TABLE + KEEPING + COMBINED
 

@@ -7,10 +7,10 @@ import pytest
 
 from ovita.bench.conditions import ABLATIONS, DEFAULT, PAPER_EXAMPLES, Condition, conditions_from
 from ovita.chain import REPAIRS
-from ovita.language.grounding import ground
-from ovita.language.request import Request
-from ovita.scene import Scene, SceneObject
-from ovita.trajectory import Trajectory
+from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.trajectory import Trajectory
+from ovita.request import Request
+from ovita.writers.prompt import ground
 
 PATH = Trajectory.from_array(np.column_stack([np.linspace(0, 2, 30), np.zeros((30, 2)), np.full(30, 0.4)]))
 REQUEST = Request("circle the cup", PATH, Scene((SceneObject("cup", [0.5, 0.3, 0.0]),)))

@@ -11,7 +11,7 @@ from ovita.bench.grammar import CLAUSES, FAMILIES, MAKERS, SETTINGS, Maker, rand
 from ovita.bench.grammar.lexicon import DEGREES, NAMES, PLACES, SIDES
 from ovita.bench.samples import load_dataset
 from ovita.errors import RequestError
-from ovita.robot import Robot
+from ovita.paths.robot import Robot
 
 
 def spoken(sample):
@@ -74,7 +74,7 @@ def test_families_and_scales_take_turns(drawn):
 @pytest.mark.parametrize("split", ["train", "heldout"])
 @pytest.mark.parametrize("name", MAKERS)
 def test_every_clause_can_be_drawn_and_its_own_edit_passes(name, split):
-    from ovita.trajectory import Trajectory
+    from ovita.paths.trajectory import Trajectory
 
     for seed in range(60):
         rng = np.random.default_rng(seed)

@@ -57,9 +57,9 @@ def start(tmp_path_factory):
     """Starts studios that keep their sessions in one folder."""
     import numpy as np
 
-    from ovita.session import Session
+    from ovita.dialogue.session import Session
+    from ovita.paths.trajectory import Trajectory
     from ovita.studio import Settings, Studio
-    from ovita.trajectory import Trajectory
 
     made, folder = [], tmp_path_factory.mktemp("studio") / "sessions"
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ovita.scene import Frame, Scene, SceneObject
-from ovita.trajectory import Trajectory, interpolate, source_indices
+from ovita.paths.scene import Frame, Scene, SceneObject
+from ovita.paths.trajectory import Trajectory, interpolate, source_indices
 
 
 def _path(corners, count, speeds, *, soft=True):

@@ -3,11 +3,11 @@
 import pytest
 from bank_scenes import SCENES
 
-from ovita.bench import checks
-from ovita.language.bank import examples
+from ovita.measure import predicates as checks
 from ovita.policy.sandbox import run
 from ovita.policy.source import parse
 from ovita.toolkit import judge
+from ovita.writers.examples import examples
 
 POLICIES = [example for example in examples() if example.code]
 

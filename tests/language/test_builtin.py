@@ -5,15 +5,15 @@ import ast
 import numpy as np
 import pytest
 
-from ovita.language.builtin import BuiltinWriter
-from ovita.language.builtin.parse import parse
-from ovita.language.grounding import ground
-from ovita.language.request import Request
+from ovita.instruct.parse import parse
+from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.trajectory import Trajectory
 from ovita.policy.sandbox import run
 from ovita.policy.source import parse as parse_policy
-from ovita.scene import Scene, SceneObject
+from ovita.request import Request
 from ovita.toolkit import judge
-from ovita.trajectory import Trajectory
+from ovita.writers.builtin import BuiltinWriter
+from ovita.writers.prompt import ground
 
 SCENE = Scene(
     (
@@ -348,7 +348,7 @@ def test_path_steps_come_before_speed_and_before_what_changes_the_count():
 
 
 def test_near_is_never_empty_and_never_everything():
-    from ovita.language.scale import Scale
+    from ovita.instruct.scale import Scale
 
     trajectory = Trajectory.from_array(ROWS)
     scale = Scale.of(trajectory)

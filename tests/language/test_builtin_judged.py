@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from ovita import adapt
-from ovita.language.builtin.parse import parse
-from ovita.language.request import Request
-from ovita.scene import Frame, Scene, SceneObject
-from ovita.trajectory import Trajectory
+from ovita.instruct.parse import parse
+from ovita.paths.scene import Frame, Scene, SceneObject
+from ovita.paths.trajectory import Trajectory
+from ovita.request import Request
 
 T = np.linspace(0.0, 1.0, 50)
 PATH = Trajectory(np.column_stack([0.8 * T, 0.2 * np.sin(3 * T), 0.2 + 0.1 * T]), 0.2 + 0.1 * np.sin(np.pi * T))

@@ -6,20 +6,20 @@ import time
 import numpy as np
 import pytest
 
-from ovita.language.builtin import BuiltinWriter
-from ovita.language.builtin.lexicon import concept_at, concepts, filler, phrases, stems
-from ovita.language.builtin.numbers import amount_at
-from ovita.language.builtin.parse import parse
-from ovita.language.builtin.references import Catalog
-from ovita.language.builtin.spelling import close, distance
-from ovita.language.builtin.tokens import tokenize
-from ovita.language.grounding import ground
-from ovita.language.request import Request
+from ovita.instruct.lexicon import concept_at, concepts, filler, phrases, stems
+from ovita.instruct.numbers import amount_at
+from ovita.instruct.parse import parse
+from ovita.instruct.references import Catalog
+from ovita.instruct.spelling import close, distance
+from ovita.instruct.tokens import tokenize
+from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.trajectory import Trajectory
 from ovita.policy.sandbox import run
 from ovita.policy.source import parse as parse_policy
-from ovita.scene import Scene, SceneObject
+from ovita.request import Request
 from ovita.toolkit import judge
-from ovita.trajectory import Trajectory
+from ovita.writers.builtin import BuiltinWriter
+from ovita.writers.prompt import ground
 
 SCENE = Scene(
     (

@@ -9,16 +9,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from language.feedback_sentences import FOURTH, ROWS, SECOND, THIRD
+from ovita.dialogue.feedback import Past, resolve
+from ovita.dialogue.session import Session
 from ovita.errors import OvitaError
-from ovita.formats import load_task
-from ovita.language.builtin import BuiltinWriter
-from ovita.language.feedback import Past, resolve
-from ovita.language.grounding import ground
-from ovita.language.request import Reply, Request, WriterInfo
+from ovita.io import load_task
+from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.trajectory import Trajectory
 from ovita.policy.source import parse
-from ovita.scene import Scene, SceneObject
-from ovita.session import Session
-from ovita.trajectory import Trajectory
+from ovita.request import Request
+from ovita.writers.base import Reply, WriterInfo
+from ovita.writers.builtin import BuiltinWriter
+from ovita.writers.prompt import ground
 
 N = 41
 PATH = Trajectory.from_array(np.column_stack([np.zeros(N), np.linspace(0, 2, N), np.full(N, 0.3), np.full(N, 0.4)]))

@@ -8,10 +8,10 @@ import sys
 import numpy as np
 import pytest
 
-from ovita.formats import load_task
-from ovita.scene import Scene, SceneObject
-from ovita.session import Session
-from ovita.trajectory import Trajectory
+from ovita.dialogue.session import Session
+from ovita.io import load_task
+from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.trajectory import Trajectory
 
 ROWS = [[0, y, 0.3, 0.4] for y in np.linspace(0, 2, 41)]
 THINGS = {"cup": [0.4, 0.5, 0.3], "bottle": [0.4, 1.5, 0.3]}

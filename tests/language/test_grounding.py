@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from ovita.errors import RequestError
-from ovita.language.grounding import ground
-from ovita.language.request import Request, Turn
+from ovita.paths.robot import Robot
+from ovita.paths.scene import Frame, Scene, SceneObject
+from ovita.paths.trajectory import Trajectory
 from ovita.policy.sandbox import run
 from ovita.policy.source import parse
-from ovita.robot import Robot
-from ovita.scene import Frame, Scene, SceneObject
+from ovita.request import Request, Turn
 from ovita.toolkit import CATALOGUE
 from ovita.toolkit.catalogue import CORE
-from ovita.trajectory import Trajectory
+from ovita.writers.prompt import ground
 
 PATH = Trajectory.from_array(np.column_stack([np.linspace(0, 2, 30), np.zeros((30, 2)), np.full(30, 0.4)]))
 SCENE = Scene(

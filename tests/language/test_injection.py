@@ -13,15 +13,16 @@ from injections import ATTEMPTS, EVIL, FAST
 
 from ovita.chain import adapt
 from ovita.errors import WriterError
-from ovita.formats import load_task
-from ovita.language.builtin import BuiltinWriter
-from ovita.language.conversation import ModelWriter
-from ovita.language.grounding import MAX_ENVIRONMENT, MAX_NAME, ground
-from ovita.language.quoting import CUT, one_line, quoted
-from ovita.language.request import Prompt, Reply, Request, WriterInfo
-from ovita.robot import Box, Robot
-from ovita.scene import Scene, SceneObject
-from ovita.trajectory import Trajectory
+from ovita.io import load_task
+from ovita.paths.robot import Box, Robot
+from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.trajectory import Trajectory
+from ovita.request import Request
+from ovita.writers.base import Prompt, Reply, WriterInfo
+from ovita.writers.builtin import BuiltinWriter
+from ovita.writers.models.conversation import ModelWriter
+from ovita.writers.prompt import MAX_ENVIRONMENT, MAX_NAME, ground
+from ovita.writers.safe_text import CUT, one_line, quoted
 
 T = np.linspace(0, 1, 30)
 PATH = Trajectory.from_array(np.column_stack([T, 0.2 * np.sin(3 * T), 0.3 + 0 * T, 0.3 + 0 * T]))

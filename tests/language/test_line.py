@@ -13,18 +13,18 @@ import click.testing
 import numpy as np
 import pytest
 
-from ovita.adaptation import Adaptation
 from ovita.chain import adapt
 from ovita.cli.main import cli
+from ovita.dialogue.session import Session
 from ovita.errors import MissingExtra, RequestError, WriterError
-from ovita.formats import save_trajectory
-from ovita.language.amounts import unused
-from ovita.language.llm import LLMWriter
-from ovita.language.request import Prompt, Reply, Request, WriterInfo
-from ovita.language.writer import Line, PolicyWriter, writer_named
-from ovita.scene import Scene, SceneObject
-from ovita.session import Session
-from ovita.trajectory import Trajectory
+from ovita.io import save_trajectory
+from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.trajectory import Trajectory
+from ovita.request import Request
+from ovita.result import Adaptation
+from ovita.writers.base import Line, PolicyWriter, Prompt, Reply, WriterInfo, writer_named
+from ovita.writers.models.chat import LLMWriter
+from ovita.writers.unused_numbers import unused
 
 PATH = Trajectory.from_array(
     np.column_stack([np.linspace(0, 1, 20), np.zeros(20), np.zeros(20), np.full(20, 0.4)]), timestep=0.2
@@ -372,7 +372,7 @@ def test_temperatures_that_cannot_be_used(name: str, temperature: float) -> None
 
 
 def test_a_missing_package_is_said_when_the_line_is_chosen(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("ovita.language.endpoint.find_spec", lambda name: None)
+    monkeypatch.setattr("ovita.writers.models.endpoint.find_spec", lambda name: None)
     with pytest.raises(MissingExtra):
         writer_named("builtin,openai:m")
 

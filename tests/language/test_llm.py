@@ -13,14 +13,14 @@ import pytest
 
 from ovita.chain import adapt
 from ovita.errors import MissingExtra, MissingKey, OvitaError, RequestError, WriterError
-from ovita.language.answer import read_answer
-from ovita.language.endpoint import ollama_url
-from ovita.language.explain import reworded
-from ovita.language.llm import LLMWriter
-from ovita.language.request import Prompt, Request
-from ovita.language.writer import PolicyWriter
-from ovita.scene import Scene, SceneObject
-from ovita.trajectory import Trajectory
+from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.trajectory import Trajectory
+from ovita.request import Request
+from ovita.writers.base import PolicyWriter, Prompt
+from ovita.writers.explain import reworded
+from ovita.writers.models.answer import read_answer
+from ovita.writers.models.chat import LLMWriter
+from ovita.writers.models.endpoint import ollama_url
 
 KEY = "sk-secret-0123456789abcdef"
 CODE = 'def adapt(traj, scene, *, left=0.2):\n    """Shift left."""\n    return move(traj, left=left)'
@@ -28,7 +28,7 @@ CODE = 'def adapt(traj, scene, *, left=0.2):\n    """Shift left."""\n    return 
 
 @pytest.fixture(autouse=True)
 def _quick_retries(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("ovita.language.failure.BACKOFF", 0.01)
+    monkeypatch.setattr("ovita.writers.models.failure.BACKOFF", 0.01)
 
 
 @pytest.fixture
@@ -422,7 +422,7 @@ def test_options_that_cannot_be_used(name: str, options: dict[str, Any], message
 
 
 def test_missing_package_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("ovita.language.endpoint.find_spec", lambda name: None)
+    monkeypatch.setattr("ovita.writers.models.endpoint.find_spec", lambda name: None)
     with pytest.raises(MissingExtra, match=r"pydantic-ai-slim: pip install 'ovita\[llm\]'"):
         LLMWriter("openai:gpt-5")
 
@@ -430,7 +430,7 @@ def test_missing_package_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> Non
 def test_importing_the_writer_does_not_import_pydantic_ai() -> None:
     import subprocess
 
-    code = "import sys, ovita.language.llm as l; l.LLMWriter('openai:m'); print('pydantic_ai' in sys.modules)"
+    code = "import sys, ovita.writers.models.chat as l; l.LLMWriter('openai:m'); print('pydantic_ai' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"
 

@@ -14,11 +14,12 @@ import pytest
 
 from ovita.chain import adapt
 from ovita.errors import WriterError
-from ovita.language.explain import reworded
-from ovita.language.llm import LLMWriter
-from ovita.language.request import Prompt, Reply, Request
-from ovita.scene import Scene, SceneObject
-from ovita.trajectory import Trajectory
+from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.trajectory import Trajectory
+from ovita.request import Request
+from ovita.writers.base import Prompt, Reply
+from ovita.writers.explain import reworded
+from ovita.writers.models.chat import LLMWriter
 
 FIXED = "You write Python policies that move a robot's trajectory."
 

@@ -19,14 +19,15 @@ import pytest
 
 from ovita.chain import adapt
 from ovita.errors import MissingExtra, RequestError, UnusableReply, WriterError
-from ovita.language import engine, models
-from ovita.language.answer import read_answer
-from ovita.language.local import LocalWriter
-from ovita.language.request import Prompt, Reply, Request
-from ovita.language.watch import Watch
-from ovita.language.writer import Line, writer_named
-from ovita.scene import Scene, SceneObject
-from ovita.trajectory import Trajectory
+from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.trajectory import Trajectory
+from ovita.request import Request
+from ovita.writers.base import Line, Prompt, Reply, writer_named
+from ovita.writers.models import catalogue as models
+from ovita.writers.models import engine
+from ovita.writers.models.answer import read_answer
+from ovita.writers.models.local import LocalWriter
+from ovita.writers.progress import Watch
 
 RULES = "You write Python policies, def adapt(traj, scene), that move a robot's trajectory. " * 6
 
@@ -83,7 +84,7 @@ def test_the_rules_are_read_once_and_equal_requests_get_equal_answers(weights: P
 
 
 def test_progress_counts_what_is_read_and_written(weights: Path, request_: Request, monkeypatch: Any) -> None:
-    monkeypatch.setattr("ovita.language.local.TOLD_EVERY", 0.0)
+    monkeypatch.setattr("ovita.writers.models.local.TOLD_EVERY", 0.0)
     said: list[str] = []
     heard(writer(weights), request_, "Go up", progress=said.append)
     assert "reads the request: 100 %" in " ".join(said)
@@ -130,7 +131,7 @@ def test_an_interrupt_stops_the_model_before_it_goes_on(weights: Path, request_:
 SCRIPT = """
 import sys, threading
 from pathlib import Path
-from ovita.language.engine import engine_for
+from ovita.writers.models.engine import engine_for
 
 engine = engine_for(Path(sys.argv[1]), None, context=1024, threads=1)
 told = threading.Event()
@@ -209,7 +210,7 @@ def test_a_damaged_file_and_a_missing_package(tmp_path: Path, request_: Request,
     if find_spec("xllamacpp") is not None:
         with pytest.raises(WriterError, match=r"broken\.gguf cannot be loaded: it is damaged"):
             LocalWriter(str(broken)).write(Prompt(request_, RULES, "Go left"))
-    monkeypatch.setattr("ovita.language.local.find_spec", lambda name: None)
+    monkeypatch.setattr("ovita.writers.models.local.find_spec", lambda name: None)
     with pytest.raises(MissingExtra, match=r"xllamacpp: pip install 'ovita\[local\]'"):
         LocalWriter(str(broken))
 

@@ -17,8 +17,8 @@ import pytest
 
 from ovita.cli.main import cli
 from ovita.errors import DownloadError, OvitaError, RequestError
-from ovita.language import models
-from ovita.language.download import fetch
+from ovita.writers.models import catalogue as models
+from ovita.writers.models.download import fetch
 
 CONTENT = b"GGUF" + bytes(range(256)) * 9000
 SHA = hashlib.sha256(CONTENT).hexdigest()
@@ -79,7 +79,7 @@ def hub(monkeypatch: pytest.MonkeyPatch) -> Iterator[Hub]:
     thread.start()
     monkeypatch.setenv("HF_ENDPOINT", hub.url)
     monkeypatch.setenv("no_proxy", "127.0.0.1")
-    monkeypatch.setattr("ovita.language.download.PAUSE", 0.01)
+    monkeypatch.setattr("ovita.writers.models.download.PAUSE", 0.01)
     known = models.Known("toy-0.1b", "toys/toy", "toy.gguf", len(CONTENT), SHA, "Apache-2.0", "a toy")
     monkeypatch.setattr(models, "KNOWN", (known, *models.KNOWN))
     yield hub
@@ -197,7 +197,7 @@ def test_no_network(target: Path) -> None:
 
 
 def test_no_space(hub: Hub, target: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("ovita.language.download.SPARE", 10**18)
+    monkeypatch.setattr("ovita.writers.models.download.SPARE", 10**18)
     with pytest.raises(DownloadError, match=r"GB free, and 0\.0 GB are missing; make room, or set OVITA_MODELS"):
         fetch(f"{hub.url}/a", target)
 
@@ -220,11 +220,11 @@ def test_pull_list_and_the_default(hub: Hub, monkeypatch: pytest.MonkeyPatch) ->
     assert models.checksum("toy.gguf") == SHA
     assert models.model_file("toy-0.1b").read_bytes() == CONTENT == models.model_file("toy").read_bytes()
     assert "is here already" in ask("pull", "toy-0.1b").output
-    monkeypatch.setattr("ovita.language.models.find_spec", lambda name: object())
+    monkeypatch.setattr("ovita.writers.models.catalogue.find_spec", lambda name: object())
     listed = ask("list").output
     assert "checked" in listed and "llamacpp:toy-0.1b" in listed
     assert models.default_model() == "llamacpp:toy-0.1b"
-    monkeypatch.setattr("ovita.language.models.find_spec", lambda name: None)
+    monkeypatch.setattr("ovita.writers.models.catalogue.find_spec", lambda name: None)
     assert models.default_model() == "" and "pip install 'ovita[local]'" in ask("list").output
 
 

@@ -6,16 +6,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ovita.bench import checks
-from ovita.constraints import constrain
-from ovita.language.builtin import BuiltinWriter
-from ovita.language.grounding import ground
-from ovita.language.request import Request
+from ovita.limits import constrain
+from ovita.measure import predicates as checks
+from ovita.paths.robot import Robot
+from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.trajectory import Trajectory
 from ovita.policy.sandbox import run
 from ovita.policy.source import parse as parse_policy
-from ovita.robot import Robot
-from ovita.scene import Scene, SceneObject
-from ovita.trajectory import Trajectory
+from ovita.request import Request
+from ovita.writers.builtin import BuiltinWriter
+from ovita.writers.prompt import ground
 
 SCENE = Scene(
     (

@@ -5,13 +5,13 @@ import time
 import numpy as np
 import pytest
 
-from ovita.language.bank import examples, functions_like, similar, use_of
-from ovita.language.grounding import ROOM, ground
-from ovita.language.request import Request
-from ovita.language.retrieval import Index, terms
-from ovita.scene import Scene, SceneObject
+from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.trajectory import Trajectory
+from ovita.request import Request
 from ovita.toolkit import CATALOGUE
-from ovita.trajectory import Trajectory
+from ovita.writers.examples import examples, functions_like, similar, use_of
+from ovita.writers.prompt import ROOM, ground
+from ovita.writers.retrieval import Index, terms
 
 PATH = Trajectory.from_array(np.column_stack([np.linspace(0, 2, 30), np.zeros((30, 2)), np.full(30, 0.4)]))
 NAMES = ("kettle", "traffic cone", "shelf", "water bottle")

@@ -14,11 +14,11 @@ pytest.importorskip("pymavlink")
 from responder import Responder
 
 from ovita.errors import FormatError, LinkError, MissingExtra, RequestError
-from ovita.formats import Choices
-from ovita.formats.geodesy import Home
-from ovita.links import Address, deliver, open_task, protocol
-from ovita.scene import Scene
-from ovita.trajectory import Trajectory
+from ovita.io import Choices
+from ovita.io.geodesy import Home
+from ovita.io.links import Address, deliver, open_task, protocol
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Trajectory
 
 HOME = Home(47.3977419, 8.5455938, 488.2)
 CHOICES = Choices(home=HOME)

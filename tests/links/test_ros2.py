@@ -16,12 +16,12 @@ pytest.importorskip("rosbags")
 from rosbags.typesys import Stores, get_typestore
 
 from ovita.errors import FormatError, LinkError, MissingExtra
-from ovita.formats.ros.joints import JointMotion, build_joints, parse_joints
-from ovita.formats.ros.messages import JOINTS, TYPES, Maker, build
-from ovita.formats.turning import turned
-from ovita.links import Address, dds, deliver, open_task, ros2
-from ovita.scene import Frame, Scene
-from ovita.trajectory import Trajectory
+from ovita.io.links import Address, dds, deliver, open_task, ros2
+from ovita.io.ros.joints import JointMotion, build_joints, parse_joints
+from ovita.io.ros.messages import JOINTS, TYPES, Maker, build
+from ovita.io.turning import turned
+from ovita.paths.scene import Frame, Scene
+from ovita.paths.trajectory import Trajectory
 
 LOOPBACK = """<CycloneDDS><Domain>
 <General><Interfaces><NetworkInterface name="lo"/></Interfaces><AllowMulticast>false</AllowMulticast></General>
@@ -74,7 +74,7 @@ def test_motions_of_joints_too():
 
 RECEIVE = """
     import json
-    from ovita.links import open_task
+    from ovita.io.links import open_task
     task = open_task("ros2:/plan?domain=DOMAIN&timeout=15", frame="rfu")
     path = task.trajectory
     print(json.dumps([path.positions.tolist(), path.speeds.tolist(), path.orientations.tolist(), list(task.notes)]))
@@ -99,9 +99,9 @@ SPEAK = """
     from cyclonedds.sub import DataReader
     from cyclonedds.topic import Topic
     from cyclonedds.util import duration
-    from ovita.formats.ros.messages import Maker, build
-    from ovita.links import dds
-    from ovita.trajectory import Trajectory
+    from ovita.io.ros.messages import Maker, build
+    from ovita.io.links import dds
+    from ovita.paths.trajectory import Trajectory
 
     path = Trajectory([[0, 0, 0], [1, 0, 0], [1, 2, 0]], [1, 1, 1])
     message, _ = build("path", path, Maker(lambda name, **f: dds.idl_type(name)(**f)), frame_id="odom")

@@ -4,8 +4,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ovita.scene import Scene, SceneObject
-from ovita.trajectory import Trajectory
+from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.trajectory import Trajectory
 
 sys.path.insert(0, str(Path(__file__).parent))
 

@@ -7,7 +7,7 @@ import pytest
 from click.testing import CliRunner
 
 from ovita.cli.policy_ import group
-from ovita.formats import Task, save_task
+from ovita.io import Task, save_task
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="strict isolation needs Linux")
 

@@ -13,11 +13,11 @@ from ovita.errors import (
     PolicyTimeout,
     RequestError,
 )
+from ovita.paths.scene import Frame, Scene, SceneObject
+from ovita.paths.trajectory import Trajectory
 from ovita.policy import Policy, sandbox
 from ovita.policy.sandbox import SandboxLimits, run
 from ovita.policy.source import parse
-from ovita.scene import Frame, Scene, SceneObject
-from ovita.trajectory import Trajectory
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="strict isolation needs Linux")
 

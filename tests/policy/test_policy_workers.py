@@ -176,8 +176,8 @@ import numpy as np
 from ovita.policy import Policy
 from ovita.policy.processes import POOL
 from ovita.policy.sandbox import run, SandboxLimits
-from ovita.scene import Scene
-from ovita.trajectory import Trajectory
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Trajectory
 
 line = Trajectory(np.zeros((3, 3)), np.ones(3))
 run(Policy("def adapt(traj, scene):\\n    return traj\\n"), line, Scene())

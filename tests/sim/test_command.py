@@ -136,7 +136,7 @@ def test_without_opengl_a_video_is_refused_in_one_sentence(scene, ovita, monkeyp
     [("Manipulator", "iiwa", 0.002), ("Ground_robot", "jackal", 0.05), ("Drone", "crazyflie", 0.05)],
 )
 def test_a_file_of_the_public_dataset_is_followed(folder, robot, tolerance):
-    from ovita.formats import load_task
+    from ovita.io import load_task
 
     tasks = [load_task(path) for path in sorted((DATA / folder).glob("*.json"))]
     task = min(tasks, key=lambda task: task.trajectory.duration)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ovita import sim
-from ovita.trajectory import Trajectory
+from ovita.paths.trajectory import Trajectory
 
 pytest.importorskip("mujoco", reason="the extra sim is not installed")
 

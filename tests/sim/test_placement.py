@@ -5,10 +5,10 @@ import pytest
 
 from ovita import sim
 from ovita.errors import RequestError
-from ovita.robot import Robot, Shell
-from ovita.scene import Frame, Scene, SceneObject
+from ovita.paths.robot import Robot, Shell
+from ovita.paths.scene import Frame, Scene, SceneObject
+from ovita.paths.trajectory import Trajectory
 from ovita.sim.placement import arm_base, floor_under
-from ovita.trajectory import Trajectory
 
 LINE = np.linspace([0.4, -0.3, 0.5], [0.4, 0.3, 0.5], 20)
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from ovita.errors import TrajectoryError
+from ovita.paths.trajectory import Trajectory
 from ovita.sim.route import Hold, Move, at, route
 from ovita.sim.timing import joined, still, timed
-from ovita.trajectory import Trajectory
 
 SQUARE = Trajectory(np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.0]]), np.full(4, 0.5))
 

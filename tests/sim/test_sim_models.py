@@ -5,9 +5,9 @@ import pytest
 
 from ovita import sim
 from ovita.errors import RobotError
-from ovita.scene import Scene
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Trajectory
 from ovita.sim.stage import build
-from ovita.trajectory import Trajectory
 
 mujoco = pytest.importorskip("mujoco", reason="the extra sim is not installed")
 

@@ -9,8 +9,8 @@ import pytest
 
 from ovita import sim
 from ovita.errors import MissingExtra, RequestError, TrajectoryError
-from ovita.scene import Frame, Scene, SceneObject
-from ovita.trajectory import Trajectory
+from ovita.paths.scene import Frame, Scene, SceneObject
+from ovita.paths.trajectory import Trajectory
 
 pytest.importorskip("mujoco", reason="the extra sim is not installed")
 

@@ -10,10 +10,10 @@ import pytest
 
 from ovita import sim
 from ovita.errors import FormatError, MissingExtra
-from ovita.scene import Frame, Scene, SceneObject
+from ovita.paths.scene import Frame, Scene, SceneObject
+from ovita.paths.trajectory import Trajectory
 from ovita.sim import gl
 from ovita.sim.video import frames
-from ovita.trajectory import Trajectory
 
 pytest.importorskip("mujoco", reason="the extra sim is not installed")
 
@@ -121,7 +121,7 @@ def test_egl_is_taken_before_osmesa_unless_mujoco_gl_says_otherwise(monkeypatch,
 def test_osmesa_renders_too():
     code = (
         "import numpy as np; from ovita import sim; from ovita.sim.video import frames;"
-        "from ovita.trajectory import Trajectory; from ovita.scene import Frame;"
+        "from ovita.paths.trajectory import Trajectory; from ovita.paths.scene import Frame;"
         "t = Trajectory(np.array([[0, 0, 1], [0.3, 0, 1.0]]), np.ones(2));"
         "p = sim.Pane('a', t, sim.simulate(t, robot='crazyflie'));"
         "print(next(frames([p], sim.World(Frame()), scale=0.2)).std() > 5)"
@@ -156,7 +156,7 @@ def test_the_menagerie_gives_the_looks_where_it_is_at_hand(pane, tmp_path, monke
 
 @needs_gl
 def test_a_small_robot_is_also_shown_from_near_and_a_small_workspace_by_its_edges():
-    from ovita.robot import Box, Robot
+    from ovita.paths.robot import Box, Robot
 
     path = Trajectory(np.linspace([-1.0, 0, 1], [1.0, 0, 1], 5), np.full(5, 1.0))
     limits = Robot("drone", Box((-1.2, -0.4, 0.5), (1.2, 0.4, 1.5)))

@@ -9,9 +9,9 @@ pytest.importorskip("viser", reason="the studio needs viser: pip install 'ovita[
 import numpy as np
 from studio_tab import Tab
 
-from ovita.session import Session
+from ovita.dialogue.session import Session
+from ovita.paths.trajectory import Trajectory
 from ovita.studio import Settings, Studio
-from ovita.trajectory import Trajectory
 
 
 @pytest.fixture

@@ -10,13 +10,13 @@ import time
 import numpy as np
 import pytest
 
+from ovita.dialogue.session import Session
 from ovita.errors import RequestError
-from ovita.language.request import Reply, WriterInfo
-from ovita.scene import Scene, SceneObject
-from ovita.session import Session
+from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.trajectory import Trajectory
 from ovita.studio.desk import Desk
 from ovita.studio.desks import Desks
-from ovita.trajectory import Trajectory
+from ovita.writers.base import Reply, WriterInfo
 
 PATH = Trajectory(np.column_stack([np.linspace(0, 1, 20), np.zeros((20, 2))]), np.full(20, 0.4))
 SCENE = Scene((SceneObject("cup", [0.5, 0.3, 0.4]),))
@@ -163,7 +163,7 @@ import sys, threading, time
 import numpy as np
 sys.path.insert(0, sys.argv[2])
 from test_studio_desk import PATH, SCENE, SlowWriter
-from ovita.session import Session
+from ovita.dialogue.session import Session
 from ovita.studio.desk import Desk
 if __name__ == "__main__":
     session = Session(PATH, SCENE, writer="builtin")

@@ -6,16 +6,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from ovita.dialogue.session import Session
 from ovita.errors import FormatError
+from ovita.paths.robot import Box, Robot
+from ovita.paths.scene import Frame, Scene, SceneObject
+from ovita.paths.trajectory import Trajectory
 from ovita.plots.geometry import corners
-from ovita.robot import Box, Robot
-from ovita.scene import Frame, Scene, SceneObject
-from ovita.session import Session
 from ovita.studio import charts, files, hand, knobs, shapes, words
 from ovita.studio.playback import place_at
 from ovita.studio.shapes import Stage
 from ovita.studio.stage import Space
-from ovita.trajectory import Trajectory
 
 CUP = SceneObject("cup", [0.5, 0.3, 0.1], [0.1, 0.1, 0.2])
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from ovita.scene import Scene, SceneObject
+from ovita.paths.scene import Scene, SceneObject
 
 CUP = SceneObject("cup", [0.5, 0.3, 0.0], [0.06, 0.06, 0.1])
 BOX = SceneObject("box", [1.0, 0.0, 0.2])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import ovita.toolkit
-from ovita.scene import RFU, Frame
+from ovita.paths.scene import RFU, Frame
 from ovita.toolkit import CATALOGUE, Recorder, describe, namespace
 from ovita.toolkit.catalogue import CORE, signature
 

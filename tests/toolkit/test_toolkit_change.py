@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ovita.scene import Scene, SceneObject
+from ovita.paths.scene import Scene, SceneObject
 from ovita.toolkit import (
     expect_closer,
     expect_distance,

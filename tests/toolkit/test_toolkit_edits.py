@@ -4,7 +4,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from toolkit_paths import amounts, bending, distances, modest, paths, paths_and_masks, points, shares, words
 
-from ovita.scene import RFU, Frame, SceneObject
+from ovita.paths.scene import RFU, Frame, SceneObject
+from ovita.paths.trajectory import Trajectory
 from ovita.toolkit import (
     closer,
     continue_to,
@@ -19,7 +20,6 @@ from ovita.toolkit import (
     resample,
     smooth,
 )
-from ovita.trajectory import Trajectory
 
 BALL = SceneObject("ball", [0.5, 0.02, 0.0], [0.1, 0.1, 0.1])
 

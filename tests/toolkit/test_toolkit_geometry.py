@@ -4,7 +4,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from toolkit_paths import distances, modest, paths, paths_and_masks, points
 
-from ovita.scene import Frame, SceneObject
+from ovita.paths.scene import Frame, SceneObject
+from ovita.paths.trajectory import Trajectory, arc_length
 from ovita.toolkit import (
     Recorder,
     average,
@@ -17,7 +18,6 @@ from ovita.toolkit import (
     straighten,
     tilt,
 )
-from ovita.trajectory import Trajectory, arc_length
 
 BALL = SceneObject("ball", [0.5, 0.02, 0.0], [0.1, 0.1, 0.1])
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from ovita.scene import Frame, Scene
+from ovita.paths.scene import Frame, Scene
 from ovita.toolkit import (
     Expectation,
     closer,

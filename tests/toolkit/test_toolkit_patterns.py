@@ -4,9 +4,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from toolkit_paths import amounts, modest, paths, paths_and_masks, points
 
-from ovita.scene import Frame, SceneObject
+from ovita.paths.scene import Frame, SceneObject
+from ovita.paths.trajectory import Trajectory
 from ovita.toolkit import Recorder, circle, figure_eight, hop, hover, noise, spiral, wave, zigzag
-from ovita.trajectory import Trajectory
 
 BALL = SceneObject("ball", [0.5, 0.02, 0.0], [0.1, 0.1, 0.1])
 

@@ -4,8 +4,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from toolkit_paths import modest, paths, paths_and_masks, shares
 
+from ovita.paths.trajectory import Trajectory
 from ovita.toolkit import dwell, ramp_speed, scale_speed, set_speed, shift_speed, stop_at
-from ovita.trajectory import Trajectory
 
 OPERATIONS = {
     "scale": lambda t, m: scale_speed(t, 0.5, where=m),

@@ -4,8 +4,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from toolkit_paths import modest, paths, paths_and_masks
 
+from ovita.paths.trajectory import Trajectory, arc_length
 from ovita.toolkit import accelerate, dwell, exponential_speed, slow_turns, trapezoid_speed
-from ovita.trajectory import Trajectory, arc_length
 
 MASKED = {
     "exponential": lambda t, m: exponential_speed(t, 0.1, 0.8, where=m),

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 from ovita.chain import REPAIRS
 from ovita.errors import RequestError
-from ovita.language.grounding import ExampleMode, ground
-from ovita.language.request import Prompt
+from ovita.writers.base import Prompt
+from ovita.writers.prompt import ExampleMode, ground
 
 ABLATIONS: dict[str, str] = {
     "examples": "the prompt without examples, and with the paper's two instead of those that are like the instruction",

@@ -6,19 +6,19 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from ovita.adaptation import Adaptation
-from ovita.bench.checks import Check
 from ovita.bench.conditions import Condition
 from ovita.bench.records import Record, Round, Rows
 from ovita.bench.replies import RecordingWriter, ReplayingWriter
 from ovita.bench.samples import Sample
 from ovita.chain import Isolation, adapt
-from ovita.constraints import ConstraintOptions
-from ovita.formats import load_robot, scene_dict
-from ovita.language.request import MAX_INSTRUCTION, FeedbackOn, Request, Turn
-from ovita.robot import Robot
-from ovita.scene import Scene
-from ovita.trajectory import Trajectory
+from ovita.io import load_robot, scene_dict
+from ovita.limits import ConstraintOptions
+from ovita.measure.predicates import Check
+from ovita.paths.robot import Robot
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Trajectory
+from ovita.request import MAX_INSTRUCTION, FeedbackOn, Request, Turn
+from ovita.result import Adaptation
 
 BY_SUBSET = "by-subset"
 """The robot of a sample is told by the words of its subset: drone, ground robot, arm or manipulator."""

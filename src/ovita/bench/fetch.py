@@ -18,7 +18,7 @@ from pathlib import Path
 from urllib.parse import quote
 
 from ovita.errors import FormatError, OvitaError
-from ovita.formats import atomic_write
+from ovita.io import atomic_write
 
 REPOSITORY = "MarkusKnauer/OVITA"
 COMMIT = "8a67e79b617a5d215a356f5204c7a8a3e6a10436"

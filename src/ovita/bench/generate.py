@@ -9,17 +9,17 @@ from pathlib import Path
 import numpy as np
 from numpy.random import Generator
 
-from ovita.bench import checks
-from ovita.bench.checks import Check
 from ovita.bench.grammar import FAMILIES, SETTINGS, Clause, Maker, Setting, Split, random_scene
 from ovita.bench.grammar.clauses import TOGETHER
 from ovita.bench.grammar.lexicon import JOINS
 from ovita.bench.samples import Sample
-from ovita.constraints import constrain
 from ovita.errors import FormatError, OvitaError, RequestError
-from ovita.formats import Task, load_robot, save_task
-from ovita.scene import Scene
-from ovita.trajectory import Trajectory
+from ovita.io import Task, load_robot, save_task
+from ovita.limits import constrain
+from ovita.measure import predicates as checks
+from ovita.measure.predicates import Check
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Trajectory
 
 TRIES = 200
 """Draws before a sample is given up."""

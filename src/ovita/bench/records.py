@@ -13,7 +13,7 @@ from typing import IO, Any
 from pydantic import TypeAdapter, ValidationError
 
 from ovita.errors import FormatError, RequestError
-from ovita.formats import atomic_write
+from ovita.io import atomic_write
 
 RECORDS, MANIFEST = "records.jsonl", "run.json"
 

@@ -14,8 +14,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from ovita.bench.conditions import Condition
 from ovita.errors import MissingKey, RequestError, UnusableReply, WriterError
-from ovita.language.request import Prompt, Reply
-from ovita.language.writer import PolicyWriter, writer_named
+from ovita.writers.base import PolicyWriter, Prompt, Reply, writer_named
 
 PAUSE = 5.0
 """Pause before a request that failed in transport is sent again; it doubles with each one [s]."""

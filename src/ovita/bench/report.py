@@ -17,7 +17,7 @@ from ovita.bench.page import html
 from ovita.bench.records import Record
 from ovita.bench.stats import Interval
 from ovita.errors import MissingExtra, RequestError
-from ovita.formats import atomic_write
+from ovita.io import atomic_write
 
 Table = list[list[str]]
 

@@ -27,7 +27,7 @@ from ovita.bench.records import Log, Record, ordered, read_manifest, read_record
 from ovita.bench.replies import Limiter, RecordingWriter, ReplayingWriter, open_writer
 from ovita.bench.samples import Dataset, Sample
 from ovita.errors import OvitaError, RequestError
-from ovita.language.writer import PolicyWriter
+from ovita.writers.base import PolicyWriter
 
 UNREACHED = 5
 """A writer that could not be reached so many times in a row is not asked any further."""

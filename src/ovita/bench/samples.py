@@ -10,9 +10,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ovita.bench.checks import Check
 from ovita.errors import FormatError, InputError, RequestError
-from ovita.formats import Task, load_task
+from ovita.io import Task, load_task
+from ovita.measure.predicates import Check
 
 
 @dataclass(frozen=True)

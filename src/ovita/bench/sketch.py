@@ -10,8 +10,8 @@ import numpy as np
 
 from ovita.bench.records import Rows
 from ovita.errors import OvitaError
-from ovita.scene import Frame
-from ovita.trajectory import Array
+from ovita.paths.scene import Frame
+from ovita.paths.trajectory import Array
 
 WIDTH, HEIGHT, PAD = 230.0, 150.0, 14.0
 BEFORE, AFTER, THING = "#8a8a8a", "#0072b2", "#d55e00"

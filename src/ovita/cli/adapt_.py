@@ -8,15 +8,15 @@ from typing import Any
 
 import click
 
-from ovita.adaptation import Adaptation
 from ovita.chain import REPAIRS, TIME_LIMIT, adapt
 from ovita.cli.options import choices_from, constraints_from, notes_on, robot_from, shared, task_from, writer_from
 from ovita.cli.plot_ import check_picture, draw
 from ovita.cli.progress import waiting
 from ovita.cli.report import EXIT_OF, plain, show
 from ovita.errors import FormatError, RequestError
-from ovita.formats import WRITTEN, Choices, Task, rendered, save_trajectory
-from ovita.language.request import Request
+from ovita.io import WRITTEN, Choices, Task, rendered, save_trajectory
+from ovita.request import Request
+from ovita.result import Adaptation
 
 
 @click.command()

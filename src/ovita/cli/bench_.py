@@ -138,7 +138,7 @@ def _plan(options: dict[str, Any], replay: str | None) -> Plan:
     from ovita.bench.evaluate import BY_SUBSET, Protocol
     from ovita.bench.records import read_manifest
     from ovita.bench.runner import Plan, default_jobs
-    from ovita.formats import load_robot
+    from ovita.io import load_robot
 
     robot = options["robot"]
     if robot is not None and robot != BY_SUBSET:

@@ -11,10 +11,10 @@ import click
 from ovita.cli.options import choices_from, constraints_from, notes_on, robot_from, shared, task_from, writer_from
 from ovita.cli.progress import waiting
 from ovita.cli.report import plain, show
+from ovita.dialogue.session import Session
 from ovita.errors import OvitaError, RequestError
-from ovita.formats import WRITTEN, save_trajectory
-from ovita.language.request import FeedbackOn
-from ovita.session import Session
+from ovita.io import WRITTEN, save_trajectory
+from ovita.request import FeedbackOn
 
 HELP = """Say what should change, then what is not right yet: "a bit more", "no, only near the cup", "undo the speed",
 "the other cup", "make it 0.3", "again", "start over". What you say is about the current trajectory; begin with a slash

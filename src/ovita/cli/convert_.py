@@ -11,14 +11,14 @@ import click
 from ovita.cli.options import choices_from, source, task_from
 from ovita.cli.report import plain
 from ovita.errors import RequestError
-from ovita.formats import READ, Choices, Task, save_task
-from ovita.formats.ros.joints import JointMotion, load_joint_motion, save_joint_motion
-from ovita.formats.ros.messages import TYPES
-from ovita.formats.turning import turned, turned_scene
-from ovita.links import is_address
-from ovita.robot import Robot
-from ovita.scene import Frame, Scene
-from ovita.trajectory import Trajectory
+from ovita.io import READ, Choices, Task, save_task
+from ovita.io.links import is_address
+from ovita.io.ros.joints import JointMotion, load_joint_motion, save_joint_motion
+from ovita.io.ros.messages import TYPES
+from ovita.io.turning import turned, turned_scene
+from ovita.paths.robot import Robot
+from ovita.paths.scene import Frame, Scene
+from ovita.paths.trajectory import Trajectory
 
 _FRAMES = click.Choice(["rfu", "flu", "ned"])
 
@@ -113,15 +113,15 @@ def joints_of(
     """
     if arm is None or base is None:
         raise RequestError("joints need an arm and its place: --arm iiwa --base x,y,z,yaw, in the scene's coordinates")
-    from ovita.joints import joint_motion
     from ovita.sim import Base
+    from ovita.sim.joints import joint_motion
 
     return joint_motion(path, scene, arm, base=Base.parse(base), limits=limits, contacts=contacts)
 
 
 def _tool_path(file: str, arm: str, base: str | None, choices: Choices) -> Task:
-    from ovita.joints import tool_path
     from ovita.sim import Base
+    from ovita.sim.joints import tool_path
 
     motion = load_joint_motion(file, choices)
     path = tool_path(motion, arm, base=None if base is None else Base.parse(base))

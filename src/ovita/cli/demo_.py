@@ -13,9 +13,9 @@ from ovita.chain import adapt
 from ovita.cli.plot_ import draw
 from ovita.cli.report import show
 from ovita.errors import FormatError
-from ovita.formats import load_task
-from ovita.language.request import Request
-from ovita.robot import Robot
+from ovita.io import load_task
+from ovita.paths.robot import Robot
+from ovita.request import Request
 
 INSTRUCTIONS = (
     "Go left by 0.2 and slow down near the cup",

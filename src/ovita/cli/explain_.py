@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import click
 
-from ovita.adaptation import Adaptation
 from ovita.cli.report import plain
+from ovita.result import Adaptation
 
 
 @click.command()

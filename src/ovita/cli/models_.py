@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ovita.language import models
-from ovita.language.writer import MODEL_VARIABLE
+from ovita.writers.base import MODEL_VARIABLE
+from ovita.writers.models import catalogue as models
 
 if TYPE_CHECKING:
-    from ovita.language.download import Tell
+    from ovita.writers.models.download import Tell
 
 TEST_INSTRUCTION = "Go left by 0.15 and move at half the speed near the cup"
 """What `ovita models test` asks of a model, on the shipped table-top scene."""
@@ -52,7 +52,7 @@ def pull(name: str) -> None:
 
     A broken download goes on where it stopped.
     """
-    from ovita.language.download import fetch
+    from ovita.writers.models.download import fetch
 
     known = models.known_named(name)
     target = models.models_dir() / known.file
@@ -87,9 +87,9 @@ def test(name: str, time_limit: float, threads: int | None) -> None:
     from ovita.chain import adapt
     from ovita.cli.progress import waiting
     from ovita.cli.report import EXIT_OF, plain
-    from ovita.formats import load_task
-    from ovita.language.local import LocalWriter
-    from ovita.language.request import Request
+    from ovita.io import load_task
+    from ovita.request import Request
+    from ovita.writers.models.local import LocalWriter
 
     writer = LocalWriter(name, temperature=0.0, threads=threads)
     with as_file(files("ovita") / "data" / "tabletop.json") as path:

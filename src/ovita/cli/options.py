@@ -8,14 +8,14 @@ from typing import Any, TypeVar
 
 import click
 
-from ovita.constraints import ConstraintOptions, parse_text
 from ovita.errors import FormatError, RobotError
-from ovita.formats import Choices, Task, load_robot
-from ovita.formats.choices import NONE
-from ovita.formats.geodesy import Home
-from ovita.language.writer import PolicyWriter, writer_named
-from ovita.links import open_task
-from ovita.robot import Robot
+from ovita.io import Choices, Task, load_robot
+from ovita.io.choices import NONE
+from ovita.io.geodesy import Home
+from ovita.io.links import open_task
+from ovita.limits import ConstraintOptions, parse_text
+from ovita.paths.robot import Robot
+from ovita.writers.base import PolicyWriter, writer_named
 
 F = TypeVar("F", bound=Callable[..., Any])
 

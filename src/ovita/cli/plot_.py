@@ -7,12 +7,12 @@ from typing import Any, Literal
 
 import click
 
-from ovita.adaptation import Adaptation
 from ovita.cli.options import choices_from, source, task_from
 from ovita.errors import FormatError
-from ovita.formats import atomic_write, is_adaptation, load_robot
-from ovita.links import is_address
-from ovita.robot import Robot
+from ovita.io import atomic_write, is_adaptation, load_robot
+from ovita.io.links import is_address
+from ovita.paths.robot import Robot
+from ovita.result import Adaptation
 
 SUFFIXES = (".png", ".svg", ".pdf", ".html")
 

@@ -12,8 +12,8 @@ import click
 
 from ovita.cli.report import plain
 from ovita.errors import IsolationUnavailable, PolicyError
-from ovita.formats import Task, atomic_write, load_task
-from ovita.formats.files import read_text
+from ovita.io import Task, atomic_write, load_task
+from ovita.io.files import read_text
 from ovita.policy.sandbox import Isolation, Rollout, SandboxLimits, _run
 from ovita.policy.source import Reading, read, read_unchecked
 
@@ -57,9 +57,9 @@ def check_command(files: tuple[str, ...]) -> None:
 @click.option("--markdown", is_flag=True, help="As the page docs/toolkit.md; always with all functions.")
 def catalogue_command(names: tuple[str, ...], as_json: bool, markdown: bool) -> None:
     """List the functions that a policy may call, or describe those named NAME."""
-    from ovita.language.bank import use_of
     from ovita.toolkit.catalogue import CATALOGUE, describe
     from ovita.toolkit.reference import as_text, page, reference
+    from ovita.writers.examples import use_of
 
     if markdown and (names or as_json):
         raise click.UsageError("--markdown is the whole page; leave out --json and names")

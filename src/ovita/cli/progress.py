@@ -6,7 +6,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from ovita.language.watch import Progress
+from ovita.writers.progress import Progress
 
 
 @contextmanager

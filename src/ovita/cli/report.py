@@ -7,9 +7,9 @@ from collections.abc import Sequence
 
 import click
 
-from ovita.adaptation import Adaptation, Status
-from ovita.changes import sentences
-from ovita.language.explain import knob
+from ovita.measure import sentences
+from ovita.result import Adaptation, Status
+from ovita.writers.explain import knob
 
 EXIT_OF: dict[Status, int] = {"ok": 0, "infeasible": 4, "needs_clarification": 3, "not_understood": 3, "failed": 3}
 

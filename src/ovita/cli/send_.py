@@ -8,18 +8,18 @@ from typing import Any
 
 import click
 
-from ovita.changes import sentences
 from ovita.cli.convert_ import joints_of, only_for_ros
 from ovita.cli.options import choices_from
 from ovita.cli.progress import waiting
 from ovita.cli.report import plain
 from ovita.errors import RequestError
-from ovita.formats import load_robot, rendered
-from ovita.formats.ros.joints import JointMotion
-from ovita.formats.ros.messages import TYPES
 from ovita.gate import Review, default_log, record, review
-from ovita.links import Address, deliver, deliver_joints, is_address
-from ovita.robot import Robot
+from ovita.io import load_robot, rendered
+from ovita.io.links import Address, deliver, deliver_joints, is_address
+from ovita.io.ros.joints import JointMotion
+from ovita.io.ros.messages import TYPES
+from ovita.measure import sentences
+from ovita.paths.robot import Robot
 
 EXIT_REFUSED = 4
 

@@ -11,15 +11,15 @@ from typing import Any
 import click
 
 from ovita import sim
-from ovita.adaptation import Adaptation
 from ovita.cli.options import choices_from, source, task_from
 from ovita.cli.report import EXIT_OF, plain
 from ovita.errors import FormatError
-from ovita.formats import is_adaptation
-from ovita.links import is_address
-from ovita.robot import Robot
-from ovita.scene import Scene
-from ovita.trajectory import Trajectory
+from ovita.io import is_adaptation
+from ovita.io.links import is_address
+from ovita.paths.robot import Robot
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Trajectory
+from ovita.result import Adaptation
 
 
 @click.command()

@@ -7,11 +7,11 @@ from pathlib import Path
 import click
 
 from ovita.cli.options import writer_from
-from ovita.constraints import ConstraintOptions
-from ovita.formats import load_robot
-from ovita.robot import Robot
-from ovita.session import Session
-from ovita.trajectory import Trajectory
+from ovita.dialogue.session import Session
+from ovita.io import load_robot
+from ovita.limits import ConstraintOptions
+from ovita.paths.robot import Robot
+from ovita.paths.trajectory import Trajectory
 
 
 @click.command()

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from ovita.errors import MissingExtra
+from ovita.paths.robot import Robot
+from ovita.paths.scene import Frame, Scene, SceneObject
+from ovita.paths.trajectory import Array, Trajectory
 from ovita.plots import geometry, labels
 from ovita.plots.geometry import COLOURS, OBJECT_COLOURS, TRIANGLES, Extent, View
-from ovita.robot import Robot
-from ovita.scene import Frame, Scene, SceneObject
-from ovita.trajectory import Array, Trajectory
 
 try:
     import plotly.graph_objects as go

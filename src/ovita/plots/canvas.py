@@ -8,11 +8,11 @@ from typing import Any, Protocol
 import numpy as np
 
 from ovita.errors import MissingExtra
+from ovita.paths.robot import Box, Shell
+from ovita.paths.scene import Frame
+from ovita.paths.trajectory import Array
 from ovita.plots import labels
 from ovita.plots.geometry import FACES, Extent, axis_of, axis_word, workspace_lines
-from ovita.robot import Box, Shell
-from ovita.scene import Frame
-from ovita.trajectory import Array
 
 try:
     from matplotlib.collections import PolyCollection

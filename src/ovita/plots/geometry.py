@@ -9,9 +9,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ovita.robot import Box, Shell
-from ovita.scene import DIRECTIONS, Frame, Scene, SceneObject
-from ovita.trajectory import Array, Trajectory
+from ovita.paths.robot import Box, Shell
+from ovita.paths.scene import DIRECTIONS, Frame, Scene, SceneObject
+from ovita.paths.trajectory import Array, Trajectory
 
 View = Literal["auto", "3d", "top"]
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ovita.trajectory import Array
+from ovita.paths.trajectory import Array
 
 _ANGLES = np.deg2rad([90, -90, 0, 180, 45, 135, -45, -135, 67, 113, -67, -113, 22, 158, -22, -158])
 _GAPS = (4.0, 12.0, 24.0, 40.0, 60.0, 85.0)

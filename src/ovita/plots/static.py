@@ -10,16 +10,16 @@ from typing import Any
 
 import numpy as np
 
-from ovita.changes import measure
-from ovita.constraints import ConstraintCheck
 from ovita.errors import FormatError, MissingExtra
-from ovita.formats import atomic_write
+from ovita.io import atomic_write
+from ovita.limits import ConstraintCheck
+from ovita.measure import compare
+from ovita.paths.robot import Robot
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Array, Trajectory
 from ovita.plots import geometry
 from ovita.plots.canvas import Canvas, SpaceCanvas, TopCanvas
 from ovita.plots.geometry import COLOURS, OBJECT_COLOURS, Extent, View
-from ovita.robot import Robot
-from ovita.scene import Scene
-from ovita.trajectory import Array, Trajectory
 
 try:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -108,7 +108,7 @@ def _objects(canvas: Canvas, shown: Extent) -> None:
 def _paths(
     canvas: Canvas, original: Trajectory, adapted: Trajectory, proposed: Trajectory | None, scene: Scene
 ) -> None:
-    changes = measure(original, adapted, scene)
+    changes = compare(original, adapted, scene)
     told = set()
     for stretch in [] if changes.speed.everywhere else changes.speed.ranges:
         word = "slower" if stretch.speed.change < 0 else "faster"

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ovita.trajectory import Array
+from ovita.paths.trajectory import Array
 
 MAX_ROWS = 200_000
 """Most waypoints that a policy may return."""

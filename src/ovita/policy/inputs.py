@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ovita.scene import Frame, Scene, SceneObject
-from ovita.trajectory import Array
+from ovita.paths.scene import Frame, Scene, SceneObject
+from ovita.paths.trajectory import Array
 
 
 class Waypoint(dict[str, float]):

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from ovita.errors import PolicyOutputInvalid, TrajectoryError
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Array, Trajectory, arc_length, nlerp
 from ovita.policy.frames import MAX_ROWS
-from ovita.scene import Scene
-from ovita.trajectory import Array, Trajectory, arc_length, nlerp
 
 MAX_EXTENT = 100.0
 """How many times the size of the scene a policy's path may reach."""

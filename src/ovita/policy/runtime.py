@@ -16,6 +16,8 @@ from typing import Any
 import numpy as np
 
 from ovita.errors import PolicyError, PolicyOutputInvalid
+from ovita.paths.scene import Frame, Scene
+from ovita.paths.trajectory import Array
 from ovita.policy import frames
 from ovita.policy.allowed import MODULES, SCIPY_PARTS
 from ovita.policy.check import check
@@ -23,9 +25,7 @@ from ovita.policy.inputs import object_detector, scene_from_json, trajectory_get
 from ovita.policy.modules import Modules, reduced_builtins
 from ovita.policy.output import to_rows
 from ovita.policy.syntax import RESULT, Entry, entry_of, parse_tree
-from ovita.scene import Frame, Scene
 from ovita.toolkit import Recorder, namespace
-from ovita.trajectory import Array
 
 FILENAME = "<policy>"
 SEED = 20240229

@@ -18,6 +18,8 @@ from ovita.errors import (
     PolicyTimeout,
     RequestError,
 )
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Array, Trajectory
 from ovita.policy import frames
 from ovita.policy.allowed import scipy_parts
 from ovita.policy.frames import CHECKED, ENDED, FLOODED, LOCKED, TIMED_OUT, Request
@@ -26,9 +28,7 @@ from ovita.policy.output import to_trajectory
 from ovita.policy.policy import Policy
 from ovita.policy.processes import POOL, Answer
 from ovita.policy.spawn import once
-from ovita.scene import Scene
 from ovita.toolkit import CATALOGUE, Expectation
-from ovita.trajectory import Array, Trajectory
 
 Isolation = Literal["strict", "degraded"]
 

@@ -7,13 +7,13 @@ from typing import Any, Literal
 import numpy as np
 
 from ovita.errors import RobotError
+from ovita.paths.trajectory import Array, Trajectory
 from ovita.sim.controller import Intent, stretches
 from ovita.sim.models import ArmLimits, RobotModel
 from ovita.sim.report import Touched, Unreachable
 from ovita.sim.route import Hold, Move, orientations_at, route
 from ovita.sim.stage import PREFIX, Stage
 from ovita.sim.timing import Piece, joined, still, timed
-from ovita.trajectory import Array, Trajectory
 
 Orientation = Literal["auto", "free", "keep"]
 

@@ -7,9 +7,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from ovita.paths.trajectory import Array
 from ovita.sim.report import Touched, Unreachable
 from ovita.sim.timing import Plan
-from ovita.trajectory import Array
 
 
 @dataclass(frozen=True)

@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
+from ovita.paths.trajectory import Array, Trajectory
 from ovita.sim.controller import Intent, stretches
 from ovita.sim.models import DroneLimits, RobotModel
 from ovita.sim.placement import Base
 from ovita.sim.route import Hold, route
 from ovita.sim.stage import Stage
 from ovita.sim.timing import Piece, joined, still, timed
-from ovita.trajectory import Array, Trajectory
 
 STOP_ANGLE = np.radians(100.0)
 SPACING = 0.03

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ovita.trajectory import Array
+from ovita.paths.trajectory import Array
 
 SMALL = 0.08
 """A robot smaller than this share of the camera's distance is also shown from near, in an inset."""

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from ovita.paths.trajectory import Array
 from ovita.sim.stage import PREFIX, Stage
-from ovita.trajectory import Array
 
 FILES = {"iiwa": ("kuka_iiwa_14", "iiwa14.xml"), "crazyflie": ("bitcraze_crazyflie_2", "cf2.xml")}
 """Folder and file of the Menagerie, whose joints mean the same as those of the shipped model."""

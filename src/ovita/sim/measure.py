@@ -6,12 +6,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ovita.paths.trajectory import Array, Trajectory
 from ovita.sim.controller import Intent, stretches
 from ovita.sim.models import RobotModel
 from ovita.sim.placement import Base
 from ovita.sim.report import Contact, Report, Status, Tracking, Unreachable
 from ovita.sim.route import at, orientations_at
-from ovita.trajectory import Array, Trajectory
 
 LATE = 1.05
 LATE_BY = 0.5

@@ -16,7 +16,7 @@ from ovita.errors import RobotError
 FOLDER = Path(__file__).parent / "models"
 SHIPPED = ("iiwa", "jackal", "crazyflie")
 STAND_INS = {"arm": "iiwa", "ground": "jackal", "drone": "crazyflie"}
-"""The robot that stands for each preset of limits (`ovita.robot.PRESETS`)."""
+"""The robot that stands for each preset of limits (`ovita.paths.robot.PRESETS`)."""
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from ovita.trajectory import Array, nlerp
+from ovita.paths.trajectory import Array, nlerp
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ovita.errors import RequestError
-from ovita.robot import Robot, Shell
-from ovita.scene import Frame, Scene, SceneObject
-from ovita.trajectory import Array, Trajectory
+from ovita.paths.robot import Robot, Shell
+from ovita.paths.scene import Frame, Scene, SceneObject
+from ovita.paths.trajectory import Array, Trajectory
 
 ROOM = 0.2
 """Height of the lowest waypoint above a floor that nothing tells of [m]."""

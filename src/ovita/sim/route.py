@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ovita.trajectory import REST, Array, Trajectory, nlerp
+from ovita.paths.trajectory import REST, Array, Trajectory, nlerp
 
 SAMPLES = 2000
 """Most samples of a whole route that even spacing adds."""

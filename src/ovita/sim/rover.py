@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ovita.paths.trajectory import Array, Trajectory
 from ovita.sim.controller import Intent, stretches
 from ovita.sim.models import RobotModel, RoverLimits
 from ovita.sim.placement import Base
@@ -13,7 +14,6 @@ from ovita.sim.report import Unreachable
 from ovita.sim.route import Hold, route
 from ovita.sim.stage import Stage
 from ovita.sim.timing import Piece, joined, still, timed
-from ovita.trajectory import Array, Trajectory
 
 STOP_ANGLE = np.radians(40.0)
 SPACING = 0.05

@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from ovita.errors import MissingExtra, RequestError, TrajectoryError
-from ovita.robot import Box, Robot, Shell
-from ovita.scene import Scene
+from ovita.paths.robot import Box, Robot, Shell
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Array, Trajectory
 from ovita.sim.arm import Arm, Orientation
 from ovita.sim.controller import Controller
 from ovita.sim.drone import Drone
@@ -23,7 +24,6 @@ from ovita.sim.report import Report
 from ovita.sim.route import at
 from ovita.sim.rover import Rover
 from ovita.sim.stage import Stage, build
-from ovita.trajectory import Array, Trajectory
 
 FRAME_RATE = 50.0
 FRAMES = 10_000

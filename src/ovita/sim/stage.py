@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from ovita.errors import RobotError
-from ovita.robot import Box, Robot
-from ovita.scene import Scene
+from ovita.paths.robot import Box, Robot
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Array
 from ovita.sim.models import ArmLimits, RobotModel, Tip
 from ovita.sim.motion import Shape
 from ovita.sim.placement import Base
-from ovita.trajectory import Array
 
 PREFIX = "robot/"
 BOX_GROUP = 4

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ovita.errors import TrajectoryError
-from ovita.trajectory import Array
+from ovita.paths.trajectory import Array
 
 LONGEST = 7200.0
 """Longest motion that is simulated [s]."""

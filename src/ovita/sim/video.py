@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 
 from ovita.errors import FormatError, MissingExtra
+from ovita.paths.trajectory import Array, Trajectory
 from ovita.sim import gl, looks
 from ovita.sim.inset import INSET, SMALL, close_up, corner
 from ovita.sim.placement import World
 from ovita.sim.simulate import Simulation
 from ovita.sim.stage import BOX_GROUP, Stage
-from ovita.trajectory import Array, Trajectory
 
 Image = np.ndarray[Any, np.dtype[np.uint8]]
 

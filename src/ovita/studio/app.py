@@ -14,8 +14,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from ovita.dialogue.session import Session
 from ovita.errors import FormatError, MissingExtra, OvitaError, RequestError
-from ovita.session import Session
 from ovita.studio.desk import Desk
 from ovita.studio.desks import Desks, default_folder
 from ovita.studio.files import open_file

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Array, Trajectory
 from ovita.plots.geometry import COLOURS
-from ovita.scene import Scene
-from ovita.trajectory import Array, Trajectory
 
 _WIDTH, _HEIGHT = 360.0, 126.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 38.0, 8.0, 8.0, 30.0

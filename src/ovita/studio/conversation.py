@@ -6,9 +6,9 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
+from ovita.dialogue.history import ROOT
 from ovita.errors import OvitaError
-from ovita.history import ROOT
-from ovita.language.request import FeedbackOn
+from ovita.request import FeedbackOn
 from ovita.studio import words
 from ovita.studio.desk import Desk, News
 

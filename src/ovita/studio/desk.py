@@ -8,11 +8,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from ovita.adaptation import Adaptation
+from ovita.dialogue.feedback import clarified
+from ovita.dialogue.session import Session
 from ovita.errors import OvitaError, RequestError
-from ovita.language.feedback import clarified
-from ovita.language.request import FeedbackOn
-from ovita.session import Session
+from ovita.request import FeedbackOn
+from ovita.result import Adaptation
 
 SETTLE_S = 0.6
 """How long knobs must rest until what they did is written down [s]."""

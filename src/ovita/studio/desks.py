@@ -11,11 +11,11 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from ovita.dialogue.session import Session
 from ovita.errors import FormatError, OvitaError
-from ovita.language.writer import PolicyWriter
 from ovita.policy.sandbox import Isolation
-from ovita.session import Session
 from ovita.studio.desk import Desk
+from ovita.writers.base import PolicyWriter
 
 KEPT_DAYS = 30
 """How long a session that nobody opens is kept [days]."""

@@ -7,16 +7,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from ovita.adaptation import Adaptation
+from ovita.dialogue.history import SCHEMA
+from ovita.dialogue.session import Session
 from ovita.errors import FormatError, OvitaError, RobotError
-from ovita.formats import is_adaptation, load_robot, load_task, save_trajectory
-from ovita.formats.files import read_text
-from ovita.formats.json_ import parse_object
-from ovita.history import SCHEMA
-from ovita.links import with_scene
-from ovita.robot import PRESETS
-from ovita.session import Session
-from ovita.trajectory import Trajectory
+from ovita.io import is_adaptation, load_robot, load_task, save_trajectory
+from ovita.io.files import read_text
+from ovita.io.json_ import parse_object
+from ovita.io.links import with_scene
+from ovita.paths.robot import PRESETS
+from ovita.paths.trajectory import Trajectory
+from ovita.result import Adaptation
 
 MAX_UPLOAD = 8 * 1024 * 1024
 """Largest file that is taken from a browser [bytes]."""

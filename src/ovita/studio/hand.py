@@ -10,14 +10,14 @@ from typing import Any
 
 import numpy as np
 
+from ovita.dialogue.session import Session
 from ovita.errors import OvitaError
-from ovita.scene import Frame, Scene
-from ovita.session import Session
+from ovita.paths.scene import Frame, Scene
+from ovita.paths.trajectory import Array, Trajectory
 from ovita.studio import words
 from ovita.studio.desk import Desk
 from ovita.studio.stage import Space
 from ovita.toolkit import CATALOGUE
-from ovita.trajectory import Array, Trajectory
 
 _NOTHING, _START, _GOAL = "nothing", "the start", "the goal"
 

@@ -7,11 +7,11 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from ovita.constraints import ConstraintOptions, parse_text
+from ovita.dialogue.session import Session
 from ovita.errors import OvitaError, RequestError
-from ovita.robot import PRESETS, Box, Robot, Shell
-from ovita.scene import Scene
-from ovita.session import Session
+from ovita.limits import ConstraintOptions, parse_text
+from ovita.paths.robot import PRESETS, Box, Robot, Shell
+from ovita.paths.scene import Scene
 from ovita.studio import words
 from ovita.studio.desk import Desk
 

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from ovita.paths.trajectory import Array, Trajectory
 from ovita.plots.geometry import COLOURS
 from ovita.studio.shapes import rgb
 from ovita.studio.stage import Space
-from ovita.trajectory import Array, Trajectory
 
 _PACES = {"0.25x": 0.25, "0.5x": 0.5, "1x": 1.0, "2x": 2.0, "4x": 4.0}
 _TICK_S = 1 / 25

@@ -7,9 +7,9 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from ovita.errors import OvitaError
-from ovita.robot import Robot
-from ovita.scene import Scene
-from ovita.trajectory import Trajectory
+from ovita.paths.robot import Robot
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from ovita.sim import Motion

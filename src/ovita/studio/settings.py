@@ -6,10 +6,10 @@ from collections.abc import Callable
 from typing import Any
 
 from ovita.errors import OvitaError, RequestError
-from ovita.language.writer import PROVIDERS, PolicyWriter, writer_named
 from ovita.policy import sandbox
 from ovita.studio import words
 from ovita.studio.desk import Desk
+from ovita.writers.base import PROVIDERS, PolicyWriter, writer_named
 
 
 class Writers:
@@ -85,7 +85,7 @@ def keyed_writer(name: str, key: str, address: str) -> PolicyWriter:
     """
     if not key:
         return writer_named(name, base_url=address or None)
-    from ovita.language.llm import LLMWriter
+    from ovita.writers.models.chat import LLMWriter
 
     return LLMWriter(name, base_url=address or None, api_key=key)
 

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ovita.adaptation import Adaptation
-from ovita.constraints.problem import TOLERANCE
+from ovita.limits.problem import TOLERANCE
+from ovita.paths.robot import Robot
+from ovita.paths.scene import Frame, Scene
+from ovita.paths.trajectory import Array, Trajectory
 from ovita.plots import geometry
-from ovita.robot import Robot
-from ovita.scene import Frame, Scene
-from ovita.trajectory import Array, Trajectory
+from ovita.result import Adaptation
 
 Colours = NDArray[np.uint8]
 

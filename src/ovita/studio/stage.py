@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from ovita.dialogue.session import Session
+from ovita.paths.robot import Robot
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Array, Trajectory
 from ovita.plots import geometry
 from ovita.plots.geometry import COLOURS, OBJECT_COLOURS
-from ovita.robot import Robot
-from ovita.scene import Scene
-from ovita.session import Session
 from ovita.studio import shapes
 from ovita.studio.shapes import Shown, Stage, rgb
-from ovita.trajectory import Array, Trajectory
 
 GHOST = "#eeb1ab"
 _WIDE, _THIN = 4.5, 2.0

@@ -6,8 +6,9 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
+from ovita.dialogue.session import Session
 from ovita.errors import OvitaError
-from ovita.session import Session
+from ovita.paths.trajectory import Trajectory
 from ovita.studio import playback, robots, shapes, words
 from ovita.studio.conversation import Conversation
 from ovita.studio.desk import Desk, News
@@ -20,7 +21,6 @@ from ovita.studio.page import BRAND
 from ovita.studio.panels import Changes, Code, Explanation, Plan
 from ovita.studio.settings import Writers, writer_name
 from ovita.studio.stage import Space
-from ovita.trajectory import Trajectory
 
 _LEFT, _RIGHT, _RIGHT_NARROW = 350.0, 392.0, 320.0
 _NARROW = 400.0  # of the scene between the panels [pixels]; less has no room for the player

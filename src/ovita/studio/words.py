@@ -7,14 +7,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ovita.adaptation import Adaptation
-from ovita.changes import sentences
-from ovita.history import ROOT, Step
-from ovita.robot import Robot
-from ovita.scene import Scene
-from ovita.session import Session
+from ovita.dialogue.history import ROOT, Step
+from ovita.dialogue.session import Session
+from ovita.measure import sentences
+from ovita.paths.robot import Robot
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Trajectory
+from ovita.result import Adaptation
 from ovita.studio.desk import Desk
-from ovita.trajectory import Trajectory
 
 _CHIPS = {
     "ok": ("good", "done"),

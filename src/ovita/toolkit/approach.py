@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ovita.scene import RFU, Frame, SceneObject
+from ovita.paths.scene import RFU, Frame, SceneObject
+from ovita.paths.trajectory import Array
 from ovita.toolkit import arguments
 from ovita.toolkit.arguments import Mask, Target
 from ovita.toolkit.around import clear_segments, pushed_out, pushed_out_of_all
 from ovita.toolkit.shaping import headings, perpendicular, runs, smoothstep
-from ovita.trajectory import Array
 
 STEEPEST = 1.125
 """Reach per metre of push above which no waypoint overtakes the nearest: the maximum of smoothstep(x) / x."""

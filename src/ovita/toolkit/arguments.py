@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ovita.errors import SceneError
-from ovita.scene import Frame, SceneObject
-from ovita.trajectory import Array, arc_length, first_bad
+from ovita.paths.scene import Frame, SceneObject
+from ovita.paths.trajectory import Array, arc_length, first_bad
 
 Mask: TypeAlias = NDArray[np.bool_]
 Target: TypeAlias = SceneObject | ArrayLike

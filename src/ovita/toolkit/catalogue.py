@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Mapping
 from types import MappingProxyType
 from typing import Any
 
-from ovita.scene import DIRECTIONS, Frame
+from ovita.paths.scene import DIRECTIONS, Frame
 from ovita.toolkit import (
     approach,
     edit,

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from ovita.paths.trajectory import Array, arc_length, interpolate
 from ovita.toolkit import arguments
 from ovita.toolkit.arguments import Mask, Place
 from ovita.toolkit.shaping import headings, smoothstep
-from ovita.trajectory import Array, arc_length, interpolate
 
 SOFT = 0.3
 """Share of a new stretch over which its speed rises from, and falls to, the speeds at its ends."""

@@ -7,8 +7,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ovita.paths.trajectory import Array, interpolate, source_indices
 from ovita.toolkit import arguments
-from ovita.trajectory import Array, interpolate, source_indices
 
 CUTOFF = 8.0
 """Half-waves per path at which smoothing of strength 1 halves the amplitude."""

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ovita.scene import RFU, Frame
+from ovita.paths.scene import RFU, Frame
+from ovita.paths.trajectory import Array, arc_length, interpolate, source_indices
 from ovita.toolkit import arguments
 from ovita.toolkit.arguments import Target
 from ovita.toolkit.recorder import Recorder, note_contact
 from ovita.toolkit.shaping import final_heading, smoothstep, spacing
-from ovita.trajectory import Array, arc_length, interpolate, source_indices
 
 
 def move_start(

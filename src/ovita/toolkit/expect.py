@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ovita.scene import RFU, Frame, SceneObject
+from ovita.paths.scene import RFU, Frame, SceneObject
 from ovita.toolkit import arguments
 from ovita.toolkit.arguments import Target
 from ovita.toolkit.recorder import Expectation, Recorder

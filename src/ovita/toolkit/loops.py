@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ovita.scene import RFU, Frame, SceneObject
+from ovita.paths.scene import RFU, Frame, SceneObject
+from ovita.paths.trajectory import Array
 from ovita.toolkit import arguments
 from ovita.toolkit.arguments import Place, Target
 from ovita.toolkit.courses import evenly, inserted, leg, level_heading, positive
 from ovita.toolkit.shaping import spacing
-from ovita.trajectory import Array
 
 PER_TURN = 24
 """The fewest waypoints on one turn of a loop."""

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ovita.scene import RFU, Frame, SceneObject
+from ovita.paths.scene import RFU, Frame, SceneObject
+from ovita.paths.trajectory import Array, arc_length
 from ovita.toolkit import arguments
 from ovita.toolkit.arguments import Mask, Target
 from ovita.toolkit.courses import densified
@@ -13,7 +14,6 @@ from ovita.toolkit.ends import go_through
 from ovita.toolkit.recorder import Recorder
 from ovita.toolkit.shaping import ROUNDING, smoothstep
 from ovita.toolkit.speed import dwell
-from ovita.trajectory import Array, arc_length
 
 PER_SLOPE = 4.0
 """The fewest segments on the rise or the fall of a jump."""

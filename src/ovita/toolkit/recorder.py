@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from ovita.scene import SceneObject
+from ovita.paths.scene import SceneObject
+from ovita.paths.trajectory import Array
 from ovita.toolkit.arguments import Target
-from ovita.trajectory import Array
 
 
 @dataclass(frozen=True)

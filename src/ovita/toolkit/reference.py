@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ovita.scene import DIRECTIONS
+from ovita.paths.scene import DIRECTIONS
 from ovita.toolkit.catalogue import CATALOGUE, GROUPS, HIDDEN, NOTES, in_order, signature, summary
 
 _INTRODUCTION = """# Toolkit: what a policy may call

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ovita.scene import RFU, Frame
+from ovita.paths.scene import RFU, Frame
+from ovita.paths.trajectory import Array
 from ovita.toolkit import arguments
 from ovita.toolkit.arguments import Place, Target
 from ovita.toolkit.courses import anchor
 from ovita.toolkit.overhead import extent
 from ovita.toolkit.shaping import runs, smoothstep
-from ovita.trajectory import Array
 
 ROUNDED = 0.02
 """Least distance from a limit at which a path begins to give way [m]."""

@@ -7,12 +7,12 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ovita.scene import RFU, Frame
+from ovita.paths.scene import RFU, Frame
+from ovita.paths.trajectory import Array, arc_length
 from ovita.toolkit import arguments
 from ovita.toolkit.arguments import Mask
 from ovita.toolkit.courses import course_headings, densified, distinct, positive
 from ovita.toolkit.shaping import perpendicular, runs
-from ovita.trajectory import Array, arc_length
 
 MOST_WAVES = 500.0
 """The most waves that one call may ask for."""

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ovita.scene import RFU, Frame, SceneObject
+from ovita.paths.scene import RFU, Frame, SceneObject
+from ovita.paths.trajectory import Array
 from ovita.toolkit import arguments
 from ovita.toolkit.arguments import Place
 from ovita.toolkit.courses import anchor, distinct, leg, speeds_between, usual_speed
 from ovita.toolkit.recorder import Recorder, note_contact
 from ovita.toolkit.shaping import runs, spacing
-from ovita.trajectory import Array
 
 
 def straighten(traj: ArrayLike, a: Place = "start", b: Place = "goal") -> Array:

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ovita.scene import RFU, Frame
+from ovita.paths.scene import RFU, Frame
+from ovita.paths.trajectory import Array
 from ovita.toolkit import arguments
 from ovita.toolkit.arguments import Mask, Place, Target
-from ovita.trajectory import Array
 
 
 def near(traj: ArrayLike, obj: Target, within: float) -> Mask:

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from ovita.paths.trajectory import Array, arc_length
 from ovita.toolkit.arguments import Mask
-from ovita.trajectory import Array, arc_length
 
 ROUNDING = 1e-9
 """Weights nearer than this to 0 or 1 are taken for it."""

@@ -7,11 +7,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ovita.scene import RFU, Frame
+from ovita.paths.scene import RFU, Frame
+from ovita.paths.trajectory import Array
 from ovita.toolkit import arguments
 from ovita.toolkit.arguments import Target
 from ovita.toolkit.shaping import eased, smoothstep
-from ovita.trajectory import Array
 
 DEFAULT_EASE = 0.25
 """Fraction of the path over which a shift sets in when an end is kept."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ovita.paths.trajectory import Array, arc_length
 from ovita.toolkit import arguments
 from ovita.toolkit.arguments import Place
 from ovita.toolkit.shaping import eased, runs, snapped
-from ovita.trajectory import Array, arc_length
 
 
 def scale_speed(traj: ArrayLike, factor: float, *, where: ArrayLike | None = None, ease: float = 0.0) -> Array:

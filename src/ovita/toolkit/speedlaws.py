@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ovita.paths.trajectory import Array, arc_length
 from ovita.toolkit import arguments
 from ovita.toolkit.arguments import Mask
 from ovita.toolkit.courses import densified
 from ovita.toolkit.shaping import ROUNDING, runs, smoothstep, snapped
-from ovita.trajectory import Array, arc_length
 
 SPARSE = 0.1
 """Segments of up to this share of the path's length are short enough for any ramp."""

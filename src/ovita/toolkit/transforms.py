@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ovita.scene import RFU, Frame
+from ovita.paths.scene import RFU, Frame
+from ovita.paths.trajectory import Array
 from ovita.toolkit import arguments
 from ovita.toolkit.arguments import Mask, Place
 from ovita.toolkit.courses import anchor, positive
-from ovita.trajectory import Array
 
 FLIPPED = {"x": 1, "y": 0, "z": 2}
 """The coordinate that changes its sign when a path is mirrored around an axis."""

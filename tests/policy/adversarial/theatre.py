@@ -17,11 +17,11 @@ import numpy as np
 
 from adversarial import bombs, escapes, files, network, numpy_doors, processes
 from ovita.errors import OvitaError
+from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.trajectory import Trajectory
 from ovita.policy import Policy
 from ovita.policy.processes import POOL
 from ovita.policy.sandbox import Rollout, SandboxLimits, _run
-from ovita.scene import Scene, SceneObject
-from ovita.trajectory import Trajectory
 
 VARIABLE = "OVITA_TEST_SECRET"
 NAME = "REACHED-7f3a"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ovita.bench.checks import Check, all_of, finite
+from ovita.measure.predicates import Check, all_of, finite
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ovita.bench.cases.case import Case, case
-from ovita.bench.checks import (
+from ovita.measure.predicates import (
     Check,
     after,
     any_of,

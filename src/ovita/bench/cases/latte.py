@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ovita.bench.cases.case import Case, case
-from ovita.bench.checks import (
+from ovita.measure.predicates import (
     Check,
     any_of,
     closer,
@@ -15,7 +15,7 @@ from ovita.bench.checks import (
     same_path,
     slower,
 )
-from ovita.bench.checks.distance import Amount
+from ovita.measure.predicates.distance import Amount
 
 
 def _closer(number: int, name: str, amount: Amount | None = None) -> Case:

@@ -9,13 +9,13 @@ from typing import Any, Literal
 import numpy as np
 from numpy.random import Generator
 
-from ovita.bench import checks
-from ovita.bench.checks import Check
 from ovita.bench.grammar.lexicon import CLAUSES, DEGREES, METRES, PLACES, SIDES, SPEEDS, Phrases, Split
-from ovita.language.scale import Degree, Scale
-from ovita.scene import Scene, SceneObject
+from ovita.instruct.scale import Degree, Scale
+from ovita.measure import predicates as checks
+from ovita.measure.predicates import Check
+from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.trajectory import Array, Trajectory
 from ovita.toolkit import Recorder, namespace
-from ovita.trajectory import Array, Trajectory
 
 Slot = Literal["path", "speed", "end", "count"]
 

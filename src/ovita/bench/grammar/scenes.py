@@ -10,9 +10,9 @@ from numpy.random import Generator
 from scipy.interpolate import CubicSpline
 
 from ovita.bench.grammar.lexicon import NAMES, Split
-from ovita.scene import Frame, Scene, SceneObject
+from ovita.paths.scene import Frame, Scene, SceneObject
+from ovita.paths.trajectory import Array, Trajectory
 from ovita.toolkit.shaping import path_distances
-from ovita.trajectory import Array, Trajectory
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,1 @@
+"""Phase five: feedback. Turns, their history, and the session that keeps them."""

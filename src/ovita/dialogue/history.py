@@ -1,0 +1,261 @@
+"""The turns of a session: what was said or done, in which situation, and how the turns branch."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any, Literal, cast, get_args
+
+from pydantic import TypeAdapter, ValidationError
+
+from ovita.errors import FormatError, OvitaError
+from ovita.io import atomic_write, scene_dict, scene_from_dict, trajectory_from_rows, trajectory_rows
+from ovita.io.files import read_text
+from ovita.io.json_ import check_values, dumps, parse_object
+from ovita.limits import ConstraintOptions
+from ovita.paths.robot import Robot
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Trajectory
+from ovita.request import FeedbackOn
+from ovita.result import Adaptation
+
+SCHEMA = "ovita.session/1"
+"""Value of `schema` in a session file and in the first event of a journal."""
+
+Kind = Literal["said", "knobs", "reworded", "code", "hand", "limits", "opened"]
+"""How a turn came about: words, knobs, the last turn in other words, edited code, a hand edit, changed limits, or a
+result that was opened."""
+
+ROOT = -1
+"""The place before the first turn."""
+
+
+@dataclass(frozen=True)
+class Situation:
+    """What a session is about.
+
+    Args:
+        original: The trajectory that it began with, or that hand edits made of it.
+        scene: Its surroundings.
+        robot: The limits.
+        constraints: How limits are enforced.
+    """
+
+    original: Trajectory
+    scene: Scene
+    robot: Robot
+    constraints: ConstraintOptions
+
+    def to_document(self) -> dict[str, Any]:
+        """The situation as JSON values; custom constraints, which are programs, are left out."""
+        return {
+            "original": trajectory_rows(self.original),
+            "timestep": self.original.timestep,
+            "scene": scene_dict(self.scene),
+            "robot": asdict(self.robot),
+            "constraints": asdict(replace(self.constraints, custom=())),
+        }
+
+    @classmethod
+    def from_document(cls, document: Mapping[str, Any], file: str) -> Situation:
+        """Build a situation from what `to_document` made.
+
+        Raises:
+            FormatError: If a key is missing or malformed.
+        """
+        key = "situation"
+        try:
+            return cls(
+                trajectory_from_rows(document["original"], timestep=float(document["timestep"])),
+                scene_from_dict(document["scene"]),
+                TypeAdapter(Robot).validate_python(document["robot"]),
+                TypeAdapter(ConstraintOptions).validate_python({**document["constraints"], "custom": ()}),
+            )
+        except KeyError as error:
+            raise FormatError(file, f"{error} is missing", key=key) from None
+        except ValidationError as error:
+            raise FormatError(file, error.errors()[0]["msg"].lower(), key=key) from None
+        except (OvitaError, TypeError, ValueError) as error:
+            raise FormatError(file, str(error), key=key) from None
+
+
+@dataclass(frozen=True)
+class Step:
+    """One turn of a session.
+
+    Args:
+        said: What the person said, or what was done in words such as "moved the cup".
+        feedback_on: Which trajectory it was about.
+        adaptation: What came of it. Its instruction is `said`, or for feedback on the original everything said
+            since the original, since that is what was applied.
+        kind: How it came about.
+        situation: What the session was about then, or None where it did not change.
+    """
+
+    said: str
+    feedback_on: FeedbackOn
+    adaptation: Adaptation
+    kind: Kind = "said"
+    situation: Situation | None = None
+
+    @property
+    def tuned(self) -> bool:
+        """Whether only knobs were turned."""
+        return self.kind == "knobs"
+
+    def to_document(self) -> dict[str, Any]:
+        """The turn as JSON values."""
+        return {
+            "kind": self.kind,
+            "said": self.said,
+            "on": self.feedback_on,
+            "situation": None if self.situation is None else self.situation.to_document(),
+            "adaptation": self.adaptation.to_document(),
+        }
+
+    @classmethod
+    def from_document(cls, document: Mapping[str, Any], file: str) -> Step:
+        """Build a turn from what `to_document` made.
+
+        Raises:
+            FormatError: If a key is missing or malformed.
+        """
+        said, on, kind = document.get("said"), document.get("on"), document.get("kind")
+        known: bool = on in get_args(FeedbackOn) and kind in get_args(Kind)
+        if not isinstance(said, str) or not known:
+            raise FormatError(file, "this is not a turn of a session", key="turn")
+        situation, adaptation = document.get("situation"), document.get("adaptation")
+        if not isinstance(adaptation, Mapping) or not isinstance(situation, Mapping | None):
+            raise FormatError(file, "this turn holds no adaptation", key="turn")
+        return cls(
+            said,
+            cast(FeedbackOn, on),
+            Adaptation.from_document(adaptation, file=file),
+            cast(Kind, kind),
+            None if situation is None else Situation.from_document(situation, file),
+        )
+
+
+@dataclass
+class History:
+    """Turns as a tree: undo goes to the parent, redo to the child that was last left, and nothing is ever lost.
+
+    Args:
+        steps: Every turn, in the order in which they were made.
+        parents: The turn before each, or `ROOT`.
+        head: The turn that is in force, or `ROOT`.
+    """
+
+    steps: list[Step] = field(default_factory=list)
+    parents: list[int] = field(default_factory=list)
+    head: int = ROOT
+    _last: dict[int, int] = field(default_factory=dict)
+
+    def copy(self) -> History:
+        """A history that changes on its own."""
+        return History(list(self.steps), list(self.parents), self.head, dict(self._last))
+
+    def path(self, at: int | None = None) -> list[int]:
+        """The turns from the first to `at`, by default to the one in force."""
+        here = self.head if at is None else at
+        turns: list[int] = []
+        while here != ROOT:
+            turns.append(here)
+            here = self.parents[here]
+        return turns[::-1]
+
+    def add(self, step: Step) -> None:
+        """Put a turn after the one in force."""
+        self.steps.append(step)
+        self.parents.append(self.head)
+        self.go(len(self.steps) - 1)
+
+    def replace_head(self, step: Step) -> None:
+        """Put a turn in the place of the one in force."""
+        self.steps[self.head] = step
+
+    def go(self, turn: int) -> None:
+        """Make a turn, or `ROOT`, the one in force."""
+        self.head = turn
+        if turn != ROOT:
+            self._last[self.parents[turn]] = turn
+
+    def back(self) -> int | None:
+        """What undo would go to, or None."""
+        return None if self.head == ROOT else self.parents[self.head]
+
+    def forth(self) -> int | None:
+        """What redo would go to, or None."""
+        return self._last.get(self.head)
+
+    def situation(self, turn: int, first: Situation) -> Situation:
+        """The situation at a turn.
+
+        Args:
+            turn: Which one.
+            first: The situation before the first turn.
+        """
+        for i in reversed(self.path(turn)):
+            situation = self.steps[i].situation
+            if situation is not None:
+                return situation
+        return first
+
+    def event(self, turn: int) -> dict[str, Any]:
+        """A turn as an event for a journal."""
+        return {"event": "turn", "at": self.parents[turn], **self.steps[turn].to_document()}
+
+    def events(self, first: Situation) -> list[dict[str, Any]]:
+        """The fewest events that lead to this history.
+
+        Args:
+            first: The situation before the first turn.
+        """
+        start = {"event": "open", "schema": SCHEMA, "situation": first.to_document()}
+        return [start, *map(self.event, range(len(self.steps))), {"event": "head", "at": self.head}]
+
+
+def replayed(events: list[dict[str, Any]], file: str) -> tuple[Situation, History]:
+    """The situation before the first turn, and the history that events lead to; nothing is run.
+
+    Raises:
+        FormatError: If the events are not those of a session; names the event.
+    """
+    if not events or events[0].get("schema") != SCHEMA or not isinstance(events[0].get("situation"), Mapping):
+        raise FormatError(file, f"this is no session of ovita; expected the schema {SCHEMA!r}")
+    history = History()
+    for number, event in enumerate(events[1:], start=1):
+        at, what = event.get("at"), event.get("event")
+        if not isinstance(at, int) or isinstance(at, bool) or not ROOT <= at < len(history.steps):
+            raise FormatError(file, "this is not an event of a session", key="events", index=number)
+        history.go(at)
+        if what == "turn":
+            history.add(Step.from_document(event, file))
+        elif what == "again" and at != ROOT:
+            history.replace_head(Step.from_document(event, file))
+        elif what != "head":
+            raise FormatError(file, "this is not an event of a session", key="events", index=number)
+    return Situation.from_document(events[0]["situation"], file), history
+
+
+def write_session(path: str, first: Situation, history: History) -> None:
+    """Write a whole session to one file, atomically.
+
+    Raises:
+        FormatError: If it cannot be written there.
+    """
+    atomic_write(path, dumps({"schema": SCHEMA, "events": history.events(first)}, path))
+
+
+def read_session(path: str) -> tuple[Situation, History]:
+    """Read what `write_session` wrote; nothing is run.
+
+    Raises:
+        FormatError: If the file is no session; names the key.
+    """
+    document = parse_object(read_text(path), path)
+    check_values(document, path)
+    events = document.get("events")
+    if document.get("schema") != SCHEMA or not isinstance(events, list) or not all(isinstance(e, dict) for e in events):
+        raise FormatError(path, f"this is no session of ovita; expected the schema {SCHEMA!r}", key="schema")
+    return replayed(events, path)

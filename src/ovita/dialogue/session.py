@@ -1,0 +1,396 @@
+"""Phase five: feedback. A session keeps every turn, so that nothing a person says is lost and all can be undone."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from threading import Event
+from typing import Any
+
+from ovita.chain import rerun
+from ovita.dialogue.history import ROOT, History, Kind, Situation, Step, read_session, replayed, write_session
+from ovita.dialogue.interpret import Listener
+from ovita.errors import RequestError
+from ovita.io.journal import Journal
+from ovita.limits import ConstraintOptions
+from ovita.paths.robot import Robot
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Trajectory
+from ovita.policy.sandbox import Isolation
+from ovita.policy.source import parse
+from ovita.request import FeedbackOn
+from ovita.result import Adaptation
+from ovita.writers.base import PolicyWriter
+from ovita.writers.progress import Progress
+
+USABLE = ("ok", "infeasible")
+"""Statuses whose trajectory becomes the current one."""
+
+UNCHANGED = "def adapt(traj, scene):\n    return traj\n"
+"""The policy that leaves everything as it is: for hand edits before anything was said."""
+
+
+@dataclass
+class Session:
+    """A conversation about one trajectory.
+
+    Args:
+        original: The trajectory that it began with.
+        scene: Its surroundings.
+        robot: The limits.
+        writer: A policy writer or its name.
+        constraints: How limits are enforced.
+        isolation: How policies must be isolated.
+    """
+
+    original: Trajectory
+    scene: Scene = field(default_factory=Scene)
+    robot: Robot = field(default_factory=lambda: Robot.preset("none"))
+    writer: PolicyWriter | str = "auto"
+    constraints: ConstraintOptions = field(default_factory=ConstraintOptions)
+    isolation: Isolation = "strict"
+    _history: History = field(default_factory=History, init=False)
+    _journal: Journal | None = field(default=None, init=False)
+    _asked: str = field(default="", init=False)
+    _open: str = field(default="", init=False)
+    _behind: bool = field(default=False, init=False)
+
+    def __post_init__(self) -> None:
+        self._first = self.situation
+
+    @classmethod
+    def of(
+        cls, adaptation: Adaptation, *, writer: PolicyWriter | str = "auto", isolation: Isolation = "strict"
+    ) -> Session:
+        """A session that goes on from a saved adaptation; its policy is not run until a knob is turned."""
+        session = cls(adaptation.original, adaptation.scene, adaptation.robot, writer, isolation=isolation)
+        if adaptation.status in USABLE:
+            session._add(adaptation.instruction or "opened a result", "current", adaptation, "opened")
+        return session
+
+    @property
+    def situation(self) -> Situation:
+        """What the session is about now."""
+        return Situation(self.original, self.scene, self.robot, self.constraints)
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        """The turns that are in force, oldest first."""
+        return tuple(self._history.steps[i] for i in self._history.path())
+
+    @property
+    def history(self) -> History:
+        """Every turn ever made, with those that were undone or branched away from; not to be changed."""
+        return self._history
+
+    @property
+    def asked(self) -> str:
+        """The sentence that led to a question, which the next sentence answers, or ""."""
+        return self._asked
+
+    @property
+    def current(self) -> Trajectory:
+        """The trajectory as it stands."""
+        last = self.adaptation
+        return self.original if last is None else last.adapted
+
+    @property
+    def adaptation(self) -> Adaptation | None:
+        """The last turn's adaptation, or None before the first."""
+        return None if self._history.head == ROOT else self._history.steps[self._history.head].adaptation
+
+    def say(
+        self,
+        instruction: str,
+        *,
+        on: FeedbackOn = "current",
+        progress: Progress | None = None,
+        cancel: Event | None = None,
+    ) -> Adaptation:
+        """Adapt the current or the original trajectory, or resolve feedback on the turns before ("a bit more").
+
+        On "current" the instruction is applied to what there is now. On "original", as in the paper, it is added to
+        what was said so far, and all of it is applied to the original again, with the knobs as they were turned.
+        Feedback is resolved without any writer wherever that is certain: it turns knobs of the last turn, runs it
+        again, puts its instruction right, or takes it back. A turn that is not understood, or that fails, changes
+        nothing and is not kept. `progress` and `cancel` are those of `adapt`.
+
+        Raises:
+            InputError: If the instruction is empty or too long.
+        """
+        if not instruction.strip():
+            raise RequestError("the instruction is empty; say what should change, such as 'slow down near the cup'")
+        listener = Listener(
+            self._history, self._first, self.situation, self.writer, self.isolation, self._asked, progress, cancel
+        )
+        heard = listener.hear(instruction, on)
+        self._asked = heard.asked
+        if heard.turn is not None:
+            self._go(heard.turn)
+        elif heard.kind is not None and heard.result.status in USABLE:
+            self._add(instruction, heard.on, heard.result, heard.kind)
+        return heard.result
+
+    def tune(self, parameters: Mapping[str, Any], *, merge: bool = False) -> Adaptation:
+        """Turn knobs of the last turn's policy, values by name, and run it again; no writer is asked.
+
+        Args:
+            parameters: New values by name.
+            merge: Whether turning the same knobs again goes on with the same turn, as while a slider is dragged. Such
+                a turn goes to the journal with the next one, or when `settle` is called.
+
+        Raises:
+            RequestError: If there is no turn yet.
+            PolicyError: If a parameter does not exist or the policy fails with it; the turn stays as it was.
+        """
+        if not self.steps:
+            raise RequestError("there is no policy yet; say what should change first")
+        last = self.steps[-1]
+        base = self._base_of_knobs(set(parameters)) if merge else last
+        before = {p.name: p.value for p in base.adaptation.parameters}
+        turned = {name: value for name, value in parameters.items() if name not in before or before[name] != value}
+        result = rerun(base.adaptation, turned, constraints=self.constraints, isolation=self.isolation)
+        if base is last:
+            self._add(last.said, last.feedback_on, result, "knobs", wait=merge)
+        else:
+            self._history.replace_head(replace(last, adaptation=result))
+            self._open = self._open or "again"
+        return result
+
+    def _base_of_knobs(self, names: set[str]) -> Step:
+        """The turn whose knobs to turn: the last, or the one before if the last turned nothing but these."""
+        last = self.steps[-1]
+        if not last.tuned or len(self.steps) < 2:
+            return last
+        base = self.steps[-2]
+        before = {p.name: p.value for p in base.adaptation.parameters}
+        turned = {p.name for p in last.adaptation.parameters if before.get(p.name) != p.value}
+        return base if turned <= names else last
+
+    def recode(self, code: str) -> Adaptation:
+        """Run edited code in place of the last turn's policy.
+
+        Raises:
+            PolicyError: If the code is refused or fails, with the line; nothing changes then.
+        """
+        last = self.steps[-1] if self.steps else None
+        before = self._blank("edited the code") if last is None else last.adaptation
+        edited = replace(before, code=parse(code).source, plan=("Run the code as edited by hand.",), assumptions=())
+        edited = replace(edited, parameters=parse(code).parameters)
+        result = rerun(edited, {}, constraints=self.constraints, isolation=self.isolation)
+        self._add("edited the code", last.feedback_on if last else "current", result, "code")
+        return result
+
+    def change(
+        self,
+        said: str,
+        *,
+        original: Trajectory | None = None,
+        scene: Scene | None = None,
+        robot: Robot | None = None,
+        constraints: ConstraintOptions | None = None,
+    ) -> Adaptation:
+        """Change what the session is about, and run every policy in force again; no writer is asked.
+
+        Args:
+            said: What was done, for the history.
+            original: The trajectory with another start or goal.
+            scene: With objects elsewhere.
+            robot: With other limits.
+            constraints: How limits are enforced, such as with pinned waypoints.
+
+        Raises:
+            PolicyError: If a policy fails in the new situation; nothing changes then.
+        """
+        now = self.situation
+        then = Situation(
+            now.original if original is None else original,
+            now.scene if scene is None else scene,
+            now.robot if robot is None else robot,
+            now.constraints if constraints is None else constraints,
+        )
+        result = self._again(then, said)
+        moved = original is not None or scene is not None
+        kind: Kind = "hand" if moved or then.constraints.pinned != now.constraints.pinned else "limits"
+        self.original, self.scene, self.robot, self.constraints = (
+            then.original,
+            then.scene,
+            then.robot,
+            then.constraints,
+        )
+        self._add(said, "current", result, kind)
+        return result
+
+    def undo(self) -> bool:
+        """Take the last turn back; say whether there was one."""
+        return self._go(self._history.back())
+
+    def redo(self) -> bool:
+        """Bring the turn that was last taken back again; say whether there was one."""
+        return self._go(self._history.forth())
+
+    def branch(self, turn: int) -> None:
+        """Go on from any turn that was ever made; the turns after it stay in the history.
+
+        Args:
+            turn: Its number in `history.steps`, or `ROOT` for before the first.
+
+        Raises:
+            RequestError: If there is no such turn.
+        """
+        if not ROOT <= turn < len(self._history.steps):
+            raise RequestError(f"there is no turn {turn + 1}; there are {len(self._history.steps)}")
+        self._go(turn)
+
+    def draft(self) -> Session:
+        """A copy whose turns do not count until `adopt`, so that a slow turn can be given up while it runs."""
+        copy = Session(self.original, self.scene, self.robot, self.writer, self.constraints, self.isolation)
+        copy._first, copy._history, copy._asked = self._first, self._history.copy(), self._asked
+        return copy
+
+    def adopt(self, draft: Session) -> None:
+        """Take over what was said to a draft of this session as it stands.
+
+        Raises:
+            RequestError: If the session has gone on since the draft was made.
+        """
+        known = len(self._history.steps)
+        if (
+            draft._history.parents[:known] != self._history.parents
+            or draft._history.steps[:known] != self._history.steps
+        ):
+            raise RequestError("the session has gone on since; say it again")
+        self.settle()
+        for i in range(known, len(draft._history.steps)):
+            self._history.go(draft._history.parents[i])
+            self._history.add(draft._history.steps[i])
+            self._note(self._history.event(i))
+        self._asked = draft._asked
+        if self._history.head != draft._history.head:
+            self._go(draft._history.head)
+
+    def keep(self, path: str) -> None:
+        """Write this session to a journal from now on, so that a killed process loses at most the turn it was in.
+
+        Args:
+            path: Of the journal, which must not exist yet.
+
+        Raises:
+            FormatError: If it cannot be written.
+        """
+        self._journal, self._behind = Journal(path), True
+        self._note({})
+
+    def settle(self) -> None:
+        """Write what `tune(..., merge=True)` left open to the journal."""
+        if self._open:
+            event = self._history.event(self._history.head)
+            if self._open == "again":
+                event = {**event, "event": "again", "at": self._history.head}
+            self._open = ""
+            self._note(event)
+
+    def save(self, path: str) -> None:
+        """Write the whole session with every turn to one file, atomically; keys and writers are not in it.
+
+        Raises:
+            FormatError: If it cannot be written there.
+        """
+        self.settle()
+        write_session(path, self._first, self._history)
+
+    @classmethod
+    def load(cls, path: str, *, writer: PolicyWriter | str = "auto", isolation: Isolation = "strict") -> Session:
+        """Read a session that `save` wrote, without running any of its policies.
+
+        Raises:
+            FormatError: If the file is no session; names the file and the key.
+        """
+        return cls._of(*read_session(path), writer, isolation)
+
+    @classmethod
+    def resume(cls, path: str, *, writer: PolicyWriter | str = "auto", isolation: Isolation = "strict") -> Session:
+        """Go on with a session from its journal, and keep it there; a turn that was cut off is gone.
+
+        Raises:
+            FormatError: If the journal cannot be read.
+        """
+        journal = Journal(path)
+        events = journal.read()
+        session = cls._of(*replayed(events, path), writer, isolation)
+        least = session._history.events(session._first)
+        if len(events) > 2 * len(least):
+            journal.rewrite(least)
+        session._journal = journal
+        return session
+
+    @classmethod
+    def _of(cls, first: Situation, history: History, writer: PolicyWriter | str, isolation: Isolation) -> Session:
+        session = cls(first.original, first.scene, first.robot, writer, first.constraints, isolation)
+        session._first, session._history = first, history
+        session._settle_on(history.head)
+        return session
+
+    def _again(self, then: Situation, said: str) -> Adaptation:
+        """Run every policy in force again in another situation."""
+        policies: list[Step] = []
+        for step in self.steps:
+            if step.kind in ("said", "opened"):
+                policies = [*policies, step] if step.feedback_on == "current" else [step]
+            elif step.kind in ("knobs", "reworded", "code"):
+                policies = [*policies[:-1], step]
+        start, result = then.original, None
+        for step in policies:
+            asked = replace(step.adaptation, original=start, scene=then.scene, robot=then.robot)
+            result = rerun(asked, {}, constraints=then.constraints, isolation=self.isolation)
+            start = result.adapted
+        if result is None:
+            blank = replace(self._blank(said), original=start, adapted=start, scene=then.scene, robot=then.robot)
+            result = rerun(blank, {}, constraints=then.constraints, isolation=self.isolation)
+        return result
+
+    def _blank(self, said: str) -> Adaptation:
+        start = self.original
+        return Adaptation(said, "ok", start, start, scene=self.scene, robot=self.robot, code=UNCHANGED)
+
+    def _add(self, said: str, on: FeedbackOn, result: Adaptation, kind: Kind, *, wait: bool = False) -> None:
+        self.settle()
+        before = self._history.situation(self._history.head, self._first)
+        now = self.situation
+        self._history.add(Step(said, on, result, kind, None if _same(before, now) else now))
+        if wait:
+            self._open = "turn"
+        else:
+            self._note(self._history.event(self._history.head))
+
+    def _go(self, turn: int | None) -> bool:
+        if turn is None:
+            return False
+        self.settle()
+        self._settle_on(turn)
+        self._note({"event": "head", "at": turn})
+        return True
+
+    def _settle_on(self, turn: int) -> None:
+        self._history.go(turn)
+        then = self._history.situation(turn, self._first)
+        self.original, self.scene, self.robot, self.constraints = (
+            then.original,
+            then.scene,
+            then.robot,
+            then.constraints,
+        )
+
+    def _note(self, event: Mapping[str, Any]) -> None:
+        if self._journal is None:
+            return
+        behind, self._behind = self._behind, True
+        if behind:
+            self._journal.rewrite(self._history.events(self._first))
+        else:
+            self._journal.add(event)
+        self._behind = False
+
+
+def _same(a: Situation, b: Situation) -> bool:
+    return a.original is b.original and a.scene is b.scene and a.robot == b.robot and a.constraints == b.constraints

@@ -1,0 +1,1 @@
+"""The built-in reader: from a sentence to a policy without key or network, in milliseconds."""

@@ -1,0 +1,255 @@
+"""Reading clauses about the distance to objects: closer, farther, at least so far."""
+
+from __future__ import annotations
+
+from ovita.instruct.intents import Intent, Region
+from ovita.instruct.neighbours import DIRECTIONS
+from ovita.instruct.reader import Reader
+from ovita.instruct.regions import read_region
+from ovita.instruct.senses import SPEED
+
+SPARED = (
+    "avoid",
+    "steer clear",
+    "steer clear of",
+    "clear of",
+    "stay clear",
+    "keep clear",
+    "bypass",
+    "skirt",
+    "dodge",
+    "evade",
+)
+"""Words after which "by 0.3" is the distance to keep."""
+
+VERBS = frozenset(
+    "go get come move pass drive fly be stay travel head approach hit touch collide crash bump brush cross".split()
+)
+VERBS |= {"going", "getting", "coming", "moving", "passing", "touching", "hitting", "driving", "flying", "approaching"}
+"""Words that make a deed of a negation: "don't go near the cup", which is more than "not near the cup"."""
+
+EXTRAS = (
+    "waypoints",
+    "whole",
+    "smooth",
+    "when",
+    "reach",
+    "original",
+    "more",
+    "pass",
+    "keep",
+    "near",
+    "around",
+    "stay",
+    "always",
+)
+
+
+def read_keep_distance(r: Reader) -> list[Intent]:
+    """Keep at least 0.2 away from the cup; never come within 0.3 of it; stay 0.3 away from the plate."""
+    numbers = r.numbers(("", "m"))
+    if not numbers or r.has("speed", "faster", "slower") or r.numbers(("m/s",)) or not any(t.items for t in r.tokens):
+        return []
+    if r.has("more") and r.has("than") and sum(bool(t.items) for t in r.tokens) > 1:
+        return []  # "more distance from the plate than from the fan"
+    if r.has("over", "under") and not r.has("never", "distance", "away"):
+        return []
+    if len(numbers) == 2 and r.has("keep", "stay", "distance"):
+        return _between_distances(r, numbers)
+    directed = r.has(*DIRECTIONS)
+    spared = r.says(*SPARED)
+    never = r.has("never") and r.has("closer", "near", "within", "at_most", "collide")
+    never = (
+        never or (r.has("never") and r.has("distance") and r.has("under", "decrease")) or (spared and r.has("within"))
+    )
+    barred = never or r.has("no_closer")
+    reached = _reached(r) if (r.has("within") and not barred) or r.says("as close as") else False
+    bounded = r.has("at_least", "at_most") or barred or reached
+    changed = r.has("increase", "decrease", "more", "fewer", "double", "half")
+    stated = (r.has("keep", "stay", "wait") and r.has("distance", "away", "near", "within")) or (
+        r.has("distance") and not changed
+    )
+    stated = stated or ((r.has("keep") or spared) and not changed)
+    apart = r.has("keep", "stay") and any(t.items and "from" in _two_before(r, i) for i, t in enumerate(r.tokens))
+    stated = stated or apart
+    related = (
+        r.has("at_least")
+        or reached
+        or apart
+        or r.has("distance", "away", "keep", "near", "within", "stay", "closer")
+        or barred
+    )
+    if directed or not (bounded or stated) or not related:
+        return []
+    if r.word_before(numbers[0]) == "by" and not spared:
+        return []
+    within = r.has("within") and not barred
+    at_most = (
+        (r.has("at_most") and not barred)
+        or within
+        or reached
+        or (r.has("near") and not r.has("at_least") and not barred)
+    )
+    if within and not (reached or r.has("stay", "keep", "wait", "near", "always")):
+        return []
+    region = Region()
+    if r.has("first", "last", "second", "middle", "goal", "start") and not r.has("stop", "wait"):
+        free = list(r.taken)
+        r.taken = [taken or t.value not in PLACING for taken, t in zip(r.taken, r.tokens, strict=True)]
+        region = read_region(r, speed=True)
+        r.taken = [a or (b and t.value in PLACING) for a, b, t in zip(free, r.taken, r.tokens, strict=True)]
+    r.take(
+        "keep", "distance", "away", "at_least", "at_most", "near", "constant", "never", "within", "closer", "no_closer"
+    )
+    r.take(
+        "than",
+        "stay",
+        "always",
+        "pass",
+        "whole",
+        "when",
+        "around",
+        "wait",
+        "threshold",
+        "more",
+        "original",
+        "collide",
+        "large",
+        "between",
+        "reach",
+        "under",
+        "decrease",
+    )
+    amount = r.take_at(numbers[0]).number
+    r.take("toward", "advance")
+    items = r.objects()
+    mode = "at_most" if at_most else "at_least"
+    return [Intent("keep_distance", items=items, amount=amount, mode=mode, region=region)]
+
+
+def _two_before(r: Reader, i: int) -> list[str]:
+    return [t.text.lower() for t in r.tokens[max(i - 2, 0) : i]]
+
+
+PLACING = frozenset("first last second middle goal start half third quarter waypoints".split())
+
+
+def _reached(r: Reader) -> bool:
+    """Whether "within" is a distance to come to, "get within 2 m of it", rather than a part of the path."""
+    said = {t.value for i, t in enumerate(r.tokens) if t.kind == "concept" and not r.taken[i]}
+    return said <= {"within", "at_most", "closer", "toward", "reach", "pass", "near", *PLACING}
+
+
+def _between_distances(r: Reader, numbers: list[int]) -> list[Intent]:
+    """Keep between 0.1 and 0.2 m away from the cup."""
+    low, high = (r.tokens[i].number for i in numbers)
+    if not r.has("between") and r.word_before(numbers[1]) != "to":
+        return []
+    if not low < high or r.has("closer", *DIRECTIONS):
+        return []
+    for i in numbers:
+        r.take_at(i)
+    r.take("between", "keep", "stay", "distance", "away", "near", "always", "whole")
+    found = []
+    for item in r.objects():
+        sphere = (
+            0.0 if item.dimensions is None else item.radius
+        )  # both are counted from it, but at_most from the centre
+        found.append(Intent("keep_distance", items=(item,), amount=round(high + sphere, 4), mode="at_most"))
+        found.append(Intent("keep_distance", items=(item,), amount=low, mode="at_least"))
+    return found
+
+
+def read_approach(r: Reader) -> list[Intent]:
+    """Walk closer to the cup; keep a bigger distance from the plate; the first 5 waypoints closer to the fan."""
+    distance = r.has("distance")
+    if not any(t.items for t in r.tokens) or (r.has(*SPEED) and not distance):
+        return []
+    denied = (
+        r.has("never")
+        and any(w in VERBS for t in r.tokens for w in t.text.lower().split())
+        and r.has("closer", "near", "collide", "through", "over", "pass", "toward", "reach")
+        and not r.has("away")
+    )
+    spared = r.has("away") and r.has("collide", "through", "pass", "near", "closer", "over", "reach")
+    nearer = not denied and (r.has("closer", "toward") or (distance and r.has("fewer", "decrease", "half")))
+    further = denied or r.has("away") or (distance and r.has("more", "increase", "double"))
+    further = further or (distance and not nearer and r.has("large", "keep", "slight"))
+    if denied or spared:
+        nearer = False
+        r.take("never", "collide", "through", "over", "reach")
+    changed = r.has("half", "double", "increase", "decrease", "more", "fewer")
+    nearer = nearer or _brought_to(r)
+    lone = (
+        r.has("near")
+        and not r.has("goal", "start", "stop", "wait")
+        and not (distance or changed or r.has(*DIRECTIONS) or denied or spared)
+    )
+    if sum(t.text.lower() == "as" for t in r.tokens) > 1:
+        return []  # "as far from the fan as from the cup"
+    if (nearer == further and not (lone and not nearer)) or r.has("than") or r.sided() or r.has("never"):
+        return []
+    region = read_region(r, speed=False) if not lone or nearer or further else Region()
+    whole = r.take("whole")
+    r.take(
+        "closer",
+        "toward",
+        "away",
+        "distance",
+        "fewer",
+        "more",
+        "decrease",
+        "increase",
+        "keep",
+        "near",
+        "pass",
+        "around",
+        "stay",
+    )
+    r.take("between", "always")
+    items = r.objects()
+    if not items and region.kind == "near":
+        items, region = region.items, Region()
+    if not items:
+        return []
+    times = r.number("x")
+    half, double = r.take("half"), r.take("double")
+    if half or double:
+        times = 2.0
+    target = r.target()
+    share = r.number("%") if times is None and target is None else None
+    amount = r.number("m") if times is None and target is None else times
+    directions = r.directions()
+    if amount is None and share is None and target is None:
+        amount = r.number("")
+    degree = r.degree()
+    r.take(*EXTRAS)
+    shifts = [Intent("move", directions)] if directions else []
+    action = "farther" if further else "closer"
+    if target is not None:
+        mode = "at_least" if further else "at_most"
+        return [*shifts, Intent("keep_distance", items=items, amount=target, mode=mode)]
+    unit = "x" if times is not None else "m" if share is None else "%"
+    amount = share if share is not None else amount
+    return [
+        *shifts,
+        *(
+            Intent(action, (), (i,), amount, unit, None, "whole" if whole else "", degree, region)  # type: ignore[arg-type]
+            for i in items
+        ),
+    ]
+
+
+def _brought_to(r: Reader) -> bool:
+    """Whether the path itself is to be brought to an object: "shift the trajectory to the cup"."""
+    words = " ".join(t.text.lower() for t in r.tokens).split()
+    moved = any(w in BRINGING for w in words) and any(w in PATH for w in words)
+    to = any(
+        t.items and "to" in (r.word_before(i), r.tokens[i - 2].text.lower() if i > 1 else "")
+        for i, t in enumerate(r.tokens)
+    )
+    return moved and to and not r.has("start", "goal", "extend", *DIRECTIONS)
+
+
+BRINGING = frozenset("shift move bring translate pull displace relocate push take carry".split())
+PATH = frozenset("trajectory path route motion waypoints waypoint points track course".split())

@@ -1,0 +1,236 @@
+"""A policy being written: its knobs, lines, expectations, plan and assumptions, and the words for parts of the path."""
+
+from __future__ import annotations
+
+import keyword
+import re
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ovita.instruct.intents import Region
+from ovita.instruct.scale import Scale, nice
+from ovita.paths.scene import SceneObject, canonical
+from ovita.paths.trajectory import Array
+from ovita.request import Request
+from ovita.toolkit import CATALOGUE
+
+OPPOSITE = {"left": "right", "right": "left", "front": "back", "back": "front", "up": "down", "down": "up"}
+
+RESERVED = frozenset({"traj", "scene", "np", "math"})
+
+
+@dataclass
+class Draft:
+    """A policy being written.
+
+    `positions` follows the shifts of the whole path written so far, and `shifts` names their knobs by direction, so
+    that later steps can allow for them; along the directions in `exact` the instruction states the amount.
+    """
+
+    request: Request
+    scale: Scale
+    positions: Array
+    shifts: dict[str, list[str]] = field(default_factory=dict)
+    exact: set[str] = field(default_factory=set)
+    parameters: dict[str, tuple[object, str]] = field(default_factory=dict)
+    objects: dict[str, SceneObject] = field(default_factory=dict)
+    body: list[str] = field(default_factory=list)
+    expectations: list[str] = field(default_factory=list)
+    plan: list[str] = field(default_factory=list)
+    assumptions: list[str] = field(default_factory=list)
+    contacts: list[str] = field(default_factory=list)
+    effort: int = 1
+    fixed: set[str] = field(default_factory=set)
+
+    @classmethod
+    def of(cls, request: Request) -> Draft:
+        """An empty draft for a request."""
+        return cls(request, Scale.of(request.trajectory), np.array(request.trajectory.positions))
+
+    def knob(self, name: str, value: object, comment: str) -> str:
+        """Add a parameter under a free name and return that name."""
+        free, n = name, 2
+        while not self._is_free(free):
+            free, n = f"{name}_{n}", n + 1
+        self.parameters[free] = (value, comment)
+        return free
+
+    def ref(self, item: SceneObject) -> str:
+        """The variable that holds an object."""
+        for name, known in self.objects.items():
+            if known is item:
+                return name
+        name = re.sub(r"\W+", "_", canonical(item.name), flags=re.ASCII).strip("_") or "item"
+        name = f"the_{name}" if name[0].isdigit() else name
+        while not self._is_free(name):
+            name += "_"
+        self.objects[name] = item
+        return name
+
+    def part(self, where: str) -> str:
+        """Give a mask a name in the policy and return it; "" stays ""."""
+        if not where:
+            return ""
+        count = sum(line.startswith("part") for line in self.body)
+        name = "part" if not count else f"part_{count + 1}"
+        self.body.append(f"{name} = {where}")
+        return name
+
+    def held(self) -> str:
+        """The argument that keeps later steps from disturbing exact amounts, or ""."""
+        words = sorted(self.exact)
+        return f", hold={words[0]!r}" if len(words) == 1 else f", hold={words!r}" if words else ""
+
+    def _is_free(self, name: str) -> bool:
+        taken = name in self.parameters or name in self.objects or name in CATALOGUE or name in RESERVED
+        return not (taken or keyword.iskeyword(name))
+
+    def distance(self, item: SceneObject) -> float:
+        """Closest approach of the path to an object's centre, as far as known [m]."""
+        return float(item.distance(self.positions).min())
+
+    def shifted(self, direction: str) -> str:
+        """The shift of the whole path along a direction as an expression, such as "up - down", or ""."""
+        along = [f" + {name}" for name in self.shifts.get(direction, [])]
+        against = [f" - {name}" for name in self.shifts.get(OPPOSITE[direction], [])]
+        return "".join([*along, *against])
+
+    def assume(self, text: str) -> None:
+        """Add an assumption, once."""
+        if text not in self.assumptions:
+            self.assumptions.append(text)
+
+    def source(self, summary: str) -> str:
+        """The policy's source."""
+        lines = ["def adapt(", "    traj,", "    scene,"]
+        lines += ["    *,"] if self.parameters else []
+        lines += [f"    {name}={value!r},  # {one_line(comment)}" for name, (value, comment) in self.parameters.items()]
+        lines += ["):", f'    """{one_line(summary)}"""']
+        lines += [f"    {name} = scene[{item.name!r}]" for name, item in self.objects.items()]
+        lines += [f"    {line}" for line in [*self.body, *self.expectations]]
+        return "\n".join([*lines, "    return traj", ""])
+
+
+def mask(draft: Draft, region: Region) -> tuple[str, str]:
+    """Code and words for a part of the path; both "" for the whole."""
+    kind = region.kind
+    if kind == "whole":
+        return "", ""
+    if region.outside:
+        inside, told = mask(draft, replace(region, outside=False))
+        return f"~({inside})", f"everywhere except {told.removeprefix('for ')}"
+    if kind == "near":
+        masks, words = zip(*(_near(draft, item, region.amount) for item in region.items), strict=True)
+        return " | ".join(masks), " and ".join(words)
+    if kind == "range":
+        return _range(draft, region)
+    if kind in ("but_first", "but_last"):
+        stated = _in_waypoints(draft, replace(region, kind=kind.removeprefix("but_")))
+        left = max(len(draft.request.trajectory) - int(stated.amount or 0), 1)
+        kind = "last" if kind == "but_first" else "first"
+        region = Region(kind, amount=left, counted=True)
+    if kind in ("first", "last"):
+        region = _in_waypoints(draft, region)
+        if region.counted:
+            n = draft.knob(f"{kind}_waypoints", int(region.amount or 1), f"number of waypoints at the {_side(kind)}")
+            return f"{kind}(traj, {n})", f"for the {kind} {int(region.amount or 1)} waypoints"
+        share = round(region.amount or 0.25, 4)
+        name = draft.knob(f"{kind}_share", share, f"share of the waypoints at the {_side(kind)}")
+        return f"{kind}(traj, fraction={name})", f"for the {kind} {share:.0%} of the waypoints"
+    if kind == "middle" and region.amount is not None:
+        margin = (1.0 - region.amount) / 2
+        part = f"in the middle {region.amount:.0%} of the path"
+        return f"between(traj, {margin:.3g}, {1 - margin:.3g})", part
+    if kind == "middle":
+        draft.assume('"the middle" is the middle third of the waypoints')
+        return "between(traj, 0.33, 0.67)", "in the middle of the path"
+    if kind == "between":
+        a, b = region.items
+        return f"between(traj, {draft.ref(a)}, {draft.ref(b)})", f"between {a.name} and {b.name}"
+    if kind == "heading":
+        return f"where_rising(traj, {region.direction!r})", f"where it heads {region.direction}"
+    if kind == "beyond":
+        axis = draft.request.scene.frame.direction(region.direction)
+        k = int(np.flatnonzero(axis)[0])
+        sign = "" if axis[k] > 0 else "-"
+        name = draft.knob(f"{region.direction}_of", region.amount, f"[m] how far {region.direction} the part begins")
+        return f"{sign}traj[:, {k}] > {name}", f"further {region.direction} than {region.amount:g} m"
+    if kind == "every":
+        return f"every(traj, {int(region.amount or 1)})", f"at every {int(region.amount or 1)}. waypoint"
+    item = region.items[0]
+    span = f"{draft.ref(item)}, 1.0" if kind == "after" else f"0.0, {draft.ref(item)}"
+    return f"between(traj, {span})", f"{kind} {item.name}"
+
+
+def _range(draft: Draft, region: Region) -> tuple[str, str]:
+    """Waypoints by number, counted from 1."""
+    last = len(draft.request.trajectory)
+    begin = int(np.clip(region.amount or 1, 1, last))
+    end = last if region.until is None else int(np.clip(region.until, begin, last))
+    draft.assume("waypoints are counted from 1")
+    a = draft.knob("first_index", begin - 1, "index of the first waypoint, from 0")
+    b = draft.knob("last_index", end - 1, "index of the last waypoint, from 0")
+    return f"between(traj, {a}, {b})", f"from waypoint {begin} to {end}"
+
+
+def _in_waypoints(draft: Draft, region: Region) -> Region:
+    """A stretch given in metres or seconds as so many waypoints."""
+    if region.unit not in ("m", "s"):
+        return region
+    trajectory = draft.request.trajectory
+    if region.unit == "s":
+        times = trajectory.times
+    else:
+        times = trajectory.arc_length
+    measured = times if region.kind == "first" else times[-1] - times
+    count = max(int((measured <= (region.amount or 0.0) + 1e-9).sum()), 1)
+    draft.assume(f"the {region.kind} {region.amount:g} {region.unit} are {count} waypoints")
+    return replace(region, amount=count, counted=True, unit="")
+
+
+def _near(draft: Draft, item: SceneObject, radius: float | None) -> tuple[str, str]:
+    value = radius
+    if value is None:
+        value = draft.scale.near(draft.positions, item)
+        draft.assume(f'"near {item.name}" is within {value:g} m of its centre')
+    elif draft.distance(item) > value:
+        draft.assume(
+            f"no waypoint is within {value:g} m of {item.name} (the closest is {draft.distance(item):.3g} m away)"
+        )
+    ref = draft.ref(item)
+    name = draft.knob(f"{ref}_radius", value, f"[m] distance to {item.name} that counts as near")
+    return f"near(traj, {ref}, within={name})", f"within {value:g} m of {item.name}"
+
+
+def _side(kind: str) -> str:
+    return "start" if kind == "first" else "end"
+
+
+def argument(where: str) -> str:
+    """A mask as a further argument, or ""."""
+    return f", where={where}" if where else ""
+
+
+def suffix(part: str) -> str:
+    """The words for a part of the path behind a sentence, or ""."""
+    return f" {part}" if part else ""
+
+
+def above(d: Draft, item: SceneObject, stated: float | None, *, below: bool = False) -> float:
+    """Height above (or below) an object's centre that "so much above it" means [m]: counted from its top (bottom)."""
+    side, end = ("below", "bottom") if below else ("above", "top")
+    top = 0.0 if item.dimensions is None else float(np.abs(item.rotation[2]) @ item.size) / 2
+    if stated is None:
+        height = nice(top + item.radius + d.scale.step("slight"))
+        d.assume(f'"{side} {item.name}" is {height:g} m {side} its centre')
+        return height
+    height = float(f"{top + stated:.6g}")
+    if top:
+        d.assume(f"{stated:g} m {side} {item.name} is counted from its {end}, {height:g} m {side} its centre")
+    return height
+
+
+def one_line(text: str) -> str:
+    """Text without line breaks and control characters, so that an object's name stays inside its comment."""
+    return re.sub(r"[\x00-\x1f\x7f-\x9f\u2028\u2029]+", " ", text)

@@ -1,0 +1,166 @@
+"""The built-in writer's words: concepts, and the words and phrases that stand for them.
+
+They stand in `words/*.txt`, grouped by concept. To teach the writer a word, add it to the line of its concept.
+Inflected forms (-s, -ed, -ing, -ly, -er, -est) are found by themselves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cache, lru_cache
+from importlib.resources import files
+
+from ovita.errors import OvitaError
+
+PLAIN = "plain"
+"""The concept of words that ask for nothing by themselves."""
+
+JOIN = "join"
+"""The concept of phrases that join two things to do, such as "followed by"."""
+
+DETERMINERS = frozenset("the a an your its my our their this that these those some any his her well".split())
+"""Words that may stand between the words of a phrase: "keep your distance"."""
+
+CONNECTIVES = frozenset({"and", "then", "but", "also", "plus", "whereas", "finally", "next", "yet"})
+
+IRREGULAR = {
+    "went": "go", "gone": "go", "kept": "keep", "held": "hold", "brought": "bring", "drove": "drive", "driven": "drive",
+    "flew": "fly", "flown": "fly", "rose": "rise", "risen": "rise", "sank": "sink", "sunk": "sink", "swung": "swing",
+    "spun": "spin", "fell": "fall", "fallen": "fall", "ran": "run", "began": "begin", "begun": "begin", "took": "take",
+    "taken": "take", "made": "make", "shrunk": "shrink", "shrank": "shrink", "bent": "bend", "slid": "slide",
+    "drew": "draw", "drawn": "draw", "grown": "grow", "stood": "stand", "came": "come", "got": "get", "sped": "speed",
+    "dove": "dive", "crept": "creep", "withdrawn": "withdraw", "chosen": "choose", "done": "do", "goes": "go",
+    "does": "do",
+}  # fmt: skip
+
+
+@cache
+def concepts() -> dict[str, tuple[str, ...]]:
+    """Every concept with its phrases.
+
+    Raises:
+        OvitaError: If a line of a word file names no concept.
+    """
+    found: dict[str, str] = {}
+    for file in sorted(files("ovita.instruct").joinpath("words").iterdir(), key=lambda f: f.name):
+        if not file.name.endswith(".txt"):
+            continue
+        concept = ""
+        for line in file.read_text(encoding="utf-8").splitlines():
+            if not line.strip() or line.startswith("#"):
+                continue
+            rest = line
+            if not line[0].isspace():
+                concept, colon, rest = line.partition(":")
+                if not colon:
+                    raise OvitaError(f"{file.name}: {line!r} names no concept; write 'concept: word, phrase, ...'")
+            found[concept] = f"{found[concept]} {rest}" if concept in found else rest
+    return {
+        concept: tuple(" ".join(p.split()) for p in listed.split(",") if p.strip()) for concept, listed in found.items()
+    }
+
+
+@cache
+def phrases() -> dict[tuple[str, ...], str]:
+    """Every phrase, as a tuple of words, to its concept; of words that stand in two concepts the first counts."""
+    table: dict[tuple[str, ...], str] = {}
+    for concept, listed in concepts().items():
+        for phrase in listed:
+            if concept != PLAIN or " " in phrase:
+                table.setdefault(tuple(phrase.split()), concept)
+    return table
+
+
+@cache
+def filler() -> frozenset[str]:
+    """The single words that ask for nothing."""
+    return frozenset(word for word in concepts()[PLAIN] if " " not in word)
+
+
+@dataclass
+class _Node:
+    """A place in the tree of phrases: the words that may follow, and the concept of the phrase that ends here."""
+
+    following: dict[str, _Node] = field(default_factory=dict)
+    concept: str = ""
+
+
+@cache
+def _tree() -> _Node:
+    root = _Node()
+    for words, concept in phrases().items():
+        node = root
+        for word in words:
+            node = node.following.setdefault(word, _Node())
+        node.concept = concept
+    return root
+
+
+def concept_at(words: Sequence[str], i: int) -> tuple[str, int]:
+    """The concept of the longest phrase that begins at word i, and its number of words; ("", 0) for none."""
+    concept, used, _ = _longest(_tree(), words, i, 0, 0)
+    return concept, used
+
+
+def _longest(node: _Node, words: Sequence[str], i: int, used: int, bent: int) -> tuple[str, int, int]:
+    """The longest phrase from this node on: concept, words, inflected words (fewer win)."""
+    best = (node.concept, used, bent) if node.concept else ("", 0, 0)
+    if i + used >= len(words):
+        return best
+    word = words[i + used]
+    whole = node.following.get(word)
+    forms = stems(word) if not used else (word, *(w for w in stems(word) if word == w + "s"))
+    for form in (word,) if whole is not None and whole.concept else forms:
+        child = node.following.get(form)
+        if child is not None:
+            found = _longest(child, words, i, used + 1, bent + (form != word))
+            if found[0] and (found[1], -found[2]) > (best[1], -best[2]):
+                best = found
+    if used and word in DETERMINERS and word not in node.following:
+        found = _longest(node, words, i, used + 1, bent)
+        if found[0] and found[1] > used + 1 and found[1] > best[1]:
+            best = found
+    return best
+
+
+ENDINGS: tuple[tuple[str, tuple[str, ...]], ...] = (
+    ("ing", ("", "e")),
+    ("ied", ("y",)),
+    ("ies", ("y",)),
+    ("ed", ("", "e")),
+    ("es", ("", "e")),
+    ("s", ("",)),
+    ("ily", ("y",)),
+    ("ly", ("", "le")),
+    ("iest", ("y",)),
+    ("ier", ("y",)),
+    ("est", ("", "e")),
+    ("er", ("", "e")),
+)
+
+
+@lru_cache(maxsize=4096)
+def stems(word: str) -> tuple[str, ...]:
+    """The word itself and the base forms that it may be inflected from."""
+    found = [word]
+    if word in IRREGULAR:
+        found.append(IRREGULAR[word])
+    for ending, replacements in ENDINGS:
+        if word.endswith(ending) and len(word) > len(ending) + 2:
+            base = word[: -len(ending)]
+            found += [base + r for r in replacements]
+            if len(base) > 3 and base[-1] == base[-2]:
+                found.append(base[:-1])
+    return tuple(dict.fromkeys(found))
+
+
+@cache
+def known_words() -> frozenset[str]:
+    """Every word that stands in a phrase or asks for nothing."""
+    return filler() | {word for phrase in phrases() for word in phrase}
+
+
+def is_filler(word: str) -> bool:
+    """Whether a word asks for nothing by itself."""
+    return any(form in filler() for form in stems(word))

@@ -1,0 +1,322 @@
+"""Reading clauses about where the path goes: shifts, its ends, what it passes through, where it stops and waits."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from ovita.instruct.intents import Intent
+from ovita.instruct.neighbours import DIRECTIONS
+from ovita.instruct.reader import Reader
+from ovita.instruct.regions import read_region
+from ovita.instruct.senses import SPEED
+from ovita.paths.scene import SceneObject
+
+ENDING = frozenset("end finish conclude terminate complete wind finishing ending".split())
+
+
+def read_resample(r: Reader) -> list[Intent]:
+    """Double the number of waypoints; fewer waypoints; 80 waypoints; a finer sampling."""
+    finer, coarser = r.has("denser"), r.has("sparser")
+    others = (
+        "average",
+        "mirror",
+        "rotate",
+        "first",
+        "last",
+        "distance",
+        "speed",
+        "smooth",
+        "wait",
+        "between",
+        *DIRECTIONS,
+    )
+    if (
+        not (r.has("waypoints", "count") or finer or coarser)
+        or r.has("slower", "faster", *others)
+        or (r.has("every") and not coarser)
+    ):
+        return []
+    numbers = r.numbers(("",))
+    if any(t.items for t in r.tokens):
+        return []
+    if not (r.has("count", "more", "fewer", "double", "half", "increase", "decrease") or numbers or finer or coarser):
+        return []
+    relative = bool(numbers) and (r.word_before(numbers[0]) in ("by", "add") or r.has("more", "fewer"))
+    number = r.take_at(numbers[0]).number if numbers else None
+    if number is not None and not 1 <= number <= 100_000:
+        return []
+    double, half = r.take("double"), r.take("half")
+    less = r.take("decrease", "fewer", "sparser") or half
+    r.take(
+        "increase",
+        "more",
+        "count",
+        "waypoints",
+        "keep",
+        "denser",
+        "every",
+        "second",
+        "whole",
+        "original",
+        "remove",
+        "than",
+    )
+    times, share = r.number("x"), r.number("%")
+    if number is not None and relative:
+        return [Intent("resample", amount=-number if less else number, unit="more")]
+    if number is not None:
+        return [Intent("resample", amount=number, unit="waypoints")]
+    if share is not None:
+        times, less = (max(1 - share, 0.01) if less else 1 + share), False
+    if times is not None:
+        return [Intent("resample", amount=1 / times if less and times else times, unit="x")]
+    degree = r.degree()
+    factor = 0.5 if less else 2.0
+    assumed = not (double or half)
+    return [Intent("resample", amount=factor, unit="x", mode="assumed" if assumed else "", degree=degree)]
+
+
+def read_smooth(r: Reader) -> list[Intent]:
+    """Smoothen the trajectory; remove sharp turns."""
+    calmed = r.has("noise") and r.has("remove", "decrease", "fewer", "away", "never")
+    if not (r.has("smooth") or calmed) or r.has("extend", "after", "through", "over", "between", *SPEED):
+        return []
+    items = any(t.items for t in r.tokens)
+    if r.has("closer", "toward", *DIRECTIONS) or (r.has("away") and items) or (r.has("start", "goal") and items):
+        return []
+    if r.has("start", "goal") and r.numbers(("m", "")):
+        return []
+    r.take(
+        "smooth",
+        "spline",
+        "decrease",
+        "more",
+        "whole",
+        "remove",
+        "reach",
+        "away",
+        "turn",
+        "fewer",
+        "noise",
+        "never",
+        "increase",
+    )
+    return [Intent("smooth", degree=r.degree())]
+
+
+def read_wait(r: Reader) -> list[Intent]:
+    """Stop at the fan for 5 timesteps; wait at the goal; stop when you reach the lamp."""
+    ends = any(t.value == "goal" and _is_deed(r, i) for i, t in enumerate(r.tokens))
+    ends = ends and r.has("near") and any(t.items for t in r.tokens)
+    if not (r.has("stop", "wait") or ends) or r.has("never"):
+        return []
+    if any(t.value in ("stop", "wait") and r.word_before(i) == "from" for i, t in enumerate(r.tokens)):
+        return []  # "begin from rest"
+    if any(r.word_before(i) in ("after", "before") for i in r.numbers(("s", "step"))):
+        return []  # "stop after 3 s"
+    if r.has("hover", "spiral", "speed", *DIRECTIONS):
+        return []
+    waits = r.take("wait")
+    steps, seconds = r.number("step"), r.number("s")
+    bare = r.numbers(("",))
+    if waits and steps is None and seconds is None and bare and r.tokens[r.after(bare[0]) or 0].value == "waypoints":
+        steps = r.take_at(bare[0]).number
+        r.take("waypoints", "count")
+    waypoint = ""
+    region = read_region(r, speed=False)
+    if region.kind == "after" and len(region.items) == 1:
+        region = replace(region, kind="near")  # "halt once you get to the cup"
+    if region.kind == "range" and region.until == region.amount and not r.has("start", "goal"):
+        waypoint = f"#{round(region.amount or 1)}"
+    elif region.kind not in ("whole", "near", "middle") or (region.amount is not None and region.kind == "near"):
+        return []
+    r.take("stop", "near", "reach", "when", "after", "pass", "slight", "around", "away", "every")
+    items = region.items or r.objects()
+    place = waypoint or (_place(r) if not items else "")
+    if items:
+        r.take("goal")
+    if region.kind == "middle":
+        place = "middle"
+    duration = steps if steps is not None else seconds
+    if duration is not None and duration <= 0:
+        return []
+    unit = "s" if seconds is not None else "step"
+    if waits or duration is not None or len(items) > 1:
+        spots: list[tuple[SceneObject, ...]] = [(item,) for item in items] if items else [()]
+        return [Intent("wait", items=spot, amount=duration, unit=unit, mode=place) for spot in spots]
+    if not items and not place and not r.has("there"):
+        return []
+    return [Intent("stop", items=items, mode=place)]
+
+
+def _is_deed(r: Reader, i: int) -> bool:
+    """Whether a word for the end is something to do, "finish near the cup", rather than a place, "the finish"."""
+    words = r.tokens[i].text.lower().split()
+    return words[0] in ENDING and r.word_before(i) not in ("the", "new", "its", "my", "your", "a")
+
+
+def _place(r: Reader) -> str:
+    place = "goal" if r.has("goal") else "start" if r.has("start") else ""
+    if place:
+        r.take(place, "after", "before", "reach", "when", "near")
+    return place
+
+
+def read_extend(r: Reader) -> list[Intent]:
+    """Continue for 0.4 after the goal; after reaching the goal go to the cup; extend it to reach the lamp."""
+    done = any(t.value == "goal" and t.text.lower().endswith("ed") for t in r.tokens)
+    passed = r.has("when") and (r.has("reach") or done) and not any(t.items for t in r.tokens)
+    beyond = (
+        r.has("beyond")
+        or (r.has("pass") and not r.has("when"))
+        or (r.says("away", "further", "farther") and bool(r.numbers(("m",))))
+    )
+    adds = r.says("add", "append") and r.has("goal")
+    after_goal = (r.has("after") or passed or beyond or adds) and r.has("goal")
+    if not (r.has("extend") or after_goal) or r.has("speed", "faster", "slower", "constant", "never", "start"):
+        return []
+    if r.says("away", "avoid"):
+        return []
+    bare = r.says("continue", "proceed", "go on", "carry on") and not after_goal
+    r.take(
+        "extend",
+        "after",
+        "goal",
+        "reach",
+        "away",
+        "when",
+        "near",
+        "distance",
+        "toward",
+        "beyond",
+        "more",
+        "pass",
+        "original",
+    )
+    r.take("whole", "increase")
+    smooth = r.take("smooth")
+    unit = "straight" if r.take("straight") else ""
+    if r.take("between"):
+        return [Intent("extend", items=r.objects(), mode="between", unit=unit)]
+    directions = r.directions()
+    items = r.objects()
+    if items and directions:
+        return []
+    if items:
+        return [Intent("extend", items=(item,), mode="to", unit=unit) for item in items]
+    degree = r.degree()
+    if len(directions) == 1 and directions[0][1] is None:
+        directions = ((directions[0][0], r.number("m", "")),)
+    amount = None if directions else r.number("m", "")
+    if (smooth or bare) and not directions and amount is None and not after_goal:
+        return []
+    if r.word_before(0) and not directions and amount is None and r.numbers(("%", "x")):
+        return []
+    return [Intent("extend", directions=directions, amount=amount, degree=degree)]
+
+
+def read_endpoint(r: Reader) -> list[Intent]:
+    """Shift the start right by 0.2; start from the cup; the new goal is the midpoint of the cup and the plate."""
+    start, goal = r.has("start"), r.has("goal")
+    if any(t.text.lower() in ("endpoints", "end points", "ends") and t.value == "goal" for t in r.tokens):
+        start = goal = True
+    if not (start or goal) or r.target_ahead() or r.has("before", "after", "closer", "away", "within", "never", *SPEED):
+        return []
+    r.take(
+        "start",
+        "goal",
+        "smooth",
+        "near",
+        "reach",
+        "toward",
+        "when",
+        "more",
+        "only",
+        "original",
+        "over" if r.has("up", "down") else "only",
+    )
+    r.take("waypoints", "there" if any(t.items for t in r.tokens) else "only", "middle" if r.has("between") else "only")
+    actions = [a for a, there in (("move_start", start), ("move_goal", goal)) if there]
+    between = r.take("between")
+    degree = r.degree()
+    directions = r.directions()
+    items = r.objects()
+    if items and len(directions) == 1 and directions[0][1] is None:
+        directions = ((directions[0][0], r.number("m", "")),)
+    if items and r.take("over"):
+        directions = (("up", r.number("m", "")),)
+    if items and r.take("under"):
+        directions = (("down", r.number("m", "")),)
+    if len(directions) == 1 and directions[0][1] is None and not items:
+        directions = ((directions[0][0], r.number("m", "")),)
+    if (between and len(items) != 2) or not (directions or items) or r.has("than"):
+        return []
+    if not between and len(items) > 1:
+        if len(items) != len(actions) or directions:
+            return []
+        pairs = zip(actions, items, strict=True)
+        return [Intent(action, (), (item,), mode="to", degree=degree) for action, item in pairs]  # type: ignore[arg-type]
+    mode = "between" if between else "to" if items else ""
+    return [
+        Intent(action, directions, items, mode=mode, degree=degree)  # type: ignore[arg-type]
+        for action in actions
+    ]
+
+
+def read_through(r: Reader) -> list[Intent]:
+    """Pass between the cup and the plate; go over the box; touch the bowl."""
+    if not r.has("through", "over", "under") and not (r.has("between") and not r.has("when")):
+        return []
+    if r.has("stay", "always", "keep", "around") or (r.has("under") and r.has("down") and r.numbers(("m",))):
+        return []
+    if r.has("never", "away", *SPEED):
+        return []
+    if r.has("between") and r.has(*DIRECTIONS):
+        return []
+    if r.has("up") and not r.says("up", "lift", "raise", "climb", "rise"):
+        return []  # "5 cm higher over the plate"
+    over, between, under = r.has("over"), r.has("between"), r.has("under")
+    r.take("through", "over", "under", "between", "pass", "middle", "smooth", "raise", "distance", "whole", "height")
+    r.take("increase" if r.says("add") else "through")
+    r.take(*(["up", "near"] if over else ["down"] if under else []))
+    items = r.objects()
+    r.take("when")
+    if not items or (between and len(items) != 2):
+        return []
+    if between:
+        return [Intent("through", items=items, mode="between")]
+    r.take("at_least")
+    height = r.number("m", "") if over or under else None
+    mode = "over" if over else "under" if under else ""
+    return [Intent("through", items=(item,), amount=height, mode=mode) for item in items]
+
+
+def read_move(r: Reader) -> list[Intent]:
+    """Go left by 0.2; go to the top; the first half 0.1 up."""
+    if not r.has(*DIRECTIONS) or r.has("never"):
+        return []
+    local = any(t.items for t in r.tokens) and (r.has("between", "over") or r.hears("at"))
+    region = read_region(r, speed=local)
+    directions = r.directions()
+    if not directions:
+        return []
+    degree = r.degree()
+    r.take(
+        "toward",
+        "waypoints",
+        "smooth",
+        "keep",
+        "pass",
+        "original",
+        "stay",
+        "more",
+        "only",
+        "whole",
+        "always",
+        "over",
+        "distance",
+    )
+    numbers = [i for i in r.numbers(("m", "")) if r.word_before(i) != "to"]
+    if len(directions) == 1 and directions[0][1] is None and numbers:
+        directions = ((directions[0][0], r.take_at(numbers[0]).number),)
+    return [Intent("move", directions, degree=degree, region=region)]

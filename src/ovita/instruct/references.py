@@ -1,0 +1,336 @@
+"""Which objects a person means: by name, kind, colour or shape, by a superlative, as a group, or as "it"."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ovita.instruct.lexicon import concept_at, is_filler
+from ovita.instruct.numbers import NUMBER_WORDS
+from ovita.instruct.traits import SAME, SKIPPED, name_words, singular, traits
+from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.trajectory import Array
+
+GENERIC = frozenset("object obstacle thing item one landmark entity".split())
+QUANTIFIERS = frozenset("all both every each any either".split())
+LINKS = (
+    "that is",
+    "that are",
+    "which is",
+    "which are",
+    "that looks",
+    "made of",
+    "made from",
+    "with the",
+    "with a",
+    "in",
+    "that has a",
+)
+SHAPED = frozenset("shaped coloured colored looking colour color shape made like".split())
+BEFORE_IT = frozenset(
+    """near to from at around by past over above below under behind beside toward towards through via against after
+    before until""".split()
+)
+
+Measure = Callable[[SceneObject], float]
+
+
+@dataclass(frozen=True)
+class Mention:
+    """Objects that some words mean.
+
+    Args:
+        items: The objects; several for a group, or for words that fit several.
+        used: How many words.
+        unclear: Whether one object was meant but several fit, or none does.
+    """
+
+    items: tuple[SceneObject, ...]
+    used: int
+    unclear: bool = False
+
+
+class Catalog:
+    """The ways to refer to the objects of a scene.
+
+    Args:
+        scene: The scene.
+        path: Positions (N, 3) [m] that "nearest to the goal" and the like are measured from, or None.
+    """
+
+    def __init__(self, scene: Scene, path: Array | None = None) -> None:
+        self.scene, self.path = scene, path
+        self.words = {item.name: name_words(item) for item in scene}
+        self.heads: dict[str, list[SceneObject]] = {}
+        for item in scene:
+            self.heads.setdefault((self.words[item.name] or ("",))[-1], []).append(item)
+        self.names = {self.words[item.name]: item for item in scene if self.words[item.name]}
+        for head, items in self.heads.items():
+            if len(items) == 1 and head and not concept_at((head,), 0)[0] and not is_filler(head):
+                self.names.setdefault((head,), items[0])
+        self.longest = max((len(n) for n in self.names), default=0)
+        self.traits = traits(scene, self.words)
+        known = set().union(*self.traits.values()) if self.traits else set()
+        self.vocabulary = known | {other for same in SAME if same & known for other in same}
+
+    def mention_at(self, words: Sequence[str], i: int, earlier: tuple[SceneObject, ...]) -> Mention | None:
+        """The objects that the words from i on mean, or None.
+
+        Args:
+            words: The sentence, lower case.
+            i: Where the mention would begin.
+            earlier: The objects that were named last.
+        """
+        described = self._described(words, i, earlier)
+        named = self._named(words, i)
+        if named is not None and (described is None or described.unclear or named.used >= described.used):
+            return named
+        if described is not None:
+            return described
+        of = words[i - 2 : i] in (["clear", "of"], ["left", "of"], ["right", "of"], ["front", "of"], ["top", "of"])
+        if words[i] in ("it", "them") and earlier and i > 0 and (words[i - 1] in BEFORE_IT or of):
+            return Mention(earlier, 1)
+        if (
+            words[i] in ("everything", "anything")
+            and i > 0
+            and words[i - 1] in ("from", "near", "than")
+            and len(self.scene)
+        ):
+            return Mention(tuple(self.scene), 1)
+        return None
+
+    def _named(self, words: Sequence[str], i: int) -> Mention | None:
+        best: Mention | None = None
+        collected: list[str] = []
+        for used in range(1, min(max(self.longest, 2), len(words) - i) + 1):
+            word = words[i + used - 1]
+            if not word[0].isalnum():
+                break
+            collected.append(word)
+            joined = ("".join(collected),)  # "tool box" for a toolbox
+            for form in (tuple(collected), (*collected[:-1], singular(word)), joined):
+                if form in self.names:
+                    best = Mention((self.names[form],), used)
+        return best
+
+    def _described(self, words: Sequence[str], i: int, earlier: tuple[SceneObject, ...]) -> Mention | None:
+        """The red one; both boxes; the tallest obstacle; the object nearest to the goal."""
+        reader = _Phrase(self, words, i)
+        items = reader.read()
+        if items is None:
+            return None
+        if reader.other:
+            items = [item for item in items if not any(item is e for e in earlier)]
+        if reader.key is not None and items:
+            items = [max(items, key=reader.key)]
+        if reader.ordinal is not None and items:
+            ordered = sorted(items, key=self._along)
+            items = ordered[reader.ordinal : reader.ordinal + 1 or None] if ordered else []
+        used = reader.at - i
+        if reader.expected is not None and len(items) != reader.expected:
+            return Mention(tuple(items), used, unclear=True)
+        if not reader.many and len(items) != 1:
+            return Mention(tuple(items), used, unclear=True)
+        return Mention(tuple(items), used) if items else Mention((), used, unclear=True)
+
+    def _along(self, item: SceneObject) -> float:
+        return 0.0 if self.path is None else float(np.argmin(item.distance(self.path)))
+
+    def fits(self, item: SceneObject, trait: str) -> bool:
+        """Whether a word describes an object, by its name or by the scene's description."""
+        told = self.traits[item.name] | set(self.words[item.name])
+        return trait in told or any(trait in same and same & told for same in SAME)
+
+    def measure(self, word: str) -> Measure | None:
+        """What a superlative compares, so that the largest value wins; None for other words."""
+        frame = self.scene.frame
+        towards = {
+            **dict.fromkeys(("leftmost",), "left"), **dict.fromkeys(("rightmost",), "right"),
+            **dict.fromkeys(("topmost", "highest", "uppermost"), "up"),
+            **dict.fromkeys(("bottommost", "lowest", "lowermost"), "down"),
+            **dict.fromkeys(("frontmost", "foremost"), "front"),
+            **dict.fromkeys(("rearmost", "backmost", "hindmost"), "back"),
+        }  # fmt: skip
+        if word in towards:
+            axis = frame.direction(towards[word])
+            return lambda item: float(item.position @ axis)
+        up = frame.direction("up")
+        tall: Measure = lambda item: float(np.abs(item.rotation.T @ up) @ item.size)  # noqa: E731
+        big: Measure = lambda item: float(np.prod(item.size))  # noqa: E731
+        wide: Measure = lambda item: float(item.size[:2].max())  # noqa: E731
+        sizes = {
+            **dict.fromkeys(("tallest",), tall), **dict.fromkeys(("biggest", "largest", "bulkiest", "hugest"), big),
+            "widest": wide, "longest": wide,
+            "shortest": lambda item: -tall(item),
+            **dict.fromkeys(("smallest", "tiniest", "littlest"), lambda item: -big(item)),
+            "narrowest": lambda item: -wide(item),
+        }  # fmt: skip
+        return sizes.get(word)
+
+    def nearness(self, words: Sequence[str], i: int) -> tuple[Measure, int] | None:
+        """Read "nearest [to the goal]": the measure and the words taken."""
+        sign = -1.0 if words[i] in ("nearest", "closest") else 1.0 if words[i] in ("farthest", "furthest") else 0.0
+        if not sign:
+            return None
+        at = i + 1
+        while at < len(words) and words[at] in ("to", "from", "away", "the", "by"):
+            at += 1
+        behind = at > i + 1
+        target: Array | None = None
+        if behind and at < len(words) and self.path is not None:
+            place = {
+                "goal": -1,
+                "end": -1,
+                "destination": -1,
+                "target": -1,
+                "start": 0,
+                "beginning": 0,
+                "origin": 0,
+            }.get(words[at])
+            if place is not None:
+                target, at = self.path[place][None], at + 1
+                at += at < len(words) and words[at] in ("position", "point")
+            elif words[at] in ("path", "trajectory", "robot", "route", "me", "you"):
+                target, at = self.path, at + 1
+            else:
+                named = self._named(words, at)
+                if named is not None:
+                    target, at = named.items[0].position[None], at + named.used
+        if target is None:
+            if behind or self.path is None:
+                return None
+            target = self.path
+        points = target
+        return (lambda item: sign * float(item.distance(points).min())), at - i
+
+
+class _Phrase:
+    """A noun phrase being read: quantifier, superlative, traits, noun, and what is said behind it."""
+
+    def __init__(self, catalog: Catalog, words: Sequence[str], i: int) -> None:
+        self.catalog, self.words, self.at = catalog, words, i
+        self.many = self.other = False
+        self.expected: int | None = None
+        self.key: Measure | None = None
+        self.ordinal: int | None = None
+        self.traits: list[str] = []
+
+    def word(self) -> str:
+        return self.words[self.at] if self.at < len(self.words) else ""
+
+    def skip(self) -> None:
+        while self.word() in SKIPPED:
+            self.at += 1
+
+    def read(self) -> list[SceneObject] | None:
+        """The objects that fit, or None if this is no description of an object."""
+        self.skip()
+        quantified = self._quantifier()
+        self.skip()
+        self._modifiers()
+        noun, plural = singular(self.word()), self.word() != singular(self.word())
+        generic = noun in GENERIC
+        special = quantified or self.key is not None or self.ordinal is not None or self.traits or self.other
+        if not generic and not self.catalog.heads.get(noun):
+            return None
+        if noun == "one" and not (self.traits or self.key is not None or self.ordinal is not None or self.other):
+            return None
+        self.at += 1
+        before = len(self.traits)
+        self._behind()
+        special = special or len(self.traits) > before or self.key is not None
+        if plural:
+            self.many = True
+        items = list(self.catalog.scene) if generic else self.catalog.heads[noun]
+        items = [item for item in items if all(self.catalog.fits(item, trait) for trait in self.traits)]
+        if not generic and not special and not plural and len(items) == 1:
+            return None
+        return items
+
+    def _quantifier(self) -> bool:
+        word = self.word()
+        if word in QUANTIFIERS:
+            self.at += 1
+            self.many = True
+            self.expected = 2 if word in ("both", "either") else None
+            self.skip()
+            word = self.word()
+        count = NUMBER_WORDS.get(word)
+        if count is not None and count >= 2 and self.at + 1 < len(self.words):
+            following = self.words[self.at + 1]
+            if singular(following) != following and (
+                singular(following) in GENERIC or singular(following) in self.catalog.heads
+            ):
+                self.at += 1
+                self.many, self.expected = True, int(count)
+        return self.many
+
+    def _modifiers(self) -> None:
+        while self.at < len(self.words):
+            word = self.word()
+            measure = self.catalog.measure(word)
+            near = (
+                self.catalog.nearness(self.words, self.at)
+                if word in ("nearest", "closest", "farthest", "furthest")
+                else None
+            )
+            if measure is not None:
+                self.key = measure
+                self.at += 1
+            elif near is not None and near[1] == 1:
+                self.key = near[0]
+                self.at += 1
+            elif word == "other":
+                self.other = True
+                self.at += 1
+            elif word in ("first", "second", "third", "last") and singular(self._peek()) in (
+                GENERIC | set(self.catalog.heads)
+            ):
+                self.ordinal = {"first": 0, "second": 1, "third": 2, "last": -1}[word]
+                self.at += 1
+            elif word in self.catalog.vocabulary and not self._is_noun_here():
+                self.traits.append(word)
+                self.at += 1
+                while self.word() in SHAPED:
+                    self.at += 1
+            else:
+                return
+
+    def _peek(self) -> str:
+        return self.words[self.at + 1] if self.at + 1 < len(self.words) else ""
+
+    def _is_noun_here(self) -> bool:
+        """Whether the word at hand is the noun itself: a head with no further noun behind it."""
+        behind = singular(self._peek())
+        return singular(self.word()) in self.catalog.heads and not (
+            behind in GENERIC
+            or behind in self.catalog.heads
+            or self._peek() in SHAPED
+            or self._peek() in self.catalog.vocabulary
+        )
+
+    def _behind(self) -> None:
+        """Read "that is red", "made of glass", "nearest to the goal", "on the left"."""
+        text = " ".join(self.words[self.at : self.at + 8])
+        for link in LINKS:
+            if not text.startswith(link + " "):
+                continue
+            at = self.at + len(link.split())
+            while at < len(self.words) and self.words[at] in SKIPPED:
+                at += 1
+            if at < len(self.words) and self.words[at] in self.catalog.vocabulary:
+                self.traits.append(self.words[at])
+                self.at = at + 1
+                while self.word() in SHAPED:
+                    self.at += 1
+                return
+            near = self.catalog.nearness(self.words, at) if at < len(self.words) else None
+            if near is not None:
+                self.key, self.at = near[0], at + near[1]
+                return
+        if self.at < len(self.words):
+            near = self.catalog.nearness(self.words, self.at)
+            if near is not None:
+                self.key, self.at = near[0], self.at + near[1]

@@ -1,0 +1,298 @@
+"""Steps that give the path a new shape: spirals, circles, waves, mirrored and rotated paths, bounds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ovita.instruct.draft import OPPOSITE, Draft, above, argument, mask, suffix
+from ovita.instruct.intents import Intent
+from ovita.instruct.scale import Degree, nice
+from ovita.paths.scene import SceneObject
+
+SIZE: dict[Degree, float] = {"slight": 0.06, "moderate": 0.12, "large": 0.22}
+"""Size of a new shape as a share of the path's extent."""
+
+TURN: dict[Degree, float] = {"slight": 15.0, "moderate": 45.0, "large": 90.0}
+RESIZE: dict[Degree, float] = {"slight": 1.2, "moderate": 1.5, "large": 2.0}
+
+
+def _size(d: Draft, intent: Intent, what: str, share: float = 1.0) -> float:
+    if intent.amount is not None:
+        return intent.amount
+    value = nice(share * SIZE[intent.degree] * d.scale.extent)
+    d.assume(f"{what} is {value:g} m in this scene")
+    return value
+
+
+def _spot(d: Draft, intent: Intent) -> tuple[str, str]:
+    if intent.items:
+        return d.ref(intent.items[0]), f"closest to {intent.items[0].name}"
+    place = {"middle": "0.5"}.get(intent.mode, repr(intent.mode or "goal"))
+    return place, f"at the {intent.mode or 'goal'}"
+
+
+def spiral(d: Draft, intent: Intent) -> None:
+    """A spiral at a place."""
+    at, words = _spot(d, intent)
+    radius = _size(d, intent, "the radius of the spiral")
+    turns = intent.count or 3.0
+    r = d.knob("spiral_radius", radius, "[m] largest radius of the spiral")
+    n = d.knob("turns", turns, "turns of the spiral")
+    rise = ""
+    if intent.directions:
+        word, stated = intent.directions[0]
+        height = d.scale.step("moderate") if stated is None else stated
+        if stated is None:
+            d.assume(f"the spiral goes {height:g} m {word}")
+        h = d.knob("spiral_height", height if word == "up" else -height, "[m] how far the spiral rises")
+        rise, words = f", height={h}", f"that goes {height:g} m {word}, {words}"
+    d.body.append(f"traj = spiral(traj, {at}, radius={r}, turns={n}{rise})")
+    d.plan.append(f"Make a spiral of {turns:g} turns and radius {radius:g} m {words}.")
+
+
+def circle(d: Draft, intent: Intent) -> None:
+    """Turns around an object."""
+    item = intent.items[0]
+    turns = intent.count or 1.0
+    n = d.knob("turns", turns, f"turns around {item.name}")
+    radius = ""
+    if intent.mode:
+        radius = f", clockwise={intent.mode == 'clockwise'}"
+    if intent.amount is not None:
+        radius += f", radius={d.knob('circle_radius', intent.amount, f'[m] radius around {item.name}')}"
+    d.body.append(f"traj = circle(traj, {d.ref(item)}{radius}, turns={n})")
+    d.plan.append(f"From the point closest to {item.name}, go around it {turns:g} time(s).")
+
+
+def eight(d: Draft, intent: Intent) -> None:
+    """A figure eight at a place."""
+    at, words = _spot(d, intent)
+    size = d.knob("size", _size(d, intent, "the size of the figure eight"), "[m] size of the figure eight")
+    d.body.append(f"traj = figure_eight(traj, {at}, size={size})")
+    d.plan.append(f"Fly a figure eight {words}.")
+
+
+def wave(d: Draft, intent: Intent) -> None:
+    """A zigzag or a sinusoid along the path."""
+    where, part = mask(d, intent.region)
+    amplitude = _size(d, intent, f"the amplitude of the {intent.action}", 0.6)
+    waves = round(intent.count or 5)
+    a = d.knob("amplitude", amplitude, "[m] to each side")
+    n = d.knob("waves", waves, "number of waves")
+    heading = f", direction={intent.directions[0][0]!r}" if intent.directions else ""
+    d.body.append(f"traj = {intent.action}(traj, {a}, waves={n}{argument(where)}{heading})")
+    d.plan.append(f"Follow the path in a {intent.action} of {amplitude:g} m to each side{suffix(part)}.")
+
+
+def hop(d: Draft, intent: Intent) -> None:
+    """Over an object and down again."""
+    item = intent.items[0]
+    height = _size(d, intent, f"the height above {item.name}", 0.8)
+    name = d.knob("height", height, f"[m] height above the top of {item.name}")
+    d.body.append(f"traj = hop(traj, {d.ref(item)}, {name})")
+    d.plan.append(f"Hop over {item.name}, {height:g} m above it.")
+
+
+def hover(d: Draft, intent: Intent) -> None:
+    """Above an object, and wait there."""
+    item = intent.items[0]
+    height = above(d, item, intent.amount)
+    steps = 10.0 if intent.count is None else intent.count
+    if intent.unit == "s" and intent.count is not None:
+        steps = intent.count / d.request.trajectory.timestep
+    name = d.knob("height", height, f"[m] height above the centre of {item.name}")
+    count = d.knob("steps", max(1, round(steps)), f"timesteps to wait ({d.request.trajectory.timestep:g} s each)")
+    d.body.append(f"traj = hover(traj, {d.ref(item)}, {name}, steps={count})")
+    d.plan.append(f"Hover {height:g} m above {item.name} for {max(1, round(steps))} timesteps.")
+
+
+def mirror(d: Draft, intent: Intent) -> None:
+    """A mirrored path or part of it."""
+    where, part = mask(d, intent.region)
+    axis = intent.mode or (intent.directions[0][0] if intent.directions else "x")
+    about = f", about={d.ref(intent.items[0])}" if intent.items else ""
+    if not intent.mode and not intent.directions:
+        d.assume("it is mirrored around the x axis")
+    d.body.append(f"traj = mirror(traj, {axis!r}{about}{argument(where)})")
+    d.plan.append(f"Mirror the path ({axis}){suffix(part)}.")
+
+
+def rotate(d: Draft, intent: Intent) -> None:
+    """A rotated or tilted path."""
+    where, part = mask(d, intent.region)
+    degrees = intent.amount
+    if degrees is None:
+        degrees = TURN[intent.degree] * (intent.count or 1.0)
+        d.assume(f"the angle is {abs(degrees):g} degrees")
+    name = d.knob("degrees", degrees, "[deg] counter-clockwise")
+    axis = {"x": "right", "y": "front", "z": "up"}.get(intent.mode, "")
+    if not axis and intent.directions:
+        axis = intent.directions[0][0]
+    extra = f", axis={axis!r}" if axis else ""
+    extra += f", about={d.ref(intent.items[0])}" if intent.items else ""
+    extra += argument(where) if intent.action == "rotate" else ""
+    d.body.append(f"traj = {intent.action}(traj, {name}{extra})")
+    about = f" about the axis that points {axis}" if axis else ""
+    turned = "clockwise" if degrees < 0 else "counter-clockwise"
+    d.plan.append(f"{intent.action.capitalize()} the path by {abs(degrees):g} degrees {turned}{about}{suffix(part)}.")
+
+
+def resize(d: Draft, intent: Intent) -> None:
+    """A larger or smaller path."""
+    factor = intent.amount
+    if factor is None:
+        factor = RESIZE[intent.degree]
+        d.assume(f"the factor is {factor:g}")
+    if intent.mode == "smaller" and factor > 1:
+        factor = round(1 / factor, 3)
+    name = d.knob("factor", factor, "factor on the size of the path")
+    about = f", about={d.ref(intent.items[0])}" if intent.items else ""
+    d.body.append(f"traj = scale(traj, {name}{about})")
+    d.plan.append(f"Scale the path by {factor:g}.")
+
+
+def curve(d: Draft, intent: Intent) -> None:
+    """More or less curvature."""
+    factor = intent.amount or RESIZE[intent.degree]
+    factor = round(1 / factor, 3) if intent.mode == "less" and factor > 1 else factor
+    name = d.knob("curvature", factor, "factor on how far the path bends from the straight line")
+    d.body.append(f"traj = curve(traj, {name})")
+    d.plan.append(f"Make the path {'less' if factor < 1 else 'more'} curved (factor {factor:g}).")
+
+
+def straighten(d: Draft, intent: Intent) -> None:
+    """A straight line between two places."""
+    if intent.region.kind in ("first", "last", "middle", "range"):
+        where, part = mask(d, intent.region)
+        name = d.part(where)
+        d.body.append(f"traj = straighten(traj, int(np.flatnonzero({name})[0]), int(np.flatnonzero({name})[-1]))")
+        d.plan.append(f"Go in a straight line{suffix(part)}.")
+        return
+    ends = [d.ref(item) for item in intent.items] or ['"start"', '"goal"']
+    names = " and ".join(item.name for item in intent.items) or "start and goal"
+    if intent.mode:
+        ends, names = [*ends, repr(intent.mode)], f"{names} and {intent.mode}"
+    d.body.append(f"traj = straighten(traj, {ends[0]}, {ends[1]})")
+    d.plan.append(f"Go in a straight line between {names}.")
+
+
+def shortcut(d: Draft, intent: Intent) -> None:
+    """Follow the path to one object, then go straight to another."""
+    a, b = intent.items
+    d.body.append(f"traj = shortcut(traj, {d.ref(a)}, {d.ref(b)})")
+    d.expectations.append(f"expect_goal({d.ref(b)})")
+    d.plan.append(f"Follow the path until it is closest to {a.name}, then go straight to {b.name}.")
+
+
+def average(d: Draft, intent: Intent) -> None:
+    """Each group of waypoints replaced by its mean."""
+    k = max(1, round(intent.amount or 3))
+    name = d.knob("group", k, "waypoints that become one")
+    d.body.append(f"traj = average(traj, {name})")
+    d.plan.append(f"Replace each group of {k} waypoints by its average.")
+
+
+def reverse(d: Draft, intent: Intent) -> None:
+    """The path, or a part of it, the other way round."""
+    where, part = mask(d, intent.region)
+    d.body.append(f"traj = reverse(traj{argument(where)})")
+    d.plan.append(f"Go along the path in the opposite order{suffix(part)}.")
+
+
+def noise(d: Draft, intent: Intent) -> None:
+    """Random displacements."""
+    where, part = mask(d, intent.region)
+    amount = _size(d, intent, "the noise", 0.15)
+    name = d.knob("noise_amount", amount, "[m] standard deviation")
+    d.body.append(f"traj = noise(traj, {name}{argument(where)})")
+    d.plan.append(f"Add random displacements of {amount:g} m{suffix(part)}.")
+
+
+def bound(d: Draft, intent: Intent) -> None:
+    """Never beyond a coordinate."""
+    direction, stated = intent.directions[0]
+    limit = stated or 0.0
+    name = d.knob("limit", limit, f"[m] furthest {direction}")
+    d.body.append(f"traj = bound(traj, {direction}={name})")
+    if limit < 0:
+        d.plan.append(f"Stay at least {-limit:g} m {OPPOSITE[direction]}.")
+    else:
+        d.plan.append(f"Never go further {direction} than {limit:g} m.")
+
+
+def side(d: Draft, intent: Intent) -> None:
+    """On one side of an object."""
+    item = intent.items[0]
+    gap = intent.amount
+    words = f"{intent.mode}{'' if intent.mode in ('above', 'below') else ' of'} {item.name}"
+    if gap is None:
+        gap = d.scale.step("slight")
+        d.assume(f"the distance kept {words} is {gap:g} m")
+    if intent.unit == "pass":
+        axis = d.request.scene.frame.direction(intent.mode)
+        if min(float((d.positions[k] - item.position) @ axis) for k in (0, -1)) < gap:
+            _pass_by(d, item, intent.mode, gap, words)
+            return
+    name = d.knob("gap", gap, f"[m] distance {words}")
+    d.body.append(f"traj = stay_on(traj, {d.ref(item)}, {intent.mode!r}, gap={name})")
+    d.plan.append(f"Stay {words} by at least {gap:g} m.")
+
+
+def _pass_by(d: Draft, item: SceneObject, word: str, gap: float, words: str) -> None:
+    """A bend that passes an object on one side, where an end of the path lies on the other."""
+    axis = d.request.scene.frame.direction(word)
+    half = 0.0 if item.dimensions is None else float(np.abs(item.rotation.T @ axis) @ item.size) / 2
+    name = d.knob("aside", float(f"{half + gap:.4g}"), f"[m] distance {words}, from its centre")
+    d.body.append(f"traj = go_through(traj, {d.ref(item)}, {word}={name})")
+    d.plan.append(f"Bend the path so that it passes {words}, {gap:g} m from its side; start and goal stay.")
+
+
+def quadrant(d: Draft, intent: Intent) -> None:
+    """In one quadrant of the horizontal plane."""
+    which = int(intent.amount or 1)
+    d.body.append(f"traj = quadrant(traj, {which})")
+    d.plan.append(f"Shift the path so that all of it lies in quadrant {which}.")
+
+
+def trim(d: Draft, intent: Intent) -> None:
+    """Waypoints left out."""
+    where, part = mask(d, intent.region)
+    d.body.append(f"traj = traj[~{where}]" if "|" not in where else f"traj = traj[~({where})]")
+    d.plan.append(f"Leave waypoints out{suffix(part)}.")
+
+
+def height(d: Draft, intent: Intent) -> None:
+    """At a height above the ground."""
+    where, part = mask(d, intent.region)
+    value = intent.amount or 0.0
+    name = d.knob("height", value, "[m] height above the ground, z = 0")
+    d.body.append(f"traj = at_height(traj, {name}{argument(where)})")
+    d.plan.append(f"Stay {value:g} m above the ground{suffix(part)}.")
+
+
+SHAPE_STEPS: dict[str, Callable[[Draft, Intent], None]] = {
+    "spiral": spiral,
+    "circle": circle,
+    "eight": eight,
+    "zigzag": wave,
+    "wave": wave,
+    "hop": hop,
+    "hover": hover,
+    "mirror": mirror,
+    "rotate": rotate,
+    "tilt": rotate,
+    "resize": resize,
+    "curve": curve,
+    "straighten": straighten,
+    "shortcut": shortcut,
+    "average": average,
+    "reverse": reverse,
+    "noise": noise,
+    "bound": bound,
+    "side": side,
+    "quadrant": quadrant,
+    "height": height,
+    "trim": trim,
+}

@@ -1,0 +1,396 @@
+"""One function per action: each adds its lines of code, its knobs and its sentence to the draft."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ovita.instruct.aim_steps import AIM_STEPS
+from ovita.instruct.draft import OPPOSITE, Draft, above, argument, mask, suffix
+from ovita.instruct.intents import Intent
+from ovita.instruct.scale import Degree, nice
+from ovita.instruct.shape_steps import SHAPE_STEPS
+from ovita.instruct.speed_steps import speed
+from ovita.paths.scene import SceneObject
+from ovita.paths.trajectory import Array
+from ovita.toolkit.edit import smooth
+
+APPROACH: dict[Degree, float] = {"slight": 0.25, "moderate": 0.5, "large": 0.75}
+STRONGEST = 64.0
+"""Largest strength of a smoothing that is tried."""
+
+SHARP = 0.7
+"""A turn that smoothing must take the edge off [rad]."""
+
+TO_THE = {"left": "to the left", "right": "to the right", "front": "to the front", "back": "back"}
+
+
+@dataclass(frozen=True)
+class _Offset:
+    """An intent's directions: knobs by direction, metres by direction, and words such as "0.2 m to the left"."""
+
+    knobs: dict[str, str]
+    metres: dict[str, float]
+    words: str
+
+    @property
+    def code(self) -> str:
+        return _arguments(self.knobs)
+
+
+def _arguments(expressions: dict[str, str]) -> str:
+    return ", ".join(f"{direction}={expression}" for direction, expression in expressions.items())
+
+
+def _offset(d: Draft, intent: Intent, prefix: str = "") -> _Offset:
+    knobs, words, amounts = {}, [], {}
+    for direction, stated in intent.directions:
+        value = stated
+        if value is None:
+            value = d.scale.step(intent.degree)
+            d.assume(f'"{_said(intent, direction)}" is {value:g} m in this scene')
+        amounts[direction] = value
+        name = d.knob(f"{prefix}{direction}", value, f"[m] shift {TO_THE.get(direction, direction)}")
+        knobs[direction] = name
+        words.append(f"{value:g} m {TO_THE.get(direction, direction)}")
+    return _Offset(knobs, amounts, " and ".join(words))
+
+
+def _with_shift(d: Draft, knobs: dict[str, str], *, own: bool) -> dict[str, str]:
+    """Where an end lies from its original place: its own directions, and the shift of the whole path.
+
+    With `own`, an end's own direction overrides the shift along that axis; without, the two add up.
+    """
+    total = {direction: name + ("" if own else d.shifted(direction)) for direction, name in knobs.items()}
+    for direction in d.shifts:
+        if direction not in total and OPPOSITE[direction] not in total:
+            total[direction] = d.shifted(direction).removeprefix(" + ")
+    return total
+
+
+def _negated(shift: str) -> str:
+    return shift.replace(" + ", " ~ ").replace(" - ", " + ").replace(" ~ ", " - ")
+
+
+def _said(intent: Intent, direction: str) -> str:
+    return {"slight": "a little ", "moderate": "", "large": "much "}[intent.degree] + direction
+
+
+def _move(d: Draft, intent: Intent) -> None:
+    offset = _offset(d, intent)
+    code, words = offset.code, offset.words
+    where, part = mask(d, intent.region)
+    if not where:
+        ends = sorted(d.fixed & {"start", "goal"})
+        if ends:
+            kept = "both" if len(ends) == 2 else ends[0]
+            d.body.append(f"traj = move(traj, {code}, keep={kept!r})")
+            d.plan.append(f"Shift the path {words}; the {' and the '.join(ends)} stay{'s' if len(ends) == 1 else ''}.")
+            return
+        d.body.append(f"traj = move(traj, {code})")
+        d.positions = d.positions + d.request.scene.frame.offset(**offset.metres)
+        for direction, name in offset.knobs.items():
+            d.shifts.setdefault(direction, []).append(name)
+        d.exact |= {direction for direction, stated in intent.directions if stated is not None}
+        d.expectations = [line for line in d.expectations if "expect_moved(" not in line or "where=" in line]
+        total = {direction: " + ".join(names) for direction, names in d.shifts.items()}
+        d.expectations.append(f"expect_moved({_arguments(total)})")
+        d.plan.append(f"Shift the whole path {words}.")
+        return
+    name = d.part(where)
+    ease = d.knob("ease", 0.05, "share of the path over which a partial shift fades in")
+    d.body.append(f"traj = move(traj, {code}, where={name}, ease={ease})")
+    d.expectations.append(f"expect_moved({code}, where={name})")
+    d.plan.append(f"Shift the path {words} {part}.")
+
+
+def _endpoint(d: Draft, intent: Intent) -> None:
+    end = "start" if intent.action == "move_start" else "goal"
+    blend = d.knob(f"{end}_blend", 0.5, f"share of the path that bends when the {end} moves")
+    if intent.mode == "between":
+        a, b = intent.items
+        target, words = f"midpoint({d.ref(a)}, {d.ref(b)})", f"the midpoint of {a.name} and {b.name}"
+    elif intent.items:
+        target, words = d.ref(intent.items[0]), intent.items[0].name
+    else:
+        own = _offset(d, intent, f"{end}_")
+        undone = {direction: name + _negated(d.shifted(direction)) for direction, name in own.knobs.items()}
+        d.body.append(f"traj = move_{end}(traj, {_arguments(undone)}, blend={blend})")
+        d.expectations.append(f"expect_{end}({_arguments(_with_shift(d, own.knobs, own=True))})")
+        d.plan.append(f"Shift the {end} {own.words}; the path bends towards it.")
+        return
+    offset = ""
+    if intent.directions:
+        if intent.directions[0] == ("up", intent.directions[0][1]) and intent.mode == "to":
+            intent = replace(intent, directions=(("up", above(d, intent.items[0], intent.directions[0][1])),))
+        beside = _offset(d, intent, f"{end}_")
+        offset, words = f", {beside.code}", f"{beside.words} of {words}"
+    d.body.append(f"traj = move_{end}(traj, {target}{offset}, blend={blend})")
+    if not offset:
+        d.expectations.append(f"expect_{end}({target})")
+    d.plan.append(f"Move the {end} to {words}; the path bends towards it.")
+
+
+def _same(d: Draft, intent: Intent) -> None:
+    """What is to stay as it is; the other steps leave it alone, and the expectation tells if they do not."""
+    if intent.mode == "rest":
+        return
+    d.fixed.add(intent.mode)
+    if intent.mode in ("start", "goal"):
+        d.expectations.append(f"expect_{intent.mode}()")
+    elif intent.mode == "path":
+        d.expectations.append("expect_same_path()")
+    if intent.mode != "part":
+        d.plan.append(f"Leave the {intent.mode} as it is.")
+        return
+    knobs = dict(d.parameters)
+    d.plan.append(f"Change nothing {mask(d, intent.region)[1]}.")
+    d.parameters = knobs  # nothing is done there, so nothing can be turned
+
+
+def _closer(d: Draft, intent: Intent) -> None:
+    item = intent.items[0]
+    where, part = mask(d, intent.region)
+    by = intent.amount
+    if intent.unit == "%" and by is not None:
+        by = nice(d.distance(item) * by)
+    elif intent.unit == "x" and by is not None:
+        by = nice(d.distance(item) * (1 - 1 / max(by, 1.01)))
+    if by is None:
+        by = nice(d.effort * APPROACH[intent.degree] * (d.distance(item) + 0.1 * d.scale.extent))
+        d.assume(f'"closer to {item.name}" is {by:g} m closer')
+    ref = d.ref(item)
+    where = d.part(where)
+    if item.dimensions is None and d.distance(item) - by < item.radius:
+        d.contacts.append(item.name)
+        d.assume(f"{item.name} is no obstacle, as its size is not given and the path is to come this close")
+    most = d.distance(item) - item.radius
+    if intent.amount is not None and item.dimensions is not None and by > most + 1e-9:
+        d.assume(f"closer to {item.name} ends at the sphere around it, {max(most, 0.0):.3g} m closer, not {by:g} m")
+    name = d.knob("closer_by", by, f"[m] how much closer to {item.name}")
+    reach = ""
+    if intent.mode == "whole" or where:
+        reach = f", reach={d.knob('reach', nice(4 * d.scale.extent), '[m] how far around the closest point it acts')}"
+    d.body.append(f"traj = closer(traj, {ref}, {name}{reach}{argument(where)}{d.held()})")
+    stated = "" if intent.amount is None or where else f", {name}"
+    d.expectations.append(f"expect_closer({ref}{stated}{argument(where)})")
+    d.plan.append(f"Bring the path {by:g} m closer to {item.name}{suffix(part)}.")
+
+
+def _farther(d: Draft, intent: Intent) -> None:
+    item = intent.items[0]
+    where, part = mask(d, intent.region)
+    ref = d.ref(item)
+    d.expectations.append(f"expect_farther({ref})")
+    if intent.mode == "aside":
+        d.exact.add("up")  # around it, not above it
+    if intent.unit == "%" and intent.amount is not None:
+        intent = replace(intent, amount=1.0 + intent.amount, unit="x")
+    if intent.unit == "x" and intent.amount is not None:
+        name = d.knob("times", intent.amount, f"factor on the distance to {item.name}")
+        d.body.append(f"traj = farther(traj, {ref}, times={name}{argument(where)})")
+        d.plan.append(f"Multiply the distance to {item.name} by {intent.amount:g}{suffix(part)}.")
+        return
+    now, was = item.distance(d.positions), item.distance(d.request.trajectory.positions)
+    gain = min(float(now.min() - was.min()), float(now.mean() - was.mean()))
+    if intent.amount is None and gain > 0.02 * d.scale.extent and not where:
+        d.plan.append(f"This already takes the path {gain:.3g} m farther from {item.name}.")
+        return
+    by = intent.amount
+    if by is None:
+        by = d.scale.step(intent.degree)
+        d.assume(f'"away from {item.name}" is {by:g} m farther')
+        by = nice(d.effort * _push_needed(d, item, by))
+    name = d.knob("farther_by", by, f"[m] how much farther from {item.name}")
+    d.body.append(f"traj = farther(traj, {ref}, {name}{argument(where)}{d.held()})")
+    d.plan.append(f"Take the path {by:g} m farther from {item.name}{suffix(part)}.")
+
+
+def _push_needed(d: Draft, item: SceneObject, gain: float) -> float:
+    """The push that takes the closest waypoint `gain` metres farther than it was at first [m].
+
+    Shifts before may have brought it closer, and along the directions that are held the push does not act.
+    """
+    away = d.positions - item.position
+    i = int(np.argmin(np.linalg.norm(away, axis=1)))
+    free = away[i].copy()
+    for word in d.exact:
+        axis = d.request.scene.frame.direction(word)
+        free -= float(free @ axis) * axis
+    now, length = float(np.linalg.norm(away[i])), float(np.linalg.norm(free))
+    wanted = float(item.distance(d.request.trajectory.positions).min()) + gain
+    across = max(now**2 - length**2, 0.0)
+    needed = (max(wanted**2 - across, 0.0) ** 0.5 - length) * now / max(length, 0.05 * now, 1e-9)
+    return float(np.clip(needed, gain, 2.5 * gain))
+
+
+def _keep_distance(d: Draft, intent: Intent) -> None:
+    bound = intent.mode
+    name = d.knob("distance", intent.amount, f"[m] distance to keep, {bound.replace('_', ' ')}")
+    refs = [d.ref(item) for item in intent.items]
+    target = refs[0] if len(refs) == 1 else f"[{', '.join(refs)}]"
+    where, part = mask(d, intent.region)
+    where = argument(d.part(where))
+    d.body.append(f"traj = keep_distance(traj, {target}, {bound}={name}{where})")
+    d.expectations += [f"expect_distance({ref}, {bound}={name}{where})" for ref in refs]
+    names = " and ".join(item.name for item in intent.items)
+    d.plan.append(f"Keep {bound.replace('_', ' ')} {intent.amount:g} m from {names}{suffix(part)}.")
+
+
+def _through(d: Draft, intent: Intent) -> None:
+    item = intent.items[0]
+    if intent.mode == "between":
+        other = intent.items[1]
+        target = f"midpoint({d.ref(item)}, {d.ref(other)})"
+        d.body.append(f"traj = go_through(traj, {target})")
+        d.expectations.append(f"expect_visits({target}, within={_tolerance(d)})")
+        d.plan.append(f"Bend the path through the midpoint of {item.name} and {other.name}.")
+        return
+    ref = d.ref(item)
+    if intent.mode == "under":
+        depth = above(d, item, intent.amount, below=True)
+        name = d.knob("depth", depth, f"[m] depth below the centre of {item.name}")
+        d.body.append(f"traj = go_through(traj, {ref}, down={name})")
+        d.plan.append(f"Bend the path under {item.name}, {depth:g} m below its centre.")
+        return
+    if intent.mode != "over":
+        d.body.append(f"traj = go_through(traj, {ref})")
+        d.expectations.append(f"expect_visits({ref}, within={_tolerance(d)})")
+        d.plan.append(f"Bend the path through {item.name}.")
+        return
+    height = above(d, item, intent.amount)
+    name = d.knob("height", height, f"[m] height above the centre of {item.name}")
+    d.body.append(f"traj = go_through(traj, {ref}, up={name})")
+    d.plan.append(f"Bend the path over {item.name}, {height:g} m above its centre.")
+
+
+def _extend(d: Draft, intent: Intent) -> None:
+    straight = ", smooth=False" if intent.unit == "straight" else ""
+    if intent.mode == "between":
+        a, b = intent.items
+        target = f"midpoint({d.ref(a)}, {d.ref(b)})"
+        d.body.append(f"traj = continue_to(traj, {target}{straight})")
+        d.expectations.append(f"expect_goal({target})")
+        d.plan.append(f"Continue from the goal to the midpoint of {a.name} and {b.name}.")
+    elif intent.mode == "to":
+        ref = d.ref(intent.items[0])
+        d.body.append(f"traj = continue_to(traj, {ref}{straight})")
+        d.expectations.append(f"expect_goal({ref})")
+        d.plan.append(f"Continue from the goal to {intent.items[0].name}.")
+    elif intent.directions:
+        beyond = _offset(d, intent)
+        d.body.append(f"traj = extend(traj, {beyond.code})")
+        d.expectations = [line for line in d.expectations if not line.startswith("expect_goal(")]
+        if not any(line.startswith(("traj = move_goal", "traj = extend")) for line in d.body[:-1]):
+            d.expectations.append(f"expect_goal({_arguments(_with_shift(d, beyond.knobs, own=False))})")
+        d.plan.append(f"After the goal, go on {beyond.words}.")
+    else:
+        by = intent.amount
+        if by is None:
+            by = d.scale.step(intent.degree)
+            d.assume(f"going on after the goal is {by:g} m in the direction of arrival")
+        name = d.knob("further", by, "[m] how far to go on after the goal")
+        d.body.append(f"traj = extend(traj, {name})")
+        d.plan.append(f"After the goal, go on for {by:g} m in the same direction.")
+
+
+def _at(d: Draft, intent: Intent) -> tuple[str, str]:
+    if intent.items:
+        return d.ref(intent.items[0]), f"closest to {intent.items[0].name}"
+    if intent.mode == "middle":
+        return "0.5", "in the middle"
+    if intent.mode.startswith("#"):
+        which = min(int(intent.mode[1:]), len(d.request.trajectory))
+        d.assume("waypoints are counted from 1")
+        return str(which - 1), f"at waypoint {which}"
+    place = intent.mode or "goal"
+    return repr(place), f"at the {place}"
+
+
+def _stop(d: Draft, intent: Intent) -> None:
+    at, words = _at(d, intent)
+    d.body.append(f"traj = stop_at(traj, {at})")
+    if intent.items:
+        d.expectations.append(f"expect_stop(near={at})")
+    d.plan.append(f"Slow down and stop {words}; the trajectory ends there.")
+    d.assume("to stop means to end there; say 'wait' to go on afterwards")
+
+
+def _wait(d: Draft, intent: Intent) -> None:
+    at, words = _at(d, intent)
+    steps = 10.0 if intent.amount is None else intent.amount
+    if intent.amount is None:
+        d.assume("the wait lasts 10 timesteps")
+    if intent.unit == "s":
+        steps = steps / d.request.trajectory.timestep
+    count = max(1, round(steps))
+    name = d.knob("steps", count, f"timesteps to wait ({d.request.trajectory.timestep:g} s each)")
+    d.body.append(f"traj = dwell(traj, {at}, steps={name})")
+    if intent.items:
+        d.expectations.append(f"expect_stop(near={at})")
+    d.plan.append(f"Wait {count} timesteps {words}.")
+
+
+def _smooth(d: Draft, intent: Intent) -> None:
+    strength = {"slight": 0.3, "moderate": 1.0, "large": 3.0}[intent.degree]
+    while strength < STRONGEST and not _is_smoother(d.request.trajectory.to_array(), strength):
+        strength *= 2.0
+    name = d.knob("smoothing", strength, "strength of the smoothing")
+    d.body.append(f"traj = smooth(traj, {name})")
+    d.plan.append("Smooth the path; start and goal stay.")
+
+
+def _is_smoother(rows: Array, strength: float) -> bool:
+    """Whether a smoothing takes out bends without making the sharpest turn sharper."""
+    before, after = _turns(rows), _turns(smooth(rows, strength))
+    if not before.any():
+        return True
+    sharp = float(before.max()) > SHARP
+    calmer = float(after.max()) <= (0.75 if sharp else 1.0) * float(before.max())
+    return calmer and (after**2).sum() < 0.95 * (before**2).sum()
+
+
+def _turns(rows: Array) -> Array:
+    """The angle between each two steps of a path [rad]."""
+    steps = np.diff(rows[:, :3], axis=0)
+    lengths = np.linalg.norm(steps, axis=1)
+    steps = steps[lengths > 1e-9] / lengths[lengths > 1e-9, None]
+    return np.asarray(np.arccos(np.clip((steps[:-1] * steps[1:]).sum(axis=1), -1.0, 1.0)))
+
+
+def _resample(d: Draft, intent: Intent) -> None:
+    n = len(d.request.trajectory)
+    amount = intent.amount or 1.0
+    count = amount if intent.unit == "waypoints" else n + amount if intent.unit == "more" else n * amount
+    count = int(np.clip(round(count or n), 2, 100_000))
+    if intent.mode == "assumed":
+        d.assume(f"the number of waypoints is {'doubled' if count > n else 'halved'}")
+    name = d.knob("waypoints", count, "number of waypoints")
+    d.body.append(f"traj = resample(traj, {name})")
+    d.plan.append(f"Resample the path to {count} waypoints.")
+
+
+def _tolerance(d: Draft) -> float:
+    return nice(0.02 * d.scale.extent)
+
+
+STEPS: dict[str, Callable[[Draft, Intent], None]] = {
+    **SHAPE_STEPS,
+    **AIM_STEPS,
+    "same": _same,
+    "move": _move,
+    "move_start": _endpoint,
+    "move_goal": _endpoint,
+    "closer": _closer,
+    "farther": _farther,
+    "keep_distance": _keep_distance,
+    "through": _through,
+    "extend": _extend,
+    "speed": speed,
+    "stop": _stop,
+    "wait": _wait,
+    "smooth": _smooth,
+    "resample": _resample,
+}

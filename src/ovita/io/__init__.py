@@ -1,0 +1,235 @@
+"""Files in and out, one module a format; the ending of a file's name chooses it.
+
+.json                     the public OVITA layout, and saved adaptations
+.csv, .pose.csv           one waypoint a row; poses only
+.tum, .txt                TUM trajectory text
+.mcap, .db3, .bag         ROS bags (extra `ros`)
+.plan                     QGroundControl plans
+.waypoints, .wpl, .txt    QGC WPL 110 missions
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from ovita.errors import FormatError
+from ovita.io import csv_, json_
+from ovita.io.adaptation import is_adaptation, load_document, save_document
+from ovita.io.choices import NONE, Choices
+from ovita.io.files import atomic_write, errors_of, examine, file_name, read_text, suffix
+from ovita.io.robot_ import load_robot
+from ovita.io.scenes import scene_dict, scene_from_dict
+from ovita.io.task import Task
+from ovita.io.waypoints import trajectory_from_rows, trajectory_rows
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Trajectory
+
+__all__ = [
+    "READ",
+    "WRITTEN",
+    "Choices",
+    "Task",
+    "atomic_write",
+    "is_adaptation",
+    "load_document",
+    "load_robot",
+    "load_scene",
+    "load_task",
+    "rendered",
+    "save_document",
+    "save_task",
+    "save_trajectory",
+    "scene_dict",
+    "scene_from_dict",
+    "trajectory_from_rows",
+    "trajectory_rows",
+]
+
+_MISSIONS = (".waypoints", ".wpl")
+_POSES = (".pose.csv", ".poses.csv")
+
+WRITTEN = (".json", ".csv", ".pose.csv", ".tum", ".txt", ".plan", *_MISSIONS, ".mcap", ".db3")
+"""Endings of the files that trajectories are written to."""
+
+READ = (*WRITTEN, ".bag")
+"""Endings of the files that trajectories are read from; a folder that holds a ROS 2 bag is read as well."""
+
+
+def load_task(path: str | os.PathLike[str], choices: Choices = NONE) -> Task:
+    """Read a trajectory, and the scene and instruction where the format has them, from a file of any known format.
+
+    A saved adaptation gives its adapted trajectory, so that a result can be adapted again.
+
+    Args:
+        path: Its ending says the format.
+        choices: What the format leaves open: the topic of a bag, the home of a mission.
+
+    Raises:
+        FormatError: If the file cannot be read or something in it is malformed; names the file, key and index.
+        MissingExtra: If the format needs a package that is not installed.
+    """
+    from ovita.io.ros import bags
+
+    if bags.is_bag(path):
+        return bags.load(path, choices)
+    examine(path)
+    ending = suffix(path)
+    if ending not in READ:
+        raise _unknown_suffix(path, READ)
+    file, content = file_name(path), read_text(path)
+    if ending == ".json":
+        return json_.parse(content, file)
+    if ending == ".csv":
+        return csv_.parse(content, file)
+    return _parse_text(ending, content, file, choices)
+
+
+def load_scene(path: str | os.PathLike[str]) -> tuple[Scene, bool]:
+    """Read a scene from a JSON file that need not hold a trajectory; say whether it states its frame.
+
+    Raises:
+        FormatError: If the file cannot be read or something in it is malformed.
+    """
+    examine(path)
+    if suffix(path) != ".json":
+        raise FormatError(file_name(path), "scenes are read from .json files")
+    return json_.parse_scene(read_text(path), file_name(path))
+
+
+def save_task(path: str | os.PathLike[str], task: Task, choices: Choices = NONE) -> tuple[str, ...]:
+    """Write a task so that `load_task` reads it back, exactly where the format holds it all; say what it does not.
+
+    Raises:
+        FormatError: As `save_trajectory` does.
+    """
+    extra = dict(task.extra) if task.robot is None else {**task.extra, "robot": task.robot}
+    return save_trajectory(path, task.trajectory, task.scene, task.instruction, extra, choices=choices)
+
+
+def save_trajectory(
+    path: str | os.PathLike[str],
+    trajectory: Trajectory,
+    scene: Scene | None = None,
+    instruction: str | None = None,
+    extra: Mapping[str, Any] | None = None,
+    *,
+    choices: Choices = NONE,
+) -> tuple[str, ...]:
+    """Write a trajectory atomically, in the format that the file's ending says.
+
+    Args:
+        path: Ends in one of `WRITTEN`, or in a slash for the folder of a ROS 2 bag.
+        trajectory: The waypoints, in the scene's frame.
+        scene: What surrounds them.
+        instruction: The request.
+        extra: Further top-level keys.
+        choices: What the format leaves open: topic and message of a bag, the home of a mission.
+
+    Returns:
+        What the format does not hold, each a sentence.
+
+    Raises:
+        FormatError: If the file cannot be written there, something has no place in JSON, or a mission has no home.
+        MissingExtra: If the format needs a package that is not installed.
+    """
+    if os.fspath(path).endswith(("/", os.sep)):
+        from ovita.io.ros import bags
+
+        with errors_of(path):
+            return bags.save_folder(path, trajectory, Scene() if scene is None else scene, choices)
+    content, notes = rendered(path, trajectory, scene, instruction, extra, choices=choices)
+    atomic_write(path, content)
+    return notes
+
+
+def rendered(
+    path: str | os.PathLike[str],
+    trajectory: Trajectory,
+    scene: Scene | None = None,
+    instruction: str | None = None,
+    extra: Mapping[str, Any] | None = None,
+    *,
+    choices: Choices = NONE,
+) -> tuple[str | bytes, tuple[str, ...]]:
+    """What `save_trajectory` writes, and what it returns, without writing it.
+
+    Raises:
+        FormatError: As `save_trajectory` does.
+        MissingExtra: As `save_trajectory` does.
+    """
+    file, ending = file_name(path), suffix(path)
+    scene = Scene() if scene is None else scene
+    if ending == ".json":
+        return _json(file, trajectory, scene, instruction, extra), ()
+    with errors_of(path):
+        if ending in (".mcap", ".db3", ".bag"):
+            from ovita.io.ros import bags
+
+            return bags.dumps(path, trajectory, scene, choices)
+        return _text(path, trajectory, scene, extra or {}, choices)
+
+
+def _parse_text(ending: str, content: str, file: str, choices: Choices) -> Task:
+    from ovita.io import tum
+    from ovita.io.missions import plan, wpl
+
+    if ending == ".plan":
+        return plan.parse(content, file, choices.home)
+    if ending in _MISSIONS or (ending == ".txt" and wpl.looks_like(content)):
+        return wpl.parse(content, file, choices.home)
+    if ending == ".txt" and not tum.looks_like(content):
+        raise FormatError(file, "this is neither TUM text (time x y z qx qy qz qw) nor a QGC WPL 110 mission")
+    return tum.parse(content, file)
+
+
+def _text(
+    path: str | os.PathLike[str], trajectory: Trajectory, scene: Scene, extra: Mapping[str, Any], choices: Choices
+) -> tuple[str, tuple[str, ...]]:
+    """The content of a text file other than JSON, and what it does not hold."""
+    from ovita.io import tum
+    from ovita.io.missions import plan, wpl
+    from ovita.io.missions.merging import mission_from
+    from ovita.io.turning import MISSION
+
+    file, ending = file_name(path), suffix(path)
+    if ending in (".plan", *_MISSIONS) or (ending == ".txt" and MISSION in scene.extra):
+        mission, notes = mission_from(trajectory, scene, choices.home)
+        return (plan.dumps(mission, file) if ending == ".plan" else wpl.dumps(mission)), notes
+    lost: tuple[str, ...] = ()
+    if scene.frame.name != "rfu":
+        name = "a CSV file" if ending == ".csv" else "TUM text"
+        lost += (f"{name} holds no frame; say --frame {scene.frame.name} when you read {file}",)
+    if len(scene):
+        lost += (f"{Path(path).name} holds no objects; keep them in a scene file (--scene)",)
+    if ending == ".csv":
+        if file.lower().endswith(_POSES):
+            content, notes = csv_.dumps_poses(trajectory)
+            return content, notes + lost
+        return csv_.dumps(trajectory), lost
+    if ending in (".tum", ".txt"):
+        start = extra.get(tum.START, 0.0)
+        content, notes = tum.dumps(trajectory, start if isinstance(start, int | float) else 0.0)
+        return content, notes + lost
+    raise _unknown_suffix(path, WRITTEN)
+
+
+def _json(
+    file: str, trajectory: Trajectory, scene: Scene, instruction: str | None, extra: Mapping[str, Any] | None
+) -> str:
+    try:
+        document = json_.document_of(trajectory, scene, instruction, extra)
+    except (TypeError, ValueError, RecursionError) as error:
+        raise FormatError(file, f"cannot be written as JSON: {error}") from None
+    return json_.dumps(document, file)
+
+
+def _unknown_suffix(path: str | os.PathLike[str], known: tuple[str, ...]) -> FormatError:
+    ending = suffix(path)
+    if known is WRITTEN and os.fspath(path).endswith(("/", os.sep)):
+        return FormatError(file_name(path), "only ovita convert writes a bag as a folder; name a .mcap or .db3 file")
+    what = f"the ending {ending}" if ending else "a name without an ending"
+    does = "reads" if known is READ else "writes"
+    return FormatError(file_name(path), f"{what} says nothing about the format; ovita {does} {', '.join(known)}")

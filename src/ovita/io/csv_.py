@@ -1,0 +1,181 @@
+"""CSV: one waypoint a row, under a header that names the columns."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+
+import numpy as np
+
+from ovita.errors import FormatError
+from ovita.io.files import errors_of
+from ovita.io.task import Task
+from ovita.io.values import LARGEST, brief, listing, number, show
+from ovita.io.waypoints import COLUMNS, column_name, from_columns, trajectory_rows
+from ovita.paths.trajectory import TIMESTEP, Array, Trajectory
+
+_DELIMITERS = ",;\t"
+_POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
+_TIMESTEP = re.compile(r"#\s*timestep\s*[:=]\s*(\S+)\s*", re.IGNORECASE)
+
+
+def parse(content: str, file: str) -> Task:
+    """Read a task from the text of a CSV file.
+
+    The header names x, y, z [m], speed [m/s] or t [s], and qw, qx, qy, qz, in any order and case, separated by
+    commas, semicolons or tabs; `velocity` and `v` also mean speed, other columns are ignored with a note. Lines
+    before the header that start with # are comments, of which `# timestep: 0.1` is heeded. A file of seven numbers a
+    row may lack the header: it then holds poses x, y, z, qx, qy, qz, qw.
+
+    Args:
+        content: The text.
+        file: The file's name, for messages.
+
+    Raises:
+        FormatError: If something in it is malformed; names the column and the row, counted from 0.
+    """
+    content, remarks = _with_header(content)
+    start, timestep = _header_offset(content, file)
+    header_line = content[start:].lstrip("# \t").split("\n", 1)[0].split("\r", 1)[0]
+    delimiter = max(_DELIMITERS, key=header_line.count)
+    body = io.StringIO(content[start:], newline="")
+    reader = csv.reader(body, delimiter=delimiter, skipinitialspace=True)
+    first_line = content.count("\n", 0, start) - len(remarks)
+    try:
+        header = next(reader)
+        rows = [(row, reader.line_num + first_line) for row in reader if any(cell.strip() for cell in row)]
+    except csv.Error as error:
+        raise FormatError(file, f"this is not CSV: {error} (line {reader.line_num + first_line})") from None
+    header[0] = header[0].lstrip("# \t")
+    names = [column_name(name) for name in header]
+    _check_header(names, header, file)
+    if not rows:
+        raise FormatError(file, "there is a header but no row below it; give at least 2 waypoints")
+    columns = _columns(rows, names, file)
+    with errors_of(file):
+        trajectory, notes = from_columns(columns, timestep=timestep)
+    return Task(trajectory, path=file, notes=remarks + notes)
+
+
+def dumps(trajectory: Trajectory) -> str:
+    """Write the waypoints as CSV text that `parse` turns back exactly; a scene has no place in it."""
+    width = 4 if trajectory.orientations is None else 8
+    lines = [] if trajectory.timestep == TIMESTEP else [f"# timestep: {float(trajectory.timestep)!r}"]
+    lines.append(",".join(COLUMNS[:width]))
+    lines.extend(",".join(map(repr, row)) for row in trajectory_rows(trajectory))
+    return "\n".join(lines) + "\n"
+
+
+def dumps_poses(trajectory: Trajectory) -> tuple[str, tuple[str, ...]]:
+    """Write poses x, y, z, qx, qy, qz, qw as CSV text, and say what it does not hold."""
+    notes = ["a pose file holds no speeds and no times"]
+    turns = trajectory.orientations
+    if turns is None:
+        turns = np.tile([1.0, 0.0, 0.0, 0.0], (len(trajectory), 1))
+        notes.append("there are no orientations; every row got the identity 0, 0, 0, 1")
+    table = np.column_stack([trajectory.positions, turns[:, [1, 2, 3, 0]]])
+    lines = [",".join(_POSE), *(",".join(map(repr, row)) for row in table.tolist())]
+    return "\n".join(lines) + "\n", tuple(notes)
+
+
+def _with_header(content: str) -> tuple[str, tuple[str, ...]]:
+    """The text with the header of a pose file put in where it begins with seven numbers instead of names."""
+    offset, first = 0, ""
+    for line in content.splitlines(keepends=True):
+        if line.strip() and not line.lstrip().startswith("#"):
+            first = line
+            break
+        offset += len(line)
+    delimiter = max(_DELIMITERS, key=first.count)
+    try:
+        bare = len([float(cell) for cell in first.split(delimiter)]) == len(_POSE)
+    except ValueError:
+        bare = False
+    if not bare:
+        return content, ()
+    note = "there is no header; the seven columns were read as x, y, z, qx, qy, qz, qw"
+    return content[:offset] + delimiter.join(_POSE) + "\n" + content[offset:], (note,)
+
+
+def _header_offset(content: str, file: str) -> tuple[int, float | None]:
+    """Where the header starts, and the timestep of a comment above it."""
+    timestep: float | None = None
+    offset = 0
+    for line in content.splitlines(keepends=True):
+        bare = line.strip()
+        if bare and not bare.startswith("#"):
+            return offset, timestep
+        found = _TIMESTEP.fullmatch(bare)
+        if found:
+            timestep = _parse_timestep(found[1], file)
+        elif bare and set(COLUMNS[:3]) <= {column_name(cell) for cell in re.split(r"[,;\t]", bare.lstrip("# "))}:
+            return offset, timestep
+        offset += len(line)
+    raise FormatError(file, "there is no header, only comments; name the columns, such as x,y,z,speed")
+
+
+def _parse_timestep(cell: str, file: str) -> float:
+    try:
+        value = number(float(cell), "timestep")
+    except ValueError:
+        value = 0.0
+    if value <= 0:
+        raise FormatError(file, f"is {show(cell)}, expected a time > 0 in seconds", key="timestep")
+    return value
+
+
+def _check_header(names: list[str], header: list[str], file: str) -> None:
+    if all(name not in names for name in COLUMNS[:3]):
+        problem = f"the first line ({listing(header)}) must name the columns, such as x,y,z,speed"
+        raise FormatError(file, problem)
+    for i, name in enumerate(names):
+        if name and name in names[:i]:
+            raise FormatError(file, f"repeats the column {name}; keep one of the two", key=brief(header[i].strip()))
+
+
+def _columns(rows: list[tuple[list[str], int]], names: list[str], file: str) -> dict[str, Array]:
+    """The cells as columns (N,) by name; those that no trajectory can carry are zeros."""
+    for i, (row, line) in enumerate(rows):
+        if len(row) != len(names):
+            problem = f"holds {len(row)} values where the header names {len(names)} (line {line})"
+            raise FormatError(file, problem, key="row", index=i)
+    columns: dict[str, Array] = {}
+    for j, name in enumerate(names):
+        if name in COLUMNS or name == "t":
+            columns[name] = _column([row[j] for row, _ in rows], name, [line for _, line in rows], file)
+        else:
+            columns[name] = np.zeros(len(rows))
+    return columns
+
+
+def _column(cells: list[str], name: str, lines: list[int], file: str) -> Array:
+    try:
+        column = np.array(list(map(float, cells)))
+    except ValueError:
+        column = np.full(len(cells), np.nan)
+    if (np.abs(column) <= LARGEST).all() and not any("_" in cell for cell in cells):
+        return column
+    for i, (cell, line) in enumerate(zip(cells, lines, strict=True)):
+        problem = _cell_problem(cell)
+        if problem:
+            raise FormatError(file, f"{problem} (line {line})", key=name, index=i)
+    return column
+
+
+def _cell_problem(cell: str) -> str:
+    bare = cell.strip()
+    if not bare:
+        return "is empty, expected a number"
+    try:
+        value = float(bare)
+    except ValueError:
+        value = None
+    if value is None or "_" in bare:
+        comma = "; write decimals with a point" if re.fullmatch(r"[-+]?\d+,\d+", bare) else ""
+        return f"is {show(bare)}, not a number{comma}"
+    try:
+        number(value, "it")
+    except ValueError as error:
+        return str(error).removeprefix("it ")
+    return ""

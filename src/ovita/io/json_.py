@@ -1,0 +1,299 @@
+"""JSON: the public OVITA layout, and a parser and writer that are stricter than Python's own."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Collection, Mapping
+from dataclasses import asdict
+from typing import Any
+
+from ovita.errors import FormatError
+from ovita.io.files import errors_of
+from ovita.io.scenes import SCENE_KEYS, scene_dict, scene_from_dict
+from ovita.io.task import Task
+from ovita.io.values import brief, listing, nearest, number, plain, show, text
+from ovita.io.waypoints import read_rows, trajectory_rows
+from ovita.paths.robot import PRESETS
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import TIMESTEP, Trajectory
+
+ADAPTATION_SCHEMA = "ovita.adaptation/1"
+"""Value of `schema` in a file that holds an adaptation."""
+
+TASK_KEYS = ("trajectory", "instruction", "timestep", *SCENE_KEYS)
+"""Top-level keys that ovita gives a meaning to, besides `robot`."""
+
+MAX_DEPTH = 64
+"""Deepest nesting of lists and objects in a file."""
+
+_CARRIED = {"mission": "home", "ros": "frame_id"}
+_LINE = 110
+_HALF_SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")
+
+
+def parse(content: str, file: str) -> Task:
+    """Read a task from the text of a JSON file.
+
+    A file that holds an adaptation gives its adapted trajectory, its scene and its instruction.
+
+    Args:
+        content: The text.
+        file: The file's name, for messages.
+
+    Raises:
+        FormatError: If something in it is malformed; names the key and the index.
+    """
+    document = parse_object(content, file)
+    adaptation = is_adaptation(document)
+    key = "adapted" if adaptation else "trajectory"
+    others = {k: v for k, v in document.items() if k != key}
+    if adaptation:
+        check_schema(document, file)
+        others = {k: others[k] for k in ("scene", "instruction", "timestep", "robot") if k in others}
+    check_values(others, file)
+    if document.get(key) is None:
+        raise FormatError(file, _no_trajectory(document, key))
+    with errors_of(file):
+        trajectory, notes = read_rows(document[key], key=key, timestep=_timestep(others, file))
+        carried = {} if adaptation else {k: others.pop(k) for k in _CARRIED if _is_carried(others, k)}
+        scene = scene_from_dict(_scene_part(others, file) if adaptation else _only(others, SCENE_KEYS) | carried)
+    robot = others.get("robot")
+    if adaptation:
+        robot, remarks = _robot_of_adaptation(robot)
+        notes += remarks
+    named = isinstance(robot, str) and bool(robot.strip())
+    kept = {} if adaptation else {k: v for k, v in others.items() if k not in TASK_KEYS}
+    if named:
+        kept.pop("robot", None)
+    fixed = any(key in scene.extra for key in _CARRIED)
+    return Task(trajectory, scene, _instruction(others, file), kept, file, robot if named else None, notes, fixed)
+
+
+def parse_scene(content: str, file: str) -> tuple[Scene, bool]:
+    """Read only the scene from the text of a JSON file, and whether it states its frame.
+
+    Raises:
+        FormatError: If something in it is malformed; names the key and the index.
+    """
+    document = parse_object(content, file)
+    if is_adaptation(document):
+        document = dict(_scene_part(document, file))
+    check_values({key: value for key, value in document.items() if key != "trajectory"}, file)
+    with errors_of(file):
+        scene = scene_from_dict(_only(document, SCENE_KEYS))
+    return scene, document.get("frame") is not None
+
+
+def document_of(
+    trajectory: Trajectory,
+    scene: Scene | None = None,
+    instruction: str | None = None,
+    extra: Mapping[str, Any] | None = None,
+) -> dict[str, Any]:
+    """The document of the public OVITA layout that `parse` turns back exactly.
+
+    Raises:
+        ValueError: If `extra` holds a key that the layout itself uses.
+        TypeError: If `extra` or the scene holds something that has no place in JSON.
+    """
+    clash = [key for key in extra or {} if key in TASK_KEYS]
+    if clash:
+        raise ValueError(f"extra may not hold {clash[0]!r}, which the file already has")
+    document: dict[str, Any] = {"trajectory": trajectory_rows(trajectory), "instruction": instruction or ""}
+    if trajectory.timestep != TIMESTEP:
+        document["timestep"] = float(trajectory.timestep)
+    surroundings = scene_dict(Scene() if scene is None else scene)
+    reserved = {"trajectory", "instruction", "timestep"}
+    return {**document, **{k: v for k, v in surroundings.items() if k not in reserved}, **plain(extra or {})}
+
+
+def dumps(document: Mapping[str, Any], file: str) -> str:
+    """Write a document as canonical JSON: one waypoint or object a line, floats so that they read back exactly.
+
+    Raises:
+        FormatError: If something in it has no place in JSON, such as NaN.
+    """
+    try:
+        return _layout(plain(document), "") + "\n"
+    except (TypeError, ValueError, OverflowError) as error:
+        raise FormatError(file, f"cannot be written as JSON: {error}") from None
+    except RecursionError:
+        raise FormatError(file, "cannot be written as JSON: nested too deeply") from None
+
+
+def parse_object(content: str, file: str) -> dict[str, Any]:
+    """Parse the text of a JSON file whose top level is an object.
+
+    Unlike Python's parser it refuses an object that repeats a key, and text that is not valid Unicode.
+
+    Raises:
+        FormatError: If it is not such a file.
+    """
+    try:
+        document = json.loads(content, object_pairs_hook=_unique)
+        if _HALF_SURROGATE.search(content):
+            json.dumps(document, ensure_ascii=False).encode("utf-8")
+    except json.JSONDecodeError as error:
+        what = error.msg[:1].lower() + error.msg[1:]
+        raise FormatError(file, f"this is not JSON: {what} (line {error.lineno}, column {error.colno})") from None
+    except _RepeatedKeyError as error:
+        raise FormatError(file, "stands twice in one JSON object; keep one of the two", key=error.key) from None
+    except UnicodeEncodeError:
+        raise FormatError(
+            file, "a text holds half of a surrogate pair (\\ud800-\\udfff); write the character"
+        ) from None
+    except RecursionError:
+        raise FormatError(file, f"nested too deeply; ovita reads up to {MAX_DEPTH} levels") from None
+    except MemoryError:
+        raise FormatError(file, "the file is too large for the memory of this machine") from None
+    except ValueError:
+        raise FormatError(file, "a whole number in it has thousands of digits; shorten it") from None
+    if not isinstance(document, dict):
+        raise FormatError(file, f"the top level is {show(document)}, expected an object")
+    return document
+
+
+def check_values(document: Mapping[str, Any], file: str) -> None:
+    """Check that every number in a parsed document is finite, and that it is not nested too deeply.
+
+    Raises:
+        FormatError: Naming the path of the value at fault, such as objects[2].x.
+    """
+    stack: list[tuple[Any, str, int]] = [(document, "", 0)]
+    while stack:
+        value, path, depth = stack.pop()
+        if depth > MAX_DEPTH:
+            raise FormatError(file, f"nested too deeply; ovita reads up to {MAX_DEPTH} levels")
+        for key, item in value.items() if isinstance(value, dict) else enumerate(value):
+            if isinstance(item, float):
+                if not math.isfinite(item):
+                    raise FormatError(file, f"is {item}, not a finite number", key=_join(path, key))
+            elif isinstance(item, (dict, list)):
+                stack.append((item, _join(path, key), depth + 1))
+
+
+def is_adaptation(document: Mapping[str, Any]) -> bool:
+    """Whether a parsed document says that it is a saved adaptation, of whatever version."""
+    schema = document.get("schema")
+    return isinstance(schema, str) and schema.startswith("ovita.adaptation/")
+
+
+def check_schema(document: Mapping[str, Any], file: str) -> None:
+    """Check that a parsed document is an adaptation of the version that ovita reads.
+
+    Raises:
+        FormatError: If it is not.
+    """
+    schema = document.get("schema")
+    if schema == ADAPTATION_SCHEMA:
+        return
+    if schema is None:
+        raise FormatError(file, f"no schema is given, expected {ADAPTATION_SCHEMA!r}; this is not a saved adaptation")
+    raise FormatError(file, f"is {show(schema)}; this version of ovita reads {ADAPTATION_SCHEMA!r}", key="schema")
+
+
+def _join(path: str, key: str | int) -> str:
+    if isinstance(key, int):
+        return f"{path}[{key}]"
+    return f"{path}.{brief(key)}" if path else brief(key)
+
+
+class _RepeatedKeyError(Exception):
+    def __init__(self, key: str) -> None:
+        self.key = brief(key)
+
+
+def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        seen: set[str] = set()
+        raise _RepeatedKeyError(next(key for key, _ in pairs if key in seen or seen.add(key)))  # type: ignore[func-returns-value]
+    return found
+
+
+def _only(document: Mapping[str, Any], keys: Collection[str]) -> dict[str, Any]:
+    return {key: document[key] for key in keys if key in document}
+
+
+def _is_carried(document: Mapping[str, Any], key: str) -> bool:
+    """Whether a key holds what ovita keeps of a mission or a ROS message, rather than something of the user's own."""
+    value = document.get(key)
+    return isinstance(value, dict) and _CARRIED[key] in value
+
+
+def _scene_part(document: Mapping[str, Any], file: str) -> Mapping[str, Any]:
+    scene = document.get("scene")
+    if not isinstance(scene, (dict, type(None))):
+        raise FormatError(file, f"is {show(scene)}, expected an object with 'objects'", key="scene")
+    return scene or {}
+
+
+def _robot_of_adaptation(robot: object) -> tuple[str | None, tuple[str, ...]]:
+    """The preset that an adaptation was made for; its limits are those of the file, so others are only remarked."""
+    if not isinstance(robot, Mapping):
+        return (robot, ()) if isinstance(robot, str) else (None, ())
+    name = robot.get("name")
+    if not isinstance(name, str):
+        return None, ()
+    if name in PRESETS and plain(asdict(PRESETS[name])) == robot:
+        return name, ()
+    return None, (f"the limits of the robot {brief(name)!r} are not taken over; name its file again",)
+
+
+def _timestep(document: Mapping[str, Any], file: str) -> float:
+    if document.get("timestep") is None:
+        return TIMESTEP
+    try:
+        value = number(document["timestep"], "it")
+    except ValueError:
+        value = 0.0
+    if value <= 0:
+        problem = f"is {show(document['timestep'])}, expected a time > 0 in seconds"
+        raise FormatError(file, problem, key="timestep")
+    return value
+
+
+def _instruction(document: Mapping[str, Any], file: str) -> str:
+    try:
+        return text(document.get("instruction"), "it")
+    except ValueError:
+        raise FormatError(file, f"is {show(document['instruction'])}, expected text", key="instruction") from None
+
+
+def _no_trajectory(document: Mapping[str, Any], key: str) -> str:
+    if key == "adapted":
+        return f"this adaptation has no adapted trajectory (its status is {show(document.get('status'))})"
+    if key in document:
+        return "the trajectory is null; give a list of rows [x, y, z, speed]"
+    guess = nearest(key, list(document))
+    hint = f"rename {brief(guess)!r} to 'trajectory'" if guess else "give a list of rows [x, y, z, speed]"
+    if not document:
+        return f"the object is empty; {hint} under the key 'trajectory'"
+    return f"there is no key 'trajectory', only {listing(document)}; {hint}"
+
+
+def _layout(value: Any, indent: str) -> str:
+    if not isinstance(value, (list, dict)) or not value or _is_flat(value):
+        return _compact(value)
+    if isinstance(value, dict) and indent and len(value) <= 12 and all(map(_is_flat, value.values())):
+        line = _compact(value)
+        if len(line) <= _LINE:
+            return line
+    deeper = indent + " "
+    if isinstance(value, list):
+        return "[\n" + ",\n".join(deeper + _layout(item, deeper) for item in value) + f"\n{indent}]"
+    lines = (f"{deeper}{_compact(key)}: {_layout(item, deeper)}" for key, item in value.items())
+    return "{\n" + ",\n".join(lines) + f"\n{indent}}}"
+
+
+def _is_flat(value: Any) -> bool:
+    """Whether a value is a scalar or a list of scalars."""
+    return not isinstance(value, (list, dict)) or (
+        isinstance(value, list) and not any(isinstance(item, (list, dict)) for item in value)
+    )
+
+
+def _compact(value: Any) -> str:
+    return json.dumps(value, ensure_ascii=False, allow_nan=False)

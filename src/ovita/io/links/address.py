@@ -1,0 +1,127 @@
+"""Addresses of live links.
+
+ros2:/TOPIC[?domain=N&type=path|poses|multidof&frame_id=NAME&local=1&timeout=SECONDS]
+mavlink:udp:HOST:PORT[?timeout=SECONDS]        also udpin (the same: listen), udpout and tcp (connect)
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+from urllib.parse import parse_qsl
+
+from ovita.errors import RequestError
+from ovita.io.values import listing
+
+Bus = Literal["ros2", "mavlink"]
+
+_BUSES: tuple[Bus, ...] = ("ros2", "mavlink")
+_OPTIONS: Mapping[Bus, tuple[str, ...]] = {
+    "ros2": ("domain", "type", "frame_id", "local", "timeout"),
+    "mavlink": ("timeout",),
+}
+_TOPIC = re.compile(r"/[A-Za-z_~{][A-Za-z0-9_/~{}]*")
+_DOMAINS = 232
+_WAYS = ("udp", "udpin", "udpout", "tcp")
+TIMEOUT = 10.0
+"""Longest wait for the other side where nothing is said [s]."""
+
+
+@dataclass(frozen=True)
+class Address:
+    """Where on a bus a trajectory comes from or goes to.
+
+    Args:
+        bus: "ros2" or "mavlink".
+        target: A topic, or WAY:HOST:PORT.
+        options: What follows the question mark.
+
+    Raises:
+        RequestError: If a part of it makes no sense.
+    """
+
+    bus: Bus
+    target: str
+    options: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        unknown = [key for key in self.options if key not in _OPTIONS[self.bus]]
+        if unknown:
+            raise RequestError(f"{self}: unknown option {unknown[0]!r}; known are {listing(_OPTIONS[self.bus])}")
+        if self.bus == "ros2":
+            if not _TOPIC.fullmatch(self.target) or self.target.endswith("/") or "//" in self.target:
+                raise RequestError(f"{self}: {self.target!r} is no topic; write it as ros2:/name")
+            if self.options.get("type", "path") not in ("path", "poses", "multidof"):
+                raise RequestError(f"{self}: the type is path, poses or multidof")
+            _ = self.domain
+        else:
+            _ = self.endpoint
+        _ = self.timeout
+
+    @classmethod
+    def parse(cls, text: str) -> Address:
+        """An address from its text.
+
+        Raises:
+            RequestError: If it is none.
+        """
+        bus, _, rest = text.partition(":")
+        target, _, query = rest.partition("?")
+        if bus not in _BUSES:
+            raise RequestError(f"{text!r} is no address; write ros2:/topic or mavlink:udp:HOST:PORT")
+        pairs = parse_qsl(query, keep_blank_values=True)
+        if query and len(dict(pairs)) != query.count("&") + 1:
+            raise RequestError(f"{text!r}: options are written ?name=value&name=value, each once")
+        return cls(bus, target, dict(pairs))
+
+    def __str__(self) -> str:
+        query = "&".join(f"{key}={value}" for key, value in self.options.items())
+        return f"{self.bus}:{self.target}" + (f"?{query}" if query else "")
+
+    @property
+    def domain(self) -> int:
+        """The DDS domain: the option, else ROS_DOMAIN_ID, else 0."""
+        text = self.options.get("domain", os.environ.get("ROS_DOMAIN_ID") or "0")
+        if not text.isdecimal() or int(text) > _DOMAINS:
+            raise RequestError(f"{self}: the domain {text!r} is not a whole number 0..{_DOMAINS}")
+        return int(text)
+
+    @property
+    def local(self) -> bool:
+        """Whether ROS 2 must stay on this machine: the option, else as ROS itself is told to."""
+        if "local" in self.options:
+            return self.options["local"] not in ("0", "no", "false", "")
+        alone = os.environ.get("ROS_LOCALHOST_ONLY") == "1"
+        return alone or os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "").upper() == "LOCALHOST"
+
+    @property
+    def timeout(self) -> float:
+        """Longest wait for the other side [s]."""
+        text = self.options.get("timeout", str(TIMEOUT))
+        try:
+            value = float(text)
+        except ValueError:
+            value = 0.0
+        if not 0 < value <= 86400:
+            raise RequestError(f"{self}: the timeout {text!r} is not a time > 0 in seconds")
+        return value
+
+    @property
+    def endpoint(self) -> tuple[str, str, int]:
+        """Way, host and port of a MAVLink address."""
+        way, _, rest = self.target.partition(":")
+        host, _, port = rest.rpartition(":")
+        if way not in _WAYS or not host or not port.isdecimal() or not 0 < int(port) < 65536:
+            problem = (
+                f"{self.target!r} is not WAY:HOST:PORT with one of {', '.join(_WAYS)}, such as udp:127.0.0.1:14550"
+            )
+            raise RequestError(f"{self}: {problem}")
+        return way, host.strip("[]"), int(port)
+
+
+def is_address(text: str) -> bool:
+    """Whether a text is meant as an address rather than as a file."""
+    return text.partition(":")[0] in _BUSES

@@ -1,0 +1,246 @@
+"""Missions to and from a vehicle by the MAVLink mission protocol (mavlink.io, "Mission Protocol").
+
+Uploading: MISSION_COUNT, then the vehicle asks for one item after the other (MISSION_REQUEST_INT) and gets it
+(MISSION_ITEM_INT), until it acknowledges (MISSION_ACK). Downloading is the same the other way round. What is not
+answered is sent again, `RETRIES` times. After an upload the mission is read back and compared.
+
+Positions travel as whole 1e-7 degrees (1.1 cm), heights and parameters as single precision.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from ovita.errors import LinkError
+from ovita.io.files import errors_of
+from ovita.io.geodesy import Home
+from ovita.io.links.address import Address
+from ovita.io.links.vehicle import ARDUPILOT, Vehicle, vehicle_at
+from ovita.io.missions.merging import mission_from
+from ovita.io.missions.mission import CHANGE_SPEED, DEFAULT_SPEED, STATIONS, Item, Mission, numbered
+from ovita.io.missions.stations import task_of
+from ovita.io.task import Task
+from ovita.io.values import listing
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Trajectory
+
+RETRIES = 5
+"""How often a message is sent again before the vehicle counts as silent."""
+
+RESEND = 1.5
+"""Wait for an answer before a message is sent again [s]."""
+
+_SCALED = {0: 1e7, 3: 1e7, 5: 1e7, 6: 1e7, 10: 1e7, 11: 1e7, 1: 1e4, 4: 1e4, 7: 1e4, 8: 1e4, 9: 1e4}
+_INT_FRAME = {0: 5, 3: 6, 10: 11}
+_PLAIN_FRAME = {number: frame for frame, number in _INT_FRAME.items()}
+_RESOLUTION = (2.1e-7, 2.1e-7, 0.011)
+_ASKED = ("MISSION_REQUEST_INT", "MISSION_REQUEST", "MISSION_ACK")
+_LARGEST_INT = 2**31 - 1
+_HOME_POSITION, _REQUEST_MESSAGE = 242, 512
+_MOST_ITEMS = 65535
+
+
+def upload(address: Address, trajectory: Trajectory, scene: Scene, home: Home | None) -> tuple[bytes, tuple[str, ...]]:
+    """Send a trajectory to a vehicle as its mission; its items as bytes, and what a mission does not hold.
+
+    Raises:
+        FormatError: If no home is known.
+        LinkError: If the vehicle does not answer, refuses, or holds something else afterwards.
+        MissingExtra: If pymavlink is not installed.
+    """
+    with errors_of(str(address)):
+        mission, notes = mission_from(trajectory, scene, home)
+        numbered(mission, with_home=True)
+    with vehicle_at(address) as vehicle:
+        items = numbered(mission, with_home=vehicle.autopilot == ARDUPILOT)
+        if len(items) > _MOST_ITEMS:
+            raise LinkError(f"{address}: {len(items)} items are more than a mission can number")
+        messages = [_message(vehicle, seq, item) for seq, item in enumerate(items)]
+        _send_all(vehicle, messages)
+        held = _fetch_all(vehicle)
+        notes += _compare(address, messages, held, skip_home=vehicle.autopilot == ARDUPILOT)
+    notes += ("read back from the vehicle and compared; positions are held to 1e-7 degrees (1.1 cm)",)
+    return b"".join(_content(message) for message in messages), notes
+
+
+def download(address: Address, home: Home | None) -> Task:
+    """Read a vehicle's mission; `home` replaces the vehicle's own.
+
+    Raises:
+        LinkError: If the vehicle does not answer, or knows no home.
+        FormatError: If its mission holds no waypoints that can be read.
+        MissingExtra: If pymavlink is not installed.
+    """
+    with vehicle_at(address) as vehicle:
+        items = [_item(message) for message in _fetch_all(vehicle)]
+        listed = items.pop(0) if items and vehicle.autopilot == ARDUPILOT else None
+        if home is None and listed is not None:
+            latitude, longitude, altitude = (value or 0.0 for value in listed.params[4:])
+            home = Home(latitude, longitude, altitude) if (latitude, longitude) != (0.0, 0.0) else None
+        home = home or _home(vehicle)
+    if home is None:
+        raise LinkError(f"{address}: the vehicle knows no home position; say --home latitude,longitude,altitude")
+    said: tuple[str, ...] = ()
+    if not any(item.command == CHANGE_SPEED for item in items):
+        said = (f"no speed is commanded; assumed {DEFAULT_SPEED:g} m/s",)
+    with errors_of(str(address)):
+        return task_of(Mission(home, tuple(items), listed), str(address), said)
+
+
+def _send_all(vehicle: Vehicle, messages: Sequence[Any]) -> None:
+    d = vehicle.dialect
+    count = d.MAVLink_mission_count_message(vehicle.system, vehicle.component, len(messages), 0)
+    pending, tries, repeats, sent = count, 0, 0, 0
+    vehicle.send(pending)
+    while True:
+        answer = vehicle.wait(_ASKED, RESEND)
+        if answer is None:
+            tries += 1
+            if tries > RETRIES:
+                raise LinkError(f"{vehicle.address}: the vehicle fell silent after {sent} of {len(messages)} items")
+            vehicle.send(pending)
+            continue
+        if getattr(answer, "mission_type", 0) != 0:
+            continue
+        if answer.get_type() == "MISSION_ACK":
+            if answer.type != 0:
+                raise LinkError(f"{vehicle.address}: the vehicle refused the mission: {_refusal(d, answer.type)}")
+            if sent == len(messages):
+                return
+            continue
+        if not 0 <= answer.seq < len(messages):
+            raise LinkError(f"{vehicle.address}: the vehicle asked for item {answer.seq} of {len(messages)}")
+        repeats = repeats + 1 if messages[answer.seq] is pending else 0
+        if repeats > 4 * RETRIES:
+            raise LinkError(f"{vehicle.address}: the vehicle keeps asking for item {answer.seq}, which was sent to it")
+        tries = tries if repeats else 0
+        sent, pending = max(sent, answer.seq + 1), messages[answer.seq]
+        vehicle.send(pending)
+
+
+def _fetch_all(vehicle: Vehicle) -> list[Any]:
+    d = vehicle.dialect
+    target = vehicle.system, vehicle.component
+    counted = _ask(vehicle, d.MAVLink_mission_request_list_message(*target, 0), "MISSION_COUNT", None)
+    found = []
+    for seq in range(counted.count):
+        request = d.MAVLink_mission_request_int_message(*target, seq, 0)
+        found.append(_ask(vehicle, request, "MISSION_ITEM_INT", seq))
+    vehicle.send(d.MAVLink_mission_ack_message(*target, 0, 0))
+    return found
+
+
+def _ask(vehicle: Vehicle, request: Any, name: str, seq: int | None) -> Any:
+    for _ in range(RETRIES + 1):
+        vehicle.send(request)
+        while (answer := vehicle.wait((name, "MISSION_ACK"), RESEND)) is not None:
+            if getattr(answer, "mission_type", 0) != 0:
+                continue
+            if answer.get_type() == "MISSION_ACK":
+                if answer.type != 0:
+                    problem = f"the vehicle does not give its mission: {_refusal(vehicle.dialect, answer.type)}"
+                    raise LinkError(f"{vehicle.address}: {problem}")
+            elif seq is None or answer.seq == seq:
+                return answer
+    what = "its mission" if seq is None else f"item {seq} of its mission"
+    raise LinkError(f"{vehicle.address}: the vehicle does not answer when asked for {what}")
+
+
+def _home(vehicle: Vehicle) -> Home | None:
+    d = vehicle.dialect
+    for _ in range(2):
+        request = d.MAVLink_command_long_message(
+            vehicle.system, vehicle.component, _REQUEST_MESSAGE, 0, float(_HOME_POSITION), 0, 0, 0, 0, 0, 0
+        )
+        vehicle.send(request)
+        answer = vehicle.wait(("HOME_POSITION",), RESEND)
+        if answer is not None:
+            return Home(answer.latitude / 1e7, answer.longitude / 1e7, answer.altitude / 1e3)
+    return None
+
+
+def _message(vehicle: Vehicle, seq: int, item: Item) -> Any:
+    scale = _SCALED.get(item.frame, 1.0)
+    x, y, z = (value or 0.0 for value in item.params[4:])
+    whole = [max(-_LARGEST_INT, min(_LARGEST_INT, round(value * scale))) for value in (x, y)]
+    numbers = [math.nan if value is None else _single(value) for value in item.params[:4]]
+    return vehicle.dialect.MAVLink_mission_item_int_message(
+        vehicle.system,
+        vehicle.component,
+        seq,
+        _INT_FRAME.get(item.frame, item.frame),
+        item.command,
+        int(seq == 0),
+        int(item.autocontinue),
+        *numbers,
+        *whole,
+        _single(z),
+        0,
+    )
+
+
+def _item(message: Any) -> Item:
+    frame = _PLAIN_FRAME.get(message.frame, message.frame)
+    scale = _SCALED.get(frame, 1.0)
+    params = [message.param1, message.param2, message.param3, message.param4, message.x / scale, message.y / scale]
+    values = tuple(None if math.isnan(value) else float(value) for value in (*params, message.z))
+    return Item(message.command, frame, values, bool(message.autocontinue), (message.seq,))
+
+
+def _compare(address: Address, sent: Sequence[Any], held: Sequence[Any], *, skip_home: bool) -> tuple[str, ...]:
+    """Check what the vehicle holds; the parameters that it keeps otherwise, which some round or drop, as a sentence.
+
+    Raises:
+        LinkError: If it would fly another path, or at another speed.
+    """
+    if len(held) != len(sent):
+        raise LinkError(f"{address}: {len(sent)} items were sent, but the vehicle holds {len(held)}; do not fly it")
+    otherwise = []
+    for seq, pair in enumerate(zip(sent, held, strict=True)):
+        mine, theirs = map(_item, pair)
+        if skip_home and seq == 0:
+            continue
+        if not _same(mine, theirs):
+            raise LinkError(f"{address}: the vehicle holds another item {seq} than was sent; do not fly this mission")
+        params = zip(mine.params[:4], theirs.params[:4], strict=True)
+        if not all(math.isclose(a or 0.0, b or 0.0, rel_tol=1e-5, abs_tol=1e-5) for a, b in params):
+            otherwise.append(f"{seq} ({mine.name})")
+    if not otherwise:
+        return ()
+    return (f"the vehicle keeps parameters 1 to 4 of some items otherwise, such as holds: {listing(otherwise)}",)
+
+
+def _same(mine: Item, theirs: Item) -> bool:
+    """Whether two items lead to the same place at the same speed, to what vehicles resolve."""
+    if mine.command != theirs.command:
+        return False
+    if mine.command == CHANGE_SPEED:
+        return math.isclose(mine.params[1] or 0.0, theirs.params[1] or 0.0, rel_tol=1e-3, abs_tol=0.01)
+    if mine.command not in STATIONS:
+        return True
+    pairs = zip(mine.params[4:], theirs.params[4:], _RESOLUTION, strict=True)
+    return mine.frame == theirs.frame and all(abs((a or 0.0) - (b or 0.0)) <= most for a, b, most in pairs)
+
+
+def _content(message: Any) -> bytes:
+    """What an item says, without the numbering of the wire."""
+    m = replace(_item(message), ids=(), raw=None)
+    values = [math.nan if value is None else value for value in m.params]
+    return struct.pack("<HHBB7d", message.seq, m.command, m.frame, m.autocontinue, *values)
+
+
+def _refusal(dialect: Any, code: int) -> str:
+    entry = dialect.enums["MAV_MISSION_RESULT"].get(code)
+    if entry is None:
+        return f"result {code}"
+    said = entry.description.strip().rstrip(".")
+    return f"{said[:1].lower()}{said[1:]} ({entry.name})"
+
+
+def _single(value: float) -> float:
+    """The value as single precision holds it."""
+    return float(struct.unpack("<f", struct.pack("<f", value))[0])

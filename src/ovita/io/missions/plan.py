@@ -1,0 +1,136 @@
+"""QGroundControl's plan files (.plan), as its developer guide describes them; fences and rally points are kept."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from ovita.errors import FormatError
+from ovita.io import json_
+from ovita.io.files import errors_of
+from ovita.io.geodesy import Home
+from ovita.io.missions.mission import CHANGE_SPEED, DEFAULT_SPEED, Item, Mission
+from ovita.io.missions.stations import task_of
+from ovita.io.task import Task
+from ovita.io.values import number, show
+
+_MULTIROTOR = 2
+_WITH_ALTITUDE = "Altitude"
+_EMPTY: Mapping[str, Any] = {
+    "fileType": "Plan",
+    "version": 1,
+    "groundStation": "ovita",
+    "geoFence": {"circles": [], "polygons": [], "version": 2},
+    "rallyPoints": {"points": [], "version": 2},
+    "mission": {
+        "version": 2,
+        "firmwareType": 12,
+        "vehicleType": _MULTIROTOR,
+        "cruiseSpeed": 15,
+        "hoverSpeed": 5,
+        "globalPlanAltitudeMode": 1,
+    },
+}
+
+
+def parse(content: str, file: str, home: Home | None = None) -> Task:
+    """Read a task from the text of a plan; `home` replaces the plan's own.
+
+    Raises:
+        FormatError: If something in it is malformed; names the key and the item.
+    """
+    document = json_.parse_object(content, file)
+    json_.check_values(document, file)
+    if document.get("fileType") != "Plan":
+        raise FormatError(file, f"is {show(document.get('fileType'))}, expected 'Plan'", key="fileType")
+    mission = document.get("mission")
+    if not isinstance(mission, Mapping) or not isinstance(mission.get("items"), list):
+        raise FormatError(file, "there is no mission with a list of items; save the plan again")
+    speed_key = "hoverSpeed" if mission.get("vehicleType", _MULTIROTOR) == _MULTIROTOR else "cruiseSpeed"
+    speed = _number(mission.get(speed_key, DEFAULT_SPEED), f"mission.{speed_key}", file)
+    if speed <= 0:
+        raise FormatError(file, f"is {speed:g}, expected a speed > 0 m/s", key=f"mission.{speed_key}")
+    items = tuple(_item(item, i, file) for i, item in enumerate(mission["items"]))
+    rest = {**document, "mission": {**mission, "items": []}}
+    with errors_of(file):
+        read = Mission(home or _home(mission, file), items, None, speed, rest)
+        commanded = any(item.command == CHANGE_SPEED for item in items)
+        said = () if commanded else (f"no speed is commanded; assumed {speed_key} {speed:g} m/s",)
+        return task_of(read, file, said)
+
+
+def dumps(mission: Mission, file: str) -> str:
+    """Write a mission as a plan; what it was read from is kept."""
+    rest = mission.rest if mission.rest.get("fileType") == "Plan" else _EMPTY
+    used = [i for item in mission.items for i in item.ids]
+    fresh = max(used, default=0) + 1
+    items = []
+    for item in mission.items:
+        items.append(_item_dict(item, item.ids[0] if item.ids else fresh))
+        fresh += not item.ids and item.command >= 0
+    home = [mission.home.latitude, mission.home.longitude, mission.home.altitude]
+    body = rest.get("mission")
+    body = {**(body if isinstance(body, Mapping) else {}), "plannedHomePosition": home, "items": items}
+    return json_.dumps({**rest, "mission": body}, file)
+
+
+def _home(mission: Mapping[str, Any], file: str) -> Home:
+    place = mission.get("plannedHomePosition")
+    if not isinstance(place, list) or len(place) != 3 or place[:2] == [0, 0]:
+        problem = "there is no home position; set it in QGroundControl, or say --home latitude,longitude,altitude"
+        raise FormatError(file, problem)
+    return Home(*(_number(value, "mission.plannedHomePosition", file) for value in place))
+
+
+def _item(item: object, i: int, file: str) -> Item:
+    key = "mission.items"
+    if not isinstance(item, Mapping):
+        raise FormatError(file, f"is {show(item)}, expected an object", key=key, index=i)
+    if item.get("type") == "ComplexItem":
+        return Item(-1, 2, raw=item)
+    params = item.get("params")
+    if not isinstance(params, list) or len(params) != 7:
+        raise FormatError(file, "has no list of 7 params; save the plan again", key=key, index=i)
+    try:
+        values = tuple(None if value is None else number(value, "params") for value in params)
+    except ValueError as error:
+        raise FormatError(file, str(error), key=key, index=i) from None
+    for name in ("command", "frame"):
+        if not isinstance(item.get(name), int) or isinstance(item.get(name), bool):
+            raise FormatError(file, f"{name} is {show(item.get(name))}, expected a whole number", key=key, index=i)
+    jump = item.get("doJumpId")
+    ids = (jump,) if isinstance(jump, int) else (i + 1,)
+    return Item(item["command"], item["frame"], values, bool(item.get("autoContinue", True)), ids, item)
+
+
+def _item_dict(item: Item, jump: int) -> dict[str, Any]:
+    """The item as the plan has it, with the parameters of the mission."""
+    if item.command < 0:
+        return dict(item.raw or {})
+    document: dict[str, Any] = {
+        "type": "SimpleItem",
+        "command": item.command,
+        "frame": item.frame,
+        "autoContinue": item.autocontinue,
+        "doJumpId": jump,
+    }
+    raw = item.raw if (item.raw or {}).get("type") == "SimpleItem" else None
+    if raw is not None:
+        document = dict(raw)
+        if list(item.params) == list(raw["params"]):
+            return document
+        if _WITH_ALTITUDE in raw and raw["params"][6] != item.params[6]:
+            document |= {_WITH_ALTITUDE: item.params[6], "AMSLAltAboveTerrain": None}
+    elif item.frame in (0, 3, 5, 6):
+        mode = 1 if item.frame in (3, 6) else 2
+        document |= {_WITH_ALTITUDE: item.params[6], "AltitudeMode": mode, "AMSLAltAboveTerrain": None}
+    before = document.get("params", item.params)
+    # Equal numbers stay as they were written, 0 rather than 0.0.
+    return document | {"params": [a if a == b else b for a, b in zip(before, item.params, strict=True)]}
+
+
+def _number(value: object, key: str, file: str) -> float:
+    try:
+        return number(value, "it")
+    except ValueError as error:
+        raise FormatError(file, str(error).removeprefix("it "), key=key) from None

@@ -1,0 +1,270 @@
+"""ROS 2 bags (MCAP and sqlite3, files and folders) both ways, and ROS 1 bags read, through rosbags (extra `ros`)."""
+
+from __future__ import annotations
+
+import os
+import re
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ovita.errors import FormatError, MissingExtra, OvitaError, RequestError
+from ovita.io.choices import Choices, Kind
+from ovita.io.files import errors_of, file_name, suffix
+from ovita.io.ros.messages import BODY, FRAME_ID, JOINTS, TYPES, Maker, build, frame_of, parse, told
+from ovita.io.task import Task
+from ovita.io.turning import MISSION, ROS, on_earth, turned
+from ovita.io.values import listing
+from ovita.paths.scene import Frame, Scene
+from ovita.paths.trajectory import Trajectory
+
+SUFFIXES = (".mcap", ".db3", ".bag")
+"""Endings of bag files; the last is ROS 1, which is only read."""
+
+TOPIC = "/path"
+"""Topic that is written where nothing else is said."""
+
+_KINDS: Mapping[str, Kind] = {name: kind for kind, name in TYPES.items()}
+_VERSION = 8
+_STORAGE = {".mcap": "MCAP", ".db3": "SQLITE3"}
+
+
+def is_bag(path: str | os.PathLike[str]) -> bool:
+    """Whether a path is named like a bag file, or is a folder that holds one."""
+    return suffix(path) in SUFFIXES or os.path.isfile(os.path.join(path, "metadata.yaml"))
+
+
+def load(path: str | os.PathLike[str], choices: Choices) -> Task:
+    """Read the path that a message of a bag holds.
+
+    Raises:
+        FormatError: If there is no such message or it holds no usable path; names topic and pose.
+        MissingExtra: If rosbags is not installed.
+    """
+    file = file_name(path)
+    topic, kind, message, notes = read_message(path, choices, list(_KINDS))
+    if kind == JOINTS:
+        joints = listing(map(str, message.joint_names))
+        raise FormatError(
+            file,
+            f"{topic} holds joint positions ({joints}), not a path; to turn them into one takes the arm's kinematic "
+            "model: ovita convert --arm NAME|FILE, or in Python load_joint_motion(...).through(forward)",
+        )
+    with errors_of(f"{file} {topic}"):
+        task = task_of(_KINDS[kind], message, topic=topic)
+    return replace(task, path=file, notes=notes + task.notes)
+
+
+def task_of(kind: Kind, message: Any, *, topic: str) -> Task:
+    """The task that a ROS message stands for; its scene keeps topic, type and frame.
+
+    Raises:
+        TrajectoryError: If the message holds no usable path.
+    """
+    trajectory, frame_id, body, notes = parse(kind, message)
+    frame = frame_of(frame_id)
+    kept = {"topic": topic, "type": TYPES[kind], "frame_id": frame_id} | ({"body": body} if body else {})
+    said = f"its waypoints are in the ROS frame {frame_id!r}, read as {frame.name} ({frame.describe()})"
+    return Task(trajectory, Scene(frame=frame, extra={ROS: kept}), notes=(*notes, said), fixed_frame=True)
+
+
+def topic_named(text: str) -> str:
+    """A topic's name with its slash.
+
+    Raises:
+        RequestError: If no topic may be named like this.
+    """
+    name = text if text.startswith("/") else f"/{text}"
+    if not re.fullmatch(r"(/[A-Za-z_][A-Za-z0-9_]*)+", name):
+        raise RequestError(f"{text!r} is no name for a topic; write letters, digits, _ and /, such as /plan")
+    return name
+
+
+def message_of(
+    trajectory: Trajectory, scene: Scene, choices: Choices, maker: Maker, *, start: int = 0
+) -> tuple[str, Kind, Any, tuple[str, ...]]:
+    """Topic, kind and message for a trajectory, and what the message does not hold, each a sentence."""
+    kept = scene.extra.get(ROS)
+    kept = kept if isinstance(kept, Mapping) else {}
+    topic = topic_named(choices.topic) if choices.topic else str(kept.get("topic") or TOPIC)
+    topic = topic if topic.startswith("/") else f"/{topic}"
+    kind: Kind = choices.kind or _KINDS.get(str(kept.get("type")), "path")
+    frame_id = str(choices.frame_id or kept.get("frame_id") or FRAME_ID)
+    moved, axes = _in_ros_axes(trajectory, scene, frame_id)
+    body = str(kept.get("body") or BODY)
+    # A controller begins at once where the stamp is 0, and may skip what lies before any other.
+    begin = 0 if kind == "multidof" else start
+    message, notes = build(kind, moved, maker, frame_id=frame_id, start=begin, body=body)
+    said = f"written as {TYPES[kind]} on {topic} in the frame {frame_id!r}, {axes}"
+    objects = ("a ROS message holds no objects and no instruction",) if len(scene) else ()
+    return topic, kind, message, (said, *notes, *objects)
+
+
+def dumps(
+    path: str | os.PathLike[str], trajectory: Trajectory, scene: Scene, choices: Choices
+) -> tuple[bytes, tuple[str, ...]]:
+    """The content of a bag with one message, by the ending of its name, and what it does not hold, each a sentence.
+
+    Raises:
+        FormatError: If the name is not that of a ROS 2 bag.
+        MissingExtra: If rosbags is not installed.
+    """
+    topic, kind, message, notes = message_of(trajectory, scene, choices, bag_maker())
+    return bag_of(path, topic, TYPES[kind], message), notes
+
+
+def save_folder(
+    path: str | os.PathLike[str], trajectory: Trajectory, scene: Scene, choices: Choices
+) -> tuple[str, ...]:
+    """Write a bag as a folder with metadata, as `ros2 bag record` does, and say what it does not hold.
+
+    Raises:
+        FormatError: If there is something of that name already, or it cannot be written there.
+        MissingExtra: If rosbags is not installed.
+    """
+    file, target = file_name(path), Path(os.path.abspath(path))
+    if target.exists():
+        raise FormatError(file, "there is something of this name already; a bag's folder must be new")
+    topic, kind, message, notes = message_of(trajectory, scene, choices, bag_maker())
+    try:
+        with tempfile.TemporaryDirectory(prefix=".ovita-", dir=target.parent) as folder:
+            os.rename(_written(Path(folder, target.name), file, topic, TYPES[kind], message), target)
+    except OSError as error:
+        raise FormatError(file, f"cannot be written: {(error.strerror or str(error)).lower()}") from None
+    return notes
+
+
+def bag_of(path: str | os.PathLike[str], topic: str, name: str, message: Any) -> bytes:
+    """The content of a bag file that holds one message at time 0, by the ending of its name.
+
+    Raises:
+        FormatError: If the name is not that of a ROS 2 bag.
+    """
+    file = file_name(path)
+    if suffix(path) not in _STORAGE:
+        raise FormatError(file, "bags are written as .mcap or .db3; ROS 1 bags are only read")
+    with tempfile.TemporaryDirectory(prefix="ovita-") as folder:
+        inside = _written(Path(folder, Path(path).name), file, topic, name, message)
+        written = [entry for entry in os.listdir(inside) if entry.endswith(suffix(path))]
+        return Path(inside, written[0]).read_bytes()
+
+
+def _written(folder: Path, file: str, topic: str, name: str, message: Any) -> Path:
+    """The folder after a bag was written into it: MCAP, or sqlite3 where its name ends in .db3."""
+    rosbag2 = _import("rosbags.rosbag2")
+    store = _typestore()
+    plugin = getattr(rosbag2.StoragePlugin, _STORAGE.get(folder.suffix.lower(), "MCAP"))
+    with _damage(file, "cannot be written"), rosbag2.Writer(folder, version=_VERSION, storage_plugin=plugin) as bag:
+        connection = bag.add_connection(topic, name, typestore=store)
+        bag.write(connection, 0, store.serialize_cdr(message, name))
+    return folder
+
+
+def read_message(
+    path: str | os.PathLike[str], choices: Choices, names: Sequence[str]
+) -> tuple[str, str, Any, tuple[str, ...]]:
+    """The chosen message of a bag: its topic, its type, itself, and remarks.
+
+    Args:
+        path: A bag file or a bag's folder.
+        choices: Topic and message.
+        names: Types that fit; a JointTrajectory is found as well, or only that where there are none.
+
+    Raises:
+        FormatError: If the bag is damaged, no topic fits, or several do and none is chosen.
+    """
+    file = file_name(path)
+    if not os.path.exists(path):
+        raise FormatError(file, "there is no such file")
+    if not is_bag(path):
+        raise FormatError(
+            file, f"this is no bag; those end in {', '.join(SUFFIXES)}, or are folders with metadata.yaml"
+        )
+    if os.path.isdir(path) and suffix(path) == ".bag":
+        raise FormatError(file, "this is a folder; name a ROS 1 bag file in it")
+    anyreader = _import("rosbags.highlevel")
+    with _damage(file), anyreader.AnyReader([Path(path)], default_typestore=_typestore()) as bag:
+        topic, name = _topic({c.topic: c.msgtype for c in bag.connections}, choices.topic, [*names, JOINTS], file)
+        connections = [c for c in bag.connections if c.topic == topic and c.msgtype == name]
+        raw = [data for _, _, data in bag.messages(connections=connections)]
+        if not raw:
+            raise FormatError(file, f"there is no message on {topic}; the recording may have been cut off")
+        chosen = -1 if choices.message is None else choices.message
+        if not -len(raw) <= chosen < len(raw):
+            raise FormatError(file, f"there is no message {chosen} on {topic}; it holds {len(raw)}, counted from 0")
+        if choices.message is None and len(raw) > 1:
+            frames = {str(bag.deserialize(data, name).header.frame_id) for data in raw}
+            if len(frames) > 1:
+                problem = f"the {len(raw)} messages on {topic} are in different frames ({listing(sorted(frames))})"
+                raise FormatError(file, f"{problem}; choose one with --message")
+        message = bag.deserialize(raw[chosen], name)
+    several = choices.message is None and len(raw) > 1
+    notes = (f"{topic} holds {len(raw)} messages; read the last (--message picks another)",) if several else ()
+    return topic, name, message, notes
+
+
+def bag_maker() -> Maker:
+    """How rosbags builds messages.
+
+    Raises:
+        MissingExtra: If rosbags is not installed.
+    """
+    types = _typestore().types
+    return Maker(lambda name, **fields: types[name](**fields), floats=np.ascontiguousarray)
+
+
+def _topic(topics: Mapping[str, str], wanted: str | None, names: Sequence[str], file: str) -> tuple[str, str]:
+    what = "a path" if len(names) > 1 else "positions of joints"
+    fits = {topic: name for topic, name in topics.items() if name in names}
+    fitting = told(f"{topic} ({name})" for topic, name in fits.items())
+    if wanted is not None:
+        topic = wanted if wanted.startswith("/") or wanted in topics else f"/{wanted}"
+        if topic in fits:
+            return topic, fits[topic]
+        is_not = f"is a {topics[topic]}, not {what}" if topic in topics else "is not in this bag"
+        raise FormatError(file, f"{topic} {is_not}; topics with {what}: {fitting}")
+    if len(fits) == 1:
+        return next(iter(fits.items()))
+    if fits:
+        raise FormatError(file, f"there are several topics with {what}, choose one with --topic: {fitting}")
+    there = told(f"{topic} ({name})" for topic, name in topics.items())
+    raise FormatError(file, f"no topic holds {what}; its topics are {there}")
+
+
+def _in_ros_axes(trajectory: Trajectory, scene: Scene, frame_id: str) -> tuple[Trajectory, str]:
+    """The trajectory in the axes of a ROS frame, and these in words."""
+    target = frame_of(frame_id)
+    if MISSION in scene.extra and target == Frame("flu"):
+        return on_earth(trajectory, scene), "+x east, +y north, +z up (REP-103, about home)"
+    return turned(trajectory, scene.frame, target), target.describe()
+
+
+def _typestore() -> Any:
+    typesys = _import("rosbags.typesys")
+    return typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
+
+
+def _import(name: str) -> Any:
+    from importlib import import_module
+
+    try:
+        return import_module(name)
+    except ImportError:
+        raise MissingExtra("rosbags", "ros") from None
+
+
+@contextmanager
+def _damage(file: str, what: str = "cannot be read as a bag; it may be cut off or damaged") -> Iterator[None]:
+    """Turn whatever the libraries raise on bytes that are no bag into one sentence."""
+    try:
+        yield
+    except OvitaError:
+        raise
+    except Exception as error:
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise FormatError(file, f"{what} ({reason[:120]})") from None

@@ -1,0 +1,261 @@
+"""ROS messages that hold a path, read from and built for any library that names their fields as ROS does.
+
+rosbags, cyclonedds and rclpy all do. Positions are in metres, quaternions xyzw, times whole nanoseconds. Axes are those
+of REP-103 (x forward, y left, z up: `flu`), or north, east, down where the frame's name ends in `_ned`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from ovita.errors import TrajectoryError
+from ovita.io.choices import Kind
+from ovita.io.timelaw import timed
+from ovita.io.values import brief, listing
+from ovita.io.waypoints import from_columns
+from ovita.paths.scene import Frame
+from ovita.paths.trajectory import Array, Trajectory
+
+TYPES: dict[Kind, str] = {
+    "path": "nav_msgs/msg/Path",
+    "poses": "geometry_msgs/msg/PoseArray",
+    "multidof": "trajectory_msgs/msg/MultiDOFJointTrajectory",
+}
+"""The message of each kind of path."""
+
+JOINTS = "trajectory_msgs/msg/JointTrajectory"
+"""A motion of joints, which is no path without a kinematic model."""
+
+FRAME_ID = "map"
+"""Frame of a message where nothing else is said."""
+
+BODY = "base_link"
+"""Name of the body that a MultiDOFJointTrajectory moves where nothing else is said."""
+
+_BILLION = 10**9
+_UNEVEN = 0.05
+_TOLD = 10
+
+
+@dataclass(frozen=True)
+class Maker:
+    """How a library builds messages.
+
+    Args:
+        new: Builds one from the name of its type and its fields: `new("geometry_msgs/msg/Point", x=..., ...)`.
+        floats: Turns an array (N,) into what a field of type float64[] takes.
+    """
+
+    new: Callable[..., Any]
+    floats: Callable[[Array], Any] = lambda values: values.tolist()
+
+    def stamp(self, nanoseconds: int, kind: str = "Time") -> Any:
+        """A builtin_interfaces Time or Duration."""
+        sec, nanosec = divmod(nanoseconds, _BILLION)
+        return self.new(f"builtin_interfaces/msg/{kind}", sec=sec, nanosec=nanosec)
+
+    def header(self, frame_id: str, nanoseconds: int = 0) -> Any:
+        """A std_msgs Header."""
+        return self.new("std_msgs/msg/Header", stamp=self.stamp(nanoseconds), frame_id=frame_id)
+
+    def vector(self, xyz: Sequence[float], kind: str = "Vector3") -> Any:
+        """A geometry_msgs Vector3 or Point."""
+        x, y, z = map(float, xyz)
+        return self.new(f"geometry_msgs/msg/{kind}", x=x, y=y, z=z)
+
+    def quaternion(self, wxyz: Sequence[float]) -> Any:
+        """A geometry_msgs Quaternion."""
+        w, x, y, z = map(float, wxyz)
+        return self.new("geometry_msgs/msg/Quaternion", x=x, y=y, z=z, w=w)
+
+    def pose(self, xyz: Sequence[float], wxyz: Sequence[float]) -> Any:
+        """A geometry_msgs Pose."""
+        return self.new("geometry_msgs/msg/Pose", position=self.vector(xyz, "Point"), orientation=self.quaternion(wxyz))
+
+
+def told(names: Iterable[str]) -> str:
+    """Names of topics or types, ten at most, joined by commas."""
+    found = sorted(name if name.isprintable() else repr(name) for name in names)
+    more = f" and {len(found) - _TOLD} more" if len(found) > _TOLD else ""
+    return (", ".join(found[:_TOLD]) + more) or "none"
+
+
+def frame_of(frame_id: str) -> Frame:
+    """The axes of a ROS frame: those of REP-103, or NED where its name says so.
+
+    Raises:
+        TrajectoryError: If it is a camera's optical frame, whose z axis looks forward.
+    """
+    if frame_id.endswith(("_optical", "_optical_frame")):
+        problem = (
+            f"is in {brief(frame_id)!r}, a camera's optical frame (z forward); transform it to a fixed frame first"
+        )
+        raise TrajectoryError(problem, key="header.frame_id")
+    return Frame("ned" if frame_id.endswith("_ned") else "flu")
+
+
+def build(
+    kind: Kind, trajectory: Trajectory, maker: Maker, *, frame_id: str = FRAME_ID, start: int = 0, body: str = BODY
+) -> tuple[Any, tuple[str, ...]]:
+    """A message from a trajectory in the axes of `frame_id`, and what it does not hold, each a sentence.
+
+    Args:
+        kind: Which message.
+        trajectory: In the axes that `frame_of(frame_id)` names.
+        maker: The library's.
+        frame_id: For the header.
+        start: Time of the first waypoint [ns].
+        body: What a MultiDOFJointTrajectory moves.
+    """
+    notes: tuple[str, ...] = ()
+    times = np.zeros(len(trajectory))
+    if kind != "poses":
+        trajectory, times, notes = timed(trajectory)
+    turns = trajectory.orientations
+    if turns is None:
+        turns = np.tile([1.0, 0.0, 0.0, 0.0], (len(trajectory), 1))
+        notes += ("there are no orientations; every pose got the identity",)
+    stamps = [round(t * 1e9) for t in times.tolist()]
+    header = maker.header(frame_id, start)
+    if kind == "multidof":
+        points = _points(trajectory, turns, stamps, maker)
+        return maker.new(TYPES[kind], header=header, joint_names=[body], points=points), notes
+    poses = [maker.pose(p, q) for p, q in zip(trajectory.positions, turns, strict=True)]
+    if kind == "poses":
+        return maker.new(TYPES[kind], header=header, poses=poses), (*notes, "a PoseArray holds no speeds and no times")
+    stamped = [
+        maker.new("geometry_msgs/msg/PoseStamped", header=maker.header(frame_id, start + t), pose=pose)
+        for t, pose in zip(stamps, poses, strict=True)
+    ]
+    note = "a Path holds its speeds as the times of its poses only; MultiDOFJointTrajectory keeps them as they are"
+    return maker.new(TYPES[kind], header=header, poses=stamped), (*notes, note)
+
+
+def parse(kind: Kind, message: Any) -> tuple[Trajectory, str, str, tuple[str, ...]]:
+    """The trajectory of a message, its frame_id, the body that it moves ("" if not said), and remarks.
+
+    Raises:
+        TrajectoryError: If it holds no usable path; names the pose.
+    """
+    frame_id = str(message.header.frame_id)
+    if kind == "multidof":
+        trajectory, body, remarks = _parse_points(message)
+        return trajectory, frame_id, body, remarks
+    poses = list(message.poses)
+    columns: dict[str, Array] = {}
+    notes: tuple[str, ...] = ()
+    if kind == "path":
+        for i, stamped in enumerate(poses):
+            own = str(stamped.header.frame_id)
+            if own and own != (frame_id or own):
+                problem = f"is in the frame {brief(own)!r}, the path in {brief(frame_id)!r}; transform it to one frame"
+                raise TrajectoryError(problem, key="poses", index=i)
+            frame_id = frame_id or own
+        columns, notes = _times([_nanoseconds(p.header.stamp) for p in poses])
+        poses = [stamped.pose for stamped in poses]
+    places = [p.position for p in poses]
+    built, said = _built(places, [p.orientation for p in poses], columns, "poses")
+    return built, frame_id, "", notes + said
+
+
+def _points(trajectory: Trajectory, turns: Array, stamps: list[int], maker: Maker) -> list[Any]:
+    still = maker.vector((0.0, 0.0, 0.0))
+    points = []
+    velocities = _velocities(trajectory)
+    for p, q, v, t in zip(trajectory.positions, turns, velocities, stamps, strict=True):
+        transform = maker.new("geometry_msgs/msg/Transform", translation=maker.vector(p), rotation=maker.quaternion(q))
+        twist = maker.new("geometry_msgs/msg/Twist", linear=maker.vector(v), angular=still)
+        points.append(
+            maker.new(
+                "trajectory_msgs/msg/MultiDOFJointTrajectoryPoint",
+                transforms=[transform],
+                velocities=[twist],
+                accelerations=[],
+                time_from_start=maker.stamp(t, "Duration"),
+            )
+        )
+    return points
+
+
+def _velocities(trajectory: Trajectory) -> Array:
+    """Velocities (N, 3) [m/s]: the speeds, along the path ahead (at its end, behind)."""
+    steps = np.diff(trajectory.positions, axis=0)
+    lengths = np.linalg.norm(steps, axis=1)
+    directions = np.zeros_like(trajectory.positions)
+    heading = np.array([1.0, 0.0, 0.0])
+    moving = np.flatnonzero(lengths > 0)
+    if len(moving):
+        heading = steps[moving[-1]] / lengths[moving[-1]]
+    directions[-1] = heading
+    for i in range(len(steps) - 1, -1, -1):
+        if lengths[i] > 0:
+            heading = steps[i] / lengths[i]
+        directions[i] = heading
+    return np.asarray(directions * trajectory.speeds[:, None])
+
+
+def _parse_points(message: Any) -> tuple[Trajectory, str, tuple[str, ...]]:
+    points = list(message.points)
+    for i, point in enumerate(points):
+        if len(point.transforms) != 1:
+            what = f"moves {len(point.transforms)} bodies ({listing(map(str, message.joint_names))})"
+            raise TrajectoryError(f"{what}; a path is the motion of one", key="points", index=i)
+    columns, notes = _times([_nanoseconds(p.time_from_start) for p in points])
+    if points and all(len(point.velocities) == 1 for point in points):
+        linear = [point.velocities[0].linear for point in points]
+        speeds = np.linalg.norm(np.array([[v.x, v.y, v.z] for v in linear], dtype=float).reshape(-1, 3), axis=1)
+        times = columns.get("t")
+        columns, notes = {"speed": speeds}, ()
+    else:
+        times = None
+    places = [point.transforms[0].translation for point in points]
+    built, said = _built(places, [point.transforms[0].rotation for point in points], columns, "points")
+    if times is not None and built.duration > 0:
+        built, more = _with_dwell(built, times)
+        said += more
+    names = [str(name) for name in message.joint_names]
+    return built, names[0] if names else "", notes + said
+
+
+def _with_dwell(trajectory: Trajectory, times: Array) -> tuple[Trajectory, tuple[str, ...]]:
+    """The trajectory with the timestep that its dwells have by their times, and whether the other times agree."""
+    dwell = (np.diff(trajectory.arc_length) == 0) & (trajectory.speeds[1:] == 0)
+    if dwell.any():
+        timestep = round(float(np.diff(times)[dwell].mean()), 9)
+        trajectory = Trajectory(trajectory.positions, trajectory.speeds, trajectory.orientations, timestep)
+    if abs(trajectory.duration - times[-1]) > _UNEVEN * max(times[-1], 1e-9):
+        said = (
+            f"its times end at {times[-1]:.3g} s, its velocities at {trajectory.duration:.3g} s; the velocities count"
+        )
+        return trajectory, (said,)
+    return trajectory, ()
+
+
+def _times(stamps: list[int]) -> tuple[dict[str, Array], tuple[str, ...]]:
+    """Stamps [ns] as the column t [s] from 0, or none where they do not tell times."""
+    if len(set(stamps)) <= 1:
+        return {}, ()
+    if any(b <= a for a, b in pairwise(stamps)):
+        return {}, ("the stamps do not increase from pose to pose and were ignored",)
+    return {"t": np.array([(stamp - stamps[0]) / 1e9 for stamp in stamps])}, ()
+
+
+def _built(
+    places: list[Any], turns: list[Any], columns: dict[str, Array], key: str
+) -> tuple[Trajectory, tuple[str, ...]]:
+    positions = np.array([[p.x, p.y, p.z] for p in places], dtype=float).reshape(-1, 3)
+    rotations = np.array([[q.w, q.x, q.y, q.z] for q in turns], dtype=float).reshape(-1, 4)
+    table = dict(zip(("x", "y", "z"), positions.T, strict=True)) | columns
+    unset = bool(len(rotations)) and bool((rotations == 0).all() or (rotations == (1.0, 0.0, 0.0, 0.0)).all())
+    if not unset:
+        table |= dict(zip(("qw", "qx", "qy", "qz"), rotations.T, strict=True))
+    return from_columns(table, key=key, timestep=None)
+
+
+def _nanoseconds(stamp: Any) -> int:
+    return int(stamp.sec) * _BILLION + int(stamp.nanosec)

@@ -1,6 +1,0 @@
-"""Feedback resolved offline, without any model: "a bit more", "no, only the end", "undo the speed", "the other cup"."""
-
-from ovita.language.feedback.resolution import Past, Resolution
-from ovita.language.feedback.resolve import answer, clarified, resolve, together
-
-__all__ = ["Past", "Resolution", "answer", "clarified", "resolve", "together"]

@@ -1,0 +1,253 @@
+"""Convex regions that a path may be confined to: ball, cylinder, polytope; and boxes to keep out of.
+
+Each is plain data, can be handed to `ConstraintOptions(custom=...)`, and is met exactly: a segment between two points
+of a convex set stays in it, and the solver approaches the set by cuts, half-spaces n.x >= c that contain it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Protocol, Self, runtime_checkable
+
+import numpy as np
+
+from ovita.errors import ConstraintDefinitionError
+from ovita.limits.obstacles import Obstacle
+from ovita.limits.qp import Rows
+from ovita.paths.trajectory import Array, Trajectory
+
+Vector = tuple[float, float, float]
+
+
+@runtime_checkable
+class Region(Protocol):
+    """A convex set that every waypoint must be in."""
+
+    def excess(self, points: Array) -> Array:
+        """By how much points (M, 3) are outside, (M,) [m]; <= 0 inside."""
+
+    def project(self, points: Array) -> Array:
+        """The nearest points of the set, (M, 3) [m]."""
+
+    def cut(self, points: Array) -> tuple[Array, Array]:
+        """For each point a half-space n.x >= c that contains the set and ends at its nearest border, (M, 3), (M,)."""
+
+    def shrunk(self, by: float) -> Self:
+        """The set without a border of that width [m]."""
+
+
+class _Convex:
+    """What every region does alike as a constraint (see `plugins.Constraint`)."""
+
+    unit = "m"
+
+    def margin(self: Any, trajectory: Trajectory) -> Array:
+        """Distance of each waypoint to the border, (N,) [m]; negative outside."""
+        return np.asarray(-self.excess(trajectory.positions))
+
+    def rows(self: Any, path: Array) -> Rows:
+        """The cuts at a path (N, 3)."""
+        normals, offsets = self.cut(path)
+        return Rows(np.arange(len(path)), normals, offsets)
+
+
+@dataclass(frozen=True)
+class Ball(_Convex):
+    """Stay within `radius` [m] of `center` [m]: for a manipulator, its reach."""
+
+    center: Vector
+    radius: float
+    name: str = "ball"
+
+    def __post_init__(self) -> None:
+        _positive(self.name, radius=self.radius)
+
+    @property
+    def limit(self) -> str:
+        """In words."""
+        return f"within {self.radius:g} m of {_point(self.center)}"
+
+    def excess(self, points: Array) -> Array:
+        """See `Region`."""
+        return np.asarray(np.linalg.norm(points - np.asarray(self.center), axis=1) - self.radius)
+
+    def project(self, points: Array) -> Array:
+        """See `Region`."""
+        offset = points - np.asarray(self.center)
+        distance = np.linalg.norm(offset, axis=1, keepdims=True)
+        return np.where(
+            distance > self.radius, self.center + offset * (self.radius / np.maximum(distance, 1e-300)), points
+        )
+
+    def cut(self, points: Array) -> tuple[Array, Array]:
+        """See `Region`."""
+        inward = np.asarray(self.center) - points
+        normals = inward / np.maximum(np.linalg.norm(inward, axis=1, keepdims=True), 1e-300)
+        return normals, normals @ np.asarray(self.center) - self.radius
+
+    def shrunk(self, by: float) -> Ball:
+        """See `Region`."""
+        return replace(self, radius=max(self.radius - by, 1e-9))
+
+
+@dataclass(frozen=True)
+class Cylinder(_Convex):
+    """Stay within `radius` [m] of the straight line through `center` [m] along `axis`, endless."""
+
+    center: Vector
+    radius: float
+    axis: Vector = (0.0, 0.0, 1.0)
+    name: str = "cylinder"
+
+    def __post_init__(self) -> None:
+        _positive(self.name, radius=self.radius, axis=float(np.linalg.norm(self.axis)))
+
+    @property
+    def limit(self) -> str:
+        """In words."""
+        return f"within {self.radius:g} m of the line through {_point(self.center)} along {_point(self.axis)}"
+
+    def excess(self, points: Array) -> Array:
+        """See `Region`."""
+        return np.asarray(np.linalg.norm(self._across(points), axis=1) - self.radius)
+
+    def project(self, points: Array) -> Array:
+        """See `Region`."""
+        across = self._across(points)
+        distance = np.linalg.norm(across, axis=1, keepdims=True)
+        inner = points - across * (1.0 - self.radius / np.maximum(distance, 1e-300))
+        return np.where(distance > self.radius, inner, points)
+
+    def cut(self, points: Array) -> tuple[Array, Array]:
+        """See `Region`."""
+        across = self._across(points)
+        normals = -across / np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-300)
+        return normals, normals @ np.asarray(self.center) - self.radius
+
+    def shrunk(self, by: float) -> Cylinder:
+        """See `Region`."""
+        return replace(self, radius=max(self.radius - by, 1e-9))
+
+    def _across(self, points: Array) -> Array:
+        along = np.asarray(self.axis) / np.linalg.norm(self.axis)
+        offset = points - np.asarray(self.center)
+        return np.asarray(offset - (offset @ along)[:, None] * along)
+
+
+@dataclass(frozen=True)
+class Polytope(_Convex):
+    """Stay where normals[k] . x <= offsets[k] for every k, with normals (K, 3) and offsets (K,) [m]."""
+
+    normals: tuple[Vector, ...]
+    offsets: tuple[float, ...]
+    name: str = "polytope"
+
+    def __post_init__(self) -> None:
+        lengths = np.linalg.norm(np.asarray(self.normals, dtype=float).reshape(-1, 3), axis=1)
+        if len(lengths) != len(self.offsets) or not len(lengths):
+            raise ConstraintDefinitionError(f"{self.name}: {len(lengths)} normals but {len(self.offsets)} offsets")
+        for length in lengths:
+            _positive(self.name, normal=float(length))
+        unit = tuple(tuple(float(v) / w for v in n) for n, w in zip(self.normals, lengths, strict=True))
+        object.__setattr__(self, "normals", unit)
+        object.__setattr__(self, "offsets", tuple(float(o / w) for o, w in zip(self.offsets, lengths, strict=True)))
+
+    @property
+    def limit(self) -> str:
+        """In words."""
+        return f"inside {len(self.offsets)} planes"
+
+    def excess(self, points: Array) -> Array:
+        """See `Region`; the distance to the plane that is exceeded most."""
+        return np.asarray((points @ np.asarray(self.normals).T - np.asarray(self.offsets)).max(axis=1))
+
+    def project(self, points: Array) -> Array:
+        """See `Region`; by Dykstra's alternating projections."""
+        normals, offsets = np.asarray(self.normals), np.asarray(self.offsets)
+        moved, memory = points.copy(), np.zeros((len(offsets), *points.shape))
+        for _ in range(500):
+            if float(self.excess(moved).max(initial=-1.0)) <= 1e-12:
+                break
+            for k in range(len(offsets)):
+                tried = moved + memory[k]
+                moved = tried - np.maximum(tried @ normals[k] - offsets[k], 0.0)[:, None] * normals[k]
+                memory[k] = tried - moved
+        return moved
+
+    def cut(self, points: Array) -> tuple[Array, Array]:
+        """See `Region`; the plane that is exceeded most, or that is nearest."""
+        normals, offsets = np.asarray(self.normals), np.asarray(self.offsets)
+        worst = (points @ normals.T - offsets).argmax(axis=1)
+        return -normals[worst], -offsets[worst]
+
+    def shrunk(self, by: float) -> Polytope:
+        """See `Region`."""
+        return replace(self, offsets=tuple(o - by for o in self.offsets))
+
+
+@dataclass(frozen=True)
+class KeepOut:
+    """Keep out of an axis-aligned box, corners `lower` and `upper` [m]; whole segments are kept out."""
+
+    lower: Vector
+    upper: Vector
+    name: str = "keep-out box"
+    unit = "m"
+
+    def __post_init__(self) -> None:
+        if any(a > b for a, b in zip(self.lower, self.upper, strict=True)):
+            raise ConstraintDefinitionError(f"{self.name}: lower {list(self.lower)} exceeds upper {list(self.upper)}")
+
+    @property
+    def limit(self) -> str:
+        """In words."""
+        return f"outside the box {_point(self.lower)} .. {_point(self.upper)}"
+
+    @property
+    def body(self) -> Obstacle:
+        """The box as an obstacle."""
+        lower, upper = np.asarray(self.lower, dtype=float), np.asarray(self.upper, dtype=float)
+        return Obstacle(self.name, (lower + upper) / 2.0, np.eye(3), (upper - lower) / 2.0, 0.0)
+
+    def margin(self, trajectory: Trajectory) -> Array:
+        """Distance of each segment to the box, (N-1,) [m]; negative inside."""
+        return self.body.along(trajectory.positions[:-1], trajectory.positions[1:])[0]
+
+    def rows(self, path: Array) -> Rows:
+        """No rows: the solver takes the box as an obstacle."""
+        return Rows.none()
+
+
+_KINDS: Mapping[str, Callable[..., Any]] = {
+    "ball": Ball,
+    "cylinder": Cylinder,
+    "polytope": Polytope,
+    "keep-out": KeepOut,
+}
+
+
+def region(data: Mapping[str, Any]) -> Ball | Cylinder | Polytope | KeepOut:
+    """Build a region from data such as {"kind": "cylinder", "center": [0, 0, 0], "radius": 0.5}.
+
+    Raises:
+        ConstraintDefinitionError: If the kind is unknown or a value is missing or senseless.
+    """
+    values = {k: tuple(v) if isinstance(v, list) else v for k, v in data.items() if k != "kind"}
+    try:
+        built: Ball | Cylinder | Polytope | KeepOut = _KINDS[data["kind"]](**values)
+    except KeyError:
+        raise ConstraintDefinitionError(f"a region needs a kind, one of {', '.join(_KINDS)}") from None
+    except (TypeError, ValueError) as problem:
+        raise ConstraintDefinitionError(f"{data['kind']}: {problem}") from None
+    return built
+
+
+def _positive(name: str, **values: float) -> None:
+    for key, value in values.items():
+        if not (np.isfinite(value) and value > 0):
+            raise ConstraintDefinitionError(f"{name}: {key} {value!r} is not > 0")
+
+
+def _point(values: Vector) -> str:
+    return "(" + ", ".join(f"{v:g}" for v in values) + ")"

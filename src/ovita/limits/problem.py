@@ -1,0 +1,269 @@
+"""What the constraint module is asked, and what it answers.
+
+The problem is that of the paper (OVITA, arXiv 2508.17260): with the waypoints x_i = (x, y, z, v) stacked
+waypoint-major and x_ref what the policy proposed,
+
+    minimise    lambda_dev |x - x_ref|^2 + lambda_smooth |D1 x|^2,        D1 x = (x_1 - x_0, x_2 - x_1, ...)
+    subject to  x_i in the workspace, shrunk by a margin                  (box or spherical shell)
+                dist(x_i, object) >= margin for every object              (paper: its bounding sphere)
+                0 <= v_i <= v_max
+                x_0, x_{N-1} as proposed                                  (if fixed)
+
+ovita asks more: the limits hold along whole segments, not only at waypoints, and the result is measured by
+`verify`, which knows nothing of how it was found.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+
+from ovita.errors import ConstraintDefinitionError
+from ovita.paths.trajectory import Trajectory
+
+_CHOICES = (("method", ("verified", "paper")), ("obstacle_shape", ("box", "sphere")), ("tuner", ("grid", "optuna")))
+
+TOLERANCE = 1e-6
+"""A violation up to this counts as none [m, m/s, ...]."""
+
+Status = Literal["satisfied", "repaired", "infeasible", "preexisting", "off"]
+Place = Literal["waypoint", "segment"]
+
+
+@dataclass(frozen=True)
+class ConstraintOptions:
+    """How limits are enforced; the limits themselves belong to the `Robot`.
+
+    Args:
+        method: "verified" (sequential convex, whole segments) or "paper" (the published module: one linearised
+            QP, weights searched by Optuna).
+        lambda_dev: Weight of the distance to the proposed trajectory, > 0.
+        lambda_smooth: Weight of the squared differences of neighbouring waypoints, >= 0; 0 asks for no smoothing
+            and then leaves a legal trajectory bit by bit as it is. "auto" chooses it (see `tuning`).
+        lambda_shape: Weight of the squared differences of neighbouring *displacements*, >= 0: spreads a repair
+            over its surroundings so that the shape of the path survives. It is zero wherever nothing is moved.
+        fix_start: Whether the first waypoint must stay where it was proposed.
+        fix_goal: Whether the last waypoint must stay where it was proposed.
+        pinned: Waypoints that must stay where they were proposed, counted from 0; negative from the end.
+        obstacles: Whether the objects of the scene are obstacles.
+        obstacle_shape: "box" (the oriented cuboid) or "sphere" (its bounding sphere, as in the paper).
+        repair_original: Whether to move a path that the policy left untouched but that breaks a limit.
+        enabled: False only measures.
+        max_acceleration: Along the path [m/s^2], or None for no limit.
+        max_lateral_acceleration: Across the path, v^2 times curvature [m/s^2], or None for no limit.
+        custom: Further constraints, see `plugins.Constraint`.
+        steps: Most linearisations in a row, >= 1; every one of them gives a legal path, more give a nearer one.
+        tuner: How lambda_smooth "auto" is searched: on a grid, or by Optuna.
+        trials: Trials of any search for weights; with method "paper" 0 takes the weights as they are.
+        seed: Of that search.
+
+    Raises:
+        ConstraintDefinitionError: On weights or limits that make no sense.
+    """
+
+    method: Literal["verified", "paper"] = "verified"
+    lambda_dev: float = 1.0
+    lambda_smooth: float | Literal["auto"] = 0.0
+    lambda_shape: float = 16.0
+    fix_start: bool = False
+    fix_goal: bool = False
+    pinned: tuple[int, ...] = ()
+    obstacles: bool = True
+    obstacle_shape: Literal["box", "sphere"] = "box"
+    repair_original: bool = False
+    enabled: bool = True
+    max_acceleration: float | None = None
+    max_lateral_acceleration: float | None = None
+    custom: tuple[Any, ...] = ()
+    steps: int = 12
+    tuner: Literal["grid", "optuna"] = "grid"
+    trials: int = 50
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        for key, lowest in (("lambda_dev", 1e-12), ("lambda_smooth", 0.0), ("lambda_shape", 0.0)):
+            value = getattr(self, key)
+            if not (value == "auto" and key == "lambda_smooth") and not (_number(value) and lowest <= value):
+                raise ConstraintDefinitionError(f"{key} {value!r} is not a weight {'> 0' if lowest else '>= 0'}")
+        for key in ("max_acceleration", "max_lateral_acceleration"):
+            value = getattr(self, key)
+            if value is not None and not (_number(value) and value > 0):
+                raise ConstraintDefinitionError(f"{key} {value!r} is not > 0 m/s^2; leave it out for no limit")
+        if not (_number(self.steps) and self.steps >= 1):
+            raise ConstraintDefinitionError(f"steps {self.steps!r} is not a number >= 1")
+        for key, known in _CHOICES:
+            if getattr(self, key) not in known:
+                raise ConstraintDefinitionError(f"{key} {getattr(self, key)!r} is not one of {', '.join(known)}")
+
+    def pins(self, n: int) -> tuple[int, ...]:
+        """The waypoints of a trajectory with n waypoints that must not move, ascending.
+
+        Raises:
+            ConstraintDefinitionError: If a pinned waypoint does not exist.
+        """
+        chosen = set()
+        for i in self.pinned:
+            if not -n <= i < n:
+                raise ConstraintDefinitionError(f"pinned waypoint {i} does not exist; there are {n} waypoints")
+            chosen.add(i % n)
+        return tuple(sorted(chosen | ({0} if self.fix_start else set()) | ({n - 1} if self.fix_goal else set())))
+
+
+@dataclass(frozen=True)
+class Violation:
+    """By how much a limit is broken at its worst, and where.
+
+    Args:
+        amount: >= 0, in the unit of the limit; 0 where the limit holds.
+        where: Waypoint or segment (i joins waypoints i and i+1), or None where the limit holds.
+        place: What `where` counts.
+    """
+
+    amount: float = 0.0
+    where: int | None = None
+    place: Place = "waypoint"
+
+
+def about_path(unit: str) -> bool:
+    """Whether a limit in this unit is about the path rather than about speed."""
+    return "/s" not in unit
+
+
+@dataclass(frozen=True)
+class ConstraintCheck:
+    """One limit, measured on the trajectory before and after the constraint module.
+
+    Args:
+        name: "workspace", "obstacle", "speed", "acceleration", "lateral acceleration", "start", "goal", "pinned" or
+            the name of a custom constraint.
+        subject: The object's name, or "".
+        limit: The limit in words.
+        violation_before: Worst violation of the proposed trajectory, >= 0.
+        violation_after: Worst violation of the result, >= 0.
+        unit: Of both, such as "m".
+        where_before: Waypoint or segment of the former, or None.
+        where_after: Waypoint or segment of the latter, or None.
+        place: Whether the two count waypoints or segments.
+        violation_original: Worst violation of the trajectory before any change, >= 0; None where neither the
+            proposal nor the result breaks the limit: then it is not measured.
+    """
+
+    name: str
+    subject: str
+    limit: str
+    violation_before: float
+    violation_after: float
+    unit: str = "m"
+    where_before: int | None = None
+    where_after: int | None = None
+    place: Place = "waypoint"
+    violation_original: float | None = None
+
+    @property
+    def held_before(self) -> bool:
+        """Whether the proposed trajectory kept the limit."""
+        return self.violation_before <= TOLERANCE
+
+    @property
+    def held(self) -> bool:
+        """Whether the result keeps the limit."""
+        return self.violation_after <= TOLERANCE
+
+    @property
+    def geometric(self) -> bool:
+        """Whether the limit is about the path rather than about speed."""
+        return about_path(self.unit)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What became of every limit.
+
+    Args:
+        status: "satisfied" (every limit held as proposed), "repaired" (every limit holds now), "preexisting" (only
+            limits that the untouched original path already broke are broken), "infeasible" (a limit is broken; the
+            result is the best effort) or "off" (only measured).
+        checks: One per limit.
+        exempt: Objects that the change is meant to touch, which are therefore no obstacles.
+        conflicts: Sentences that name the limits that cannot hold together, and what to relax.
+        max_shift: Largest distance between a proposed waypoint and its result [m].
+        waypoints_changed: Waypoints whose position or speed differs from what was proposed.
+        undone: Share of the requested displacement that the limits took back (0 none, 1 all), or None if no
+            displacement was requested or the number of waypoints changed.
+        notes: Further sentences, such as a choice of weights.
+    """
+
+    status: Status
+    checks: tuple[ConstraintCheck, ...] = ()
+    exempt: tuple[str, ...] = ()
+    conflicts: tuple[str, ...] = ()
+    max_shift: float = 0.0
+    waypoints_changed: int = 0
+    undone: float | None = None
+    notes: tuple[str, ...] = field(default=())
+
+    @property
+    def ok(self) -> bool:
+        """Whether every limit holds."""
+        return all(check.held for check in self.checks)
+
+    def sentences(self) -> list[str]:
+        """The verdict in plain words."""
+        said: list[str] = []
+        if self.status == "off":
+            said.append("The limits were measured, not enforced.")
+        elif self.status == "satisfied":
+            said.append("Every limit holds as proposed.")
+        elif self.status == "infeasible":
+            said.append("Not every limit can hold; this is the best effort.")
+        moved = self.max_shift > 0
+        if moved:
+            said.append(f"The limits moved the path by up to {_amount(self.max_shift)} m.")
+        said += [sentence for check in self.checks for sentence in _tell(check, self.status, moved)]
+        said += [f"'{name}' is meant to be touched and was no obstacle." for name in self.exempt]
+        if self.undone is not None and self.undone > 0.005:
+            said.append(f"{self.undone:.0%} of the requested displacement was taken back by the limits.")
+        return said + list(self.conflicts) + list(self.notes)
+
+
+@dataclass(frozen=True)
+class Solution:
+    """A trajectory with the same number of waypoints as proposed, and its verdict."""
+
+    trajectory: Trajectory
+    verdict: Verdict
+
+
+def _tell(check: ConstraintCheck, status: Status, moved: bool) -> list[str]:
+    if check.held and check.held_before:
+        return []
+    before = "" if check.where_before is None else f" at {check.place} {check.where_before}"
+    after = "" if check.where_after is None else f" at {check.place} {check.where_after}"
+    subject = f"'{check.subject}'" if check.subject else check.name
+    if check.held:
+        how = "had passed" if check.name == "obstacle" else "had exceeded it by"
+        text = f"{_amount(check.violation_before)} {check.unit}"
+        if check.name == "obstacle":
+            return [f"It {how} {text} too close to {subject}{before}; now it keeps its distance."]
+        return [f"The {check.name} limit ({check.limit}) holds now; the proposal {how} {text}{before}."]
+    text = f"{_amount(check.violation_after)} {check.unit}"
+    if status == "preexisting" and check.geometric and not moved:
+        what = (
+            f"passes {text} inside {subject} (with margin)"
+            if check.name == "obstacle"
+            else (f"breaks the {check.name} limit ({check.limit}) by {text}")
+        )
+        return [f"The original path already {what}{after}; this change leaves the path as it was."]
+    if check.name == "obstacle":
+        return [f"The path passes {text} too close to {subject}{after}."]
+    return [f"The {check.name} limit ({check.limit}) is exceeded by {text}{after}."]
+
+
+def _amount(value: float) -> str:
+    return f"{value:.3f}" if value >= 0.001 else f"{value:.1g}"
+
+
+def _number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and bool(np.isfinite(value))

@@ -1,0 +1,198 @@
+"""A way around: the shortest polyline between two points that keeps clear of every body.
+
+The corners of the polyline are taken from a cloud of points around the bodies (a visibility graph), refined in levels
+if it is too coarse for a narrow gap. Edges are tested exactly, and only when the search asks for them. Deterministic.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cached_property
+from itertools import product
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ovita.limits.obstacles import Obstacle, lengths
+from ovita.limits.path import PAD, PathProblem
+from ovita.paths.trajectory import Array
+
+LEVELS = 4
+"""How often the cloud of corners is refined before the search gives up."""
+
+_SIGNS = np.array([s for s in product((-1.0, 0.0, 1.0), repeat=3) if any(s)])
+
+
+def find_route(
+    problem: PathProblem, start: Array, goal: Array, *, room: int | None = None
+) -> Array | Literal["no route", "too few waypoints"]:
+    """The shortest legal polyline from start (3,) to goal (3,).
+
+    Args:
+        problem: Whose bodies and workspace.
+        start: A point [m]; bodies that it lies in do not block the way out of it, only the rest of the way.
+        goal: A point [m]; likewise.
+        room: Most corners that the polyline may have, or None for any number.
+
+    Returns:
+        The corners between the two, (K, 3) [m], or why there are none.
+    """
+    graph = _Graph(problem, start, goal)
+    if not graph.blocked_direct:
+        return np.zeros((0, 3))
+    if room == 0:
+        return "too few waypoints"
+    known = False
+    in_between = [body for body in problem.bodies if body.hit(start[None], goal[None], PAD)[0]]
+    for level, bodies in [(0, in_between), *((level, problem.bodies) for level in range(LEVELS))]:
+        cloud = corners(problem, level, np.stack([start, goal]), bodies)
+        points = np.concatenate([start[None], goal[None], cloud])
+        route = graph.search(points)
+        if route is not None and room is not None and len(route) > room:
+            known = True
+            route = graph.search(points, room)
+        if route is not None:
+            return points[route]
+        if known and level >= 1:
+            break
+    return "too few waypoints" if known else "no route"
+
+
+def corners(problem: PathProblem, level: int, around: Array, bodies: Sequence[Obstacle] | None = None) -> Array:
+    """Legal points (K, 3) near the bodies, more of them at each level; at the last ones also anywhere near."""
+    clouds = [_around(body, level) for body in (problem.bodies if bodies is None else bodies)]
+    if level >= 2:
+        clouds.append(_scatter(problem, around, 150 * 4 ** (level - 2)))
+    if not clouds:
+        return np.zeros((0, 3))
+    points = problem.project(np.concatenate(clouds))
+    points[:, ~problem.axes] = problem.lower[~problem.axes]
+    points = points[(problem.depth(points) < -PAD) & problem.inside(points)]
+    return np.asarray(np.unique(np.round(points, 9), axis=0) if not problem.axes.all() else points)
+
+
+def nearest_legal(problem: PathProblem, point: Array, count: int = 1) -> Array:
+    """The legal points (K, 3), K <= count, nearest to a point (3,), nearest first."""
+    pushed = push_out(problem, point)
+    found = [] if pushed is None else [pushed]
+    for level in (1, 2, 3):
+        cloud = corners(problem, level, point[None])
+        found += list(cloud[np.argsort(np.linalg.norm(cloud - point, axis=1))[:count]])
+        if found:
+            break
+    found.sort(key=lambda p: float(np.linalg.norm(p - point)))
+    return np.array(found[:count]).reshape(-1, 3)
+
+
+def push_out(problem: PathProblem, point: Array) -> Array | None:
+    """A legal point reached from a point (3,) by leaving the worst body again and again, or None."""
+    moved = problem.project(point[None])[0]
+    for _ in range(30):
+        depths = [float(-body.signed(moved[None])[0][0]) for body in problem.bodies]
+        worst = int(np.argmax(depths)) if depths else -1
+        if worst < 0 or depths[worst] < -PAD:
+            return np.asarray(moved)
+        normal = problem.bodies[worst].signed(moved[None])[1][0] * problem.axes
+        length = float(np.linalg.norm(normal))
+        if length < 1e-6:
+            return None
+        moved = problem.project((moved + normal * ((depths[worst] + 2.0 * PAD) / length))[None])[0]
+    return None
+
+
+def _around(body: Obstacle, level: int) -> Array:
+    """Points (K, 3) around one body, just far enough that the edges between neighbours pass it."""
+    if body.half.any():
+        gaps = (1.02,) if level == 0 else (1.0 + 1e-3, 1.3)
+        local = np.concatenate([_SIGNS * (body.half + body.radius * gap + 2.0 * PAD) for gap in gaps])
+        if level >= 1:
+            long = np.maximum(body.half, 1e-9)
+            local = np.concatenate([local, _sphere(80 * level) * (np.sqrt(3.0) * long + 1.1 * body.radius)])
+    else:
+        units = _SIGNS / np.linalg.norm(_SIGNS, axis=1, keepdims=True)
+        local = units * (body.radius * 1.15 + PAD)
+        if level >= 1:
+            local = np.concatenate([local, *(_sphere(80 * level) * (body.radius * gap) for gap in (1.03, 1.4))])
+    return np.asarray(body.center + local @ body.rotation.T)
+
+
+def _sphere(count: int) -> Array:
+    """Evenly spread unit vectors (count, 3): the golden spiral."""
+    k = np.arange(count) + 0.5
+    polar, azimuth = np.arccos(1.0 - 2.0 * k / count), np.pi * (1.0 + 5.0**0.5) * k
+    return np.stack([np.cos(azimuth) * np.sin(polar), np.sin(azimuth) * np.sin(polar), np.cos(polar)], axis=1)
+
+
+def _scatter(problem: PathProblem, around: Array, count: int) -> Array:
+    """Quasi-random points (count, 3) over the region of the bodies and of the points (M, 3) around."""
+    known = np.concatenate([around, *(body.center + body.reach * _SIGNS for body in problem.bodies)])
+    low, high = known.min(axis=0), known.max(axis=0)
+    steps = np.array([0.8191725133961645, 0.6710436067037893, 0.5497004779019703])
+    return np.asarray(low + (0.5 + np.arange(1, count + 1)[:, None] * steps) % 1.0 * (high - low))
+
+
+class _Graph:
+    """The visibility graph on a cloud whose points 0 and 1 are start and goal."""
+
+    def __init__(self, problem: PathProblem, start: Array, goal: Array) -> None:
+        self.problem, self.start, self.goal = problem, start, goal
+        self.leaving = self._without(problem, start)
+        self.arriving = self._without(problem, goal)
+
+    @staticmethod
+    def _without(problem: PathProblem, point: Array) -> PathProblem:
+        bodies = tuple(b for b in problem.bodies if b.signed(point[None])[0][0] >= -PAD)
+        return problem if len(bodies) == len(problem.bodies) else replace(problem, bodies=bodies)
+
+    @cached_property
+    def blocked_direct(self) -> bool:
+        """Whether the straight line from start to goal is blocked."""
+        both = self._without(self.leaving, self.goal)
+        return bool(both.blocked(self.start[None], self.goal[None], PAD)[0])
+
+    def blocked(self, points: Array, i: int, others: NDArray[np.intp]) -> NDArray[np.bool_]:
+        """Whether the edges from point i to others are blocked."""
+        here = points[i][None]
+        hit = (self.leaving if i == 0 else self.problem).blocked(here, points[others], PAD)
+        if i == 0:
+            hit[others == 1] = self.blocked_direct
+        elif self.arriving is not self.problem and (others == 1).any():
+            hit[others == 1] = self.arriving.blocked(here, points[[1]], PAD)
+        return hit
+
+    def search(self, points: Array, room: int | None = None) -> list[int] | None:
+        """A* from point 0 to point 1 by length, or with at most `room` points between by their number, then length."""
+        ahead = lengths(points - points[1])
+        price = 0.0 if room is None else 1e3 * max(float(ahead.max()), 1e-9)
+        most = np.inf if room is None else price * (room + 1.5)
+        cost = np.full(len(points), np.inf)
+        cost[0] = 0.0
+        parent = np.full(len(points), -1)
+        done = np.zeros(len(points), dtype=bool)
+        queue: list[tuple[float, int]] = [(float(ahead[0]), 0)]
+        while queue:
+            _, i = heapq.heappop(queue)
+            if done[i]:
+                continue
+            done[i] = True
+            if i == 1:
+                return _trace(parent)
+            reached = cost[i] + lengths(points - points[i]) + price
+            better = np.flatnonzero(~done & (reached < np.minimum(cost, most)))
+            better = better[~self.blocked(points, i, better)]
+            cost[better] = reached[better]
+            parent[better] = i
+            for item in zip((cost[better] + ahead[better]).tolist(), better.tolist(), strict=True):
+                heapq.heappush(queue, item)
+        return None
+
+
+def _trace(parent: NDArray[np.intp]) -> list[int]:
+    route, i = [], int(parent[1])
+    while i > 0:
+        route.append(i)
+        i = int(parent[i])
+    return route[::-1]

@@ -1,0 +1,230 @@
+"""From a proposed trajectory to one that keeps the limits, with a verdict on every one of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from ovita.limits import banded, diagnosis, paper, plugins, tuning, workspace
+from ovita.limits.convex_sets import KeepOut, Region
+from ovita.limits.detour import Blocked, legal_path
+from ovita.limits.obstacles import build, lengths
+from ovita.limits.path import PAD, PathProblem, flatten
+from ovita.limits.problem import (
+    TOLERANCE,
+    ConstraintCheck,
+    ConstraintOptions,
+    Solution,
+    Status,
+    Verdict,
+    Violation,
+)
+from ovita.limits.qp import Weights
+from ovita.limits.sequential import Settings, improve
+from ovita.limits.speed import lower_speeds
+from ovita.limits.verify import Measure, compare, measure_all
+from ovita.paths.robot import Robot
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Array, Trajectory
+
+
+def constrain(
+    proposed: Trajectory,
+    scene: Scene,
+    robot: Robot,
+    *,
+    original: Trajectory,
+    contacts: Sequence[str] = (),
+    options: ConstraintOptions | None = None,
+) -> Solution:
+    """Bring a proposed trajectory within the limits, moving it as little as possible.
+
+    Nothing is touched when every limit holds and no smoothing is asked for; a path that equals the original's bit
+    by bit is never moved (unless `repair_original` or smoothing is asked for), only its speeds are limited.
+
+    Args:
+        proposed: What the policy made.
+        scene: Its objects are obstacles.
+        robot: Whose limits.
+        original: The trajectory before the change.
+        contacts: Names of objects that are meant to be touched, which are no obstacles.
+        options: How to enforce the limits.
+
+    Returns:
+        A trajectory with as many waypoints, orientations untouched, and the verdict on it.
+
+    Raises:
+        UnknownObject: If a contact is not in the scene.
+        ConstraintDefinitionError: If a pinned waypoint does not exist, or a custom constraint is none.
+        MissingExtra: If method "paper" is to search its weights and optuna is not installed.
+    """
+    task = _Task(proposed, scene, robot, original, tuple(contacts), options or ConstraintOptions())
+    return task.solve()
+
+
+@dataclass(frozen=True)
+class _Task:
+    proposed: Trajectory
+    scene: Scene
+    robot: Robot
+    original: Trajectory
+    contacts: tuple[str, ...]
+    options: ConstraintOptions
+
+    def solve(self) -> Solution:
+        for candidate in self.options.custom:
+            plugins.check(candidate)
+        if not self.options.enabled:
+            return self.answer(self.proposed, self.judge(self.proposed), "off")
+        measures, before = self.measured
+        broken = [m for m, violation in zip(measures, before, strict=True) if violation.amount > TOLERANCE]
+        if self.options.method == "paper":
+            return self.as_published("repaired" if broken else "satisfied")
+        if not broken and not self.options.lambda_smooth:
+            return self.answer(self.proposed, self.judge(self.proposed), "satisfied")
+        options = self.options
+        notes: tuple[str, ...] = ()
+        if options.lambda_smooth == "auto":
+            options, notes = tuning.choose(self.proposed, self.problem(options), options)
+        untouched = np.array_equal(self.proposed.positions, self.original.positions)
+        keep_path = untouched and not options.repair_original and not options.lambda_smooth
+        problem = self.problem(options)
+        positions = self.proposed.positions
+        blocked: tuple[Blocked, ...] = ()
+        if not keep_path and (options.lambda_smooth or any(measure.geometric for measure in broken)):
+            positions, blocked = solve_with_dwells(problem, Settings(steps=int(options.steps)))
+        result = self.proposed.with_(positions=positions, speeds=self.speeds(positions, problem.weights))
+        after = self.judge(result)
+        if all(check.held for check in after):
+            return self.answer(result, after, "repaired" if broken else "satisfied", notes=notes)
+        if keep_path and all(check.held or check.geometric for check in after):
+            return self.answer(result, after, "preexisting", notes=notes)
+        conflicts = diagnosis.explain(problem, self.robot, after, blocked, self.options)
+        return self.answer(result, after, "infeasible", conflicts, notes)
+
+    def as_published(self, legal: Status) -> Solution:
+        """The paper's module, judged by ours: `legal` if every limit holds."""
+        result, notes = paper.solve(self.proposed, self.scene, self.robot, self.contacts, self.options)
+        after = self.judge(result)
+        if all(check.held for check in after):
+            return self.answer(result, after, legal, notes=notes)
+        left = ", ".join(dict.fromkeys(f"'{c.subject}'" if c.subject else c.name for c in after if not c.held))
+        conflict = f"The published module leaves a limit broken ({left}); method 'verified' looks further."
+        return self.answer(result, after, "infeasible", (conflict,), notes)
+
+    def problem(self, options: ConstraintOptions) -> PathProblem:
+        """The path's part of the problem."""
+        lower, upper = workspace.bounds(self.robot)
+        empty = lower > upper  # margins that eat the workspace up: its middle is the best effort
+        if empty.any():
+            lower[empty] = upper[empty] = (lower[empty] + upper[empty]) / 2.0
+        bodies = list(workspace.keep_out(self.robot))
+        if options.obstacles:
+            bodies += build(self.scene, self.robot, contacts=self.contacts, shape=options.obstacle_shape)
+        bodies += [c.body for c in options.custom if isinstance(c, KeepOut)]
+        reach = workspace.ball(self.robot)
+        regions = [*([reach] if reach else []), *(c for c in options.custom if isinstance(c, Region))]
+        others = [c for c in options.custom if not isinstance(c, KeepOut | Region)]
+        smooth = 0.0 if options.lambda_smooth == "auto" else options.lambda_smooth
+        return PathProblem(
+            reference=self.proposed.positions,
+            weights=Weights(options.lambda_dev, smooth, options.lambda_shape),
+            lower=lower,
+            upper=upper,
+            bodies=flatten(bodies, lower, upper),
+            regions=tuple(region.shrunk(PAD) for region in regions),
+            pins=options.pins(len(self.proposed)),
+            rows=tuple(c.rows for c in others),
+        )
+
+    def speeds(self, positions: Array, weights: Weights) -> Array:
+        """Speeds smoothed as asked, then lowered to every limit."""
+        top = np.inf if self.robot.max_speed is None else self.robot.max_speed
+        speeds = self.proposed.speeds
+        if weights.smooth:
+            plain = Weights(weights.dev, weights.smooth)
+            speeds = banded.smooth(speeds[:, None], plain, np.zeros(1), np.full(1, top))[:, 0]
+        return lower_speeds(
+            speeds,
+            positions,
+            max_speed=self.robot.max_speed,
+            max_acceleration=self.options.max_acceleration,
+            max_lateral_acceleration=self.options.max_lateral_acceleration,
+        )
+
+    def judge(self, result: Trajectory) -> tuple[ConstraintCheck, ...]:
+        """Measure every limit, without looking at how the result came about."""
+        measures, before = self.measured
+        after = before if result is self.proposed else [m.worst(result) for m in measures]
+        return compare(measures, self.original, before, after)
+
+    @cached_property
+    def measured(self) -> tuple[list[Measure], list[Violation]]:
+        """Every limit, and its violation by what was proposed."""
+        measures = measure_all(self.scene, self.robot, self.proposed, self.contacts, self.options)
+        return measures, [m.worst(self.proposed) for m in measures]
+
+    def answer(
+        self,
+        result: Trajectory,
+        checks: tuple[ConstraintCheck, ...],
+        status: Status,
+        conflicts: tuple[str, ...] = (),
+        notes: tuple[str, ...] = (),
+    ) -> Solution:
+        """The solution with its verdict."""
+        shift = lengths(result.positions - self.proposed.positions)
+        changed = (shift > 0) | (result.speeds != self.proposed.speeds)
+        undone = None
+        if len(self.proposed) == len(self.original):
+            wanted = float(np.linalg.norm(self.proposed.positions - self.original.positions))
+            undone = min(float(np.linalg.norm(shift)) / wanted, 1.0) if wanted > 0 else None
+        verdict = Verdict(
+            status=status,
+            checks=checks,
+            exempt=tuple(dict.fromkeys(self.scene[name].name for name in self.contacts)),
+            conflicts=conflicts,
+            max_shift=float(shift.max()),
+            waypoints_changed=int(changed.sum()),
+            undone=undone,
+            notes=notes,
+        )
+        return Solution(result, verdict)
+
+
+def solve_with_dwells(problem: PathProblem, settings: Settings | None = None) -> tuple[Array, tuple[Blocked, ...]]:
+    """As `solve_path`; waypoints that repeat the one before them, a dwell, move as one and stay equal bit by bit."""
+    same = (problem.reference[1:] == problem.reference[:-1]).all(axis=1)
+    if not same.any() or same.all():
+        return solve_path(problem, settings)
+    new = np.concatenate([[True], ~same])
+    group = np.cumsum(new) - 1
+    firsts = np.flatnonzero(new)
+    pins = tuple(sorted({int(group[i]) for i in problem.pins}))
+    path, blocked = solve_path(replace(problem, reference=problem.reference[new], pins=pins), settings)
+    return path[group], tuple(replace(b, first=int(firsts[b.first]), last=int(firsts[b.last])) for b in blocked)
+
+
+def solve_path(problem: PathProblem, settings: Settings | None = None) -> tuple[Array, tuple[Blocked, ...]]:
+    """The path nearest to the reference (in the sense of the objective) that is legal, and what stays blocked.
+
+    Four steps: smooth and bound each axis (`banded`), move into the convex regions, find a way around every body
+    (`detour`), and pull the path back to the reference as far as the limits let it (`sequential`).
+    """
+    pinned, weights = problem.pinned, problem.weights
+    if weights.smooth:
+        weights = Weights(weights.dev, weights.smooth)
+    base = banded.smooth(problem.reference, weights, problem.lower, problem.upper, pinned)
+    outside = ~pinned & ~problem.inside(base)
+    start = base.copy()
+    if outside.any():
+        start[outside] = problem.project(base[outside])
+    if problem.rows:
+        start = improve(replace(problem, bodies=()), base, start, settings)
+    start, blocked = legal_path(problem, start)
+    if np.array_equal(start, base) and not problem.rows:
+        return base, blocked
+    return improve(problem, base, start, settings), blocked

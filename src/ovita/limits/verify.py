@@ -1,0 +1,205 @@
+"""Measuring a trajectory against every limit, independently of how it was found.
+
+This module imports no solver. Each segment is measured twice, exactly (the minimum of a convex function, see
+`obstacles`) and by dense sampling with the point distance of `SceneObject`; the worse of the two counts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ovita.limits.obstacles import Obstacle, from_object
+from ovita.limits.problem import ConstraintCheck, ConstraintOptions, Place, Violation, about_path
+from ovita.limits.speed import curvature
+from ovita.paths.robot import Robot, Shell
+from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.trajectory import Array, Trajectory, arc_length
+
+SAMPLES = 20
+"""Points per segment of the dense check."""
+
+
+@dataclass(frozen=True)
+class Measure:
+    """One limit and how to measure it: by how much each waypoint or segment breaks it (<= 0 where it holds)."""
+
+    name: str
+    subject: str
+    limit: str
+    unit: str
+    place: Place
+    excess: Callable[[Trajectory], Array]
+
+    @property
+    def geometric(self) -> bool:
+        """Whether the limit is about the path rather than about speed."""
+        return about_path(self.unit)
+
+    def worst(self, trajectory: Trajectory) -> Violation:
+        """The worst violation."""
+        excess = self.excess(trajectory)
+        if not len(excess):
+            return Violation(place=self.place)
+        where = int(excess.argmax())
+        amount = float(excess[where])
+        return Violation(amount, where, self.place) if amount > 0 else Violation(place=self.place)
+
+
+def verify(
+    result: Trajectory,
+    scene: Scene,
+    robot: Robot,
+    *,
+    proposed: Trajectory,
+    original: Trajectory,
+    contacts: Sequence[str] = (),
+    options: ConstraintOptions | None = None,
+) -> tuple[ConstraintCheck, ...]:
+    """Measure every limit on the result and on what was proposed, and on the original where one of them breaks it.
+
+    Args:
+        result: Trajectory to judge.
+        scene: Its objects are obstacles.
+        robot: Whose limits.
+        proposed: The trajectory before the constraint module; pinned waypoints are compared with it.
+        original: The trajectory before any change.
+        contacts: Objects that are meant to be touched and are no obstacles.
+        options: Which limits are asked for.
+    """
+    measures = measure_all(scene, robot, proposed, contacts, options or ConstraintOptions())
+    before, after = ([m.worst(t) for m in measures] for t in (proposed, result))
+    return compare(measures, original, before, after)
+
+
+def compare(
+    measures: Sequence[Measure], original: Trajectory, before: Sequence[Violation], after: Sequence[Violation]
+) -> tuple[ConstraintCheck, ...]:
+    """One check per measure, from its violations by what was proposed and by the result.
+
+    The original is measured where one of those breaks the limit.
+    """
+    return tuple(
+        ConstraintCheck(
+            name=m.name,
+            subject=m.subject,
+            limit=m.limit,
+            violation_before=b.amount,
+            violation_after=a.amount,
+            unit=m.unit,
+            where_before=b.where,
+            where_after=a.where,
+            place=m.place,
+            violation_original=m.worst(original).amount if b.amount > 0 or a.amount > 0 else None,
+        )
+        for m, b, a in zip(measures, before, after, strict=True)
+    )
+
+
+def measure_all(
+    scene: Scene, robot: Robot, proposed: Trajectory, contacts: Sequence[str], options: ConstraintOptions
+) -> list[Measure]:
+    """Every limit that the robot, the scene and the options put on a trajectory."""
+    found: list[Measure] = []
+    if robot.workspace is not None:
+        text = f"{robot.workspace.describe()}, {robot.margin:g} m from its border"
+        found.append(Measure("workspace", "", text, "m", "segment", lambda t: _outside(t.positions, robot)))
+    if options.obstacles:
+        touched = {scene[name].name for name in contacts}
+        for item in scene:
+            if item.name not in touched:
+                found.append(_obstacle(item, robot, options))
+    if robot.max_speed is not None:
+        top = robot.max_speed
+        found.append(Measure("speed", "", f"at most {top:g} m/s", "m/s", "waypoint", lambda t: t.speeds - top))
+    if options.max_acceleration is not None:
+        text = f"at most {options.max_acceleration:g} m/s^2"
+        limit = options.max_acceleration
+        found.append(Measure("acceleration", "", text, "m/s", "segment", lambda t: _too_quick(t, limit)))
+    if options.max_lateral_acceleration is not None:
+        text = f"at most {options.max_lateral_acceleration:g} m/s^2"
+        across = options.max_lateral_acceleration
+        found.append(Measure("lateral acceleration", "", text, "m/s", "waypoint", lambda t: _too_bent(t, across)))
+    found += [_custom(constraint, proposed) for constraint in options.custom]
+    for i in options.pins(len(proposed)):
+        start, goal = i == 0 and options.fix_start, i == len(proposed) - 1 and options.fix_goal
+        name = "start" if start else "goal" if goal else "pinned"
+        place = proposed.positions[i]
+        found.append(Measure(name, "", f"waypoint {i} stays", "m", "waypoint", _moved(i, place)))
+    return found
+
+
+def _custom(constraint: Any, proposed: Trajectory) -> Measure:
+    """A constraint of the user's own, see `plugins.Constraint`."""
+    place: Place = "segment" if len(constraint.margin(proposed)) == len(proposed) - 1 else "waypoint"
+
+    def excess(trajectory: Trajectory) -> Array:
+        return -np.asarray(constraint.margin(trajectory), dtype=float)
+
+    return Measure(constraint.name, "", constraint.limit, constraint.unit, place, excess)
+
+
+def _outside(positions: Array, robot: Robot) -> Array:
+    """Excess of each segment over the workspace (N-1,) [m]: at its ends, and for a shell where it is innermost."""
+    assert robot.workspace is not None
+    at_ends = robot.margin - robot.workspace.inside(positions)
+    worst = np.maximum(at_ends[:-1], at_ends[1:])
+    if isinstance(robot.workspace, Shell) and robot.workspace.r_min > 0:
+        center = np.asarray(robot.workspace.center)
+        a, d = positions[:-1] - center, np.diff(positions, axis=0)
+        t = np.clip(-(a * d).sum(axis=1) / np.maximum((d * d).sum(axis=1), 1e-300), 0.0, 1.0)
+        nearest = np.linalg.norm(a + t[:, None] * d, axis=1)
+        worst = np.maximum(worst, robot.workspace.r_min + robot.margin - nearest)
+    return np.asarray(worst)
+
+
+def _obstacle(item: SceneObject, robot: Robot, options: ConstraintOptions) -> Measure:
+    body = from_object(item, robot, options.obstacle_shape)
+    distance: Callable[[Array], Array]
+    if options.obstacle_shape == "sphere":
+        distance, text = item.distance, f"keep {robot.obstacle_margin:g} m from its bounding sphere"
+    else:
+        known = item if item.dimensions is not None else replace(item, dimensions=2.0 * body.half)
+        distance, text = known.clearance, f"keep {robot.obstacle_margin:g} m from it"
+    return Measure("obstacle", item.name, text, "m", "segment", lambda t: _too_close(t.positions, body, distance))
+
+
+def _too_close(positions: Array, body: Obstacle, distance: Callable[[Array], Array]) -> Array:
+    """Excess of each segment (N-1,) [m]: the exact distance, and the smallest of densely sampled ones."""
+    start, end = positions[:-1], positions[1:]
+    excess = np.full(len(start), -np.inf)
+    near = body.near(start, end, 1e-9)
+    if not len(near):
+        return excess
+    exact, _ = body.along(start[near], end[near])
+    t = np.linspace(0.0, 1.0, SAMPLES + 1)[:, None, None]
+    points = start[near] + t * (end[near] - start[near])
+    sampled = distance(points.reshape(-1, 3)).reshape(SAMPLES + 1, -1).min(axis=0) - body.radius
+    excess[near] = -np.minimum(exact, sampled)
+    return excess
+
+
+def _too_quick(trajectory: Trajectory, limit: float) -> Array:
+    """By how much the faster end of each segment exceeds what the slower end allows (N-1,) [m/s]."""
+    reachable = 2.0 * limit * np.diff(arc_length(trajectory.positions))
+    v = trajectory.speeds
+    return np.maximum(v[1:] - np.sqrt(v[:-1] ** 2 + reachable), v[:-1] - np.sqrt(v[1:] ** 2 + reachable))
+
+
+def _too_bent(trajectory: Trajectory, limit: float) -> Array:
+    bend = curvature(trajectory.positions)
+    cap = np.sqrt(np.divide(limit, bend, out=np.full(len(bend), np.inf), where=bend > 0))
+    return np.asarray(trajectory.speeds - cap)
+
+
+def _moved(i: int, place: Array) -> Callable[[Trajectory], Array]:
+    def excess(trajectory: Trajectory) -> Array:
+        out = np.full(len(trajectory), -np.inf)
+        if i < len(trajectory):
+            out[i] = float(np.linalg.norm(trajectory.positions[i] - place))
+        return out
+
+    return excess

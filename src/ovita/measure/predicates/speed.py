@@ -1,0 +1,285 @@
+"""Checks of how fast the robot moves."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from ovita.measure.predicates.check import Verdict, predicate, say
+from ovita.measure.predicates.distance import Amount
+from ovita.measure.predicates.pair import Pair
+from ovita.measure.predicates.where import Where, outside, said, selected
+from ovita.paths.trajectory import Array
+from ovita.toolkit.arguments import Mask, fractions
+
+LEAST_CHANGE = 0.05
+"""A change of speed counts from this share on."""
+
+LOCAL = 0.5
+"""A change is local if elsewhere it is at most this share of it."""
+
+Sense = Literal["rising", "falling"]
+
+
+@predicate
+def slower(
+    pair: Pair,
+    *,
+    where: Where | None = None,
+    factor: float | None = None,
+    amount: Amount | None = None,
+    only: bool = False,
+) -> Verdict:
+    """The average speed is lower, by at least 5 %.
+
+    Args:
+        pair: What is compared.
+        where: Only these waypoints.
+        factor: New over old speed, below 1, within 10 % of it.
+        amount: "little": no slower than 0.4 times; "much": at most 0.8 times as fast.
+        only: Whether the speed elsewhere must change less than half as much, and no farther object be meant.
+    """
+    return _pace(pair, -1.0, where, factor, amount, only)
+
+
+@predicate
+def faster(
+    pair: Pair,
+    *,
+    where: Where | None = None,
+    factor: float | None = None,
+    amount: Amount | None = None,
+    only: bool = False,
+) -> Verdict:
+    """The average speed is higher, by at least 5 %.
+
+    Args:
+        pair: What is compared.
+        where: Only these waypoints.
+        factor: New over old speed, above 1, within 10 % of it.
+        amount: "little": at most 2 times as fast; "much": at least 1.25 times.
+        only: Whether the speed elsewhere must change less than half as much, and no farther object be meant.
+    """
+    return _pace(pair, 1.0, where, factor, amount, only)
+
+
+@predicate
+def speeds_kept(pair: Pair, where: Where | None = None) -> Verdict:
+    """The average speed of the selected waypoints changed by less than 5 %, nine of ten by less than a fifth of it."""
+    mask = selected(pair, where) & pair.found
+    wish = f"leave the speed{said(where)} as it was"
+    if not mask.any():
+        return say(True, wish, "there are no such waypoints")
+    old, new = pair.original[mask, 3], pair.matched[mask, 3]
+    usual = max(float(old.mean()), 1e-9)
+    off = np.abs(new - old) / usual
+    mean = abs(float(new.mean()) - float(old.mean())) / usual
+    fact = f"the average speed{said(where)} went from {old.mean():.3f} to {new.mean():.3f} m/s"
+    return say(mean <= LEAST_CHANGE and float((off <= 0.2).mean()) >= 0.9, wish, fact)
+
+
+@predicate
+def constant_speed(pair: Pair, value: float | None = None, *, where: Where | None = None) -> Verdict:
+    """Nine of ten selected waypoints have one speed: the value [m/s], or their median; within 5 %."""
+    speeds = _speeds(pair, where)
+    wish = f"keep a constant speed{'' if value is None else f' of {value:g} m/s'}{said(where)}"
+    if not len(speeds):
+        return say(False, wish, "none of those waypoints is left")
+    aim = float(np.median(speeds)) if value is None else value
+    share = float((np.abs(speeds - aim) <= 0.05 * max(aim, 1e-9)).mean())
+    fact = f"speeds{said(where)} run from {speeds.min():.3f} to {speeds.max():.3f} m/s, {share:.0%} near {aim:.3f}"
+    return say(share >= 0.9 and aim > 0, wish, fact)
+
+
+@predicate
+def monotone_speed(
+    pair: Pair, sense: Sense, *, to: float | None = None, where: Where | None = None, final: float | None = None
+) -> Verdict:
+    """The speed only rises, or only falls, by at least a tenth of its maximum; its wrong changes sum to at most 10 %.
+
+    Args:
+        pair: What is compared.
+        sense: "rising" or "falling".
+        to: The last speed [m/s], within 5 % of the highest.
+        where: Only these waypoints.
+        final: Only this last share of the adapted waypoints.
+    """
+    speeds = _speeds(pair, where)
+    if final is not None:
+        speeds = speeds[-max(3, round(final * len(speeds))) :]
+    wish = _wish(sense, to, where)
+    if len(speeds) < 3:
+        return say(False, wish, "too few waypoints are left")
+    held = _only(speeds, sense)
+    if to is not None:
+        held = held and abs(float(speeds[-1]) - to) <= 0.05 * max(float(speeds.max()), to)
+    return say(held, wish, _course(speeds))
+
+
+@predicate
+def uniform_acceleration(pair: Pair, sense: Sense, *, to: float | None = None, where: Where | None = None) -> Verdict:
+    """The speed rises or falls steadily: it is a straight line over waypoints, length or time (R^2 >= 0.95)."""
+    mask = selected(pair, where) & pair.found
+    rows = pair.adapted if where is None else pair.matched[mask]
+    wish = f"{_wish(sense, to, where)}, steadily"
+    if len(rows) < 3:
+        return say(False, wish, "too few waypoints are left")
+    speeds, s = rows[:, 3], fractions(rows[:, :3])
+    # Constant acceleration makes v^2 linear over length, which is v linear over time.
+    fit = max(_fit(np.arange(len(speeds), dtype=float), speeds), _fit(s, speeds), _fit(s, speeds**2))
+    held = fit >= 0.95 and _only(speeds, sense)
+    if to is not None:
+        held = held and abs(float(speeds[-1]) - to) <= 0.05 * max(float(speeds.max()), to)
+    return say(held, wish, f"{_course(speeds)} (straight to R^2 = {fit:.2f})")
+
+
+@predicate
+def exponential_speed(pair: Pair, sense: Sense, *, where: Where | None = None) -> Verdict:
+    """The logarithm of the speed is a straight line (R^2 >= 0.95), a better one than the speed itself."""
+    speeds = _speeds(pair, where)
+    wish = f"{_wish(sense, None, where)}, exponentially"
+    moving = speeds > 1e-3 * max(float(speeds.max(initial=0.0)), 1e-9)
+    if moving.sum() < 4:
+        return say(False, wish, "too few waypoints move")
+    k = np.arange(len(speeds), dtype=float)
+    logarithmic, straight = _fit(k[moving], np.log(speeds[moving])), _fit(k, speeds)
+    held = logarithmic >= 0.95 and logarithmic > straight and _only(speeds, sense)
+    return say(held, wish, f"{_course(speeds)} (exponential to R^2 = {logarithmic:.2f}, straight to {straight:.2f})")
+
+
+@predicate
+def trapezoidal_speed(pair: Pair, *, where: Where | None = None) -> Verdict:
+    """The speed rises, is constant for at least a fifth of the waypoints, and falls."""
+    speeds = _speeds(pair, where)
+    wish = f"speed up, keep the speed and slow down again{said(where)}"
+    if len(speeds) < 5:
+        return say(False, wish, "too few waypoints are left")
+    top = float(speeds.max())
+    flat = np.flatnonzero(speeds >= 0.99 * top)
+    a, b = int(flat[0]), int(flat[-1])
+    whole = len(flat) == b - a + 1
+    ends = max(float(speeds[0]), float(speeds[-1]))
+    rises, falls = _wrong(speeds[: a + 1], 1.0), _wrong(speeds[b:], -1.0)
+    held = whole and b - a + 1 >= 0.2 * len(speeds) and ends <= 0.7 * top and max(rises, falls) <= 0.1 * top
+    fact = (
+        f"the speed is {speeds[0]:.3f} at first, {top:.3f} from waypoint {a} to {b}, and {speeds[-1]:.3f} m/s at last"
+    )
+    return say(held, wish, fact)
+
+
+def _pace(
+    pair: Pair, sign: float, where: Where | None, factor: float | None, amount: Amount | None, only: bool
+) -> Verdict:
+    """Sign +1: faster, -1: slower; what is near before and what is near after an edit of the path both count."""
+    verdict = _pace_at(pair, pair, sign, where, factor, amount, only)
+    if verdict.passed or where is None:
+        return verdict
+    later = _pace_at(pair, pair.seen_after, sign, where, factor, amount, only)
+    return later if later.passed else verdict
+
+
+def _pace_at(
+    pair: Pair,
+    view: Pair,
+    sign: float,
+    where: Where | None,
+    factor: float | None,
+    amount: Amount | None,
+    only: bool,
+) -> Verdict:
+    wish = f"go {'faster' if sign > 0 else 'slower'}{said(where)}"
+    mask = selected(view, where) & pair.found
+    if not mask.any():
+        return say(False, wish, "none of those waypoints is left")
+    ratio, fact = _ratio(pair, mask, where)
+    held = sign * (ratio - 1.0) >= LEAST_CHANGE
+    if factor is not None:
+        wish, held = f"{wish}, {factor:g} times as fast", held and abs(ratio / factor - 1.0) <= 0.1
+    if amount == "little":
+        wish, held = f"{wish}, but only a little", held and 0.4 <= ratio <= 2.0
+    elif amount == "much":
+        wish, held = f"{wish}, by a lot", held and (ratio >= 1.25 if sign > 0 else ratio <= 0.8)
+    for objection in (_untouched(pair, where, mask, sign), _spread(pair, view, where, sign, ratio) if only else ""):
+        if objection:
+            held, fact = False, f"{fact}; {objection}"
+    return say(held, wish, fact)
+
+
+def _untouched(pair: Pair, where: Where | None, mask: Mask, sign: float) -> str:
+    """Where a radius was stated, whether less than three quarters of what lies within it changed."""
+    moving = mask & (pair.original[:, 3] > 1e-6)
+    if where is None or "within" not in where or not moving.any():
+        return ""
+    changed = float((sign * (pair.matched[moving, 3] / pair.original[moving, 3] - 1.0) >= LEAST_CHANGE / 2.0).mean())
+    return "" if changed >= 0.75 else f"only {changed:.0%} of these waypoints changed"
+
+
+def _spread(pair: Pair, view: Pair, where: Where | None, sign: float, ratio: float) -> str:
+    """Whether the speed changed elsewhere too, or was changed near another part of the path."""
+    if where is None:
+        return ""
+    elsewhere = selected(view, outside(where)) & pair.found
+    if elsewhere.any():
+        other, told = _ratio(pair, elsewhere, outside(where))
+        # Twice as fast and half as fast are changes of one size.
+        here, there = abs(np.log(max(ratio, 0.05))), abs(np.log(max(other, 0.05)))
+        if there > max(LOCAL * here, LEAST_CHANGE):
+            return f"not only there: {told}"
+    return _off_centre(pair, view, where, sign)
+
+
+def _off_centre(pair: Pair, view: Pair, where: Where, sign: float) -> str:
+    """Whether the change is centred on another part of the path than a vague "near": what to say, or ""."""
+    if "near" not in where or "within" in where:
+        return ""
+    found = pair.found & (pair.original[:, 3] > 1e-6)
+    change = np.zeros(len(found))
+    change[found] = np.maximum(sign * np.log(np.maximum(pair.matched[found, 3] / pair.original[found, 3], 0.05)), 0.0)
+    distance = np.linalg.norm(view.original[:, :3] - pair.place(where["near"])[0], axis=1)
+    if change.sum() < 1e-9:
+        return ""
+    centred, usual = float((change * distance).sum() / change.sum()), float(distance.mean())
+    return "" if centred <= usual else f"where the speed changed, the path is {centred:.3f} m away on average"
+
+
+def _ratio(pair: Pair, mask: Mask, where: Where | None) -> tuple[float, str]:
+    old, new = float(pair.original[mask, 3].mean()), float(pair.matched[mask, 3].mean())
+    ratio = new / old if old > 1e-6 else (1.0 if new <= 1e-6 else np.inf)
+    return ratio, f"the average speed{said(where)} went from {old:.3f} to {new:.3f} m/s ({ratio:.2f} times)"
+
+
+def _speeds(pair: Pair, where: Where | None) -> Array:
+    if where is None:
+        return pair.adapted[:, 3]
+    return np.asarray(pair.matched[selected(pair, where) & pair.found, 3])
+
+
+def _wrong(speeds: Array, sign: float) -> float:
+    """Sum of the changes against a sense [m/s]."""
+    return float(np.maximum(-sign * np.diff(speeds), 0.0).sum())
+
+
+def _only(speeds: Array, sense: Sense) -> bool:
+    sign = 1.0 if sense == "rising" else -1.0
+    change = sign * float(speeds[-1] - speeds[0])
+    return change >= 0.1 * float(speeds.max()) and change > 1e-6 and _wrong(speeds, sign) <= 0.1 * change
+
+
+def _fit(x: Array, y: Array) -> float:
+    """R^2 of the best straight line."""
+    if np.ptp(x) < 1e-12 or np.ptp(y) < 1e-9:
+        return 0.0
+    return float(np.corrcoef(x, y)[0, 1] ** 2)
+
+
+def _wish(sense: Sense, to: float | None, where: Where | None) -> str:
+    verb = "speed up" if sense == "rising" else "slow down"
+    return f"{verb} all the time{said(where)}" + ("" if to is None else f" to {to:g} m/s")
+
+
+def _course(speeds: Array) -> str:
+    return (
+        f"the speed goes from {speeds[0]:.3f} to {speeds[-1]:.3f} m/s, rising by {_wrong(speeds, -1.0):.3f} "
+        f"and falling by {_wrong(speeds, 1.0):.3f} in all"
+    )

@@ -1,0 +1,56 @@
+"""What a person asks: one instruction about one trajectory in its scene."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+from ovita.errors import RequestError
+from ovita.paths.robot import Robot
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Trajectory
+
+MAX_INSTRUCTION = 2000
+"""Longest instruction that is accepted [characters]."""
+
+FeedbackOn = Literal["original", "current"]
+
+
+@dataclass(frozen=True)
+class Turn:
+    """An earlier turn of the same session, as far as a writer needs to know it."""
+
+    instruction: str
+    feedback_on: FeedbackOn
+    plan: tuple[str, ...] = ()
+    code: str = ""
+
+
+@dataclass(frozen=True)
+class Request:
+    """One instruction about one trajectory.
+
+    Args:
+        instruction: What the person said.
+        trajectory: The trajectory that the instruction is about.
+        scene: Its surroundings.
+        robot: The limits that will be enforced.
+        history: Earlier turns, oldest first.
+
+    Raises:
+        RequestError: If the instruction is empty or longer than 2000 characters.
+    """
+
+    instruction: str
+    trajectory: Trajectory
+    scene: Scene = field(default_factory=Scene)
+    robot: Robot = field(default_factory=lambda: Robot.preset("none"))
+    history: tuple[Turn, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.instruction.strip():
+            raise RequestError("the instruction is empty; say what should change, such as 'slow down near the cup'")
+        if len(self.instruction) > MAX_INSTRUCTION:
+            raise RequestError(
+                f"the instruction has {len(self.instruction)} characters; at most {MAX_INSTRUCTION} are read"
+            )

@@ -1,0 +1,269 @@
+"""The result of one adaptation: a trajectory together with everything that is needed to trust it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, is_dataclass
+from typing import Any, Literal
+
+from pydantic import TypeAdapter, ValidationError
+
+from ovita.errors import FormatError, OvitaError
+from ovita.io import load_document, save_document, scene_dict, scene_from_dict, trajectory_rows
+from ovita.io.adaptation import SCHEMA, seal
+from ovita.limits import Verdict
+from ovita.measure import Changes
+from ovita.paths.robot import Robot
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Trajectory
+from ovita.policy import Parameter
+from ovita.writers.base import WriterInfo
+
+Status = Literal["ok", "needs_clarification", "not_understood", "infeasible", "failed"]
+
+
+@dataclass(frozen=True)
+class Postcondition:
+    """A promise of the policy, and whether it was kept.
+
+    Args:
+        text: The promise as a sentence.
+        held_before: Whether the policy's own output kept it.
+        held: Whether the result kept it, after the constraints had their say.
+        outcome: What was measured on the result, as a sentence.
+        change_before: How far the policy's own output went from the original in the sense of the promise, or None
+            where no amount can be measured.
+        change: How far the result went.
+        unit: Of both.
+    """
+
+    text: str
+    held_before: bool
+    held: bool
+    outcome: str
+    change_before: float | None = None
+    change: float | None = None
+    unit: str = "m"
+
+    @property
+    def undone(self) -> float | None:
+        """Share of the change that the limits took back (0 none, 1 all), or None if there was no change to measure."""
+        if self.change_before is None or self.change is None or self.change_before <= 1e-6:
+            return None
+        return min(max(1.0 - self.change / self.change_before, 0.0), 1.0)
+
+    def sentences(self) -> list[str]:
+        """What the limits took back, in plain words; nothing if they left it as it was."""
+        if self.undone is None or self.undone <= 0.005:
+            return []
+        return [
+            f"The limits undid {self.undone:.0%} of the change that was meant by '{self.text}': "
+            f"{self.change_before:.3f} {self.unit} without them, {self.change:.3f} {self.unit} with them."
+        ]
+
+
+@dataclass(frozen=True)
+class Adaptation:
+    """One adaptation, from the instruction to the verdict.
+
+    Args:
+        instruction: What the person said.
+        status: "ok"; "needs_clarification" (see `question`); "not_understood" (see `unplaced`); "infeasible" (the
+            limits cannot all hold, `adapted` is the best effort); "failed" (see `error`).
+        original: The trajectory that the instruction was about.
+        adapted: The result; equal to `original` where there is none.
+        proposed: What the policy returned, before the constraints, or None.
+        scene: The surroundings.
+        robot: The limits that were enforced.
+        plan: The high-level plan.
+        code: The adaptation policy.
+        parameters: The policy's knobs.
+        assumptions: What was assumed because the instruction leaves it open.
+        explanation: Plain words for people.
+        changes: The measured difference between `original` and `adapted`, or None.
+        constraints: The verdict on the limits, or None.
+        postconditions: The policy's promises and whether they were kept.
+        contacts: Objects that the change is meant to touch.
+        writer: Who wrote the policy.
+        attempts: How many policies were written until one worked.
+        question: The question back, or "".
+        unplaced: Words that could not be placed.
+        error: Why it failed, or "".
+        isolation: How the policy was isolated while it ran, or "".
+        warnings: What a person should look at.
+        timings_ms: Milliseconds by stage.
+    """
+
+    instruction: str
+    status: Status
+    original: Trajectory
+    adapted: Trajectory
+    proposed: Trajectory | None = None
+    scene: Scene = field(default_factory=Scene)
+    robot: Robot = field(default_factory=lambda: Robot.preset("none"))
+    plan: tuple[str, ...] = ()
+    code: str = ""
+    parameters: tuple[Parameter, ...] = ()
+    assumptions: tuple[str, ...] = ()
+    explanation: str = ""
+    changes: Changes | None = None
+    constraints: Verdict | None = None
+    postconditions: tuple[Postcondition, ...] = ()
+    contacts: tuple[str, ...] = ()
+    writer: WriterInfo = field(default_factory=lambda: WriterInfo("none"))
+    attempts: int = 0
+    question: str = ""
+    unplaced: tuple[str, ...] = ()
+    error: str = ""
+    isolation: str = ""
+    warnings: tuple[str, ...] = ()
+    timings_ms: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def message(self) -> str:
+        """One sentence that says how it went."""
+        if self.writer.kind == "feedback" and self.status == "ok":
+            return self.explanation
+        if self.status == "ok":
+            return "Adapted." if not self.warnings else f"Adapted, with {len(self.warnings)} warning(s)."
+        if self.status == "needs_clarification":
+            return self.question
+        if self.status == "infeasible":
+            conflicts = self.constraints.conflicts if self.constraints else ()
+            return "The limits cannot all hold, so this is the best effort: " + " ".join(conflicts)
+        return self.error
+
+    def to_document(self) -> dict[str, Any]:
+        """The adaptation as JSON values; `from_document` reads it back to an equal adaptation."""
+        document: dict[str, Any] = {
+            "schema": SCHEMA,
+            "instruction": self.instruction,
+            "status": self.status,
+            "message": self.message,
+            "adapted": trajectory_rows(self.adapted),
+            "proposed": None if self.proposed is None else trajectory_rows(self.proposed),
+            "original": trajectory_rows(self.original),
+            "timestep": self.original.timestep,
+            "plan": list(self.plan),
+            "code": self.code,
+            "parameters": _plain(self.parameters),
+            "assumptions": list(self.assumptions),
+            "explanation": self.explanation,
+            "changes": None if self.changes is None else self.changes.to_dict(),
+            "constraints": _plain(self.constraints),
+            "postconditions": _plain(self.postconditions),
+            "contacts": list(self.contacts),
+            "writer": {**_plain(self.writer), "attempts": self.attempts},
+            "question": self.question,
+            "unplaced": list(self.unplaced),
+            "error": self.error,
+            "isolation": self.isolation,
+            "warnings": list(self.warnings),
+            "timings_ms": dict(self.timings_ms),
+            "scene": scene_dict(self.scene),
+            "robot": _plain(self.robot),
+        }
+        return {**document, "sha256": seal(document)}
+
+    @classmethod
+    def from_document(cls, document: Mapping[str, Any], *, file: str = "document") -> Adaptation:
+        """Build an adaptation from `to_document`'s output.
+
+        Raises:
+            FormatError: If a key is missing or has another shape; names the file and the key.
+        """
+        d = _Fields(document, file)
+        timestep = d.read("timestep", float)
+
+        def rows(key: str) -> Trajectory:
+            values = d.read(key, list[list[float]])
+            try:
+                return Trajectory.from_array(values, timestep=timestep)
+            except OvitaError as error:
+                raise FormatError(file, str(error), key=key) from None
+
+        writer = dict(d.read("writer", dict[str, Any]))
+        attempts = writer.pop("attempts", 0)
+        counted = _Fields({"writer": writer, "attempts": attempts}, file)
+        try:
+            scene = scene_from_dict(d.read("scene", dict[str, Any]))
+        except OvitaError as error:
+            raise FormatError(file, str(error), key="scene") from None
+        return cls(
+            instruction=d.read("instruction", str),
+            status=d.read("status", Status),
+            original=rows("original"),
+            adapted=rows("adapted"),
+            proposed=None if document.get("proposed") is None else rows("proposed"),
+            scene=scene,
+            robot=d.read("robot", Robot),
+            plan=d.read("plan", tuple[str, ...]),
+            code=d.read("code", str),
+            parameters=d.read("parameters", tuple[Parameter, ...]),
+            assumptions=d.read("assumptions", tuple[str, ...]),
+            explanation=d.read("explanation", str),
+            changes=d.changes(),
+            constraints=d.read("constraints", Verdict | None),
+            postconditions=d.read("postconditions", tuple[Postcondition, ...]),
+            contacts=d.read("contacts", tuple[str, ...]),
+            writer=counted.read("writer", WriterInfo),
+            attempts=counted.read("attempts", int),
+            question=d.read("question", str),
+            unplaced=d.read("unplaced", tuple[str, ...]),
+            error=d.read("error", str),
+            isolation=d.read("isolation", str),
+            warnings=d.read("warnings", tuple[str, ...]),
+            timings_ms=d.read("timings_ms", dict[str, float]),
+        )
+
+    def save(self, path: str) -> None:
+        """Write the adaptation as JSON, atomically.
+
+        Raises:
+            FormatError: If the file cannot be written.
+        """
+        save_document(path, self.to_document())
+
+    @classmethod
+    def load(cls, path: str) -> Adaptation:
+        """Read an adaptation that `save` wrote.
+
+        Raises:
+            FormatError: If the file is no adaptation; names the file and the key.
+        """
+        return cls.from_document(load_document(path), file=str(path))
+
+
+class _Fields:
+    """Reads the keys of a document, each as a type."""
+
+    def __init__(self, document: Mapping[str, Any], file: str) -> None:
+        self.document, self.file = document, file
+
+    def read(self, key: str, kind: Any) -> Any:
+        if key not in self.document:
+            raise FormatError(self.file, "is missing; is this a result of 'ovita adapt'?", key=key)
+        try:
+            return TypeAdapter(kind).validate_python(self.document[key])
+        except ValidationError as error:
+            first = error.errors()[0]
+            where = ".".join(str(part) for part in first["loc"])
+            raise FormatError(self.file, f"{where}: {first['msg'].lower()}".lstrip(": "), key=key) from None
+        except OvitaError as error:
+            raise FormatError(self.file, str(error), key=key) from None
+
+    def changes(self) -> Changes | None:
+        document = self.read("changes", dict[str, Any] | None)
+        try:
+            return None if document is None else Changes.from_dict(document)
+        except OvitaError as error:
+            raise FormatError(self.file, str(error), key="changes") from None
+
+
+def _plain(value: Any) -> Any:
+    """Dataclasses, tuples and lists as JSON values."""
+    if is_dataclass(value) and not isinstance(value, type):
+        return {f.name: _plain(getattr(value, f.name)) for f in fields(value)}
+    if isinstance(value, tuple | list):
+        return [_plain(item) for item in value]
+    return value

@@ -1,0 +1,257 @@
+"""Policy writers: the protocol, writers in line, and choosing them by name."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, field, replace
+from typing import Literal, Protocol, runtime_checkable
+
+from ovita.errors import RequestError, WriterError
+from ovita.request import Request
+from ovita.writers.progress import Watch
+from ovita.writers.safe_text import quoted
+
+MODEL_VARIABLE = "OVITA_MODEL"
+"""Environment variable that names the configured model, such as "openai:gpt-5", or a line of them with commas."""
+
+MAX_TOLD = 200
+"""Longest step, or run of words, that one writer is told of another [characters]."""
+
+PROVIDERS = ("llamacpp", "openai", "anthropic", "google", "ollama")
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """A policy that was refused or failed, and why; it is shown to the writer that repairs it."""
+
+    code: str
+    error: str
+
+
+@dataclass(frozen=True)
+class Prompt:
+    """What a policy writer is given.
+
+    Args:
+        request: The request that was grounded.
+        fixed: Role, rules, toolkit and examples: the same for every request, so that prefix caches work.
+        situation: Frame, objects, environment, trajectory, limits, history and the instruction.
+        attempts: Failed attempts so far, oldest first.
+        watch: Who looks on: what is told while a writer writes, and when it must end.
+    """
+
+    request: Request
+    fixed: str
+    situation: str
+    attempts: tuple[Attempt, ...] = ()
+    watch: Watch = field(default_factory=Watch, compare=False, repr=False)
+
+    def repaired(self, code: str, error: str) -> Prompt:
+        """Return the prompt that follows when `code` failed with `error`."""
+        return replace(self, attempts=(*self.attempts, Attempt(code, error)))
+
+
+@dataclass(frozen=True)
+class WriterInfo:
+    """Which writer answered, and what it cost.
+
+    Args:
+        kind: "builtin", "llm", or another writer's kind.
+        model: Model name, or "".
+        temperature: Sampling temperature, or None where there is none.
+        input_tokens: Tokens read over all attempts.
+        output_tokens: Tokens written over all attempts.
+        reason: Why this writer was chosen.
+        tried: Every writer that was asked, in order, with what came of it.
+    """
+
+    kind: str
+    model: str = ""
+    temperature: float | None = None
+    input_tokens: int = 0
+    output_tokens: int = 0
+    reason: str = ""
+    tried: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Reply:
+    """What a policy writer answers: a policy, a question back, or that it did not understand.
+
+    Args:
+        kind: "policy", "question" or "not_understood".
+        plan: The high-level plan, one step a line.
+        code: Python source of the policy; "" unless kind is "policy".
+        assumptions: What was assumed because the instruction leaves it open.
+        question: The question back; "" unless kind is "question".
+        unplaced: The words that could not be placed.
+        contacts: Names of objects that the instruction asks to touch or pass through.
+        writer: Who answered.
+    """
+
+    kind: Literal["policy", "question", "not_understood"]
+    plan: tuple[str, ...] = ()
+    code: str = ""
+    assumptions: tuple[str, ...] = ()
+    question: str = ""
+    unplaced: tuple[str, ...] = ()
+    contacts: tuple[str, ...] = ()
+    writer: WriterInfo = field(default_factory=lambda: WriterInfo("unknown"))
+
+
+@runtime_checkable
+class PolicyWriter(Protocol):
+    """Anything that answers a prompt with a plan and a policy."""
+
+    @property
+    def name(self) -> str:
+        """How the writer is named on the command line, such as "builtin" or "openai:gpt-5"."""
+        ...
+
+    def write(self, prompt: Prompt) -> Reply:
+        """Answer a prompt.
+
+        Raises:
+            WriterError: If no answer could be had: no key, no connection, an unusable reply.
+        """
+        ...
+
+
+@dataclass(frozen=True)
+class _Chosen:
+    """A writer together with the reason for its choice, which its replies then state."""
+
+    writer: PolicyWriter
+    reason: str
+    otherwise: str = ""
+    """The reason for a reply without a policy, where it differs."""
+
+    @property
+    def name(self) -> str:
+        return self.writer.name
+
+    def write(self, prompt: Prompt) -> Reply:
+        reply = self.writer.write(prompt)
+        reason = self.reason if reply.kind == "policy" else self.otherwise or self.reason
+        return replace(reply, writer=replace(reply.writer, reason=reason))
+
+
+@dataclass(frozen=True)
+class Line:
+    """Writers in line: each one is asked where those before it had no answer.
+
+    The chain asks the writers of a line itself, since it also sees whether a policy runs and keeps its promises.
+
+    Args:
+        writers: In the order in which they are asked; at least one.
+        name: How the line was named, such as "auto".
+    """
+
+    writers: tuple[PolicyWriter, ...]
+    name: str
+
+    def write(self, prompt: Prompt) -> Reply:
+        """Answer as the first writer that has a policy or a question; else as the first that understood anything.
+
+        Raises:
+            WriterError: If none of them could answer.
+        """
+        refusal: Reply | None = None
+        tried: list[str] = []
+        for writer in self.writers:
+            try:
+                reply = writer.write(prompt)
+            except WriterError as error:
+                tried.append(f"{writer.name}: {error}")
+                continue
+            tried.append(f"{writer.name}: {reply.kind.replace('_', ' ')}")
+            reply = replace(reply, writer=replace(reply.writer, tried=tuple(tried)))
+            if reply.kind != "not_understood":
+                return reply
+            refusal = refusal or reply
+            prompt = prompt if prompt.attempts else told(prompt, reply)
+        if refusal is None:
+            raise WriterError(" ".join(f"{said.rstrip('.')}." for said in tried))
+        return replace(refusal, writer=replace(refusal.writer, tried=tuple(tried)))
+
+
+def in_line(writer: PolicyWriter) -> tuple[PolicyWriter, ...]:
+    """Return the writers of a line, or the one writer."""
+    return writer.writers if isinstance(writer, Line) else (writer,)
+
+
+def told(prompt: Prompt, reply: Reply) -> Prompt:
+    """Return the prompt for the next writer in line: it ends with what the last one understood and what not."""
+    if reply.kind != "not_understood" or not (reply.plan or reply.unplaced):
+        return prompt
+    placed = ", ".join(quoted(step, MAX_TOLD) for step in reply.plan) or "nothing"
+    words = ", ".join(quoted(word, MAX_TOLD) for word in reply.unplaced) or "nothing in particular"
+    note = (
+        "# What a simpler reader made of the instruction\n"
+        f"Understood: {placed}\nNot understood: {words}\n"
+        "It may be wrong. Write one policy for the whole instruction.\n"
+    )
+    return replace(prompt, situation=f"{prompt.situation.rstrip()}\n{note}")
+
+
+def writer_named(name: str = "auto", *, base_url: str | None = None, temperature: float = 0.1) -> PolicyWriter:
+    """Return the writer of that name.
+
+    Args:
+        name: "auto" (the built-in writer, and where it did not understand every clause the model named by OVITA_MODEL,
+            else a local model that is present), "builtin", "llamacpp:FILE.gguf" or "llamacpp:NAME", "PROVIDER:MODEL"
+            with provider openai, anthropic, google or ollama, or several of them in line, with commas.
+        base_url: Address of an OpenAI-compatible server; then `name` is that server's model.
+        temperature: Sampling temperature of a model.
+
+    Raises:
+        RequestError: If the name is none of these, or the temperature is not between 0 and 2.
+        MissingExtra: If the model's packages are not installed.
+    """
+    if not 0.0 <= temperature <= 2.0:
+        raise RequestError(f"the temperature {temperature:g} is out of range; use 0 to 2")
+    if name == "auto" and base_url is None:
+        return Line(_auto(temperature), "auto")
+    names = [part.strip() for part in name.split(",")]
+    writers = [_Chosen(_one(part, base_url, temperature), "asked for by name") for part in names]
+    return writers[0] if len(writers) == 1 else Line(tuple(writers), ",".join(names))
+
+
+def _auto(temperature: float) -> tuple[PolicyWriter, ...]:
+    """The built-in writer first, then the configured models, or else a local model that is present."""
+    from ovita.writers.models.catalogue import default_model
+
+    configured = os.environ.get(MODEL_VARIABLE, "").strip()
+    present = "" if configured else default_model()
+    if configured:
+        reason = f"{MODEL_VARIABLE} names it, for what the built-in writer does not understand"
+    elif present:
+        reason = "a local model that is present, for what the built-in writer does not understand"
+    else:
+        reason = f"no model is configured ({MODEL_VARIABLE} is not set) and no local one is present (ovita models)"
+    names = [part.strip() for part in (configured or present).split(",") if part.strip()]
+    models = [_Chosen(_one(part, None, temperature), reason) for part in names if part != "builtin"]
+    builtin = _one("builtin", None, temperature)
+    if not models:
+        return (_Chosen(builtin, reason),)
+    return (_Chosen(builtin, "it understood every clause", "no model had a better answer"), *models)
+
+
+def _one(name: str, base_url: str | None, temperature: float) -> PolicyWriter:
+    if name == "builtin":
+        from ovita.writers.builtin import BuiltinWriter
+
+        return BuiltinWriter()
+    provider, _, model = name.partition(":")
+    if base_url is None and (provider not in PROVIDERS or not model):
+        raise RequestError(
+            f"unknown writer {name!r}; use auto, builtin, llamacpp:FILE.gguf, or PROVIDER:MODEL with provider"
+            f" {', '.join(PROVIDERS[1:])} (or --base-url for an OpenAI-compatible server), with commas for several"
+        )
+    if base_url is None and provider == "llamacpp":
+        from ovita.writers.models.local import LocalWriter
+
+        return LocalWriter(model, temperature=temperature)
+    from ovita.writers.models.chat import LLMWriter
+
+    return LLMWriter(name, base_url=base_url, temperature=temperature)

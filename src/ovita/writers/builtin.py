@@ -1,0 +1,51 @@
+"""The built-in policy writer: a clause parser that needs no key, no network and milliseconds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ovita.instruct.compose import compose
+from ovita.instruct.conflicts import standing
+from ovita.instruct.parse import parse
+from ovita.writers.base import Prompt, Reply, WriterInfo
+
+PROMISE = "does not do what it promises"
+"""What the chain says of a policy that ran, but did too little."""
+
+
+@dataclass(frozen=True)
+class BuiltinWriter:
+    """Writes policies for the common families of instructions, and says which words it could not place."""
+
+    name: str = "builtin"
+
+    def write(self, prompt: Prompt) -> Reply:
+        """Answer with a policy, a question, or the words that could not be placed.
+
+        A policy that ran but did too little is written again with more effort; one that failed would fail again, so
+        then it declines.
+        """
+        info = WriterInfo("builtin")
+        request = prompt.request
+        if any(PROMISE not in attempt.error for attempt in prompt.attempts):
+            return Reply("not_understood", unplaced=(request.instruction,), writer=info)
+        understood = parse(request.instruction, request.scene, request.trajectory.positions)
+        draft = compose(understood.intents, request, understood.radius, effort=1 + len(prompt.attempts))
+        question = understood.question or standing(understood.intents, request.trajectory)
+        if understood.unplaced or question:
+            return Reply(
+                "question" if question else "not_understood",
+                plan=tuple(draft.plan),
+                question=question,
+                unplaced=understood.unplaced,
+                writer=info,
+            )
+        summary = " ".join(draft.plan).replace("\\", "/").replace('"""', "'''").rstrip('"')
+        return Reply(
+            "policy",
+            plan=tuple(draft.plan),
+            code=draft.source(summary),
+            assumptions=(*understood.notes, *draft.assumptions),
+            contacts=tuple(draft.contacts),
+            writer=info,
+        )

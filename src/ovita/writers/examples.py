@@ -1,0 +1,196 @@
+"""The example bank: instructions with the policies that answer them, and choosing those that are like an instruction.
+
+The examples are data, in `examples/*.toml`, one file a family. Each is run and measured by the tests.
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache, cached_property
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+
+from ovita.toolkit import CATALOGUE
+from ovita.writers.retrieval import COVERED, Index, terms
+
+DOC_WEIGHT = 0.6
+"""What a word in a function's own description counts, next to one in an example that calls it."""
+
+ALIKE, SERVED = 0.5, 2.0
+"""A further example is shown if it scores this share of the first one's score, times that power of how much of the
+instruction the first one serves: one that leaves half of the instruction open needs company."""
+
+ENOUGH = 0.35
+"""A function is worth showing if it scores this share of the best function's score."""
+
+_CLAUSE = re.compile(r"[,;:]|[.!?](?:\s|$)|\b(?:and|then|but|while|afterwards)\b", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Example:
+    """An instruction and the answer to it.
+
+    Args:
+        family: The file it stands in, such as "distance".
+        say: The instruction.
+        also: Other wordings of the same wish; they help to find the example and are not shown.
+        plan: One step a line.
+        code: The policy; "" where the answer is a question or words that cannot be placed.
+        assumptions: As in a reply.
+        contacts: As in a reply.
+        question: As in a reply.
+        not_understood: As in a reply.
+        scene: Name of the scene in which the tests run it.
+        check: What the tests measure, in the words of the benchmark's checks.
+    """
+
+    family: str
+    say: str
+    also: tuple[str, ...] = ()
+    plan: tuple[str, ...] = ()
+    code: str = ""
+    assumptions: tuple[str, ...] = ()
+    contacts: tuple[str, ...] = ()
+    question: str = ""
+    not_understood: tuple[str, ...] = ()
+    scene: str = ""
+    check: str = ""
+
+    @property
+    def objects(self) -> tuple[str, ...]:
+        """The names of the objects that the policy looks up."""
+        return tuple(dict.fromkeys(re.findall(r'scene\["([^"]+)"\]', self.code)))
+
+    @cached_property
+    def calls(self) -> tuple[str, ...]:
+        """The toolkit's functions that the policy calls."""
+        return tuple(n for n in dict.fromkeys(re.findall(r"\b([a-z_]+)\(", self.code)) if n in CATALOGUE)
+
+    def text(self) -> str:
+        """The example as a prompt shows it: the answer's parts one below the other."""
+        lines = [f"Instruction: {self.say}"]
+        if self.plan:
+            lines += ["Plan:", *(f"{i}. {step}" for i, step in enumerate(self.plan, start=1))]
+        if self.code:
+            lines += ["```python", self.code, "```"]
+        lines += [f"{title}: {text}" for title, text in self._rest() if text]
+        return "\n".join(lines)
+
+    def _rest(self) -> Sequence[tuple[str, str]]:
+        return (
+            ("Assumptions", "; ".join(self.assumptions)),
+            ("Contacts", ", ".join(self.contacts)),
+            ("Question", self.question),
+            ("Not understood", ", ".join(self.not_understood)),
+        )
+
+
+@cache
+def examples() -> tuple[Example, ...]:
+    """Every example, by family and in the order of its file."""
+    folder = files("ovita.writers") / "bank"
+    found: list[Example] = []
+    for file in sorted(folder.iterdir(), key=lambda item: item.name):
+        if file.name.endswith(".toml"):
+            document = tomllib.loads(file.read_text(encoding="utf-8"))
+            family = file.name.removesuffix(".toml")
+            found += [_example(family, document.get("scene", ""), entry) for entry in document["example"]]
+    return tuple(found)
+
+
+def similar(instruction: str, count: int, objects: Sequence[str] = ()) -> tuple[Example, ...]:
+    """The examples that are most like an instruction, best first.
+
+    Each after the first is chosen for what the ones before it leave open, so that a sentence with several clauses gets
+    an example for each.
+
+    Args:
+        instruction: What a person asks.
+        count: How many, at most; fewer if no others share a word with it.
+        objects: Names of the scene's objects: these count as objects, whatever they are called.
+    """
+    index, owners = _wordings()
+    query = terms(instruction, objects)
+    weights: dict[str, float] = {}
+    chosen: list[int] = []
+    least = 0.0
+    while len(chosen) < count:
+        scores = index.scores(query, weights)
+        scores[np.isin(owners, chosen)] = 0.0
+        best = int(np.argmax(scores))
+        if scores[best] <= least:
+            break
+        chosen.append(int(owners[best]))
+        covered = frozenset().union(*(index.texts[i] for i in np.flatnonzero(owners == owners[best])))
+        if len(chosen) == 1:
+            served = index.worth(covered.intersection(query)) / index.worth(query)
+            least = ALIKE * served**SERVED * float(scores[best])
+        weights |= {term: COVERED for term in query if term in covered}
+    return tuple(examples()[i] for i in chosen)
+
+
+def functions_like(
+    instruction: str, count: int, objects: Sequence[str] = (), *, without: Sequence[str] = ()
+) -> tuple[str, ...]:
+    """The names of the toolkit's functions that an instruction seems to need, best first.
+
+    A function is found by its own description and by the examples that call it, for the whole instruction and for each
+    of its clauses.
+
+    Args:
+        instruction: What a person asks.
+        count: How many, at most.
+        objects: Names of the scene's objects.
+        without: Functions that are known already.
+    """
+    index, owners = _wordings()
+    worth = dict.fromkeys(CATALOGUE, 0.0)
+    for part in dict.fromkeys([instruction, *_CLAUSE.split(instruction)]):
+        query = terms(part, objects)
+        found = dict(zip(CATALOGUE, DOC_WEIGHT * _descriptions().scores(query), strict=True))
+        best = np.zeros(len(examples()))
+        np.maximum.at(best, owners, index.scores(query))
+        for example, score in zip(examples(), best.tolist(), strict=True):
+            for name in example.calls if score > 0 else ():
+                found[name] = max(found[name], score)
+        top = max(found.values()) or 1.0
+        worth = {name: max(worth[name], found[name] / top) for name in CATALOGUE}
+    ranked = sorted((name for name in worth if name not in without), key=lambda name: -worth[name])
+    return tuple(name for name in ranked[:count] if worth[name] > ENOUGH)
+
+
+def use_of(name: str) -> tuple[str, str]:
+    """A short example that calls a function: its instruction, and the line with the call.
+
+    Raises:
+        ValueError: If no example calls it.
+    """
+    found = [(e, line.strip()) for e in examples() for line in e.code.splitlines() if re.search(rf"\b{name}\(", line)]
+    if not found:
+        raise ValueError(f"no example calls {name}")
+    example, line = min(found, key=lambda use: (re.match(rf"(\w+ = )?{name}\(", use[1]) is None, len(use[0].code)))
+    return example.say, line
+
+
+@cache
+def _wordings() -> tuple[Index, Any]:
+    """Every wording of every example, and whose it is."""
+    pairs = [(i, terms(w, e.objects)) for i, e in enumerate(examples()) for w in (e.say, *e.also)]
+    return Index([text for _, text in pairs]), np.array([i for i, _ in pairs])
+
+
+@cache
+def _descriptions() -> Index:
+    """The toolkit's functions by name and description."""
+    docs = (f"{name.replace('_', ' ')} {(f.__doc__ or '').partition('Args:')[0]}" for name, f in CATALOGUE.items())
+    return Index([terms(text) for text in docs])
+
+
+def _example(family: str, scene: str, entry: Mapping[str, Any]) -> Example:
+    fields: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v.strip() for k, v in entry.items()}
+    return Example(**{"family": family, "scene": scene, **fields})

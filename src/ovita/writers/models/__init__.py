@@ -1,0 +1,1 @@
+"""Language models as policy writers: in the cloud, on a server, or inside this process."""

@@ -1,0 +1,206 @@
+"""Local models by name: which are known, which are here, and where they lie."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import tempfile
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from ovita.errors import RequestError
+from ovita.writers.models.engine import check_file
+
+DIR_VARIABLE = "OVITA_MODELS"
+"""Environment variable that names the folder of models; else it is ovita/models in the user's cache."""
+
+HUB = "https://huggingface.co"
+HUB_VARIABLE = "HF_ENDPOINT"
+"""Environment variable that names a mirror of the hub."""
+
+_NAME = re.compile(r"[a-z0-9][a-z0-9._-]{0,63}")
+_REGISTER = "models.json"
+
+
+@dataclass(frozen=True)
+class Known:
+    """A model that `ovita models pull` can fetch.
+
+    Args:
+        name: As on the command line.
+        repository: On the hub.
+        file: In that repository.
+        size: In bytes.
+        sha256: Of the file.
+        licence: SPDX identifier; all are free to use, change and pass on, also commercially.
+        about: What it is good for.
+    """
+
+    name: str
+    repository: str
+    file: str
+    size: int
+    sha256: str
+    licence: str
+    about: str
+
+    @property
+    def url(self) -> str:
+        """Where the file is fetched from."""
+        hub = os.environ.get(HUB_VARIABLE, "").strip().rstrip("/") or HUB
+        return f"{hub}/{self.repository}/resolve/main/{self.file}"
+
+
+KNOWN = (
+    Known(
+        "qwen2.5-coder-1.5b",
+        "Qwen/Qwen2.5-Coder-1.5B-Instruct-GGUF",
+        "qwen2.5-coder-1.5b-instruct-q4_k_m.gguf",
+        1_117_320_768,
+        "cc324af070c2ecbfd324a30884d2f951a7ff756aba85cb811a6ec436933bb046",
+        "Apache-2.0",
+        "some 2 GB of memory; the smallest that is of use",
+    ),
+    Known(
+        "qwen3-4b",
+        "Qwen/Qwen3-4B-GGUF",
+        "Qwen3-4B-Q4_K_M.gguf",
+        2_497_280_256,
+        "7485fe6f11af29433bc51cab58009521f205840f5b4ae3a32fa7f92e8534fdf5",
+        "Apache-2.0",
+        "some 4 GB of memory; newer, general",
+    ),
+    Known(
+        "qwen2.5-coder-7b",
+        "Qwen/Qwen2.5-Coder-7B-Instruct-GGUF",
+        "qwen2.5-coder-7b-instruct-q4_k_m.gguf",
+        4_683_073_536,
+        "509287f78cb4d4cf6b3843734733b914b2c158e43e22a7f4bf5e963800894d3c",
+        "Apache-2.0",
+        "some 7 GB of memory; wants a graphics card or patience",
+    ),
+    Known(
+        "qwen2.5-coder-0.5b",
+        "Qwen/Qwen2.5-Coder-0.5B-Instruct-GGUF",
+        "qwen2.5-coder-0.5b-instruct-q4_k_m.gguf",
+        491_400_064,
+        "1d9614638d18024d0fbb36575a15f1302a3adf044df10345688ec4f6e1c4ff32",
+        "Apache-2.0",
+        "some 1 GB of memory; fast, and seldom right",
+    ),
+)
+"""In the order in which `auto` prefers them."""
+
+
+def models_dir() -> Path:
+    """Return the folder of models, which may not exist yet."""
+    named = os.environ.get(DIR_VARIABLE, "").strip()
+    if named:
+        return Path(named).expanduser()
+    cache = os.environ.get("XDG_CACHE_HOME", "").strip()
+    return (Path(cache) if cache else Path.home() / ".cache") / "ovita" / "models"
+
+
+def known_named(name: str) -> Known:
+    """Return the known model of that name.
+
+    Raises:
+        RequestError: If none is known by that name.
+    """
+    for known in KNOWN:
+        if known.name == name:
+            return known
+    raise RequestError(f"no model {name!r} is known; known are {', '.join(known.name for known in KNOWN)}")
+
+
+def present() -> dict[str, Path]:
+    """Return the models that are here by name: those that were added, then the known ones."""
+    here = {name: Path(path) for name, path in _register()["added"].items() if Path(path).is_file()}
+    for known in KNOWN:
+        path = models_dir() / known.file
+        if path.is_file():
+            here.setdefault(known.name, path)
+    return here
+
+
+def default_model() -> str:
+    """Return the writer's name of the local model that `auto` falls back on, or "" if none can be run here."""
+    if find_spec("xllamacpp") is None:
+        return ""
+    return next((f"llamacpp:{name}" for name in present()), "")
+
+
+def model_file(model: str) -> Path:
+    """Return the file of a model given as a file, as a name, or as the beginning of one name of those that are here.
+
+    Raises:
+        RequestError: If there is no such model.
+    """
+    if model.lower().endswith(".gguf") or os.sep in model:
+        return Path(model).expanduser()
+    here = present()
+    fits = [name for name in here if name == model] or [name for name in here if name.startswith(model)]
+    if len(fits) == 1:
+        return here[fits[0]]
+    if len(fits) > 1:
+        raise RequestError(f"{model!r} may be {' or '.join(fits)}; name one of them")
+    if any(known.name == model for known in KNOWN):
+        raise RequestError(f"the model {model} is not here yet; get it with: ovita models pull {model}")
+    known = ", ".join(here) or "none; see 'ovita models list'"
+    raise RequestError(f"there is no local model {model!r}; here are {known}")
+
+
+def add(name: str, file: str) -> Path:
+    """Register a model file under a name; the file stays where it is.
+
+    Raises:
+        RequestError: If the name cannot be used, or the file is no GGUF model.
+    """
+    if not _NAME.fullmatch(name) or name.endswith(".gguf"):
+        raise RequestError(f"{name!r} cannot be a model's name; use small letters, digits, '.', '-' and '_'")
+    if any(known.name == name for known in KNOWN):
+        raise RequestError(f"{name!r} is the name of a known model; choose another")
+    path = Path(file).expanduser().absolute()
+    check_file(path)
+    register = _register()
+    register["added"] = {**register["added"], name: str(path)}
+    _write(register)
+    return path
+
+
+def checksum(file: str) -> str:
+    """Return the sha256 that was recorded when a file was pulled, or ""."""
+    return str(_register()["sha256"].get(file, ""))
+
+
+def record(file: str, sha256: str) -> None:
+    """Record the sha256 of a file that was pulled."""
+    register = _register()
+    register["sha256"] = {**register["sha256"], file: sha256}
+    _write(register)
+
+
+def _register() -> dict[str, dict[str, str]]:
+    empty: dict[str, dict[str, str]] = {"added": {}, "sha256": {}}
+    path = models_dir() / _REGISTER
+    try:
+        read: Any = json.loads(path.read_text(encoding="utf-8"))
+        return {key: {str(k): str(v) for k, v in read.get(key, {}).items()} for key in empty}
+    except FileNotFoundError:
+        return empty
+    except (OSError, ValueError, AttributeError):
+        raise RequestError(f"{path} cannot be read; remove it, and add your models again") from None
+
+
+def _write(register: dict[str, dict[str, str]]) -> None:
+    folder = models_dir()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.NamedTemporaryFile("w", dir=folder, suffix=".json", delete=False, encoding="utf-8") as file:
+            json.dump(register, file, indent=1)
+        os.replace(file.name, folder / _REGISTER)
+    except OSError as error:
+        raise RequestError(f"{folder} cannot be written ({error.strerror}); set {DIR_VARIABLE} to another") from None

@@ -1,0 +1,146 @@
+"""The writer that asks a language model, through pydantic-ai: cloud, self-hosted, or any OpenAI-compatible server."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from ovita.errors import RequestError, WriterError
+from ovita.writers.models.conversation import ModelWriter
+from ovita.writers.models.endpoint import Endpoint
+from ovita.writers.models.exchange import Ask, Form, Heard, exchange, suited
+from ovita.writers.models.failure import rejects_schema, rejects_temperature, retry_delay, writer_error
+from ovita.writers.progress import Watch
+
+if TYPE_CHECKING:
+    import httpx2
+    from pydantic_ai.models import Model
+
+
+class LLMWriter(ModelWriter):
+    """A language model as a policy writer.
+
+    Args:
+        name: "openai:MODEL", "anthropic:MODEL", "google:MODEL" or "ollama:MODEL"; with `base_url` a model's name alone
+            will do, and "auto" takes the first model that the server lists.
+        base_url: Address of an OpenAI-compatible server, such as "http://127.0.0.1:8080/v1".
+        temperature: Sampling temperature; left out for models that accept none.
+        timeout: Longest wait for an answer, retries included [s].
+        retries: How often a request that failed at the server is sent again.
+        api_key: Key; None takes it from the environment when a request is made.
+        max_tokens: Longest answer [tokens].
+
+    Raises:
+        RequestError: If the name, the address or an option cannot be used.
+        MissingExtra: If pydantic-ai or the provider's package is not installed.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        *,
+        base_url: str | None = None,
+        temperature: float = 0.1,
+        timeout: float = 60.0,
+        retries: int = 2,
+        api_key: str | None = None,
+        max_tokens: int = 4096,
+    ) -> None:
+        if not 0.0 <= temperature <= 2.0:
+            raise RequestError(f"the temperature {temperature:g} is out of range; use 0 to 2")
+        if not 0.0 < timeout < float("inf"):
+            raise RequestError(f"the timeout {timeout:g} cannot be used; give a positive number of seconds")
+        if retries < 0 or max_tokens < 1:
+            raise RequestError("retries must be 0 or more and max_tokens 1 or more")
+        self._endpoint = Endpoint.named(name, base_url, api_key)
+        form: Form = "tool" if self._endpoint.provider == "anthropic" else "native"
+        super().__init__(name.strip(), form, temperature, max_tokens)
+        self._timeout, self._retries = timeout, retries
+
+    def shown(self, text: str) -> str:
+        """Return what a model said as it may be shown to a person: on one line, shortened, without any key."""
+        return self._endpoint.scrubbed(text, "")
+
+    def hear(self, ask: Ask, watch: Watch) -> Heard:
+        """Put a question to the model and return what it answered, whatever that is.
+
+        Raises:
+            MissingKey: If the provider needs a key and none is set; nothing was sent.
+            WriterError: If nothing was answered, also because the watch is over.
+        """
+        key = self._endpoint.key(self._name)
+        import pydantic_ai.direct  # noqa: F401  (2 s, not part of the time that an answer may take)
+
+        seconds = min(self._timeout, watch.left)
+        ends: list[Callable[[], object]] = []
+
+        async def asked() -> Heard | WriterError | None:
+            task, loop = asyncio.current_task(), asyncio.get_running_loop()
+            assert task is not None
+            ends.append(lambda: loop.call_soon_threadsafe(task.cancel))
+            return await self._within_time(ask, key, seconds)
+
+        def stop() -> None:
+            for end in ends:
+                with suppress(RuntimeError):  # the loop has closed by itself
+                    end()
+
+        # A loop of its own, so that callers inside a running loop can wait for it. The margin is for when looking up
+        # the server's name hangs, which nothing can interrupt.
+        waiting = f"{self._name} is asked"
+        outcome = watch.wait_for(lambda: asyncio.run(asked()), stop, seconds + 2.0, waiting)
+        if isinstance(outcome, WriterError):
+            raise outcome
+        if outcome is None:
+            late = f"no answer within {seconds:.3g} s; allow more time or use a faster model"
+            raise WriterError(f"{self._name}: {'stopped on request' if watch.cancelled else late}")
+        return outcome
+
+    async def _within_time(self, ask: Ask, key: str, seconds: float) -> Heard | WriterError | None:
+        import httpx2
+
+        # Proxies do not stand before servers on this machine, whatever the environment says.
+        client = httpx2.AsyncClient(timeout=seconds, follow_redirects=True, trust_env=not self._endpoint.local)
+        try:
+            async with asyncio.timeout(seconds), client:
+                name = self._endpoint.model or await _first_model(client, self._endpoint, key)
+                return await self._persist(self._endpoint.open(name, key, client), ask, key, seconds)
+        except TimeoutError:
+            return None
+        except Exception as error:  # whatever a third-party client raises, a person gets a sentence
+            return writer_error(error, self._endpoint, self._name, key)
+
+    async def _persist(self, model: Model, ask: Ask, key: str, seconds: float) -> Heard | WriterError:
+        """Ask until there is an answer, more simply where the server refuses an option, within the retries."""
+        from pydantic_ai.exceptions import ModelAPIError
+
+        ask, tries = suited(ask, model), 0
+        deadline = asyncio.get_running_loop().time() + seconds
+        while True:
+            tries += 1
+            try:
+                return await exchange(model, ask)
+            except ModelAPIError as error:
+                if ask.temperature is not None and rejects_temperature(error):
+                    ask, tries = replace(ask, temperature=None), tries - 1
+                    continue
+                if ask.form != "text" and rejects_schema(error):
+                    ask, tries = replace(ask, form="text"), tries - 1
+                    continue
+                delay = retry_delay(error, tries)
+                late = delay is not None and asyncio.get_running_loop().time() + delay >= deadline
+                if delay is None or late or tries > self._retries:
+                    return writer_error(error, self._endpoint, self._name, key, tries=tries)
+                await asyncio.sleep(delay)
+
+
+async def _first_model(client: httpx2.AsyncClient, endpoint: Endpoint, key: str) -> str:
+    """Return the first model that a server lists, or "default" where it lists none."""
+    answer = await client.get(f"{endpoint.base_url}/models", headers={"Authorization": f"Bearer {key}"})
+    try:
+        return str(answer.json()["data"][0]["id"])
+    except (ValueError, LookupError, TypeError):
+        return "default"

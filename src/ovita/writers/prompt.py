@@ -1,0 +1,200 @@
+"""Phase one: grounding. A request becomes a prompt that says everything a policy writer needs to know.
+
+The fixed part (role, rules, the core of the toolkit) comes first and is the same for every request, so that servers can
+keep it in their cache. Behind it comes what depends on the request: further functions and examples that are like the
+instruction, frame, objects, extents, speeds, limits, and what "slightly" and "near" amount to in this scene.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from functools import cache
+from importlib.resources import files
+from typing import Literal
+
+import numpy as np
+
+from ovita.instruct.scale import Scale
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Array, Trajectory
+from ovita.request import Request, Turn
+from ovita.toolkit.catalogue import CORE, describe
+from ovita.writers.base import Prompt
+from ovita.writers.examples import Example, functions_like, similar
+from ovita.writers.safe_text import one_line, quoted
+
+ExampleMode = Literal["retrieved", "paper", "none"]
+"""Which examples a prompt shows: the most similar ones of the bank, the paper's way of two fixed ones, or none."""
+
+EXAMPLES, FUNCTIONS = 2, 4
+"""How many examples of the bank a prompt shows, and how many functions beyond the core and those that they call."""
+
+ROOM = 890
+"""How much text functions and examples may take together, so that prompts stay short [characters]."""
+
+_UNITS = {
+    "cm": (0.01, "m"),
+    "centim": (0.01, "m"),
+    "mm": (0.001, "m"),
+    "millim": (0.001, "m"),
+    "inch": (0.0254, "m"),
+    "feet": (0.3048, "m"),
+    "foot": (0.3048, "m"),
+    "ft": (0.3048, "m"),
+    "s": (10, "timesteps"),
+}
+"""What a policy's functions take for a unit that people use: factor and name."""
+
+_MEASURE = re.compile(
+    r"(?<![\w.])(\d{1,9}(?:\.\d{1,9})?|\.\d{1,9})[ -]?"
+    r"(cm|centimet(?:re|er)s?|mm|millimet(?:re|er)s?|inch(?:es)?|feet|foot|ft|s|secs?|seconds?)(?![\w/²^])",
+    re.IGNORECASE,
+)
+
+MAX_NAME, MAX_ENVIRONMENT, MAX_LIMITS = 80, 1200, 400
+"""Longest name, environment text and constraints text that go into a prompt [characters]."""
+
+
+def ground(
+    request: Request, *, examples: ExampleMode | bool = "retrieved", toolkit: bool = True, scene: bool = True
+) -> Prompt:
+    """Build the prompt for a request.
+
+    Args:
+        request: Instruction, trajectory, scene, robot and history.
+        examples: Which examples are shown; True is "retrieved", False is "none".
+        toolkit: Whether the policy is to be made of the toolkit's functions; else the prompt asks for the paper's
+            scripts, and the examples are scripts as well.
+        scene: Whether the scene is described; else only the objects' names are given, as in the paper.
+    """
+    mode: ExampleMode = examples if isinstance(examples, str) else "retrieved" if examples else "none"
+    parts = _helpful(request) if toolkit and mode == "retrieved" else []
+    parts += ["# This scene", *(_scene_lines(request) if scene else _names(request.scene))]
+    parts += [_turn_lines(i, turn) for i, turn in enumerate(request.history, start=1)]
+    parts.append(f"# Instruction\n{_in_units(one_line(request.instruction))}")
+    return Prompt(request=request, fixed=_fixed(mode, toolkit), situation="\n".join(parts) + "\n")
+
+
+@cache
+def _fixed(mode: ExampleMode, toolkit: bool) -> str:
+    if not toolkit:
+        return "\n\n".join([_read("script.md"), *([] if mode == "none" else [_read("script-examples.md")])]) + "\n"
+    # Without retrieval nothing says which functions an instruction may need, so all are listed.
+    text = _read("policy.md").replace("{{toolkit}}", describe(CORE if mode == "retrieved" else None))
+    return "\n\n".join([text, *([_read("paper.md")] if mode == "paper" else [])]) + "\n"
+
+
+@cache
+def _read(name: str) -> str:
+    return (files("ovita.writers") / "prompts" / name).read_text(encoding="utf-8").strip()
+
+
+def _helpful(request: Request) -> list[str]:
+    """The functions and the examples that an instruction calls for: always one example, more of both while they fit."""
+    names = request.scene.names
+    likely = functions_like(request.instruction, FUNCTIONS, names, without=CORE)
+    shown: list[Example] = []
+    for example in similar(request.instruction, 2 * EXAMPLES, names):
+        longer = _help((*shown, example), likely[:1])
+        if not shown or (len(shown) < EXAMPLES and example.code != "" and _length(longer) <= ROOM):
+            shown.append(example)
+    count = len(likely)
+    while count > 1 and _length(_help(shown, likely[:count])) > ROOM:
+        count -= 1
+    return _help(shown, likely[:count])
+
+
+def _help(shown: Sequence[Example], likely: Sequence[str]) -> list[str]:
+    further = [name for name in (*(call for e in shown for call in e.calls), *likely) if name not in CORE]
+    functions = ["# More functions\n" + describe(further, known_notes=("OFFSET",))] if further else []
+    return functions + [f"# Example {i}\n{example.text()}" for i, example in enumerate(shown, start=1)]
+
+
+def _length(parts: Sequence[str]) -> int:
+    return sum(map(len, parts))
+
+
+def _names(scene: Scene) -> list[str]:
+    names = ", ".join(quoted(name, MAX_NAME) for name in scene.names) or "none"
+    return [f"Frame: {scene.frame.describe()}. Units: metres, m/s, seconds.", f"Objects: {names}."]
+
+
+def _scene_lines(request: Request) -> list[str]:
+    scene, scale = request.scene, Scale.of(request.trajectory)
+    lines = [
+        f"Frame: {scene.frame.describe()}.",
+        _trajectory_line(request.trajectory),
+        *_object_lines(scene, request.trajectory, scale),
+        _limits_line(request),
+        f"Sizes: {scale.describe()}",
+    ]
+    for title, text, limit in (
+        ("Environment", scene.environment, MAX_ENVIRONMENT),
+        ("Limits", scene.constraints_text, MAX_LIMITS),
+    ):
+        if text.strip():
+            lines.append(f"{title} (data): {quoted(text, limit)}")
+    return lines
+
+
+def _in_units(instruction: str) -> str:
+    """The instruction with its lengths in metres and its times in timesteps behind them: "8 cm (0.08 m)"."""
+
+    def told(found: re.Match[str]) -> str:
+        value = float(found[1])
+        unit = next(word for word in _UNITS if found[2].lower().startswith(word))
+        factor, name = _UNITS[unit]
+        return f"{found[0]} ({value * factor:.4g} {name})"
+
+    return _MEASURE.sub(told, instruction)
+
+
+def _trajectory_line(trajectory: Trajectory) -> str:
+    low, high = trajectory.positions.min(axis=0), trajectory.positions.max(axis=0)
+    ranges = ", ".join(f"{axis} {short(a)}..{short(b)}" for axis, a, b in zip("xyz", low, high, strict=True))
+    v = trajectory.speeds
+    return (
+        f"Path: {len(trajectory)} waypoints, {short(trajectory.length)} m, {short(trajectory.duration)} s,"
+        f" start {point(trajectory.positions[0])}, goal {point(trajectory.positions[-1])}, {ranges},"
+        f" speed {short(v.min())}..{short(v.max())} m/s."
+    )
+
+
+def _object_lines(scene: Scene, trajectory: Trajectory, scale: Scale) -> Sequence[str]:
+    if not scene.objects:
+        return ["Objects: none."]
+    lines = ["Objects (name: centre; size; distance at closest waypoint; what counts as near):"]
+    for item in scene.objects:
+        d = item.distance(trajectory.positions)
+        i = int(np.argmin(d))
+        size = "?" if item.dimensions is None else " ".join(short(s) for s in item.size)
+        near = scale.near(trajectory.positions, item)
+        lines.append(f"{quoted(item.name, MAX_NAME)}: {point(item.position)}; {size}; {short(d[i])} at {i}; {near:g}")
+    return lines
+
+
+def _limits_line(request: Request) -> str:
+    robot = request.robot
+    where = "" if robot.workspace is None else f"{robot.workspace.describe()}, "
+    speed = "" if robot.max_speed is None else f"at most {robot.max_speed:g} m/s, "
+    return f"Enforced afterwards: {where}{speed}{robot.obstacle_margin:g} m from obstacles."
+
+
+def _turn_lines(number: int, turn: Turn) -> str:
+    plan = "; ".join(one_line(step) for step in turn.plan) or "no plan"
+    code = turn.code.strip().replace("```", "'''")
+    shown = f"\n```python\n{code}\n```" if code else ""
+    about = f"# Earlier turn {number}, about the {turn.feedback_on} trajectory"
+    return f"{about}\nInstruction: {one_line(turn.instruction)}\nIt did: {plan}{shown}"
+
+
+def point(position: Array) -> str:
+    """A position as text: (0.1, 0.2, 0.3)."""
+    return "(" + ", ".join(short(x) for x in position) + ")"
+
+
+def short(value: float) -> str:
+    """A number with three digits, and no more than two behind the point unless it is tiny."""
+    value = float(value)
+    return f"{round(value, 2) + 0.0 if abs(value) >= 0.02 else value:.3g}" if abs(value) >= 5e-4 else "0"

@@ -1,0 +1,76 @@
+"""Reading constraint texts: what is understood, in which numbers, and what is handed back."""
+
+import math
+
+import pytest
+
+from ovita.limits import parse_text
+from ovita.paths.robot import Robot, Shell
+
+INF = math.inf
+
+
+@pytest.mark.parametrize(
+    ("text", "ranges"),
+    [
+        ("x -2 to 2, y -3 to 3, z 0 to 2", {"x": (-2, 2), "y": (-3, 3), "z": (0, 2)}),
+        ("The x-axis range is -0.5 to 0.5. The y-axis range is -1 to 1.", {"x": (-0.5, 0.5), "y": (-1, 1)}),
+        ("x ranges from -4 to 4, and y ranges from -3 to 2.5.", {"x": (-4, 4), "y": (-3, 2.5)}),
+        ("a maximum x of 3, a minimum x of -4 and a maximum y of 2", {"x": (-4, 3), "y": (-INF, 2)}),
+        ("The z-coordinate is always 0.", {"z": (0, 0)}),
+        ("z is fixed at 0.2 m", {"z": (0.2, 0.2)}),
+        ("x in [-1, 1]; y between 0 m and 2.5 m", {"x": (-1, 1), "y": (0, 2.5)}),
+        ("-2 <= x <= 2 and 0<y<1.5", {"x": (-2, 2), "y": (0, 1.5)}),
+        ("z ± 50 cm", {"z": (-0.5, 0.5)}),
+        ("X must stay between 10 cm and 80 cm", {"x": (0.1, 0.8)}),
+        ("The z-axis is limited to -100 mm to 0.3 m", {"z": (-0.1, 0.3)}),
+    ],
+)
+def test_ranges(text, ranges):
+    found = parse_text(text)
+    assert found.ranges == {k: pytest.approx(v) for k, v in ranges.items()}
+    assert not found.ignored
+    assert len(found.understood) == len(ranges)
+
+
+@pytest.mark.parametrize(
+    ("text", "key", "value"),
+    [
+        ("sphere of radius 0.8 ± 0.2 m around the base", "reach", 1.0),
+        (
+            "A ball with the radius of 0.8 meters around the base.\n Tolerance of +0.2 and -0.2 is allowed.",
+            "reach",
+            1.0,
+        ),
+        ("keep 0.1 m from obstacles", "obstacle_margin", 0.1),
+        ("Stay at least 10 cm away from all objects.", "obstacle_margin", 0.1),
+        ("It must maintain a minimum distance of 0.1 from the borders of all objects.", "obstacle_margin", 0.1),
+        ("The maximum speed is 0.5 m/s", "max_speed", 0.5),
+    ],
+)
+def test_single_values(text, key, value):
+    found = parse_text(text)
+    assert getattr(found, key) == pytest.approx(value)
+    assert not found.ignored
+
+
+def test_what_is_not_understood_is_handed_back():
+    found = parse_text("There is a room. x 0 to 1. Never cross the red line. Keep the gripper level.")
+    assert found.ranges == {"x": (0, 1)}
+    assert found.ignored == ("Never cross the red line", "Keep the gripper level")
+    assert parse_text("").understood == ()
+
+
+def test_limits_take_the_place_of_the_robots():
+    drone = Robot.preset("drone")
+    room = parse_text("x -2 to 2, z 0 to 2. Keep 5 cm from obstacles. Speed up to 0.4 m/s.").apply(drone)
+    assert room.workspace.lower == (-2, -3, 0)
+    assert room.workspace.upper == (2, 3, 2)
+    assert (room.obstacle_margin, room.max_speed, room.margin) == (0.05, 0.4, drone.margin)
+    flat = parse_text("z is always 0").apply(Robot.preset("ground"))
+    assert flat.workspace.lower[2] == -0.01
+    assert flat.workspace.upper[2] == 0.01
+    arm = parse_text("a sphere of radius 0.9 m").apply(Robot.preset("arm"))
+    assert arm.workspace == Shell((-0.5, 0.0, 0.6), 0.15, 0.9)
+    assert parse_text("a sphere of radius 0.9 m").apply(drone, base=(1, 2, 3)).workspace == Shell((1, 2, 3), 0.0, 0.9)
+    assert parse_text("nothing at all").apply(drone) == drone

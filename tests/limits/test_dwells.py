@@ -1,0 +1,41 @@
+"""A dwell stays a dwell: repeated waypoints move as one."""
+
+import numpy as np
+
+from ovita.limits import ConstraintOptions, constrain
+from ovita.paths.robot import Box, Robot
+from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.trajectory import Trajectory
+
+LINE = np.column_stack([np.linspace(0, 2, 41), np.zeros((41, 2)), np.full(41, 0.3)])
+
+
+def with_dwell(rows, i, steps=10):
+    still = np.repeat(rows[i : i + 1], steps + 1, axis=0)
+    still[:, 3] = 0.0
+    return Trajectory.from_array(np.vstack([rows[:i], still, rows[i + 1 :]]))
+
+
+def stands(trajectory):
+    return int(((np.diff(trajectory.positions, axis=0) == 0).all(axis=1) & (trajectory.speeds[1:] == 0)).sum())
+
+
+def test_a_dwell_inside_an_obstacle_is_moved_as_a_whole():
+    scene = Scene((SceneObject("post", [1.0, 0.01, 0.0], [0.2, 0.2, 0.2]),))
+    proposed = with_dwell(LINE, 20)
+    solution = constrain(proposed, scene, Robot.preset("none"), original=Trajectory.from_array(LINE))
+    assert solution.verdict.status == "repaired"
+    assert stands(proposed) == stands(solution.trajectory) == 10
+    assert len(solution.trajectory) == len(proposed)
+
+
+def test_a_dwell_outside_the_workspace_and_a_pinned_one():
+    robot = Robot("flat", Box((-5, -5, 0.2), (5, 5, 1.0)))
+    proposed = with_dwell(LINE, 20)
+    solution = constrain(proposed, Scene(), robot, original=Trajectory.from_array(LINE))
+    assert solution.verdict.status == "repaired" and stands(solution.trajectory) == 10
+    pinned = constrain(
+        proposed, Scene(), robot, original=Trajectory.from_array(LINE), options=ConstraintOptions(pinned=(25,))
+    )
+    assert pinned.verdict.status == "infeasible" and "waypoint" in " ".join(pinned.verdict.conflicts)
+    assert np.array_equal(pinned.trajectory.positions[25], proposed.positions[25])
