@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
+from ovita.instruct.clauses import Reader
 from ovita.instruct.intents import Intent, Region
-from ovita.instruct.neighbours import DIRECTIONS
-from ovita.instruct.reader import Reader
 from ovita.instruct.regions import read_region
-from ovita.instruct.senses import SPEED
+from ovita.instruct.senses import DIRECTIONS, SPEED
 
 SPARED = (
     "avoid",

@@ -10,9 +10,8 @@ import numpy as np
 
 from ovita.instruct.intents import Region
 from ovita.instruct.scale import Scale, nice
-from ovita.paths.scene import SceneObject, canonical
-from ovita.paths.trajectory import Array
-from ovita.request import Request
+from ovita.paths.scene import Scene, SceneObject, canonical
+from ovita.paths.trajectory import Array, Trajectory
 from ovita.toolkit import CATALOGUE
 
 OPPOSITE = {"left": "right", "right": "left", "front": "back", "back": "front", "up": "down", "down": "up"}
@@ -28,7 +27,8 @@ class Draft:
     that later steps can allow for them; along the directions in `exact` the instruction states the amount.
     """
 
-    request: Request
+    trajectory: Trajectory
+    scene: Scene
     scale: Scale
     positions: Array
     shifts: dict[str, list[str]] = field(default_factory=dict)
@@ -36,17 +36,19 @@ class Draft:
     parameters: dict[str, tuple[object, str]] = field(default_factory=dict)
     objects: dict[str, SceneObject] = field(default_factory=dict)
     body: list[str] = field(default_factory=list)
-    expectations: list[str] = field(default_factory=list)
+    promises: dict[str, str] = field(default_factory=dict)
     plan: list[str] = field(default_factory=list)
     assumptions: list[str] = field(default_factory=list)
     contacts: list[str] = field(default_factory=list)
     effort: int = 1
     fixed: set[str] = field(default_factory=set)
+    parts: int = 0
+    goal_moved: bool = False
 
     @classmethod
-    def of(cls, request: Request) -> Draft:
-        """An empty draft for a request."""
-        return cls(request, Scale.of(request.trajectory), np.array(request.trajectory.positions))
+    def of(cls, trajectory: Trajectory, scene: Scene) -> Draft:
+        """An empty draft for a trajectory in its scene."""
+        return cls(trajectory, scene, Scale.of(trajectory), np.array(trajectory.positions))
 
     def knob(self, name: str, value: object, comment: str) -> str:
         """Add a parameter under a free name and return that name."""
@@ -72,10 +74,15 @@ class Draft:
         """Give a mask a name in the policy and return it; "" stays ""."""
         if not where:
             return ""
-        count = sum(line.startswith("part") for line in self.body)
-        name = "part" if not count else f"part_{count + 1}"
+        self.parts += 1
+        name = "part" if self.parts == 1 else f"part_{self.parts}"
         self.body.append(f"{name} = {where}")
         return name
+
+    def promise(self, code: str, about: str = "") -> None:
+        """Add a postcondition; it takes the place of an earlier one that is about the same."""
+        self.promises.pop(about or code, None)
+        self.promises[about or code] = code
 
     def held(self) -> str:
         """The argument that keeps later steps from disturbing exact amounts, or ""."""
@@ -108,7 +115,7 @@ class Draft:
         lines += [f"    {name}={value!r},  # {one_line(comment)}" for name, (value, comment) in self.parameters.items()]
         lines += ["):", f'    """{one_line(summary)}"""']
         lines += [f"    {name} = scene[{item.name!r}]" for name, item in self.objects.items()]
-        lines += [f"    {line}" for line in [*self.body, *self.expectations]]
+        lines += [f"    {line}" for line in [*self.body, *self.promises.values()]]
         return "\n".join([*lines, "    return traj", ""])
 
 
@@ -127,7 +134,7 @@ def mask(draft: Draft, region: Region) -> tuple[str, str]:
         return _range(draft, region)
     if kind in ("but_first", "but_last"):
         stated = _in_waypoints(draft, replace(region, kind=kind.removeprefix("but_")))
-        left = max(len(draft.request.trajectory) - int(stated.amount or 0), 1)
+        left = max(len(draft.trajectory) - int(stated.amount or 0), 1)
         kind = "last" if kind == "but_first" else "first"
         region = Region(kind, amount=left, counted=True)
     if kind in ("first", "last"):
@@ -151,7 +158,7 @@ def mask(draft: Draft, region: Region) -> tuple[str, str]:
     if kind == "heading":
         return f"where_rising(traj, {region.direction!r})", f"where it heads {region.direction}"
     if kind == "beyond":
-        axis = draft.request.scene.frame.direction(region.direction)
+        axis = draft.scene.frame.direction(region.direction)
         k = int(np.flatnonzero(axis)[0])
         sign = "" if axis[k] > 0 else "-"
         name = draft.knob(f"{region.direction}_of", region.amount, f"[m] how far {region.direction} the part begins")
@@ -165,7 +172,7 @@ def mask(draft: Draft, region: Region) -> tuple[str, str]:
 
 def _range(draft: Draft, region: Region) -> tuple[str, str]:
     """Waypoints by number, counted from 1."""
-    last = len(draft.request.trajectory)
+    last = len(draft.trajectory)
     begin = int(np.clip(region.amount or 1, 1, last))
     end = last if region.until is None else int(np.clip(region.until, begin, last))
     draft.assume("waypoints are counted from 1")
@@ -178,7 +185,7 @@ def _in_waypoints(draft: Draft, region: Region) -> Region:
     """A stretch given in metres or seconds as so many waypoints."""
     if region.unit not in ("m", "s"):
         return region
-    trajectory = draft.request.trajectory
+    trajectory = draft.trajectory
     if region.unit == "s":
         times = trajectory.times
     else:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from ovita.instruct.clauses import Reader
 from ovita.instruct.intents import WHOLE, Region
-from ovita.instruct.neighbours import DIRECTIONS
-from ovita.instruct.reader import Reader
+from ovita.instruct.senses import DIRECTIONS
 from ovita.instruct.tokens import Token
 
 ORDINALS = "first second third fourth fifth sixth seventh eighth ninth tenth".split()

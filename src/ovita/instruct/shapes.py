@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from ovita.instruct.clauses import Reader
 from ovita.instruct.intents import Intent
-from ovita.instruct.neighbours import DIRECTIONS
-from ovita.instruct.reader import Reader
 from ovita.instruct.regions import read_region
-from ovita.instruct.senses import SPEED
+from ovita.instruct.senses import DIRECTIONS, SPEED
 
 MOVING = ("first", "last", "closer", "away", "start", "goal", "extend", "waypoints")
 """Concepts that make a clause with a number something else than a bound."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ovita.instruct.clauses import Reader
 from ovita.instruct.intents import Intent, Region
-from ovita.instruct.neighbours import DIRECTIONS
-from ovita.instruct.reader import Reader
 from ovita.instruct.regions import named_heading, read_region
 from ovita.instruct.scale import Degree
+from ovita.instruct.senses import DIRECTIONS
 
 FRACTIONS = (("half", 0.5), ("third", 1 / 3), ("quarter", 0.25), ("fifth", 0.2), ("tenth", 0.1))
 
@@ -22,7 +22,7 @@ WORDS = tuple(
 
 
 @dataclass(frozen=True)
-class _Heard:
+class _SpeedClause:
     """What a clause says about speed, before it is decided what it asks for."""
 
     region: Region
@@ -83,7 +83,7 @@ def _is_otherwise(r: Reader) -> bool:
     return r.has("constant") and not r.has("speed", "faster", "slower") and r.has("distance", "away")
 
 
-def _hear(r: Reader, *, inverse: bool) -> _Heard:
+def _hear(r: Reader, *, inverse: bool) -> _SpeedClause:
     """Take the words of a clause about speed."""
     law = next((law for law in LAWS if r.take(law)), "acceleration" if r.numbers(("m/s2",)) else "")
     turns = r.has("turn")
@@ -98,15 +98,15 @@ def _hear(r: Reader, *, inverse: bool) -> _Heard:
     factor = _multiplied(r)
     compared = r.has("than") and bool(r.numbers(("m/s",)))
     r.take(*WORDS, *_idle(r))
-    return _Heard(region, slower, faster, constant, gradual, turns, law, inverse, compared, factor, r.degree())
+    return _SpeedClause(region, slower, faster, constant, gradual, turns, law, inverse, compared, factor, r.degree())
 
 
-def _turning(r: Reader, heard: _Heard) -> Intent | None:
+def _turning(r: Reader, heard: _SpeedClause) -> Intent | None:
     """Slow down before the turns."""
     return heard.intent("turns", _factor(r), "") if heard.turns else None
 
 
-def _between_speeds(r: Reader, heard: _Heard) -> Intent | None:
+def _between_speeds(r: Reader, heard: _SpeedClause) -> Intent | None:
     """From 0.1 to 0.5 m/s."""
     numbers = r.numbers(("", "m/s"))
     if len(numbers) != 2 or r.word_before(numbers[0]) != "from" or r.word_before(numbers[1]) != "to":
@@ -115,7 +115,7 @@ def _between_speeds(r: Reader, heard: _Heard) -> Intent | None:
     return heard.intent("ramp", last, count=first)
 
 
-def _by_law(r: Reader, heard: _Heard) -> Intent | None:
+def _by_law(r: Reader, heard: _SpeedClause) -> Intent | None:
     """A trapezoidal profile; accelerate exponentially."""
     if not heard.law:
         return None
@@ -124,7 +124,7 @@ def _by_law(r: Reader, heard: _Heard) -> Intent | None:
     return heard.intent(f"{heard.law}_down" if heard.slower and not heard.faster else heard.law, amount)
 
 
-def _reaching(r: Reader, heard: _Heard) -> Intent | None:
+def _reaching(r: Reader, heard: _SpeedClause) -> Intent | None:
     """A speed to reach, at once or steadily, or one speed everywhere."""
     if heard.factor is not None:
         return heard.intent("factor", heard.factor, "x")
@@ -151,13 +151,13 @@ def _from_rest(r: Reader) -> bool:
     )
 
 
-def _relative(r: Reader, heard: _Heard) -> Intent | None:
+def _relative(r: Reader, heard: _SpeedClause) -> Intent | None:
     """A change relative to the speed as it is."""
     changed = heard.slower or heard.faster or r.has("double", *(w for w, _ in FRACTIONS)) or r.numbers(("%", "x"))
     return _change(r, heard) if changed else None
 
 
-def _bounded(r: Reader, heard: _Heard) -> Intent | None:
+def _bounded(r: Reader, heard: _SpeedClause) -> Intent | None:
     """A bound on the speed: "at most 0.3 m/s", "keep the speed below 0.3", "don't exceed 0.5 m/s"."""
     numbers = r.numbers(("m/s",)) or r.numbers(("",))
     never = r.has("never")
@@ -269,7 +269,7 @@ def _factor(r: Reader) -> float | None:
     return None if share is None else max(0.0, 1 - share)
 
 
-def _change(r: Reader, heard: _Heard) -> Intent:
+def _change(r: Reader, heard: _SpeedClause) -> Intent:
     """A relative change: by half, two times, by 20 %, by 0.2 m/s, or a word of degree; or that of the time taken."""
     factor = _stated_factor(r, heard)
     if factor is not None:
@@ -281,7 +281,7 @@ def _change(r: Reader, heard: _Heard) -> Intent:
     return heard.intent("slower" if heard.slower != heard.inverse else "faster", unit="")
 
 
-def _stated_factor(r: Reader, heard: _Heard) -> float | None:
+def _stated_factor(r: Reader, heard: _SpeedClause) -> float | None:
     """The factor that a clause states, or None."""
     by = any(_stated_by(r, word) for word, _ in FRACTIONS)
     fraction = next((f for w, f in FRACTIONS if r.take(w)), None)

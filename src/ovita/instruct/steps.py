@@ -1,4 +1,4 @@
-"""One function per action: each adds its lines of code, its knobs and its sentence to the draft."""
+"""From intents to a policy: each step adds lines, knobs and a sentence, in an order in which none disturbs another."""
 
 from __future__ import annotations
 
@@ -7,15 +7,75 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ovita.instruct.aim_steps import AIM_STEPS
 from ovita.instruct.draft import OPPOSITE, Draft, above, argument, mask, suffix
 from ovita.instruct.intents import Intent
 from ovita.instruct.scale import Degree, nice
-from ovita.instruct.shape_steps import SHAPE_STEPS
-from ovita.instruct.speed_steps import speed
-from ovita.paths.scene import SceneObject
-from ovita.paths.trajectory import Array
+from ovita.instruct.shape_steps import SHAPE_STEPS, speed
+from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.trajectory import Array, Trajectory
 from ovita.toolkit.edit import smooth
+
+
+def aim(d: Draft, intent: Intent) -> None:
+    """An end that comes closer to an object, goes farther away from it, or comes to a height."""
+    d.goal_moved = d.goal_moved or intent.mode == "goal"
+    if intent.unit == "level":
+        up = d.scene.frame.direction("up")
+        end = d.trajectory.positions[0 if intent.mode == "start" else -1]
+        offset = _toward(d, intent.mode, up * ((intent.amount or 0.0) - float(end @ up)))
+        if offset:
+            d.body.append(f"traj = move_{intent.mode}(traj, {offset}, blend=0.5)")
+        d.plan.append(f"Bring the {intent.mode} to a height of {intent.amount:g} m; the path bends with it.")
+        return
+    item = intent.items[0]
+    away = intent.unit == "away"
+    gap = item.position - d.positions[0 if intent.mode == "start" else -1]
+    distance = float(np.linalg.norm(gap))
+    by = intent.amount
+    if by is None:
+        by = d.scale.step(intent.degree) if away else nice(0.5 * distance)
+        d.assume(f'"{"farther from" if away else "closer to"} {item.name}" is {by:g} m')
+    reach = by if away else min(by, distance)
+    offset = _toward(d, intent.mode, gap / max(distance, 1e-9) * (-reach if away else reach))
+    if not offset:
+        return
+    d.body.append(f"traj = move_{intent.mode}(traj, {offset}, blend=0.5)")
+    word = "away from" if away else "toward"
+    d.plan.append(f"Move the {intent.mode} {reach:g} m {word} {item.name}; the path bends with it.")
+
+
+def carry(d: Draft, intent: Intent) -> None:
+    """Waypoints brought to an object: "move waypoint 25 to the cup"."""
+    item = intent.items[0]
+    k = int(np.clip((intent.region.amount or 1) - 1, 0, len(d.positions) - 1))
+    offset = _toward(d, "shift", item.position - d.positions[k])
+    where, part = mask(d, intent.region)
+    name = d.part(where)
+    ease = d.knob("ease", 0.05, "share of the path over which a partial shift fades in")
+    if offset:
+        d.contacts.append(item.name)
+        d.body.append(f"traj = move(traj, {offset}, where={name}, ease={ease})")
+    d.plan.append(f"Bring the path to {item.name}{suffix(part)}.")
+
+
+def back(d: Draft, _: Intent) -> None:
+    """Straight on from the goal to where the path starts."""
+    d.body.append("traj = continue_to(traj, traj[0, :3], smooth=False)")
+    d.plan.append("After the goal, go straight back to the start.")
+
+
+def _toward(d: Draft, prefix: str, shift: Array) -> str:
+    """A shift (3,) [m] as direction words with knobs, or ""."""
+    said = []
+    for direction, metres in d.scene.frame.words(shift).items():
+        value = float(f"{metres:.4g}")
+        if value > 1e-6:
+            said.append(f"{direction}={d.knob(f'{prefix}_{direction}', value, f'[m] {direction}')}")
+    return ", ".join(said)
+
+
+AIM_STEPS = {"aim": aim, "carry": carry, "return": back}
+
 
 APPROACH: dict[Degree, float] = {"slight": 0.25, "moderate": 0.5, "large": 0.75}
 STRONGEST = 64.0
@@ -90,24 +150,24 @@ def _move(d: Draft, intent: Intent) -> None:
             d.plan.append(f"Shift the path {words}; the {' and the '.join(ends)} stay{'s' if len(ends) == 1 else ''}.")
             return
         d.body.append(f"traj = move(traj, {code})")
-        d.positions = d.positions + d.request.scene.frame.offset(**offset.metres)
+        d.positions = d.positions + d.scene.frame.offset(**offset.metres)
         for direction, name in offset.knobs.items():
             d.shifts.setdefault(direction, []).append(name)
         d.exact |= {direction for direction, stated in intent.directions if stated is not None}
-        d.expectations = [line for line in d.expectations if "expect_moved(" not in line or "where=" in line]
         total = {direction: " + ".join(names) for direction, names in d.shifts.items()}
-        d.expectations.append(f"expect_moved({_arguments(total)})")
+        d.promise(f"expect_moved({_arguments(total)})", about="the shift of the whole path")
         d.plan.append(f"Shift the whole path {words}.")
         return
     name = d.part(where)
     ease = d.knob("ease", 0.05, "share of the path over which a partial shift fades in")
     d.body.append(f"traj = move(traj, {code}, where={name}, ease={ease})")
-    d.expectations.append(f"expect_moved({code}, where={name})")
+    d.promise(f"expect_moved({code}, where={name})")
     d.plan.append(f"Shift the path {words} {part}.")
 
 
 def _endpoint(d: Draft, intent: Intent) -> None:
     end = "start" if intent.action == "move_start" else "goal"
+    d.goal_moved = d.goal_moved or end == "goal"
     blend = d.knob(f"{end}_blend", 0.5, f"share of the path that bends when the {end} moves")
     if intent.mode == "between":
         a, b = intent.items
@@ -118,7 +178,7 @@ def _endpoint(d: Draft, intent: Intent) -> None:
         own = _offset(d, intent, f"{end}_")
         undone = {direction: name + _negated(d.shifted(direction)) for direction, name in own.knobs.items()}
         d.body.append(f"traj = move_{end}(traj, {_arguments(undone)}, blend={blend})")
-        d.expectations.append(f"expect_{end}({_arguments(_with_shift(d, own.knobs, own=True))})")
+        d.promise(f"expect_{end}({_arguments(_with_shift(d, own.knobs, own=True))})", about=end)
         d.plan.append(f"Shift the {end} {own.words}; the path bends towards it.")
         return
     offset = ""
@@ -129,7 +189,7 @@ def _endpoint(d: Draft, intent: Intent) -> None:
         offset, words = f", {beside.code}", f"{beside.words} of {words}"
     d.body.append(f"traj = move_{end}(traj, {target}{offset}, blend={blend})")
     if not offset:
-        d.expectations.append(f"expect_{end}({target})")
+        d.promise(f"expect_{end}({target})", about=end)
     d.plan.append(f"Move the {end} to {words}; the path bends towards it.")
 
 
@@ -139,9 +199,9 @@ def _same(d: Draft, intent: Intent) -> None:
         return
     d.fixed.add(intent.mode)
     if intent.mode in ("start", "goal"):
-        d.expectations.append(f"expect_{intent.mode}()")
+        d.promise(f"expect_{intent.mode}()", about=intent.mode)
     elif intent.mode == "path":
-        d.expectations.append("expect_same_path()")
+        d.promise("expect_same_path()")
     if intent.mode != "part":
         d.plan.append(f"Leave the {intent.mode} as it is.")
         return
@@ -175,7 +235,7 @@ def _closer(d: Draft, intent: Intent) -> None:
         reach = f", reach={d.knob('reach', nice(4 * d.scale.extent), '[m] how far around the closest point it acts')}"
     d.body.append(f"traj = closer(traj, {ref}, {name}{reach}{argument(where)}{d.held()})")
     stated = "" if intent.amount is None or where else f", {name}"
-    d.expectations.append(f"expect_closer({ref}{stated}{argument(where)})")
+    d.promise(f"expect_closer({ref}{stated}{argument(where)})")
     d.plan.append(f"Bring the path {by:g} m closer to {item.name}{suffix(part)}.")
 
 
@@ -183,7 +243,7 @@ def _farther(d: Draft, intent: Intent) -> None:
     item = intent.items[0]
     where, part = mask(d, intent.region)
     ref = d.ref(item)
-    d.expectations.append(f"expect_farther({ref})")
+    d.promise(f"expect_farther({ref})")
     if intent.mode == "aside":
         d.exact.add("up")  # around it, not above it
     if intent.unit == "%" and intent.amount is not None:
@@ -193,7 +253,7 @@ def _farther(d: Draft, intent: Intent) -> None:
         d.body.append(f"traj = farther(traj, {ref}, times={name}{argument(where)})")
         d.plan.append(f"Multiply the distance to {item.name} by {intent.amount:g}{suffix(part)}.")
         return
-    now, was = item.distance(d.positions), item.distance(d.request.trajectory.positions)
+    now, was = item.distance(d.positions), item.distance(d.trajectory.positions)
     gain = min(float(now.min() - was.min()), float(now.mean() - was.mean()))
     if intent.amount is None and gain > 0.02 * d.scale.extent and not where:
         d.plan.append(f"This already takes the path {gain:.3g} m farther from {item.name}.")
@@ -217,10 +277,10 @@ def _push_needed(d: Draft, item: SceneObject, gain: float) -> float:
     i = int(np.argmin(np.linalg.norm(away, axis=1)))
     free = away[i].copy()
     for word in d.exact:
-        axis = d.request.scene.frame.direction(word)
+        axis = d.scene.frame.direction(word)
         free -= float(free @ axis) * axis
     now, length = float(np.linalg.norm(away[i])), float(np.linalg.norm(free))
-    wanted = float(item.distance(d.request.trajectory.positions).min()) + gain
+    wanted = float(item.distance(d.trajectory.positions).min()) + gain
     across = max(now**2 - length**2, 0.0)
     needed = (max(wanted**2 - across, 0.0) ** 0.5 - length) * now / max(length, 0.05 * now, 1e-9)
     return float(np.clip(needed, gain, 2.5 * gain))
@@ -234,7 +294,8 @@ def _keep_distance(d: Draft, intent: Intent) -> None:
     where, part = mask(d, intent.region)
     where = argument(d.part(where))
     d.body.append(f"traj = keep_distance(traj, {target}, {bound}={name}{where})")
-    d.expectations += [f"expect_distance({ref}, {bound}={name}{where})" for ref in refs]
+    for ref in refs:
+        d.promise(f"expect_distance({ref}, {bound}={name}{where})")
     names = " and ".join(item.name for item in intent.items)
     d.plan.append(f"Keep {bound.replace('_', ' ')} {intent.amount:g} m from {names}{suffix(part)}.")
 
@@ -245,7 +306,7 @@ def _through(d: Draft, intent: Intent) -> None:
         other = intent.items[1]
         target = f"midpoint({d.ref(item)}, {d.ref(other)})"
         d.body.append(f"traj = go_through(traj, {target})")
-        d.expectations.append(f"expect_visits({target}, within={_tolerance(d)})")
+        d.promise(f"expect_visits({target}, within={_tolerance(d)})")
         d.plan.append(f"Bend the path through the midpoint of {item.name} and {other.name}.")
         return
     ref = d.ref(item)
@@ -257,7 +318,7 @@ def _through(d: Draft, intent: Intent) -> None:
         return
     if intent.mode != "over":
         d.body.append(f"traj = go_through(traj, {ref})")
-        d.expectations.append(f"expect_visits({ref}, within={_tolerance(d)})")
+        d.promise(f"expect_visits({ref}, within={_tolerance(d)})")
         d.plan.append(f"Bend the path through {item.name}.")
         return
     height = above(d, item, intent.amount)
@@ -272,19 +333,20 @@ def _extend(d: Draft, intent: Intent) -> None:
         a, b = intent.items
         target = f"midpoint({d.ref(a)}, {d.ref(b)})"
         d.body.append(f"traj = continue_to(traj, {target}{straight})")
-        d.expectations.append(f"expect_goal({target})")
+        d.promise(f"expect_goal({target})", about="goal")
         d.plan.append(f"Continue from the goal to the midpoint of {a.name} and {b.name}.")
     elif intent.mode == "to":
         ref = d.ref(intent.items[0])
         d.body.append(f"traj = continue_to(traj, {ref}{straight})")
-        d.expectations.append(f"expect_goal({ref})")
+        d.promise(f"expect_goal({ref})", about="goal")
         d.plan.append(f"Continue from the goal to {intent.items[0].name}.")
     elif intent.directions:
         beyond = _offset(d, intent)
         d.body.append(f"traj = extend(traj, {beyond.code})")
-        d.expectations = [line for line in d.expectations if not line.startswith("expect_goal(")]
-        if not any(line.startswith(("traj = move_goal", "traj = extend")) for line in d.body[:-1]):
-            d.expectations.append(f"expect_goal({_arguments(_with_shift(d, beyond.knobs, own=False))})")
+        d.promises.pop("goal", None)
+        if not d.goal_moved:
+            d.promise(f"expect_goal({_arguments(_with_shift(d, beyond.knobs, own=False))})", about="goal")
+        d.goal_moved = True
         d.plan.append(f"After the goal, go on {beyond.words}.")
     else:
         by = intent.amount
@@ -302,7 +364,7 @@ def _at(d: Draft, intent: Intent) -> tuple[str, str]:
     if intent.mode == "middle":
         return "0.5", "in the middle"
     if intent.mode.startswith("#"):
-        which = min(int(intent.mode[1:]), len(d.request.trajectory))
+        which = min(int(intent.mode[1:]), len(d.trajectory))
         d.assume("waypoints are counted from 1")
         return str(which - 1), f"at waypoint {which}"
     place = intent.mode or "goal"
@@ -313,7 +375,7 @@ def _stop(d: Draft, intent: Intent) -> None:
     at, words = _at(d, intent)
     d.body.append(f"traj = stop_at(traj, {at})")
     if intent.items:
-        d.expectations.append(f"expect_stop(near={at})")
+        d.promise(f"expect_stop(near={at})")
     d.plan.append(f"Slow down and stop {words}; the trajectory ends there.")
     d.assume("to stop means to end there; say 'wait' to go on afterwards")
 
@@ -324,18 +386,18 @@ def _wait(d: Draft, intent: Intent) -> None:
     if intent.amount is None:
         d.assume("the wait lasts 10 timesteps")
     if intent.unit == "s":
-        steps = steps / d.request.trajectory.timestep
+        steps = steps / d.trajectory.timestep
     count = max(1, round(steps))
-    name = d.knob("steps", count, f"timesteps to wait ({d.request.trajectory.timestep:g} s each)")
+    name = d.knob("steps", count, f"timesteps to wait ({d.trajectory.timestep:g} s each)")
     d.body.append(f"traj = dwell(traj, {at}, steps={name})")
     if intent.items:
-        d.expectations.append(f"expect_stop(near={at})")
+        d.promise(f"expect_stop(near={at})")
     d.plan.append(f"Wait {count} timesteps {words}.")
 
 
 def _smooth(d: Draft, intent: Intent) -> None:
     strength = {"slight": 0.3, "moderate": 1.0, "large": 3.0}[intent.degree]
-    while strength < STRONGEST and not _is_smoother(d.request.trajectory.to_array(), strength):
+    while strength < STRONGEST and not _is_smoother(d.trajectory.to_array(), strength):
         strength *= 2.0
     name = d.knob("smoothing", strength, "strength of the smoothing")
     d.body.append(f"traj = smooth(traj, {name})")
@@ -361,7 +423,7 @@ def _turns(rows: Array) -> Array:
 
 
 def _resample(d: Draft, intent: Intent) -> None:
-    n = len(d.request.trajectory)
+    n = len(d.trajectory)
     amount = intent.amount or 1.0
     count = amount if intent.unit == "waypoints" else n + amount if intent.unit == "more" else n * amount
     count = int(np.clip(round(count or n), 2, 100_000))
@@ -394,3 +456,59 @@ STEPS: dict[str, Callable[[Draft, Intent], None]] = {
     "smooth": _smooth,
     "resample": _resample,
 }
+
+
+ORDER: tuple[tuple[str, ...], ...] = (
+    *(("same",), ("reverse",), ("mirror", "rotate", "tilt"), ("resize", "curve"), ("smooth",), ("straighten",)),
+    *(("move",), ("quadrant", "height"), ("closer", "farther"), ("keep_distance",), ("side",)),
+    *(
+        ("through", "hop"),
+        ("bound",),
+        ("move_start", "move_goal", "aim", "carry"),
+        ("zigzag", "wave", "noise"),
+        ("speed",),
+    ),
+    *(
+        ("shortcut", "extend", "return", "circle", "eight", "spiral", "hover", "wait", "stop"),
+        ("average",),
+        ("trim", "resample"),
+    ),
+)
+"""Path first, from the whole to its parts, so that no step disturbs an exact amount set by another; then speed; then,
+in the order of the sentence, what happens at a place and may change the number of waypoints."""
+
+RANK = {action: rank for rank, actions in enumerate(ORDER) for action in actions}
+
+
+def compose(
+    intents: tuple[Intent, ...], trajectory: Trajectory, scene: Scene, radius: float | None = None, *, effort: int = 1
+) -> Draft:
+    """Write the policy for some intents.
+
+    Args:
+        intents: In the order of the sentence.
+        trajectory: The trajectory to change.
+        scene: Its surroundings.
+        radius: A distance that the instruction states for every "near".
+        effort: How much to exceed the usual amounts where none is stated; 1 is as usual.
+    """
+    draft = Draft.of(trajectory, scene)
+    draft.effort = effort if sum(intent.action in ("closer", "farther") for intent in intents) <= 2 else 1
+    for intent in sorted(intents_once(intents), key=lambda i: RANK[i.action]):
+        STEPS[intent.action](draft, intent if radius is None else _with_radius(intent, radius))
+    return draft
+
+
+def intents_once(intents: tuple[Intent, ...]) -> list[Intent]:
+    """Drop a second smoothing, which would do nothing new; whatever else is said twice is meant twice."""
+    kept: list[Intent] = []
+    for intent in intents:
+        if intent.action != "smooth" or not any(k.action == "smooth" for k in kept):
+            kept.append(intent)
+    return kept
+
+
+def _with_radius(intent: Intent, radius: float) -> Intent:
+    if intent.region.kind == "near" and intent.region.amount is None:
+        return replace(intent, region=replace(intent.region, amount=radius))
+    return intent

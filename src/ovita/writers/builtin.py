@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ovita.instruct.compose import compose
-from ovita.instruct.conflicts import standing
-from ovita.instruct.parse import parse
+from ovita.instruct.reading import read_instruction, standing
+from ovita.instruct.steps import compose
 from ovita.writers.base import Prompt, Reply, WriterInfo
 
 PROMISE = "does not do what it promises"
@@ -29,8 +28,10 @@ class BuiltinWriter:
         request = prompt.request
         if any(PROMISE not in attempt.error for attempt in prompt.attempts):
             return Reply("not_understood", unplaced=(request.instruction,), writer=info)
-        understood = parse(request.instruction, request.scene, request.trajectory.positions)
-        draft = compose(understood.intents, request, understood.radius, effort=1 + len(prompt.attempts))
+        understood = read_instruction(request.instruction, request.scene, request.trajectory.positions)
+        draft = compose(
+            understood.intents, request.trajectory, request.scene, understood.radius, effort=1 + len(prompt.attempts)
+        )
         question = understood.question or standing(understood.intents, request.trajectory)
         if understood.unplaced or question:
             return Reply(

@@ -6,13 +6,10 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from ovita.dialogue.feedback.context import Context
-from ovita.dialogue.feedback.cues import NUMBER, Cues, is_instruction, quantity_of, read_cues
-from ovita.dialogue.feedback.knobs import Knob
-from ovita.dialogue.feedback.reference import Reference
-from ovita.dialogue.feedback.resolution import Resolution
+from ovita.dialogue.feedback.context import Context, Knob
+from ovita.dialogue.feedback.resolution import Reference, Resolution
 from ovita.dialogue.feedback.rewording import following, words_as_parts
-from ovita.dialogue.feedback.words import Said
+from ovita.dialogue.feedback.utterance import NUMBER, Cues, Utterance, is_instruction, quantity_of, read_cues
 from ovita.instruct.draft import OPPOSITE
 
 MORE = {"slight": 1.25, "moderate": 1.5, "large": 2.0}
@@ -22,7 +19,7 @@ _ORDINARY = {"slower": "slow down", "faster": "speed up"}
 
 
 @dataclass(frozen=True)
-class Amount:
+class MoreOrLess:
     """How much more or less of what.
 
     Args:
@@ -42,12 +39,12 @@ class Amount:
     degree: str = "moderate"
 
 
-def amounts(said: Said, c: Context) -> Resolution | None:
+def amounts(said: Utterance, c: Context) -> Resolution | None:
     """Read feedback about how much."""
     return _instead(said, c) or _set(said, c) or _more_or_less(said, c)
 
 
-def _instead(said: Said, c: Context) -> Resolution | None:
+def _instead(said: Utterance, c: Context) -> Resolution | None:
     """0.3 instead of 0.2; 0.3, not 0.2; not 0.2 but 0.3."""
     lead = r"^(?:make (?:it|that) |use |i (?:meant|said|want(?:ed)?) |take |rather )?(?:by |to )?"
     forward = re.search(lead + NUMBER + r",? (?:instead of|rather than|and not|not) (?:by )?" + NUMBER + "$", said.text)
@@ -65,7 +62,7 @@ def _instead(said: Said, c: Context) -> Resolution | None:
     return _set_to(knobs, now, c)
 
 
-def _set(said: Said, c: Context) -> Resolution | None:
+def _set(said: Utterance, c: Context) -> Resolution | None:
     """Make it 0.3; 30 cm; no, 0.3; I meant 0.1; 0.15 is enough; make the shift 0.3; set left to 0.3."""
     text = said.text.replace(",", "")
     bare = re.fullmatch(
@@ -121,7 +118,7 @@ def _unit_fits(knob: Knob, unit: str) -> bool:
     )
 
 
-def _more_or_less(said: Said, c: Context) -> Resolution | None:
+def _more_or_less(said: Utterance, c: Context) -> Resolution | None:
     amount = _read(said, c)
     if amount is None:
         return None
@@ -147,7 +144,7 @@ def _along(knob: Knob, wanted: Reference) -> bool:
     return not wanted.sense or not knob.sense or wanted.sense == knob.sense
 
 
-def _changed(knob: Knob, amount: Amount) -> float | int | None:
+def _changed(knob: Knob, amount: MoreOrLess) -> float | int | None:
     """The value of a knob once it is changed as said, or None if the unit does not suit it."""
     along = _along(knob, amount.wanted)
     more = amount.more == along
@@ -163,7 +160,7 @@ def _changed(knob: Knob, amount: Amount) -> float | int | None:
     return knob.times(amount.factor if along or not amount.factor else 1 / amount.factor)
 
 
-def _read(said: Said, c: Context) -> Amount | None:
+def _read(said: Utterance, c: Context) -> MoreOrLess | None:
     """Take the words of amount from a sentence; None if other words are left, or nothing says how much."""
     cues = read_cues(said.text)
     reference = c.reference(" ".join(cues.words))
@@ -179,29 +176,29 @@ def _read(said: Said, c: Context) -> Amount | None:
     if not cues.judged and not reference.sense:
         about = {"distance", "gap", "clearance", "space"} & set(cues.words), {"speed", "pace"} & set(cues.words)
         if any(about) and not (cues.more or cues.less):
-            return None if about[1] and not cues.clear else Amount(cues.factor, cues.added, True, reference)
+            return None if about[1] and not cues.clear else MoreOrLess(cues.factor, cues.added, True, reference)
         if any(about):
             sense = ("away" if upward else "closer") if about[0] else ("faster" if upward else "slower")
             reference, upward = replace(reference, sense=sense), True
     if cues.clear and not cues.looks_back and cues.words and not reference:
         return None
-    return Amount(cues.factor, cues.added, upward, reference, cues.judged or cues.not_enough, cues.degree)
+    return MoreOrLess(cues.factor, cues.added, upward, reference, cues.judged or cues.not_enough, cues.degree)
 
 
-def _comparative(said: Said, cues: Cues, reference: Reference, c: Context) -> Amount | None:
+def _comparative(said: Utterance, cues: Cues, reference: Reference, c: Context) -> MoreOrLess | None:
     """Slower; a bit closer; much higher; faster again: of the last turn, where it has a knob for it."""
     if not reference or re.search(r"\b(?:only|just|without|no|the slow|the speed)", said.text):
         return None
     if re.search(r"\b(?:again|back)\b", said.text):
-        return _back(Amount(None, None, True, reference, degree=cues.degree), c)
+        return _back(MoreOrLess(None, None, True, reference, degree=cues.degree), c)
     if not (reference.sense or cues.degree != "moderate") or len(cues.words) > 2:
         return None
     if not any(k.fits(reference) and _along(k, reference) for k in c.knobs):
         return None
-    return Amount(None, None, True, reference, degree=cues.degree)
+    return MoreOrLess(None, None, True, reference, degree=cues.degree)
 
 
-def _back(amount: Amount, c: Context) -> Amount | None:
+def _back(amount: MoreOrLess, c: Context) -> MoreOrLess | None:
     """Faster again, lower it again: less of what was done before."""
     wanted = amount.wanted
     against = frozenset(OPPOSITE[word] for word in wanted.directions)
@@ -226,7 +223,7 @@ def _earlier(c: Context, wanted: Reference, value: Callable[[Knob], float | int 
     return None
 
 
-def _ordinary(amount: Amount, c: Context) -> Resolution | None:
+def _ordinary(amount: MoreOrLess, c: Context) -> Resolution | None:
     """An instruction of its own: "not so fast" where no speed was changed, "too high" where nothing was lifted."""
     if not amount.judged or amount.wanted.items or amount.wanted.families or amount.factor or amount.added:
         return None

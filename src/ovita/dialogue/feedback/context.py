@@ -1,4 +1,4 @@
-"""What a sentence is resolved against: the turns in force, their clauses and knobs, and the scene."""
+"""What an utterance is resolved against: the turns in force, their clauses and knobs, and the scene."""
 
 from __future__ import annotations
 
@@ -7,13 +7,196 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from ovita.dialogue.feedback.knobs import Knob, knobs_of
-from ovita.dialogue.feedback.reference import Reference, read_reference
-from ovita.dialogue.feedback.resolution import Past, Resolution
-from ovita.dialogue.feedback.rewording import Part, Wording, parts_of, worded
+from ovita.dialogue.feedback.resolution import Past, Reference, Resolution, read_reference
+from ovita.dialogue.feedback.rewording import SpokenClause, Wording, parts_of, worded
+from ovita.instruct.draft import OPPOSITE
 from ovita.instruct.tokens import tokenize
 from ovita.paths.scene import Scene, SceneObject, canonical
 from ovita.paths.trajectory import Trajectory
+from ovita.policy import Parameter
+
+SECONDARY = re.compile(
+    r"\b(radius|within|reach|ease|easing|blend|fade|share|fraction|portion|window|tolerance|margin|sigma|width|range|"
+    r"threshold|falloff|influence|iterations|waypoints?|index|count\w* as|how far around)\b"
+)
+"""Words of knobs that say where or how smoothly, not how much."""
+
+FACTOR = re.compile(r"\b(factor|times|ratio|multipl\w*|scale|slowdown|speedup|fraction of)\b")
+
+SLOWEST = 0.05
+"""Factor on the speed below which "more" slows nothing down any further."""
+
+_BY_WORDS = (
+    ("speed", re.compile(r"\b(speed|speedup|slow\w*|fast\w*|velocity|brake|acceler\w*|decel\w*|cruise)\b")),
+    (
+        "distance",
+        re.compile(r"\b(closer|nearer|farther|further|away|distance|clearance|gap|approach|push|pull|keep)\b"),
+    ),
+    ("wait", re.compile(r"\b(wait|dwell|pause|stop)\b")),
+    ("shift", re.compile(r"\b(shift|offset|move|displace\w*|lift|translate|translation|height|lateral|raise)\b")),
+)
+
+
+@dataclass(frozen=True)
+class Knob:
+    """A numeric knob of a policy.
+
+    Args:
+        parameter: The knob.
+        family: "shift", "speed", "distance", or the name of another action, or "".
+        directions: The direction that it acts in.
+        items: The objects it is about.
+        group: Number of the clause it belongs to; knobs of one clause go together.
+        primary: Whether it says how much.
+    """
+
+    parameter: Parameter
+    family: str = ""
+    directions: frozenset[str] = frozenset()
+    items: tuple[SceneObject, ...] = ()
+    group: int = 0
+    primary: bool = True
+
+    @property
+    def name(self) -> str:
+        """Its name in the policy."""
+        return self.parameter.name
+
+    @property
+    def value(self) -> float:
+        """Its present value."""
+        value = self.parameter.value
+        assert isinstance(value, int | float)
+        return value
+
+    @property
+    def words(self) -> str:
+        """Name, meaning and unit, for looking words up."""
+        return f"{self.name.replace('_', ' ')} {self.parameter.meaning} {self.parameter.unit}".lower()
+
+    @property
+    def is_factor(self) -> bool:
+        """Whether it multiplies something, so that 1 changes nothing."""
+        return self.parameter.unit in ("", "x", "factor", "ratio") and bool(FACTOR.search(self.words))
+
+    @property
+    def slows(self) -> bool:
+        """Whether more of it is slower."""
+        return self.value < 1 if self.is_factor else self.value < 0
+
+    @property
+    def sense(self) -> str:
+        """Which way more of it goes: "slower", "faster", "closer", "away", or ""."""
+        if self.family == "speed":
+            return "slower" if self.slows else "faster"
+        if self.family == "distance":
+            return "closer" if re.search(r"\b(closer|nearer|toward\w*|approach|at most)\b", self.words) else "away"
+        return ""
+
+    @property
+    def neutral(self) -> float | None:
+        """The value with which it does nothing, or None where there is none."""
+        if self.is_factor:
+            return 1.0
+        return None if self.family == "speed" and "added" not in self.words and self.value > 0 else 0.0
+
+    def fits(self, reference: Reference) -> bool:
+        """Whether a reference can mean it."""
+        if reference.names:
+            named = reference.names <= set(re.findall(r"[a-z]+", self.words))
+            return named and (not reference.items or self._about(reference))
+        return self.primary and (not reference or reference.fits(self.family, self.directions, self.items))
+
+    def _about(self, reference: Reference) -> bool:
+        return any(item is mine for item in self.items for mine in reference.items)
+
+    def times(self, k: float) -> float | int:
+        """The value for k times the effect: a slowdown never reaches a standstill by it."""
+        value = self.value
+        if self.is_factor and value < 1:
+            new = max(value**k, min(value, SLOWEST)) if k > 1 else 1 - (1 - value) * k
+        elif self.is_factor:
+            new = 1 + (value - 1) * k
+        else:
+            new = value * k
+        return self.rounded(new)
+
+    def rounded(self, new: float) -> float | int:
+        """A value as a person would write it, in the type of the knob, and never the old one."""
+        old = self.parameter.value
+        if isinstance(old, int):
+            whole = round(new)
+            whole = whole if whole != old or new == old else old + (1 if new > old else -1)
+            return max(whole, 1) if old > 0 else whole
+        short = float(f"{new:.2g}")
+        return short if abs(short - new) <= 0.02 * abs(new) else float(f"{new:.3g}")
+
+    def shown(self, value: float | int) -> str:
+        """A value of it with its unit."""
+        unit = f" {self.parameter.unit}" if self.parameter.unit else ""
+        return f"{value:g}{unit}"
+
+
+def knobs_of(past: Past, parts: Sequence[SpokenClause] | None, scene: Scene) -> list[Knob]:
+    """The numeric knobs of a turn, with what each is about.
+
+    Where the built-in writer wrote the policy, that is known from the clauses of the instruction; of any other policy,
+    names, units and meanings tell.
+    """
+    numeric = [p for p in past.parameters if isinstance(p.value, int | float) and not isinstance(p.value, bool)]
+    if parts is None:
+        return [_by_words(p, i, scene) for i, p in enumerate(numeric)]
+    found = {p.name: p for p in numeric}
+    knobs: list[Knob] = []
+    group = 0
+    for part in parts:
+        for piece in part.pieces:
+            group += 1
+            names = [n for n in piece.knobs if n in found]
+            main = [n for n in names if not _is_secondary(found[n], piece.family)]
+            if piece.family not in ("shift", "start", "goal", "extend"):
+                main = main[-1:] if piece.family == "speed" else main[:1]
+            for name in names:
+                direction = _direction_in(name.split("_"))
+                about = frozenset({direction}) if direction else piece.directions
+                knobs.append(Knob(found[name], piece.family, about, piece.items, group, name in main))
+    return knobs
+
+
+def _is_secondary(parameter: Parameter, family: str) -> bool:
+    text = f"{parameter.name.replace('_', ' ')} {'' if family else parameter.meaning}".lower()
+    if parameter.name in ("spiral_radius", "circle_radius", "waypoints"):
+        return False
+    return bool(SECONDARY.search(text))
+
+
+def _by_words(parameter: Parameter, group: int, scene: Scene) -> Knob:
+    """A knob of a policy that someone else wrote."""
+    text = f"{parameter.name.replace('_', ' ')} {parameter.meaning}".lower()
+    words = re.findall(r"[a-z]+", text)
+    direction = _direction_in(words)
+    family = next((name for name, pattern in _BY_WORDS if pattern.search(text)), "")
+    if parameter.unit in ("m/s", "cm/s", "mm/s", "km/h"):
+        family = "speed"
+    elif direction and family in ("", "shift"):
+        family = "shift"
+    items = tuple(item for item in scene if set(canonical(item.name).split()) <= set(words))
+    return Knob(
+        parameter,
+        family,
+        frozenset({direction}) if direction else frozenset(),
+        items,
+        0 if family == "shift" else group + 1,
+        not SECONDARY.search(text),
+    )
+
+
+_TURNED = {"forward": "front", "backward": "back", "upward": "up", "downward": "down", "height": "up", "lift": "up"}
+
+
+def _direction_in(words: Sequence[str]) -> str:
+    found = [_TURNED.get(word, word) for word in words]
+    return next((word for word in found if word in OPPOSITE), "")
 
 
 @dataclass(frozen=True)
@@ -33,7 +216,9 @@ class Context:
     scene: Scene
     current: Trajectory
     named: Reference = field(default_factory=Reference)
-    _parts: dict[int, tuple[Part, ...] | None] = field(default_factory=dict, init=False, repr=False, compare=False)
+    _parts: dict[int, tuple[SpokenClause, ...] | None] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
 
     @property
     def last(self) -> Past:
@@ -46,7 +231,7 @@ class Context:
         return self.knobs_at(-1)
 
     @cached_property
-    def parts(self) -> tuple[Part, ...]:
+    def parts(self) -> tuple[SpokenClause, ...]:
         """The clauses of the last turn; none where they are not known."""
         return self.parts_at(-1) or ()
 
@@ -54,7 +239,7 @@ class Context:
         """The knobs of a turn."""
         return knobs_of(self.history[turn], self.parts_at(turn), self.scene)
 
-    def parts_at(self, turn: int) -> tuple[Part, ...] | None:
+    def parts_at(self, turn: int) -> tuple[SpokenClause, ...] | None:
         """The clauses of a turn, or None where they are not known."""
         turn %= len(self.history)
         if turn not in self._parts:
@@ -82,7 +267,7 @@ class Context:
         return f"took {' '.join(self.said.split())!r} as: {meaning}"
 
     def rewritten(
-        self, parts: Sequence[Part], *, meaning: str = "", on_current: bool = False, turn: int = -1
+        self, parts: Sequence[SpokenClause], *, meaning: str = "", on_current: bool = False, turn: int = -1
     ) -> Resolution | None:
         """A turn with other clauses: in its place, or as a further turn on the current trajectory.
 
@@ -127,10 +312,10 @@ def named_objects(words: str, scene: Scene) -> tuple[SceneObject, ...]:
 
 
 def all_parts(
-    history: Sequence[Past], scene: Scene, replaced: dict[int, tuple[Part, ...]] | None = None
-) -> tuple[Part, ...] | None:
+    history: Sequence[Past], scene: Scene, replaced: dict[int, tuple[SpokenClause, ...]] | None = None
+) -> tuple[SpokenClause, ...] | None:
     """The clauses of all turns, some replaced; None where those of one are not known."""
-    found: list[Part] = []
+    found: list[SpokenClause] = []
     for i, past in enumerate(history):
         parts = (replaced or {}).get(i)
         if parts is None:

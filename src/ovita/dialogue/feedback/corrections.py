@@ -5,11 +5,17 @@ from __future__ import annotations
 import re
 
 from ovita.dialogue.feedback.context import Context
-from ovita.dialogue.feedback.edits import direction_of, moved, region_words, replaced
-from ovita.dialogue.feedback.reference import SENSE
-from ovita.dialogue.feedback.resolution import Resolution
-from ovita.dialogue.feedback.rewording import Part, understood_as, words_as_parts
-from ovita.dialogue.feedback.words import Said
+from ovita.dialogue.feedback.resolution import SENSE, Resolution
+from ovita.dialogue.feedback.rewording import (
+    SpokenClause,
+    direction_of,
+    moved,
+    region_words,
+    replaced,
+    understood_as,
+    words_as_parts,
+)
+from ovita.dialogue.feedback.utterance import Utterance
 from ovita.instruct.draft import OPPOSITE
 from ovita.instruct.intents import WHOLE
 from ovita.instruct.tokens import tokenize
@@ -67,7 +73,7 @@ _TURNED = (
 )
 
 
-def corrected(said: Said, c: Context) -> Resolution | None:
+def corrected(said: Utterance, c: Context) -> Resolution | None:
     """Read feedback that says where, which object or which way instead."""
     text = said.text
     if _FLIP.fullmatch(text):
@@ -83,12 +89,12 @@ def corrected(said: Said, c: Context) -> Resolution | None:
     return None
 
 
-def _only(said: Said, c: Context) -> Resolution | None:
+def _only(said: Utterance, c: Context) -> Resolution | None:
     match = _ONLY.fullmatch(said.text)
     return _placed(match[1] or match[2], c) if match else None
 
 
-def _meant(said: Said, c: Context) -> Resolution | None:
+def _meant(said: Utterance, c: Context) -> Resolution | None:
     """I meant the table; no, right; no, near the bottle; no, the first half."""
     match = _MEANT.fullmatch(said.text)
     if not (match or said.corrects or re.fullmatch(r"(?:the )?[^\W\d]+ one|(?:both|all) .+", said.text)):
@@ -127,7 +133,7 @@ def _action_instead(words: str, c: Context) -> Resolution | None:
         return None
     old, place = c.parts[alike[0]].pieces[0], alike[0]
     stated = piece.intent.amount is not None or any(metres is not None for _, metres in piece.intent.directions)
-    part: Part | None = new[0]
+    part: SpokenClause | None = new[0]
     if not stated and piece.items and len(_items(c)) == 1 and piece.sense in ("", old.sense):
         return _swap(_items(c)[0], piece.items[0], c) if len(piece.items) == 1 else None
     if piece.intent.region == WHOLE != old.intent.region:
@@ -169,7 +175,7 @@ def _negated(c: Context) -> Resolution | None:
     return Resolution("tune", c.took(turned), values)
 
 
-def _the_other(said: Said, c: Context) -> Resolution | None:
+def _the_other(said: Utterance, c: Context) -> Resolution | None:
     match = _OTHER.fullmatch(said.text)
     return _swap_other(match[1], c) if match else None
 
@@ -189,7 +195,7 @@ def _swap_other(word: str, c: Context, *, on_current: bool = False) -> Resolutio
     return _swap(used[0], others[0], c, on_current=on_current)
 
 
-def _a_not_b(said: Said, c: Context) -> Resolution | None:
+def _a_not_b(said: Utterance, c: Context) -> Resolution | None:
     """The bottle instead of the cup; not the cup, the bottle."""
     match = _NOT_BUT.fullmatch(said.text)
     new, old = (match[2], match[1]) if match else ("", "")
@@ -199,7 +205,7 @@ def _a_not_b(said: Said, c: Context) -> Resolution | None:
     news, olds = c.objects(new), c.objects(old)
     if len(news) == 1 and len(olds) == 1 and any(olds[0] is item for item in _items(c)):
         return _swap(olds[0], news[0], c)
-    return _meant(Said(new, corrects=True), c) if match and (c.objects(old) or _names_change(old, c)) else None
+    return _meant(Utterance(new, corrects=True), c) if match and (c.objects(old) or _names_change(old, c)) else None
 
 
 def _names_change(words: str, c: Context) -> bool:
@@ -214,14 +220,14 @@ def _swapped_to(words: str, c: Context) -> Resolution | None:
     return None
 
 
-def _same_for(said: Said, c: Context) -> Resolution | None:
+def _same_for(said: Utterance, c: Context) -> Resolution | None:
     """The same for the bottle, as a further turn."""
     match = _SAME.fullmatch(said.text)
     words = next((g for g in match.groups() if g), "") if match else ""
     return _further(words, c) if words else None
 
 
-def _also(said: Said, c: Context) -> Resolution | None:
+def _also(said: Utterance, c: Context) -> Resolution | None:
     """Also near the table, as a further turn."""
     match = _ALSO.fullmatch(said.text)
     if match is None:
@@ -250,7 +256,7 @@ def _bare(words: str) -> str:
 
 def _swap(old: SceneObject, new: SceneObject, c: Context, *, on_current: bool = False) -> Resolution | None:
     """The last turn about another object; as a further turn only those clauses that are about one."""
-    parts: list[Part] = []
+    parts: list[SpokenClause] = []
     for part in c.parts:
         found = replaced(part, c.scene, lambda t: new.name if len(t.items) == 1 and t.items[0] is old else None)
         if found or not on_current:
@@ -268,7 +274,7 @@ def _items(c: Context) -> list[SceneObject]:
 
 def _placed(words: str, c: Context, *, on_current: bool = False) -> Resolution | None:
     """The last turn on another part of the path; "" is the whole path."""
-    changed: list[tuple[int, Part]] = []
+    changed: list[tuple[int, SpokenClause]] = []
     for i, part in enumerate(c.parts):
         placed = moved(part, words, c.scene)
         if placed is not None:

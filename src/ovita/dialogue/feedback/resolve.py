@@ -11,7 +11,7 @@ from ovita.dialogue.feedback.corrections import corrected
 from ovita.dialogue.feedback.resolution import Past, Resolution
 from ovita.dialogue.feedback.rewording import Wording, worded, words_as_parts
 from ovita.dialogue.feedback.taking_back import brought_back, dropped, taken_back
-from ovita.dialogue.feedback.words import Said, plain
+from ovita.dialogue.feedback.utterance import Utterance, plain
 from ovita.paths.scene import Scene, canonical
 from ovita.paths.trajectory import Trajectory
 
@@ -97,9 +97,9 @@ def together(history: Sequence[Past], instruction: str, scene: Scene, original: 
     return Wording(". ".join(text.strip().rstrip(".!?;, ") for text in texts), {})
 
 
-def _resolved(read: Said, context: Context) -> Resolution | None:
+def _resolved(read: Utterance, context: Context) -> Resolution | None:
     text = _BUT.sub("", read.text)
-    read = Said(text, read.corrects, read.denied)
+    read = Utterance(text, read.corrects, read.denied)
     readings = (taken_back, dropped, amounts, corrected) if read.denied else (taken_back, amounts, corrected, dropped)
     for reading in readings:
         found = reading(read, context)

@@ -1,29 +1,27 @@
-"""Turns as clauses that can be dropped, moved and turned round, and put together again into one instruction."""
+"""Turns as clauses that can be dropped, moved, turned round, and put together again into one instruction."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from ovita.dialogue.feedback.reference import FAMILY_OF_ACTION
-from ovita.dialogue.feedback.resolution import Past
-from ovita.instruct.clauses import split
-from ovita.instruct.compose import RANK, intents_once
+from ovita.dialogue.feedback.resolution import FAMILY_OF_ACTION, Past
+from ovita.instruct.clauses import Reader, split
 from ovita.instruct.draft import OPPOSITE, Draft
-from ovita.instruct.intents import Intent, Understood
-from ovita.instruct.parse import parse
-from ovita.instruct.steps import STEPS
+from ovita.instruct.intents import WHOLE, Intent, Understood
+from ovita.instruct.reading import read_instruction
+from ovita.instruct.regions import read_region
+from ovita.instruct.steps import RANK, STEPS, intents_once
 from ovita.instruct.tokens import Token, tokenize
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
-from ovita.request import Request
 
 Number = float | int
 
 
 @dataclass(frozen=True)
-class Piece:
+class TunedIntent:
     """One intent of a clause with the knobs it has in the policy.
 
     Args:
@@ -67,19 +65,19 @@ class Piece:
 
 
 @dataclass(frozen=True)
-class Part:
+class SpokenClause:
     """A clause: its words, and what was read in them."""
 
     text: str
-    pieces: tuple[Piece, ...] = ()
+    pieces: tuple[TunedIntent, ...] = ()
 
-    def turned(self, values: Mapping[str, Number]) -> Part:
+    def turned(self, values: Mapping[str, Number]) -> SpokenClause:
         """The clause with knobs turned, by their names in its policy."""
         pieces = []
         for piece in self.pieces:
             new = {i: values[name] for i, name in enumerate(piece.knobs) if name in values}
             pieces.append(replace(piece, turned=tuple({**dict(piece.turned), **new}.items())))
-        return Part(self.text, tuple(pieces))
+        return SpokenClause(self.text, tuple(pieces))
 
 
 @dataclass(frozen=True)
@@ -92,25 +90,25 @@ class Wording:
 
 def understood_as(text: str, scene: Scene) -> Understood | None:
     """What the built-in writer reads in a text, or None unless it understands every word and asks nothing back."""
-    understood = parse(text, scene)
+    understood = read_instruction(text, scene)
     return understood if understood.intents and not (understood.unplaced or understood.question) else None
 
 
-def parts_of(past: Past, scene: Scene) -> tuple[Part, ...] | None:
+def parts_of(past: Past, scene: Scene) -> tuple[SpokenClause, ...] | None:
     """The clauses of a turn, or None if the built-in writer would not write this policy for them."""
     return _parts(past.instruction, past, scene)
 
 
-def words_as_parts(instruction: str, scene: Scene) -> tuple[Part, ...] | None:
+def words_as_parts(instruction: str, scene: Scene) -> tuple[SpokenClause, ...] | None:
     """The clauses of an instruction of which there is no policy yet, or None if a word has no place."""
     return _parts(instruction, None, scene)
 
 
-def _parts(instruction: str, past: Past | None, scene: Scene) -> tuple[Part, ...] | None:
+def _parts(instruction: str, past: Past | None, scene: Scene) -> tuple[SpokenClause, ...] | None:
     understood = understood_as(instruction, scene)
     if understood is None:
         return None
-    pieces = [Piece(intent) for intent in understood.intents]
+    pieces = [TunedIntent(intent) for intent in understood.intents]
     if past is not None:
         written = _knobs(understood.intents, past.start, scene, understood.radius)
         present = {p.name: p.value for p in past.parameters}
@@ -120,19 +118,19 @@ def _parts(instruction: str, past: Past | None, scene: Scene) -> tuple[Part, ...
     tokens = tokenize(instruction, scene)[0]
     clauses = split(tokens)
     if len(clauses) == 1:
-        return (Part(instruction.strip(), tuple(pieces)),)
+        return (SpokenClause(instruction.strip(), tuple(pieces)),)
     texts = spans(instruction, clauses)
-    counts = [len(parse(text, scene).intents) for text in texts]
+    counts = [len(read_instruction(text, scene).intents) for text in texts]
     if sum(counts) != len(pieces):
-        return (Part(instruction, tuple(pieces)),)
+        return (SpokenClause(instruction, tuple(pieces)),)
     parts = []
     for text, count in zip(texts, counts, strict=True):
-        parts.append(Part(text, tuple(pieces[:count])))
+        parts.append(SpokenClause(text, tuple(pieces[:count])))
         pieces = pieces[count:]
     return tuple(parts)
 
 
-def worded(parts: Sequence[Part], start: Trajectory, scene: Scene, *, between: str = ", ") -> Wording | None:
+def worded(parts: Sequence[SpokenClause], start: Trajectory, scene: Scene, *, between: str = ", ") -> Wording | None:
     """Put parts together; None if the whole would not be read as its parts were.
 
     Knobs that were turned keep their values where the clause still has them.
@@ -233,7 +231,7 @@ def _knobs(
     intents: Sequence[Intent], start: Trajectory, scene: Scene, radius: float | None
 ) -> tuple[list[list[str]], dict[str, object]]:
     """The names of the knobs that each intent gets, and what all are written with."""
-    draft = Draft.of(Request("-", start, scene))
+    draft = Draft.of(start, scene)
     once = {id(intent) for intent in intents_once(tuple(intents))}
     names: list[list[str]] = [[] for _ in intents]
     order = sorted((i for i, intent in enumerate(intents) if id(intent) in once), key=lambda i: RANK[intents[i].action])
@@ -246,10 +244,103 @@ def _knobs(
     return names, {name: value for name, (value, _) in draft.parameters.items()}
 
 
-def _turned(piece: Piece, names: list[str], written: Mapping[str, object], present: Mapping[str, object]) -> Piece:
+def _turned(
+    piece: TunedIntent, names: list[str], written: Mapping[str, object], present: Mapping[str, object]
+) -> TunedIntent:
     turned = [
         (i, value)
         for i, name in enumerate(names)
         if isinstance(value := present.get(name), int | float) and value != written[name]
     ]
     return replace(piece, knobs=tuple(names), turned=tuple(turned))
+
+
+_REGION_LEADS = ("", "near ", "near the ", "when passing ", "in ", "in the ", "for ", "at ", "at the ")
+_REGION_ENDS = (
+    (re.compile(r"(?:(?:at|near|towards) )?(?:the )?(?:very )?(?:end|goal)(?: of .*)?"), "in the last quarter"),
+    (re.compile(r"(?:(?:at|near) )?(?:the )?(?:very )?(?:start|beginning)(?: of .*)?"), "in the first quarter"),
+)
+_WORD_OF = {"front": "forward", "back": "backward"}
+
+
+def moved(part: SpokenClause, words: str, scene: Scene) -> SpokenClause | None:
+    """A clause on another part of the path, or None if it cannot be said so."""
+    if len(part.pieces) != 1:
+        return None
+    piece = part.pieces[0]
+    action = _without_region(part, piece, scene)
+    phrases = [lead + words for lead in _REGION_LEADS] if words else [""]
+    phrases += [phrase for pattern, phrase in _REGION_ENDS if words and pattern.fullmatch(words)]
+    for phrase in phrases:
+        text = f"{action} {phrase}".strip()
+        understood = understood_as(text, scene)
+        if understood is None or len(understood.intents) != 1:
+            continue
+        intent = understood.intents[0]
+        placed = intent.region != WHOLE if words else intent.region == WHOLE
+        rest = replace(intent, region=piece.intent.region, text=piece.intent.text) == piece.intent
+        if placed and rest and intent.region != piece.intent.region:
+            return SpokenClause(text, (replace(piece, intent=intent),))
+    return None
+
+
+def _without_region(part: SpokenClause, piece: TunedIntent, scene: Scene) -> str:
+    """The words of a clause without those that name a part of the path."""
+    text = part.text
+    for begin, end in reversed(_region_places(part, piece, scene)):
+        text = text[:begin] + text[end:]
+    return " ".join(text.split())
+
+
+def region_words(part: SpokenClause, piece: TunedIntent, scene: Scene) -> str:
+    """The words of a clause that name a part of the path."""
+    return " ".join(part.text[begin:end] for begin, end in _region_places(part, piece, scene))
+
+
+def _region_places(part: SpokenClause, piece: TunedIntent, scene: Scene) -> list[tuple[int, int]]:
+    """Where those words stand."""
+    clauses = split(tokenize(part.text, scene)[0])
+    if piece.intent.region == WHOLE or len(clauses) != 1:
+        return []
+    clause = clauses[0]
+    reader = Reader(clause)
+    before = list(reader.taken)
+    read_region(reader, speed=piece.intent.action == "speed")
+    gone = [i for i, taken in enumerate(reader.taken) if taken and not before[i]]
+    for i in list(gone):
+        while i > 0 and clause[i - 1].kind == "filler" and clause[i - 1].text.lower() not in ("it", "go", "move"):
+            i -= 1
+            gone.append(i)
+    places = places_of(part.text, clause)
+    return [places[i] for i in sorted(set(gone))] if places else []
+
+
+def replaced(part: SpokenClause, scene: Scene, word_for: Callable[[Token], str | None]) -> SpokenClause | None:
+    """A clause with other words in place of some tokens; None if there is none, or it would not be understood."""
+    text = part.text
+    tokens = tokenize(text, scene)[0]
+    places = places_of(text, tokens)
+    done = False
+    for token, (begin, end) in reversed(list(zip(tokens, places, strict=False))):
+        word = word_for(token)
+        if word is None:
+            continue
+        head, tail = text[:begin], text[end:]
+        if word in OPPOSITE:
+            if word not in ("left", "right"):
+                head = re.sub(r"\b(?:to|towards|toward) the $", "", head)
+            word = _WORD_OF.get(word, word)
+        elif word.endswith((" to", " from")):
+            tail = re.sub(r"^ (?:to|from|of)\b", "", tail)
+        text, done = head + word + tail, True
+    understood = understood_as(text, scene)
+    if not done or understood is None or len(understood.intents) != len(part.pieces):
+        return None
+    pieces = [replace(piece, intent=intent) for piece, intent in zip(part.pieces, understood.intents, strict=True)]
+    return SpokenClause(text, tuple(pieces))
+
+
+def direction_of(token: Token) -> str:
+    """The direction that a token names, or ""."""
+    value = {"lower": "down", "raise": "up"}.get(token.value, token.value)
+    return value if token.kind == "concept" and value in OPPOSITE else ""

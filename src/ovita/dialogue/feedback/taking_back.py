@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import re
 
-from ovita.dialogue.feedback.context import Context, all_parts
-from ovita.dialogue.feedback.knobs import Knob
-from ovita.dialogue.feedback.reference import Reference
-from ovita.dialogue.feedback.resolution import Resolution
-from ovita.dialogue.feedback.rewording import Part, worded
-from ovita.dialogue.feedback.words import Said
+from ovita.dialogue.feedback.context import Context, Knob, all_parts
+from ovita.dialogue.feedback.resolution import Reference, Resolution
+from ovita.dialogue.feedback.rewording import SpokenClause, worded
+from ovita.dialogue.feedback.utterance import Utterance
 from ovita.instruct.numbers import NUMBER_WORDS
 
 _LAST = r"(?: (?:the )?(?:last|latest|previous) (?:one|turn|change|step|thing|edit|instruction|modification))"
@@ -86,7 +84,7 @@ KEEP_ONLY = re.compile(
 )
 
 
-def taken_back(said: Said, c: Context) -> Resolution | None:
+def taken_back(said: Utterance, c: Context) -> Resolution | None:
     """Read feedback that takes a turn back, brings it back, repeats it or accepts it."""
     text = said.text.replace(",", "")
     if RESTART.fullmatch(text):
@@ -112,14 +110,14 @@ def taken_back(said: Said, c: Context) -> Resolution | None:
     return None
 
 
-def brought_back(said: Said, words: str) -> Resolution | None:
+def brought_back(said: Utterance, words: str) -> Resolution | None:
     """Read feedback that brings back what was taken back."""
     if not REDO.fullmatch(said.text.replace(",", "")):
         return None
     return Resolution("redo", f"took {' '.join(words.split())!r} as: bring back what was taken back")
 
 
-def dropped(said: Said, c: Context) -> Resolution | None:
+def dropped(said: Utterance, c: Context) -> Resolution | None:
     """Read "undo the speed", "forget the shift", "keep the speed as it was", "only the slowing down"."""
     text = said.text.replace(",", "")
     ordinal = ORDINAL.fullmatch(text)
@@ -142,7 +140,7 @@ def dropped(said: Said, c: Context) -> Resolution | None:
     return None
 
 
-def _fits(part: Part, reference: Reference) -> bool:
+def _fits(part: SpokenClause, reference: Reference) -> bool:
     return bool(part.pieces) and all(
         reference.fits(p.family, p.directions, p.items, sense=p.sense) for p in part.pieces
     )
@@ -161,7 +159,7 @@ def _without_turn(turn: int, c: Context) -> Resolution | None:
 
 def _without(reference: Reference, c: Context, *, everywhere: bool) -> Resolution | None:
     """The turns without the clauses that a reference means; of another writer's policy, without their effect."""
-    kept: dict[int, tuple[Part, ...]] = {}
+    kept: dict[int, tuple[SpokenClause, ...]] = {}
     gone: list[str] = []
     for i in reversed(range(len(c.history))):
         parts = c.parts_at(i) or ()

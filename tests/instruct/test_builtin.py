@@ -5,7 +5,7 @@ import ast
 import numpy as np
 import pytest
 
-from ovita.instruct.parse import parse
+from ovita.instruct.reading import read_instruction
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.policy.sandbox import run
@@ -27,7 +27,7 @@ ROWS = np.column_stack([np.linspace(0, 1, 40), np.linspace(0, 0.3, 40), np.linsp
 
 
 def intents(sentence):
-    understood = parse(sentence, SCENE)
+    understood = read_instruction(sentence, SCENE)
     assert understood.unplaced == (), f"{sentence}: {understood.unplaced}"
     return understood.intents
 
@@ -234,7 +234,7 @@ def test_several_clauses(sentence, actions):
 
 
 def test_a_distance_stated_once_holds_for_every_near():
-    understood = parse("go faster near the cup and slower near the fan. The threshold is 0.25", SCENE)
+    understood = read_instruction("go faster near the cup and slower near the fan. The threshold is 0.25", SCENE)
     assert understood.radius == 0.25 and understood.unplaced == ()
 
 
@@ -246,11 +246,11 @@ def test_there_is_near_what_was_named_last():
 def test_all_objects_can_be_meant_at_once():
     assert [i.items[0].name for i in intents("stay away from all the obstacles")] == list(SCENE.names)
     assert intents("slow down near every object")[0].region.items == SCENE.objects
-    assert "object" in parse("go to the round object", SCENE).unplaced
+    assert "object" in read_instruction("go to the round object", SCENE).unplaced
 
 
 def test_misspelt_words_are_read_and_said():
-    understood = parse("go slighlty upwrads and acelerate near the cup", SCENE)
+    understood = read_instruction("go slighlty upwrads and acelerate near the cup", SCENE)
     assert [i.action for i in understood.intents] == ["move", "speed"]
     assert understood.unplaced == () and len(understood.notes) == 3
 
@@ -287,7 +287,7 @@ UNKNOWN = [
 
 @pytest.mark.parametrize(("sentence", "word"), UNKNOWN, ids=[u[0] for u in UNKNOWN])
 def test_what_has_no_place_is_named_not_guessed(sentence, word):
-    assert word.lower() in [w.lower() for w in parse(sentence, SCENE).unplaced]
+    assert word.lower() in [w.lower() for w in read_instruction(sentence, SCENE).unplaced]
 
 
 def reply(sentence, scene=SCENE, rows=ROWS):

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from language.feedback_sentences import FOURTH, ROWS, SECOND, THIRD
+from dialogue.feedback_sentences import FOURTH, ROWS, SECOND, THIRD
 from ovita.dialogue.feedback import Past, resolve
 from ovita.dialogue.session import Session
 from ovita.errors import OvitaError
@@ -256,7 +256,7 @@ def test_other_words_are_left_to_a_language_model_that_sees_the_last_turns():
 
 
 def test_the_paraphrases_of_instructions_are_no_feedback():
-    lines = (Path(__file__).parent / "paraphrases.txt").read_text(encoding="utf-8").splitlines()
+    lines = (Path(__file__).parents[1] / "instruct" / "paraphrases.txt").read_text(encoding="utf-8").splitlines()
     sentences = [line for line in lines if line.strip() and line[0] not in "#="][::2]
     past = past_of("go left by 0.2, go closer to the cup by 0.1 and speed up near the bottle")
     read = {sentence: resolve(sentence, [past], SCENE, PATH) for sentence in sentences}

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ovita import adapt
-from ovita.instruct.parse import parse
+from ovita.instruct.reading import read_instruction
 from ovita.paths.scene import Frame, Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
@@ -155,7 +155,7 @@ def test_waits_of_one_sentence():
     assert (adapted.speeds[1:] == 0).sum() == pytest.approx(30, abs=2)
     halted = said("Hover for 1 s at waypoint 20").positions
     assert (np.abs(halted - PATH.positions[19]).max(axis=1) < 1e-9).sum() == 11
-    loops = parse("Do two clockwise loops around the vase", SCENE).intents
+    loops = read_instruction("Do two clockwise loops around the vase", SCENE).intents
     assert [(i.action, i.count) for i in loops] == [("circle", 2.0)]
 
 

@@ -8,10 +8,9 @@ import pytest
 
 from ovita.instruct.lexicon import concept_at, concepts, filler, phrases, stems
 from ovita.instruct.numbers import amount_at
-from ovita.instruct.parse import parse
-from ovita.instruct.references import Catalog
-from ovita.instruct.spelling import close, distance
-from ovita.instruct.tokens import tokenize
+from ovita.instruct.objects import Catalog
+from ovita.instruct.reading import read_instruction
+from ovita.instruct.tokens import close, distance, tokenize
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.policy.sandbox import run
@@ -162,13 +161,13 @@ def test_objects(text, names):
 
 
 def test_it_is_what_was_named_last():
-    understood = parse("approach the cup and wait near it for 5 steps", SCENE)
+    understood = read_instruction("approach the cup and wait near it for 5 steps", SCENE)
     assert [i.items[0].name for i in understood.intents] == ["cup", "cup"] and not understood.unplaced
-    assert parse("slow down near it", SCENE).unplaced
+    assert read_instruction("slow down near it", SCENE).unplaced
 
 
 def test_the_other_box():
-    understood = parse("avoid the red box and approach the other box", SCENE)
+    understood = read_instruction("avoid the red box and approach the other box", SCENE)
     assert [i.items[0].name for i in understood.intents] == ["red box", "blue box"]
 
 
