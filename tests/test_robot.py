@@ -39,3 +39,30 @@ def test_distance_inside_a_workspace():
 def test_nonsense_is_refused(make, said):
     with pytest.raises(RobotError, match=said):
         make()
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ({"radius": -0.1}, "radius -0.1 is not a length"),
+        ({"radius": "0.1"}, "radius '0.1' is not a length"),
+        ({"person_margin": float("nan")}, "person_margin nan is not a length"),
+        ({"max_acceleration": 0}, "max_acceleration 0 is not an acceleration"),
+        ({"max_lateral_acceleration": True}, "max_lateral_acceleration True is not an acceleration"),
+        ({"min_speed": -1}, "min_speed -1 is not a speed"),
+        ({"min_speed": 0.5, "max_speed": 0.4}, "min_speed 0.5 m/s exceeds max_speed 0.4 m/s"),
+        ({"planar": 1}, "planar 1 is neither true nor false"),
+    ],
+)
+def test_a_body_and_its_dynamics_are_checked(values, said):
+    with pytest.raises(RobotError, match=said):
+        Robot(**values)
+
+
+def test_presets_have_a_body_and_limits_on_acceleration():
+    for name in ("drone", "arm", "ground"):
+        robot = Robot.preset(name)
+        assert robot.radius > 0 and robot.max_acceleration and robot.max_lateral_acceleration
+    assert Robot.preset("ground").planar and not Robot.preset("drone").planar
+    none = Robot.preset("none")
+    assert none.radius == 0 and none.max_acceleration is None and none.max_lateral_acceleration is None

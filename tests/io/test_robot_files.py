@@ -41,6 +41,15 @@ def test_a_json_file_with_little_in_it(tmp_path):
     assert robot == Robot("cart", Box((0, 0, 0), (1, 1, 1)), max_speed=None)
 
 
+def test_the_body_and_its_dynamics(tmp_path):
+    content = "radius = 0.2\nperson_margin = 0.5\nmax_acceleration = 2\nmin_speed = 0.05\nplanar = true"
+    robot = load_robot(write(tmp_path, content))
+    assert (robot.radius, robot.person_margin, robot.max_acceleration) == (0.2, 0.5, 2.0)
+    assert (robot.max_lateral_acceleration, robot.min_speed, robot.planar) == (None, 0.05, True)
+    with pytest.raises(FormatError, match="planar is 'yes', expected true or false"):
+        load_robot(write(tmp_path, "planar = 'yes'"))
+
+
 def test_without_a_speed_or_workspace_there_is_no_such_limit(tmp_path):
     robot = load_robot(write(tmp_path, "margin = 0.1"))
     assert (robot.max_speed, robot.workspace) == (None, None)

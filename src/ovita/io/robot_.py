@@ -5,6 +5,12 @@ margin = 0.02            # m to the border of the workspace
 obstacle_margin = 0.05   # m to every object
 max_speed = 0.5          # m/s; without it there is no limit
 object_size = 0.05       # m, for objects without dimensions
+radius = 0.03            # m, the body around the path's point; margins to objects count from it
+person_margin = 0.3      # m to every person
+max_acceleration = 2.0   # m/s^2 along the path; without it there is no limit
+max_lateral_acceleration = 2.0  # m/s^2 across the path; without it there is no limit
+min_speed = 0.01         # m/s while moving
+planar = false           # true: the robot stays on the plane of its path
 
 [workspace]              # without it the path may go anywhere
 kind = "shell"           # center, r_min, r_max; or "box": lower, upper
@@ -18,6 +24,7 @@ from __future__ import annotations
 import os
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +34,8 @@ from ovita.io.files import errors_of, examine, file_name, read_text, suffix
 from ovita.io.values import brief, listing, nearest, number, show, vector
 from ovita.paths.robot import Box, Robot, Shell, Vector
 
-_KEYS = ("name", "workspace", "margin", "obstacle_margin", "max_speed", "object_size")
+_NUMBERS = tuple(f.name for f in fields(Robot) if f.name not in ("name", "workspace", "planar"))
+_KEYS = tuple(f.name for f in fields(Robot))
 _WORKSPACES: Mapping[str, Sequence[str]] = {"box": ("lower", "upper"), "shell": ("center", "r_min", "r_max")}
 
 
@@ -59,19 +67,15 @@ def robot_from_dict(document: Mapping[str, Any], file: str) -> Robot:
     name = document.get("name", Path(file).stem)
     if not isinstance(name, str) or not name.strip():
         raise FormatError(file, f"is {show(name)}, expected text", key="name")
-    lengths = {
-        key: _number(document[key], key, file)
-        for key in ("margin", "obstacle_margin", "object_size")
-        if key in document
-    }
-    speed = document.get("max_speed")
-    workspace = document.get("workspace")
+    given = [key for key in _NUMBERS if key in document and not (document[key] is None and key.startswith("max_"))]
+    values: dict[str, Any] = {key: _number(document[key], key, file) for key in given}
+    workspace, planar = document.get("workspace"), document.get("planar", False)
+    if not isinstance(planar, bool):
+        raise FormatError(file, f"is {show(planar)}, expected true or false", key="planar")
+    values.setdefault("max_speed", None)
     with errors_of(file):
         return Robot(
-            name=name,
-            workspace=None if workspace is None else _workspace(workspace, file),
-            max_speed=None if speed is None else _number(speed, "max_speed", file),
-            **lengths,
+            name=name, workspace=None if workspace is None else _workspace(workspace, file), planar=planar, **values
         )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from numbers import Real
 from typing import Literal
 
 import numpy as np
@@ -69,13 +70,22 @@ class Shell:
 class Robot:
     """The limits that an adapted trajectory must obey.
 
+    The workspace bounds the path itself (for an arm, its tool centre point); distances to objects count from the
+    body, a ball of `radius` around every point of the path.
+
     Args:
         name: For reports.
         workspace: Where the path must stay, or None for anywhere.
-        margin: Distance kept from the workspace's border [m].
-        obstacle_margin: Distance kept from every object [m].
+        margin: Distance kept between the path and the workspace's border [m].
+        obstacle_margin: Distance kept between the body and every object [m].
         max_speed: [m/s], or None for no limit.
-        object_size: Edge of the cube that stands for an object without dimensions [m].
+        object_size: Edge of the cube assumed for an object without dimensions [m].
+        radius: Of the body around the path's point [m]; 0 for a point.
+        person_margin: Distance kept between the body and a person [m]; see `limits.kinds`.
+        max_acceleration: Along the path [m/s^2], or None for no limit.
+        max_lateral_acceleration: Across the path, v^2 times curvature [m/s^2], or None for no limit.
+        min_speed: Lowest speed while moving [m/s]; 0 for no limit. Standing still is always allowed.
+        planar: Whether the robot cannot leave the horizontal plane of its path.
 
     Raises:
         RobotError: On values that are negative, not finite, or leave no workspace.
@@ -87,14 +97,31 @@ class Robot:
     obstacle_margin: float = 0.01
     max_speed: float | None = 1.0
     object_size: float = DEFAULT_SIZE
+    radius: float = 0.0
+    person_margin: float = 0.3
+    max_acceleration: float | None = None
+    max_lateral_acceleration: float | None = None
+    min_speed: float = 0.0
+    planar: bool = False
 
     def __post_init__(self) -> None:
-        for key in ("margin", "obstacle_margin", "object_size"):
+        for key in ("margin", "obstacle_margin", "object_size", "radius", "person_margin"):
+            if not (_real(getattr(self, key)) and getattr(self, key) >= 0):
+                raise RobotError(f"{key} {getattr(self, key)!r} is not a length >= 0 m")
+        for key, what in (
+            ("max_speed", "a speed > 0 m/s"),
+            ("max_acceleration", "an acceleration > 0 m/s^2"),
+            ("max_lateral_acceleration", "an acceleration > 0 m/s^2"),
+        ):
             value = getattr(self, key)
-            if not (np.isfinite(value) and value >= 0):
-                raise RobotError(f"{key} {value!r} is not a length >= 0 m")
-        if self.max_speed is not None and not (np.isfinite(self.max_speed) and self.max_speed > 0):
-            raise RobotError(f"max_speed {self.max_speed!r} is not a speed > 0 m/s; leave it out for no limit")
+            if value is not None and not (_real(value) and value > 0):
+                raise RobotError(f"{key} {value!r} is not {what}; leave it out for no limit")
+        if not (_real(self.min_speed) and self.min_speed >= 0):
+            raise RobotError(f"min_speed {self.min_speed!r} is not a speed >= 0 m/s")
+        if self.max_speed is not None and self.min_speed > self.max_speed:
+            raise RobotError(f"min_speed {self.min_speed:g} m/s exceeds max_speed {self.max_speed:g} m/s")
+        if not isinstance(self.planar, bool):
+            raise RobotError(f"planar {self.planar!r} is neither true nor false")
         if isinstance(self.workspace, Shell) and self.workspace.r_min + 2 * self.margin > self.workspace.r_max:
             raise RobotError(f"the margin {self.margin:g} m leaves nothing of the workspace")
 
@@ -102,7 +129,8 @@ class Robot:
     def preset(cls, name: str) -> Robot:
         """One of the shipped robots: "drone", "arm", "ground" or "none" (no workspace, no speed limit).
 
-        The figures of the first three are those of the OVITA release (field.md, section 1).
+        Workspaces, margins and top speeds of the first three are those of the OVITA release; radius and accelerations
+        are those of a Crazyflie 2, a hand flange and a Jackal, with their sources in docs/limits.md.
 
         Raises:
             RobotError: For any other name.
@@ -113,6 +141,10 @@ class Robot:
             raise RobotError(
                 f"unknown robot {name!r}; presets are {', '.join(PRESETS)}, or give a .toml or .json file"
             ) from None
+
+
+def _real(value: object) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool) and bool(np.isfinite(float(value)))
 
 
 def _vector(key: str, value: object) -> Vector:
@@ -128,9 +160,28 @@ def _vector(key: str, value: object) -> Vector:
 PRESETS: dict[str, Robot] = {
     robot.name: robot
     for robot in (
-        Robot("drone", Box((-3.0, -3.0, -1.0), (3.0, 3.0, 3.0))),
-        Robot("arm", Shell((-0.5, 0.0, 0.6), 0.15, 1.2)),
-        Robot("ground", Box((-3.0, -3.0, -0.01), (3.0, 3.0, 0.01))),
+        Robot(
+            "drone",
+            Box((-3.0, -3.0, -1.0), (3.0, 3.0, 3.0)),
+            radius=0.07,
+            max_acceleration=4.0,
+            max_lateral_acceleration=5.0,
+        ),
+        Robot(
+            "arm",
+            Shell((-0.5, 0.0, 0.6), 0.15, 1.2),
+            radius=0.032,
+            max_acceleration=13.0,
+            max_lateral_acceleration=13.0,
+        ),
+        Robot(
+            "ground",
+            Box((-3.0, -3.0, -0.01), (3.0, 3.0, 0.01)),
+            radius=0.33,
+            max_acceleration=2.5,
+            max_lateral_acceleration=2.5,
+            planar=True,
+        ),
         Robot("none", None, max_speed=None),
     )
 }

@@ -117,13 +117,12 @@ class Limits:
             space = Box(self.lower.value, self.upper.value)
         elif self.space.value == "reach":
             space = Shell(self.centre.value, *self.radii.value)
-        robot = Robot(
-            session.robot.name,
-            space,
+        robot = replace(
+            session.robot,
+            workspace=space,
             margin=float(self.edge.value),
             obstacle_margin=float(self.margin.value),
             max_speed=float(self.speed.value) if self.speed_on.value else None,
-            object_size=session.robot.object_size,
         )
         options = replace(
             session.constraints,
