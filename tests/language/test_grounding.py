@@ -13,7 +13,7 @@ from ovita.policy.sandbox import run
 from ovita.policy.source import parse
 from ovita.request import Request, Turn
 from ovita.toolkit import CATALOGUE
-from ovita.toolkit.catalogue import CORE
+from ovita.toolkit.catalogue import core_names
 from ovita.writers.prompt import ground
 
 PATH = Trajectory.from_array(np.column_stack([np.linspace(0, 2, 30), np.zeros((30, 2)), np.full(30, 0.4)]))
@@ -48,7 +48,7 @@ def test_the_situation_names_frame_objects_sizes_extents_speeds_and_limits():
 
 def test_the_fixed_part_is_the_same_for_every_request_and_lists_the_core():
     assert prompt("go left").fixed == prompt("stop near the cup").fixed
-    for name in CORE:
+    for name in core_names():
         assert f"{name}(" in prompt().fixed
 
 

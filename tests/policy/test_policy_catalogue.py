@@ -8,8 +8,7 @@ from click.testing import CliRunner
 
 from ovita.cli.policy_ import group
 from ovita.toolkit import CATALOGUE, describe
-from ovita.toolkit.catalogue import signature
-from ovita.toolkit.reference import reference
+from ovita.toolkit.catalogue import reference, signature
 
 PAGE = Path(__file__).parents[2] / "docs" / "toolkit.md"
 

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 import ovita.toolkit
-from ovita.paths.scene import RFU, Frame
+from ovita.paths.scene import DIRECTIONS, RFU, Frame
 from ovita.toolkit import CATALOGUE, Recorder, describe, namespace
-from ovita.toolkit.catalogue import CORE, signature
+from ovita.toolkit.arguments import Limits, Offset
+from ovita.toolkit.catalogue import HIDDEN, core_names, operation, signature
 
 
 @pytest.mark.parametrize("name", CATALOGUE)
@@ -19,7 +20,7 @@ def test_every_function_is_exported_and_documents_each_parameter(name):
     assert getattr(ovita.toolkit, name) is function
     doc = inspect.getdoc(function)
     assert doc.splitlines()[0].endswith(".")
-    for parameter in inspect.signature(function).parameters:
+    for parameter in set(inspect.signature(function).parameters) - set(HIDDEN):
         assert f"    {parameter}: " in doc, parameter
 
 
@@ -29,7 +30,7 @@ def test_the_description_is_short_and_complete():
         assert re.search(rf"(?:^|, ){name}\(", text, re.MULTILINE), name
     assert "frame" not in text and "recorder" not in text
     assert len(text) < 6000
-    assert len(describe(CORE)) < 1500 and set(CORE) < set(CATALOGUE)
+    assert len(describe(core_names())) < 1500 and set(core_names()) < set(CATALOGUE)
 
 
 def test_the_description_of_some_names():
@@ -40,6 +41,17 @@ def test_the_description_of_some_names():
     assert describe(["move"], known_notes=("OFFSET",)) == move
     with pytest.raises(ValueError, match="fly"):
         describe(["fly"])
+
+
+def test_the_direction_words_of_the_types_are_those_of_the_frames():
+    assert tuple(Offset.__annotations__) == tuple(Limits.__annotations__) == DIRECTIONS
+
+
+def test_an_operation_is_entered_once_in_a_known_group():
+    with pytest.raises(ValueError, match="unknown group 'Dance'; groups are Choose waypoints"):
+        operation("Dance")
+    with pytest.raises(ValueError, match="already has an operation 'move'"):
+        operation("Speed")(CATALOGUE["move"])
 
 
 def test_a_call_that_does_not_fit_shows_the_whole_signature():

@@ -57,8 +57,7 @@ def check_command(files: tuple[str, ...]) -> None:
 @click.option("--markdown", is_flag=True, help="As the page docs/toolkit.md; always with all functions.")
 def catalogue_command(names: tuple[str, ...], as_json: bool, markdown: bool) -> None:
     """List the functions that a policy may call, or describe those named NAME."""
-    from ovita.toolkit.catalogue import CATALOGUE, describe
-    from ovita.toolkit.reference import as_text, page, reference
+    from ovita.toolkit.catalogue import CATALOGUE, as_text, describe, page, reference
     from ovita.writers.examples import use_of
 
     if markdown and (names or as_json):

@@ -13,7 +13,7 @@ from ovita.instruct.scale import Degree, nice
 from ovita.instruct.shape_steps import SHAPE_STEPS, speed
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array, Trajectory
-from ovita.toolkit.edit import smooth
+from ovita.toolkit.waypoints import smooth
 
 
 def aim(d: Draft, intent: Intent) -> None:

@@ -1,24 +1,34 @@
-"""Bring a path closer to an object, take it farther away, or keep it at a distance."""
+"""Bring a path closer to an object or take it farther away, pass through it, jump over it, wait above it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ovita.paths.scene import RFU, Frame, SceneObject
-from ovita.paths.trajectory import Array
+from ovita.paths.trajectory import Array, arc_length
 from ovita.toolkit import arguments
-from ovita.toolkit.arguments import Mask, Target
+from ovita.toolkit.arguments import Mask, Offset, Target
 from ovita.toolkit.around import clear_segments, pushed_out, pushed_out_of_all
-from ovita.toolkit.shaping import headings, perpendicular, runs, smoothstep
+from ovita.toolkit.catalogue import Recorder, note_contact, operation
+from ovita.toolkit.insertion import densified
+from ovita.toolkit.speed import dwell
+from ovita.toolkit.weights import ROUNDING, headings, perpendicular, runs, smoothstep
 
 STEEPEST = 1.125
 """Reach per metre of push above which no waypoint overtakes the nearest: the maximum of smoothstep(x) / x."""
 
+PER_SLOPE = 4.0
+"""The fewest segments on the rise or the fall of a jump."""
 
+SHORTEST = 0.01
+"""Share of the path's length below which no segment is divided for a jump."""
+
+
+@operation("Objects: come closer, stay away, pass", core=True)
 def closer(
     traj: ArrayLike,
     obj: Target,
@@ -41,7 +51,6 @@ def closer(
         reach: [m], > 0; by default half of the spread of the waypoints' distances.
         where: Mask (N,), or None for all waypoints.
         hold: Direction word or words along which nothing moves, such as "up" after an exact shift upwards.
-        frame: Which way the words point.
     """
     rows = arguments.waypoints(traj)
     centre, pull = arguments.point(obj), arguments.number(by, "by", low=0.0)
@@ -55,6 +64,7 @@ def closer(
     return rows
 
 
+@operation("Objects: come closer, stay away, pass", core=True)
 def farther(
     traj: ArrayLike,
     obj: Target,
@@ -77,7 +87,6 @@ def farther(
             that no waypoint ends up nearer than `by` beyond the nearest.
         where: Mask (N,), or None for all waypoints.
         hold: Direction word or words along which nothing moves, such as "up" after an exact shift upwards.
-        frame: Which way the words point.
     """
     rows = arguments.waypoints(traj)
     centre, selected = arguments.point(obj), arguments.mask(where, len(rows))
@@ -98,6 +107,7 @@ def farther(
     return rows
 
 
+@operation("Objects: come closer, stay away, pass", core=True)
 def keep_distance(
     traj: ArrayLike,
     obj: Target | Sequence[Target],
@@ -144,6 +154,107 @@ def keep_distance(
     return rows
 
 
+@operation("Objects: come closer, stay away, pass")
+def go_through(
+    traj: ArrayLike,
+    at: Target,
+    *,
+    width: float = 0.3,
+    frame: Frame = RFU,
+    recorder: Recorder | None = None,
+    **offset: Unpack[Offset],
+) -> Array:
+    """Bend the path through an object or point plus OFFSET; start and goal stay.
+
+    Args:
+        traj: (N, 4).
+        at: Object or point (3,) [m].
+        offset: Direction words and metres of it, such as left=0.2.
+        width: Fraction (0..1) of the path's length on either side that is bent.
+    """
+    rows = arguments.waypoints(traj)
+    shift = arguments.offset(frame, offset)
+    target = arguments.point(at, "at") + shift
+    window = arguments.number(width, "width", low=0.0, high=1.0)
+    note_contact(recorder, at, shift)
+    fraction = arguments.fractions(rows[:, :3])
+    inner = np.flatnonzero((fraction > 0.0) & (fraction < 1.0))
+    if not len(inner):
+        raise ValueError("no waypoint lies between start and goal; call resample(traj, 20) before go_through")
+    i = int(inner[np.argmin(np.linalg.norm(rows[inner, :3] - target, axis=1))])
+    gap = fraction - fraction[i]
+    reach = np.where(gap < 0, min(window, float(fraction[i])), min(window, float(1.0 - fraction[i])))
+    weights = smoothstep(1.0 - np.divide(np.abs(gap), reach, out=np.ones_like(gap), where=reach > 0))
+    weights[gap == 0.0] = 1.0
+    weights[(fraction == 0.0) | (fraction == 1.0)] = 0.0
+    touched = weights > 0.0
+    rows[touched, :3] += weights[touched, None] * (target - rows[i, :3])
+    rows[gap == 0.0, :3] = target
+    return rows
+
+
+@operation("Objects: come closer, stay away, pass")
+def hop(traj: ArrayLike, obj: Target, height: float, *, width: float = 0.2, frame: Frame = RFU) -> Array:
+    """Jump over an object, so many metres above its top.
+
+    The start and the goal stay. The waypoint nearest to the object comes to lie above it; the path rises smoothly, is
+    level over the bounding sphere, and falls. What is higher already is not lowered.
+
+    Args:
+        traj: (N, 4); where the waypoints are too sparse for the jump, more are inserted.
+        obj: Object or point (3,) [m]; without dimensions its top is its centre.
+        height: [m], >= 0.
+        width: Length of the rise and of the fall as a fraction (0..1) of the path's length.
+    """
+    rows = arguments.waypoints(traj)
+    centre, lift = arguments.point(obj), arguments.number(height, "height", low=0.0)
+    share = arguments.number(width, "width", low=0.0, high=1.0)
+    up = frame.direction("up")
+    top = float(centre @ up) + extent(obj, up) + lift
+    length = float(arc_length(rows[:, :3])[-1])
+    level = obj.radius / length if isinstance(obj, SceneObject) and length > 0.0 else 0.0
+    if length > 0.0:
+        step = float(np.clip((share + level) / PER_SLOPE, SHORTEST, 0.25)) * length
+        rows, _ = densified(rows, _window(rows, centre, share + level), step)
+    fraction = arguments.fractions(rows[:, :3])
+    inner = np.flatnonzero((fraction > 0.0) & (fraction < 1.0))
+    if not len(inner):
+        raise ValueError("no waypoint lies between start and goal; call resample(traj, 20) before hop")
+    i = int(inner[np.argmin(np.linalg.norm(rows[inner, :3] - centre, axis=1))])
+    weights = _jump(fraction, i, share, level)
+    sideways = centre - rows[i, :3]
+    sideways -= (sideways @ up) * up
+    missing = np.maximum(top - rows[:, :3] @ up, 0.0)
+    touched = weights > 0.0
+    rows[touched, :3] += (weights[:, None] * (sideways + missing[:, None] * up))[touched]
+    return rows
+
+
+@operation("Objects: come closer, stay away, pass")
+def hover(
+    traj: ArrayLike,
+    obj: Target,
+    height: float,
+    *,
+    steps: int = 10,
+    frame: Frame = RFU,
+    recorder: Recorder | None = None,
+) -> Array:
+    """Bend the path over an object and wait there, so many metres above its centre.
+
+    The path bends to pass exactly there; start and goal stay.
+
+    Args:
+        traj: (N, 4); the result is (N + steps, 4).
+        obj: Object or point (3,) [m].
+        height: [m]; negative: below.
+        steps: Timesteps of 0.1 s to wait, >= 1.
+    """
+    above = arguments.number(height, "height")
+    rows = go_through(traj, obj, up=above, frame=frame, recorder=recorder)
+    return dwell(rows, arguments.point(obj) + above * frame.direction("up"), steps)
+
+
 def _bend_around(rows: Array, centre: Array, radius: float, selected: Mask) -> None:
     """Push what is inside one sphere out of it, in place."""
     away, distance = _polar(rows, centre)
@@ -186,4 +297,32 @@ def _nearness(distance: Array, selected: Mask, reach: float | None, shortest: fl
     inside = distance[selected]
     span = max(float(np.ptp(inside)) / 2.0, shortest, 1e-9) if reach is None else float(reach)
     weights[selected] = smoothstep(1.0 - (inside - inside.min()) / span)
+    return weights
+
+
+def extent(obj: Target, direction: Array) -> float:
+    """How far an object reaches beyond its centre along a unit vector (3,) [m]; 0 if it has no dimensions."""
+    if not isinstance(obj, SceneObject) or obj.dimensions is None:
+        return 0.0
+    return float(np.abs(direction @ obj.rotation) @ obj.dimensions) / 2.0
+
+
+def _window(rows: Array, centre: Array, share: float) -> Mask:
+    """Mask of the waypoints within a share of the path's length of the one nearest to a point, and one more each."""
+    fraction = arguments.fractions(rows[:, :3])
+    i = int(np.argmin(np.linalg.norm(rows[:, :3] - centre, axis=1)))
+    inside = np.flatnonzero(np.abs(fraction - fraction[i]) <= share)
+    index = np.arange(len(rows))
+    return np.asarray((index >= inside[0] - 1) & (index <= inside[-1] + 1))
+
+
+def _jump(fraction: Array, i: int, share: float, level: float) -> Array:
+    """Weights (N,) of a jump: 1 within `level` of waypoint i, 0 beyond `share` more and at both ends of the path."""
+    gap = fraction - fraction[i]
+    reach = np.minimum(share + level, np.where(gap < 0.0, fraction[i], 1.0 - fraction[i]))
+    flat = np.minimum(level, reach / 2.0)
+    slope = reach - flat
+    weights = smoothstep(np.divide(reach - np.abs(gap), slope, out=np.zeros_like(gap), where=slope > ROUNDING))
+    weights[gap == 0.0] = 1.0
+    weights[(fraction == 0.0) | (fraction == 1.0)] = 0.0
     return weights

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypedDict
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,6 +17,29 @@ Target: TypeAlias = SceneObject | ArrayLike
 Place: TypeAlias = SceneObject | ArrayLike | int | float | str
 """A waypoint: its index (int), a fraction of the path's length (float 0..1), "start", "goal", or the one nearest a
 target."""
+
+
+class Offset(TypedDict, total=False):
+    """Direction words in metres, which add up; each counts in its direction, so left=-0.1 is right=0.1."""
+
+    left: float
+    right: float
+    front: float
+    back: float
+    up: float
+    down: float
+
+
+class Limits(TypedDict, total=False):
+    """Direction words and how far along each is allowed [m]; None is no limit."""
+
+    left: float | None
+    right: float | None
+    front: float | None
+    back: float | None
+    up: float | None
+    down: float | None
+
 
 MOST_WAYPOINTS = 10_000
 """The most waypoints that one call may ask for."""
@@ -101,6 +124,18 @@ def number(value: Any, name: str, *, low: float | None = None, high: float | Non
     return result
 
 
+def positive(value: Any, name: str, high: float | None = None) -> float:
+    """A finite float > 0, and at most `high`.
+
+    Raises:
+        ValueError: If it is none.
+    """
+    result = number(value, name, low=0.0, high=high)
+    if result == 0.0:
+        raise ValueError(f"{name} must be > 0")
+    return result
+
+
 def integer(value: Any, name: str, low: int, high: int) -> int:
     """An int within [low, high]; a float without a fraction will do.
 
@@ -115,7 +150,7 @@ def integer(value: Any, name: str, low: int, high: int) -> int:
     return int(result)
 
 
-def offset(frame: Frame, words: dict[str, float]) -> Array:
+def offset(frame: Frame, words: Offset) -> Array:
     """The vector (3,) [m] of direction words times metres in a frame.
 
     Raises:

@@ -8,7 +8,7 @@ import numpy as np
 
 from ovita.paths.trajectory import Array
 from ovita.toolkit.arguments import Mask, fractions
-from ovita.toolkit.shaping import path_distances, perpendicular, runs
+from ovita.toolkit.weights import path_distances, perpendicular, runs
 
 SHALLOW = 0.05
 """How deep a segment between waypoints may dip into a sphere, as a fraction of its radius, before something is done."""

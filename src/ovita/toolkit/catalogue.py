@@ -1,144 +1,39 @@
-"""Every name that a policy may call, bound to a scene's frame for a run and described for a prompt."""
+"""Every operation that a policy may call: registered, bound to a scene's frame, described for prompt and page.
+
+An operation is a function with the decorator `operation`; the sandbox, the allowlist, the prompt and docs/toolkit.md
+know it from here, by its signature and its docstring.
+"""
 
 from __future__ import annotations
 
 import functools
 import inspect
+import re
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeVar
 
-from ovita.paths.scene import DIRECTIONS, Frame
-from ovita.toolkit import (
-    approach,
-    edit,
-    ends,
-    expect,
-    loops,
-    overhead,
-    regions,
-    ripples,
-    routes,
-    select,
-    shift,
-    speed,
-    speedlaws,
-    transforms,
+from ovita.paths.scene import DIRECTIONS, Frame, SceneObject
+from ovita.paths.trajectory import Array
+from ovita.toolkit.arguments import Target
+
+GROUPS = (
+    "Choose waypoints",
+    "Shift the path and its ends",
+    "Objects: come closer, stay away, pass",
+    "Go on, or go straight",
+    "Reshape the whole",
+    "Draw figures",
+    "Keep to a region",
+    "Speed",
+    "Waypoints",
+    "State what is meant",
 )
-from ovita.toolkit.recorder import Recorder
+"""What operations are for, in the order in which a prompt and the page show them."""
 
 HIDDEN = ("frame", "recorder")
 """Parameters that the runtime fills in and a policy never sees."""
-
-GROUPS: Mapping[str, tuple[Callable[..., Any], ...]] = MappingProxyType(
-    {
-        "Choose waypoints": (
-            select.near,
-            select.first,
-            select.last,
-            select.between,
-            select.where_rising,
-            select.every,
-        ),
-        "Shift the path and its ends": (
-            shift.move,
-            ends.move_start,
-            ends.move_goal,
-            shift.midpoint,
-        ),
-        "Objects: come closer, stay away, pass": (
-            approach.closer,
-            approach.farther,
-            approach.keep_distance,
-            ends.go_through,
-            overhead.hop,
-            overhead.hover,
-        ),
-        "Go on, or go straight": (
-            ends.extend,
-            ends.continue_to,
-            routes.shortcut,
-            routes.straighten,
-        ),
-        "Reshape the whole": (
-            transforms.curve,
-            transforms.rotate,
-            transforms.tilt,
-            transforms.mirror,
-            transforms.scale,
-        ),
-        "Draw figures": (
-            loops.spiral,
-            loops.circle,
-            loops.figure_eight,
-            ripples.zigzag,
-            ripples.wave,
-            ripples.noise,
-        ),
-        "Keep to a region": (
-            regions.bound,
-            regions.stay_on,
-            regions.quadrant,
-            regions.at_height,
-        ),
-        "Speed": (
-            speed.scale_speed,
-            speed.shift_speed,
-            speed.set_speed,
-            speed.ramp_speed,
-            speedlaws.exponential_speed,
-            speedlaws.accelerate,
-            speedlaws.trapezoid_speed,
-            speedlaws.slow_turns,
-            speed.stop_at,
-            speed.dwell,
-        ),
-        "Waypoints": (
-            edit.smooth,
-            edit.resample,
-            routes.average,
-            routes.reverse,
-        ),
-        "State what is meant": (
-            expect.expect_closer,
-            expect.expect_farther,
-            expect.expect_distance,
-            expect.expect_moved,
-            expect.expect_same_path,
-            expect.expect_start,
-            expect.expect_goal,
-            expect.expect_visits,
-            expect.expect_slower,
-            expect.expect_faster,
-            expect.expect_speed,
-            expect.expect_stop,
-        ),
-    }
-)
-"""The functions by what they are for, in the order in which a prompt and the page show them."""
-
-CATALOGUE: Mapping[str, Callable[..., Any]] = MappingProxyType(
-    {function.__name__: function for functions in GROUPS.values() for function in functions}
-)
-"""The functions by name."""
-
-CORE = (
-    "near",
-    "first",
-    "last",
-    "move",
-    "closer",
-    "farther",
-    "keep_distance",
-    "scale_speed",
-    "expect_closer",
-    "expect_farther",
-    "expect_distance",
-    "expect_moved",
-    "expect_slower",
-    "expect_faster",
-)
-"""The functions that every prompt shows; others are shown where the instruction seems to need them."""
 
 RARE = frozenset({"angle", "blend", "brake", "ease", "hold", "ramp", "reach", "seed", "smooth", "width"})
 """Parameters with defaults that a prompt leaves out to stay short; the page has them all."""
@@ -149,26 +44,104 @@ NOTES = {
 }
 """What the words in capitals stand for."""
 
+_Function = TypeVar("_Function", bound=Callable[..., Any])
+_registry: dict[str, Callable[..., Any]] = {}
+_group: dict[str, str] = {}
+_core: set[str] = set()
+
+CATALOGUE: Mapping[str, Callable[..., Any]] = MappingProxyType(_registry)
+"""The operations by name, group by group."""
+
+
+def operation(group: str, *, core: bool = False) -> Callable[[_Function], _Function]:
+    """Enter a function in the catalogue.
+
+    Args:
+        group: One of GROUPS.
+        core: Show it in every prompt, not only where the instruction seems to need it.
+
+    Raises:
+        ValueError: If there is no such group, or another operation has the name.
+    """
+    if group not in GROUPS:
+        raise ValueError(f"unknown group {group!r}; groups are {', '.join(GROUPS)}")
+
+    def enter(function: _Function) -> _Function:
+        name = function.__name__
+        if name in _registry:
+            raise ValueError(f"the toolkit already has an operation {name!r}")
+        _registry[name], _group[name] = function, group
+        if core:
+            _core.add(name)
+        in_order = sorted(_registry.items(), key=lambda item: GROUPS.index(_group[item[0]]))
+        _registry.clear()
+        _registry.update(in_order)
+        return function
+
+    return enter
+
+
+@dataclass(frozen=True)
+class Expectation:
+    """A postcondition that a policy states.
+
+    Args:
+        kind: Name of the call without "expect_", such as "closer".
+        arguments: JSON values; an object by its name, a point as [x, y, z] [m], a mask as
+            {"count": N, "ranges": [[first, last], ...]} over waypoint indices from 0, both ends included.
+        text: The promise as a sentence for people.
+    """
+
+    kind: str
+    arguments: Mapping[str, Any]
+    text: str
+
+
+@dataclass
+class Recorder:
+    """Collects what a running policy states.
+
+    Args:
+        contacts: Names of the objects that it means to touch or to pass through, each once.
+        expectations: Its postconditions, in order.
+    """
+
+    contacts: list[str] = field(default_factory=list)
+    expectations: list[Expectation] = field(default_factory=list)
+
+
+def note_contact(recorder: Recorder | None, target: Target | None, shift: Array) -> None:
+    """Record that the policy means to touch a target, if that is an object and no offset keeps away from it."""
+    if recorder is None or not isinstance(target, SceneObject) or shift.any():
+        return
+    if target.name not in recorder.contacts:
+        recorder.contacts.append(target.name)
+
 
 def namespace(frame: Frame, recorder: Recorder) -> dict[str, Callable[..., Any]]:
-    """The catalogue for one run of a policy: each function knows the frame and the recorder.
+    """The catalogue for one run of a policy: each operation knows the frame and the recorder.
 
     Args:
         frame: Which way is left.
         recorder: Collects contacts and expectations.
 
-    A call that does not fit a function's signature raises a ValueError that shows the signature.
+    A call that does not fit an operation's signature raises a ValueError that shows the signature.
     """
     return {name: _bound(function, frame, recorder) for name, function in CATALOGUE.items()}
 
 
-def describe(names: Iterable[str] | None = None, *, known_notes: Iterable[str] = ()) -> str:
-    """The catalogue as text for a prompt: for each function its signature and first sentence, in catalogue order.
+def core_names() -> tuple[str, ...]:
+    """The operations that every prompt shows, in catalogue order."""
+    return tuple(name for name in CATALOGUE if name in _core)
 
-    Optional parameters are marked with "?". The expectations, whose names say it all, share a line.
+
+def describe(names: Iterable[str] | None = None, *, known_notes: Iterable[str] = ()) -> str:
+    """The catalogue as text for a prompt: for each operation its signature and first sentence, in catalogue order.
+
+    Optional parameters are marked with "?". The postconditions, whose names say it all, share a line.
 
     Args:
-        names: Only these functions; None for all.
+        names: Only these operations; None for all.
         known_notes: The words in capitals, OFFSET and PLACE, that were explained before; others are explained first.
 
     Raises:
@@ -198,7 +171,7 @@ def in_order(names: Iterable[str] | None = None) -> list[str]:
 
 
 def summary(name: str) -> str:
-    """The first sentence of a function's description, without its full stop."""
+    """The first sentence of an operation's description, without its full stop."""
     return (CATALOGUE[name].__doc__ or "").strip().splitlines()[0].rstrip(".")
 
 
@@ -206,7 +179,7 @@ def signature(name: str, *, spelled: bool = False, brief: bool = False) -> str:
     """A call as a policy writes it, such as "move(traj, *, OFFSET, where=None, ...)".
 
     Args:
-        name: Of a function in the catalogue.
+        name: Of an operation.
         spelled: Write the direction words out, instead of one OFFSET for all.
         brief: For a prompt: optional parameters are marked with "?" and rare ones left out.
     """
@@ -228,13 +201,20 @@ def signature(name: str, *, spelled: bool = False, brief: bool = False) -> str:
 
 
 def public_signature(name: str) -> inspect.Signature:
-    """A function's signature without what the runtime fills in."""
+    """An operation's signature with the direction words spelled out, and without what the runtime fills in."""
     return _public(CATALOGUE[name])
 
 
+@functools.cache
 def _public(function: Callable[..., Any]) -> inspect.Signature:
     whole = inspect.signature(function)
-    return whole.replace(parameters=[p for p in whole.parameters.values() if p.name not in HIDDEN])
+    shown = [p for p in whole.parameters.values() if p.name not in HIDDEN and p.kind is not p.VAR_KEYWORD]
+    words = next((p for p in whole.parameters.values() if p.kind is p.VAR_KEYWORD), None)
+    if words is not None:
+        default = None if "Limits" in str(words.annotation) else 0.0
+        first = next((i for i, p in enumerate(shown) if p.kind is p.KEYWORD_ONLY), len(shown))
+        shown[first:first] = [inspect.Parameter(w, inspect.Parameter.KEYWORD_ONLY, default=default) for w in DIRECTIONS]
+    return whole.replace(parameters=shown)
 
 
 def _plain(default: Any) -> str:
@@ -259,3 +239,111 @@ def _bound(function: Callable[..., Any], frame: Frame, recorder: Recorder) -> Ca
     vars(call).pop("__wrapped__")
     vars(call)["__signature__"] = public
     return call
+
+
+_INTRODUCTION = """# Toolkit: what a policy may call
+
+This page is made of the operations' docstrings: `ovita policy catalogue --markdown > docs/toolkit.md`.
+There are {count} operations. `ovita policy catalogue NAME` shows one of them in the terminal.
+
+A trajectory `traj` is an array with one waypoint a row: x, y, z in metres, the speed in m/s, and perhaps further
+columns, which travel along. Every operation that changes it returns a new array. Lengths are in metres, times in
+seconds, angles in degrees. A mask is an array of booleans, one for each waypoint, made by the first operations or
+by a comparison; `~mask` is all others.
+
+A policy counts waypoints from 0, as numpy does: index 0 is the start, -1 the goal, and a range such as `traj[2:5]`
+leaves its end out. What people read counts from 1, both ends included."""
+
+_ENTRY = re.compile(r"(\w+): (.*)", re.DOTALL)
+
+
+@dataclass(frozen=True)
+class Entry:
+    """An operation as the page shows it.
+
+    Args:
+        name: As a policy calls it.
+        group: What it is for.
+        signature: The call with its defaults; OFFSET stands for the direction words.
+        summary: One sentence, without its full stop.
+        details: Further paragraphs, or "".
+        parameters: Each parameter with its meaning.
+    """
+
+    name: str
+    group: str
+    signature: str
+    summary: str
+    details: str
+    parameters: Mapping[str, str]
+
+    def to_dict(self) -> dict[str, Any]:
+        """As JSON values."""
+        return {**vars(self), "parameters": dict(self.parameters)}
+
+
+def reference(names: Iterable[str] | None = None) -> tuple[Entry, ...]:
+    """The operations of those names, in catalogue order; None for all.
+
+    Raises:
+        ValueError: If a name is not in the catalogue.
+    """
+    return tuple(_entry(name) for name in in_order(names))
+
+
+def as_text(entry: Entry) -> str:
+    """An entry for a terminal."""
+    parts = [f"{entry.signature}\n  {entry.summary}."]
+    parts += [f"  {line}" for line in entry.details.splitlines()]
+    parts += [f"    {name}: {meaning}" for name, meaning in entry.parameters.items()]
+    return "\n".join(parts)
+
+
+def as_markdown(entry: Entry, use: tuple[str, str] | None = None) -> str:
+    """An entry as a section of the page.
+
+    Args:
+        entry: The operation.
+        use: An instruction, and the line of a policy that calls the operation for it.
+    """
+    parts = [f"### `{entry.name}`", f"```python\n{entry.signature}\n```", f"{_shown(entry.summary)}."]
+    parts += [_shown(entry.details)] if entry.details else []
+    parts += ["\n".join(f"- `{name}`: {_shown(meaning)}" for name, meaning in entry.parameters.items())]
+    parts += [f"For “{use[0]}”: `{use[1]}`"] if use else []
+    return "\n\n".join(part for part in parts if part)
+
+
+def page(uses: Mapping[str, tuple[str, str]]) -> str:
+    """The whole catalogue as a Markdown page.
+
+    Args:
+        uses: For an operation's name an instruction, and the line of a policy that calls it.
+    """
+    words = "\n".join(f"- **{word}**: {meaning}." for word, meaning in NOTES.items())
+    parts = [_INTRODUCTION.format(count=len(CATALOGUE)), words]
+    group = ""
+    for entry in reference():
+        if entry.group != group:
+            group = entry.group
+            parts.append(f"## {group}")
+        parts.append(as_markdown(entry, uses.get(entry.name)))
+    return "\n\n".join(parts) + "\n"
+
+
+def _entry(name: str) -> Entry:
+    text = inspect.cleandoc(CATALOGUE[name].__doc__ or "")
+    body, _, arguments = text.partition("\nArgs:\n")
+    details = body.partition("\n")[2].strip()
+    return Entry(name, _group[name], signature(name), summary(name), details, _parameters(arguments))
+
+
+def _parameters(text: str) -> dict[str, str]:
+    """The meanings by parameter; the direction words are one, OFFSET."""
+    chunks = re.split(r"\n(?=    \w)", "\n" + text.rstrip())
+    found = [match for chunk in chunks if (match := _ENTRY.match(" ".join(chunk.split())))]
+    return {"OFFSET" if match[1] == "offset" else match[1]: match[2] for match in found}
+
+
+def _shown(text: str) -> str:
+    """Text that Markdown does not read as markup."""
+    return re.sub(r"([*_<>])", r"\\\1", text)

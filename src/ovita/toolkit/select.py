@@ -11,8 +11,10 @@ from ovita.paths.scene import RFU, Frame
 from ovita.paths.trajectory import Array
 from ovita.toolkit import arguments
 from ovita.toolkit.arguments import Mask, Place, Target
+from ovita.toolkit.catalogue import operation
 
 
+@operation("Choose waypoints", core=True)
 def near(traj: ArrayLike, obj: Target, within: float) -> Mask:
     """Mask: waypoints at most so many metres from an object's centre.
 
@@ -26,6 +28,7 @@ def near(traj: ArrayLike, obj: Target, within: float) -> Mask:
     return np.asarray(np.linalg.norm(rows[:, :3] - arguments.point(obj), axis=1) <= radius)
 
 
+@operation("Choose waypoints", core=True)
 def first(traj: ArrayLike, n: int | None = None, *, fraction: float | None = None) -> Mask:
     """Mask: the first n waypoints, or a fraction (0..1) of all.
 
@@ -38,6 +41,7 @@ def first(traj: ArrayLike, n: int | None = None, *, fraction: float | None = Non
     return np.arange(len(rows)) < _count(rows, n, fraction)
 
 
+@operation("Choose waypoints", core=True)
 def last(traj: ArrayLike, n: int | None = None, *, fraction: float | None = None) -> Mask:
     """Mask: the last n waypoints, or a fraction (0..1) of all.
 
@@ -50,6 +54,7 @@ def last(traj: ArrayLike, n: int | None = None, *, fraction: float | None = None
     return np.arange(len(rows)) >= len(rows) - _count(rows, n, fraction)
 
 
+@operation("Choose waypoints")
 def between(traj: ArrayLike, a: Place, b: Place) -> Mask:
     """Mask: from PLACE a to PLACE b.
 
@@ -65,13 +70,13 @@ def between(traj: ArrayLike, a: Place, b: Place) -> Mask:
     return (index >= low) & (index <= high)
 
 
+@operation("Choose waypoints")
 def where_rising(traj: ArrayLike, direction: str = "up", *, frame: Frame = RFU) -> Mask:
     """Mask: where the path heads up (or another direction word).
 
     Args:
         traj: (N, 4).
         direction: A direction word.
-        frame: Which way is left.
     """
     rows = arguments.waypoints(traj)
     axis = arguments.direction(frame, direction)
@@ -80,6 +85,7 @@ def where_rising(traj: ArrayLike, direction: str = "up", *, frame: Frame = RFU) 
     return np.concatenate([rising, rising[-1:]])
 
 
+@operation("Choose waypoints")
 def every(traj: ArrayLike, k: int, start: int = 0) -> Mask:
     """Mask: every k-th waypoint from index start on.
 

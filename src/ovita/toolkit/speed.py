@@ -1,4 +1,4 @@
-"""Change how fast the robot moves; the path stays as it is."""
+"""Change how fast the robot moves, by an amount or by a law; the path stays as it is."""
 
 from __future__ import annotations
 
@@ -7,10 +7,25 @@ from numpy.typing import ArrayLike
 
 from ovita.paths.trajectory import Array, arc_length
 from ovita.toolkit import arguments
-from ovita.toolkit.arguments import Place
-from ovita.toolkit.shaping import eased, runs, snapped
+from ovita.toolkit.arguments import Mask, Place
+from ovita.toolkit.catalogue import operation
+from ovita.toolkit.insertion import densified
+from ovita.toolkit.weights import ROUNDING, eased, runs, smoothstep, snapped
+
+SPARSE = 0.1
+"""Segments of up to this share of the path's length are short enough for any ramp."""
+
+SMALLEST = 0.01
+"""Speeds nearer to 0 than this share of the other end's count as that share in an exponential law."""
+
+LOOK = 0.05
+"""Fraction of the path's length over which the directions before and behind a waypoint are taken."""
+
+LEAD = 0.1
+"""Fraction of the path's length over which the robot slows down before a turn; it takes half to speed up again."""
 
 
+@operation("Speed", core=True)
 def scale_speed(traj: ArrayLike, factor: float, *, where: ArrayLike | None = None, ease: float = 0.0) -> Array:
     """Multiply the speed: 0.5 is half as fast.
 
@@ -28,6 +43,7 @@ def scale_speed(traj: ArrayLike, factor: float, *, where: ArrayLike | None = Non
     return rows
 
 
+@operation("Speed")
 def shift_speed(traj: ArrayLike, by: float, *, where: ArrayLike | None = None) -> Array:
     """Add so many m/s to the speed (negative: slower), never below 0.
 
@@ -44,6 +60,7 @@ def shift_speed(traj: ArrayLike, by: float, *, where: ArrayLike | None = None) -
     return rows
 
 
+@operation("Speed")
 def set_speed(traj: ArrayLike, speed: float, *, where: ArrayLike | None = None) -> Array:
     """Set the speed to so many m/s.
 
@@ -57,6 +74,7 @@ def set_speed(traj: ArrayLike, speed: float, *, where: ArrayLike | None = None) 
     return rows
 
 
+@operation("Speed")
 def ramp_speed(
     traj: ArrayLike, start: float | None = None, end: float | None = None, *, where: ArrayLike | None = None
 ) -> Array:
@@ -81,6 +99,121 @@ def ramp_speed(
     return rows
 
 
+@operation("Speed")
+def exponential_speed(
+    traj: ArrayLike, start: float | None = None, end: float | None = None, *, where: ArrayLike | None = None
+) -> Array:
+    """Change speed exponentially from start to end in m/s; None keeps that end's speed.
+
+    The speed is start (end / start)^u at the fraction u of the length; between the ends, an end at less than a
+    hundredth of the other's speed counts as that. A dwell stays at rest.
+
+    Args:
+        traj: (N, 4).
+        start: [m/s], >= 0, or None for the present speed at the first selected waypoint.
+        end: [m/s], >= 0, or None for the present speed at the last selected waypoint.
+        where: Mask (N,), or None for all waypoints; each unbroken run of it gets its own law.
+    """
+    rows = arguments.waypoints(traj)
+    if start is None and end is None:
+        raise ValueError("give start, end or both in m/s")
+    begin = None if start is None else arguments.number(start, "start", low=0.0)
+    finish = None if end is None else arguments.number(end, "end", low=0.0)
+    resting = _resting(rows)
+    for a, b in runs(arguments.mask(where, len(rows))):
+        low = rows[a, 3] if begin is None else begin
+        high = rows[b, 3] if finish is None else finish
+        share = arguments.fractions(rows[a : b + 1, :3]) if b > a else np.full(1, float(begin is None))
+        first, final = max(low, SMALLEST * high), max(high, SMALLEST * low)
+        law = first * (final / first) ** share if first > 0.0 else np.zeros_like(share)
+        law = np.where(share == 0.0, low, np.where(share == 1.0, high, law))
+        rows[a : b + 1, 3] = np.where(resting[a : b + 1], 0.0, law)
+    return rows
+
+
+@operation("Speed")
+def accelerate(traj: ArrayLike, rate: float, *, where: ArrayLike | None = None) -> Array:
+    """Accelerate by rate m/s^2 (negative: brake).
+
+    The speed at the distance s is sqrt(v0^2 + 2 rate s), and 0 once that is negative; v0 is the speed at the first
+    waypoint, for a negative rate at the first that moves. A dwell stays at rest.
+
+    Args:
+        traj: (N, 4).
+        rate: [m/s^2].
+        where: Mask (N,), or None for all waypoints; each unbroken run of it starts anew.
+    """
+    rows = arguments.waypoints(traj)
+    gain = arguments.number(rate, "rate")
+    resting, s = _resting(rows), arc_length(rows[:, :3])
+    if gain == 0.0:
+        return rows
+    for a, b in runs(arguments.mask(where, len(rows))):
+        moving = np.flatnonzero(rows[a : b + 1, 3] > 0.0)
+        if gain < 0.0 and not len(moving):
+            continue
+        begin = a if gain > 0.0 else a + int(moving[0])
+        squared = rows[begin, 3] ** 2 + 2.0 * gain * (s[begin : b + 1] - s[begin])
+        law = np.sqrt(np.maximum(squared, 0.0))
+        rows[begin + 1 : b + 1, 3] = np.where(resting[begin + 1 : b + 1], 0.0, law[1:])
+    return rows
+
+
+@operation("Speed")
+def trapezoid_speed(traj: ArrayLike, cruise: float | None = None, *, ramp: float = 0.25) -> Array:
+    """From 0 to cruise m/s and back to 0.
+
+    The speed is a trapezoid over time: rise and fall have constant acceleration, so that it is cruise sqrt(s / l) at
+    the distance s from an end, with l the length of the ramp. A dwell stays at rest.
+
+    Args:
+        traj: (N, 4); where the waypoints are too sparse for the ramps, more are inserted.
+        cruise: [m/s], >= 0; None for the highest present speed.
+        ramp: Length of the rise and of the fall as a fraction (0..0.5) of the path's length.
+    """
+    rows = arguments.waypoints(traj)
+    top = float(rows[:, 3].max()) if cruise is None else arguments.number(cruise, "cruise", low=0.0)
+    share = arguments.number(ramp, "ramp", low=0.0, high=0.5)
+    length = float(arc_length(rows[:, :3])[-1])
+    if length > 0.0:
+        rows, _ = densified(rows, np.ones(len(rows), dtype=bool), max(share, SPARSE) * length)
+    fraction = arguments.fractions(rows[:, :3])
+    left = np.minimum(fraction, 1.0 - fraction)
+    law = np.sqrt(snapped(left / share)) if share > ROUNDING else (left > 0.0).astype(np.float64)
+    rows[:, 3] = np.where(_resting(rows), 0.0, top * law)
+    return rows
+
+
+@operation("Speed")
+def slow_turns(traj: ArrayLike, factor: float = 0.5, *, angle: float = 30.0) -> Array:
+    """Slow down before and in turns.
+
+    A waypoint is in a turn if the directions over 5 % of the path's length before it and behind it differ by the
+    angle. The speed is multiplied by the factor there, and by less and less over 10 % of the path before a turn and
+    5 % after it.
+
+    Args:
+        traj: (N, 4).
+        factor: 0..1.
+        angle: [degrees], from 0 to 180.
+    """
+    rows = arguments.waypoints(traj)
+    times = arguments.number(factor, "factor", low=0.0, high=1.0)
+    sharp = np.radians(arguments.number(angle, "angle", low=0.0, high=180.0))
+    s = arc_length(rows[:, :3])
+    turns = s[_bends(rows[:, :3], s, LOOK * s[-1]) >= sharp - 1e-9]
+    if s[-1] == 0.0 or not len(turns):
+        return rows
+    edged = np.concatenate([[-np.inf], turns, [np.inf]])
+    ahead = edged[np.searchsorted(edged, s)] - s
+    behind = s - edged[np.searchsorted(edged, s, side="right") - 1]
+    lead = LEAD * s[-1]
+    weights = np.maximum(smoothstep(1.0 - ahead / lead), smoothstep(1.0 - 2.0 * behind / lead))
+    rows[:, 3] *= np.where(weights == 1.0, times, 1.0 + (times - 1.0) * weights)
+    return rows
+
+
+@operation("Speed")
 def stop_at(traj: ArrayLike, at: Place, *, brake: float = 0.15, resume: bool = False) -> Array:
     """Brake to a stop at a PLACE; the path ends there unless resume=True.
 
@@ -106,6 +239,7 @@ def stop_at(traj: ArrayLike, at: Place, *, brake: float = 0.15, resume: bool = F
     return rows if resume else rows[: i + 1].copy()
 
 
+@operation("Speed")
 def dwell(traj: ArrayLike, at: Place, steps: int = 10) -> Array:
     """Wait at a PLACE for so many steps of 0.1 s.
 
@@ -121,3 +255,20 @@ def dwell(traj: ArrayLike, at: Place, steps: int = 10) -> Array:
     i = arguments.locate(rows, at)
     rows[i, 3] = 0.0
     return np.insert(rows, i + 1, np.repeat(rows[i : i + 1], count, axis=0), axis=0)
+
+
+def _bends(positions: Array, s: Array, look: float) -> Array:
+    """Angles (N,) [rad] between the directions over a distance before and behind each waypoint."""
+    before, behind = (
+        np.column_stack([np.interp(s + step, s, coordinate) for coordinate in positions.T]) for step in (-look, look)
+    )
+    entering, leaving = positions - before, behind - positions
+    across = np.linalg.norm(np.cross(entering, leaving), axis=1)
+    return np.asarray(np.arctan2(across, (entering * leaving).sum(axis=1)))
+
+
+def _resting(rows: Array) -> Mask:
+    """Mask of the waypoints of a dwell: at rest, and a repeat of a neighbour."""
+    same = (np.diff(rows[:, :3], axis=0) == 0.0).all(axis=1)
+    repeat = np.concatenate([[False], same]) | np.concatenate([same, [False]])
+    return np.asarray(repeat & (rows[:, 3] == 0.0))

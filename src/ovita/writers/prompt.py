@@ -19,7 +19,7 @@ from ovita.instruct.scale import Scale
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.request import Request, Turn
-from ovita.toolkit.catalogue import CORE, describe
+from ovita.toolkit.catalogue import core_names, describe
 from ovita.writers.base import Prompt
 from ovita.writers.examples import Example, functions_like, similar
 from ovita.writers.safe_text import one_line, quoted
@@ -81,7 +81,7 @@ def _fixed(mode: ExampleMode, toolkit: bool) -> str:
     if not toolkit:
         return "\n\n".join([_read("script.md"), *([] if mode == "none" else [_read("script-examples.md")])]) + "\n"
     # Without retrieval nothing says which functions an instruction may need, so all are listed.
-    text = _read("policy.md").replace("{{toolkit}}", describe(CORE if mode == "retrieved" else None))
+    text = _read("policy.md").replace("{{toolkit}}", describe(core_names() if mode == "retrieved" else None))
     return "\n\n".join([text, *([_read("paper.md")] if mode == "paper" else [])]) + "\n"
 
 
@@ -93,7 +93,7 @@ def _read(name: str) -> str:
 def _helpful(request: Request) -> list[str]:
     """The functions and the examples that an instruction calls for: always one example, more of both while they fit."""
     names = request.scene.names
-    likely = functions_like(request.instruction, FUNCTIONS, names, without=CORE)
+    likely = functions_like(request.instruction, FUNCTIONS, names, without=core_names())
     shown: list[Example] = []
     for example in similar(request.instruction, 2 * EXAMPLES, names):
         longer = _help((*shown, example), likely[:1])
@@ -106,7 +106,7 @@ def _helpful(request: Request) -> list[str]:
 
 
 def _help(shown: Sequence[Example], likely: Sequence[str]) -> list[str]:
-    further = [name for name in (*(call for e in shown for call in e.calls), *likely) if name not in CORE]
+    further = [name for name in (*(call for e in shown for call in e.calls), *likely) if name not in core_names()]
     functions = ["# More functions\n" + describe(further, known_notes=("OFFSET",))] if further else []
     return functions + [f"# Example {i}\n{example.text()}" for i, example in enumerate(shown, start=1)]
 

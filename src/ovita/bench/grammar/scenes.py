@@ -12,7 +12,7 @@ from scipy.interpolate import CubicSpline
 from ovita.bench.grammar.lexicon import NAMES, Split
 from ovita.paths.scene import Frame, Scene, SceneObject
 from ovita.paths.trajectory import Array, Trajectory
-from ovita.toolkit.shaping import path_distances
+from ovita.toolkit.weights import path_distances
 
 
 @dataclass(frozen=True)

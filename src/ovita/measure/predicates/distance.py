@@ -12,7 +12,7 @@ from ovita.measure.predicates.where import Where, said, selected
 from ovita.paths.trajectory import Array, interpolate, source_indices
 from ovita.toolkit.approach import radius_of
 from ovita.toolkit.arguments import Mask
-from ovita.toolkit.shaping import path_distances
+from ovita.toolkit.weights import path_distances
 
 Amount: TypeAlias = Literal["little", "much"]
 

@@ -12,7 +12,7 @@ from ovita.measure.predicates.turning import is_circle, net_turning, normals, sw
 from ovita.paths.scene import DIRECTIONS
 from ovita.paths.trajectory import Array, arc_length
 from ovita.toolkit.arguments import Mask
-from ovita.toolkit.shaping import runs
+from ovita.toolkit.weights import runs
 
 FULL = 2.0 * np.pi
 

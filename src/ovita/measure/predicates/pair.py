@@ -13,7 +13,7 @@ from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array
 from ovita.toolkit.arguments import Mask
 from ovita.toolkit.correspondence import counterparts
-from ovita.toolkit.shaping import path_distances
+from ovita.toolkit.weights import path_distances
 
 NOTICEABLE = 0.01
 """A change of place counts from this share of the original's extent on."""

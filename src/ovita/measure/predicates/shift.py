@@ -13,7 +13,7 @@ from ovita.measure.predicates.where import Where, said, selected
 from ovita.paths.scene import DIRECTIONS
 from ovita.paths.trajectory import Array
 from ovita.toolkit.arguments import fractions
-from ovita.toolkit.shaping import path_distances
+from ovita.toolkit.weights import path_distances
 
 LEAST_SHIFT, MOST_LITTLE, LEAST_MUCH = 0.02, 0.3, 0.08
 """Average shifts as shares of the extent: the least that counts, the most that is "a little", the least for "a lot"."""

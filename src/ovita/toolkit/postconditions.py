@@ -1,19 +1,21 @@
-"""Promises of a policy, checked on its output and again after the constraints have had their say."""
+"""Postconditions: what a policy promises of its output, checked there and again after the limits have been kept."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ovita.paths.scene import RFU, Frame, SceneObject
+from ovita.paths.trajectory import Array
 from ovita.toolkit import arguments
-from ovita.toolkit.arguments import Target
-from ovita.toolkit.recorder import Expectation, Recorder
-from ovita.toolkit.shaping import runs
+from ovita.toolkit.arguments import Offset, Target
+from ovita.toolkit.catalogue import Expectation, Recorder, operation
+from ovita.toolkit.weights import runs
 
 
+@operation("State what is meant", core=True)
 def expect_closer(
     obj: Target, by: float | None = None, *, where: ArrayLike | None = None, recorder: Recorder | None = None
 ) -> Expectation:
@@ -23,11 +25,11 @@ def expect_closer(
         obj: Object or point (3,) [m].
         by: At least so much at the nearest point [m], or None for any amount.
         where: Mask (N,) over the original waypoints, or None.
-        recorder: Where the promise is noted.
     """
     return _approach("closer", "closer to", obj, by, where, recorder)
 
 
+@operation("State what is meant", core=True)
 def expect_farther(
     obj: Target, by: float | None = None, *, where: ArrayLike | None = None, recorder: Recorder | None = None
 ) -> Expectation:
@@ -37,11 +39,11 @@ def expect_farther(
         obj: Object or point (3,) [m].
         by: At least so much at the nearest point [m], or None for any amount.
         where: Mask (N,) over the original waypoints, or None.
-        recorder: Where the promise is noted.
     """
     return _approach("farther", "farther from", obj, by, where, recorder)
 
 
+@operation("State what is meant", core=True)
 def expect_distance(
     obj: Target,
     at_least: float | None = None,
@@ -57,7 +59,6 @@ def expect_distance(
         at_least: [m] from the bounding sphere of an object with dimensions, else from the centre.
         at_most: [m] from the centre.
         where: Mask (N,) over the original waypoints, or None.
-        recorder: Where the promise is noted.
     """
     if at_least is None and at_most is None:
         raise ValueError("give at_least or at_most in metres")
@@ -71,156 +72,117 @@ def expect_distance(
     return _note("distance", values, f"the path keeps {asked} from {_name(obj)}{_part(where)}", recorder)
 
 
+@operation("State what is meant", core=True)
 def expect_moved(
     *,
-    left: float = 0.0,
-    right: float = 0.0,
-    front: float = 0.0,
-    back: float = 0.0,
-    up: float = 0.0,
-    down: float = 0.0,
     where: ArrayLike | None = None,
     frame: Frame = RFU,
     recorder: Recorder | None = None,
+    **offset: Unpack[Offset],
 ) -> Expectation:
     """Moved by OFFSET, within 10 % or 1 cm.
 
     Args:
-        left: Metres to the left; the other words likewise.
-        right: [m].
-        front: [m].
-        back: [m].
-        up: [m].
-        down: [m].
+        offset: Direction words and metres, such as left=0.2.
         where: Mask (N,) over the original waypoints, or None.
-        frame: Which way is left.
-        recorder: Where the promise is noted.
     """
-    words = {"left": left, "right": right, "front": front, "back": back, "up": up, "down": down}
-    offset = frame.words(arguments.offset(frame, words))
-    if not offset:
+    moved = frame.words(arguments.offset(frame, offset))
+    if not moved:
         raise ValueError("give a direction and metres, such as left=0.2")
-    return _note("moved", {"offset": offset, **_where(where)}, f"the path moves {say(offset)}{_part(where)}", recorder)
+    return _note("moved", {"offset": moved, **_where(where)}, f"the path moves {say(moved)}{_part(where)}", recorder)
 
 
+@operation("State what is meant")
 def expect_same_path(*, recorder: Recorder | None = None) -> Expectation:
-    """The path is as before.
-
-    Args:
-        recorder: Where the promise is noted.
-    """
+    """The path is as before."""
     return _note("same_path", {}, "the path stays where it was", recorder)
 
 
+@operation("State what is meant")
 def expect_start(
     at: Target | None = None,
     *,
-    left: float = 0.0,
-    right: float = 0.0,
-    front: float = 0.0,
-    back: float = 0.0,
-    up: float = 0.0,
-    down: float = 0.0,
     frame: Frame = RFU,
     recorder: Recorder | None = None,
+    **offset: Unpack[Offset],
 ) -> Expectation:
     """The start is at a point, or moved by OFFSET; given nothing, as before.
 
     Args:
         at: Object or point (3,) [m], or None for the original start.
-        left: Metres to the left of it; the other words likewise.
-        right: [m].
-        front: [m].
-        back: [m].
-        up: [m].
-        down: [m].
-        frame: Which way is left.
-        recorder: Where the promise is noted.
+        offset: Direction words and metres of it, such as left=0.2.
     """
-    words = {"left": left, "right": right, "front": front, "back": back, "up": up, "down": down}
-    return _end("start", at, frame, words, recorder)
+    return _end("start", at, arguments.offset(frame, offset), frame, recorder)
 
 
+@operation("State what is meant")
 def expect_goal(
     at: Target | None = None,
     *,
-    left: float = 0.0,
-    right: float = 0.0,
-    front: float = 0.0,
-    back: float = 0.0,
-    up: float = 0.0,
-    down: float = 0.0,
     frame: Frame = RFU,
     recorder: Recorder | None = None,
+    **offset: Unpack[Offset],
 ) -> Expectation:
     """The goal is at a point, or moved by OFFSET; given nothing, as before.
 
     Args:
         at: Object or point (3,) [m], or None for the original goal.
-        left: Metres to the left of it; the other words likewise.
-        right: [m].
-        front: [m].
-        back: [m].
-        up: [m].
-        down: [m].
-        frame: Which way is left.
-        recorder: Where the promise is noted.
+        offset: Direction words and metres of it, such as left=0.2.
     """
-    words = {"left": left, "right": right, "front": front, "back": back, "up": up, "down": down}
-    return _end("goal", at, frame, words, recorder)
+    return _end("goal", at, arguments.offset(frame, offset), frame, recorder)
 
 
+@operation("State what is meant")
 def expect_visits(obj: Target, within: float = 0.05, *, recorder: Recorder | None = None) -> Expectation:
     """Comes within metres of a centre.
 
     Args:
         obj: Object or point (3,) [m].
         within: [m], >= 0.
-        recorder: Where the promise is noted.
     """
     radius = arguments.number(within, "within", low=0.0)
     text = f"the path comes within {radius:g} m of {_name(obj)}"
     return _note("visits", {**_target(obj), "within": radius}, text, recorder)
 
 
+@operation("State what is meant", core=True)
 def expect_slower(where: ArrayLike | None = None, *, recorder: Recorder | None = None) -> Expectation:
     """The robot is slower.
 
     Args:
         where: Mask (N,) over the original waypoints, or None.
-        recorder: Where the promise is noted.
     """
     return _note("slower", _where(where), f"the robot moves slower{_part(where)}", recorder)
 
 
+@operation("State what is meant", core=True)
 def expect_faster(where: ArrayLike | None = None, *, recorder: Recorder | None = None) -> Expectation:
     """The robot is faster.
 
     Args:
         where: Mask (N,) over the original waypoints, or None.
-        recorder: Where the promise is noted.
     """
     return _note("faster", _where(where), f"the robot moves faster{_part(where)}", recorder)
 
 
+@operation("State what is meant")
 def expect_speed(value: float, where: ArrayLike | None = None, *, recorder: Recorder | None = None) -> Expectation:
     """The speed is so many m/s, within 10 %.
 
     Args:
         value: [m/s], >= 0.
         where: Mask (N,) over the original waypoints, or None.
-        recorder: Where the promise is noted.
     """
     speed = arguments.number(value, "value", low=0.0)
     return _note("speed", {"value": speed, **_where(where)}, f"the speed is {speed:g} m/s{_part(where)}", recorder)
 
 
+@operation("State what is meant")
 def expect_stop(near: Target | None = None, *, recorder: Recorder | None = None) -> Expectation:
     """Comes to rest there, or at the end.
 
     Args:
         near: Object or point (3,) [m]: the stop is at the part of the path nearest to it. None: at the end.
-        recorder: Where the promise is noted.
     """
     place = "at the end" if near is None else f"near {_name(near)}"
     return _note("stop", {} if near is None else _target(near), f"the robot stops {place}", recorder)
@@ -240,8 +202,8 @@ def _approach(
     return _note(kind, values, f"the path is {phrase} {_name(obj)}{much}{_part(where)}", recorder)
 
 
-def _end(kind: str, at: Target | None, frame: Frame, words: dict[str, float], recorder: Recorder | None) -> Expectation:
-    offset = frame.words(arguments.offset(frame, words))
+def _end(kind: str, at: Target | None, shift: Array, frame: Frame, recorder: Recorder | None) -> Expectation:
+    offset = frame.words(shift)
     values: dict[str, Any] = {} if at is None else _target(at, "at")
     if offset:
         values["offset"] = offset

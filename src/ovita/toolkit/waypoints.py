@@ -1,4 +1,4 @@
-"""Smooth a path and change its number of waypoints."""
+"""Smooth a path, and change the number and the order of its waypoints."""
 
 from __future__ import annotations
 
@@ -9,11 +9,14 @@ from numpy.typing import ArrayLike
 
 from ovita.paths.trajectory import Array, interpolate, source_indices
 from ovita.toolkit import arguments
+from ovita.toolkit.catalogue import operation
+from ovita.toolkit.weights import runs
 
 CUTOFF = 8.0
 """Half-waves per path at which smoothing of strength 1 halves the amplitude."""
 
 
+@operation("Waypoints")
 def smooth(traj: ArrayLike, strength: float = 1.0) -> Array:
     """Take out bends and jitter; strength 0 does nothing, 10 a lot; start and goal stay.
 
@@ -40,6 +43,7 @@ def smooth(traj: ArrayLike, strength: float = 1.0) -> Array:
     return rows
 
 
+@operation("Waypoints")
 def resample(traj: ArrayLike, n: int, by: Literal["arc_length", "index"] = "arc_length") -> Array:
     """Give the same path n waypoints.
 
@@ -53,6 +57,39 @@ def resample(traj: ArrayLike, n: int, by: Literal["arc_length", "index"] = "arc_
     if by not in ("arc_length", "index"):
         raise ValueError(f"by must be 'arc_length' or 'index', not {by!r}")
     return interpolate(rows, source_indices(rows[:, :3], count, by))
+
+
+@operation("Waypoints")
+def average(traj: ArrayLike, k: int) -> Array:
+    """Merge each k waypoints into one.
+
+    That one is their mean, speed and extra columns included.
+
+    Args:
+        traj: (N, 4); the result is (ceil(N / k), 4), its last waypoint the mean of what is left over.
+        k: Waypoints a group, from 1 to N - 1.
+    """
+    rows = arguments.waypoints(traj)
+    size = arguments.integer(k, "k", 1, len(rows) - 1)
+    starts = np.arange(0, len(rows), size)
+    counts = np.diff(np.append(starts, len(rows)))
+    return np.asarray(np.add.reduceat(rows, starts, axis=0) / counts[:, None])
+
+
+@operation("Waypoints")
+def reverse(traj: ArrayLike, *, where: ArrayLike | None = None) -> Array:
+    """Reverse the waypoints' order.
+
+    Speeds and extra columns go along.
+
+    Args:
+        traj: (N, 4).
+        where: Mask (N,), or None for all waypoints; each unbroken run of it is reversed for itself.
+    """
+    rows = arguments.waypoints(traj)
+    for a, b in runs(arguments.mask(where, len(rows))):
+        rows[a : b + 1] = rows[a : b + 1][::-1].copy()
+    return rows
 
 
 def _sine(values: Array) -> Array:

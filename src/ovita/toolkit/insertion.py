@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
 from ovita.paths.trajectory import Array, arc_length, interpolate
 from ovita.toolkit import arguments
 from ovita.toolkit.arguments import Mask, Place
-from ovita.toolkit.shaping import headings, smoothstep
+from ovita.toolkit.weights import headings, smoothstep
 
 SOFT = 0.3
 """Share of a new stretch over which its speed rises from, and falls to, the speeds at its ends."""
@@ -25,18 +24,6 @@ def anchor(rows: Array, at: Place, name: str) -> Array:
     if isinstance(at, (str, bool, int, float, np.generic)):
         return np.array(rows[arguments.locate(rows, at, name), :3])
     return arguments.point(at, name)
-
-
-def positive(value: Any, name: str, high: float | None = None) -> float:
-    """A finite float > 0, and at most `high`.
-
-    Raises:
-        ValueError: If it is none.
-    """
-    result = arguments.number(value, name, low=0.0, high=high)
-    if result == 0.0:
-        raise ValueError(f"{name} must be > 0")
-    return result
 
 
 def distinct(rows: Array) -> Mask:

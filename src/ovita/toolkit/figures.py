@@ -1,0 +1,315 @@
+"""Draw a spiral, a circle or an eight, let a path swing from side to side, or shake it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ovita.paths.scene import RFU, Frame, SceneObject
+from ovita.paths.trajectory import Array, arc_length
+from ovita.toolkit import arguments
+from ovita.toolkit.arguments import Mask, Place, Target, positive
+from ovita.toolkit.catalogue import operation
+from ovita.toolkit.insertion import course_headings, densified, distinct, evenly, inserted, leg, level_heading
+from ovita.toolkit.weights import perpendicular, runs, spacing
+
+PER_TURN = 24
+"""The fewest waypoints on one turn of a loop."""
+
+CLEARANCE = 0.05
+"""How far a circle of no given radius stays from an object's bounding sphere [m]."""
+
+MOST_TURNS = 100.0
+"""The most turns that one call may ask for."""
+
+MOST_WAVES = 500.0
+"""The most waves that one call may ask for."""
+
+PER_ZIGZAG = 4.0
+"""The fewest segments on one wave of a zigzag: enough for a waypoint of its own at every corner."""
+
+PER_SINUSOID = 8.0
+"""The fewest segments on one wave of a sinusoid."""
+
+
+@operation("Draw figures")
+def spiral(
+    traj: ArrayLike,
+    at: Place = "goal",
+    *,
+    radius: float,
+    turns: float = 3.0,
+    height: float = 0.0,
+    clockwise: bool = False,
+    frame: Frame = RFU,
+) -> Array:
+    """Spiral out at a PLACE, rising by height; the path goes on.
+
+    The spiral is Archimedean and level: after the share u of the turns it is u radius away from the waypoint and
+    u height above it. It begins with the path's heading. From its end the rest of the path, if there is one, is
+    reached in a straight line; at the goal the spiral's end is the new goal.
+
+    Args:
+        traj: (N, 4); the result has the new waypoints inserted, no farther apart than the mean spacing
+            and 24 a turn at least.
+        at: The place of a waypoint; an object or point (3,) [m] means the waypoint nearest to it.
+        radius: Distance of the spiral's end from that waypoint [m], > 0.
+        turns: > 0, whole or not.
+        height: How far the spiral rises [m]; negative: sinks.
+        clockwise: Turn clockwise as seen from above.
+    """
+    rows = arguments.waypoints(traj)
+    i = arguments.locate(rows, at)
+    size, count = positive(radius, "radius"), positive(turns, "turns", MOST_TURNS)
+    rise = arguments.number(height, "height")
+    up = frame.direction("up")
+    ahead = level_heading(rows, i, up, frame.direction("front"))
+    side = _sense(_flag(clockwise)) * np.cross(up, ahead)
+    centre = rows[i, :3].copy()
+
+    def curve(u: Array) -> Array:
+        angle = 2.0 * np.pi * count * u[:, None]
+        return np.asarray(centre + u[:, None] * (size * (np.cos(angle) * ahead + np.sin(angle) * side) + rise * up))
+
+    step = spacing(rows[:, :3])
+    points = evenly(curve, step, int(np.ceil(PER_TURN * count)))
+    if i + 1 < len(rows):
+        points = np.concatenate([points, leg(points[-1], rows[i + 1, :3], step)[:-1]])
+    return inserted(rows, i, points)
+
+
+@operation("Draw figures")
+def circle(
+    traj: ArrayLike,
+    obj: Target,
+    *,
+    radius: float | None = None,
+    turns: float = 1.0,
+    clockwise: bool | None = None,
+    frame: Frame = RFU,
+) -> Array:
+    """Go around an object from the nearest waypoint and back.
+
+    The circle is level and at that waypoint's height. Where the waypoint is not on it, a straight line leads there and
+    back; after turns that are not whole, the path goes on from where the circle ends.
+
+    Args:
+        traj: (N, 4); the result has the new waypoints inserted, no farther apart than the mean spacing
+            and 24 a turn at least.
+        obj: Object or point (3,) [m].
+        radius: [m], > 0; None for the waypoint's horizontal distance, but 5 cm beyond the object's bounding sphere
+            at least.
+        turns: > 0.
+        clockwise: As seen from above; None for the sense that goes with the path's heading.
+    """
+    rows = arguments.waypoints(traj)
+    centre = arguments.point(obj)
+    count = positive(turns, "turns", MOST_TURNS)
+    i = arguments.locate(rows, centre, "obj")
+    up = frame.direction("up")
+    ahead = level_heading(rows, i, up, frame.direction("front"))
+    away = rows[i, :3] - centre
+    centre += (away @ up) * up
+    away -= (away @ up) * up
+    distance = float(np.linalg.norm(away))
+    outward = away / distance if distance > 1e-9 else np.cross(ahead, up)
+    ring = positive(radius, "radius") if radius is not None else max(distance, _size(obj) + CLEARANCE)
+    tangent = np.cross(up, outward)
+    sense = _sense(_flag(clockwise) if clockwise is not None else bool(tangent @ ahead < 0.0))
+
+    def curve(u: Array) -> Array:
+        angle = 2.0 * np.pi * count * sense * u[:, None]
+        return np.asarray(centre + ring * (np.cos(angle) * outward + np.sin(angle) * tangent))
+
+    step = spacing(rows[:, :3])
+    on_ring = abs(ring - distance) <= 1e-9
+    entry = rows[i, :3] if on_ring else centre + ring * outward
+    arc = evenly(curve, step, int(np.ceil(PER_TURN * count)))
+    if count.is_integer():
+        arc[-1] = entry
+    there = leg(rows[i, :3], entry, step)
+    back = leg(entry, rows[i, :3], step) if count.is_integer() else np.zeros((0, 3))
+    return inserted(rows, i, np.concatenate([there, arc, back]))
+
+
+@operation("Draw figures")
+def figure_eight(traj: ArrayLike, at: Place, *, size: float, frame: Frame = RFU) -> Array:
+    """Drive an 8, size metres long, at a PLACE.
+
+    The curve is Gerono's lemniscate, level and half as wide as long, crossing itself at the waypoint; it leaves and
+    comes back with the path's heading.
+
+    Args:
+        traj: (N, 4); the result has the new waypoints inserted, no farther apart than the mean spacing
+            and 48 at least.
+        at: The place of a waypoint; an object or point (3,) [m] means the waypoint nearest to it.
+        size: From tip to tip [m], > 0.
+    """
+    rows = arguments.waypoints(traj)
+    i = arguments.locate(rows, at)
+    half = positive(size, "size") / 2.0
+    up = frame.direction("up")
+    ahead = level_heading(rows, i, up, frame.direction("front"))
+    side = np.cross(up, ahead)
+    along, across = (ahead - side) / np.sqrt(2.0), (ahead + side) / np.sqrt(2.0)
+    centre = rows[i, :3].copy()
+
+    def curve(u: Array) -> Array:
+        angle = 2.0 * np.pi * u[:, None]
+        return np.asarray(centre + half * np.sin(angle) * (along + np.cos(angle) * across))
+
+    points = evenly(curve, spacing(rows[:, :3]), 2 * PER_TURN)
+    points[-1] = centre
+    return inserted(rows, i, points)
+
+
+@operation("Draw figures")
+def zigzag(
+    traj: ArrayLike,
+    amplitude: float,
+    *,
+    waves: float = 6.0,
+    where: ArrayLike | None = None,
+    direction: str | None = None,
+    frame: Frame = RFU,
+) -> Array:
+    """Zigzag sideways, or along a direction word.
+
+    The displacement is a triangle wave over the path's length, level and perpendicular to the heading, to the right
+    first; its corners are at waypoints.
+
+    Args:
+        traj: (N, 4); where the waypoints are too sparse for the waves, more are inserted.
+        amplitude: [m], >= 0, to either side.
+        waves: Number of whole waves, > 0, on each unbroken run of the mask; its ends stay if this is a multiple of
+            one half.
+        where: Mask (N,), or None for all waypoints; the others stay as they are.
+        direction: A direction word, such as "up" to go up first and then down; None for sideways.
+    """
+    return _rippled(traj, amplitude, waves, where, direction, frame, _triangle, PER_ZIGZAG)
+
+
+@operation("Draw figures")
+def wave(
+    traj: ArrayLike,
+    amplitude: float,
+    *,
+    waves: float = 4.0,
+    where: ArrayLike | None = None,
+    direction: str | None = None,
+    frame: Frame = RFU,
+) -> Array:
+    """Swing sideways, or along a direction word, in a sine.
+
+    Args:
+        traj: (N, 4); where the waypoints are too sparse for the waves, more are inserted.
+        amplitude: [m], >= 0, to either side.
+        waves: Number of whole waves, > 0, on each unbroken run of the mask; its ends stay if this is a multiple of
+            one half.
+        where: Mask (N,), or None for all waypoints; the others stay as they are.
+        direction: A direction word, such as "up" to go up first and then down; None for sideways.
+    """
+    return _rippled(traj, amplitude, waves, where, direction, frame, np.sin, PER_SINUSOID)
+
+
+@operation("Draw figures")
+def noise(traj: ArrayLike, amount: float, *, seed: int = 0, where: ArrayLike | None = None) -> Array:
+    """Shake by up to amount metres.
+
+    The displacements are uniform in a ball; the same seed shakes in the same directions, whatever the amount.
+
+    Args:
+        traj: (N, 4).
+        amount: [m], >= 0.
+        seed: Of the random numbers, >= 0.
+        where: Mask (N,), or None for all waypoints, start and goal included.
+    """
+    rows = arguments.waypoints(traj)
+    radius = arguments.number(amount, "amount", low=0.0)
+    selected = arguments.mask(where, len(rows)) & (radius > 0.0)
+    random = np.random.default_rng(arguments.integer(seed, "seed", 0, 2**31 - 1))
+    away = random.normal(size=(len(rows), 3))
+    away *= (np.cbrt(random.uniform(size=len(rows))) / np.maximum(np.linalg.norm(away, axis=1), 1e-12))[:, None]
+    # Each repeat of a waypoint is shaken as the first, so that a dwell stays a dwell.
+    away = away[distinct(rows)][np.cumsum(distinct(rows)) - 1]
+    rows[selected, :3] += radius * away[selected]
+    return rows
+
+
+def _size(obj: Target) -> float:
+    return obj.radius if isinstance(obj, SceneObject) else 0.0
+
+
+def _sense(clockwise: bool) -> float:
+    return -1.0 if clockwise else 1.0
+
+
+def _flag(clockwise: object) -> bool:
+    if not isinstance(clockwise, (bool, np.bool_)):
+        raise ValueError(f"clockwise must be True or False, not {clockwise!r}")
+    return bool(clockwise)
+
+
+def _rippled(
+    traj: ArrayLike,
+    amplitude: float,
+    waves: float,
+    where: ArrayLike | None,
+    direction: str | None,
+    frame: Frame,
+    shape: Callable[[Array], Array],
+    per_wave: float,
+) -> Array:
+    rows = arguments.waypoints(traj)
+    swing = arguments.number(amplitude, "amplitude", low=0.0)
+    count = positive(waves, "waves", MOST_WAVES)
+    selected = arguments.mask(where, len(rows))
+    axis = None if direction is None else arguments.direction(frame, direction)
+    if swing == 0.0:
+        return rows
+    rows, stretches = _dense(rows, selected, per_wave * count)
+    if axis is None:
+        sideways = perpendicular(course_headings(rows)) * frame.direction("up")[2]
+    else:
+        sideways = np.tile(axis, (len(rows), 1))
+    for stretch in stretches:
+        offset = swing * shape(_phase(rows[stretch], count))
+        touched = np.abs(offset) > 1e-9 * swing
+        rows[stretch, :3][touched] += (offset[:, None] * sideways[stretch])[touched]
+    return rows
+
+
+def _dense(rows: Array, selected: Mask, segments: float) -> tuple[Array, list[slice]]:
+    """Rows in which each run of a mask that has a length has so many segments at least, and where these runs are."""
+    parts, stretches, done, total = [], [], 0, 0
+    for a, b in runs(selected):
+        length = float(arc_length(rows[a : b + 1, :3])[-1])
+        if length > 0.0:
+            part, _ = densified(rows[a : b + 1], np.ones(b + 1 - a, dtype=bool), length / segments)
+            begin = total + a - done
+            stretches.append(slice(begin, begin + len(part)))
+            parts += [rows[done:a], part]
+            done, total = b + 1, begin + len(part)
+            if total - done > arguments.MOST_WAYPOINTS:
+                raise ValueError(f"this would need more than {arguments.MOST_WAYPOINTS} new waypoints; ask for less")
+    return np.concatenate([*parts, rows[done:]]), stretches
+
+
+def _phase(part: Array, waves: float) -> Array:
+    """Phase (M,) along a stretch from 0 to 2 pi waves, stretched a little so that each crest is at a waypoint."""
+    s = arc_length(part[:, :3])
+    crests = np.arange(0.5, 2.0 * waves, 1.0) * np.pi
+    wanted = crests / (2.0 * np.pi * waves) * s[-1]
+    after = np.clip(np.searchsorted(s, wanted), 1, len(s) - 1)
+    nearest = np.where(wanted - s[after - 1] <= s[after] - wanted, s[after - 1], s[after])
+    inner = (nearest > 0.0) & (nearest < s[-1]) & (np.diff(nearest, prepend=-1.0) > 0.0)
+    knots = np.concatenate([[0.0], nearest[inner], [s[-1]]])
+    return np.asarray(np.interp(s, knots, np.concatenate([[0.0], crests[inner], [2.0 * np.pi * waves]])))
+
+
+def _triangle(phase: Array) -> Array:
+    """The triangle wave with the zeros and the crests of the sine."""
+    turn = phase / (2.0 * np.pi) + 0.25
+    return np.asarray(1.0 - 4.0 * np.abs(turn - np.floor(turn) - 0.5))

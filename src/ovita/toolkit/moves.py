@@ -1,0 +1,275 @@
+"""Shift a path or an end of it, go on beyond the goal, and take the straight way."""
+
+from __future__ import annotations
+
+from typing import Literal, Unpack
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ovita.paths.scene import RFU, Frame, SceneObject
+from ovita.paths.trajectory import Array, arc_length, interpolate, source_indices
+from ovita.toolkit import arguments
+from ovita.toolkit.arguments import Offset, Place, Target
+from ovita.toolkit.catalogue import Recorder, note_contact, operation
+from ovita.toolkit.insertion import anchor, distinct, leg, speeds_between, usual_speed
+from ovita.toolkit.weights import eased, final_heading, smoothstep, spacing
+
+DEFAULT_EASE = 0.25
+"""Fraction of the path over which a shift sets in when an end is kept."""
+
+
+@operation("Shift the path and its ends", core=True)
+def move(
+    traj: ArrayLike,
+    *,
+    where: ArrayLike | None = None,
+    ease: float = 0.0,
+    keep: Literal["start", "goal", "both"] | None = None,
+    frame: Frame = RFU,
+    **offset: Unpack[Offset],
+) -> Array:
+    """Shift by OFFSET; keep="start", "goal" or "both" holds ends.
+
+    Args:
+        traj: (N, 4).
+        offset: Direction words and metres, such as left=0.2.
+        where: Mask (N,), or None for all waypoints; the others stay as they are.
+        ease: Length of a soft edge as a fraction (0..1) of the path's length; 0 shifts exactly.
+        keep: End that stays where it is; the shift sets in over `ease`, or a quarter of the path if that is 0.
+    """
+    rows = arguments.waypoints(traj)
+    shift = arguments.offset(frame, offset)
+    selected = arguments.mask(where, len(rows))
+    rise = arguments.number(ease, "ease", low=0.0, high=1.0)
+    if keep not in (None, "start", "goal", "both"):
+        raise ValueError(f"keep must be None, 'start', 'goal' or 'both', not {keep!r}")
+    weights = eased(selected, rows[:, :3], rise)
+    if keep is not None:
+        rise = rise or DEFAULT_EASE
+        fraction = arguments.fractions(rows[:, :3])
+        if keep in ("start", "both"):
+            weights *= smoothstep(fraction / (min(rise, 0.5) if keep == "both" else rise))
+        if keep in ("goal", "both"):
+            weights *= smoothstep((1.0 - fraction) / (min(rise, 0.5) if keep == "both" else rise))
+    touched = weights > 0.0
+    rows[touched, :3] += weights[touched, None] * shift
+    return rows
+
+
+@operation("Shift the path and its ends")
+def move_start(
+    traj: ArrayLike,
+    to: Target | None = None,
+    *,
+    blend: float = 0.5,
+    frame: Frame = RFU,
+    recorder: Recorder | None = None,
+    **offset: Unpack[Offset],
+) -> Array:
+    """Move the start to an object or point plus OFFSET, or just by OFFSET; the path follows.
+
+    OFFSET stands for the six direction words; the other end stays exactly where it is.
+
+    Args:
+        traj: (N, 4).
+        to: Object or point (3,) [m], or None to move by the offset alone.
+        offset: Direction words and metres, such as left=0.2.
+        blend: Fraction (0..1) of the path's length over which the shift fades out; 0 moves one waypoint.
+    """
+    rows = arguments.waypoints(traj)
+    shift = arguments.offset(frame, offset)
+    note_contact(recorder, to, shift)
+    _move_first(rows, (rows[0, :3] if to is None else arguments.point(to, "to")) + shift, blend)
+    return rows
+
+
+@operation("Shift the path and its ends")
+def move_goal(
+    traj: ArrayLike,
+    to: Target | None = None,
+    *,
+    blend: float = 0.5,
+    frame: Frame = RFU,
+    recorder: Recorder | None = None,
+    **offset: Unpack[Offset],
+) -> Array:
+    """Move the goal to an object or point plus OFFSET, or just by OFFSET; the path follows.
+
+    OFFSET stands for the six direction words; the other end stays exactly where it is.
+
+    Args:
+        traj: (N, 4).
+        to: Object or point (3,) [m], or None to move by the offset alone.
+        offset: Direction words and metres, such as left=0.2.
+        blend: Fraction (0..1) of the path's length over which the shift fades in; 0 moves one waypoint.
+    """
+    rows = arguments.waypoints(traj)
+    shift = arguments.offset(frame, offset)
+    note_contact(recorder, to, shift)
+    _move_first(rows[::-1], (rows[-1, :3] if to is None else arguments.point(to, "to")) + shift, blend)
+    return rows
+
+
+@operation("Shift the path and its ends")
+def midpoint(a: Target, b: Target) -> Array:
+    """Point halfway between two objects or points.
+
+    Args:
+        a: Object or point (3,) [m].
+        b: Object or point (3,) [m].
+    """
+    return np.asarray((arguments.point(a, "a") + arguments.point(b, "b")) / 2.0)
+
+
+@operation("Go on, or go straight")
+def extend(
+    traj: ArrayLike,
+    by: float | None = None,
+    *,
+    frame: Frame = RFU,
+    **offset: Unpack[Offset],
+) -> Array:
+    """Go on beyond the goal by metres in the final heading, or by OFFSET.
+
+    The speed rises from the goal's to the median speed and comes back to the goal's at the end.
+
+    Args:
+        traj: (N, 4); the result is (N + M, 4) with new waypoints at the mean spacing.
+        by: [m], >= 0; None if an offset is given.
+        offset: Direction words and metres, such as left=0.2.
+    """
+    rows = arguments.waypoints(traj)
+    shift = arguments.offset(frame, offset)
+    if (by is None) == (not shift.any()):
+        raise ValueError("give either by (metres along the final heading) or an offset such as left=0.2")
+    if by is not None:
+        shift = arguments.number(by, "by", low=0.0) * final_heading(rows[:, :3])
+    return _appended(rows, rows[-1, :3] + np.array([[0.0], [1.0]]) * shift)
+
+
+@operation("Go on, or go straight")
+def continue_to(
+    traj: ArrayLike,
+    to: Target,
+    *,
+    smooth: bool = True,
+    frame: Frame = RFU,
+    recorder: Recorder | None = None,
+    **offset: Unpack[Offset],
+) -> Array:
+    """Go on from the goal to an object or point plus OFFSET.
+
+    The curve is the cubic Hermite spline that begins with the final heading and ends with the direction of
+    its chord.
+
+    Args:
+        traj: (N, 4); the result is (N + M, 4) with new waypoints at the mean spacing.
+        to: Object or point (3,) [m].
+        offset: Direction words and metres of it, such as left=0.2.
+        smooth: Keep the heading at the old goal.
+    """
+    rows = arguments.waypoints(traj)
+    shift = arguments.offset(frame, offset)
+    goal, target = rows[-1, :3], arguments.point(to, "to") + shift
+    note_contact(recorder, to, shift)
+    chord = target - goal
+    if not smooth or spacing(rows[:, :3]) == 0.0 or not chord.any():
+        return _appended(rows, np.stack([goal, target]))
+    u = np.linspace(0.0, 1.0, 257)[:, None]
+    leave = final_heading(rows[:, :3]) * np.linalg.norm(chord)
+    curve = goal + (u**3 - 2 * u**2 + u) * leave + (3 * u**2 - 2 * u**3) * chord + (u**3 - u**2) * chord
+    curve[-1] = target
+    return _appended(rows, curve)
+
+
+@operation("Go on, or go straight")
+def shortcut(
+    traj: ArrayLike,
+    a: Place,
+    b: Place,
+    *,
+    frame: Frame = RFU,
+    recorder: Recorder | None = None,
+    **offset: Unpack[Offset],
+) -> Array:
+    """Follow to PLACE a, then end straight at b plus OFFSET.
+
+    Args:
+        traj: (N, 4); what came after a is dropped, new waypoints are no farther apart than the mean spacing.
+        a: The place of a waypoint; an object or point (3,) [m] means the waypoint nearest to it.
+        b: Object or point (3,) [m] itself, or the place of a waypoint.
+        offset: Direction words and metres of b, such as left=0.2.
+    """
+    rows = arguments.waypoints(traj)
+    shift = arguments.offset(frame, offset)
+    i = arguments.locate(rows, a, "a")
+    target = anchor(rows, b, "b") + shift
+    note_contact(recorder, b if isinstance(b, SceneObject) else None, shift)
+    points = leg(rows[i, :3], target, spacing(rows[:, :3]))
+    head, goal_speed = rows[: i + 1].copy(), float(rows[-1, 3])
+    if not len(points):
+        if i == 0:
+            raise ValueError("a and b are both at the start, so no path is left; give two places")
+        head[-1, 3] = goal_speed
+        return head
+    tail = np.repeat(head[-1:], len(points), axis=0)
+    tail[:, :3] = points
+    tail[:, 3] = speeds_between(float(head[-1, 3]), usual_speed(rows), goal_speed, len(points))
+    return np.concatenate([head, tail])
+
+
+@operation("Go on, or go straight")
+def straighten(traj: ArrayLike, a: Place = "start", b: Place = "goal") -> Array:
+    """Go straight from PLACE a to b.
+
+    The waypoints between keep their number and their speeds and lie evenly on the line; a dwell stays one.
+
+    Args:
+        traj: (N, 4).
+        a: The place of a waypoint; an object or point (3,) [m] means the waypoint nearest to it.
+        b: The other end, in any order; not the same waypoint.
+    """
+    rows = arguments.waypoints(traj)
+    low, high = sorted((arguments.locate(rows, a, "a"), arguments.locate(rows, b, "b")))
+    if low == high:
+        raise ValueError(f"a and b are both waypoint {low}, so there is nothing to straighten; give two places")
+    part = rows[low : high + 1, :3]
+    order = np.cumsum(distinct(part)) - 1
+    if order[-1] > 0:
+        begin, end = part[0].copy(), part[-1].copy()
+        inner = (order > 0) & (order < order[-1])
+        part[inner] = begin + (order[inner] / order[-1])[:, None] * (end - begin)
+    return rows
+
+
+def _move_first(rows: Array, target: Array, blend: float) -> None:
+    """Move the first row of a view onto a target; the shift fades out along the path and never reaches its end."""
+    share = arguments.number(blend, "blend", low=0.0, high=1.0)
+    fraction = arguments.fractions(rows[:, :3])
+    if share == 0.0:
+        rows[0, :3] = target
+        return
+    weights = smoothstep(1.0 - fraction / share)
+    weights[-1] = 0.0
+    touched = (weights > 0.0) & (fraction > 0.0)
+    rows[touched, :3] += weights[touched, None] * (target - rows[0, :3])
+    rows[fraction == 0.0, :3] = target
+
+
+def _appended(rows: Array, curve: Array) -> Array:
+    """Rows followed by waypoints at the rows' mean spacing along a curve (M, 3) that starts at the last row."""
+    length = float(arc_length(curve)[-1])
+    if length == 0.0:
+        return rows
+    step = spacing(rows[:, :3]) or length / 10.0
+    count = min(max(round(length / step), 2), arguments.MOST_WAYPOINTS)
+    source = source_indices(curve, count + 1, "arc_length")
+    tail = np.repeat(rows[-1:], count, axis=0)
+    tail[:, :3] = interpolate(curve, source)[1:]
+    speeds, end = rows[:, 3], rows[-1, 3]
+    usual = float(np.median(speeds[speeds > 0])) if (speeds > 0).any() else 0.0
+    u = np.arange(1, count + 1) / count
+    tail[:, 3] = end + (usual - end) * smoothstep(np.minimum(u, 1.0 - u) / 0.3)
+    tail[-1, 3] = end
+    return np.concatenate([rows, tail])
