@@ -6,12 +6,26 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ovita.bench.generate import generate, write_dataset
-from ovita.bench.grammar import CLAUSES, FAMILIES, MAKERS, SETTINGS, Maker, random_scene, vocabulary, words
-from ovita.bench.grammar.lexicon import DEGREES, NAMES, PLACES, SIDES
-from ovita.bench.samples import load_dataset
+from ovita.bench.dataset import load_dataset
+from ovita.bench.generate import (
+    CLAUSES,
+    DEGREES,
+    FAMILIES,
+    MAKERS,
+    NAMES,
+    PLACES,
+    SETTINGS,
+    SIDES,
+    Maker,
+    generate,
+    random_scene,
+    vocabulary,
+    words,
+    write_dataset,
+)
 from ovita.errors import RequestError
 from ovita.paths.robot import Robot
+from ovita.paths.trajectory import Trajectory
 
 
 def spoken(sample):
@@ -72,10 +86,12 @@ def test_families_and_scales_take_turns(drawn):
 
 
 @pytest.mark.parametrize("split", ["train", "heldout"])
-@pytest.mark.parametrize("name", MAKERS)
-def test_every_clause_can_be_drawn_and_its_own_edit_passes(name, split):
-    from ovita.paths.trajectory import Trajectory
+def test_every_clause_can_be_drawn_and_its_own_edit_passes(split):
+    assert [name for name in MAKERS if not fulfilled(name, split)] == []
 
+
+def fulfilled(name, split):
+    """Whether a clause of that name is fulfilled by its own edit, and not by doing nothing, in some scene."""
     for seed in range(60):
         rng = np.random.default_rng(seed)
         trajectory, scene = random_scene(rng, SETTINGS["drone"], split)
@@ -84,8 +100,8 @@ def test_every_clause_can_be_drawn_and_its_own_edit_passes(name, split):
         adapted = Trajectory.from_array(clause.edit(trajectory.to_array()))
         nothing = clause.check.judge(trajectory, trajectory, scene).passed
         if not nothing and clause.check.judge(trajectory, adapted, scene).passed:
-            return
-    pytest.fail(f"{name} is never fulfilled by its own edit")
+            return True
+    return False
 
 
 def test_files_load_as_the_samples_that_were_drawn(tmp_path):

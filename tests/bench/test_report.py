@@ -11,12 +11,12 @@ from click.testing import CliRunner
 
 from ovita.bench import tables
 from ovita.bench.conditions import conditions_from
+from ovita.bench.dataset import load_dataset
 from ovita.bench.evaluate import Protocol
 from ovita.bench.ratings import read_ratings
 from ovita.bench.records import read_manifest, read_records
 from ovita.bench.report import write_report
 from ovita.bench.runner import Plan, run
-from ovita.bench.samples import load_dataset
 from ovita.bench.sketch import sketch
 from ovita.cli.bench_ import group
 from ovita.errors import FormatError, MissingExtra, RequestError

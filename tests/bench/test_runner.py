@@ -14,11 +14,11 @@ import pytest
 
 from ovita.bench import replies
 from ovita.bench.conditions import DEFAULT, conditions_from
+from ovita.bench.dataset import load_dataset, natural
 from ovita.bench.evaluate import BY_SUBSET, Protocol, robot_for
 from ovita.bench.generate import write_dataset
 from ovita.bench.records import Log, read_records
 from ovita.bench.runner import Plan, run
-from ovita.bench.samples import load_dataset, natural
 from ovita.errors import FormatError, RequestError
 from ovita.toolkit import CATALOGUE
 

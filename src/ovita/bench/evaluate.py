@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from ovita.bench.conditions import Condition
+from ovita.bench.dataset import Sample
 from ovita.bench.records import Record, Round, Rows
 from ovita.bench.replies import RecordingWriter, ReplayingWriter
-from ovita.bench.samples import Sample
 from ovita.chain import Isolation, adapt
 from ovita.io import load_robot, scene_dict
 from ovita.limits import ConstraintOptions

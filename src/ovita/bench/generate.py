@@ -1,25 +1,416 @@
-"""Datasets without end: random scenes, instructions from a grammar, and checks that are known to be fulfillable."""
+"""Datasets without end: random scenes, instructions from a grammar, and checks that a known edit fulfils.
+
+The words are in lexicon.toml. The words of the held-out split and those of the train split tell a writer that
+understands from one that knows the phrases.
+"""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
+import re
+import tomllib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from importlib.resources import files
 from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
 from numpy.random import Generator
+from scipy.interpolate import CubicSpline
 
-from ovita.bench.grammar import FAMILIES, SETTINGS, Clause, Maker, Setting, Split, random_scene
-from ovita.bench.grammar.clauses import TOGETHER
-from ovita.bench.grammar.lexicon import JOINS
-from ovita.bench.samples import Sample
+from ovita.bench.dataset import Sample
 from ovita.errors import FormatError, OvitaError, RequestError
+from ovita.instruct.scale import Degree, Scale
 from ovita.io import Task, load_robot, save_task
 from ovita.limits import constrain
 from ovita.measure import predicates as checks
 from ovita.measure.predicates import Check
-from ovita.paths.scene import Scene
-from ovita.paths.trajectory import Trajectory
+from ovita.paths.scene import Frame, Scene, SceneObject
+from ovita.paths.trajectory import Array, Trajectory
+from ovita.toolkit import Recorder, namespace
+from ovita.toolkit.weights import path_distances
+
+Split = Literal["train", "heldout"]
+
+Phrases = Mapping[Split, Sequence[str]]
+
+_LEXICON: Mapping[str, Any] = tomllib.loads((files("ovita.bench") / "lexicon.toml").read_text(encoding="utf-8"))
+
+DEGREES: Mapping[str, Phrases] = _LEXICON["degrees"]
+SIDES: Mapping[str, Phrases] = _LEXICON["sides"]
+PLACES: Mapping[str, Phrases] = _LEXICON["places"]
+CLAUSES: Mapping[str, Phrases] = _LEXICON["clauses"]
+NAMES: Phrases = _LEXICON["names"]
+JOINS: Phrases = _LEXICON["joins"]
+METRES: Phrases = _LEXICON["metres"]
+SPEEDS: Phrases = _LEXICON["speeds"]
+
+
+def words(text: str) -> frozenset[str]:
+    """Return the words of a phrase in lower case, without placeholders and numbers."""
+    return frozenset(re.findall(r"[a-z]+(?:-[a-z]+)*", re.sub(r"\{[^}]*\}", " ", text.lower())))
+
+
+def vocabulary(split: Split) -> frozenset[str]:
+    """Return every word that an instruction of a split can have, objects' names left out."""
+    tables = (*DEGREES.values(), *SIDES.values(), *PLACES.values(), *CLAUSES.values(), JOINS, METRES, SPEEDS)
+    return frozenset().union(*(words(phrase) for table in tables for phrase in table[split]))
+
+
+# Scenes
+
+
+@dataclass(frozen=True)
+class Setting:
+    """The scale of a robot's scenes.
+
+    Args:
+        robot: Preset whose limits hold, or "none".
+        center: Middle of the box that the path fills [m].
+        half: Half of the box's edges [m]; 0 keeps the path flat.
+        waypoints: Fewest and most waypoints.
+        speed: Lowest and highest mean speed [m/s].
+        sizes: Smallest and largest edge of an object [m], or None for objects without dimensions.
+        frames: Frames that occur.
+    """
+
+    robot: str
+    center: tuple[float, float, float]
+    half: tuple[float, float, float]
+    waypoints: tuple[int, int]
+    speed: tuple[float, float]
+    sizes: tuple[float, float] | None
+    frames: tuple[str, ...] = ("rfu",)
+
+
+SETTINGS: Mapping[str, Setting] = {
+    "tabletop": Setting("none", (0.0, 0.0, 0.0), (0.3, 0.3, 0.3), (40, 40), (0.1, 0.5), None),
+    "drone": Setting("drone", (0.0, 0.0, 1.0), (1.8, 1.8, 0.7), (40, 90), (0.2, 0.6), (0.1, 0.4), ("rfu", "flu")),
+    "ground": Setting("ground", (0.0, 0.0, 0.0), (1.8, 1.8, 0.0), (40, 80), (0.15, 0.6), (0.1, 0.4), ("rfu", "flu")),
+    "arm": Setting("arm", (0.1, 0.0, 0.6), (0.18, 0.3, 0.25), (40, 100), (0.05, 0.3), (0.03, 0.08), ("rfu", "flu")),
+}
+"""The robots' scales, with the limits of the presets of the same robots."""
+
+
+def random_scene(rng: Generator, setting: Setting, split: Split) -> tuple[Trajectory, Scene]:
+    """A smooth path with a varying speed, and two to six objects beside it."""
+    positions = _path(rng, setting)
+    n = len(positions)
+    s = np.linspace(0.0, 1.0, n)
+    wave = 1.0 + 0.3 * np.sin(2 * np.pi * (rng.uniform(0.5, 1.5) * s + rng.uniform()))
+    speeds = np.round(rng.uniform(*setting.speed) * wave, 4)
+    names = rng.permutation(np.array(NAMES[split]))[: rng.integers(2, 7)]
+    objects: list[SceneObject] = []
+    for name in names:
+        found = _object(rng, setting, positions, str(name))
+        if found is not None:
+            objects.append(found)
+    frame = Frame(str(rng.choice(np.array(setting.frames))))
+    return Trajectory(positions, speeds), Scene(tuple(objects), frame)
+
+
+def _path(rng: Generator, setting: Setting) -> Array:
+    """A spline through a random walk, scaled to fill 60 to 100 % of the box, evenly spaced."""
+    knots = np.cumsum(rng.normal(size=(int(rng.integers(4, 8)), 3)), axis=0)
+    # A drift keeps the path from curling up, so that most of it is away from any one object.
+    knots += np.linspace(0.0, 1.0, len(knots))[:, None] * rng.normal(size=3) * len(knots)
+    fine = CubicSpline(np.arange(len(knots)), knots)(np.linspace(0, len(knots) - 1, 600))
+    fine -= (fine.min(axis=0) + fine.max(axis=0)) / 2.0
+    half = np.asarray(setting.half)
+    flat = half == 0.0
+    fine[:, flat] = 0.0
+    reach = np.abs(fine).max(axis=0)
+    fine *= rng.uniform(0.6, 1.0) * float((half[~flat] / reach[~flat]).min())
+    s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(fine, axis=0), axis=1))])
+    even = np.linspace(0.0, s[-1], int(rng.integers(setting.waypoints[0], setting.waypoints[1] + 1)))
+    spaced = np.stack([np.interp(even, s, fine[:, axis]) for axis in range(3)], axis=1)
+    return np.asarray(np.round(spaced + np.asarray(setting.center), 5))
+
+
+def _object(rng: Generator, setting: Setting, positions: Array, name: str) -> SceneObject | None:
+    """An object at 8 to 30 % of the extent beside the path, clear of it; None if no place was found."""
+    extent = float(np.linalg.norm(np.ptp(positions, axis=0)))
+    for _ in range(20):
+        size = None if setting.sizes is None else np.round(rng.uniform(*setting.sizes, size=3), 3)
+        away = rng.normal(size=3)
+        away[np.asarray(setting.half) == 0.0] = 0.0
+        away *= rng.uniform(0.08, 0.3) * extent / np.linalg.norm(away)
+        place = np.round(positions[rng.integers(len(positions))] + away, 4)
+        radius = 0.05 if size is None else float(np.linalg.norm(size)) / 2.0
+        if float(path_distances(positions, place[None])[0]) >= radius + 0.05 * extent:
+            return SceneObject(name, place, size)
+    return None
+
+
+# Clauses
+
+Slot = Literal["path", "speed", "end", "count"]
+
+Amount = Literal["little", "much"]
+
+_SCALE_OF: Mapping[Amount | None, Degree] = {None: "moderate", "little": "slight", "much": "large"}
+
+
+@dataclass(frozen=True)
+class Clause:
+    """One wish.
+
+    Args:
+        name: A key of `MAKERS`.
+        text: As a person says it.
+        kind: The kind of instruction.
+        slot: What it changes; clauses of one instruction change different things.
+        check: What holds once it is fulfilled.
+        edit: Fulfils it: waypoints (N, 4) to (M, 4).
+    """
+
+    name: str
+    text: str
+    kind: str
+    slot: Slot
+    check: Check
+    edit: Callable[[Array], Array]
+
+
+class Maker:
+    """Draws clauses for one scene.
+
+    Args:
+        rng: Source of chance.
+        trajectory: What the clauses are about.
+        scene: Its surroundings.
+        split: Whose words are used.
+        flat: Whether the robot cannot move up and down.
+    """
+
+    def __init__(self, rng: Generator, trajectory: Trajectory, scene: Scene, split: Split, *, flat: bool) -> None:
+        self.rng, self.trajectory, self.scene, self.split = rng, trajectory, scene, split
+        self.rows, self.scale = trajectory.to_array(), Scale.of(trajectory)
+        self.do: dict[str, Any] = dict(namespace(scene.frame, Recorder()))
+        self.sides = tuple(side for side in SIDES if not (flat and side in ("up", "down")))
+
+    def make(self, name: str) -> Clause:
+        """Draw a clause of that name."""
+        return MAKERS[name](self, name)
+
+    def _one(self, phrases: Phrases) -> str:
+        options = phrases[self.split]
+        return options[int(self.rng.integers(len(options)))]
+
+    def _say(self, name: str, **values: str) -> str:
+        return " ".join(self._one(CLAUSES[name]).format(**values).split())
+
+    def _say_degree(self, name: str, **values: str) -> tuple[str, Amount | None]:
+        """A phrase, and the degree that it states."""
+        phrase = self._one(CLAUSES[name])
+        degrees: tuple[Amount | None, ...] = (None, "little", "much")
+        degree = degrees[int(self.rng.integers(3))] if "{degree}" in phrase else None
+        text = phrase.format(degree=self._one(DEGREES[degree]) if degree else "", **values)
+        return " ".join(text.split()), degree
+
+    def _object(self) -> SceneObject:
+        return self.scene.objects[int(self.rng.integers(len(self.scene)))]
+
+    def _side(self) -> str:
+        return str(self.rng.choice(np.array(self.sides)))
+
+    def _metres(self, low: float, high: float) -> float:
+        """A length between two shares of the extent, to two digits."""
+        value = float(self.rng.uniform(low, high)) * self.scale.extent
+        return float(f"{value:.2g}") if value < 1 else round(value, 1)
+
+    def approach(self, name: str) -> Clause:
+        """Closer or farther."""
+        item = self._object()
+        text, degree = self._say_degree(name, obj=item.name)
+        step = self.scale.step(_SCALE_OF[degree])
+        build = checks.closer if name == "closer" else checks.farther
+        check = build(item.name, amount=degree)
+        return Clause(name, text, "distance", "path", check, lambda rows: self.do[name](rows, item, step))
+
+    def pace(self, name: str) -> Clause:
+        """Slower or faster near an object."""
+        item = self._object()
+        text, degree = self._say_degree(name, obj=item.name)
+        radius = self.scale.near(self.trajectory.positions, item)
+        build = checks.slower if name == "slower" else checks.faster
+        check = build(where=checks.near(item.name), amount=degree, only=True)
+        factor = _factor(name, degree)
+        return Clause(name, text, "speed", "speed", check, lambda rows: self._scaled(rows, factor, item, radius))
+
+    def pace_all(self, name: str) -> Clause:
+        """Slower or faster everywhere."""
+        base = name.removesuffix("_all")
+        build = checks.slower if base == "slower" else checks.faster
+        text, degree = self._say_degree(name)
+        factor = _factor(base, degree)
+        check = build(amount=degree)
+        return Clause(name, text, "speed", "speed", check, lambda rows: self.do["scale_speed"](rows, factor))
+
+    def pace_within(self, name: str) -> Clause:
+        """Slower or faster within metres of an object."""
+        item, base = self._object(), name.removesuffix("_within")
+        distances = np.sort(item.distance(self.trajectory.positions))
+        radius = float(f"{distances[int(self.rng.uniform(0.15, 0.4) * len(distances))] * 1.02:.2g}")
+        build = checks.slower if base == "slower" else checks.faster
+        check = build(where=checks.near(item.name, within=radius), only=True)
+        text = self._say(name, n=self._one(METRES).format(radius), obj=item.name)
+        factor = _factor(base, None)
+        return Clause(name, text, "speed", "speed", check, lambda rows: self._scaled(rows, factor, item, radius))
+
+    def toward(self, name: str) -> Clause:
+        """To one side, by an amount left open."""
+        side = self._side()
+        text = self._say(name, place=self._one(PLACES[side]))
+        step = self.scale.step("moderate")
+        return Clause(name, text, "cartesian", "path", checks.moved(side), lambda r: self.do["move"](r, **{side: step}))
+
+    def shift(self, name: str) -> Clause:
+        """To one side by metres."""
+        side, amount = self._side(), self._metres(0.06, 0.2)
+        text = self._say(name, side=self._one(SIDES[side]), n=self._one(METRES).format(amount))
+        check = checks.moved(**_by(side, amount))
+        return Clause(name, text, "cartesian", "path", check, lambda r: self.do["move"](r, **_by(side, amount)))
+
+    def shift_part(self, name: str) -> Clause:
+        """The first or last waypoints to one side by metres."""
+        side, amount = self._side(), self._metres(0.06, 0.15)
+        part, k = str(self.rng.choice(np.array(["first", "last"]))), int(self.rng.integers(5, 13))
+        where = (checks.first if part == "first" else checks.last)(k)
+        text = self._say(
+            name,
+            part=self._one(CLAUSES[part]),
+            k=str(k),
+            side=self._one(SIDES[side]),
+            n=self._one(METRES).format(amount),
+        )
+        far = (checks.last if part == "first" else checks.first)(len(self.rows) - 3 * k)
+        check = checks.all_of(checks.moved(**_by(side, amount), where=where), checks.kept(far))
+        return Clause(
+            name,
+            text,
+            "cartesian",
+            "path",
+            check,
+            lambda r: self.do["move"](r, **{side: amount}, where=self.do[part](r, k)),
+        )
+
+    def keep_away(self, name: str) -> Clause:
+        """At least so many metres from an object."""
+        item = self._object()
+        closest = float(item.clearance(self.trajectory.positions).min())
+        distance = float(f"{closest + float(self.rng.uniform(0.04, 0.12)) * self.scale.extent:.2g}")
+        text = self._say(name, n=self._one(METRES).format(distance), obj=item.name)
+        check = checks.min_distance(item.name, distance)
+        return Clause(
+            name, text, "distance", "path", check, lambda r: self.do["keep_distance"](r, item, at_least=distance)
+        )
+
+    def constant(self, name: str) -> Clause:
+        """One speed."""
+        value = float(f"{float(self.rows[:, 3].mean()) * self.rng.uniform(0.6, 1.4):.2g}")
+        text = self._say(name, v=self._one(SPEEDS).format(value))
+        check = checks.constant_speed(value)
+        return Clause(name, text, "speed", "speed", check, lambda rows: self.do["set_speed"](rows, value))
+
+    def scale_speed(self, name: str) -> Clause:
+        """A factor on the speed."""
+        factor = float(self.rng.choice(np.array([0.25, 0.5, 0.75, 1.25, 1.5])))
+        check = checks.slower(factor=factor) if factor < 1 else checks.faster(factor=factor)
+        text = self._say(name, factor=f"{factor:g}")
+        return Clause(name, text, "speed", "speed", check, lambda rows: self.do["scale_speed"](rows, factor))
+
+    def stop(self, name: str) -> Clause:
+        """A stop near an object."""
+        item = self._object()
+        text = self._say(name, obj=item.name)
+        return Clause(name, text, "stop", "end", checks.stops(item.name), lambda rows: self.do["stop_at"](rows, item))
+
+    def wait(self, name: str) -> Clause:
+        """A wait near an object."""
+        item, steps = self._object(), int(self.rng.integers(5, 21))
+        text = self._say(name, k=str(steps), obj=item.name)
+        check = checks.dwells(steps, near=item.name)
+        return Clause(name, text, "stop", "end", check, lambda rows: self.do["dwell"](rows, item, steps))
+
+    def endpoint(self, name: str) -> Clause:
+        """The goal or the start to one side by metres."""
+        side, amount = self._side(), self._metres(0.06, 0.15)
+        text = self._say(name, side=self._one(SIDES[side]), n=self._one(METRES).format(amount))
+        check = (checks.goal_moved if name == "goal" else checks.start_moved)(**_by(side, amount))
+        return Clause(name, text, "ends", "path", check, lambda r: self.do[f"move_{name}"](r, **_by(side, amount)))
+
+    def extend(self, name: str) -> Clause:
+        """On beyond the goal."""
+        amount = self._metres(0.1, 0.25)
+        text = self._say(name, n=self._one(METRES).format(amount))
+        return Clause(name, text, "ends", "path", checks.extended(by=amount), lambda r: self.do["extend"](r, amount))
+
+    def count(self, name: str) -> Clause:
+        """More or fewer waypoints."""
+        n = len(self.rows) * 2 if name == "denser" else len(self.rows) // 2
+        check = checks.more_waypoints() if name == "denser" else checks.fewer_waypoints()
+        return Clause(name, self._say(name), "waypoints", "count", check, lambda rows: self.do["resample"](rows, n))
+
+    def _scaled(self, rows: Array, factor: float, item: SceneObject, radius: float) -> Array:
+        result: Array = self.do["scale_speed"](rows, factor, where=self.do["near"](rows, item, within=radius))
+        return result
+
+
+MAKERS: Mapping[str, Callable[[Maker, str], Clause]] = {
+    "closer": Maker.approach,
+    "farther": Maker.approach,
+    "slower": Maker.pace,
+    "faster": Maker.pace,
+    "slower_all": Maker.pace_all,
+    "faster_all": Maker.pace_all,
+    "toward": Maker.toward,
+    "shift": Maker.shift,
+    "shift_part": Maker.shift_part,
+    "keep_away": Maker.keep_away,
+    "constant": Maker.constant,
+    "scale_speed": Maker.scale_speed,
+    "slower_within": Maker.pace_within,
+    "faster_within": Maker.pace_within,
+    "stop": Maker.stop,
+    "wait": Maker.wait,
+    "goal": Maker.endpoint,
+    "start": Maker.endpoint,
+    "extend": Maker.extend,
+    "denser": Maker.count,
+    "sparser": Maker.count,
+}
+"""Every clause that can be drawn."""
+
+FAMILIES: Mapping[str, tuple[str, ...]] = {
+    "latte": ("closer", "farther", "slower", "faster", "slower_all", "faster_all", "toward"),
+    "numeric": (
+        "shift", "shift_part", "keep_away", "constant", "scale_speed", "slower_within", "faster_within", "stop",
+        "wait", "goal", "start", "extend", "denser", "sparser",
+    ),
+    "multi": (),
+}  # fmt: skip
+"""The clauses of one-clause instructions; "multi" joins two or three of both."""
+
+TOGETHER: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...] = (
+    (("closer", "farther", "toward", "shift", "keep_away", "goal", "start", "extend"),
+     ("slower", "faster", "constant", "scale_speed", "slower_within", "faster_within")),
+    (("closer", "farther", "toward", "shift", "goal", "start"), ("wait", "stop")),
+)  # fmt: skip
+"""Pairs of clauses that do not contradict each other, whatever they are about."""
+
+
+def _factor(name: str, degree: Amount | None) -> float:
+    slower, faster = {None: (0.6, 1.4), "little": (0.8, 1.2), "much": (0.4, 1.7)}[degree]
+    return slower if name == "slower" else faster
+
+
+def _by(side: str, amount: float) -> dict[str, Any]:
+    return {side: amount}
+
+
+# Samples
 
 TRIES = 200
 """Draws before a sample is given up."""

@@ -203,7 +203,7 @@ def read_records(path: str | os.PathLike[str]) -> list[Record]:
 
 def ordered(records: Iterable[Record]) -> list[Record]:
     """Records by writer, condition and sample, "default" first."""
-    from ovita.bench.samples import natural
+    from ovita.bench.dataset import natural
 
     return sorted(records, key=lambda r: (r.writer, r.condition != "default", r.condition, natural(r.sample)))
 

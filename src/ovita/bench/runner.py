@@ -21,11 +21,11 @@ from typing import Any
 
 import ovita
 from ovita.bench.conditions import DEFAULT, Condition
+from ovita.bench.dataset import Dataset, Sample
 from ovita.bench.evaluate import Protocol, evaluate, robot_for, waypoints
 from ovita.bench.meter import Budget, Meter, Progress
 from ovita.bench.records import Log, Record, ordered, read_manifest, read_records, write_manifest
 from ovita.bench.replies import Limiter, RecordingWriter, ReplayingWriter, open_writer
-from ovita.bench.samples import Dataset, Sample
 from ovita.errors import OvitaError, RequestError
 from ovita.writers.base import PolicyWriter
 

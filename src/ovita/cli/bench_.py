@@ -67,7 +67,7 @@ def group() -> None:
 def run(dataset: str, out: str | None, replay: str | None, parquet: bool, no_figures: bool, **options: Any) -> None:
     """Run the samples of DATASET, and report. Run it again to go on after an interruption."""
     from ovita.bench import runner
-    from ovita.bench.samples import load_dataset
+    from ovita.bench.dataset import load_dataset
 
     plan = _plan(options, replay)
     samples = load_dataset(dataset, limit=options["limit"])
@@ -125,7 +125,7 @@ def generate(out: str, n: int, seed: int, split: str, families: tuple[str, ...],
 @click.option("--base-url", metavar="URL", help="Where from. [the public repository]")
 def fetch(out: str, base_url: str | None) -> None:
     """Download the public OVITA dataset, and verify it; offline it says what to put where."""
-    from ovita.bench import fetch as source
+    from ovita.bench import dataset as source
 
     with waiting("downloads"):
         fetched = source.fetch(out, base_url=base_url or source.BASE_URL)

@@ -1,0 +1,305 @@
+"""Datasets: samples and the checks that judge them, the shipped cases of the public dataset, and where to get it.
+
+The instructions and trajectories of the public dataset belong to the repository MarkusKnauer/OVITA, which states no
+licence for them: each user downloads them; ovita ships only their fingerprints (public.sha256) and its own checks
+(cases.toml).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import re
+import tomllib
+import urllib.error
+import urllib.request
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+from ovita.errors import FormatError, InputError, OvitaError, RequestError
+from ovita.io import Task, atomic_write, load_task
+from ovita.measure.predicates import Check, all_of, finite
+
+REPOSITORY = "MarkusKnauer/OVITA"
+COMMIT = "8a67e79b617a5d215a356f5204c7a8a3e6a10436"
+FOLDER = "dataset"
+BASE_URL = f"https://raw.githubusercontent.com/{REPOSITORY}/{COMMIT}/{FOLDER}"
+"""Where the files lie: BASE_URL/latte_subset/latte_0.json, ..."""
+
+MAX_BYTES = 4 * 1024 * 1024
+"""No file of the dataset is nearly as large [bytes]."""
+
+
+@dataclass(frozen=True)
+class Sample:
+    """One instruction about one trajectory, and how an answer is judged.
+
+    Args:
+        id: The file's path below the dataset's folder, without its ending, such as "latte_subset/latte_0".
+        subset: The part of the dataset that it belongs to.
+        kind: The kind of instruction, such as "distance".
+        task: Trajectory, scene and instruction.
+        check: What a right adaptation passes.
+        void: Clauses of the instruction that nothing can fulfil and that are not judged.
+    """
+
+    id: str
+    subset: str
+    kind: str
+    task: Task
+    check: Check
+    void: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Case:
+    """A sample of the public dataset and the check that an adaptation of it must pass.
+
+    Args:
+        id: The sample's path relative to the dataset's folder, with / and without .json.
+        subset: "latte", "extended", "drone", "ground" or "arm".
+        kind: What the instruction is about: "distance", "speed", "cartesian", "ends", "shape", "waypoints", "stop",
+            "bounds", or "several" if it has several clauses.
+        check: What an adaptation has to pass.
+        void: Clauses that are not judged because the scene lacks the object they name.
+    """
+
+    id: str
+    subset: str
+    kind: str
+    check: Check
+    void: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Dataset:
+    """A folder of samples.
+
+    Args:
+        name: The folder's name.
+        samples: In natural order of their ids.
+        skipped: Files without a check, by id.
+    """
+
+    name: str
+    samples: tuple[Sample, ...]
+    skipped: tuple[str, ...] = ()
+
+    @property
+    def digest(self) -> str:
+        """A fingerprint of trajectories, scenes, instructions and checks."""
+        parts = hashlib.sha256()
+        for sample in self.samples:
+            check = json.dumps(sample.check.to_dict(), sort_keys=True)
+            task = sample.task
+            objects = [(o.name, o.position.tolist(), o.size.tolist()) for o in task.scene]
+            parts.update(repr((sample.id, task.instruction, check, objects, task.robot)).encode())
+            parts.update(task.trajectory.to_array().tobytes())
+        return parts.hexdigest()[:16]
+
+
+def load_dataset(folder: str | os.PathLike[str], *, limit: int | None = None) -> Dataset:
+    """Read every .json file below a folder that holds a trajectory with a check, or with a shipped case.
+
+    Args:
+        folder: The dataset's folder, or one of its files.
+        limit: At most so many samples, spread evenly over all of them.
+
+    Raises:
+        FormatError: If a file cannot be read, or its check makes no sense in its scene.
+        RequestError: If the folder holds no sample.
+    """
+    root = Path(folder)
+    if not root.exists():
+        raise RequestError(f"{root}: there is no such folder; 'ovita bench fetch' says where datasets come from")
+    files = [root] if root.is_file() else sorted(root.rglob("*.json"), key=lambda p: natural(p.as_posix()))
+    base = root.parent if root.is_file() else root
+    samples: list[Sample] = []
+    skipped: list[str] = []
+    for file in files:
+        name = file.relative_to(base).with_suffix("").as_posix()
+        sample = _sample(file, name)
+        if sample is None:
+            skipped.append(name)
+        else:
+            samples.append(sample)
+    if not samples:
+        raise RequestError(
+            f"{root}: none of its {len(files)} .json files is a sample; a sample is a scene file with an instruction"
+            " and a key 'check', or a file of the public dataset with a shipped case"
+        )
+    return Dataset(root.resolve().name, spread(samples, limit), tuple(skipped))
+
+
+def spread(samples: Sequence[Sample], limit: int | None) -> tuple[Sample, ...]:
+    """At most `limit` samples, evenly spread over all."""
+    if limit is None or limit >= len(samples):
+        return tuple(samples)
+    return tuple(samples[i * len(samples) // limit] for i in range(limit))
+
+
+def natural(text: str) -> list[tuple[int, str]]:
+    """A key that sorts latte_2 before latte_10."""
+    return [(int(part), "") if part.isdigit() else (0, part) for part in re.split(r"(\d+)", text)]
+
+
+@cache
+def shipped_cases() -> Mapping[str, Case]:
+    """The shipped cases of the public dataset by sample id, in the order of their subsets and numbers."""
+    tables = tomllib.loads((files("ovita.bench") / "cases.toml").read_text(encoding="utf-8"))
+    found: dict[str, Case] = {}
+    for subset, table in tables.items():
+        for row in table["cases"]:
+            id = f"{table['prefix']}{row['id']}"
+            check = all_of(*map(_check, row["checks"]), finite())
+            found[id] = Case(id, subset, row["kind"], check, tuple(row.get("void", ())))
+    return found
+
+
+def _check(row: Mapping[str, Any]) -> Check:
+    """A check written as { kind = arguments }, or { any_of = [checks] }."""
+    ((kind, content),) = row.items()
+    return Check(kind, {}, tuple(map(_check, content))) if isinstance(content, list) else Check(kind, content)
+
+
+def _sample(file: Path, name: str) -> Sample | None:
+    document = _document(file)
+    if "check" in document:
+        task = load_task(file)
+        try:
+            check = Check.from_dict(task.extra["check"])
+        except ValueError as error:
+            raise FormatError(str(file), str(error), key="check") from None
+        subset = task.extra.get("subset") or (name.rpartition("/")[0] or "all")
+        sample = Sample(name, str(subset), str(task.extra.get("kind") or "other"), task, check)
+    else:
+        case = shipped_cases().get(name)
+        if case is None:
+            return None
+        sample = Sample(name, case.subset, case.kind, load_task(file), case.check, case.void)
+    if not sample.task.instruction.strip():
+        raise FormatError(str(file), "a sample needs an instruction", key="instruction")
+    try:
+        sample.check.judge(sample.task.trajectory, sample.task.trajectory, sample.task.scene)
+    except (InputError, ValueError) as error:
+        raise FormatError(str(file), f"the check cannot be applied: {error}", key="check") from None
+    return sample
+
+
+def _document(file: Path) -> dict[str, object]:
+    try:
+        document = json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise FormatError(str(file), f"cannot be read: {error}") from None
+    return document if isinstance(document, dict) else {}
+
+
+class FetchError(OvitaError):
+    """A dataset could not be downloaded; the message says what to put where instead."""
+
+
+@dataclass(frozen=True)
+class Fetched:
+    """What a download came to: files that are there and whole, and how many of them were new."""
+
+    folder: Path
+    whole: int
+    downloaded: int
+
+
+@cache
+def checksums() -> Mapping[str, str]:
+    """SHA-256 of each file of the dataset for which there are checks, by sample id."""
+    text = (files("ovita.bench") / "public.sha256").read_text(encoding="ascii")
+    pairs = (line.split() for line in text.splitlines() if line and not line.startswith("#"))
+    return {name: digest for digest, name in pairs}
+
+
+def fetch(
+    folder: str | os.PathLike[str],
+    *,
+    base_url: str = BASE_URL,
+    timeout: float = 30.0,
+    progress: Callable[[int, int], None] | None = None,
+) -> Fetched:
+    """Download what is missing in a folder, and verify every file.
+
+    Args:
+        folder: Where to; files that are there and whole are kept.
+        base_url: Where from.
+        timeout: For each file [s].
+        progress: Called with how many files are done, and how many there are.
+
+    Raises:
+        FetchError: If a file cannot be had, or differs from what was published.
+        FormatError: If a file cannot be written.
+    """
+    root, wanted = Path(folder), checksums()
+    new = 0
+    for done, (name, digest) in enumerate(wanted.items(), start=1):
+        file = root / f"{name}.json"
+        if not (file.is_file() and _digest(file.read_bytes()) == digest):
+            data = _download(f"{base_url.rstrip('/')}/{quote(name)}.json", timeout, root)
+            if _digest(data) != digest:
+                raise FetchError(
+                    f"{name}.json arrived, but differs from the published file (SHA-256 {_digest(data)[:12]}...,"
+                    f" expected {digest[:12]}...); it was not saved. Is {base_url} the commit {COMMIT[:7]}?"
+                )
+            try:
+                file.parent.mkdir(parents=True, exist_ok=True)
+            except OSError as error:
+                raise FormatError(str(file.parent), f"cannot be made: {error.strerror}") from None
+            atomic_write(file, data)
+            new += 1
+        if progress is not None:
+            progress(done, len(wanted))
+    return Fetched(root, len(wanted), new)
+
+
+def verify(folder: str | os.PathLike[str]) -> tuple[list[str], list[str]]:
+    """The ids of the dataset's files that are missing in a folder, and of those that differ."""
+    missing: list[str] = []
+    differing: list[str] = []
+    for name, digest in checksums().items():
+        file = Path(folder) / f"{name}.json"
+        if not file.is_file():
+            missing.append(name)
+        elif _digest(file.read_bytes()) != digest:
+            differing.append(name)
+    return missing, differing
+
+
+def by_hand(folder: str | os.PathLike[str]) -> str:
+    """What to do on a machine without internet, as one sentence."""
+    return (
+        f"without internet, take the folder '{FOLDER}' of https://github.com/{REPOSITORY} (commit {COMMIT[:7]}) from a"
+        f" machine that has it and put its latte_subset, extended_subset and robot_subset into {folder}; then"
+        f" 'ovita bench fetch --out {folder}' checks them"
+    )
+
+
+def _download(url: str, timeout: float, root: Path) -> bytes:
+    if not url.startswith(("https://", "http://")):
+        raise FetchError(f"{url} is no web address; give one that begins with https://")
+    try:
+        with urllib.request.urlopen(url, timeout=timeout) as answer:
+            data: bytes = answer.read(MAX_BYTES + 1)
+    except urllib.error.HTTPError as error:
+        error.close()
+        raise FetchError(f"{url} answers {error.code}; {by_hand(root)}.") from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "reason", error)
+        raise FetchError(f"{url} cannot be reached ({reason}); {by_hand(root)}.") from None
+    if len(data) > MAX_BYTES:
+        raise FetchError(f"{url} is larger than any file of the dataset; is the address right?")
+    return data
+
+
+def _digest(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()
