@@ -2,12 +2,18 @@
 
 import json
 from importlib.resources import files
+from types import SimpleNamespace
 
 import bench_writers
 import pytest
 
+from ovita.bench.conditions import conditions_from
+from ovita.bench.dataset import load_dataset
+from ovita.bench.evaluate import Protocol
+from ovita.bench.runner import Plan, run
 from ovita.measure.predicates import all_of, moved, near, slower, speeds_kept
 
+LEARNER = "python:bench_writers:Learner"
 TASKS = [
     ("go left by 0.2", moved(left=0.2)),
     ("slow down near the cup", slower(where=near("cup"))),
@@ -21,8 +27,25 @@ TASKS = [
 @pytest.fixture
 def dataset(tmp_path):
     """A folder with two subsets of three samples."""
+    return write_toys(tmp_path / "toys")
+
+
+@pytest.fixture(scope="session")
+def outcome(tmp_path_factory):
+    """A run of two writers with feedback and an ablation, never changed by a test, and its folder as `.folder`."""
+    folder = tmp_path_factory.mktemp("bench")
+    plan = Plan(
+        writers=("builtin", LEARNER),
+        conditions=conditions_from("examples,temperature=0,0.5"),
+        protocol=Protocol(feedback=1),
+        jobs=1,
+    )
+    done = run(load_dataset(write_toys(folder / "toys")), folder / "run", plan)
+    return SimpleNamespace(records=done.records, manifest=done.manifest, folder=folder / "run")
+
+
+def write_toys(root):
     base = json.loads((files("ovita") / "data" / "tabletop.json").read_text(encoding="utf-8"))
-    root = tmp_path / "toys"
     for i, (instruction, check) in enumerate(TASKS):
         file = root / ("a" if i < 3 else "b") / f"s_{i}.json"
         file.parent.mkdir(parents=True, exist_ok=True)

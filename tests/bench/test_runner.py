@@ -308,27 +308,27 @@ def descendants(pid):
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="needs /proc to see what a killed run leaves behind")
 def test_a_run_killed_half_way_goes_on_and_ends_with_the_same_table(tmp_path):
     data, out = tmp_path / "data", tmp_path / "out"
-    write_dataset(data, n=60, seed=5)
+    write_dataset(data, n=24, seed=5)
     code = "from ovita.cli.bench_ import group; group()"
     command = [sys.executable, "-c", code, "run", str(data), "--out", str(out), "--jobs", "2", "--no-figures"]
     with open(tmp_path / "log", "w") as log:
         process = subprocess.Popen(command, stdout=log, stderr=log)
-        deadline = time.monotonic() + 60
+        deadline = time.monotonic() + 300
         while time.monotonic() < deadline and process.poll() is None:
-            if (out / "records.jsonl").exists() and (out / "records.jsonl").read_bytes().count(b"\n") >= 8:
+            if (out / "records.jsonl").exists() and (out / "records.jsonl").read_bytes().count(b"\n") >= 2:
                 break
             time.sleep(0.01)
         children = descendants(process.pid)
         os.kill(process.pid, signal.SIGKILL)
         process.wait()
     before = len(read_records(out))
-    assert 8 <= before < 60, (tmp_path / "log").read_text()
-    deadline = time.monotonic() + 20
+    assert 2 <= before < 24, (tmp_path / "log").read_text()
+    deadline = time.monotonic() + 60
     while time.monotonic() < deadline and any(Path(f"/proc/{pid}").exists() for pid in children):
         time.sleep(0.05)
     assert not [pid for pid in children if Path(f"/proc/{pid}").exists()], "a killed run left processes behind"
-    resumed = subprocess.run(command, capture_output=True, text=True, timeout=120)
-    assert resumed.returncode == 0, resumed.stderr
-    assert "60/60 done" in resumed.stderr
+    seen = []
+    run(load_dataset(data), out, PLAN, progress=seen.append)
+    assert len(seen) == 24 - before and seen[-1].done == seen[-1].total == 24
     whole = run(load_dataset(data), tmp_path / "whole", PLAN)
     assert passes(read_records(out)) == passes(whole.records)
