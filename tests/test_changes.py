@@ -8,7 +8,8 @@ from hypothesis.extra.numpy import arrays
 
 from ovita.errors import InputError
 from ovita.measure import Changes, Span, compare, dwells, sentences
-from ovita.paths.scene import Frame, Scene, SceneObject
+from ovita.paths.frame import Frame
+from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 
 CUP = SceneObject("cup", (0.5, 0.3, 0.0), (0.1, 0.1, 0.1))

@@ -10,7 +10,8 @@ import pytest
 
 from ovita.cli.main import main
 from ovita.io import load_task, save_trajectory
-from ovita.paths.scene import Frame, Scene
+from ovita.paths.frame import Frame
+from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 
 TABLETOP = Path(__file__).parents[1] / "src" / "ovita" / "data" / "tabletop.json"

@@ -18,9 +18,9 @@ from ovita.errors import MissingExtra, RequestError, RobotError
 from ovita.io import load_task, save_trajectory
 from ovita.io.links import deliver_joints, ros2
 from ovita.io.ros.joints import JointMotion, load_joint_motion
-from ovita.io.turning import turned
+from ovita.paths.frame import Frame, transformed
 from ovita.paths.robot import Box, Robot
-from ovita.paths.scene import Frame, Scene, SceneObject
+from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
 from ovita.sim import Base
@@ -89,7 +89,7 @@ def test_joints_go_to_topics_but_not_to_drones(motion, monkeypatch):
 def test_turned_scenes_mean_the_same(motion):
     joints, _ = motion
     rfu = Frame("rfu")
-    moved = turned(PATH, FLU, rfu)
+    moved = transformed(PATH, FLU, rfu)
     other, _ = joint_motion(moved, Scene(frame=rfu), "iiwa", base=Base(yaw=np.pi / 2))
     np.testing.assert_allclose(other.positions[[0, -1]], joints.positions[[0, -1]], atol=1e-3)
 

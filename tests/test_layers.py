@@ -7,7 +7,7 @@ SRC = Path(__file__).parents[1] / "src" / "ovita"
 MODULES = {p.relative_to(SRC).as_posix(): ast.parse(p.read_text(encoding="utf-8")) for p in sorted(SRC.rglob("*.py"))}
 
 LAYERS = (
-    ("errors",),
+    ("errors", "units", "text"),
     ("paths",),
     ("toolkit", "limits", "io"),
     ("measure", "policy"),

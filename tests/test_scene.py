@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ovita.errors import SceneError, UnknownObject
-from ovita.paths.scene import DIRECTIONS, Frame, Scene, SceneObject
+from ovita.paths.frame import DIRECTIONS, Frame
+from ovita.paths.scene import Scene, SceneObject
 
 
 def scene(*names):

@@ -16,8 +16,9 @@ if TYPE_CHECKING:
     from ovita.io import load_robot, load_task, save_trajectory
     from ovita.limits import ConstraintOptions, Verdict, constrain, verify
     from ovita.measure import Changes, compare
+    from ovita.paths.frame import Frame
     from ovita.paths.robot import Robot
-    from ovita.paths.scene import Frame, Scene, SceneObject
+    from ovita.paths.scene import Scene, SceneObject
     from ovita.paths.trajectory import Trajectory
     from ovita.policy import Policy
     from ovita.request import Request
@@ -31,7 +32,7 @@ _HOMES = {
     "Adaptation": "result",
     "Changes": "measure",
     "ConstraintOptions": "limits",
-    "Frame": "paths.scene",
+    "Frame": "paths.frame",
     "OvitaError": "errors",
     "Policy": "policy",
     "PolicyWriter": "writers.base",

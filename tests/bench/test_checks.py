@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from ovita import toolkit as tk
 from ovita.errors import UnknownObject
 from ovita.measure import predicates as ck
-from ovita.paths.scene import Frame, Scene, SceneObject
+from ovita.paths.frame import Frame
+from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 
 EVERY = TABLE + KEEPING + COMBINED

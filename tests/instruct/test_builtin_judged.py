@@ -5,7 +5,8 @@ import pytest
 
 from ovita import adapt
 from ovita.instruct.reading import read_instruction
-from ovita.paths.scene import Frame, Scene, SceneObject
+from ovita.paths.frame import Frame
+from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
 

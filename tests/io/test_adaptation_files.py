@@ -6,8 +6,9 @@ import pytest
 
 from ovita.errors import FormatError
 from ovita.io import is_adaptation, load_document, load_task, save_document, scene_dict
+from ovita.paths.frame import Frame
 from ovita.paths.robot import Robot
-from ovita.paths.scene import Frame, Scene, SceneObject
+from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 
 ROWS = [[0.1, 0.2, 0.30000000000000004, 1e-17], [1.0, 2.0, 3.0, 38.5]]

@@ -20,8 +20,8 @@ from ovita.io import Choices, load_task, save_trajectory
 from ovita.io.ros import bags
 from ovita.io.ros.joints import JointMotion, load_joint_motion, save_joint_motion
 from ovita.io.ros.messages import TYPES, Maker, build, parse
-from ovita.io.turning import turned
-from ovita.paths.scene import Frame, Scene, SceneObject
+from ovita.paths.frame import Frame, transformed
+from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 
 STORE = get_typestore(Stores.ROS2_HUMBLE)
@@ -34,7 +34,7 @@ PATH = Trajectory(POSITIONS, SPEEDS, RNG.normal(size=(16, 4)), 0.5)
 
 def reread(path, **chosen):
     task = load_task(path, Choices(**chosen))
-    return turned(task.trajectory, task.scene.frame, Frame("rfu")), task
+    return transformed(task.trajectory, task.scene.frame, Frame("rfu")), task
 
 
 @pytest.mark.parametrize("ending", ["mcap", "db3"])

@@ -15,7 +15,8 @@ from ovita.io.geodesy import Home, to_geodetic, to_local
 from ovita.io.missions import plan, wpl
 from ovita.io.missions.merging import mission_from
 from ovita.io.missions.mission import Item, Mission, numbered
-from ovita.paths.scene import Frame, Scene, SceneObject
+from ovita.paths.frame import Frame
+from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 
 HOME = Home(47.3977419, 8.5455938, 488.2)

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from ovita.errors import RequestError
+from ovita.paths.frame import Frame
 from ovita.paths.robot import Robot
-from ovita.paths.scene import Frame, Scene, SceneObject
+from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.policy.sandbox import run
 from ovita.policy.source import parse

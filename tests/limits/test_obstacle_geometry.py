@@ -13,7 +13,7 @@ from ovita.paths.scene import Scene, SceneObject
 def random_body(rng, sphere=False):
     rotation = np.linalg.qr(rng.normal(size=(3, 3)))[0]
     half = np.zeros(3) if sphere else rng.uniform(0.02, 0.4, 3)
-    return Obstacle("o", rng.normal(size=3) * 0.2, rotation, half, rng.uniform(0.01, 0.3))
+    return Obstacle(rng.normal(size=3) * 0.2, rotation, half, rng.uniform(0.01, 0.3))
 
 
 @pytest.mark.parametrize("sphere", [False, True])
@@ -33,7 +33,7 @@ def test_segment_distance_is_exact(seed, sphere):
 
 
 def test_degenerate_segments():
-    body = Obstacle("o", np.zeros(3), np.eye(3), np.full(3, 0.5), 0.0)
+    body = Obstacle(np.zeros(3), np.eye(3), np.full(3, 0.5), 0.0)
     points = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.5, 0.5, 0.5]])
     assert body.along(points, points)[0] == pytest.approx([-0.5, 0.5, 0.0])
     parallel = body.along(np.array([[-2.0, 0.7, 0.0]]), np.array([[2.0, 0.7, 0.0]]))

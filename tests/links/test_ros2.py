@@ -19,8 +19,8 @@ from ovita.errors import FormatError, LinkError, MissingExtra
 from ovita.io.links import Address, dds, deliver, open_task, ros2
 from ovita.io.ros.joints import JointMotion, build_joints, parse_joints
 from ovita.io.ros.messages import JOINTS, TYPES, Maker, build
-from ovita.io.turning import turned
-from ovita.paths.scene import Frame, Scene
+from ovita.paths.frame import Frame, transformed
+from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 
 LOOPBACK = """<CycloneDDS><Domain>
@@ -233,7 +233,7 @@ def rclpy(monkeypatch):
 
 def test_rclpy_is_used_where_it_is_installed(rclpy):
     task = open_task("ros2:/plan?domain=3", frame="rfu")
-    np.testing.assert_allclose(task.trajectory.positions, turned(PATH, Frame("flu"), Frame("rfu")).positions)
+    np.testing.assert_allclose(task.trajectory.positions, transformed(PATH, Frame("flu"), Frame("rfu")).positions)
     receipt = deliver("ros2:/plan", PATH, Scene())
     assert len(rclpy.published[0].poses) == 4 and receipt.size > 100
     with pytest.raises(LinkError, match=r"/scan carries sensor_msgs/msg/LaserScan, which is no path"):

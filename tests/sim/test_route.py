@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from ovita.errors import TrajectoryError
-from ovita.paths.trajectory import Trajectory
-from ovita.sim.route import Hold, Move, at, route
+from ovita.paths.trajectory import Trajectory, interpolate
+from ovita.sim.route import Hold, Move, route
 from ovita.sim.timing import joined, still, timed
 
 SQUARE = Trajectory(np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.0]]), np.full(4, 0.5))
@@ -17,7 +17,7 @@ def split(trajectory, corner=0.01, stop=100.0, spacing=0.02):
 
 def test_a_corner_is_rounded_by_no_more_than_asked_and_the_rest_stays_on_the_path():
     (move,) = split(SQUARE, corner=0.01)
-    asked, _ = at(SQUARE, move.where)
+    asked = interpolate(SQUARE.positions, move.where)
     off = np.linalg.norm(move.points - asked, axis=1)
     assert 0.009 < off.max() <= 0.0100001
     far = np.abs(move.where - np.round(move.where)) > 0.2
@@ -49,7 +49,7 @@ def test_a_mission_of_kilometres_keeps_its_corners():
     (move,) = split(mission)
     assert len(move.arc) < 3000
     plan = joined([timed(move.arc, move.where, move.points, move.speeds, np.full(3, 9.0), np.full(3, 3.0))], 0.05)
-    asked, _ = at(mission, plan.where)
+    asked = interpolate(mission.positions, plan.where)
     assert np.linalg.norm(plan.coordinates - asked, axis=1).max() < 0.05
 
 
@@ -62,9 +62,9 @@ def test_a_motion_of_days_is_refused():
 
 def test_the_time_at_a_place_is_that_of_the_time_law():
     trajectory = Trajectory(np.array([[0, 0, 0], [1, 0, 0], [1, 0, 0], [3, 0, 0.0]]), np.array([0.0, 1.0, 0.0, 2.0]))
-    _, times = at(trajectory, np.array([0.0, 1.0, 2.0, 3.0]))
+    times = trajectory.time_at(np.array([0.0, 1.0, 2.0, 3.0]))
     assert np.allclose(times, trajectory.times)
-    _, (quarter,) = at(trajectory, np.array([0.25]))
+    (quarter,) = trajectory.time_at(np.array([0.25]))
     assert quarter == pytest.approx(1.0)
 
 

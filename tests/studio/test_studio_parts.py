@@ -8,12 +8,12 @@ import pytest
 
 from ovita.dialogue.session import Session
 from ovita.errors import FormatError
+from ovita.paths.frame import Frame
 from ovita.paths.robot import Box, Robot
-from ovita.paths.scene import Frame, Scene, SceneObject
+from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.plots.geometry import corners
 from ovita.studio import charts, files, hand, knobs, shapes, words
-from ovita.studio.playback import place_at
 from ovita.studio.shapes import Stage
 from ovita.studio.stage import Space
 
@@ -28,16 +28,16 @@ def straight(speeds):
 def test_playing_keeps_to_the_time_law():
     path = straight([0.0, 1.0, 1.0, 0.0])
     for i, moment in enumerate(path.times):
-        assert place_at(path, float(moment)) == pytest.approx(path.positions[i])
+        assert path.at(float(moment)).positions[0] == pytest.approx(path.positions[i])
     first = float(path.times[1])
-    assert place_at(path, first / 2)[0] == pytest.approx(path.positions[1, 0] / 4)
-    assert place_at(path, 1e9) == pytest.approx(path.positions[-1])
+    assert path.at(first / 2).positions[0][0] == pytest.approx(path.positions[1, 0] / 4)
+    assert path.at(1e9).positions[0] == pytest.approx(path.positions[-1])
 
 
 def test_playing_stands_still_where_the_robot_does():
     path = Trajectory(np.array([[0.0, 0, 0], [1.0, 0, 0], [1.0, 0, 0], [2.0, 0, 0]]), np.array([1.0, 0, 0, 1.0]))
     dwell = (float(path.times[1]) + float(path.times[2])) / 2
-    assert place_at(path, dwell) == pytest.approx([1.0, 0, 0])
+    assert path.at(dwell).positions[0] == pytest.approx([1.0, 0, 0])
 
 
 @pytest.mark.parametrize("low, high", [(0.0, 1.0), (-0.3, 7.2), (0.0, 1e-5), (0.0, 12345.0), (1.0, 1.0)])

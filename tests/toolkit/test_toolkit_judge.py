@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from ovita.paths.scene import Frame, Scene
+from ovita.paths.frame import Frame
+from ovita.paths.scene import Scene
 from ovita.toolkit import (
     Expectation,
     closer,

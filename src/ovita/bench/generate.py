@@ -26,10 +26,11 @@ from ovita.io import Task, load_robot, save_task
 from ovita.limits import constrain
 from ovita.measure import predicates as checks
 from ovita.measure.predicates import Check
-from ovita.paths.scene import Frame, Scene, SceneObject
+from ovita.paths.frame import Frame
+from ovita.paths.geometry import path_distances
+from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.toolkit import Recorder, namespace
-from ovita.toolkit.weights import path_distances
 
 Split = Literal["train", "heldout"]
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from ovita.bench.records import Rows
 from ovita.errors import OvitaError
-from ovita.paths.scene import Frame
+from ovita.paths.frame import Frame
 from ovita.paths.trajectory import Array
 
 WIDTH, HEIGHT, PAD = 230.0, 150.0, 14.0

@@ -15,9 +15,9 @@ from ovita.io import READ, Choices, Task, save_task
 from ovita.io.links import is_address
 from ovita.io.ros.joints import JointMotion, load_joint_motion, save_joint_motion
 from ovita.io.ros.messages import TYPES
-from ovita.io.turning import turned, turned_scene
+from ovita.paths.frame import Frame, transformed
 from ovita.paths.robot import Robot
-from ovita.paths.scene import Frame, Scene
+from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 
 _FRAMES = click.Choice(["rfu", "flu", "ned"])
@@ -73,8 +73,8 @@ def command(
         return
     if to_frame is not None:
         target = Frame(to_frame)
-        moved = turned(task.trajectory, task.scene.frame, target)
-        task = replace(task, trajectory=moved, scene=turned_scene(task.scene, target))
+        moved = transformed(task.trajectory, task.scene.frame, target)
+        task = replace(task, trajectory=moved, scene=task.scene.in_frame(target))
     lost = save_task(out, task, replace(choices, topic=to_topic))
     for note in (*task.notes, *lost):
         click.echo(f"note: {plain(note)}", err=True)

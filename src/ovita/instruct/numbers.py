@@ -3,76 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from ovita import units
 from ovita.instruct.lexicon import stems
 
-_UNITS: dict[str, tuple[float, str]] = {
-    "m": (1.0, "m, metre, meter, unit"),
-    "dm": (0.1, "dm, decimetre, decimeter"),
-    "cm": (0.01, "cm, centimetre, centimeter, cms, centi"),
-    "mm": (0.001, "mm, millimetre, millimeter, mms, millis"),
-    "km": (1000.0, "km, kilometre, kilometer, kms"),
-    "in": (0.0254, "inch, inches, in."),
-    "ft": (0.3048, "ft, foot, feet"),
-    "yd": (0.9144, "yard, yd"),
+UNITS: Mapping[tuple[str, ...], tuple[str, float]] = {
+    tuple(spelling.split()): (unit.dimension, unit.factor) for spelling, unit in units.SPELLINGS.items()
 }
-"""Length units: factor to metres, and how they are written."""
-
-_PER_SECOND = ("{} per second", "{} a second", "{} per sec", "{} / s", "{} per s", "{} / second", "{} each second")
-
-_OTHERS: dict[str, tuple[str, float]] = {
-    **dict.fromkeys(("m/s", "mps", "m s"), ("m/s", 1.0)),
-    **dict.fromkeys(("m/s2", "m/s^2", "m/s²"), ("m/s2", 1.0)),
-    "cm/s": ("m/s", 0.01),
-    "mm/s": ("m/s", 0.001),
-    **dict.fromkeys(
-        ("km/h", "kph", "kmh", "kilometre per hour", "kilometer per hour", "km per hour"), ("m/s", 1 / 3.6)
-    ),
-    **dict.fromkeys(("%", "percent", "per cent", "percentage", "pct"), ("%", 0.01)),
-    **dict.fromkeys(("time", "x", "fold"), ("x", 1.0)),
-    **dict.fromkeys(
-        (
-            "timestep",
-            "time step",
-            "step",
-            "tick",
-            "time tick",
-            "frame",
-            "cycle",
-            "iteration",
-            "time unit",
-            "clock tick",
-        ),
-        ("step", 1.0),
-    ),
-    **dict.fromkeys(
-        ("time instant", "instant", "control step", "sampling step", "beat", "time interval", "interval", "time slot"),
-        ("step", 1.0),
-    ),
-    **dict.fromkeys(
-        ("period", "time period", "moment", "slot", "control cycle", "time point", "turn of time"), ("step", 1.0)
-    ),
-    **dict.fromkeys(("s", "sec", "second"), ("s", 1.0)),
-    **dict.fromkeys(("ms", "millisecond"), ("s", 0.001)),
-    **dict.fromkeys(("min", "minute"), ("s", 60.0)),
-    **dict.fromkeys(("degree", "deg", "°"), ("deg", 1.0)),
-    **dict.fromkeys(("rad", "radian"), ("deg", 57.29577951308232)),
-}
-
-
-def _table() -> dict[tuple[str, ...], tuple[str, float]]:
-    table = {tuple(words.split()): unit for words, unit in _OTHERS.items()}
-    for factor, listed in _UNITS.values():
-        for word in (w.strip() for w in listed.split(",")):
-            table[(word,)] = ("m", factor)
-            for pattern in _PER_SECOND:
-                table[tuple(pattern.format(word).split())] = ("m/s", factor)
-    return table
-
-
-UNITS = _table()
 """Unit words in the singular to (dimension, factor to SI)."""
 
 _ONES = (

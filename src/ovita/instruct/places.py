@@ -13,7 +13,8 @@ from ovita.instruct.intents import Intent
 from ovita.instruct.regions import read_region
 from ovita.instruct.senses import DIRECTIONS, SPEED
 from ovita.instruct.tokens import AXES
-from ovita.paths.scene import Frame, SceneObject
+from ovita.paths.frame import Frame
+from ovita.paths.scene import SceneObject
 
 CHANGING = frozenset(
     "change changing alter altering modify modifying touch touching affect affecting move moving".split()

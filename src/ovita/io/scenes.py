@@ -9,7 +9,8 @@ import numpy as np
 
 from ovita.errors import SceneError
 from ovita.io.values import brief, listing, number, plain, show, text, vector
-from ovita.paths.scene import RFU, Frame, Scene, SceneObject
+from ovita.paths.frame import RFU, Frame
+from ovita.paths.scene import Scene, SceneObject
 
 SCENE_KEYS = ("objects", "environment", "Env_descp", "constraints", "frame")
 """Keys of a scene file that describe the scene."""

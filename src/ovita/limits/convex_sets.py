@@ -208,7 +208,7 @@ class KeepOut:
     def body(self) -> Obstacle:
         """The box as an obstacle."""
         lower, upper = np.asarray(self.lower, dtype=float), np.asarray(self.upper, dtype=float)
-        return Obstacle(self.name, (lower + upper) / 2.0, np.eye(3), (upper - lower) / 2.0, 0.0)
+        return Obstacle((lower + upper) / 2.0, np.eye(3), (upper - lower) / 2.0, 0.0, self.name)
 
     def margin(self, trajectory: Trajectory) -> Array:
         """Distance of each segment to the box, (N-1,) [m]; negative inside."""

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ovita.limits.convex_sets import Region
-from ovita.limits.obstacles import Obstacle, lengths
+from ovita.limits.obstacles import Obstacle
 from ovita.limits.qp import Rows, Weights
+from ovita.paths.geometry import lengths
 from ovita.paths.trajectory import Array
 
 PAD = 5e-6

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from scipy.linalg import lapack
 
 from ovita.limits import banded
-from ovita.limits.obstacles import dots
 from ovita.limits.qp import Rows, Weights
+from ovita.paths.geometry import dots
 from ovita.paths.trajectory import Array
 
 LONGEST = 256

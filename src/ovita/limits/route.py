@@ -16,8 +16,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ovita.limits.obstacles import Obstacle, lengths
+from ovita.limits.obstacles import Obstacle
 from ovita.limits.path import PAD, PathProblem
+from ovita.paths.geometry import lengths
 from ovita.paths.trajectory import Array
 
 LEVELS = 4

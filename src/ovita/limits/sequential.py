@@ -15,10 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ovita.limits.banded import halo
-from ovita.limits.obstacles import Obstacle, dots, lengths
+from ovita.limits.obstacles import Obstacle
 from ovita.limits.path import GRAZE, PAD, PathProblem
 from ovita.limits.pivoting import LONGEST, ShortWindow
 from ovita.limits.qp import Rows, objective, solve_qp
+from ovita.paths.geometry import dots, lengths
 from ovita.paths.trajectory import Array
 
 STILL = 1e-8

@@ -11,7 +11,7 @@ import numpy as np
 from ovita.limits import banded, diagnosis, paper, plugins, tuning, workspace
 from ovita.limits.convex_sets import KeepOut, Region
 from ovita.limits.detour import Blocked, legal_path
-from ovita.limits.obstacles import build, lengths
+from ovita.limits.obstacles import build
 from ovita.limits.path import PAD, PathProblem, flatten
 from ovita.limits.problem import (
     TOLERANCE,
@@ -26,6 +26,7 @@ from ovita.limits.qp import Weights
 from ovita.limits.sequential import Settings, improve
 from ovita.limits.speed import lower_speeds
 from ovita.limits.verify import Measure, compare, measure_all
+from ovita.paths.geometry import lengths
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory

@@ -39,4 +39,4 @@ def keep_out(robot: Robot) -> tuple[Obstacle, ...]:
     if not isinstance(shell, Shell) or shell.r_min <= 0:
         return ()
     radius = shell.r_min + robot.margin
-    return (Obstacle("workspace", np.asarray(shell.center), np.eye(3), np.zeros(3), radius, "workspace"),)
+    return (Obstacle(np.asarray(shell.center), np.eye(3), np.zeros(3), radius, "workspace", "workspace"),)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ovita.measure.approach import object_change
-from ovita.measure.matching import Mask, dwells, fractions, match
+from ovita.measure.matching import Mask, dwells, match
 from ovita.measure.report import (
     Changes,
     Displacement,
@@ -20,7 +20,9 @@ from ovita.measure.report import (
     Stop,
     Vector,
 )
-from ovita.paths.scene import Frame, Scene
+from ovita.paths.frame import Frame
+from ovita.paths.geometry import fractions
+from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory, nlerp
 
 TOLERANCE = 1e-6

@@ -5,73 +5,19 @@ from __future__ import annotations
 import difflib
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from ovita.errors import SceneError, UnknownObject
+from ovita.paths.frame import RFU, Frame, matrix, product, quaternion, rotation
+from ovita.paths.geometry import Cuboid
 from ovita.paths.trajectory import Array
 
 DEFAULT_SIZE = 0.05
 """Edge of the cube that stands for an object without dimensions [m]."""
-
-DIRECTIONS = ("left", "right", "front", "back", "up", "down")
-
-_AXES: Mapping[str, Mapping[str, tuple[float, float, float]]] = {
-    "rfu": {"right": (1, 0, 0), "front": (0, 1, 0), "up": (0, 0, 1)},
-    "flu": {"front": (1, 0, 0), "left": (0, 1, 0), "up": (0, 0, 1)},
-    "ned": {"front": (1, 0, 0), "right": (0, 1, 0), "down": (0, 0, 1)},
-}
-_OPPOSITE = {"left": "right", "right": "left", "front": "back", "back": "front", "up": "down", "down": "up"}
-
-
-@dataclass(frozen=True)
-class Frame:
-    """Which way the words left, right, front, back, up and down point in world coordinates.
-
-    Args:
-        name: "rfu" (+x right, +y front, +z up), "flu" (+x front, +y left, +z up; ROS REP-103) or
-            "ned" (+x front (north), +y right (east), +z down).
-
-    Raises:
-        SceneError: For any other name.
-    """
-
-    name: str = "rfu"
-
-    def __post_init__(self) -> None:
-        if self.name not in _AXES:
-            raise SceneError(f"unknown frame {self.name!r}; known frames are {', '.join(_AXES)}", key="frame")
-
-    def direction(self, word: str) -> Array:
-        """Unit vector (3,) of a direction word.
-
-        Raises:
-            SceneError: If the word is not one of left, right, front, back, up, down.
-        """
-        axes = _AXES[self.name]
-        if word in axes:
-            return np.array(axes[word], dtype=float)
-        if _OPPOSITE.get(word) in axes:
-            return -np.array(axes[_OPPOSITE[word]], dtype=float)
-        raise SceneError(f"unknown direction {word!r}; directions are {', '.join(DIRECTIONS)}", key="direction")
-
-    def offset(self, **amounts: float) -> Array:
-        """Sum of direction words times metres: `offset(left=0.2, up=0.1)` to a vector (3,) [m]."""
-        return sum((amount * self.direction(word) for word, amount in amounts.items()), np.zeros(3))
-
-    def words(self, vector: Array) -> dict[str, float]:
-        """Split a vector (3,) [m] into the direction words that it points along, each with metres > 0."""
-        parts = {word: float(np.dot(vector, self.direction(word))) for word in DIRECTIONS}
-        return {word: amount for word, amount in parts.items() if amount > 0}
-
-    def describe(self) -> str:
-        """One line for people and prompts, such as "+x right, +y front, +z up"."""
-        return ", ".join(f"+{axis} {word}" for axis, word in zip("xyz", _AXES[self.name], strict=True))
-
-
-RFU = Frame("rfu")
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,14 +98,12 @@ class SceneObject:
     @property
     def rotation(self) -> Array:
         """Rotation matrix (3, 3): columns are the cuboid's axes in the world frame."""
-        w, x, y, z = self.orientation
-        return np.array(
-            [
-                [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-                [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-                [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-            ]
-        )
+        return matrix(self.orientation)
+
+    @cached_property
+    def cuboid(self) -> Cuboid:
+        """The body in space, for exact distances; an object without dimensions is a 5 cm cube."""
+        return Cuboid(self.position, self.rotation, self.size / 2.0)
 
     def distance(self, points: Array) -> Array:
         """Distance of points (N, 3) [m] to the centre, (N,) [m]."""
@@ -167,9 +111,7 @@ class SceneObject:
 
     def clearance(self, points: Array) -> Array:
         """Signed distance of points (N, 3) [m] to the cuboid's surface, (N,) [m]; negative inside."""
-        local = np.abs((points - self.position) @ self.rotation) - self.size / 2.0
-        outside = np.linalg.norm(np.maximum(local, 0.0), axis=1)
-        return np.asarray(outside + np.minimum(local.max(axis=1), 0.0))
+        return self.cuboid.signed(points)[0]
 
 
 @dataclass(frozen=True)
@@ -233,6 +175,20 @@ class Scene:
     def names(self) -> tuple[str, ...]:
         """The objects' names as written in the scene."""
         return tuple(item.name for item in self.objects)
+
+    def in_frame(self, target: Frame) -> Scene:
+        """The scene with its objects written in another frame, which becomes its own."""
+        if self.frame == target:
+            return self
+        turn = rotation(self.frame, target)
+        turned = quaternion(turn)
+        objects = tuple(
+            replace(
+                item, position=turn @ item.position + 0.0, orientation=product(turned, item.orientation[None, :])[0]
+            )
+            for item in self
+        )
+        return replace(self, objects=objects, frame=target)
 
     def find(self, name: str) -> SceneObject | None:
         """The one object that `name` can mean, or None.

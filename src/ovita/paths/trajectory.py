@@ -21,6 +21,23 @@ TIMESTEP = 0.1
 
 
 @dataclass(frozen=True, eq=False)
+class State:
+    """What a trajectory asks for at M moments.
+
+    Args:
+        where: Fractional waypoints (M,), counted from 0: 2.5 is midway between waypoints 2 and 3.
+        positions: (M, 3) [m].
+        speeds: (M,) [m/s].
+        orientations: (M, 4) unit quaternions wxyz, or None.
+    """
+
+    where: Array
+    positions: Array
+    speeds: Array
+    orientations: Array | None = None
+
+
+@dataclass(frozen=True, eq=False)
 class Trajectory:
     """A sequence of N >= 2 waypoints in the world frame.
 
@@ -156,6 +173,48 @@ class Trajectory:
     def duration(self) -> float:
         """Time from start to goal [s]."""
         return float(self.durations.sum())
+
+    def at(self, t: ArrayLike) -> State:
+        """The place, pose and speed that the time law asks for at some moments; it rests at the goal afterwards.
+
+        Args:
+            t: (M,) or one moment [s]; moments before 0 mean the start.
+        """
+        moments = np.atleast_1d(np.asarray(t, dtype=float))
+        times, durations = self.times, self.durations
+        i = np.clip(np.searchsorted(times, moments, side="right") - 1, 0, len(self) - 2)
+        lasts = durations[i]
+        since = np.clip(np.divide(moments - times[i], lasts, out=np.ones_like(moments), where=lasts > 0), 0.0, 1.0)
+        start, end = self.speeds[i], self.speeds[i + 1]
+        total = start + end
+        moving = total > REST
+        # With constant acceleration, the share of the length is (v0 t + (v1 - v0) t^2 / 2) / ((v0 + v1) / 2).
+        share = np.divide(since * (2.0 * start + since * (end - start)), total, out=since.copy(), where=moving)
+        where = i + np.clip(share, 0.0, 1.0)
+        return State(where, interpolate(self.positions, where), start + since * (end - start), self._turned(where))
+
+    def time_at(self, where: ArrayLike) -> Array:
+        """The times (M,) [s] at which fractional waypoints (M,) are reached: the inverse of `at(t).where`."""
+        places = np.clip(np.atleast_1d(np.asarray(where, dtype=float)), 0.0, len(self) - 1.0)
+        i = np.minimum(places.astype(int), len(self) - 2)
+        share = places - i
+        start, end = self.speeds[i], self.speeds[i + 1]
+        total = start + np.sqrt(start**2 + share * (end**2 - start**2))
+        since = np.divide(share * (start + end), total, out=share.copy(), where=total > REST)
+        return np.asarray(self.times[i] + since * self.durations[i])
+
+    def orientations_at(self, where: ArrayLike) -> Array | None:
+        """Unit quaternions (M, 4) wxyz at fractional waypoints (M,), or None if the trajectory has none."""
+        return self._turned(np.atleast_1d(np.asarray(where, dtype=float)))
+
+    def _turned(self, where: Array) -> Array | None:
+        return None if self.orientations is None else nlerp(self.orientations, where)
+
+    @property
+    def dwells(self) -> NDArray[np.bool_]:
+        """Which waypoints are dwells: they repeat the one before them at speed 0, (N,)."""
+        repeated = (np.diff(self.positions, axis=0) == 0).all(axis=1) & (self.speeds[1:] == 0)
+        return np.concatenate([np.zeros(1, dtype=bool), repeated])
 
     def resample(self, n: int, *, by: Literal["arc_length", "index"] = "arc_length") -> Trajectory:
         """Return the same path with n waypoints, linearly interpolated; start and goal are kept exactly.

@@ -8,8 +8,8 @@ from typing import Any, Protocol
 import numpy as np
 
 from ovita.errors import MissingExtra
+from ovita.paths.frame import Frame
 from ovita.paths.robot import Box, Shell
-from ovita.paths.scene import Frame
 from ovita.paths.trajectory import Array
 from ovita.plots import labels
 from ovita.plots.geometry import FACES, Extent, axis_of, axis_word, workspace_lines

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ovita.paths.scene import Frame, Scene, SceneObject
+from ovita.paths.frame import Frame
+from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array
 
 

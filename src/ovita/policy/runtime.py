@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 
 from ovita.errors import PolicyError, PolicyOutputInvalid
-from ovita.paths.scene import Frame, Scene
+from ovita.paths.frame import Frame
+from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array
 from ovita.policy import frames
 from ovita.policy.allowed import MODULES, SCIPY_PARTS

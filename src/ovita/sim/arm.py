@@ -11,7 +11,7 @@ from ovita.paths.trajectory import Array, Trajectory
 from ovita.sim.controller import Intent, stretches
 from ovita.sim.models import ArmLimits, RobotModel
 from ovita.sim.report import Touched, Unreachable
-from ovita.sim.route import Hold, Move, orientations_at, route
+from ovita.sim.route import Hold, Move, route
 from ovita.sim.stage import PREFIX, Stage
 from ovita.sim.timing import Piece, joined, still, timed
 
@@ -94,7 +94,7 @@ class Arm:
             if isinstance(piece, Hold):
                 done.append(still(piece.duration, piece.where, joints))
                 continue
-            path = self.kinematics.follow(piece.points, orientations_at(trajectory, piece.where), joints)
+            path = self.kinematics.follow(piece.points, trajectory.orientations_at(piece.where), joints)
             path[0], joints = joints, path[-1]
             done.append(timed(piece.arc, piece.where, path, piece.speeds, velocity, acceleration))
         plan = joined(done, self.stage.model.opt.timestep)

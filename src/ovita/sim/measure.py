@@ -6,12 +6,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ovita.paths.trajectory import Array, Trajectory
+from ovita.paths.trajectory import Array, Trajectory, interpolate
 from ovita.sim.controller import Intent, stretches
 from ovita.sim.models import RobotModel
 from ovita.sim.placement import Base
 from ovita.sim.report import Contact, Report, Status, Tracking, Unreachable
-from ovita.sim.route import at, orientations_at
 
 LATE = 1.05
 LATE_BY = 0.5
@@ -64,7 +63,7 @@ def measure(
         meant: Names of objects that are meant to be touched.
     """
     plan = intent.plan
-    due = at(path, plan.where)[0]
+    due = interpolate(path.positions, plan.where)
     tips = log.tips
     if model.controller == "rover":
         flat = np.array([1.0, 1.0, 0.0])
@@ -123,7 +122,7 @@ def _reached(where: Array, unreachable: tuple[Unreachable, ...], n: int) -> np.n
 
 def _orientation_error(path: Trajectory, where: Array, turns: Array) -> float | None:
     """Largest angle between the orientations asked for and the rotation matrices (K, 9) of the tip [rad]."""
-    asked = orientations_at(path, where)
+    asked = path.orientations_at(where)
     if asked is None:
         return None
     w, x, y, z = asked.T

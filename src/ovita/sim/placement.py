@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ovita.errors import RequestError
+from ovita.paths.frame import Frame
 from ovita.paths.robot import Robot, Shell
-from ovita.paths.scene import Frame, Scene, SceneObject
+from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array, Trajectory
 
 ROOM = 0.2

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ovita.paths.trajectory import REST, Array, Trajectory, nlerp
+from ovita.paths.trajectory import REST, Array, Trajectory
 
 SAMPLES = 2000
 """Most samples of a whole route that even spacing adds."""
@@ -85,26 +85,6 @@ def route(trajectory: Trajectory, *, corner: float, stop_angle: float, spacing: 
         legs.append(i)
     close()
     return pieces
-
-
-def at(trajectory: Trajectory, where: Array) -> tuple[Array, Array]:
-    """Position (M, 3) [m] and time (M,) [s] that the trajectory asks for at places counted in waypoints (M,)."""
-    last = len(trajectory) - 1
-    low = np.clip(np.floor(where).astype(int), 0, last - 1)
-    a = (where - low)[:, None]
-    positions = trajectory.positions[low] * (1.0 - a) + trajectory.positions[low + 1] * a
-    start, end = trajectory.speeds[low], trajectory.speeds[low + 1]
-    share = a[:, 0]
-    now = np.sqrt(start**2 + share * (end**2 - start**2))
-    total = start + now
-    moving = total > REST
-    share = np.where(moving, share * (start + end) / np.where(moving, total, 1.0), share)
-    return positions, trajectory.times[low] + share * trajectory.durations[low]
-
-
-def orientations_at(trajectory: Trajectory, where: Array) -> Array | None:
-    """Unit quaternions (M, 4) wxyz at places counted in waypoints (M,), or None if the trajectory has none."""
-    return None if trajectory.orientations is None else nlerp(trajectory.orientations, where)
 
 
 def _spread(knots: Array, wished: Array, gap: float) -> Array:

@@ -21,7 +21,6 @@ from ovita.sim.models import RobotModel, load_model
 from ovita.sim.motion import Motion
 from ovita.sim.placement import Base, World, arm_base, floor_under, start_base
 from ovita.sim.report import Report
-from ovita.sim.route import at
 from ovita.sim.rover import Rover
 from ovita.sim.stage import Stage, build
 
@@ -306,7 +305,7 @@ def _motion(ready: _Ready, log: Log) -> Motion:
         np.array([place for place, _ in log.poses]) * world.signs,
         world.turned(np.array([turn for _, turn in log.poses])),
         plan.where[frames],
-        at(ready.path, plan.where[frames])[1],
+        ready.path.time_at(plan.where[frames]),
         log.tips[frames] * world.signs,
         ready.stage.shapes(),
     )

@@ -12,7 +12,8 @@ import numpy as np
 
 from ovita.dialogue.session import Session
 from ovita.errors import OvitaError
-from ovita.paths.scene import Frame, Scene
+from ovita.paths.frame import Frame
+from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.studio import words
 from ovita.studio.desk import Desk

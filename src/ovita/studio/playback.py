@@ -7,33 +7,13 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
-import numpy as np
-
-from ovita.paths.trajectory import Array, Trajectory
+from ovita.paths.trajectory import Array
 from ovita.plots.geometry import COLOURS
 from ovita.studio.shapes import rgb
 from ovita.studio.stage import Space
 
 _PACES = {"0.25x": 0.25, "0.5x": 0.5, "1x": 1.0, "2x": 2.0, "4x": 4.0}
 _TICK_S = 1 / 25
-
-
-def place_at(path: Trajectory, moment: float) -> Array:
-    """Where a robot on the path is at a time [s], (3,) [m].
-
-    Between two waypoints it accelerates constantly, which is the time law of `Trajectory`.
-    """
-    times = path.times
-    if moment >= times[-1]:
-        return np.array(path.positions[-1])
-    i = max(int(np.searchsorted(times, moment, side="right")) - 1, 0)
-    lasted, since = float(times[i + 1] - times[i]), moment - float(times[i])
-    v0, v1 = float(path.speeds[i]), float(path.speeds[i + 1])
-    if v0 + v1 > 0.0:
-        share = (v0 * since + 0.5 * (v1 - v0) / lasted * since**2) / (0.5 * (v0 + v1) * lasted)
-    else:
-        share = since / lasted
-    return np.asarray(path.positions[i] + min(max(share, 0.0), 1.0) * (path.positions[i + 1] - path.positions[i]))
 
 
 class Heads:

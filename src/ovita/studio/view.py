@@ -264,7 +264,7 @@ class View:
     def _show_moment(self, at: float) -> None:
         session = self.desk.session
         paths: list[Trajectory] = [session.original, *([session.current] if session.steps else [])]
-        self.heads.place([playback.place_at(path, at) for path in paths] if at > 0.0 else [])
+        self.heads.place([path.at(at).positions[0] for path in paths] if at > 0.0 else [])
         self.puppet.show(at)
 
     def _show_ramp(self) -> None:

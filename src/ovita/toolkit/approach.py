@@ -8,15 +8,17 @@ from typing import Any, Unpack
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ovita.paths.scene import RFU, Frame, SceneObject
+from ovita.paths.frame import RFU, Frame
+from ovita.paths.geometry import Mask, fractions, runs
+from ovita.paths.scene import SceneObject
 from ovita.paths.trajectory import Array, arc_length
 from ovita.toolkit import arguments
-from ovita.toolkit.arguments import Mask, Offset, Target
+from ovita.toolkit.arguments import Offset, Target
 from ovita.toolkit.around import clear_segments, pushed_out, pushed_out_of_all
 from ovita.toolkit.catalogue import Recorder, note_contact, operation
 from ovita.toolkit.insertion import densified
 from ovita.toolkit.speed import dwell
-from ovita.toolkit.weights import ROUNDING, headings, perpendicular, runs, smoothstep
+from ovita.toolkit.weights import ROUNDING, headings, perpendicular, smoothstep
 
 STEEPEST = 1.125
 """Reach per metre of push above which no waypoint overtakes the nearest: the maximum of smoothstep(x) / x."""
@@ -177,7 +179,7 @@ def go_through(
     target = arguments.point(at, "at") + shift
     window = arguments.number(width, "width", low=0.0, high=1.0)
     note_contact(recorder, at, shift)
-    fraction = arguments.fractions(rows[:, :3])
+    fraction = fractions(rows[:, :3])
     inner = np.flatnonzero((fraction > 0.0) & (fraction < 1.0))
     if not len(inner):
         raise ValueError("no waypoint lies between start and goal; call resample(traj, 20) before go_through")
@@ -216,7 +218,7 @@ def hop(traj: ArrayLike, obj: Target, height: float, *, width: float = 0.2, fram
     if length > 0.0:
         step = float(np.clip((share + level) / PER_SLOPE, SHORTEST, 0.25)) * length
         rows, _ = densified(rows, _window(rows, centre, share + level), step)
-    fraction = arguments.fractions(rows[:, :3])
+    fraction = fractions(rows[:, :3])
     inner = np.flatnonzero((fraction > 0.0) & (fraction < 1.0))
     if not len(inner):
         raise ValueError("no waypoint lies between start and goal; call resample(traj, 20) before hop")
@@ -309,7 +311,7 @@ def extent(obj: Target, direction: Array) -> float:
 
 def _window(rows: Array, centre: Array, share: float) -> Mask:
     """Mask of the waypoints within a share of the path's length of the one nearest to a point, and one more each."""
-    fraction = arguments.fractions(rows[:, :3])
+    fraction = fractions(rows[:, :3])
     i = int(np.argmin(np.linalg.norm(rows[:, :3] - centre, axis=1)))
     inside = np.flatnonzero(np.abs(fraction - fraction[i]) <= share)
     index = np.arange(len(rows))

@@ -5,13 +5,14 @@ from __future__ import annotations
 from typing import Any, TypeAlias, TypedDict
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ovita.errors import SceneError
-from ovita.paths.scene import Frame, SceneObject
-from ovita.paths.trajectory import Array, arc_length, first_bad
+from ovita.paths.frame import Frame
+from ovita.paths.geometry import Mask, fractions
+from ovita.paths.scene import SceneObject
+from ovita.paths.trajectory import Array, first_bad
 
-Mask: TypeAlias = NDArray[np.bool_]
 Target: TypeAlias = SceneObject | ArrayLike
 """An object, meaning its centre, or a point (3,) [m]."""
 Place: TypeAlias = SceneObject | ArrayLike | int | float | str
@@ -193,12 +194,6 @@ def locate(rows: Array, at: Place, name: str = "at") -> int:
         fraction = number(at, name, low=0.0, high=1.0)
         return int(np.argmin(np.abs(fractions(rows[:, :3]) - fraction)))
     return int(np.argmin(np.linalg.norm(rows[:, :3] - point(at, name), axis=1)))
-
-
-def fractions(positions: Array) -> Array:
-    """Share of the path's length travelled up to each waypoint, (N,) from 0 to 1; by index if it has no length."""
-    s = arc_length(positions)
-    return s / s[-1] if s[-1] > 0 else np.linspace(0.0, 1.0, len(s))
 
 
 def _short(value: Any) -> str:

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from ovita.paths.geometry import Mask, fractions, path_distances, runs
 from ovita.paths.trajectory import Array
-from ovita.toolkit.arguments import Mask, fractions
-from ovita.toolkit.weights import path_distances, perpendicular, runs
+from ovita.toolkit.weights import perpendicular
 
 SHALLOW = 0.05
 """How deep a segment between waypoints may dip into a sphere, as a fraction of its radius, before something is done."""

@@ -14,7 +14,8 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any, TypeVar
 
-from ovita.paths.scene import DIRECTIONS, Frame, SceneObject
+from ovita.paths.frame import DIRECTIONS, Frame
+from ovita.paths.scene import SceneObject
 from ovita.paths.trajectory import Array
 from ovita.toolkit.arguments import Target
 

@@ -7,11 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from ovita.paths.geometry import SAME_PLACE, Mask, fractions
 from ovita.paths.trajectory import Array, interpolate
-from ovita.toolkit.arguments import Mask, fractions
-
-SAME_PLACE = 1e-9
-"""Waypoints nearer than this to the one before them are taken for its repeats (a dwell) [m]."""
 
 
 def correspond(original: Array, adapted: Array) -> Array:

@@ -7,13 +7,15 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ovita.paths.scene import RFU, Frame, SceneObject
+from ovita.paths.frame import RFU, Frame
+from ovita.paths.geometry import Mask, runs, spacing
+from ovita.paths.scene import SceneObject
 from ovita.paths.trajectory import Array, arc_length
 from ovita.toolkit import arguments
-from ovita.toolkit.arguments import Mask, Place, Target, positive
+from ovita.toolkit.arguments import Place, Target, positive
 from ovita.toolkit.catalogue import operation
 from ovita.toolkit.insertion import course_headings, densified, distinct, evenly, inserted, leg, level_heading
-from ovita.toolkit.weights import perpendicular, runs, spacing
+from ovita.toolkit.weights import perpendicular
 
 PER_TURN = 24
 """The fewest waypoints on one turn of a loop."""

@@ -6,9 +6,10 @@ from collections.abc import Callable
 
 import numpy as np
 
+from ovita.paths.geometry import Mask
 from ovita.paths.trajectory import Array, arc_length, interpolate
 from ovita.toolkit import arguments
-from ovita.toolkit.arguments import Mask, Place
+from ovita.toolkit.arguments import Place
 from ovita.toolkit.weights import headings, smoothstep
 
 SOFT = 0.3

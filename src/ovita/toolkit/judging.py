@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
+from ovita.paths.geometry import Mask, path_distances, spacing
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, arc_length
 from ovita.toolkit.approach import radius_of
-from ovita.toolkit.arguments import Mask, Target, point
+from ovita.toolkit.arguments import Target, point
 from ovita.toolkit.catalogue import Expectation
 from ovita.toolkit.correspondence import correspond, counterparts, selections
 from ovita.toolkit.postconditions import say
-from ovita.toolkit.weights import path_distances, spacing
 
 TINY, RELATIVE = 1e-6, 1e-3
 """A change counts from this on: metres (or m/s), and relative to the old value."""

@@ -7,13 +7,15 @@ from typing import Literal, Unpack
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ovita.paths.scene import RFU, Frame, SceneObject
+from ovita.paths.frame import RFU, Frame
+from ovita.paths.geometry import fractions, spacing
+from ovita.paths.scene import SceneObject
 from ovita.paths.trajectory import Array, arc_length, interpolate, source_indices
 from ovita.toolkit import arguments
 from ovita.toolkit.arguments import Offset, Place, Target
 from ovita.toolkit.catalogue import Recorder, note_contact, operation
 from ovita.toolkit.insertion import anchor, distinct, leg, speeds_between, usual_speed
-from ovita.toolkit.weights import eased, final_heading, smoothstep, spacing
+from ovita.toolkit.weights import eased, final_heading, smoothstep
 
 DEFAULT_EASE = 0.25
 """Fraction of the path over which a shift sets in when an end is kept."""
@@ -47,7 +49,7 @@ def move(
     weights = eased(selected, rows[:, :3], rise)
     if keep is not None:
         rise = rise or DEFAULT_EASE
-        fraction = arguments.fractions(rows[:, :3])
+        fraction = fractions(rows[:, :3])
         if keep in ("start", "both"):
             weights *= smoothstep(fraction / (min(rise, 0.5) if keep == "both" else rise))
         if keep in ("goal", "both"):
@@ -246,7 +248,7 @@ def straighten(traj: ArrayLike, a: Place = "start", b: Place = "goal") -> Array:
 def _move_first(rows: Array, target: Array, blend: float) -> None:
     """Move the first row of a view onto a target; the shift fades out along the path and never reaches its end."""
     share = arguments.number(blend, "blend", low=0.0, high=1.0)
-    fraction = arguments.fractions(rows[:, :3])
+    fraction = fractions(rows[:, :3])
     if share == 0.0:
         rows[0, :3] = target
         return

@@ -7,12 +7,13 @@ from typing import Any, Unpack
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ovita.paths.scene import RFU, Frame, SceneObject
+from ovita.paths.frame import RFU, Frame
+from ovita.paths.geometry import runs
+from ovita.paths.scene import SceneObject
 from ovita.paths.trajectory import Array
 from ovita.toolkit import arguments
 from ovita.toolkit.arguments import Offset, Target
 from ovita.toolkit.catalogue import Expectation, Recorder, operation
-from ovita.toolkit.weights import runs
 
 
 @operation("State what is meant", core=True)

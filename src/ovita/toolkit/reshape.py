@@ -7,14 +7,15 @@ from typing import Unpack
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ovita.paths.scene import RFU, Frame
+from ovita.paths.frame import RFU, Frame
+from ovita.paths.geometry import Mask, fractions, runs
 from ovita.paths.trajectory import Array
 from ovita.toolkit import arguments
 from ovita.toolkit.approach import extent
-from ovita.toolkit.arguments import Limits, Mask, Place, Target, positive
+from ovita.toolkit.arguments import Limits, Place, Target, positive
 from ovita.toolkit.catalogue import operation
 from ovita.toolkit.insertion import anchor
-from ovita.toolkit.weights import runs, smoothstep
+from ovita.toolkit.weights import smoothstep
 
 FLIPPED = {"x": 1, "y": 0, "z": 2}
 """The coordinate that changes its sign when a path is mirrored around an axis."""
@@ -209,7 +210,7 @@ def stay_on(traj: ArrayLike, obj: Target, side: str, *, gap: float = 0.05, frame
     coordinate = sign * rows[:, axis]
     missing = limit - coordinate
     margin = max(space, ROUNDED)
-    fraction = arguments.fractions(rows[:, :3])
+    fraction = fractions(rows[:, :3])
     ends = smoothstep(np.minimum(fraction, 1.0 - fraction) / END_SHARE)
     soft = np.where(missing < margin, (missing + margin) ** 2 / (4.0 * margin) - np.maximum(missing, 0.0), 0.0)
     wanted = np.maximum(coordinate + np.maximum(missing, 0.0) + soft * ends, limit)

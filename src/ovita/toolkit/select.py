@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ovita.paths.scene import RFU, Frame
+from ovita.paths.frame import RFU, Frame
+from ovita.paths.geometry import Mask
 from ovita.paths.trajectory import Array
 from ovita.toolkit import arguments
-from ovita.toolkit.arguments import Mask, Place, Target
+from ovita.toolkit.arguments import Place, Target
 from ovita.toolkit.catalogue import operation
 
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ovita.paths.geometry import Mask, fractions, runs
 from ovita.paths.trajectory import Array, arc_length
 from ovita.toolkit import arguments
-from ovita.toolkit.arguments import Mask, Place
+from ovita.toolkit.arguments import Place
 from ovita.toolkit.catalogue import operation
 from ovita.toolkit.insertion import densified
-from ovita.toolkit.weights import ROUNDING, eased, runs, smoothstep, snapped
+from ovita.toolkit.weights import ROUNDING, eased, smoothstep, snapped
 
 SPARSE = 0.1
 """Segments of up to this share of the path's length are short enough for any ramp."""
@@ -94,7 +95,7 @@ def ramp_speed(
     for a, b in runs(arguments.mask(where, len(rows))):
         low = rows[a, 3] if begin is None else begin
         high = rows[b, 3] if finish is None else finish
-        share = arguments.fractions(rows[a : b + 1, :3]) if b > a else np.full(1, float(begin is None))
+        share = fractions(rows[a : b + 1, :3]) if b > a else np.full(1, float(begin is None))
         rows[a : b + 1, 3] = low * (1.0 - share) + high * share
     return rows
 
@@ -123,7 +124,7 @@ def exponential_speed(
     for a, b in runs(arguments.mask(where, len(rows))):
         low = rows[a, 3] if begin is None else begin
         high = rows[b, 3] if finish is None else finish
-        share = arguments.fractions(rows[a : b + 1, :3]) if b > a else np.full(1, float(begin is None))
+        share = fractions(rows[a : b + 1, :3]) if b > a else np.full(1, float(begin is None))
         first, final = max(low, SMALLEST * high), max(high, SMALLEST * low)
         law = first * (final / first) ** share if first > 0.0 else np.zeros_like(share)
         law = np.where(share == 0.0, low, np.where(share == 1.0, high, law))
@@ -177,7 +178,7 @@ def trapezoid_speed(traj: ArrayLike, cruise: float | None = None, *, ramp: float
     length = float(arc_length(rows[:, :3])[-1])
     if length > 0.0:
         rows, _ = densified(rows, np.ones(len(rows), dtype=bool), max(share, SPARSE) * length)
-    fraction = arguments.fractions(rows[:, :3])
+    fraction = fractions(rows[:, :3])
     left = np.minimum(fraction, 1.0 - fraction)
     law = np.sqrt(snapped(left / share)) if share > ROUNDING else (left > 0.0).astype(np.float64)
     rows[:, 3] = np.where(_resting(rows), 0.0, top * law)

@@ -7,10 +7,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ovita.paths.geometry import runs
 from ovita.paths.trajectory import Array, interpolate, source_indices
 from ovita.toolkit import arguments
 from ovita.toolkit.catalogue import operation
-from ovita.toolkit.weights import runs
 
 CUTOFF = 8.0
 """Half-waves per path at which smoothing of strength 1 halves the amplitude."""

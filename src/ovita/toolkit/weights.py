@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
+from ovita.paths.geometry import Mask, runs
 from ovita.paths.trajectory import Array, arc_length
-from ovita.toolkit.arguments import Mask
 
 ROUNDING = 1e-9
 """Weights nearer than this to 0 or 1 are taken for it."""
@@ -22,12 +20,6 @@ def smoothstep(x: Array) -> Array:
 def snapped(x: Array) -> Array:
     """Clip x to [0, 1]; what rounding keeps from 0 or 1 becomes exactly that, so that edges are bit-identical."""
     return np.where(x < ROUNDING, 0.0, np.where(x > 1.0 - ROUNDING, 1.0, x))
-
-
-def runs(mask: Mask) -> Iterator[tuple[int, int]]:
-    """First and last index of each unbroken run of a mask, in order."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
-    return ((int(a), int(b) - 1) for a, b in edges.reshape(-1, 2))
 
 
 def eased(mask: Mask, positions: Array, ease: float) -> Array:
@@ -86,22 +78,3 @@ def final_heading(positions: Array) -> Array:
     if not len(moving):
         raise ValueError("all waypoints of the trajectory are at one point, so it has no heading")
     return np.asarray(steps[moving[-1]] / lengths[moving[-1]])
-
-
-def spacing(positions: Array) -> float:
-    """Mean length of the segments that have one [m]; 0 if none has."""
-    lengths = np.linalg.norm(np.diff(positions, axis=0), axis=1)
-    return float(lengths[lengths > 0].mean()) if (lengths > 0).any() else 0.0
-
-
-def path_distances(path: Array, points: Array) -> Array:
-    """Distances (M,) of points (M, 3) to a polyline (N, 3) [m]."""
-    start, step = path[:-1], np.diff(path, axis=0)
-    squared = np.maximum((step**2).sum(axis=1), 1e-300)
-    result = np.empty(len(points))
-    size = max(1, 1_000_000 // len(step))
-    for low in range(0, len(points), size):
-        away = points[low : low + size, None] - start
-        share = np.clip((away * step).sum(axis=2) / squared, 0.0, 1.0)
-        result[low : low + size] = np.linalg.norm(away - share[:, :, None] * step, axis=2).min(axis=1)
-    return result

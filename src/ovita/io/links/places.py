@@ -14,8 +14,9 @@ from ovita.io.choices import NONE
 from ovita.io.links.address import Address, is_address
 from ovita.io.ros import joints
 from ovita.io.ros.joints import JointMotion
-from ovita.io.turning import MISSION, ROS, turned, turned_scene
-from ovita.paths.scene import Frame, Scene
+from ovita.io.turning import MISSION, ROS
+from ovita.paths.frame import Frame, transformed
+from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 
 
@@ -53,8 +54,8 @@ def open_task(place: str, *, scene_file: str | None = None, frame: str | None = 
     if not task.fixed_frame:
         return replace(task, scene=replace(task.scene, frame=Frame(frame)))
     said = f"turned from {task.scene.frame.name} into {frame} ({Frame(frame).describe()})"
-    moved = turned(task.trajectory, task.scene.frame, Frame(frame))
-    return replace(task, trajectory=moved, scene=turned_scene(task.scene, Frame(frame)), notes=(*task.notes, said))
+    moved = transformed(task.trajectory, task.scene.frame, Frame(frame))
+    return replace(task, trajectory=moved, scene=task.scene.in_frame(Frame(frame)), notes=(*task.notes, said))
 
 
 def receive(address: Address, choices: Choices = NONE) -> Task:
@@ -145,6 +146,6 @@ def with_scene(task: Task, scene: Scene, stated: bool = True, frame: str | None 
         scene = replace(scene, frame=task.scene.frame if frame is None else Frame(frame))
         notes += (f"the scene file states no frame; its objects were taken to be in {scene.frame.name}",)
     if scene.frame != task.scene.frame:
-        trajectory = turned(trajectory, task.scene.frame, scene.frame)
+        trajectory = transformed(trajectory, task.scene.frame, scene.frame)
         notes += (f"turned from {task.scene.frame.name} into the scene's frame {scene.frame.name}",)
     return replace(task, trajectory=trajectory, scene=replace(scene, extra=kept), notes=notes)

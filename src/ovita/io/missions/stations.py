@@ -18,7 +18,8 @@ from ovita.io.missions.mission import CHANGE_SPEED, GLOBAL, NAMES, RELATIVE, STA
 from ovita.io.task import Task
 from ovita.io.turning import MISSION
 from ovita.io.values import listing
-from ovita.paths.scene import RFU, Scene
+from ovita.paths.frame import RFU
+from ovita.paths.scene import Scene
 from ovita.paths.trajectory import TIMESTEP, Array, Trajectory
 
 _ABOVE_SEA = (GLOBAL, 5)

@@ -18,9 +18,10 @@ from ovita.io.choices import Choices, Kind
 from ovita.io.files import errors_of, file_name, suffix
 from ovita.io.ros.messages import BODY, FRAME_ID, JOINTS, TYPES, Maker, build, frame_of, parse, told
 from ovita.io.task import Task
-from ovita.io.turning import MISSION, ROS, on_earth, turned
+from ovita.io.turning import MISSION, ROS, on_earth
 from ovita.io.values import listing
-from ovita.paths.scene import Frame, Scene
+from ovita.paths.frame import Frame, transformed
+from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 
 SUFFIXES = (".mcap", ".db3", ".bag")
@@ -241,7 +242,7 @@ def _in_ros_axes(trajectory: Trajectory, scene: Scene, frame_id: str) -> tuple[T
     target = frame_of(frame_id)
     if MISSION in scene.extra and target == Frame("flu"):
         return on_earth(trajectory, scene), "+x east, +y north, +z up (REP-103, about home)"
-    return turned(trajectory, scene.frame, target), target.describe()
+    return transformed(trajectory, scene.frame, target), target.describe()
 
 
 def _typestore() -> Any:

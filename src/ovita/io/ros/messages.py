@@ -18,7 +18,7 @@ from ovita.io.choices import Kind
 from ovita.io.timelaw import timed
 from ovita.io.values import brief, listing
 from ovita.io.waypoints import from_columns
-from ovita.paths.scene import Frame
+from ovita.paths.frame import Frame
 from ovita.paths.trajectory import Array, Trajectory
 
 TYPES: dict[Kind, str] = {

@@ -9,10 +9,9 @@ import numpy as np
 from ovita.measure.predicates.check import Verdict, predicate, say
 from ovita.measure.predicates.pair import EDGE, Pair
 from ovita.measure.predicates.where import Where, said, selected
+from ovita.paths.geometry import Mask, path_distances
 from ovita.paths.trajectory import Array, interpolate, source_indices
 from ovita.toolkit.approach import radius_of
-from ovita.toolkit.arguments import Mask
-from ovita.toolkit.weights import path_distances
 
 Amount: TypeAlias = Literal["little", "much"]
 

@@ -9,10 +9,9 @@ import numpy as np
 from ovita.measure.predicates.check import Verdict, predicate, say
 from ovita.measure.predicates.pair import EDGE, Pair, feet
 from ovita.measure.predicates.turning import is_circle, net_turning, normals, swept
-from ovita.paths.scene import DIRECTIONS
+from ovita.paths.frame import DIRECTIONS
+from ovita.paths.geometry import Mask, runs
 from ovita.paths.trajectory import Array, arc_length
-from ovita.toolkit.arguments import Mask
-from ovita.toolkit.weights import runs
 
 FULL = 2.0 * np.pi
 

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ovita.paths.geometry import SAME_PLACE, Mask, fractions
 from ovita.paths.trajectory import Array, arc_length, interpolate
-from ovita.toolkit.arguments import Mask, fractions
-from ovita.toolkit.correspondence import SAME_PLACE
 
 SMALL = 0.01
 """Distances below this share of the original's extent do not count."""

@@ -9,11 +9,10 @@ from typing import Any
 import numpy as np
 
 from ovita.measure.predicates.matching import match
+from ovita.paths.geometry import Mask, path_distances
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array
-from ovita.toolkit.arguments import Mask
 from ovita.toolkit.correspondence import counterparts
-from ovita.toolkit.weights import path_distances
 
 NOTICEABLE = 0.01
 """A change of place counts from this share of the original's extent on."""

@@ -10,7 +10,7 @@ from ovita.measure.predicates.check import Verdict, predicate, say
 from ovita.measure.predicates.pair import EDGE, Pair, feet
 from ovita.measure.predicates.turning import bends
 from ovita.measure.predicates.where import Where, said, selected
-from ovita.paths.scene import DIRECTIONS
+from ovita.paths.frame import DIRECTIONS
 from ovita.paths.trajectory import Array, interpolate, source_indices
 
 SAME = 0.02

@@ -10,10 +10,9 @@ from ovita.measure.predicates.check import Verdict, predicate, say
 from ovita.measure.predicates.distance import Amount
 from ovita.measure.predicates.pair import EDGE, Pair
 from ovita.measure.predicates.where import Where, said, selected
-from ovita.paths.scene import DIRECTIONS
+from ovita.paths.frame import DIRECTIONS
+from ovita.paths.geometry import fractions, path_distances
 from ovita.paths.trajectory import Array
-from ovita.toolkit.arguments import fractions
-from ovita.toolkit.weights import path_distances
 
 LEAST_SHIFT, MOST_LITTLE, LEAST_MUCH = 0.02, 0.3, 0.08
 """Average shifts as shares of the extent: the least that counts, the most that is "a little", the least for "a lot"."""

@@ -10,8 +10,8 @@ from ovita.measure.predicates.check import Verdict, predicate, say
 from ovita.measure.predicates.distance import Amount
 from ovita.measure.predicates.pair import Pair
 from ovita.measure.predicates.where import Where, outside, said, selected
+from ovita.paths.geometry import Mask, fractions
 from ovita.paths.trajectory import Array
-from ovita.toolkit.arguments import Mask, fractions
 
 LEAST_CHANGE = 0.05
 """A change of speed counts from this share on."""

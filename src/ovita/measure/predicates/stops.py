@@ -8,8 +8,8 @@ import numpy as np
 
 from ovita.measure.predicates.check import Verdict, predicate, say
 from ovita.measure.predicates.pair import Pair
+from ovita.paths.geometry import SAME_PLACE
 from ovita.paths.trajectory import Array
-from ovita.toolkit.correspondence import SAME_PLACE
 
 AROUND = 0.15
 """A stop "near" an object is at most this share of the extent farther from it than the original comes."""

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ovita.paths.geometry import SAME_PLACE, fractions
 from ovita.paths.trajectory import Array, interpolate, source_indices
-from ovita.toolkit.arguments import fractions
-from ovita.toolkit.correspondence import SAME_PLACE
 
 SAMPLES = 60
 """Points at which two paths are compared for their bends, evenly along each."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from ovita.measure.predicates.pair import Pair
 from ovita.measure.predicates.turning import turns_at
-from ovita.toolkit.arguments import Mask
+from ovita.paths.geometry import Mask
 
 Where: TypeAlias = Mapping[str, Any]
 """A selection of waypoints, made by the functions of this module."""
