@@ -63,7 +63,7 @@ def table(files: list[Path], preset: str, name: str) -> None:
             errors.append(report.tracking.rms)
             factors.append(run.motion.duration / spent)
             touched = ", ".join(contact.name for contact in report.contacts) or "-"
-            label = label if result.status == "ok" else f"{label} ({result.status})"
+            label = label if result.status == "done" else f"{label} ({result.status})"
             print(
                 f"| {file.stem} | {label} | {report.status} | {1e3 * report.tracking.rms:.2f} mm "
                 f"| {1e3 * report.tracking.max:.1f} mm | {len(report.unreachable)} | {touched} "

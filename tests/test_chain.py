@@ -51,7 +51,7 @@ def request(instruction="go left", **kwargs):
 
 def test_the_builtin_writer_end_to_end():
     result = adapt(request("go up by 0.1 and slow down near the cup"), writer="builtin")
-    assert result.status == "ok" and result.attempts == 1 and result.isolation
+    assert result.status == "done" and result.attempts == 1 and result.isolation
     assert result.adapted.positions[:, 2] == pytest.approx(0.1)
     assert all(p.held for p in result.postconditions) and len(result.postconditions) == 2
     assert {p.name for p in result.parameters} == {"up", "cup_radius", "slowdown"}
@@ -72,7 +72,7 @@ def test_documents_round_trip(tmp_path):
 def test_a_crashing_policy_goes_back_with_its_error_and_tokens_add_up():
     writer = Scripted(policy("return traj / nothing"), GOOD)
     result = adapt(request(), writer=writer)
-    assert result.status == "ok" and result.attempts == 2
+    assert result.status == "done" and result.attempts == 2
     assert "nothing" in writer.prompts[1].attempts[0].error and "line 2" in writer.prompts[1].attempts[0].error
     assert (result.writer.input_tokens, result.writer.output_tokens) == (200, 20)
 
@@ -109,7 +109,7 @@ def test_a_broken_promise_goes_back_and_the_last_policy_counts():
     assert result.attempts == 2 and not result.warnings
     assert "does not do what it promises" in writer.prompts[1].attempts[0].error
     stubborn = adapt(request(), writer=Scripted(bad, bad, bad))
-    assert stubborn.status == "ok" and any("Not as meant" in w for w in stubborn.warnings)
+    assert stubborn.status == "done" and any("Not as meant" in w for w in stubborn.warnings)
     assert not stubborn.postconditions[0].held
 
 

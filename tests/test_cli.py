@@ -56,7 +56,7 @@ def test_adapt_moves_by_exactly_the_amount_and_slows_only_near_the_cup(tmp_path)
     done = ovita("adapt", TABLETOP, "Go left by 0.2 and slow down near the cup", "--out", out)
     assert done.returncode == 0, done.stderr
     result = Adaptation.load(str(out))
-    assert result.status == "ok" and not result.warnings
+    assert result.status == "done" and not result.warnings
     shift = result.adapted.positions - result.original.positions
     assert np.abs(shift - [-0.2, 0, 0]).max() < 1e-12
     slower = result.adapted.speeds < result.original.speeds
@@ -152,7 +152,7 @@ def test_demo_adapts_three_times_and_saves_pictures(tmp_path):
     done = ovita("demo", "--out", tmp_path / "demo")
     assert done.returncode == 0, done.stderr
     for i in (1, 2, 3):
-        assert Adaptation.load(str(tmp_path / "demo" / f"{i}.json")).status == "ok"
+        assert Adaptation.load(str(tmp_path / "demo" / f"{i}.json")).status == "done"
         assert (tmp_path / "demo" / f"{i}.png").read_bytes().startswith(b"\x89PNG")
         assert (tmp_path / "demo" / f"{i}.html").stat().st_size > 100_000
 

@@ -19,13 +19,15 @@ import numpy as np
 from ovita.errors import PolicyRejected, RequestError, WriterError
 from ovita.limits import ConstraintOptions, constrain
 from ovita.measure import compare, sentences
+from ovita.paths.robot import Robot
+from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 from ovita.policy import Policy
 from ovita.policy.sandbox import Rollout, run
 from ovita.policy.source import parse
 from ovita.request import Request
-from ovita.result import Adaptation, Postcondition, Status
-from ovita.writers.base import PolicyWriter, Reply, writer_named
+from ovita.result import Adaptation, Postcondition, Status, judged_status
+from ovita.writers.base import PolicyWriter, Reply, WriterInfo, writer_named
 from ovita.writers.explain import Facts, explain, reworded
 from ovita.writers.generate import Isolation as Isolation
 from ovita.writers.generate import Written, judged, quoted, write
@@ -37,6 +39,10 @@ REPAIRS = 2
 
 TIME_LIMIT = 60.0
 """Longest time for writing a policy, all writers and repairs together [s]."""
+
+
+UNCHANGED = "def adapt(traj, scene):\n    return traj\n"
+"""The policy that leaves everything as it is: for hand edits before anything was said."""
 
 
 @dataclass
@@ -118,7 +124,7 @@ def rerun(
     Args:
         adaptation: With a policy.
         parameters: New values by name; the others stay.
-        constraints: How limits are enforced; give those of the first run again where they were not the default.
+        constraints: How limits are enforced; None takes the adaptation's own options.
         isolation: How the policy must be isolated while it runs.
 
     Raises:
@@ -141,7 +147,31 @@ def rerun(
         contacts=adaptation.contacts,
         writer=adaptation.writer,
     )
-    return replace(_finish(request, policy, rollout, reply, constraints, clock), attempts=adaptation.attempts)
+    return replace(
+        _finish(request, policy, rollout, reply, constraints or adaptation.options, clock), attempts=adaptation.attempts
+    )
+
+
+def enforced(
+    said: str,
+    trajectory: Trajectory,
+    scene: Scene,
+    robot: Robot,
+    *,
+    constraints: ConstraintOptions,
+) -> Adaptation:
+    """Enforce the limits on a trajectory that a person edited by hand; its policy changes nothing.
+
+    Args:
+        said: What was done, as the instruction.
+        trajectory: As edited.
+        scene: Its surroundings.
+        robot: The limits.
+        constraints: How limits are enforced.
+    """
+    request = Request(said, trajectory, scene, robot)
+    reply = Reply("policy", writer=WriterInfo("none"))
+    return _finish(request, parse(UNCHANGED), Rollout(trajectory), reply, constraints, _Clock(), by_hand=True)
 
 
 def _declined(request: Request, written: Written, clock: _Clock) -> Adaptation:
@@ -187,17 +217,19 @@ def _finish(
     reply: Reply,
     constraints: ConstraintOptions | None,
     clock: _Clock,
+    by_hand: bool = False,
 ) -> Adaptation:
     """Phases three and four: constrain, verify, measure, explain."""
     named = [request.scene[name].name for name in reply.contacts if name in request.scene]
     contacts = tuple(dict.fromkeys([*rollout.contacts, *named]))
+    options = constraints or ConstraintOptions()
     solution = constrain(
         rollout.trajectory,
         request.scene,
         request.robot,
         original=request.trajectory,
         contacts=contacts,
-        options=constraints or ConstraintOptions(),
+        options=options,
     )
     clock.lap("constrain")
     verdict, adapted = solution.verdict, solution.trajectory
@@ -208,23 +240,25 @@ def _finish(
         Postcondition(e.text, b.held, a.held, a.sentence, b.change, a.change, a.unit)
         for e, b, a in zip(rollout.expectations, before, after, strict=True)
     )
-    broken = [p.outcome for p in postconditions if not p.held]
-    warnings = [f"Not as meant: {text}" for text in broken]
+    broken = [p for p in postconditions if not p.held]
+    warnings = [f"{'Changed by the limits' if p.held_before else 'Not as meant'}: {p.outcome}" for p in broken]
     if verdict.status != "satisfied":
         warnings += [*verdict.sentences(), *(text for p in postconditions for text in p.sentences())]
-    stuck = _standing(adapted)
-    if stuck is not None:
-        warnings.append(f"From waypoint {stuck} on the path goes on at speed 0; a robot would stand still there.")
-    if changes.path_unchanged and changes.speeds_unchanged:
+    stall, idle = _first_stall(adapted), changes.path_unchanged and changes.speeds_unchanged and not by_hand
+    if stall is not None:
+        warnings.append(f"From waypoint {stall + 1} on the path goes on at speed 0; a robot would stand still there.")
+    if idle:
         warnings.append("Nothing changed: the trajectory is the same as before.")
+    vain = idle or (stall is not None and _first_stall(request.trajectory) is None)
     result = Adaptation(
         instruction=request.instruction,
-        status="infeasible" if verdict.status == "infeasible" else "ok",
+        status=judged_status(verdict, postconditions, vain=vain),
         original=request.trajectory,
         adapted=adapted,
         proposed=rollout.trajectory,
         scene=request.scene,
         robot=request.robot,
+        options=options,
         plan=reply.plan,
         code=policy.source,
         parameters=policy.parameters,
@@ -256,7 +290,7 @@ def _facts(result: Adaptation) -> Facts:
     )
 
 
-def _standing(trajectory: Trajectory) -> int | None:
+def _first_stall(trajectory: Trajectory) -> int | None:
     """The first waypoint from which the path goes on without any speed, or None."""
     moves = np.diff(trajectory.arc_length) > 0
     stuck = moves & (trajectory.speeds[:-1] == 0) & (trajectory.speeds[1:] == 0)

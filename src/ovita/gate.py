@@ -118,7 +118,7 @@ def default_log() -> Path:
 
 def _by_record(result: Adaptation) -> list[str]:
     """What the result itself says against it."""
-    if result.status not in ("ok", "infeasible"):
+    if not result.usable:
         return [f"There is no result to send: its status is {result.status!r}."]
     verdict = result.constraints
     if verdict is None:
@@ -128,7 +128,7 @@ def _by_record(result: Adaptation) -> list[str]:
         said.append("The limits cannot all hold: it is only the best effort.")
     if verdict.status == "off":
         said.append("Its limits were only measured, not enforced (--no-constraints).")
-    elif not verdict.ok and result.status == "ok":
+    elif not verdict.ok and result.status != "infeasible":
         said.append("By its own report it breaks a limit.")
     return said
 

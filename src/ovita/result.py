@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, is_dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 from typing import Any, Literal
 
 from pydantic import TypeAdapter, ValidationError
@@ -11,7 +11,7 @@ from pydantic import TypeAdapter, ValidationError
 from ovita.errors import FormatError, OvitaError
 from ovita.io import load_document, save_document, scene_dict, scene_from_dict, trajectory_rows
 from ovita.io.adaptation import SCHEMA, seal
-from ovita.limits import Verdict
+from ovita.limits import ConstraintOptions, Verdict
 from ovita.measure import Changes
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
@@ -19,7 +19,11 @@ from ovita.paths.trajectory import Trajectory
 from ovita.policy import Parameter
 from ovita.writers.base import WriterInfo
 
-Status = Literal["ok", "needs_clarification", "not_understood", "infeasible", "failed"]
+Status = Literal["done", "limited", "not_as_meant", "infeasible", "needs_clarification", "not_understood", "failed"]
+"""How an adaptation ended, best first; only the first four hold a trajectory that differs from the original."""
+
+TAKEN_BACK = 0.95
+"""Share of a change that the limits may take back before the result no longer counts as what was meant."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +50,11 @@ class Postcondition:
     unit: str = "m"
 
     @property
+    def lost(self) -> bool:
+        """Whether the policy's own output kept the promise and the limits left nothing of it."""
+        return self.held_before and not self.held and self.undone is not None and self.undone >= TAKEN_BACK
+
+    @property
     def undone(self) -> float | None:
         """Share of the change that the limits took back (0 none, 1 all), or None if there was no change to measure."""
         if self.change_before is None or self.change is None or self.change_before <= 1e-6:
@@ -68,13 +77,16 @@ class Adaptation:
 
     Args:
         instruction: What the person said.
-        status: "ok"; "needs_clarification" (see `question`); "not_understood" (see `unplaced`); "infeasible" (the
-            limits cannot all hold, `adapted` is the best effort); "failed" (see `error`).
+        status: "done"; "limited" (done, but the limits changed it or are not all kept: see `warnings`);
+            "not_as_meant" (a postcondition does not hold, nothing changed, or the path comes to a standstill);
+            "infeasible" (the limits cannot all hold, `adapted` is the best effort); "needs_clarification" (see
+            `question`); "not_understood" (see `unplaced`); "failed" (see `error`).
         original: The trajectory that the instruction was about.
         adapted: The result; equal to `original` where there is none.
         proposed: What the policy returned, before the constraints, or None.
         scene: The surroundings.
         robot: The limits that were enforced.
+        options: How they were enforced; custom constraints, which are programs, are not saved.
         plan: The high-level plan.
         code: The adaptation policy.
         parameters: The policy's knobs.
@@ -101,6 +113,7 @@ class Adaptation:
     proposed: Trajectory | None = None
     scene: Scene = field(default_factory=Scene)
     robot: Robot = field(default_factory=lambda: Robot.preset("none"))
+    options: ConstraintOptions = field(default_factory=ConstraintOptions)
     plan: tuple[str, ...] = ()
     code: str = ""
     parameters: tuple[Parameter, ...] = ()
@@ -120,18 +133,38 @@ class Adaptation:
     timings_ms: Mapping[str, float] = field(default_factory=dict)
 
     @property
+    def usable(self) -> bool:
+        """Whether there is a new trajectory, whatever its verdict."""
+        return self.status in ("done", "limited", "not_as_meant", "infeasible")
+
+    @property
     def message(self) -> str:
-        """One sentence that says how it went."""
-        if self.writer.kind == "feedback" and self.status == "ok":
+        """How it went, in a sentence or two."""
+        if self.writer.kind == "feedback" and self.usable:
             return self.explanation
-        if self.status == "ok":
-            return "Adapted." if not self.warnings else f"Adapted, with {len(self.warnings)} warning(s)."
+        if self.status == "done":
+            return "Done." if not self.warnings else f"Done, with {len(self.warnings)} warning(s)."
+        if self.status == "limited":
+            return self._limited()
+        if self.status == "not_as_meant":
+            broken = [p.outcome for p in self.postconditions if not p.held]
+            return "Not as meant: " + " ".join(broken or self.warnings)
         if self.status == "needs_clarification":
             return self.question
         if self.status == "infeasible":
             conflicts = self.constraints.conflicts if self.constraints else ()
             return "The limits cannot all hold, so this is the best effort: " + " ".join(conflicts)
         return self.error
+
+    def _limited(self) -> str:
+        if self.constraints is None or self.constraints.status == "off":
+            return "Done, but the limits were only measured, and not all of them are kept."
+        if self.constraints.status == "preexisting":
+            return "Done, but the path breaks a limit that the original path broke already."
+        taken = [f"{p.undone:.0%} of '{p.text}'" for p in self.postconditions if p.undone and p.undone > 0.005]
+        if taken:
+            return f"Done, but changed by the limits: they took back {', '.join(taken)}."
+        return "Done, but changed by the limits."
 
     def to_document(self) -> dict[str, Any]:
         """The adaptation as JSON values; `from_document` reads it back to an equal adaptation."""
@@ -162,12 +195,13 @@ class Adaptation:
             "timings_ms": dict(self.timings_ms),
             "scene": scene_dict(self.scene),
             "robot": _plain(self.robot),
+            "options": _plain(replace(self.options, custom=())),
         }
         return {**document, "sha256": seal(document)}
 
     @classmethod
     def from_document(cls, document: Mapping[str, Any], *, file: str = "document") -> Adaptation:
-        """Build an adaptation from `to_document`'s output.
+        """Build an adaptation from `to_document`'s output, also from one that earlier versions of ovita wrote.
 
         Raises:
             FormatError: If a key is missing or has another shape; names the file and the key.
@@ -189,22 +223,26 @@ class Adaptation:
             scene = scene_from_dict(d.read("scene", dict[str, Any]))
         except OvitaError as error:
             raise FormatError(file, str(error), key="scene") from None
+        verdict: Verdict | None = d.read("constraints", Verdict | None)
+        promises: tuple[Postcondition, ...] = d.read("postconditions", tuple[Postcondition, ...])
+        earlier = document.get("status") == "ok"
         return cls(
             instruction=d.read("instruction", str),
-            status=d.read("status", Status),
+            status=judged_status(verdict, promises) if earlier else d.read("status", Status),
             original=rows("original"),
             adapted=rows("adapted"),
             proposed=None if document.get("proposed") is None else rows("proposed"),
             scene=scene,
             robot=d.read("robot", Robot),
+            options=d.read("options", ConstraintOptions) if "options" in document else ConstraintOptions(),
             plan=d.read("plan", tuple[str, ...]),
             code=d.read("code", str),
             parameters=d.read("parameters", tuple[Parameter, ...]),
             assumptions=d.read("assumptions", tuple[str, ...]),
             explanation=d.read("explanation", str),
             changes=d.changes(),
-            constraints=d.read("constraints", Verdict | None),
-            postconditions=d.read("postconditions", tuple[Postcondition, ...]),
+            constraints=verdict,
+            postconditions=promises,
             contacts=d.read("contacts", tuple[str, ...]),
             writer=counted.read("writer", WriterInfo),
             attempts=counted.read("attempts", int),
@@ -232,6 +270,22 @@ class Adaptation:
             FormatError: If the file is no adaptation; names the file and the key.
         """
         return cls.from_document(load_document(path), file=str(path))
+
+
+def judged_status(verdict: Verdict | None, postconditions: Sequence[Postcondition], *, vain: bool = False) -> Status:
+    """The status of a result, from best to worst: done, limited, not as meant, infeasible.
+
+    Args:
+        verdict: On the limits.
+        postconditions: What the policy promised, as measured.
+        vain: Whether the result is of no use for another reason: nothing changed, or it comes to a standstill.
+    """
+    if verdict is not None and verdict.status == "infeasible":
+        return "infeasible"
+    if vain or any(not p.held and (not p.held_before or p.lost) for p in postconditions):
+        return "not_as_meant"
+    kept = verdict is None or verdict.status == "satisfied" or (verdict.status == "off" and verdict.ok)
+    return "done" if kept else "limited"
 
 
 class _Fields:

@@ -33,7 +33,7 @@ def after(first):
     """The session after the first turns; only drafts of it are used."""
     session = Session(PATH, CUPS if any("red cup" in said for said in first) else SCENE, writer="builtin")
     for said in first:
-        assert session.say(said).status == "ok", said
+        assert session.say(said).status == "done", said
     return session
 
 
@@ -70,7 +70,7 @@ SAID = [*ROWS, *SECOND, *THIRD, *FOURTH]
 def test_what_people_say(first, said, wanted):
     session = after(tuple(first)).draft()
     result = session.say(said)
-    assert result.status == wanted.get("status", "ok"), result.message
+    assert result.status == wanted.get("status", "done"), result.message
     found = measured(session.current)
     for measure, value in wanted.items():
         if measure != "status":
@@ -156,11 +156,11 @@ def test_original_keeps_the_knobs_as_they_were_turned_and_the_words_as_they_were
 def test_undo_redo_and_starting_over_keep_what_was_left():
     session = after(("go left by 0.2", "go up by 0.1")).draft()
     session.say("undo that")
-    assert session.say("redo").status == "ok" and len(session.steps) == 2
+    assert session.say("redo").status == "done" and len(session.steps) == 2
     session.say("start over")
     assert session.steps == () and session.current == PATH
-    assert session.say("bring it back").status == "ok" and len(session.steps) == 1
-    assert session.say("bring it back").status == "ok" and len(session.steps) == 2
+    assert session.say("bring it back").status == "done" and len(session.steps) == 1
+    assert session.say("bring it back").status == "done" and len(session.steps) == 2
     assert "nothing to bring back" in session.say("redo").message
 
 
@@ -230,7 +230,7 @@ def test_knobs_of_a_language_models_policy(said, wanted):
     model = Model()
     session = Session(PATH, SCENE, writer=model)
     session.say("a sentence that only a model understands")
-    assert session.say(said).status == "ok"
+    assert session.say(said).status == "done"
     assert len(model.prompts) == 1, "a writer was asked"
     found = measured(session.current)
     for measure, value in wanted.items():

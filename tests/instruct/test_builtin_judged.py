@@ -22,7 +22,7 @@ SCENE = Scene(OBJECTS)
 
 def said(sentence, frame="rfu"):
     result = adapt(Request(sentence, PATH, Scene(OBJECTS, Frame(frame))), writer="builtin", isolation="degraded")
-    assert result.status == "ok", f"{sentence}: {result.unplaced} {result.question} {result.error}"
+    assert result.status == "done", f"{sentence}: {result.unplaced} {result.question} {result.error}"
     return result.adapted
 
 

@@ -18,7 +18,7 @@ SCENE = Scene((SceneObject("mug", [1, 2, 3]),), Frame("ned"), "a table", "stay l
 def document(**keys):
     return {
         "instruction": "go left",
-        "status": "ok",
+        "status": "done",
         "adapted": ROWS,
         "original": ROWS[::-1],
         "plan": ["move it"],

@@ -72,7 +72,7 @@ def test_the_built_in_writer_writes_what_it_would_have_written(text):
 @pytest.mark.parametrize("text", titled([t for t in ATTEMPTS if t.strip()][::4]))
 def test_the_adapted_trajectory_is_the_same(text):
     results = [adapt(request("label", label), writer="builtin") for label in ("thing", text)]
-    assert results[0].adapted == results[1].adapted and results[0].status == results[1].status == "ok"
+    assert results[0].adapted == results[1].adapted and results[0].status == results[1].status == "done"
 
 
 @pytest.mark.parametrize("text", titled(ATTEMPTS))
@@ -120,7 +120,7 @@ def test_generated_code_quotes_names_safely(label):
         return adapt(Request(f"Slow down near the {word}", PATH, Scene((item,)), ROBOT), writer="builtin")
 
     hostile = outcome(label, "vase" if label.endswith("vase") else label.strip("_"))
-    assert hostile.status == "ok" and hostile.adapted == outcome("vase", "vase").adapted
+    assert hostile.status == "done" and hostile.adapted == outcome("vase", "vase").adapted
     (named,) = re.findall(r"scene\[(.*)\]$", hostile.code, re.MULTILINE)
     assert ast.literal_eval(named) == label
 
@@ -232,4 +232,4 @@ def test_limits_hold_whatever_a_label_made_the_model_write(code):
     assert result.proposed is not None and result.proposed != PATH
     inside = ROBOT.workspace.inside(result.adapted.positions).min() >= 0
     slow = result.adapted.speeds.max() <= ROBOT.max_speed + 1e-9
-    assert (result.status == "ok" and inside and slow) or (result.status == "infeasible" and result.warnings)
+    assert (result.status == "done" and inside and slow) or (result.status == "infeasible" and result.warnings)

@@ -66,7 +66,7 @@ def line(*writers: Any) -> Line:
 def test_the_next_writer_is_told_what_was_understood_and_what_not() -> None:
     model = Scripted("model", LEFT)
     result = adapt(request("Go left by 0.1 and moonwalk"), writer=line(Scripted("simple", REFUSES), model))
-    assert result.status == "ok" and result.writer.model == "model"
+    assert result.status == "done" and result.writer.model == "model"
     last_part = model.prompts[0].situation.split("# Instruction")[1]
     assert 'Understood: "Go left by 0.1 m."' in last_part and 'Not understood: "moonwalk"' in last_part
     assert model.prompts[0].fixed == adapt_prompt_fixed(), "the fixed part stays the same, for prefix caches"
@@ -94,7 +94,7 @@ def adapt_prompt_fixed() -> str:
 def test_a_writer_that_understood_everything_ends_the_line() -> None:
     model = Scripted("model", LEFT)
     result = adapt(request(), writer=line(Scripted("first", LEFT), model))
-    assert result.status == "ok" and not model.prompts
+    assert result.status == "done" and not model.prompts
     assert result.writer.tried == ("first: its policy ran as meant",)
 
 
@@ -120,7 +120,7 @@ def test_a_question_ends_the_line() -> None:
 def test_a_writer_that_fails_hands_on(first: Any, said: str) -> None:
     failing, model = Scripted("first", first), Scripted("model", LEFT)
     result = adapt(request(), writer=line(failing, model))
-    assert result.status == "ok" and result.writer.model == "model" and not result.warnings
+    assert result.status == "done" and result.writer.model == "model" and not result.warnings
     assert said in result.writer.tried[0] and result.writer.tried[0].startswith("first: ")
     assert "\n" not in result.writer.tried[0] and "measured change" not in result.writer.tried[0]
     assert result.attempts == len(failing.prompts) + 1
@@ -129,7 +129,7 @@ def test_a_writer_that_fails_hands_on(first: Any, said: str) -> None:
 
 def test_a_policy_that_ran_beats_failures_behind_it() -> None:
     result = adapt(request(), writer=line(Scripted("first", WRONG), Scripted("second", CRASHES)), repairs=0)
-    assert result.status == "ok" and result.writer.model == "first"
+    assert result.status == "done" and result.writer.model == "first"
     assert any("Not as meant" in warning for warning in result.warnings)
 
 
@@ -137,7 +137,7 @@ def test_a_policy_without_promises_does_not_beat_one_that_tried() -> None:
     careless = "def adapt(traj, scene):\n    return move(traj, up=0.3)\n"
     result = adapt(request(), writer=line(Scripted("first", WRONG), Scripted("second", careless)), repairs=0)
     assert result.writer.model == "first" and result.attempts == 2
-    assert adapt(request(), writer=line(Scripted("first", CRASHES), Scripted("second", careless))).status == "ok"
+    assert adapt(request(), writer=line(Scripted("first", CRASHES), Scripted("second", careless))).status == "done"
 
 
 def test_the_refusal_lists_what_could_not_be_placed_and_who_was_asked() -> None:
@@ -159,7 +159,7 @@ def test_all_that_failed_is_said() -> None:
 def test_a_repair_shows_what_was_promised_next_to_what_was_measured() -> None:
     model = Scripted("model", WRONG, LEFT)
     result = adapt(request(), writer=model)
-    assert result.status == "ok" and result.attempts == 2
+    assert result.status == "done" and result.attempts == 2
     error = model.prompts[1].attempts[0].error
     assert "- promised: " in error and "broken, measured: " in error and "right" in error
     assert "- measured change: " in error
@@ -176,7 +176,7 @@ def test_a_model_that_keeps_the_numbers_of_its_example_is_told() -> None:
     error = both.prompts[1].attempts[0].error
     assert "broken, measured" in error and error.endswith("use it, converted to SI units")
     stubborn = adapt(request("Go left by 8 cm"), writer=Scripted("model", LEFT))
-    assert stubborn.status == "ok" and "8, which is nowhere in it" in stubborn.writer.tried[0]
+    assert stubborn.status == "done" and "8, which is nowhere in it" in stubborn.writer.tried[0]
     assert stubborn.attempts == 2, "it is told once only, since there may be a good reason"
     assert stubborn.assumptions == ("What the instruction says of 8 is meant by other numbers of the policy.",)
 
@@ -213,7 +213,7 @@ def test_an_unusable_reply_is_asked_for_again(stub: Any, bad: str) -> None:
     }[bad]
     stub.script(answer, stub.answers(code=LEFT))
     result = adapt(request(), writer=LLMWriter("stub-1", base_url=stub.url))
-    assert result.status == "ok" and result.attempts == 2
+    assert result.status == "done" and result.attempts == 2
     again = [message["content"] for message in stub.requests[1]["body"]["messages"]]
     assert len(again) == 2 and again[1].count("Your last answer could not be used: stub-1: the ") == 1
     stub.script(answer)
@@ -318,7 +318,7 @@ def test_auto_asks_the_configured_model_only_for_what_is_left(monkeypatch: pytes
     assert understood.writer.kind == "builtin" and understood.writer.reason == "it understood every clause"
     assert not stub.requests
     result = adapt(request("Go left by 0.1 and frobnicate the gizmo"))
-    assert result.status == "ok" and result.writer.kind == "llm"
+    assert result.status == "done" and result.writer.kind == "llm"
     assert result.writer.reason.startswith("OVITA_MODEL names it")
     assert len(result.writer.tried) == 2 and result.writer.tried[0].startswith("builtin: could not place")
     assert "# What a simpler reader made of the instruction" in stub.requests[0]["body"]["messages"][1]["content"]
@@ -330,7 +330,7 @@ def test_a_line_by_name(monkeypatch: pytest.MonkeyPatch, stub: Any) -> None:
     writer = writer_named("builtin, openai:gone, openai:there")
     assert writer.name == "builtin,openai:gone,openai:there"
     result = adapt(request("frobnicate"), writer=writer)
-    assert result.status == "ok" and result.writer.tried[1].startswith("openai:gone: ")
+    assert result.status == "done" and result.writer.tried[1].startswith("openai:gone: ")
     assert result.writer.reason == "asked for by name"
 
 

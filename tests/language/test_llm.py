@@ -526,7 +526,7 @@ def test_a_bad_policy_is_shown_its_error_and_repaired(stub: Any, prompt: Prompt)
         stub.says("Everything moved 0.2 m to the left."),
     )
     result = adapt(prompt.request, writer=writer(stub), explain_with_model=True)
-    assert result.status == "ok"
+    assert result.status == "done"
     assert result.attempts == 2
     assert np.allclose(result.adapted.positions[:, 0], prompt.request.trajectory.positions[:, 0] - 0.2)
     shown = [message["content"] for message in stub.requests[1]["body"]["messages"]]

@@ -85,4 +85,4 @@ def test_the_chain_with_a_real_model_ends_in_good_order(local_model: str, reques
         assert result.error and "\n" not in result.error
         assert result.adapted == request_.trajectory
     else:
-        assert result.status in ("ok", "infeasible")
+        assert result.usable

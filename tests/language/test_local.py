@@ -170,7 +170,7 @@ def test_the_chain_hands_on_from_a_model_that_is_too_small(weights: Path, reques
     """Answers that are cut off, a repair, then the next writer."""
     small = Short(writer(weights, max_tokens=3))
     result = adapt(request_, writer=Line((small, writer_named("builtin")), "test"), repairs=1)
-    assert result.status == "ok" and result.writer.kind == "builtin" and result.attempts == 3
+    assert result.status == "done" and result.writer.kind == "builtin" and result.attempts == 3
     assert "cut off after 3 tokens" in result.writer.tried[0]
     assert small.inner.last is not None and small.inner.last.cached_tokens > 60, "the repair knew the rules"
 

@@ -150,13 +150,13 @@ class _Talk:
     def hear(self, said: str, result: Adaptation) -> None:
         self.said.append(said)
         self.turns.append(Turn(said, self.on, result.plan, result.code))
-        if result.status in ("ok", "infeasible"):
+        if result.usable:
             self.current = result.adapted
 
 
 def _round(sample: Sample, said: str, result: Adaptation, idle: Judged) -> Round:
     task = sample.task
-    usable = result.status in ("ok", "infeasible")
+    usable = result.usable
     judged = judge(sample.check, task.trajectory, result.adapted, task.scene) if usable else replace(idle, passed=False)
     proposed = result.proposed
     return Round(

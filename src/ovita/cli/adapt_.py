@@ -122,7 +122,7 @@ def _write(
     if out:
         result.save(out)
         written.append(out)
-    if result.status not in ("ok", "infeasible"):
+    if not result.usable:
         return written, lost
     if trajectory_out:
         lost = save_trajectory(

@@ -10,7 +10,7 @@ import click
 
 from ovita.cli.options import choices_from, constraints_from, notes_on, robot_from, shared, task_from, writer_from
 from ovita.cli.progress import waiting
-from ovita.cli.report import plain, show
+from ovita.cli.report import LABELS, plain, show
 from ovita.dialogue.session import Session
 from ovita.errors import OvitaError, RequestError
 from ovita.io import WRITTEN, save_trajectory
@@ -122,7 +122,7 @@ def _redo(session: Session, rest: str) -> None:
 
 def _history(session: Session, rest: str) -> None:
     for i, step in enumerate(session.steps, start=1):
-        click.echo(plain(f"{i}. on {step.feedback_on}: {step.said}  [{step.adaptation.status}]"))
+        click.echo(plain(f"{i}. on {step.feedback_on}: {step.said}  [{LABELS[step.adaptation.status]}]"))
     if not session.steps:
         click.echo("Nothing was said yet.")
 

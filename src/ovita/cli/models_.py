@@ -101,7 +101,7 @@ def test(name: str, time_limit: float, threads: int | None) -> None:
     click.echo(f"{TEST_INSTRUCTION}\n")
     if result.code:
         click.echo(plain(result.code.rstrip()) + "\n")
-    ran = result.status in ("ok", "infeasible")
+    ran = result.usable
     click.echo(f"policy    {'ran' if ran else 'did not run'}: {plain(result.message)}")
     click.echo(f"answers   {result.attempts}")
     click.echo(

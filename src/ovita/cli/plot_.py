@@ -33,7 +33,7 @@ def command(file: str, out: str | None, robot: str | None, view: View, **options
         draw(Adaptation.load(file), out, robot=drawn, view=view)
     else:
         task = task_from(file, options["scene_file"], options["frame"], choices_from(options))
-        shown = Adaptation(task.instruction, "ok", task.trajectory, task.trajectory, scene=task.scene)
+        shown = Adaptation(task.instruction, "done", task.trajectory, task.trajectory, scene=task.scene)
         draw(shown, out, robot=drawn or load_robot(task.robot or "none"), view=view)
     click.echo(f"wrote {out}")
 

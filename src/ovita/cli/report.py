@@ -11,7 +11,26 @@ from ovita.measure import sentences
 from ovita.result import Adaptation, Status
 from ovita.writers.explain import knob
 
-EXIT_OF: dict[Status, int] = {"ok": 0, "infeasible": 4, "needs_clarification": 3, "not_understood": 3, "failed": 3}
+EXIT_OF: dict[Status, int] = {
+    "done": 0,
+    "limited": 5,
+    "not_as_meant": 6,
+    "infeasible": 4,
+    "needs_clarification": 3,
+    "not_understood": 3,
+    "failed": 3,
+}
+
+LABELS: dict[Status, str] = {
+    "done": "done",
+    "limited": "done, but changed by the limits",
+    "not_as_meant": "not as meant",
+    "infeasible": "infeasible",
+    "needs_clarification": "not done: a question",
+    "not_understood": "not done: not understood",
+    "failed": "not done: failed",
+}
+"""The verdict in words."""
 
 _CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
 
@@ -25,10 +44,10 @@ def show(result: Adaptation, *, code: bool = False) -> None:
     """Print an adaptation as a short report."""
     total = sum(result.timings_ms.values())
     by = f"{result.writer.kind}{':' + result.writer.model if result.writer.model else ''}"
-    click.echo(plain(f"{result.message}  [{result.status}; writer {by}; {total:.0f} ms]"))
+    click.echo(plain(f"{result.message}  [{LABELS[result.status]}; writer {by}; {total:.0f} ms]"))
     if len(result.writer.tried) > 1:
         _section("Writers", [*result.writer.tried, *([result.writer.reason] if result.writer.reason else [])])
-    if result.status not in ("ok", "infeasible"):
+    if not result.usable:
         return
     _section("Plan", [f"{i}. {step}" for i, step in enumerate(result.plan, start=1)])
     _section("Changes", sentences(result.changes) if result.changes else [])

@@ -151,7 +151,7 @@ class Listener:
         """A result with knobs turned as they were turned before, where its policy still has them."""
         known = {p.name: p.value for p in result.parameters}
         kept = {name: value for name, value in values.items() if name in known and known[name] != value}
-        return self._rerun(result, kept) if kept and result.status in ("ok", "infeasible") else result
+        return self._rerun(result, kept) if kept and result.usable else result
 
     def _rerun(self, adaptation: Adaptation, values: Mapping[str, float | int]) -> Adaptation:
         asked = replace(adaptation, scene=self.now.scene, robot=self.now.robot)
@@ -182,7 +182,7 @@ class Listener:
         sentence = taken[:1].upper() + taken[1:] + "."
         return Adaptation(
             said,
-            "ok",
+            "done",
             self.current,
             after,
             scene=self.now.scene,

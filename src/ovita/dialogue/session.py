@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from threading import Event
 from typing import Any
 
-from ovita.chain import rerun
+from ovita.chain import UNCHANGED, enforced, rerun
 from ovita.dialogue.history import ROOT, History, Kind, Situation, Step, read_session, replayed, write_session
 from ovita.dialogue.interpret import Listener
 from ovita.errors import RequestError
@@ -22,12 +22,6 @@ from ovita.request import FeedbackOn
 from ovita.result import Adaptation
 from ovita.writers.base import PolicyWriter
 from ovita.writers.progress import Progress
-
-USABLE = ("ok", "infeasible")
-"""Statuses whose trajectory becomes the current one."""
-
-UNCHANGED = "def adapt(traj, scene):\n    return traj\n"
-"""The policy that leaves everything as it is: for hand edits before anything was said."""
 
 
 @dataclass
@@ -64,7 +58,7 @@ class Session:
     ) -> Session:
         """A session that goes on from a saved adaptation; its policy is not run until a knob is turned."""
         session = cls(adaptation.original, adaptation.scene, adaptation.robot, writer, isolation=isolation)
-        if adaptation.status in USABLE:
+        if adaptation.usable:
             session._add(adaptation.instruction or "opened a result", "current", adaptation, "opened")
         return session
 
@@ -127,7 +121,7 @@ class Session:
         self._asked = heard.asked
         if heard.turn is not None:
             self._go(heard.turn)
-        elif heard.kind is not None and heard.result.status in USABLE:
+        elif heard.kind is not None and heard.result.usable:
             self._add(instruction, heard.on, heard.result, heard.kind)
         return heard.result
 
@@ -345,13 +339,12 @@ class Session:
             result = rerun(asked, {}, constraints=then.constraints, isolation=self.isolation)
             start = result.adapted
         if result is None:
-            blank = replace(self._blank(said), original=start, adapted=start, scene=then.scene, robot=then.robot)
-            result = rerun(blank, {}, constraints=then.constraints, isolation=self.isolation)
+            result = enforced(said, start, then.scene, then.robot, constraints=then.constraints)
         return result
 
     def _blank(self, said: str) -> Adaptation:
         start = self.original
-        return Adaptation(said, "ok", start, start, scene=self.scene, robot=self.robot, code=UNCHANGED)
+        return Adaptation(said, "done", start, start, scene=self.scene, robot=self.robot, code=UNCHANGED)
 
     def _add(self, said: str, on: FeedbackOn, result: Adaptation, kind: Kind, *, wait: bool = False) -> None:
         self.settle()

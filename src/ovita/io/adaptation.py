@@ -31,6 +31,7 @@ _SEALED = (
     "robot",
     "contacts",
     "constraints",
+    "options",
 )
 
 

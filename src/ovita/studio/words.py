@@ -17,8 +17,10 @@ from ovita.result import Adaptation
 from ovita.studio.desk import Desk
 
 _CHIPS = {
-    "ok": ("good", "done"),
-    "infeasible": ("warn", "best effort"),
+    "done": ("good", "done"),
+    "limited": ("warn", "changed by the limits"),
+    "not_as_meant": ("warn", "not as meant"),
+    "infeasible": ("bad", "best effort"),
     "not_understood": ("bad", "not understood"),
     "needs_clarification": ("warn", "question"),
     "failed": ("bad", "failed"),
@@ -121,8 +123,8 @@ def outcome(desk: Desk) -> str:
     if result is None:
         return welcome(desk.session.scene)
     kind, word = _CHIPS[result.status]
-    text = result.message if result.status != "ok" else " ".join(result.plan[-4:]) or "Adapted."
-    warnings = listed(result.warnings[:2]) if result.warnings and result.status == "ok" else ""
+    text = result.message if result.status != "done" else " ".join(result.plan[-4:]) or "Done."
+    warnings = listed(result.warnings[:2]) if result.warnings and result.status == "done" else ""
     return block(f'<div class="card"><span class="chip {kind}">{word}</span> {e(text)}{warnings}</div>')
 
 
@@ -195,7 +197,7 @@ def verdict(session: Session) -> str:
     if result is None or result.constraints is None:
         return block(limits + "<p>Limits are checked whenever something changes.</p>")
     found = result.constraints
-    chip = {"satisfied": "good", "repaired": "good", "infeasible": "bad"}.get(found.status, "warn")
+    chip = {"satisfied": "good", "infeasible": "bad"}.get(found.status, "warn")
     return block(f'<p><span class="chip {chip}">{e(found.status)}</span></p>{listed(found.sentences())}{limits}')
 
 
@@ -219,7 +221,7 @@ def _turn(step: Step) -> str:
     kind, word = _CHIPS[step.adaptation.status]
     label = _KINDS[step.kind]
     chip = f' <span class="chip">{label}</span>' if label else ""
-    if step.adaptation.status != "ok":
+    if step.adaptation.status != "done":
         chip += f' <span class="chip {kind}">{word}</span>'
     on = ' <span class="soft">on the original</span>' if step.feedback_on == "original" else ""
     return f"{e(clipped(step.said))}{chip}{on}"
