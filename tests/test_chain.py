@@ -8,7 +8,7 @@ import pytest
 from ovita.chain import adapt, rerun
 from ovita.errors import PolicyError, WriterError
 from ovita.limits import ConstraintOptions
-from ovita.paths.robot import Robot
+from ovita.paths.robot import Box, Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
@@ -109,7 +109,7 @@ def test_a_broken_promise_goes_back_and_the_last_policy_counts():
     assert result.attempts == 2 and not result.warnings
     assert "does not do what it promises" in writer.prompts[1].attempts[0].error
     stubborn = adapt(request(), writer=Scripted(bad, bad, bad))
-    assert stubborn.status == "done" and any("Not as meant" in w for w in stubborn.warnings)
+    assert stubborn.status == "not_as_meant" and any("Not as meant" in w for w in stubborn.warnings)
     assert not stubborn.postconditions[0].held
 
 
@@ -147,6 +147,29 @@ def test_limits_that_cannot_hold_are_a_status_with_the_best_effort():
 def test_nothing_changed_is_said():
     result = adapt(request(), writer=Scripted(*[policy("return traj")] * 3))
     assert any("Nothing changed" in w for w in result.warnings)
+    assert result.status == "not_as_meant" and "Nothing changed" in result.message
+
+
+def test_a_path_that_comes_to_a_standstill_is_not_done():
+    result = adapt(request(), writer=Scripted(policy("return scale_speed(traj, 0.0)")), repairs=0)
+    assert result.status != "done" and (result.error or "speed 0" in result.message)
+
+
+def test_a_limit_that_the_original_broke_already_is_never_done():
+    fast = Robot("slow", max_speed=None, workspace=Box((0.0, -1.0, -0.1), (0.5, 1.0, 1.0)))
+    result = adapt(request("slow down", robot=fast), writer="builtin")
+    assert result.status == "limited" and "original path broke already" in result.message
+    measured = adapt(
+        request("go up by 0.1", robot=fast), writer="builtin", constraints=ConstraintOptions(enabled=False)
+    )
+    assert measured.status == "limited" and "only measured" in measured.message
+
+
+def test_the_result_keeps_how_limits_were_enforced_and_a_rerun_takes_it():
+    options = ConstraintOptions(fix_goal=True, max_acceleration=2.0)
+    result = adapt(request("go left by 0.1"), writer="builtin", constraints=options)
+    assert result.options == options == rerun(result, {"left": 0.2}).options
+    assert Adaptation.from_document(json.loads(json.dumps(result.to_document()))).options == options
 
 
 def test_a_speed_edit_leaves_the_path_bit_by_bit():

@@ -101,6 +101,16 @@ def test_infeasible_exits_4_with_the_best_effort(written, tmp_path):
     assert Adaptation.load(str(out)).status == "infeasible" and "start" in done.stdout
 
 
+def test_partly_done_exits_5_and_not_as_meant_exits_6(written):
+    limited = ovita("adapt", written(scene()), "go left by 0.1", "--max-speed", "0.3")
+    assert limited.returncode == 5 and "changed by the limits" in limited.stdout, limited.stdout
+    vain = ovita("adapt", written(scene()), "go up by 0.2", "--no-obstacles", "--robot", written(FLAT, "flat.toml"))
+    assert vain.returncode == 6 and "100%" in vain.stdout, vain.stdout
+
+
+FLAT = 'name = "flat"\nmargin = 0.0\n[workspace]\nkind = "box"\nlower = [-3, -3, -1]\nupper = [3, 3, 0]\n'
+
+
 def test_result_can_be_adapted_again_explained_plotted_and_converted(written, tmp_path):
     first = tmp_path / "first.json"
     assert ovita("adapt", written(scene()), "--out", first).returncode == 0

@@ -44,6 +44,17 @@ def test_a_move_that_the_workspace_cuts_short_says_how_much_is_left():
     said = promise.sentences()[0]
     assert "35%" in said and "0.200 m without" in said and "0.130 m with" in said and promise.text in said
     assert said in result.warnings and said in result.explanation
+    assert result.status == "limited" and "35%" in result.message and promise.text in result.message
+
+
+def test_a_change_that_the_limits_take_back_entirely_is_not_as_meant():
+    result = adapted(
+        "traj = move(traj, up=0.2)",
+        "expect_moved(up=0.2)",
+        "return traj",
+        robot=Robot("flat", Box((-1, -1, -0.5), (1, 1, 0.001)), margin=0.0),
+    )
+    assert result.postconditions[0].lost and result.status == "not_as_meant", result.postconditions
 
 
 def test_each_promise_has_its_own_share():
@@ -86,6 +97,9 @@ def test_results_saved_before_amounts_were_kept_still_load(tmp_path):
             del promise[key]
     for check in document["constraints"]["checks"]:
         check["violation_original"] = 0.0
+    document["status"] = "ok"  # as it was before there was a ladder of verdicts
+    del document["options"]
     old = Adaptation.from_document(document).postconditions[0]
+    assert Adaptation.from_document(document).status == "limited"
     assert old == Postcondition(old.text, True, False, result.postconditions[0].outcome)
     assert old.undone is None and old.sentences() == []

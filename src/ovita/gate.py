@@ -120,6 +120,8 @@ def _by_record(result: Adaptation) -> list[str]:
     """What the result itself says against it."""
     if not result.usable:
         return [f"There is no result to send: its status is {result.status!r}."]
+    if result.status == "not_as_meant":
+        return [f"{result.message} Correct it before it is sent."]
     verdict = result.constraints
     if verdict is None:
         return ["It was never verified against any limit."]
