@@ -23,8 +23,8 @@ from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 from ovita.policy import Policy
+from ovita.policy.reading import parse
 from ovita.policy.sandbox import Rollout, run
-from ovita.policy.source import parse
 from ovita.request import Request
 from ovita.result import Adaptation, Postcondition, Status, judged_status
 from ovita.writers.base import PolicyWriter, Reply, WriterInfo, writer_named
@@ -63,7 +63,7 @@ def adapt(
     *,
     writer: PolicyWriter | str = "auto",
     constraints: ConstraintOptions | None = None,
-    isolation: Isolation = "strict",
+    isolation: Isolation = "auto",
     repairs: int = REPAIRS,
     examples: ExampleMode | bool = "retrieved",
     time_limit: float | None = TIME_LIMIT,
@@ -117,7 +117,7 @@ def rerun(
     parameters: Mapping[str, Any],
     *,
     constraints: ConstraintOptions | None = None,
-    isolation: Isolation = "strict",
+    isolation: Isolation = "auto",
 ) -> Adaptation:
     """Run an adaptation's policy again with other parameters; no writer is asked.
 

@@ -15,7 +15,7 @@ from ovita.errors import OvitaError
 from ovita.io import load_task
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
-from ovita.policy.source import parse
+from ovita.policy.reading import parse
 from ovita.request import Request
 from ovita.writers.base import Reply, WriterInfo
 from ovita.writers.builtin import BuiltinWriter

@@ -5,7 +5,7 @@ from bank_scenes import SCENES
 
 from ovita.measure import predicates as checks
 from ovita.policy.sandbox import run
-from ovita.policy.source import parse
+from ovita.policy.reading import parse
 from ovita.toolkit import judge
 from ovita.writers.examples import examples
 

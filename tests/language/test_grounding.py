@@ -11,7 +11,7 @@ from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.policy.sandbox import run
-from ovita.policy.source import parse
+from ovita.policy.reading import parse
 from ovita.request import Request, Turn
 from ovita.toolkit import CATALOGUE
 from ovita.toolkit.catalogue import core_names

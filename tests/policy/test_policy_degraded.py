@@ -12,7 +12,7 @@ import ovita.policy
 from ovita.errors import PolicyCrashed, PolicyRejected, PolicyTimeout, RequestError
 from ovita.policy import Policy
 from ovita.policy.sandbox import SandboxLimits, _run, run
-from ovita.policy.source import parse
+from ovita.policy.reading import parse
 
 needs_rlimits = pytest.mark.skipif(sys.platform != "linux", reason="rlimits on memory are Linux's")
 

@@ -5,7 +5,7 @@ import time
 import pytest
 
 from ovita.errors import PolicyRejected
-from ovita.policy.source import read
+from ovita.policy.reading import parse
 
 K = 1000
 ADAPT = "def adapt(traj, scene):\n    return traj\n"
@@ -54,7 +54,7 @@ SLOW: dict[str, str] = {
 def test_reading_is_quick(name):
     started = time.process_time()
     try:
-        policy = read(SLOW[name]).policy
+        policy = parse(SLOW[name])
         assert policy.toolkit_only in (True, False)
         assert policy.carries_columns in (True, False)
     except PolicyRejected as rejected:

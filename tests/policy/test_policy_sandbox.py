@@ -18,7 +18,7 @@ from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.policy import Policy, sandbox
 from ovita.policy.sandbox import SandboxLimits, run
-from ovita.policy.source import parse
+from ovita.policy.reading import parse
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="strict isolation needs Linux")
 
@@ -223,5 +223,7 @@ def test_strict_isolation_is_refused_where_the_kernel_lacks_it(line, table, monk
     monkeypatch.setattr(sandbox, "missing", lambda: ("Landlock (Linux 5.13 or later)", "seccomp filters"))
     with pytest.raises(IsolationUnavailable, match=r"it lacks Landlock .* and seccomp filters; isolation='degraded'"):
         run(adapt("return np.array(traj)"), line, table)
-    assert run(adapt("return move(traj, up=0.1)"), line, table).isolation == "degraded"
+    assert run(adapt("return move(traj, up=0.1)"), line, table).isolation == "in process"
+    with pytest.raises(IsolationUnavailable, match="it lacks Landlock"):
+        run(adapt("return move(traj, up=0.1)"), line, table, isolation="strict")
     assert run(adapt("return np.array(traj)"), line, table, isolation="degraded").isolation == "degraded"

@@ -4,7 +4,7 @@ import pytest
 
 from ovita.errors import PolicyRejected
 from ovita.policy import Parameter, Policy
-from ovita.policy.source import parse, read
+from ovita.policy.reading import parse
 
 FUNCTION = '''def adapt(traj, scene, *, distance=0.2, factor=0.5):
     """Shift left, then slow down."""
@@ -152,12 +152,12 @@ def adapt(traj, scene, *, distance=0.2):
 
 
 def test_lines_are_known_by_their_number_in_the_file():
-    reading = read(CLUTTERED)
-    lines, original = reading.policy.source.split("\n"), CLUTTERED.split("\n")
+    policy = parse(CLUTTERED)
+    lines, original = policy.source.split("\n"), CLUTTERED.split("\n")
     for number, text in enumerate(lines[:-1], start=1):
         if text.strip() not in ("pass", ""):
-            assert original[reading.line(number) - 1].strip() == text.strip()
-    assert reading.line(99) is None
+            assert original[policy.written_line(number) - 1].strip() == text.strip()
+    assert policy.written_line(99) is None
 
 
 def test_what_is_refused_is_named_by_its_line_in_the_file():

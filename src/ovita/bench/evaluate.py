@@ -44,7 +44,7 @@ class Protocol:
     feedback: int = 0
     feedback_on: FeedbackOn = "original"
     robot: str | None = None
-    isolation: Isolation = "strict"
+    isolation: Isolation = "auto"
 
 
 @dataclass(frozen=True)

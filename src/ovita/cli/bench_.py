@@ -50,7 +50,7 @@ def group() -> None:
 @click.option(
     "--robot", metavar="NAME|FILE|by-subset", help="Whose limits are enforced. [each sample's own, else none]"
 )
-@click.option("--isolation", type=click.Choice(["strict", "degraded"]), default="strict", show_default=True)
+@click.option("--isolation", type=click.Choice(["auto", "strict", "degraded"]), default="auto", show_default=True)
 @click.option("--limit", type=click.IntRange(1), metavar="N", help="At most N samples, spread over all.")
 @click.option("--jobs", type=click.IntRange(1, 64), metavar="N", help="Samples at a time. [one a core, at most 4]")
 @click.option("--rate", type=click.FloatRange(0, min_open=True), metavar="N", help="Requests a minute to each model.")

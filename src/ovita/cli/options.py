@@ -81,8 +81,8 @@ _OPTIONS = (
     click.option("--repair", is_flag=True, help="Also repair a path that the change leaves as it was."),
     click.option(
         "--isolation",
-        type=click.Choice(["strict", "degraded"]),
-        default="strict",
+        type=click.Choice(["auto", "strict", "degraded"]),
+        default="auto",
         show_default=True,
         help="How policies are isolated.",
     ),

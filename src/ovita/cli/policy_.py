@@ -14,8 +14,9 @@ from ovita.cli.report import plain
 from ovita.errors import IsolationUnavailable, PolicyError
 from ovita.io import Task, atomic_write, load_task
 from ovita.io.files import read_text
+from ovita.policy import Policy
+from ovita.policy.reading import parse
 from ovita.policy.sandbox import Isolation, Rollout, SandboxLimits, _run
-from ovita.policy.source import Reading, read, read_unchecked
 
 EXIT_POLICY = 3
 
@@ -36,7 +37,7 @@ def check_command(files: tuple[str, ...]) -> None:
     failed = False
     for file in files:
         try:
-            policy = read(read_text(file)).policy
+            policy = parse(read_text(file))
         except PolicyError as error:
             failed = True
             click.echo(plain(f"{file}: {error}"))
@@ -85,10 +86,10 @@ def catalogue_command(names: tuple[str, ...], as_json: bool, markdown: bool) -> 
 @click.option("--param", "params", metavar="NAME=VALUE", multiple=True, help="Another value for a parameter.")
 @click.option(
     "--isolation",
-    type=click.Choice(["strict", "degraded"]),
-    default="strict",
+    type=click.Choice(["auto", "strict", "degraded"]),
+    default="auto",
     show_default=True,
-    help="degraded: without the kernel's locks, where it has none.",
+    help="auto: a policy of toolkit calls only runs in process; strict: none does; degraded: without kernel locks.",
 )
 @click.option("--time-limit", type=float, default=5.0, show_default=True, metavar="S", help="For each policy.")
 @click.option("--memory-limit", type=int, default=1024, show_default=True, metavar="MIB", help="For each policy.")
@@ -127,17 +128,17 @@ def _run_one(
 ) -> dict[str, Any]:
     started = time.perf_counter()
     timings: dict[str, float] = {}
-    reading: Reading | None = None
+    policy: Policy | None = None
     result: dict[str, Any] = {"file": file, "isolation": settings["isolation"], "timings_ms": timings}
     try:
-        reading = read(text) if settings["checked"] else read_unchecked(text)
-        policy = reading.policy.with_parameters(**values)
+        policy = parse(text, checked=settings["checked"])
+        policy = policy.with_parameters(**values)
         timings["read"] = _since(started)
         rollout = _run(policy, task.trajectory, task.scene, **settings)
         result |= _success(rollout)
         result["parameters"] = [{"name": p.name, "value": p.value, "unit": p.unit} for p in policy.parameters]
     except PolicyError as error:
-        line = reading.line(error.line) if reading is not None else error.line
+        line = policy.written_line(error.line) if policy is not None else error.line
         result["error"] = {"kind": error.kind, "line": line, "message": error.problem}
     except IsolationUnavailable as error:
         result["error"] = {"kind": "isolation", "line": None, "message": str(error)}

@@ -12,6 +12,7 @@ from ovita.io import load_robot
 from ovita.limits import ConstraintOptions
 from ovita.paths.robot import Robot
 from ovita.paths.trajectory import Trajectory
+from ovita.policy.sandbox import known_isolation
 
 
 @click.command()
@@ -33,8 +34,8 @@ from ovita.paths.trajectory import Trajectory
 @click.option("--sessions", type=click.Path(path_type=Path), help="Folder where sessions are kept.")
 @click.option(
     "--isolation",
-    type=click.Choice(["strict", "degraded"]),
-    default="strict",
+    type=click.Choice(["auto", "strict", "degraded"]),
+    default="auto",
     show_default=True,
     help="How policies are isolated.",
 )
@@ -59,7 +60,7 @@ def command(
         robot=limits,
         writer=writer_from(writer, base_url, 0.1),
         constraints=ConstraintOptions(),
-        isolation="strict" if isolation == "strict" else "degraded",
+        isolation=known_isolation(isolation),
     )
     studio = Studio(Settings(template, files, host, port, token, sessions or default_folder()))
     made = token == "auto"

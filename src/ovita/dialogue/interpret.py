@@ -63,7 +63,7 @@ class Listener:
     first: Situation
     now: Situation
     writer: PolicyWriter | str
-    isolation: Isolation = "strict"
+    isolation: Isolation = "auto"
     asked: str = ""
     progress: Progress | None = None
     cancel: Event | None = None

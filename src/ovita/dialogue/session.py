@@ -16,8 +16,8 @@ from ovita.limits import ConstraintOptions
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
+from ovita.policy.reading import parse
 from ovita.policy.sandbox import Isolation
-from ovita.policy.source import parse
 from ovita.request import FeedbackOn
 from ovita.result import Adaptation
 from ovita.writers.base import PolicyWriter
@@ -42,7 +42,7 @@ class Session:
     robot: Robot = field(default_factory=lambda: Robot.preset("none"))
     writer: PolicyWriter | str = "auto"
     constraints: ConstraintOptions = field(default_factory=ConstraintOptions)
-    isolation: Isolation = "strict"
+    isolation: Isolation = "auto"
     _history: History = field(default_factory=History, init=False)
     _journal: Journal | None = field(default=None, init=False)
     _asked: str = field(default="", init=False)
@@ -54,7 +54,7 @@ class Session:
 
     @classmethod
     def of(
-        cls, adaptation: Adaptation, *, writer: PolicyWriter | str = "auto", isolation: Isolation = "strict"
+        cls, adaptation: Adaptation, *, writer: PolicyWriter | str = "auto", isolation: Isolation = "auto"
     ) -> Session:
         """A session that goes on from a saved adaptation; its policy is not run until a knob is turned."""
         session = cls(adaptation.original, adaptation.scene, adaptation.robot, writer, isolation=isolation)
@@ -294,7 +294,7 @@ class Session:
         write_session(path, self._first, self._history)
 
     @classmethod
-    def load(cls, path: str, *, writer: PolicyWriter | str = "auto", isolation: Isolation = "strict") -> Session:
+    def load(cls, path: str, *, writer: PolicyWriter | str = "auto", isolation: Isolation = "auto") -> Session:
         """Read a session that `save` wrote, without running any of its policies.
 
         Raises:
@@ -303,7 +303,7 @@ class Session:
         return cls._of(*read_session(path), writer, isolation)
 
     @classmethod
-    def resume(cls, path: str, *, writer: PolicyWriter | str = "auto", isolation: Isolation = "strict") -> Session:
+    def resume(cls, path: str, *, writer: PolicyWriter | str = "auto", isolation: Isolation = "auto") -> Session:
         """Go on with a session from its journal, and keep it there; a turn that was cut off is gone.
 
         Raises:

@@ -10,7 +10,7 @@ import numpy as np
 from ovita.errors import PolicyOutputInvalid, TrajectoryError
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory, arc_length, nlerp
-from ovita.policy.frames import MAX_ROWS
+from ovita.policy.wire import MAX_ROWS
 
 MAX_EXTENT = 100.0
 """How many times the size of the scene a policy's path may reach."""

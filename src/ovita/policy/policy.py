@@ -2,11 +2,241 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import ast
+import io
+import math
+import re
+import tokenize
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Literal
 
-from ovita.policy.parameters import Parameter, Value, find_parameters, rewrite
-from ovita.policy.simple import carries_columns, only_toolkit
-from ovita.policy.syntax import Form, entry_of, parse_tree
+from ovita.errors import PolicyRejected
+from ovita.policy.direct import carries_columns, proven
+from ovita.policy.syntax import Entry, Form, Value, bound_names, entry_of, find_function, literal, parse_tree
+from ovita.policy.wire import clean_text
+
+MAX_NOTE = 300
+"""Most characters of a comment or a docstring line that are read; patterns on longer ones would take their time."""
+
+Role = Literal["by", "to", "at", "at_least", "at_most", "of", "factor", "radius", "count", "share", "other"]
+"""What a parameter's value is to its operation: an amount to change by, a value to reach, a place, a bound, ..."""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number or word of a policy that a person may change.
+
+    The comment behind it in the policy is its print-out; of a policy that a model wrote, name, value, unit and meaning
+    are all that is known.
+
+    Args:
+        name: As in the source.
+        value: Its present value.
+        unit: Such as "m", or "".
+        meaning: One phrase for a person, or "".
+        role: What the value is to its operation, or None where that is not known.
+        about: Name of the object that it concerns, or "".
+        direction: The direction word that it acts in, such as "left", "closer" or "slower", or "".
+    """
+
+    name: str
+    value: Value
+    unit: str = ""
+    meaning: str = ""
+    role: Role | None = None
+    about: str = ""
+    direction: str = ""
+
+    @property
+    def comment(self) -> str:
+        """How it is printed in a policy: "[m] shift to the left"."""
+        return f"[{self.unit}] {self.meaning}".strip() if self.unit else self.meaning
+
+
+@dataclass(frozen=True)
+class _Slot:
+    """A literal in the source that holds a parameter's value."""
+
+    name: str
+    value: Value
+    node: ast.expr
+    line: int
+
+
+def find_parameters(source: str, tree: ast.Module, entry: Entry) -> tuple[Parameter, ...]:
+    """Read the parameters off a policy.
+
+    In a function they are the arguments with a literal default, other than traj and scene; in a script, the
+    top-level names that are assigned a literal exactly once. Unit and meaning come from the comment at the end of
+    the line, or from a docstring line such as `distance: how far to shift [m]`.
+    """
+    slots = _slots(tree, entry)
+    lines = Counter(slot.line for slot in slots)
+    names = {slot.name for slot in slots}
+    comments = _comments(source)
+    notes = _notes(ast.get_docstring(find_function(tree, entry.name) if entry.form == "function" else tree) or "")
+    parameters = []
+    for slot in slots:
+        comment = comments.get(slot.line, "")
+        named = _notes(comment)
+        if slot.name in named:
+            text = named[slot.name]
+        elif lines[slot.line] == 1 and comment and not named.keys() & names:
+            text = comment
+        else:
+            text = notes.get(slot.name, "")
+        unit, meaning = _unit(clean_text(text, MAX_NOTE))
+        parameters.append(Parameter(slot.name, slot.value, unit, meaning))
+    return tuple(parameters)
+
+
+def rewrite(source: str, tree: ast.Module, entry: Entry, values: Mapping[str, Value]) -> str:
+    """Write values into the source at the literals that hold them, leaving everything else as it is.
+
+    Raises:
+        PolicyRejected: If there is no such parameter, or a value has another type than the one it replaces.
+    """
+    slots = {slot.name: slot for slot in _slots(tree, entry)}
+    units = {parameter.name: parameter.unit for parameter in find_parameters(source, tree, entry)}
+    unknown = [name for name in values if name not in slots]
+    if unknown:
+        known = ", ".join(slots) or "none"
+        raise PolicyRejected(f"the policy has no parameter {unknown[0]!r}; its parameters are: {known}")
+    lines = source.split("\n")  # as the parser counts them; splitlines knows more line ends
+    for slot in sorted((slots[n] for n in values), key=lambda s: (s.node.lineno, s.node.col_offset), reverse=True):
+        text = repr(_fitting(slot, values[slot.name], units[slot.name]))
+        node = slot.node
+        assert node.end_lineno is not None and node.end_col_offset is not None
+        head = lines[node.lineno - 1].encode()[: node.col_offset].decode()
+        tail = lines[node.end_lineno - 1].encode()[node.end_col_offset :].decode()
+        lines[node.lineno - 1 : node.end_lineno] = [head + text + tail]
+    return "\n".join(lines)
+
+
+def _slots(tree: ast.Module, entry: Entry) -> list[_Slot]:
+    candidates = _defaults(tree, entry) if entry.form == "function" else _assignments(tree)
+    slots = []
+    for name, node in candidates:
+        try:
+            value = literal(node)
+        except (ValueError, OverflowError, RecursionError):
+            continue
+        if isinstance(value, float) and not math.isfinite(value):
+            continue
+        slots.append(_Slot(name, value, node, node.end_lineno or node.lineno))
+    return slots
+
+
+def _defaults(tree: ast.Module, entry: Entry) -> Iterator[tuple[str, ast.expr]]:
+    arguments = find_function(tree, entry.name).args
+    positional = [*arguments.posonlyargs, *arguments.args]
+    first = len(positional) - len(arguments.defaults)
+    for i, default in enumerate(arguments.defaults, start=first):
+        if i >= entry.arguments:
+            yield positional[i].arg, default
+    for argument, keyword_default in zip(arguments.kwonlyargs, arguments.kw_defaults, strict=True):
+        if keyword_default is not None:
+            yield argument.arg, keyword_default
+
+
+def _assignments(tree: ast.Module) -> Iterator[tuple[str, ast.expr]]:
+    count: dict[str, int] = {}
+    for statement in tree.body:
+        for name in bound_names(statement):
+            count[name] = count.get(name, 0) + 1
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Global):
+            for name in node.names:
+                count[name] = count.get(name, 0) + 1
+    for statement in tree.body:
+        match statement:
+            case (
+                ast.Assign(targets=[ast.Name(id=name)], value=value)
+                | ast.AnnAssign(target=ast.Name(id=name), value=ast.expr() as value)
+            ):
+                is_none = isinstance(value, ast.Constant) and value.value is None
+                if count[name] == 1 and not is_none and not name.startswith("_"):
+                    yield name, value
+
+
+def _comments(source: str) -> dict[int, str]:
+    """Text of the comment at the end of each line that has one."""
+    found = {}
+    try:
+        for token in tokenize.generate_tokens(io.StringIO(source).readline):
+            if token.type == tokenize.COMMENT:
+                found[token.start[0]] = token.string[:MAX_NOTE].lstrip("#: ").strip()
+    except (tokenize.TokenError, SyntaxError):
+        return {}
+    return found
+
+
+_NOTE = re.compile(r"^\s*(?:[-*]\s+)?[`*]{0,2}(\w+)[`*]{0,2}\s*(?:\([^()]*\))?\s*(?::|=|–|—|--)\s*(\S.*)$")
+_BRACKETS = re.compile(r"\s*\[([^\[\]]{1,16})\]")
+_PARENTHESES = re.compile(r"\s*\(([^()]{1,16})\)")
+_UNITS = frozenset(
+    "m cm mm km m/s cm/s mm/s km/h m/s^2 m/s² s ms sec seconds second min meters meter metres metre rad radians deg "
+    "degrees degree ° % percent hz 1/m waypoints points steps index factor ratio fraction unitless - 0-1 0..1".split()
+)
+
+
+def _notes(text: str) -> dict[str, str]:
+    """Lines such as `name: text` or `name (float): text`."""
+    notes: dict[str, str] = {}
+    for line in text.split("\n"):
+        found = _NOTE.match(line[:MAX_NOTE])
+        if found:
+            notes.setdefault(found[1], found[2].strip())
+    return notes
+
+
+def _unit(text: str) -> tuple[str, str]:
+    """Split `how far to shift [m]` or `how far to shift (m)` into unit and meaning."""
+    found = next(
+        (f for f in [*_BRACKETS.finditer(text)][::-1]),
+        next((f for f in [*_PARENTHESES.finditer(text)][::-1] if f[1].strip().lower() in _UNITS), None),
+    )
+    if found is None:
+        if text.strip().lower() in _UNITS:
+            return text.strip(), ""
+        return "", text.strip()
+    meaning = (text[: found.start()] + text[found.end() :]).strip(" ,;")
+    return found[1].strip(), meaning
+
+
+def _fitting(slot: _Slot, value: Value, unit: str) -> Value:
+    """The value in the type that the parameter has.
+
+    Raises:
+        PolicyRejected: If it has another type.
+    """
+    old = slot.value
+    number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    match old:
+        case bool():
+            fits, kind = isinstance(value, bool), "True or False"
+        case float():
+            fits, kind = number, "a number"
+            value = float(value) if fits else value  # type: ignore[arg-type]
+        case int():
+            whole = number and float(value) == int(value)  # type: ignore[arg-type]
+            fits, kind = whole or (number and bool(unit)), "a number" if unit else "a whole number"
+            value = int(value) if whole else value  # type: ignore[arg-type]
+        case str():
+            fits, kind = isinstance(value, str), "a text"
+        case tuple():
+            fits, kind = isinstance(value, tuple | list) and len(value) == len(old), f"a group of {len(old)} values"
+            if fits:
+                pairs = zip(old, value, strict=True)  # type: ignore[arg-type]
+                value = tuple(_fitting(_Slot(slot.name, a, slot.node, slot.line), b, unit or "-") for a, b in pairs)
+        case _:
+            fits, kind = value is None or number or isinstance(value, bool | str | tuple), "a plain value"
+    if not fits:
+        raise PolicyRejected(f"parameter {slot.name} is {kind}, such as {old!r}; {value!r} is not")
+    return value
 
 
 @dataclass(frozen=True)
@@ -18,12 +248,18 @@ class Policy:
         form: "function" (`adapt(traj, scene, *, knob=1.0)`) or "script" (leaves `modified_trajectory`).
         parameters: The knobs, in the order of the source.
         summary: What it does, in one sentence of its author, or "".
+        lines: For each line of the source, its number in the code that was read, counted from 1; () if it was not read.
     """
 
     source: str
     form: Form = "function"
     parameters: tuple[Parameter, ...] = ()
     summary: str = ""
+    lines: tuple[int, ...] = field(default=(), compare=False, repr=False)
+
+    def written_line(self, number: int | None) -> int | None:
+        """The number in the code that was read of a line of the source, or None."""
+        return self.lines[number - 1] if number is not None and 1 <= number <= len(self.lines) else None
 
     def with_parameters(self, **values: Value) -> Policy:
         """Return the policy with other values written into its source, so that the source stays the truth.
@@ -33,17 +269,34 @@ class Policy:
         """
         if not values:
             return self
-        tree = parse_tree(self.source)
-        source = rewrite(self.source, tree, entry_of(tree), values)
+        source = rewrite(self.source, self.tree, entry_of(self.tree), values)
         tree = parse_tree(source)
-        return replace(self, source=source, parameters=find_parameters(source, tree, entry_of(tree)))
+        changed = replace(self, source=source, parameters=find_parameters(source, tree, entry_of(tree)))
+        return changed.described_by(self.parameters)
 
-    @property
+    def described_by(self, parameters: Iterable[Parameter]) -> Policy:
+        """Return the policy with what is known of parameters of the same names, whose values stay as in the source."""
+        known = {p.name: p for p in parameters}
+        return replace(
+            self,
+            parameters=tuple(replace(known[p.name], value=p.value) if p.name in known else p for p in self.parameters),
+        )
+
+    @cached_property
+    def tree(self) -> ast.Module:
+        """The syntax tree of the source.
+
+        Raises:
+            PolicyRejected: If it is not Python, too long or nested too deeply.
+        """
+        return parse_tree(self.source)
+
+    @cached_property
     def toolkit_only(self) -> bool:
-        """Whether it consists of nothing but toolkit calls, scene look-ups and arithmetic."""
-        return only_toolkit(parse_tree(self.source))
+        """Whether it is proven to be nothing but toolkit calls, scene look-ups and arithmetic."""
+        return proven(self.tree)
 
     @property
     def carries_columns(self) -> bool:
         """Whether further columns of its trajectory, such as orientations, come through it unspoilt."""
-        return carries_columns(parse_tree(self.source))
+        return carries_columns(self.tree)

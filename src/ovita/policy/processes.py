@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import io
 import os
 import select
 import subprocess
@@ -10,12 +11,23 @@ import sys
 import threading
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 
 from ovita.errors import IsolationUnavailable, PolicyCrashed
-from ovita.policy.frames import READY, REPLY_SIZE, BadFrame, Reply, Request
+from ovita.policy.wire import (
+    END_SIZE,
+    ENDED,
+    FLOODED,
+    MAX_RESULT,
+    READY,
+    TIMED_OUT,
+    UNREAD,
+    BadFrame,
+    JobEnd,
+    JobHeader,
+)
 
 START_LIMIT_S = 60.0
 """How long a worker may take to come up [s]; scipy on a loaded machine takes a few."""
@@ -37,14 +49,6 @@ main(sys.argv[1], int(sys.argv[2]))
 """
 
 
-@dataclass
-class Answer:
-    """What came back for one request, unjudged."""
-
-    reply: Reply
-    data: bytes
-
-
 class WorkerLost(Exception):
     """The worker ended or fell silent in the middle of a conversation."""
 
@@ -60,7 +64,7 @@ class Worker:
         os.set_blocking(self.writing, False)
         os.set_blocking(self.reading, False)
 
-    def ask(self, head: Request, body: bytes) -> Answer:
+    def ask(self, head: JobHeader, body: bytes) -> JobEnd:
         """Send a request and wait for its answer.
 
         Raises:
@@ -70,8 +74,8 @@ class Worker:
         deadline = time.monotonic() + head.wall_ms / 1000.0 + grace
         try:
             self._write(head.pack() + body, deadline)
-            reply = Reply.unpack(self._read(REPLY_SIZE, deadline))
-            return Answer(reply, self._read(reply.length, deadline))
+            ended = JobEnd.unpack(self._read(END_SIZE, deadline))
+            return replace(ended, data=self._read(ended.length, deadline))
         except (OSError, BadFrame) as error:
             raise WorkerLost(str(error)) from None
 
@@ -117,7 +121,7 @@ class Pool:
         self._locks = {False: threading.Lock(), True: threading.Lock()}
         self._ended = False
 
-    def ask(self, head: Request, body: bytes) -> Answer:
+    def ask(self, head: JobHeader, body: bytes) -> JobEnd:
         """Have a request answered by the worker that fits, started if need be and restarted once if it was lost.
 
         Raises:
@@ -254,3 +258,66 @@ def _paths() -> Sequence[str]:
         if spec is not None and spec.origin:
             found.append(str(Path(spec.origin).parent.parent))
     return list(dict.fromkeys(found))
+
+
+def once(head: JobHeader, body: bytes) -> JobEnd:
+    """Run one policy in a process of its own, started for it: slower than a worker, and possible everywhere.
+
+    Raises:
+        IsolationUnavailable: If the process cannot be started or confined.
+    """
+    if sys.platform == "win32":
+        raise IsolationUnavailable("nothing bounds a policy's memory on Windows; run ovita in WSL")
+    process = start("once")
+    try:
+        hello(process)
+        return _communicate(process, head, body)
+    finally:
+        end(process)
+
+
+class _Received:
+    """What a process writes, collected by a thread up to a cap."""
+
+    def __init__(self, process: subprocess.Popen[bytes]) -> None:
+        self.data = bytearray()
+        self.begun = threading.Event()
+        self.thread = threading.Thread(target=self._collect, args=(process,), daemon=True)
+        self.thread.start()
+
+    def _collect(self, process: subprocess.Popen[bytes]) -> None:
+        stream = process.stdout
+        assert isinstance(stream, io.BufferedReader)
+        while len(self.data) <= MAX_RESULT:
+            part = stream.read1(1 << 16)
+            if not part:
+                break
+            self.data += part
+            self.begun.set()
+        self.begun.set()
+
+
+def _communicate(process: subprocess.Popen[bytes], head: JobHeader, body: bytes) -> JobEnd:
+    received = _Received(process)
+    threading.Thread(target=_feed, args=(process, head.pack() + body), daemon=True).start()
+    received.begun.wait(SCIPY_GRACE_S)  # the process acknowledges once everything is loaded and read
+    started = time.monotonic()
+    received.thread.join(head.wall_ms / 1000.0)
+    timed_out = received.thread.is_alive()
+    flooded = len(received.data) > MAX_RESULT
+    if timed_out or flooded:
+        process.kill()
+    code = process.wait()
+    received.thread.join(1.0)
+    ended = TIMED_OUT if timed_out else FLOODED if flooded else ENDED if received.data else UNREAD
+    data = bytes(received.data[1:]) if ended == ENDED else b""
+    return JobEnd(ended, code, int((time.monotonic() - started) * 1e6), len(data), data)
+
+
+def _feed(process: subprocess.Popen[bytes], data: bytes) -> None:
+    assert process.stdin is not None
+    try:
+        process.stdin.write(data)
+        process.stdin.close()
+    except OSError:
+        pass

@@ -1,11 +1,16 @@
-"""Running a policy where it can compute and nothing else."""
+"""Running a policy where it can compute and nothing else.
+
+A policy that is proven to be toolkit calls only runs in this process (`ovita.policy.direct`); every other one in a
+process that the kernel locks in (`ovita.policy.processes`).
+"""
 
 from __future__ import annotations
 
+import json
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, cast, get_args
 
 import numpy as np
 
@@ -20,17 +25,21 @@ from ovita.errors import (
 )
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
-from ovita.policy import frames
-from ovita.policy.allowed import scipy_parts
-from ovita.policy.frames import CHECKED, ENDED, FLOODED, LOCKED, TIMED_OUT, Request
-from ovita.policy.inputs import scene_to_json
-from ovita.policy.output import to_trajectory
+from ovita.policy import wire
+from ovita.policy.direct import TooMuch, run_proven
+from ovita.policy.output import to_rows, to_trajectory
 from ovita.policy.policy import Policy
-from ovita.policy.processes import POOL, Answer
-from ovita.policy.spawn import once
-from ovita.toolkit import CATALOGUE, Expectation
+from ovita.policy.syntax import entry_of
+from ovita.policy.wire import CHECKED, ENDED, FLOODED, LOCKED, TIMED_OUT, JobEnd, JobHeader
+from ovita.toolkit import CATALOGUE, Expectation, Recorder
 
-Isolation = Literal["strict", "degraded"]
+Isolation = Literal["auto", "strict", "degraded"]
+"""How a policy is kept from doing harm.
+
+"auto": one that is proven to be toolkit calls only runs in this process, every other one as in "strict".
+"strict": every policy runs in a process that the kernel locks in (Landlock and seccomp on Linux).
+"degraded": every policy runs in a fresh process, behind the allowlist check and the limits of the operating system.
+"""
 
 
 @dataclass(frozen=True)
@@ -64,7 +73,7 @@ class Rollout:
         contacts: Objects that it means to touch or to pass through.
         expectations: Postconditions that it states.
         prints: What it printed, cleaned and shortened.
-        isolation: "strict" or "degraded": how it was locked in.
+        isolation: "strict", "degraded", or "in process" for a policy that is proven to be toolkit calls only.
         elapsed_ms: Time from the call to the result [ms].
     """
 
@@ -79,13 +88,24 @@ class Rollout:
 LIMITS = SandboxLimits()
 
 
+def known_isolation(isolation: object) -> Isolation:
+    """The isolation, if there is one of that name.
+
+    Raises:
+        RequestError: If there is none, so that a misspelt one never runs with less than was meant.
+    """
+    if isinstance(isolation, str) and isolation in get_args(Isolation):
+        return cast(Isolation, isolation)
+    raise RequestError(f"isolation {isolation!r} is unknown; use 'auto', 'strict' or 'degraded'")
+
+
 def run(
     policy: Policy,
     trajectory: Trajectory,
     scene: Scene,
     *,
     limits: SandboxLimits = LIMITS,
-    isolation: Isolation = "strict",
+    isolation: Isolation = "auto",
 ) -> Rollout:
     """Run a policy on a trajectory in a scene.
 
@@ -95,12 +115,11 @@ def run(
         policy: What to run.
         trajectory: Its input.
         scene: Its input.
-        limits: Time and memory.
-        isolation: "strict": a process that the kernel locks in (Landlock and seccomp on Linux). "degraded": a fresh
-            process, the allowlist check and the limits of the operating system. A policy of toolkit calls only runs
-            degraded without asking where strict isolation is not to be had.
+        limits: Time and memory; others than the usual ones make a process of its own necessary.
+        isolation: How the policy is kept from doing harm, see `Isolation`.
 
     Raises:
+        RequestError: There is no such isolation.
         PolicyRejected: It contains what a policy may not.
         PolicyCrashed: It raised.
         PolicyTimeout: It took too long or too much memory.
@@ -112,6 +131,8 @@ def run(
 
 def close() -> None:
     """Stop the worker processes; the next run starts them again."""
+    from ovita.policy.processes import POOL
+
     POOL.close()
 
 
@@ -128,7 +149,7 @@ def _run(
     scene: Scene,
     *,
     limits: SandboxLimits = LIMITS,
-    isolation: Isolation = "strict",
+    isolation: Isolation = "auto",
     checked: bool = True,
     locked: bool = True,
 ) -> Rollout:
@@ -137,26 +158,58 @@ def _run(
     Leaving one out is refused where the other is not there to hold.
     """
     started = time.perf_counter()
-    if isolation == "strict" and (lacking := missing()):
-        if not policy.toolkit_only:
-            raise IsolationUnavailable(
-                f"this machine cannot lock a policy in: it lacks {' and '.join(lacking)}; "
-                "isolation='degraded' runs it with an allowlist check and limits only"
-            )
-        isolation = "degraded"
-    if not checked and (isolation != "strict" or not locked):
+    isolation = known_isolation(isolation)
+    table = _table(trajectory, policy)
+    if isolation == "auto" and checked and locked and limits == LIMITS and policy.toolkit_only:
+        try:
+            result, recorder = run_proven(policy.tree, table, scene)
+            rows = to_rows(result, table[:, :4], f"the result of {entry_of(policy.tree).name}")
+            return _rollout(rows, _stated(recorder), trajectory, scene, "in process", started)
+        except TooMuch:
+            pass
+    where = "degraded" if isolation == "degraded" else "strict"
+    if where == "strict" and (lacking := missing()):
+        raise IsolationUnavailable(
+            f"this machine cannot lock a policy in: it lacks {' and '.join(lacking)}; "
+            "isolation='degraded' runs it with an allowlist check and limits only"
+        )
+    if not checked and (where != "strict" or not locked):
         raise RequestError("the allowlist check can be left out only where the kernel holds")
-    body = frames.pack_payload({"source": policy.source, "scene": scene_to_json(scene)}, _table(trajectory, policy))
-    flags = CHECKED * checked | LOCKED * locked
-    head = Request(int(limits.wall_s * 1000), limits.memory_mb, scipy_parts(policy.source), flags, len(body))
-    answer = POOL.ask(head, body) if isolation == "strict" else once(head, body)
-    rows, header = _read(answer, limits)
-    result = to_trajectory(rows, trajectory, scene)
+    rows, stated = _in_a_process(policy, table, scene, limits, where, CHECKED * checked | LOCKED * locked)
+    return _rollout(rows, stated, trajectory, scene, where, started)
+
+
+def _in_a_process(
+    policy: Policy, table: Array, scene: Scene, limits: SandboxLimits, where: str, flags: int
+) -> tuple[Array, dict[str, Any]]:
+    """The rows that a policy returns in a process of its own, and what it states."""
+    from ovita.policy.check import scipy_parts
+    from ovita.policy.environment import scene_to_json
+    from ovita.policy.processes import POOL, once
+
+    body = wire.pack_payload({"source": policy.source, "scene": scene_to_json(scene)}, table)
+    head = JobHeader(int(limits.wall_s * 1000), limits.memory_mb, scipy_parts(policy.source), flags, len(body))
+    return _read(POOL.ask(head, body) if where == "strict" else once(head, body), limits)
+
+
+def _stated(recorder: Recorder) -> dict[str, Any]:
+    """What a policy stated in this process, in the words of a job's payload."""
+    expectations = [{"kind": e.kind, "arguments": dict(e.arguments), "text": e.text} for e in recorder.expectations]
+    try:
+        plain = json.loads(json.dumps(expectations, allow_nan=False))
+    except (TypeError, ValueError, RecursionError):
+        raise PolicyOutputInvalid("an expectation holds something that is not plain numbers and text") from None
+    return {"contacts": [str(name) for name in recorder.contacts], "expectations": plain}
+
+
+def _rollout(
+    rows: Array, stated: Mapping[str, Any], trajectory: Trajectory, scene: Scene, isolation: str, started: float
+) -> Rollout:
     return Rollout(
-        result,
-        _contacts(header, scene),
-        _expectations(header),
-        frames.clean_text(header.get("prints"), frames.MAX_PRINTS),
+        to_trajectory(rows, trajectory, scene),
+        _contacts(stated, scene),
+        _expectations(stated),
+        wire.clean_text(stated.get("prints"), wire.MAX_PRINTS),
         isolation,
         (time.perf_counter() - started) * 1000.0,
     )
@@ -177,25 +230,28 @@ _KINDS: Mapping[str, type[PolicyError]] = {
 }
 
 
-def _read(answer: Answer, limits: SandboxLimits) -> tuple[Array, dict[str, Any]]:
-    """The rows and what came with them, or the error that the answer stands for."""
-    reply = answer.reply
-    if reply.ended == TIMED_OUT:
+def _read(end: JobEnd, limits: SandboxLimits) -> tuple[Array, dict[str, Any]]:
+    """The rows and what came with them.
+
+    Raises:
+        PolicyError: If the policy failed.
+    """
+    if end.ended == TIMED_OUT:
         raise PolicyTimeout(f"it ran longer than {limits.wall_s:g} s")
-    if reply.ended == FLOODED:
-        raise PolicyOutputInvalid(f"its result is larger than {frames.MAX_RESULT >> 20} MiB")
-    if reply.ended != ENDED or not answer.data:
-        raise _killed(reply.code, limits)
+    if end.ended == FLOODED:
+        raise PolicyOutputInvalid(f"its result is larger than {wire.MAX_RESULT >> 20} MiB")
+    if end.ended != ENDED or not end.data:
+        raise _killed(end.code, limits)
     try:
-        header, rows = frames.unpack_payload(answer.data, max_json=frames.MAX_JSON)
-    except frames.BadFrame:
+        header, rows = wire.unpack_payload(end.data, max_json=wire.MAX_JSON)
+    except wire.BadFrame:
         raise PolicyOutputInvalid("its result came back garbled") from None
     status = header.get("status")
     if status == "ok":
         return rows, header
-    message = frames.clean_text(header.get("message"), frames.MAX_MESSAGE)
+    message = wire.clean_text(header.get("message"), wire.MAX_MESSAGE)
     line = header.get("line")
-    line = line if type(line) is int and 0 < line <= frames.MAX_JSON else None
+    line = line if type(line) is int and 0 < line <= wire.MAX_JSON else None
     if status == "isolation":
         raise IsolationUnavailable(f"a lock of the sandbox did not close ({message}), so the policy was not run")
     raise _KINDS.get(str(status), PolicyCrashed)(message or "it failed without a word", line=line)
@@ -217,11 +273,11 @@ def _contacts(header: Mapping[str, Any], scene: Scene) -> tuple[str, ...]:
 def _expectations(header: Mapping[str, Any]) -> tuple[Expectation, ...]:
     items = header.get("expectations")
     found = []
-    for item in items[: frames.MAX_EXPECTATIONS] if isinstance(items, list) else []:
+    for item in items[: wire.MAX_EXPECTATIONS] if isinstance(items, list) else []:
         match item:
             case {"kind": str() as kind, "arguments": dict() as arguments, "text": str() as text}:
                 if f"expect_{kind}" in CATALOGUE and _is_plain(arguments):
-                    found.append(Expectation(kind, arguments, frames.clean_text(text, frames.MAX_MESSAGE)))
+                    found.append(Expectation(kind, arguments, wire.clean_text(text, wire.MAX_MESSAGE)))
     return tuple(found)
 
 
@@ -235,5 +291,5 @@ def _is_plain(value: object, depth: int = 6) -> bool:
         case list():
             return all(_is_plain(v, depth - 1) for v in value)
         case str():
-            return value == frames.clean_text(value, frames.MAX_MESSAGE)
+            return value == wire.clean_text(value, wire.MAX_MESSAGE)
     return True

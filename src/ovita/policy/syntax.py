@@ -7,7 +7,7 @@ import threading
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 from ovita.errors import PolicyRejected
 
@@ -30,6 +30,9 @@ NO_POLICY = (
 _TOO_DEEP = "an expression is nested too deeply; split it into several statements"
 _ROLES = (("traj", "path", "waypoint", "points"), ("scene", "object", "env", "world", "obstacle"))
 _quiet = threading.Lock()  # catch_warnings swaps a global
+
+
+Value = float | int | bool | str | None | tuple[Any, ...]
 
 
 @dataclass(frozen=True)
@@ -194,3 +197,33 @@ def root_name(node: ast.AST) -> str | None:
     while isinstance(node, ast.Attribute | ast.Subscript | ast.Call):
         node = node.func if isinstance(node, ast.Call) else node.value
     return node.id if isinstance(node, ast.Name) else None
+
+
+def literal(node: ast.expr) -> Value:
+    """The value of a literal or of + - * / on number literals.
+
+    Raises:
+        ValueError: If it is anything else.
+    """
+    match node:
+        case ast.Constant(value=bool() | int() | float() | str() | None as value):
+            return value
+        case ast.Tuple(elts=items):
+            return tuple(literal(item) for item in items)
+        case ast.UnaryOp(op=ast.USub() | ast.UAdd() as sign, operand=operand):
+            value = _number(literal(operand))
+            return -value if isinstance(sign, ast.USub) else value
+        case ast.BinOp(left=left, op=ast.Add() | ast.Sub() | ast.Mult() | ast.Div() as op, right=right):
+            a, b = _number(literal(left)), _number(literal(right))
+            if isinstance(op, ast.Div):
+                if b == 0:
+                    raise ValueError("division by zero")
+                return a / b
+            return a + b if isinstance(op, ast.Add) else a - b if isinstance(op, ast.Sub) else a * b
+    raise ValueError("not a literal")
+
+
+def _number(value: Value) -> float | int:
+    if isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e15:
+        return value
+    raise ValueError("not a number")

@@ -51,7 +51,7 @@ class Desks:
         first: Callable[[], tuple[Session, str]],
         *,
         writer: PolicyWriter | str = "auto",
-        isolation: Isolation = "strict",
+        isolation: Isolation = "auto",
     ) -> None:
         self.folder, self.writer, self.isolation = folder, writer, isolation
         self._first = first

@@ -7,20 +7,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
 
 from ovita.errors import PolicyError, UnusableReply, WriterError
 from ovita.measure import compare, sentences
 from ovita.paths.trajectory import Array
 from ovita.policy import Policy
+from ovita.policy.reading import parse
+from ovita.policy.sandbox import Isolation as Isolation
 from ovita.policy.sandbox import Rollout, run
-from ovita.policy.source import parse
 from ovita.request import Request
 from ovita.toolkit import Outcome, judge
 from ovita.writers.base import PolicyWriter, Prompt, Reply, WriterInfo, in_line, told
 from ovita.writers.unused_numbers import unused
-
-Isolation = Literal["strict", "degraded"]
 
 Lap = Callable[[str], None]
 """Books the time since the last call on a stage: "write" or "run"."""

@@ -87,7 +87,7 @@ POISONS: dict[str, str] = {
     "scene_class": "type(scene).find = lambda self, name: None\ntype(scene).__getitem__ = lambda self, name: None",
     "scene_object_array": "scene['cup'].position.flags.writeable = True\nscene['cup'].position[:] = 9",
     "builtins": "import builtins\nbuiltins.len = lambda x: 0\nbuiltins.float = int",
-    "frames_module": "import ovita.policy.frames as f\nf.pack_payload = lambda *a: b''\nf.MAX_RESULT = 1 << 40",
+    "frames_module": "import ovita.policy.wire as f\nf.pack_payload = lambda *a: b''\nf.MAX_RESULT = 1 << 40",
     "check_module": "import ovita.policy.check as c\nc.check = lambda t: None",
     "worker_module": "import ovita.policy._worker as w\nw._run = w._lock = lambda *a, **k: None",
     "errors": "import sys\nsys.excepthook = sys.unraisablehook = None\nsys.stdout = None\nimport gc\ngc.disable()",

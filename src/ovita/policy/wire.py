@@ -37,12 +37,12 @@ READY = b"H"
 ACKNOWLEDGED = b"R"
 """What a child writes first, once it has read the request."""
 
-_REQUEST = struct.Struct("<4sIIIIQ")
-_REPLY = struct.Struct("<4sIiIQ")
+_HEADER = struct.Struct("<4sIIIIQ")
+_END = struct.Struct("<4sIiIQ")
 _PAYLOAD = struct.Struct("<4sIIQ")
 _MAGIC = b"OVTA"
 
-REQUEST_SIZE, REPLY_SIZE = _REQUEST.size, _REPLY.size
+HEADER_SIZE, END_SIZE = _HEADER.size, _END.size
 
 
 class BadFrame(Exception):
@@ -50,8 +50,8 @@ class BadFrame(Exception):
 
 
 @dataclass(frozen=True)
-class Request:
-    """The header of a request; the body follows and only the child reads it.
+class JobHeader:
+    """What a worker is asked to run; the body follows and only the child reads it.
 
     Args:
         wall_ms: Time for the policy [ms].
@@ -69,18 +69,18 @@ class Request:
 
     def pack(self) -> bytes:
         """As bytes."""
-        return _REQUEST.pack(_MAGIC, self.wall_ms, self.memory_mb, self.scipy, self.flags, self.length)
+        return _HEADER.pack(_MAGIC, self.wall_ms, self.memory_mb, self.scipy, self.flags, self.length)
 
     @classmethod
-    def unpack(cls, data: bytes | bytearray) -> Request:
+    def unpack(cls, data: bytes | bytearray) -> JobHeader:
         """From bytes.
 
         Raises:
             BadFrame: If they are none.
         """
-        magic, *values = _REQUEST.unpack(data)
+        magic, *values = _HEADER.unpack(data)
         if magic != _MAGIC:
-            raise BadFrame("request")
+            raise BadFrame("header of a job")
         return cls(*values)
 
 
@@ -89,7 +89,7 @@ CHECKED, LOCKED = 1, 2
 
 
 @dataclass(frozen=True)
-class Reply:
+class JobEnd:
     """How a child ended; what it wrote follows.
 
     Args:
@@ -97,29 +97,31 @@ class Reply:
         code: Its exit code, or minus the signal that killed it.
         elapsed_us: Time from the fork to its end [µs].
         length: Of what it wrote [bytes].
+        data: What it wrote, which nobody vouches for; it does not travel in the header.
     """
 
     ended: int
     code: int
     elapsed_us: int
     length: int
+    data: bytes = b""
 
     def pack(self) -> bytes:
         """As bytes."""
-        return _REPLY.pack(_MAGIC, self.ended, self.code, self.elapsed_us, self.length)
+        return _END.pack(_MAGIC, self.ended, self.code, self.elapsed_us, self.length)
 
     @classmethod
-    def unpack(cls, data: bytes) -> Reply:
+    def unpack(cls, data: bytes) -> JobEnd:
         """From bytes.
 
         Raises:
             BadFrame: If they are none.
         """
-        magic, *values = _REPLY.unpack(data)
-        reply = cls(*values)
-        if magic != _MAGIC or reply.length > MAX_RESULT:
-            raise BadFrame("reply")
-        return reply
+        magic, *values = _END.unpack(data)
+        end = cls(*values)
+        if magic != _MAGIC or end.length > MAX_RESULT:
+            raise BadFrame("end of a job")
+        return end
 
 
 ENDED, TIMED_OUT, FLOODED, UNREAD = range(4)

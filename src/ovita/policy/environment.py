@@ -1,38 +1,226 @@
-"""What happens around a policy inside the sandbox: its inputs, its namespace, its output and its failures."""
+"""What a policy finds around it inside the sandbox: modules, builtins, toolkit and scene; and reading its result."""
 
 from __future__ import annotations
 
 import builtins
+import functools
 import gc
+import importlib
 import math
 import random
 import sys
 import threading
 import time
 import types
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
 from ovita.errors import PolicyError, PolicyOutputInvalid
 from ovita.paths.frame import Frame
-from ovita.paths.scene import Scene
+from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array
-from ovita.policy import frames
-from ovita.policy.allowed import MODULES, SCIPY_PARTS
-from ovita.policy.check import check
-from ovita.policy.inputs import object_detector, scene_from_json, trajectory_getter
-from ovita.policy.modules import Modules, reduced_builtins
+from ovita.policy import wire
+from ovita.policy.check import BUILTINS, MODULES, ONLY, SCIPY_PARTS, check, is_dunder, refusal
 from ovita.policy.output import to_rows
 from ovita.policy.syntax import RESULT, Entry, entry_of, parse_tree
 from ovita.toolkit import Recorder, namespace
+
+
+class Waypoint(dict[str, float]):
+    """A waypoint of the script form: x, y, z and velocity; `speed` may be read too."""
+
+    def __missing__(self, key: str) -> float:
+        if key == "speed":
+            return self["velocity"]
+        raise KeyError(key)
+
+
+def scene_to_json(scene: Scene) -> dict[str, Any]:
+    """A scene as plain JSON values; what else the scene file says of an object goes along if it is plain too."""
+    return {
+        "frame": scene.frame.name,
+        "environment": scene.environment,
+        "objects": [
+            {
+                "name": item.name,
+                "position": item.position.tolist(),
+                "dimensions": None if item.dimensions is None else item.dimensions.tolist(),
+                "orientation": item.orientation.tolist(),
+            }
+            for item in scene
+        ],
+    }
+
+
+def scene_from_json(value: dict[str, Any]) -> Scene:
+    """The inverse of `scene_to_json`."""
+    objects = (
+        SceneObject(o["name"], np.array(o["position"]), _array(o["dimensions"]), np.array(o["orientation"]))
+        for o in value["objects"]
+    )
+    return Scene(tuple(objects), Frame(value["frame"]), value["environment"])
+
+
+def _array(value: list[float] | None) -> Array | None:
+    return None if value is None else np.array(value, dtype=float)
+
+
+def trajectory_getter(original: Array) -> Callable[[], list[Waypoint]]:
+    """The script form's `get_trajectory` for rows x, y, z, speed (N, 4)."""
+
+    def get_trajectory() -> list[Waypoint]:
+        """All waypoints of the trajectory, as dicts x, y, z [m], velocity [m/s]."""
+        return [Waypoint(x=x, y=y, z=z, velocity=v) for x, y, z, v in original.tolist()]
+
+    return get_trajectory
+
+
+def object_detector(scene: Scene) -> Callable[..., list[dict[str, Any]]]:
+    """The script form's `detect_objects` for a scene."""
+
+    def detect_objects(name: str | None = None) -> list[dict[str, Any]]:
+        """The objects of the scene, or those that a name can mean, as dicts name, x, y, z, dimensions [m]."""
+        found = list(scene)
+        if name is not None:
+            one = scene.find(str(name))
+            found = [one] if one else [item for item in scene if str(name).lower() in item.name.lower()]
+        return [
+            {
+                "name": item.name.lower(),
+                **dict(zip("xyz", item.position.tolist(), strict=True)),
+                "dimensions": item.size.tolist(),
+            }
+            for item in found
+        ]
+
+    return detect_objects
+
+
+class Modules:
+    """Reduced copies of the allowed modules, made once and handed to every checked policy.
+
+    A copy holds the public names of the module and other copies; no module can be reached through it.
+    """
+
+    def __init__(self) -> None:
+        self._copies: dict[str, types.ModuleType] = {}
+
+    def load(self, name: str) -> types.ModuleType:
+        """Return the reduced copy of an allowed module, importing and copying it at first use.
+
+        Raises:
+            ImportError: If a policy may not import it.
+        """
+        if name not in MODULES:
+            raise ImportError(f"{name} is not available in a policy")
+        if name in self._copies:
+            return self._copies[name]
+        parent, _, child = name.rpartition(".")
+        if parent:
+            self.load(parent)
+        copy = types.ModuleType(name)
+        self._copies[name] = copy
+        copy.__dict__.update(_public(importlib.import_module(name), name))
+        if name == "functools":
+            copy.__dict__["wraps"] = _wraps
+        if name == "collections":
+            copy.__dict__["abc"] = self.load("collections.abc")
+        if parent:
+            setattr(self._copies[parent], child, copy)
+        return copy
+
+    def import_(
+        self,
+        name: str,
+        globals_: Mapping[str, Any] | None = None,
+        locals_: Mapping[str, Any] | None = None,
+        fromlist: Any = (),
+        level: int = 0,
+    ) -> types.ModuleType | None:
+        """Stand in for `__import__`."""
+        if type(fromlist) is list and name in sys.modules:
+            return None  # C code of numpy imports through here at run time, and ignores what it gets
+        if level:
+            raise ImportError("a policy has no package around it")
+        module = self.load(name)
+        if not fromlist:
+            return self._copies[name.split(".")[0]]
+        for part in fromlist:
+            if f"{name}.{part}" in MODULES:
+                self.load(f"{name}.{part}")
+        return module
+
+
+def reduced_builtins(import_: Callable[..., Any], print_: Callable[..., None]) -> dict[str, Any]:
+    """The builtins of a checked policy: the harmless ones, and guarded versions of those that are not."""
+    reduced = {name: getattr(builtins, name) for name in BUILTINS if hasattr(builtins, name)}
+    return {
+        **reduced,
+        "__import__": import_,
+        "print": print_,
+        "getattr": _getattr,
+        "hasattr": _hasattr,
+        "setattr": _setattr,
+        "type": _type,
+    }
+
+
+def _public(module: types.ModuleType, name: str) -> dict[str, Any]:
+    listed = getattr(module, "__all__", None) or [n for n in vars(module) if not n.startswith("_")]
+    wanted = ONLY.get(name, [n for n in listed if refusal(n) is None])
+    found = {n: getattr(module, n) for n in wanted if _gives(name, n) and hasattr(module, n)}
+    values = {n: value for n, value in found.items() if not isinstance(value, types.ModuleType)}
+    if hasattr(module, "__version__"):
+        values["__version__"] = module.__version__
+    values["__all__"] = [n for n in values if not n.startswith("_")]
+    return values
+
+
+def _gives(module: str, name: str) -> bool:
+    """Whether to look a name up at all: looking up a submodule would import it."""
+    return f"{module}.{name}" not in sys.modules and (module != "scipy" or name.startswith("__"))
+
+
+def _checked(name: object) -> str:
+    if type(name) is not str:
+        raise TypeError("an attribute name must be a text")
+    reason = refusal(name)
+    if reason:
+        raise AttributeError(reason)
+    return name
+
+
+def _getattr(value: Any, name: str, *default: Any) -> Any:
+    if isinstance(value, str) and name == "format":
+        raise AttributeError("a policy may call .format only on a literal text; use an f-string")
+    return getattr(value, _checked(name), *default)
+
+
+def _hasattr(value: Any, name: str) -> bool:
+    return hasattr(value, _checked(name))
+
+
+def _setattr(target: Any, name: str, value: Any) -> None:
+    if is_dunder(_checked(name)):
+        raise AttributeError(f"a policy may not set {name}")
+    setattr(target, name, value)
+
+
+def _type(value: Any) -> Any:
+    return type(value)
+
+
+def _wraps(wrapped: Callable[..., Any]) -> Callable[..., Any]:
+    return functools.wraps(wrapped)
+
 
 FILENAME = "<policy>"
 SEED = 20240229
 FRAMES = ("rfu", "flu", "ned")
 
-_REHEARSAL = frames.pack_payload(
+_REHEARSAL = wire.pack_payload(
     {
         "source": "def adapt(traj, scene, *, d=0.1):\n    traj = np.asarray(traj)[:, :4] + d\n    return f'{traj}'\n",
         "scene": {
@@ -54,7 +242,7 @@ class Prints:
 
     def __init__(self) -> None:
         self.parts: list[str] = []
-        self.room = frames.MAX_PRINTS
+        self.room = wire.MAX_PRINTS
 
     def write(self, text: str) -> int:
         """Keep what there is room for."""
@@ -77,7 +265,7 @@ class Prints:
             self.write((" " if sep is None else sep).join(map(str, values)) + ("\n" if end is None else end))
 
 
-class Outcome:
+class PolicyRun:
     """A policy that is ready to run, and then what came of it."""
 
     def __init__(self) -> None:
@@ -92,11 +280,11 @@ class Outcome:
         self.failure: dict[str, Any] | None = None
 
     @classmethod
-    def failed(cls, kind: str, message: str, line: int | None = None) -> Outcome:
-        """An outcome that is a failure from the start."""
-        outcome = cls()
-        outcome.failure = {"status": kind, "message": message[: frames.MAX_MESSAGE], "line": line}
-        return outcome
+    def failed(cls, kind: str, message: str, line: int | None = None) -> PolicyRun:
+        """A run that failed before it began."""
+        job = cls()
+        job.failure = {"status": kind, "message": message[: wire.MAX_MESSAGE], "line": line}
+        return job
 
     def run(self, execute: Execute) -> None:
         """Run the policy and read its result, or note why there is none."""
@@ -115,21 +303,21 @@ class Outcome:
         """Everything as bytes."""
         header = self.failure or {
             "status": "ok",
-            "contacts": [str(name) for name in self.recorder.contacts[: frames.MAX_EXPECTATIONS]],
+            "contacts": [str(name) for name in self.recorder.contacts[: wire.MAX_EXPECTATIONS]],
             "expectations": [
                 {"kind": e.kind, "arguments": dict(e.arguments), "text": e.text}
-                for e in self.recorder.expectations[: frames.MAX_EXPECTATIONS]
+                for e in self.recorder.expectations[: wire.MAX_EXPECTATIONS]
             ],
         }
         header["prints"] = "".join(prints.parts)
         try:
-            return frames.pack_payload(header, None if self.failure else self.rows)
+            return wire.pack_payload(header, None if self.failure else self.rows)
         except (TypeError, ValueError, RecursionError):
             message = "an expectation holds something that is not plain numbers and text"
-            return frames.pack_payload({"status": "output", "message": message, "line": None})
+            return wire.pack_payload({"status": "output", "message": message, "line": None})
 
 
-class Stage:
+class Environment:
     """What every policy finds in place: made once in a worker, copied by each fork."""
 
     def __init__(self, modules: Modules) -> None:
@@ -169,38 +357,38 @@ class Stage:
     def rehearsal(self) -> Iterator[Callable[[], object]]:
         """Steps of going through the motions, so that a forked process has its pages before the clock runs."""
         yield lambda: self.prepare(_REHEARSAL, checked=True)
-        yield lambda: Outcome.failed("", "").payload(self.prints)
+        yield lambda: PolicyRun.failed("", "").payload(self.prints)
         yield _common_calls
 
-    def prepare(self, body: bytes | bytearray, *, checked: bool) -> Outcome:
+    def prepare(self, body: bytes | bytearray, *, checked: bool) -> PolicyRun:
         """Make a policy ready to run from the body of a request."""
-        header, table = frames.unpack_payload(memoryview(body))
-        outcome = Outcome()
-        outcome.source, outcome.given, outcome.original = header["source"], table, table[:, :4].copy()
-        outcome.scene = scene_from_json(header["scene"])
+        header, table = wire.unpack_payload(memoryview(body))
+        job = PolicyRun()
+        job.source, job.given, job.original = header["source"], table, table[:, :4].copy()
+        job.scene = scene_from_json(header["scene"])
         try:
-            tree = parse_tree(outcome.source)
-            outcome.entry = entry_of(tree)
+            tree = parse_tree(job.source)
+            job.entry = entry_of(tree)
             if checked:
                 check(tree)
         except PolicyError as error:
-            return Outcome.failed("rejected", error.problem, error.line)
-        outcome.recorder, toolkit = self.toolkit(outcome.scene.frame)
-        name = "__main__" if outcome.entry.form == "script" else "policy"
+            return PolicyRun.failed("rejected", error.problem, error.line)
+        job.recorder, toolkit = self.toolkit(job.scene.frame)
+        name = "__main__" if job.entry.form == "script" else "policy"
         module = sys.modules[name] = types.ModuleType(name)
-        outcome.namespace = module.__dict__
+        job.namespace = module.__dict__
         for hidden in ("__loader__", "__spec__", "__package__"):
-            del outcome.namespace[hidden]
-        outcome.namespace.update(
+            del job.namespace[hidden]
+        job.namespace.update(
             toolkit,
             np=self.modules.load("numpy") if checked else np,
             math=self.modules.load("math") if checked else math,
-            get_trajectory=trajectory_getter(outcome.original),
-            detect_objects=object_detector(outcome.scene),
+            get_trajectory=trajectory_getter(job.original),
+            detect_objects=object_detector(job.scene),
             __builtins__=self.builtins if checked else builtins,
         )
         seed_all()
-        return outcome
+        return job
 
 
 def _explain(error: BaseException) -> dict[str, Any]:
@@ -218,7 +406,7 @@ def _explain(error: BaseException) -> dict[str, Any]:
         except BaseException:
             text = ""
         text = f"{type(error).__name__}: {text}" if text else type(error).__name__
-    return {"status": kind, "message": text[: frames.MAX_MESSAGE], "line": _line(error)}
+    return {"status": kind, "message": text[: wire.MAX_MESSAGE], "line": _line(error)}
 
 
 def _line(error: BaseException) -> int | None:

@@ -1,8 +1,4 @@
-"""Removing from a policy's source what only its author needed: demos, dummies, prints and dead code.
-
-Whole lines go, so that comments and layout of the rest stay as they were, and each line that stays is known by its
-number in the original.
-"""
+"""From a model's reply to a policy: finding the code, cleaning it, checking it, reading its parameters."""
 
 from __future__ import annotations
 
@@ -10,13 +6,149 @@ import ast
 import re
 import symtable
 import sys
+import textwrap
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from ovita.errors import PolicyRejected
-from ovita.policy.allowed import MODULES, REASONS, refusal
-from ovita.policy.check import PROVIDED, SCRIPT_CALLS
-from ovita.policy.syntax import RESULT, Entry, bound_names, entry_of, parse_tree, root_name
+from ovita.policy.check import MODULES, PROVIDED, REASONS, SCRIPT_CALLS, check, refusal
+from ovita.policy.policy import Policy, find_parameters
+from ovita.policy.syntax import (
+    MAX_SOURCE,
+    NO_POLICY,
+    RESULT,
+    Entry,
+    bound_names,
+    entry_of,
+    find_function,
+    parse_tree,
+    root_name,
+)
+from ovita.policy.wire import MAX_MESSAGE, clean_text
+
+_CODE = re.compile(r"(import |from [\w.]+ import|def \w+|class \w+|@\w|#|\"\"\"|[A-Za-z_][\w.,\[\] ]*=[^=]|for |if )")
+MAX_SUMMARY = 300
+"""Most characters of a summary."""
+
+_PYTHON = ("python", "py", "python3", "")
+
+
+def parse(text: str, *, checked: bool = True) -> Policy:
+    """Read a policy from a model's reply or from plain code.
+
+    Args:
+        text: Code, or prose with code between ``` fences. The last block that holds a policy counts.
+        checked: Whether it must pass the allowlist check, without which only the sandbox's tests read one.
+
+    Raises:
+        PolicyRejected: If there is no policy, it is not Python, or it contains what a policy may not. Lines count
+            within the code.
+    """
+    try:
+        cleaned = clean(extract(text))
+        tree = parse_tree(cleaned.source)
+        entry = entry_of(tree)
+        parameters = find_parameters(cleaned.source, tree, entry)
+    except PolicyRejected as rejected:
+        raise _told(rejected, rejected.line) from None
+    policy = Policy(cleaned.source, entry.form, parameters, _summary(cleaned.source, tree, entry), cleaned.lines)
+    try:
+        if checked:
+            check(tree)
+    except PolicyRejected as rejected:
+        raise _told(rejected, policy.written_line(rejected.line)) from None
+    return policy
+
+
+def _told(rejected: PolicyRejected, line: int | None) -> PolicyRejected:
+    """The refusal in words that are fit for a terminal, however the source was written."""
+    return PolicyRejected(clean_text(rejected.problem, MAX_MESSAGE), line=line)
+
+
+def extract(text: str) -> str:
+    """Find the code in a reply.
+
+    Raises:
+        PolicyRejected: If there is none that could be a policy.
+    """
+    if len(text) > 4 * MAX_SOURCE:
+        raise PolicyRejected(f"the reply is longer than {4 * MAX_SOURCE // 1024} KiB; answer with the policy alone")
+    text = text.removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
+    if not text.strip():
+        raise PolicyRejected("the reply is empty; answer with a policy")
+    problem: PolicyRejected | None = None
+    for code in _candidates(text):
+        try:
+            entry_of(parse_tree(code))
+            return code
+        except PolicyRejected as rejected:
+            if problem is None or (problem.problem == NO_POLICY and rejected.problem != NO_POLICY):
+                problem = rejected
+    raise problem or PolicyRejected(NO_POLICY)
+
+
+def _candidates(text: str) -> Iterator[str]:
+    blocks = [(language, _dedented(code)) for language, code in _blocks(text)]
+    python = [code for language, code in blocks if language in _PYTHON]
+    yield from reversed(python)
+    if len(python) > 1:
+        yield "\n\n".join(python)
+    if not blocks:
+        code = _dedented(text)
+        yield code
+        yield _without_prose(code)
+    yield from (code for language, code in blocks if language not in _PYTHON)
+
+
+def _blocks(text: str) -> Iterator[tuple[str, str]]:
+    """The blocks between fences of ``` or ~~~, with their language in lower case; the last need not be closed."""
+    fence, language, code = "", "", list[str]()
+    for line in text.split("\n"):
+        mark = line.strip()
+        if not fence:
+            if mark.startswith(("```", "~~~")):
+                rest = mark.lstrip(mark[0])
+                fence, language, code = mark[: len(mark) - len(rest)], rest.strip().lower()[:20], []
+        elif mark.startswith(fence) and not mark.strip(fence[0]):
+            yield language.split(" ")[0], "\n".join(code) + "\n"
+            fence = ""
+        else:
+            code.append(line)
+    if fence:
+        yield language.split(" ")[0], "\n".join(code)
+
+
+def _dedented(code: str) -> str:
+    first = next((line for line in code.split("\n") if line.strip()), "")
+    return textwrap.dedent(code) if first[:1].isspace() else code
+
+
+def _without_prose(text: str) -> str:
+    """Leave out sentences before and after code that came without fences."""
+    lines = text.split("\n")
+    start = next((i for i, line in enumerate(lines) if _CODE.match(line)), 0)
+    end = len(lines)
+    while end > start and (not lines[end - 1].strip() or _is_prose(lines[end - 1])):
+        end -= 1
+    return "\n".join(lines[start:end])
+
+
+def _is_prose(line: str) -> bool:
+    first = line[:1]
+    return (first.isupper() or first in "*-") and not set(line) & set("=[]{}") and len(line.split()) > 2
+
+
+def _summary(source: str, tree: ast.Module, entry: Entry) -> str:
+    """What the author says that the policy does: the first line of its docstring or its first comment."""
+    texts = [ast.get_docstring(tree)]
+    if entry.form == "function":
+        texts.insert(0, ast.get_docstring(find_function(tree, entry.name)))
+    for text in texts:
+        if text and text.strip():
+            return clean_text(text.strip().split("\n")[0].strip(), MAX_SUMMARY)
+    first = source.lstrip().split("\n")[0]
+    return clean_text(first.lstrip("# ").strip(), MAX_SUMMARY) if first.startswith("#") else ""
+
 
 _HARMLESS = MODULES | {"time", "datetime", "logging", "pprint"}
 _MUTATORS = frozenset({"pop", "append", "extend", "insert", "remove", "update", "sort", "popleft", "add", "clear"})

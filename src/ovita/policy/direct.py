@@ -1,0 +1,423 @@
+"""Policies of toolkit calls only: the proof that one is, and running it in this process without running it as code.
+
+A proven policy is one function whose statements are assignments, conditions, toolkit calls, scene look-ups and
+arithmetic. It is not compiled: `run_proven` walks its syntax tree and does those few things itself. What it computes on
+is bounded in number, size and work; where a policy needs more, the sandbox runs it.
+"""
+
+from __future__ import annotations
+
+import ast
+import operator
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from ovita.errors import PolicyCrashed
+from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.trajectory import Array
+from ovita.policy.syntax import all_bindings, entry_of, literal
+from ovita.policy.wire import MAX_MESSAGE, clean_text
+from ovita.toolkit import CATALOGUE, Expectation, Recorder, namespace
+
+MAX_WAYPOINTS = 5_000
+"""Most rows of an array that is handed to the toolkit in this process."""
+
+MAX_ELEMENTS = 40_000
+"""Most elements of an array or a text that arithmetic may bring about in this process."""
+
+MAX_NUMBER = 1e6
+"""Largest magnitude of a number that a proven policy may state or compute; whole numbers do not grow beyond it."""
+
+MAX_CALLS = 64
+"""Most toolkit calls in this process."""
+
+MAX_WORK = 2_000_000
+"""Most elements that arithmetic may touch in all in this process."""
+
+_FUNCTIONS: Mapping[str, Callable[..., Any]] = MappingProxyType(
+    {"len": len, "abs": abs, "min": min, "max": max, "float": float}
+)
+_ATTRIBUTES: Mapping[type, frozenset[str]] = MappingProxyType(
+    {
+        SceneObject: frozenset({"position", "size", "dimensions", "radius", "name"}),
+        Scene: frozenset({"names"}),
+        np.ndarray: frozenset({"shape"}),
+    }
+)
+_ALL_ATTRIBUTES = frozenset().union(*_ATTRIBUTES.values())
+_BINARY: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = MappingProxyType(
+    {
+        ast.Add: operator.add,
+        ast.Sub: operator.sub,
+        ast.Mult: operator.mul,
+        ast.Div: operator.truediv,
+        ast.FloorDiv: operator.floordiv,
+        ast.BitAnd: operator.and_,
+        ast.BitOr: operator.or_,
+        ast.BitXor: operator.xor,
+    }
+)
+_UNARY: Mapping[type[ast.unaryop], Callable[[Any], Any]] = MappingProxyType(
+    {ast.USub: operator.neg, ast.UAdd: operator.pos, ast.Invert: operator.invert, ast.Not: operator.not_}
+)
+_COMPARE: Mapping[type[ast.cmpop], Callable[[Any, Any], Any]] = MappingProxyType(
+    {
+        ast.Lt: operator.lt,
+        ast.LtE: operator.le,
+        ast.Gt: operator.gt,
+        ast.GtE: operator.ge,
+        ast.Eq: operator.eq,
+        ast.NotEq: operator.ne,
+        ast.Is: operator.is_,
+        ast.IsNot: operator.is_not,
+        ast.In: lambda a, b: a in b,
+        ast.NotIn: lambda a, b: a not in b,
+    }
+)
+_RESERVED = frozenset({*CATALOGUE, *_FUNCTIONS, "np", "math", "get_trajectory", "detect_objects"})
+
+
+class TooMuch(Exception):
+    """A proven policy needs more than this process gives it; it belongs into the sandbox."""
+
+
+def proven(tree: ast.Module) -> bool:
+    """Whether a policy is one function made of toolkit calls, scene look-ups and arithmetic, and nothing else."""
+    body = [s for s in tree.body if not _is_text(s)]
+    if len(body) != 1 or not isinstance(body[0], ast.FunctionDef):
+        return False
+    function = body[0]
+    bound, arguments = all_bindings(function), function.args
+    if function.decorator_list or arguments.vararg or arguments.kwarg or getattr(function, "type_params", None):
+        return False
+    if bound & _RESERVED or any(name.startswith("_") for name in bound):
+        return False
+    defaults = [*arguments.defaults, *(d for d in arguments.kw_defaults if d is not None)]
+    return all(map(_is_literal, defaults)) and all(_is_simple_statement(s, bound) for s in function.body)
+
+
+def _is_simple_statement(node: ast.stmt, bound: set[str]) -> bool:
+    match node:
+        case ast.Expr(value=value) | ast.Return(value=ast.expr() as value):
+            return _is_simple(value, bound)
+        case ast.Assign(targets=[ast.Name()], value=value):
+            return _is_simple(value, bound)
+        case ast.Assign(targets=[ast.Tuple(elts=names)], value=ast.Tuple(elts=values)):
+            one_each = len(names) == len(values) and all(isinstance(name, ast.Name) for name in names)
+            return one_each and all(_is_simple(value, bound) for value in values)
+        case ast.If(test=test, body=body, orelse=orelse):
+            return _is_simple(test, bound) and all(_is_simple_statement(s, bound) for s in [*body, *orelse])
+        case ast.Pass():
+            return True
+    return False
+
+
+def _is_simple(node: ast.AST | None, bound: set[str]) -> bool:
+    match node:
+        case ast.Constant(value=value):
+            return value is None or type(value) in (bool, int, float, str)
+        case ast.Name(id=name, ctx=ast.Load()):
+            return name in bound
+        case ast.Call(func=ast.Name(id=name), args=args, keywords=keywords):
+            known = name in CATALOGUE or (name in _FUNCTIONS and not keywords)
+            inner = [*args, *(k.value for k in keywords)]
+            plain = all(k.arg is not None for k in keywords) and not any(isinstance(a, ast.Starred) for a in args)
+            return known and plain and all(_is_simple(a, bound) for a in inner)
+        case ast.Attribute(value=value, attr=attribute, ctx=ast.Load()):
+            return attribute in _ALL_ATTRIBUTES and _is_simple(value, bound)
+        case ast.Subscript(value=value, slice=index, ctx=ast.Load()):
+            return _is_simple(value, bound) and _is_simple_index(index, bound)
+        case ast.BinOp(left=left, op=op, right=right):
+            return type(op) in _BINARY and _is_simple(left, bound) and _is_simple(right, bound)
+        case ast.UnaryOp(op=op, operand=operand):
+            return type(op) in _UNARY and _is_simple(operand, bound)
+        case ast.Compare(left=left, ops=ops, comparators=right):
+            return all(type(op) in _COMPARE for op in ops) and all(_is_simple(n, bound) for n in (left, *right))
+        case ast.BoolOp(values=values) | ast.Tuple(elts=values) | ast.List(elts=values):
+            return all(_is_simple(value, bound) for value in values)
+    return False
+
+
+def _is_simple_index(node: ast.expr, bound: set[str]) -> bool:
+    match node:
+        case ast.Slice(lower=lower, upper=upper, step=step):
+            return all(part is None or _is_simple(part, bound) for part in (lower, upper, step))
+        case ast.Tuple(elts=parts):
+            return all(_is_simple_index(part, bound) for part in parts)
+    return _is_simple(node, bound)
+
+
+def _is_literal(node: ast.expr) -> bool:
+    try:
+        literal(node)
+    except (ValueError, OverflowError, RecursionError):
+        return False
+    return True
+
+
+def _is_text(node: ast.stmt) -> bool:
+    return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
+
+
+def run_proven(tree: ast.Module, given: Array, scene: Scene) -> tuple[Any, Recorder]:
+    """Run a proven policy; its result, whatever that is, and what it stated.
+
+    Args:
+        tree: For which `proven` holds.
+        given: The trajectory's rows (N, 4+k).
+        scene: The scene.
+
+    Raises:
+        TooMuch: If it takes more than this process gives; nothing of it is left then.
+        PolicyCrashed: If it fails, with the line.
+    """
+    if not proven(tree):
+        raise TooMuch
+    if len(given) > MAX_WAYPOINTS:
+        raise TooMuch
+    run = _Run(scene)
+    try:
+        with np.errstate(all="ignore"):
+            return run.function(tree, given), run.recorder
+    except (TooMuch, RecursionError, MemoryError):
+        raise TooMuch from None
+    except Exception as error:
+        text = str(error)
+        said = f"{type(error).__name__}: {text}" if text else type(error).__name__
+        raise PolicyCrashed(clean_text(said[:MAX_MESSAGE], MAX_MESSAGE), line=run.line) from None
+
+
+class _Return(Exception):
+    """Ends the function with a value."""
+
+    def __init__(self, value: Any) -> None:
+        self.value = value
+
+
+class _Run:
+    """Walks the tree of one proven policy."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene, self.recorder = scene, Recorder()
+        self.calls, self.work, self.line = 0, 0, 0
+        self.toolkit = namespace(scene.frame, self.recorder)
+        self.values: dict[str, Any] = {}
+
+    def function(self, tree: ast.Module, given: Array) -> Any:
+        """Call the policy's function with the trajectory and the scene."""
+        function = next(s for s in tree.body if isinstance(s, ast.FunctionDef))
+        arguments = function.args
+        positional = [*arguments.posonlyargs, *arguments.args]
+        first = len(positional) - len(arguments.defaults)
+        defaults = {a.arg: d for a, d in zip(positional[first:], arguments.defaults, strict=True)}
+        defaults |= {a.arg: d for a, d in zip(arguments.kwonlyargs, arguments.kw_defaults, strict=True) if d}
+        self.values = {name: self.bounded(literal(node)) for name, node in defaults.items()}
+        inputs = (given, self.scene)[: entry_of(tree).arguments]
+        self.values |= {a.arg: value for a, value in zip(positional, inputs, strict=False)}
+        try:
+            self.block(function.body)
+        except _Return as ended:
+            return ended.value
+        return None
+
+    def block(self, body: list[ast.stmt]) -> None:
+        for statement in body:
+            self.line = statement.lineno
+            match statement:
+                case ast.Return(value=value):
+                    raise _Return(self.value(value))
+                case ast.Assign(targets=[ast.Name(id=name)], value=value):
+                    self.values[name] = self.value(value)
+                case ast.Assign(targets=[ast.Tuple(elts=names)], value=ast.Tuple(elts=parts)):
+                    values = [self.value(part) for part in parts]
+                    self.values |= {n.id: v for n, v in zip(names, values, strict=True) if isinstance(n, ast.Name)}
+                case ast.If(test=test, body=then, orelse=orelse):
+                    self.block(then if self.value(test) else orelse)
+                case ast.Expr(value=value):
+                    self.value(value)
+
+    def value(self, node: ast.expr | None) -> Any:
+        match node:
+            case ast.Constant(value=value):
+                return self.bounded(value)
+            case ast.Name(id=name):
+                if name not in self.values:
+                    raise UnboundLocalError(f"{name} is used before it has a value")
+                return self.values[name]
+            case ast.Tuple(elts=items):
+                return tuple(self.value(item) for item in items)
+            case ast.List(elts=items):
+                return [self.value(item) for item in items]
+            case ast.BoolOp(op=op, values=values):
+                return self.any_or_all(values, isinstance(op, ast.Or))
+            case ast.Compare():
+                return self.compare(node)
+        assert isinstance(node, ast.Call | ast.Attribute | ast.Subscript | ast.BinOp | ast.UnaryOp)
+        result = self.operation(node)
+        return self.bounded(result)
+
+    def operation(self, node: ast.Call | ast.Attribute | ast.Subscript | ast.BinOp | ast.UnaryOp) -> Any:
+        match node:
+            case ast.Call():
+                return self.call(node)
+            case ast.BinOp(left=left, op=op, right=right):
+                a, b = self.value(left), self.value(right)
+                self.line = node.lineno
+                self.refuse_growth(a, b)
+                return _BINARY[type(op)](a, b)
+            case ast.UnaryOp(op=op, operand=operand):
+                a = self.value(operand)
+                return _UNARY[type(op)](a)
+            case ast.Attribute(value=value, attr=name):
+                owner = self.value(value)
+                self.line = node.lineno
+                if name not in _ATTRIBUTES.get(type(owner), ()):
+                    raise AttributeError(f"{type(owner).__name__} has no {name} in a policy")
+                return getattr(owner, name)
+            case ast.Subscript(value=value, slice=index):
+                owner, key = self.value(value), self.index(index)
+                self.line = node.lineno
+                return owner[key]
+
+    def call(self, node: ast.Call) -> Any:
+        assert isinstance(node.func, ast.Name)
+        name = node.func.id
+        arguments = [self.value(a) for a in node.args]
+        named = {k.arg: self.value(k.value) for k in node.keywords if k.arg is not None}
+        self.line = node.lineno
+        if name not in CATALOGUE:
+            return _FUNCTIONS[name](*arguments)
+        self.calls += 1
+        if self.calls > MAX_CALLS or any(len(a) > MAX_WAYPOINTS for a in (*arguments, *named.values()) if _is_array(a)):
+            raise TooMuch
+        return self.toolkit[name](*arguments, **named)
+
+    def index(self, node: ast.expr) -> Any:
+        """An index that takes a part and never more than there is: numbers, slices, one mask, a name."""
+        match node:
+            case ast.Slice(lower=lower, upper=upper, step=step):
+                return slice(*(None if part is None else self.value(part) for part in (lower, upper, step)))
+            case ast.Tuple(elts=parts):
+                return tuple(self.part(self.index(part)) for part in parts)
+        key = self.value(node)
+        return key if isinstance(key, str) else self.part(key)
+
+    def part(self, key: Any) -> Any:
+        mask = _is_array(key) and key.dtype == np.bool_ and key.ndim == 1
+        if mask or isinstance(key, slice) or (isinstance(key, int | np.integer) and not isinstance(key, bool)):
+            return key
+        raise TooMuch
+
+    def any_or_all(self, values: list[ast.expr], until: bool) -> Any:
+        result: Any = None
+        for value in values:
+            result = self.value(value)
+            if bool(result) is until:
+                break
+        return result
+
+    def compare(self, node: ast.Compare) -> Any:
+        left, result = self.value(node.left), None
+        for op, right_node in zip(node.ops, node.comparators, strict=True):
+            right = self.value(right_node)
+            self.line = node.lineno
+            if not isinstance(op, ast.Is | ast.IsNot | ast.In | ast.NotIn):
+                self.refuse_growth(left, right, arithmetic=False)
+            result = self.bounded(_COMPARE[type(op)](left, right))
+            if len(node.ops) > 1 and not result:
+                break
+            left = right
+        return result
+
+    def refuse_growth(self, a: Any, b: Any, *, arithmetic: bool = True) -> None:
+        """Let arithmetic pass on numbers and arrays of numbers only, and where the result is not large."""
+        if not (_is_array(a) or _is_array(b)):
+            if arithmetic and not (_is_number(a) and _is_number(b)):
+                raise TooMuch  # such as a text or a list times a number
+            return
+        shapes = [np.shape(v) for v in (a, b) if _is_array(v) or isinstance(v, list | tuple)]
+        try:
+            shape = np.broadcast_shapes(*shapes)
+        except ValueError:
+            return  # numpy says it better
+        self.spend(int(np.prod(shape)))
+
+    def spend(self, elements: int) -> None:
+        self.work += elements
+        if elements > MAX_ELEMENTS or self.work > MAX_WORK:
+            raise TooMuch
+
+    def bounded(self, value: Any) -> Any:
+        """The value, if it is of a kind and a size that is computed on here."""
+        if isinstance(value, bool | np.bool_) or value is None:
+            return value
+        if isinstance(value, int | float | np.number):
+            if isinstance(value, int | np.integer) and abs(int(value)) > MAX_NUMBER:
+                raise TooMuch
+            if abs(float(value)) > MAX_NUMBER and np.isfinite(value):
+                raise TooMuch
+            return value
+        if _is_array(value):
+            if value.dtype.kind not in "fiub" or value.size > 8 * 2 * MAX_ELEMENTS:
+                raise TooMuch
+            self.spend(value.size // 16)
+            return value
+        if isinstance(value, str | list | tuple):
+            self.spend(len(value))
+            return value
+        if isinstance(value, SceneObject | Scene | Expectation):
+            return value
+        raise TooMuch
+
+
+def _is_array(value: Any) -> bool:
+    return type(value) is np.ndarray
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float | np.number | np.bool_)
+
+
+def carries_columns(tree: ast.Module) -> bool:
+    """Whether a proven policy leaves the arithmetic on its trajectory to the toolkit as well.
+
+    If it does, further columns such as a quaternion may ride along: the toolkit repeats and interpolates them, but
+    `traj + 0.1` would spoil them.
+    """
+    if not proven(tree):
+        return False
+    function = next(s for s in tree.body if isinstance(s, ast.FunctionDef))
+    follows: dict[str, list[str]] = {}
+    for node in ast.walk(function):
+        if isinstance(node, ast.Assign):
+            targets = [t.id for t in node.targets if isinstance(t, ast.Name)]
+            for name in _names(node.value):
+                follows.setdefault(name, []).extend(targets)
+    fresh = [a.arg for a in [*function.args.posonlyargs, *function.args.args][:1]]
+    tainted = set[str]()
+    while fresh:
+        name = fresh.pop()
+        if name not in tainted:
+            tainted.add(name)
+            fresh += follows.get(name, [])
+    return not any(_names(operand) & tainted for node in ast.walk(function) for operand in _operands(node))
+
+
+def _operands(node: ast.AST) -> list[ast.expr]:
+    match node:
+        case ast.BinOp(left=left, op=ast.Add() | ast.Sub() | ast.Mult() | ast.Div() | ast.FloorDiv(), right=right):
+            return [left, right]
+        case ast.UnaryOp(op=ast.USub() | ast.UAdd(), operand=operand):
+            return [operand]
+        case ast.Subscript(value=value):
+            return [value]
+        case ast.Return(value=value) if not isinstance(value, ast.Call | ast.Name):
+            return [value] if value is not None else []
+    return []
+
+
+def _names(node: ast.AST) -> set[str]:
+    return {n.id for n in ast.walk(node) if isinstance(n, ast.Name)}
