@@ -24,7 +24,7 @@ from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 from ovita.policy import Policy
 from ovita.policy.reading import parse
-from ovita.policy.sandbox import Rollout, run
+from ovita.policy.sandbox import Rollout, known_isolation, run
 from ovita.request import Request
 from ovita.result import Adaptation, Postcondition, Status, judged_status
 from ovita.writers.base import PolicyWriter, Reply, WriterInfo, writer_named
@@ -94,6 +94,7 @@ def adapt(
     """
     if repairs < 0 or (time_limit is not None and not 0.0 < time_limit < math.inf):
         raise RequestError("repairs must be 0 or more, and the time limit a positive number of seconds")
+    known_isolation(isolation)
     clock = _Clock()
     chosen = writer_named(writer) if isinstance(writer, str) else writer
     watch = Watch.lasting(time_limit, progress, cancel)
@@ -130,6 +131,7 @@ def rerun(
     Raises:
         PolicyError: If the adaptation has no policy, a parameter does not exist, or the policy fails with it.
     """
+    known_isolation(isolation)
     clock = _Clock()
     before = {p.name: p.value for p in adaptation.parameters}
     unknown = [name for name in parameters if name not in before]

@@ -13,8 +13,8 @@ from ovita.instruct.reading import read_instruction
 from ovita.instruct.tokens import close, distance, tokenize
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
-from ovita.policy.sandbox import run
 from ovita.policy.reading import parse as parse_policy
+from ovita.policy.sandbox import run
 from ovita.request import Request
 from ovita.toolkit import judge
 from ovita.writers.builtin import BuiltinWriter

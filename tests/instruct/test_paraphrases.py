@@ -11,8 +11,8 @@ from ovita.measure import predicates as checks
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
-from ovita.policy.sandbox import run
 from ovita.policy.reading import parse as parse_policy
+from ovita.policy.sandbox import run
 from ovita.request import Request
 from ovita.writers.builtin import BuiltinWriter
 from ovita.writers.prompt import ground

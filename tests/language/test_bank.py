@@ -4,8 +4,8 @@ import pytest
 from bank_scenes import SCENES
 
 from ovita.measure import predicates as checks
-from ovita.policy.sandbox import run
 from ovita.policy.reading import parse
+from ovita.policy.sandbox import run
 from ovita.toolkit import judge
 from ovita.writers.examples import examples
 

@@ -10,8 +10,8 @@ from ovita.paths.frame import Frame
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
-from ovita.policy.sandbox import run
 from ovita.policy.reading import parse
+from ovita.policy.sandbox import run
 from ovita.request import Request, Turn
 from ovita.toolkit import CATALOGUE
 from ovita.toolkit.catalogue import core_names

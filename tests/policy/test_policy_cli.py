@@ -52,7 +52,7 @@ def test_run_writes_the_result(files):
     assert result.exit_code == 0, result.output
     document = json.loads(out.read_text())
     assert document["adapted"][0][:3] == [-0.5, 0.0, 0.0]
-    assert document["isolation"] == "strict"
+    assert document["isolation"] == "strict", "it prints"
     assert set(document["timings_ms"]) == {"read", "run", "total"}
     assert document["parameters"] == [{"name": "distance", "value": 0.5, "unit": "m"}]
     assert "100 waypoints" in result.output and "| moved" in result.output

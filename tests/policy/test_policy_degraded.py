@@ -11,8 +11,8 @@ from ordinary import FUNCTIONS, SCRIPTS
 import ovita.policy
 from ovita.errors import PolicyCrashed, PolicyRejected, PolicyTimeout, RequestError
 from ovita.policy import Policy
-from ovita.policy.sandbox import SandboxLimits, _run, run
 from ovita.policy.reading import parse
+from ovita.policy.sandbox import SandboxLimits, _run, run
 
 needs_rlimits = pytest.mark.skipif(sys.platform != "linux", reason="rlimits on memory are Linux's")
 

@@ -8,8 +8,8 @@ import pytest
 from ordinary import FUNCTIONS, SCRIPTS
 
 from ovita.policy.check import check
-from ovita.policy.sandbox import run
 from ovita.policy.reading import parse
+from ovita.policy.sandbox import run
 from ovita.toolkit import Recorder, namespace
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="strict isolation needs Linux")

@@ -17,8 +17,8 @@ from ovita.paths.frame import Frame
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.policy import Policy, sandbox
-from ovita.policy.sandbox import SandboxLimits, run
 from ovita.policy.reading import parse
+from ovita.policy.sandbox import SandboxLimits, run
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="strict isolation needs Linux")
 

@@ -9,6 +9,7 @@ import textwrap
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,9 @@ import pytest
 from ovita.errors import PolicyTimeout
 from ovita.policy import Policy, sandbox
 from ovita.policy.processes import POOL
-from ovita.policy.sandbox import SandboxLimits, run
+from ovita.policy.sandbox import SandboxLimits
+
+run = partial(sandbox.run, isolation="strict")  # so that proven policies need a worker too
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="strict isolation needs Linux")
 
@@ -180,7 +183,7 @@ from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 
 line = Trajectory(np.zeros((3, 3)), np.ones(3))
-run(Policy("def adapt(traj, scene):\\n    return traj\\n"), line, Scene())
+run(Policy("def adapt(traj, scene):\\n    return traj\\n"), line, Scene(), isolation="strict")
 hang = Policy("def adapt(traj, scene):\\n    while True:\\n        pass\\n")
 if sys.argv[1] == "busy":
     limits = SandboxLimits(wall_s=60.0)

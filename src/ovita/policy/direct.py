@@ -178,7 +178,7 @@ def run_proven(tree: ast.Module, given: Array, scene: Scene) -> tuple[Any, Recor
         raise TooMuch
     if len(given) > MAX_WAYPOINTS:
         raise TooMuch
-    run = _Run(scene)
+    run = _Run(tree, scene)
     try:
         with np.errstate(all="ignore"):
             return run.function(tree, given), run.recorder
@@ -200,10 +200,10 @@ class _Return(Exception):
 class _Run:
     """Walks the tree of one proven policy."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, tree: ast.Module, scene: Scene) -> None:
         self.scene, self.recorder = scene, Recorder()
         self.calls, self.work, self.line = 0, 0, 0
-        self.toolkit = namespace(scene.frame, self.recorder)
+        self.toolkit = namespace(scene.frame, self.recorder, _names(tree) & CATALOGUE.keys())
         self.values: dict[str, Any] = {}
 
     def function(self, tree: ast.Module, given: Array) -> Any:

@@ -119,16 +119,17 @@ def note_contact(recorder: Recorder | None, target: Target | None, shift: Array)
         recorder.contacts.append(target.name)
 
 
-def namespace(frame: Frame, recorder: Recorder) -> dict[str, Callable[..., Any]]:
+def namespace(frame: Frame, recorder: Recorder, names: Iterable[str] | None = None) -> dict[str, Callable[..., Any]]:
     """The catalogue for one run of a policy: each operation knows the frame and the recorder.
 
     Args:
         frame: Which way is left.
         recorder: Collects contacts and expectations.
+        names: Only these operations; None for all.
 
     A call that does not fit an operation's signature raises a ValueError that shows the signature.
     """
-    return {name: _bound(function, frame, recorder) for name, function in CATALOGUE.items()}
+    return {name: _bound(CATALOGUE[name], frame, recorder) for name in (CATALOGUE if names is None else names)}
 
 
 def core_names() -> tuple[str, ...]:
