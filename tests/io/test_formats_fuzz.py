@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ovita.errors import FormatError, OvitaError
-from ovita.io import csv_, files, json_, robot_, scene_from_dict, trajectory_from_rows
+from ovita.io import csv_, documents, files, json_, scene_from_dict, trajectory_from_rows
 
 VALID = {
     "trajectory": [[0.0, 0.0, 0.0, 0.5], [0.1, 0.0, 0.0, 0.5], [0.2, 0.0, 0.1, 0.0]],
@@ -44,8 +44,8 @@ def parse_everything(data):
     for parse in (
         json_.parse,
         csv_.parse,
-        lambda text, file: robot_.robot_from_dict(json_.parse_object(text, file), file),
-        lambda text, file: robot_.robot_from_dict(robot_._parse_toml(text, file), file),
+        lambda text, file: documents.robot_from_dict(json_.parse_object(text, file), file),
+        lambda text, file: documents.robot_from_dict(documents.parse_toml(text, file), file),
     ):
         try:
             parse(files.decode(data, "f"), "f")

@@ -1,6 +1,5 @@
 import json
 import os
-import time
 
 import numpy as np
 import pytest
@@ -95,10 +94,10 @@ BAD = {
     ),
     "frame": ({"trajectory": ROWS, "frame": 1}, "frame is 1, expected text"),
     "objects": ({"trajectory": ROWS, "objects": {"mug": [0, 0, 0]}}, "objects is an object, expected a list"),
-    "object": ({"trajectory": ROWS, "objects": ["mug"]}, "objects[0] is 'mug', expected an object with name"),
+    "object": ({"trajectory": ROWS, "objects": ["mug"]}, "objects[0] is 'mug', expected an object"),
     "no name": (with_object(x=0, y=0, z=0), "objects[1] has no name (its keys are x, y, z)"),
-    "empty name": (with_object(name=" ", x=0, y=0, z=0), "objects[1] has no name (its name is ' ')"),
-    "name": (with_object(name=7, x=0, y=0, z=0), "objects[1] has no name (its name is 7)"),
+    "empty name": (with_object(name=" ", x=0, y=0, z=0), "objects[1] name is blank"),
+    "name": (with_object(name=7, x=0, y=0, z=0), "objects[1] name is 7, expected text"),
     "no coordinates": (with_object(name="cup"), "objects[1] ('cup') has no x, y, z"),
     "no z": (with_object(name="cup", x=0, y=0), "objects[1] ('cup') has no z; give x, y and z in metres"),
     "coordinate": (with_object(name="cup", x=0, y="1", z=0), "objects[1] y is '1', not a number"),
@@ -109,7 +108,10 @@ BAD = {
     "position": (with_object(name="cup", position=[0, 0]), "objects[1] position holds 2 values, expected 3"),
     "position dict": (with_object(name="cup", position={"x": 0}), "position has the keys x, expected {x, y, z}"),
     "dimensions": (with_object(name="cup", x=0, y=0, z=0, dimensions=2), "objects[1] dimensions is 2"),
-    "negative size": (with_object(name="cup", x=0, y=0, z=0, dimensions=[1, -1, 1]), "dimensions [1.0, -1.0, 1.0]"),
+    "negative size": (
+        with_object(name="cup", x=0, y=0, z=0, dimensions=[1, -1, 1]),
+        "dimensions[1] is -1, expected",
+    ),
     "orientation": (with_object(name="c", x=0, y=0, z=0, orientation=[0] * 4), "objects[1]", "length zero"),
     "same name": (with_object(name="MUG ", x=0, y=0, z=0), "objects[1] two objects are named 'MUG ' (numbers 0 and 1)"),
     "repeated key": ('{"trajectory": [], "trajectory": []}', "trajectory stands twice in one JSON object"),
@@ -280,13 +282,11 @@ def test_a_robot_that_is_no_name_stays_among_the_extra_keys():
     assert task.extra == {"robot": {"max_speed": 1}}
 
 
-def test_a_hundred_thousand_waypoints_take_less_than_a_second(tmp_path):
-    values = np.random.default_rng(0).uniform(0, 1, (100_000, 4))
+def test_good_rows_are_read_at_once_without_a_look_at_single_values(tmp_path, monkeypatch):
+    values = np.random.default_rng(0).uniform(0, 1, (1000, 4))
     save_trajectory(tmp_path / "t.json", Trajectory.from_array(values))
-    start = time.perf_counter()
-    task = load_task(tmp_path / "t.json")
-    assert time.perf_counter() - start < 1.0
-    assert np.array_equal(task.trajectory.to_array(), values)
+    monkeypatch.delattr("ovita.io.waypoints.number_problem")
+    assert np.array_equal(load_task(tmp_path / "t.json").trajectory.to_array(), values)
 
 
 coordinates = st.floats(-1e9, 1e9)

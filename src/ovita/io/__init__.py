@@ -19,9 +19,8 @@ from ovita.errors import FormatError
 from ovita.io import csv_, json_
 from ovita.io.adaptation import is_adaptation, load_document, save_document
 from ovita.io.choices import NONE, Choices
+from ovita.io.documents import load_robot, scene_dict, scene_from_dict
 from ovita.io.files import atomic_write, errors_of, examine, file_name, read_text, suffix
-from ovita.io.robot_ import load_robot
-from ovita.io.scenes import scene_dict, scene_from_dict
 from ovita.io.task import Task
 from ovita.io.waypoints import trajectory_from_rows, trajectory_rows
 from ovita.paths.scene import Scene

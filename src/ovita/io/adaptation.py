@@ -13,8 +13,8 @@ from typing import Any
 
 from ovita.errors import FormatError
 from ovita.io import json_
+from ovita.io.documents import plain
 from ovita.io.files import atomic_write, examine, file_name, read_text, suffix
-from ovita.io.values import plain
 
 SCHEMA = json_.ADAPTATION_SCHEMA
 """Value of the key `schema`."""

@@ -9,9 +9,9 @@ import re
 import numpy as np
 
 from ovita.errors import FormatError
+from ovita.io.documents import LARGEST, brief, listing, number_problem, show
 from ovita.io.files import errors_of
 from ovita.io.task import Task
-from ovita.io.values import LARGEST, brief, listing, number, show
 from ovita.io.waypoints import COLUMNS, column_name, from_columns, trajectory_rows
 from ovita.paths.trajectory import TIMESTEP, Array, Trajectory
 
@@ -117,10 +117,10 @@ def _header_offset(content: str, file: str) -> tuple[int, float | None]:
 
 def _parse_timestep(cell: str, file: str) -> float:
     try:
-        value = number(float(cell), "timestep")
+        value = float(cell)
     except ValueError:
         value = 0.0
-    if value <= 0:
+    if number_problem(value) or value <= 0:
         raise FormatError(file, f"is {show(cell)}, expected a time > 0 in seconds", key="timestep")
     return value
 
@@ -174,8 +174,4 @@ def _cell_problem(cell: str) -> str:
     if value is None or "_" in bare:
         comma = "; write decimals with a point" if re.fullmatch(r"[-+]?\d+,\d+", bare) else ""
         return f"is {show(bare)}, not a number{comma}"
-    try:
-        number(value, "it")
-    except ValueError as error:
-        return str(error).removeprefix("it ")
-    return ""
+    return number_problem(value)

@@ -10,10 +10,19 @@ from dataclasses import asdict
 from typing import Any
 
 from ovita.errors import FormatError
+from ovita.io.documents import (
+    SCENE_KEYS,
+    brief,
+    listing,
+    nearest,
+    number_problem,
+    plain,
+    scene_dict,
+    scene_from_dict,
+    show,
+)
 from ovita.io.files import errors_of
-from ovita.io.scenes import SCENE_KEYS, scene_dict, scene_from_dict
 from ovita.io.task import Task
-from ovita.io.values import brief, listing, nearest, number, plain, show, text
 from ovita.io.waypoints import read_rows, trajectory_rows
 from ovita.paths.robot import PRESETS
 from ovita.paths.scene import Scene
@@ -245,21 +254,17 @@ def _robot_of_adaptation(robot: object) -> tuple[str | None, tuple[str, ...]]:
 def _timestep(document: Mapping[str, Any], file: str) -> float:
     if document.get("timestep") is None:
         return TIMESTEP
-    try:
-        value = number(document["timestep"], "it")
-    except ValueError:
-        value = 0.0
-    if value <= 0:
-        problem = f"is {show(document['timestep'])}, expected a time > 0 in seconds"
-        raise FormatError(file, problem, key="timestep")
-    return value
+    value = document["timestep"]
+    if number_problem(value) or value <= 0:
+        raise FormatError(file, f"is {show(value)}, expected a time > 0 in seconds", key="timestep")
+    return float(value)
 
 
 def _instruction(document: Mapping[str, Any], file: str) -> str:
-    try:
-        return text(document.get("instruction"), "it")
-    except ValueError:
-        raise FormatError(file, f"is {show(document['instruction'])}, expected text", key="instruction") from None
+    value = document.get("instruction") or ""
+    if not isinstance(value, str):
+        raise FormatError(file, f"is {show(value)}, expected text", key="instruction")
+    return value
 
 
 def _no_trajectory(document: Mapping[str, Any], key: str) -> str:

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ovita.errors import TrajectoryError
+from ovita.io.documents import LARGEST
 from ovita.io.timelaw import chained_speeds, no_rougher
-from ovita.io.values import LARGEST
 from ovita.paths.trajectory import TIMESTEP, Array
 
 SMOOTHNESS = 0.02

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from ovita.errors import FormatError
+from ovita.io.documents import LARGEST, show
 from ovita.io.files import errors_of
 from ovita.io.task import Task
 from ovita.io.timelaw import timed
-from ovita.io.values import LARGEST, show
 from ovita.io.waypoints import from_columns
 from ovita.paths.trajectory import Array, Trajectory
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from ovita.errors import TrajectoryError
+from ovita.io.documents import LARGEST, listing, number_problem, show
 from ovita.io.timing import speeds_from_times
-from ovita.io.values import LARGEST, listing, number, show
 from ovita.paths.trajectory import TIMESTEP, Array, Trajectory
 
 DEFAULT_SPEED = 0.1
@@ -41,7 +41,7 @@ def trajectory_from_rows(rows: object, *, key: str = "trajectory", timestep: flo
 
 
 def read_rows(
-    rows: object, *, key: str = "trajectory", timestep: float = TIMESTEP
+    rows: object, *, key: str | None = "trajectory", timestep: float = TIMESTEP
 ) -> tuple[Trajectory, tuple[str, ...]]:
     """Build a trajectory from parsed rows, and say what had to be assumed.
 
@@ -127,7 +127,7 @@ def from_columns(
     return built, tuple(notes)
 
 
-def _of_lists(rows: Sequence[Any], key: str) -> tuple[tuple[str, ...], Iterable[Sequence[object]]]:
+def _of_lists(rows: Sequence[Any], key: str | None) -> tuple[tuple[str, ...], Iterable[Sequence[object]]]:
     width = len(rows[0])
     if not set(map(type, rows)) <= {list, tuple}:
         i = next(i for i, row in enumerate(rows) if not isinstance(row, (list, tuple)))
@@ -142,7 +142,7 @@ def _of_lists(rows: Sequence[Any], key: str) -> tuple[tuple[str, ...], Iterable[
     return _WIDTHS[width], rows
 
 
-def _of_dicts(rows: Sequence[Any], key: str) -> tuple[tuple[str, ...], Iterable[Sequence[object]]]:
+def _of_dicts(rows: Sequence[Any], key: str | None) -> tuple[tuple[str, ...], Iterable[Sequence[object]]]:
     keys = tuple(rows[0])
     names = tuple(column_name(str(name)) for name in keys)
     twice = [name for i, name in enumerate(names) if name in names[:i]]
@@ -164,7 +164,7 @@ def _of_dicts(rows: Sequence[Any], key: str) -> tuple[tuple[str, ...], Iterable[
     return tuple(n for _, n in known + ignored), list(values)
 
 
-def _table(rows: Iterable[Sequence[object]], names: Sequence[str], key: str) -> Array:
+def _table(rows: Iterable[Sequence[object]], names: Sequence[str], key: str | None) -> Array:
     """Rows of equal length as an array (N, D); only if that fails are they walked one by one to find the culprit."""
     rows = list(rows)
     flat: list[Any] = list(chain.from_iterable(rows))
@@ -178,10 +178,9 @@ def _table(rows: Iterable[Sequence[object]], names: Sequence[str], key: str) -> 
                 return table
     for i, row in enumerate(rows):
         for name, value in zip(names, row, strict=True):
-            try:
-                number(value, name)
-            except ValueError as error:
-                raise TrajectoryError(str(error), key=key, index=i) from None
+            problem = number_problem(value)
+            if problem:
+                raise TrajectoryError(f"{name} {problem}", key=key, index=i)
     return np.array([[float(value) for value in row] for row in rows])  # type: ignore[arg-type]
 
 

@@ -14,7 +14,7 @@ from typing import Literal
 from urllib.parse import parse_qsl
 
 from ovita.errors import RequestError
-from ovita.io.values import listing
+from ovita.io.documents import listing
 
 Bus = Literal["ros2", "mavlink"]
 

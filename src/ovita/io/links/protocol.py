@@ -16,6 +16,7 @@ from dataclasses import replace
 from typing import Any
 
 from ovita.errors import LinkError
+from ovita.io.documents import listing
 from ovita.io.files import errors_of
 from ovita.io.geodesy import Home
 from ovita.io.links.address import Address
@@ -24,7 +25,6 @@ from ovita.io.missions.merging import mission_from
 from ovita.io.missions.mission import CHANGE_SPEED, DEFAULT_SPEED, STATIONS, Item, Mission, numbered
 from ovita.io.missions.stations import task_of
 from ovita.io.task import Task
-from ovita.io.values import listing
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 

@@ -9,10 +9,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from ovita.errors import InputError, OvitaError, TrajectoryError
+from ovita.errors import FormatError, TrajectoryError
+from ovita.io.documents import plain, validated
 from ovita.io.geodesy import Home
 from ovita.io.turning import MISSION
-from ovita.io.values import number, show
 
 WAYPOINT, LOITER_TIME, SPLINE = 16, 19, 82
 CHANGE_SPEED, JUMP = 178, 177
@@ -62,33 +62,6 @@ class Item:
         """The command's name."""
         return "pattern" if self.command < 0 else NAMES.get(self.command, f"command {self.command}")
 
-    def to_dict(self) -> dict[str, Any]:
-        """The item as JSON values."""
-        return {
-            "command": self.command,
-            "frame": self.frame,
-            "params": list(self.params),
-            "autocontinue": self.autocontinue,
-            "ids": list(self.ids),
-            "raw": None if self.raw is None else dict(self.raw),
-        }
-
-    @classmethod
-    def from_dict(cls, document: Mapping[str, Any]) -> Item:
-        """An item from `to_dict`'s output."""
-        params = tuple(None if value is None else number(value, "a parameter") for value in document["params"])
-        if len(params) != 7:
-            raise ValueError(f"an item has {len(params)} parameters")
-        raw = document["raw"]
-        return cls(
-            int(document["command"]),
-            int(document["frame"]),
-            params,
-            bool(document["autocontinue"]),
-            tuple(int(i) for i in document["ids"]),
-            None if raw is None else dict(raw),
-        )
-
 
 @dataclass(frozen=True)
 class Mission:
@@ -110,13 +83,7 @@ class Mission:
 
     def to_dict(self) -> dict[str, Any]:
         """The mission as JSON values."""
-        return {
-            "home": [self.home.latitude, self.home.longitude, self.home.altitude],
-            "items": [item.to_dict() for item in self.items],
-            "home_item": None if self.home_item is None else self.home_item.to_dict(),
-            "speed": self.speed,
-            "rest": dict(self.rest),
-        }
+        return {**plain(self), "home": [self.home.latitude, self.home.longitude, self.home.altitude]}
 
     @classmethod
     def from_dict(cls, document: Any) -> Mission:
@@ -126,19 +93,14 @@ class Mission:
             TrajectoryError: If it is something else.
         """
         try:
-            listed = document["home_item"]
-            if not any(item["command"] in STATIONS for item in document["items"]):
-                raise ValueError("it has no waypoint")
-            return cls(
-                Home(*(number(value, "home") for value in document["home"])),
-                tuple(Item.from_dict(item) for item in document["items"]),
-                None if listed is None else Item.from_dict(listed),
-                number(document["speed"], "speed"),
-                dict(document["rest"]),
-            )
-        except (KeyError, TypeError, ValueError, AttributeError, OvitaError) as error:
-            what = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
-            raise TrajectoryError(f"is not a mission that ovita kept ({show(what)})", key=MISSION) from None
+            home = dict(zip(("latitude", "longitude", "altitude"), document["home"], strict=True))
+            read = validated(cls, {**document, "home": home}, MISSION)
+        except (KeyError, TypeError, ValueError, FormatError) as error:
+            problem = f"is not a mission that ovita kept ({type(error).__name__}: {error})"
+            raise TrajectoryError(problem, key=MISSION) from None
+        if not any(item.command in STATIONS for item in read.items):
+            raise TrajectoryError("is not a mission that ovita kept (it has no waypoint)", key=MISSION)
+        return read
 
 
 def numbered(mission: Mission, *, with_home: bool) -> list[Item]:

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Annotated, Any
+
+from pydantic import BaseModel, Field
 
 from ovita.errors import FormatError
 from ovita.io import json_
+from ovita.io.documents import Number, show, validated
 from ovita.io.files import errors_of
 from ovita.io.geodesy import Home
 from ovita.io.missions.mission import CHANGE_SPEED, DEFAULT_SPEED, Item, Mission
 from ovita.io.missions.stations import task_of
 from ovita.io.task import Task
-from ovita.io.values import number, show
 
 _MULTIROTOR = 2
 _WITH_ALTITUDE = "Altitude"
@@ -47,7 +49,7 @@ def parse(content: str, file: str, home: Home | None = None) -> Task:
     if not isinstance(mission, Mapping) or not isinstance(mission.get("items"), list):
         raise FormatError(file, "there is no mission with a list of items; save the plan again")
     speed_key = "hoverSpeed" if mission.get("vehicleType", _MULTIROTOR) == _MULTIROTOR else "cruiseSpeed"
-    speed = _number(mission.get(speed_key, DEFAULT_SPEED), f"mission.{speed_key}", file)
+    speed = validated(Number, mission.get(speed_key, DEFAULT_SPEED), file, f"mission.{speed_key}")
     if speed <= 0:
         raise FormatError(file, f"is {speed:g}, expected a speed > 0 m/s", key=f"mission.{speed_key}")
     items = tuple(_item(item, i, file) for i, item in enumerate(mission["items"]))
@@ -79,28 +81,23 @@ def _home(mission: Mapping[str, Any], file: str) -> Home:
     if not isinstance(place, list) or len(place) != 3 or place[:2] == [0, 0]:
         problem = "there is no home position; set it in QGroundControl, or say --home latitude,longitude,altitude"
         raise FormatError(file, problem)
-    return Home(*(_number(value, "mission.plannedHomePosition", file) for value in place))
+    return Home(*validated(list[Number], place, file, "mission.plannedHomePosition"))
+
+
+class _SimpleItem(BaseModel):
+    command: int
+    frame: int
+    params: Annotated[list[Number | None], Field(min_length=7, max_length=7)]
+    autoContinue: bool = True
+    doJumpId: int | None = None
 
 
 def _item(item: object, i: int, file: str) -> Item:
-    key = "mission.items"
-    if not isinstance(item, Mapping):
-        raise FormatError(file, f"is {show(item)}, expected an object", key=key, index=i)
-    if item.get("type") == "ComplexItem":
+    if isinstance(item, Mapping) and item.get("type") == "ComplexItem":
         return Item(-1, 2, raw=item)
-    params = item.get("params")
-    if not isinstance(params, list) or len(params) != 7:
-        raise FormatError(file, "has no list of 7 params; save the plan again", key=key, index=i)
-    try:
-        values = tuple(None if value is None else number(value, "params") for value in params)
-    except ValueError as error:
-        raise FormatError(file, str(error), key=key, index=i) from None
-    for name in ("command", "frame"):
-        if not isinstance(item.get(name), int) or isinstance(item.get(name), bool):
-            raise FormatError(file, f"{name} is {show(item.get(name))}, expected a whole number", key=key, index=i)
-    jump = item.get("doJumpId")
-    ids = (jump,) if isinstance(jump, int) else (i + 1,)
-    return Item(item["command"], item["frame"], values, bool(item.get("autoContinue", True)), ids, item)
+    read = validated(_SimpleItem, item, file, f"mission.items[{i}]")
+    ids = (i + 1 if read.doJumpId is None else read.doJumpId,)
+    return Item(read.command, read.frame, tuple(read.params), read.autoContinue, ids, dict(item))  # type: ignore[call-overload]
 
 
 def _item_dict(item: Item, jump: int) -> dict[str, Any]:
@@ -127,10 +124,3 @@ def _item_dict(item: Item, jump: int) -> dict[str, Any]:
     before = document.get("params", item.params)
     # Equal numbers stay as they were written, 0 rather than 0.0.
     return document | {"params": [a if a == b else b for a, b in zip(before, item.params, strict=True)]}
-
-
-def _number(value: object, key: str, file: str) -> float:
-    try:
-        return number(value, "it")
-    except ValueError as error:
-        raise FormatError(file, str(error).removeprefix("it "), key=key) from None

@@ -13,11 +13,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ovita.errors import TrajectoryError
+from ovita.io.documents import listing
 from ovita.io.geodesy import Home, to_geodetic, to_local
 from ovita.io.missions.mission import CHANGE_SPEED, GLOBAL, NAMES, RELATIVE, STATIONS, Item, Mission
 from ovita.io.task import Task
 from ovita.io.turning import MISSION
-from ovita.io.values import listing
 from ovita.paths.frame import RFU
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import TIMESTEP, Array, Trajectory

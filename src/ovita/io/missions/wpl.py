@@ -10,12 +10,12 @@ from __future__ import annotations
 import math
 
 from ovita.errors import FormatError
+from ovita.io.documents import LARGEST, show
 from ovita.io.files import errors_of
 from ovita.io.geodesy import Home
 from ovita.io.missions.mission import CHANGE_SPEED, DEFAULT_SPEED, GLOBAL, WAYPOINT, Item, Mission, numbered
 from ovita.io.missions.stations import task_of
 from ovita.io.task import Task
-from ovita.io.values import LARGEST, show
 
 MAGIC = "QGC WPL"
 _VERSIONS = ("110", "120")

@@ -15,11 +15,11 @@ import numpy as np
 
 from ovita.errors import FormatError, MissingExtra, OvitaError, RequestError
 from ovita.io.choices import Choices, Kind
+from ovita.io.documents import listing
 from ovita.io.files import errors_of, file_name, suffix
 from ovita.io.ros.messages import BODY, FRAME_ID, JOINTS, TYPES, Maker, build, frame_of, parse, told
 from ovita.io.task import Task
 from ovita.io.turning import MISSION, ROS, on_earth
-from ovita.io.values import listing
 from ovita.paths.frame import Frame, transformed
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory

@@ -1,0 +1,479 @@
+"""Documents: what JSON and TOML files hold, checked by pydantic and refused in one sentence.
+
+`validated` reads a parsed document as any type that pydantic knows, dataclasses included, by the strict rules of JSON:
+a number is no text and no boolean. What is wrong comes out as a `FormatError` with the file, the key and the index.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import tomllib
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import fields, is_dataclass, replace
+from difflib import get_close_matches
+from functools import cache
+from pathlib import Path
+from typing import Annotated, Any, TypeVar, overload
+
+import numpy as np
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    Field,
+    PlainSerializer,
+    PlainValidator,
+    TypeAdapter,
+    ValidationError,
+    model_validator,
+)
+from pydantic_core import ErrorDetails, PydanticCustomError
+
+from ovita.errors import FormatError, OvitaError, SceneError, TrajectoryError
+from ovita.io.files import errors_of, examine, file_name, read_text, suffix
+from ovita.paths.frame import RFU, Frame
+from ovita.paths.robot import Box, Robot, Shell
+from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.trajectory import Trajectory
+
+T = TypeVar("T")
+
+LARGEST = 1e9
+"""Largest magnitude that a number of a trajectory or scene may have [m, m/s, s]."""
+
+SCENE_KEYS = ("objects", "environment", "Env_descp", "constraints", "frame")
+"""Keys of a scene document that describe the scene."""
+
+PUBLIC_ENVIRONMENT = "Env_descp"
+"""What the public OVITA files call the environment; a scene read under this name is written under it again."""
+
+_ENVIRONMENT_KEY = "environment_key"
+_OBJECT_KEYS = ("name", "x", "y", "z", "position", "dimensions", "orientation")
+_XYZ = ("x", "y", "z")
+
+
+@overload
+def validated(kind: type[T], value: object, file: str, key: str = "") -> T: ...
+@overload
+def validated(kind: object, value: object, file: str, key: str = "") -> Any: ...
+def validated(kind: object, value: object, file: str, key: str = "") -> Any:
+    """Read a parsed value as a type, by the strict rules of JSON.
+
+    Args:
+        kind: Any type that pydantic can validate, such as a model, a dataclass or `tuple[str, ...]`.
+        value: Lists, dicts and scalars, as parsed from a file.
+        file: The file's name, for messages.
+        key: Where the value stands in the file; "" at the top.
+
+    Raises:
+        FormatError: If the value is something else; one sentence with the key and the index at fault.
+    """
+    try:
+        return _adapter(kind).validate_json(json.dumps(value, default=str), strict=True)
+    except ValidationError as error:
+        raise _located(error.errors()[0], value, file, key) from None
+    except OvitaError as error:
+        problem = getattr(error, "problem", str(error))
+        raise FormatError(file, problem, key=key or getattr(error, "key", None)) from None
+    except (ValueError, RecursionError):
+        raise FormatError(file, "holds what JSON cannot", key=key or None) from None
+
+
+def plain(value: Any) -> Any:
+    """A copy of a value in lists, dicts and scalars that JSON knows: tuples, arrays and dataclasses are taken apart.
+
+    Raises:
+        TypeError: If something in it has no place in JSON.
+    """
+    if value is None or isinstance(value, str | bool):
+        return value
+    if isinstance(value, int | float):
+        return float(value) if isinstance(value, float) else int(value)
+    if isinstance(value, Mapping):
+        for key in value:
+            if not isinstance(key, str):
+                raise TypeError(f"the key {show(key)} is not text")
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    if is_dataclass(value) and not isinstance(value, type):
+        return {item.name: plain(getattr(value, item.name)) for item in fields(value)}
+    if hasattr(value, "tolist"):
+        return plain(value.tolist())
+    raise TypeError(f"a {type(value).__name__} cannot be written to JSON")
+
+
+def show(value: object) -> str:
+    """A value in a few words, for a message; never long, whatever the value is."""
+    if value is None:
+        return "null"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, list | tuple):
+        return "an empty list" if not value else f"a list of {len(value)}"
+    if isinstance(value, Mapping):
+        return "an object"
+    if isinstance(value, int) and abs(value) >= 10**20:
+        return "a huge integer"
+    text = repr(value)
+    return text if len(text) <= 40 else text[:30] + "..." + text[-7:]
+
+
+def brief(name: str) -> str:
+    """A name of any length and content as one short printable line."""
+    cut = name if len(name) <= 30 else name[:27] + "..."
+    return cut if cut.isprintable() else repr(cut)[1:-1]
+
+
+def listing(names: Iterable[object], limit: int = 8) -> str:
+    """Names joined by commas, cut after `limit`; "none" if there are none."""
+    shown = [brief(str(name)) for name in names]
+    more = f" and {len(shown) - limit} more" if len(shown) > limit else ""
+    return (", ".join(shown[:limit]) + more) or "none"
+
+
+def nearest(name: str, known: Sequence[str]) -> str | None:
+    """The known name that is spelled most like `name`, or None if none is close."""
+    found = get_close_matches(name.lower()[:60], [k.lower() for k in known], 1, 0.6)
+    return next((k for k in known if k.lower() == found[0]), None) if found else None
+
+
+def unknown_key(key: str, known: Sequence[str]) -> str:
+    """What to say about a key that no document of this kind has."""
+    guess = nearest(key, known)
+    return "is an unknown key; " + (f"did you mean {guess!r}?" if guess else f"known keys are {listing(known)}")
+
+
+def number_problem(value: object) -> str:
+    """Why a value is no number of a trajectory or scene, or "" if it is one."""
+    try:
+        _adapter(Number).validate_python(value)
+    except ValidationError as error:
+        return _sentence(error.errors()[0])
+    return ""
+
+
+def _filled(name: str) -> str:
+    if not name.strip():
+        raise ValueError("is blank; give every object a name")
+    return name
+
+
+def _components(*layouts: Sequence[str]) -> BeforeValidator:
+    """Accepts an object with the names of one layout for the list of its values."""
+
+    def read(value: object) -> object:
+        if not isinstance(value, Mapping):
+            return value
+        for layout in layouts:
+            if set(value) == set(layout):
+                return [value[name] for name in layout]
+        wanted = " or ".join("{" + ", ".join(layout) + "}" for layout in layouts)
+        raise ValueError(f"has the keys {listing(value)}, expected {wanted}")
+
+    return BeforeValidator(read)
+
+
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-LARGEST, le=LARGEST)]
+"""A finite number of at most `LARGEST`; text and booleans are none."""
+
+Point = Annotated[list[Number], Field(min_length=3, max_length=3), _components(_XYZ)]
+"""[x, y, z] or {x, y, z} [m]."""
+
+_Edge = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0.0, le=LARGEST)]
+_Size = Annotated[list[_Edge], Field(min_length=3, max_length=3), _components(_XYZ, ("width", "depth", "height"))]
+_Turn = Annotated[
+    list[Number], Field(min_length=4, max_length=4), _components(("w", "x", "y", "z"), ("qw", "qx", "qy", "qz"))
+]
+
+
+class _ObjectDocument(BaseModel):
+    name: Annotated[str, Field(max_length=200), AfterValidator(_filled)]
+    x: Number | None = None
+    y: Number | None = None
+    z: Number | None = None
+    position: Point | None = None
+    dimensions: _Size | None = None
+    orientation: _Turn | None = None
+
+    @model_validator(mode="after")
+    def _placed(self) -> _ObjectDocument:
+        given = [value for value in (self.x, self.y, self.z) if value is not None]
+        if self.position is not None and not given:
+            return self
+        if len(given) < 3:
+            missing = ", ".join(key for key in _XYZ if getattr(self, key) is None)
+            raise ValueError(f"({show(self.name)}) has no {missing}; give x, y and z in metres")
+        if self.position not in (None, given):
+            raise ValueError(f"({show(self.name)}) has a position that differs from its x, y, z; keep one of the two")
+        self.position = given
+        return self
+
+    def object(self, extra: Mapping[str, Any]) -> SceneObject:
+        size, turn = self.dimensions, self.orientation
+        return SceneObject(
+            self.name,
+            np.array(self.position),
+            None if size is None else np.array(size),
+            np.array([1.0, 0.0, 0.0, 0.0] if turn is None else turn),
+            {key: value for key, value in extra.items() if key not in _OBJECT_KEYS},
+        )
+
+
+class _SceneDocument(BaseModel):
+    objects: list[_ObjectDocument] | None = None
+    environment: str | None = None
+    Env_descp: str | None = None
+    frame: str | None = None
+
+
+def scene_from_dict(document: Mapping[str, Any]) -> Scene:
+    """Build a scene from {objects, environment | Env_descp, constraints, frame}, each of which may be missing.
+
+    An object is {name, x, y, z, dimensions?, orientation?} in metres, with orientation as a quaternion wxyz;
+    `position` [x, y, z] is accepted for x, y, z, and dimensions may be {x, y, z} or {width, depth, height}.
+    Constraints that are text become `constraints_text`, a structure stays in `extra["constraints"]`; other keys are
+    kept in `extra`.
+
+    Raises:
+        SceneError: On a missing or malformed value; names the key and the index.
+    """
+    extra = {key: value for key, value in document.items() if key not in SCENE_KEYS}
+    known = {key: document[key] for key in SCENE_KEYS if key in document and key != "constraints"}
+    try:
+        read = validated(_SceneDocument, known, "")
+    except FormatError as error:
+        raise SceneError(error.problem, key=error.key, index=error.index) from None
+    if read.environment and read.Env_descp and read.environment != read.Env_descp:
+        raise SceneError("differs from environment; keep one of the two", key=PUBLIC_ENVIRONMENT)
+    if PUBLIC_ENVIRONMENT in document and not read.environment:
+        extra[_ENVIRONMENT_KEY] = PUBLIC_ENVIRONMENT
+    constraints = document.get("constraints") or ""
+    if isinstance(constraints, Mapping | list | tuple):
+        extra["constraints"] = constraints
+    elif not isinstance(constraints, str):
+        raise SceneError(f"is {show(constraints)}, expected text", key="constraints")
+    objects = []
+    for i, item in enumerate(read.objects or ()):
+        try:
+            objects.append(item.object(document["objects"][i]))
+        except SceneError as error:
+            raise SceneError(error.problem, key="objects", index=i) from None
+    return Scene(
+        objects=tuple(objects),
+        frame=RFU if read.frame is None else _frame(read.frame),
+        environment=read.environment or read.Env_descp or "",
+        constraints_text=constraints if isinstance(constraints, str) else "",
+        extra=extra,
+    )
+
+
+def scene_dict(scene: Scene) -> dict[str, Any]:
+    """The scene as {objects, constraints, ...}: plain lists and dicts that `scene_from_dict` turns back exactly.
+
+    `environment` and `frame` are written only when they say something. If a scene holds both a constraint text and
+    a structure in `extra["constraints"]`, the structure is written.
+    """
+    document: dict[str, Any] = {"objects": [_object_dict(item) for item in scene]}
+    key = scene.extra.get(_ENVIRONMENT_KEY)
+    if key == PUBLIC_ENVIRONMENT:
+        document[PUBLIC_ENVIRONMENT] = scene.environment or None
+    elif scene.environment:
+        document["environment"] = scene.environment
+    document["constraints"] = plain(scene.extra.get("constraints", scene.constraints_text))
+    if scene.frame != RFU:
+        document["frame"] = scene.frame.name
+    others = {k: plain(v) for k, v in scene.extra.items() if k not in (*SCENE_KEYS, _ENVIRONMENT_KEY)}
+    return document | others
+
+
+def load_robot(name_or_path: str | os.PathLike[str]) -> Robot:
+    """A shipped robot by its name, or a robot from a .toml or .json file (see `docs/formats.md`).
+
+    Raises:
+        RobotError: If it is neither a preset nor looks like a file.
+        FormatError: If the file cannot be read or a value in it is malformed.
+    """
+    ending = suffix(name_or_path)
+    if isinstance(name_or_path, str) and ending not in (".toml", ".json") and not {os.sep, "/"} & set(name_or_path):
+        return Robot.preset(name_or_path)
+    examine(name_or_path)
+    file = file_name(name_or_path)
+    if ending not in (".toml", ".json"):
+        raise FormatError(file, "a robot is a .toml or a .json file; rename it or name a preset")
+    from ovita.io.json_ import parse_object
+
+    return robot_from_dict((parse_toml if ending == ".toml" else parse_object)(read_text(name_or_path), file), file)
+
+
+def robot_from_dict(document: Mapping[str, Any], file: str) -> Robot:
+    """Build a robot from the parsed content of a robot file: the fields of `Robot`, its workspace a table.
+
+    Raises:
+        FormatError: On an unknown key or a malformed value; names the key.
+    """
+    given = {"name": Path(file).stem, "max_speed": None, **document}
+    _check_keys(given, [item.name for item in fields(Robot)], "", file)
+    workspace = given.pop("workspace", None)
+    robot = validated(Robot, given, file)
+    if not robot.name.strip():
+        raise FormatError(file, "is blank, expected text", key="name")
+    if workspace is None:
+        return robot
+    with errors_of(file):
+        return replace(robot, workspace=_workspace(workspace, file))
+
+
+def parse_toml(content: str, file: str) -> dict[str, Any]:
+    """Parse the text of a TOML file.
+
+    Raises:
+        FormatError: If it is not TOML.
+    """
+    try:
+        return tomllib.loads(content)
+    except RecursionError:
+        raise FormatError(file, "nested too deeply for a robot file") from None
+    except tomllib.TOMLDecodeError as error:
+        what = str(error)
+        raise FormatError(file, f"this is not TOML: {what[:1].lower()}{what[1:]}") from None
+    except ValueError:
+        raise FormatError(file, "this is not TOML: a number or date in it is out of range") from None
+
+
+def _custom(read: Any) -> PlainValidator:
+    """A validator that makes an error of ovita one of pydantic, with its key and index."""
+
+    def run(value: Any) -> Any:
+        try:
+            return read(value)
+        except (SceneError, TrajectoryError) as error:
+            place = [part for part in (error.key, error.index) if part is not None]
+            raise PydanticCustomError("ovita", "{problem}", {"problem": error.problem, "place": place}) from None
+
+    return PlainValidator(run)
+
+
+def _trajectory(rows: Any) -> Trajectory:
+    from ovita.io.waypoints import read_rows
+
+    return read_rows(rows, key=None)[0]
+
+
+def _trajectory_rows(trajectory: Trajectory) -> list[list[float]]:
+    from ovita.io.waypoints import trajectory_rows
+
+    return trajectory_rows(trajectory)
+
+
+TrajectoryRows = Annotated[Trajectory, _custom(_trajectory), PlainSerializer(_trajectory_rows)]
+"""A trajectory as rows [x, y, z, speed(, qw, qx, qy, qz)], without its timestep, for pydantic models."""
+
+SceneField = Annotated[Scene, _custom(scene_from_dict), PlainSerializer(scene_dict)]
+"""A scene in the layout of `scene_dict`, for pydantic models."""
+
+
+@cache
+def _adapter(kind: Any) -> TypeAdapter[Any]:
+    return TypeAdapter(kind)
+
+
+def _located(error: ErrorDetails, value: object, file: str, key: str) -> FormatError:
+    """The error with its place in the document: the keys before the first index, the index, what is inside it."""
+    loc = [part for part in error["loc"] if part != "[key]"]
+    place: list[int | str] = [key] if key else []
+    for i, part in enumerate(loc):
+        inside = isinstance(value, Mapping) and part in value
+        if inside or (isinstance(value, list | tuple) and isinstance(part, int) and part < len(value)):
+            value = value[part]  # type: ignore[index]
+            place.append(part)
+        elif i == len(loc) - 1 and error["type"] == "extra_forbidden":
+            place.append(part)  # any other part that the document lacks is the name of a type in a union
+    place += (error.get("ctx") or {}).get("place", [])
+    at = next((i for i, part in enumerate(place) if isinstance(part, int)), len(place))
+    keys, rest = ".".join(brief(str(part)) for part in place[:at]), ""
+    for part in place[at + 1 :]:
+        rest += f"[{part}]" if isinstance(part, int) else f"{'.' if rest else ''}{brief(str(part))}"
+    index = place[at] if at < len(place) else None
+    problem = f"{rest} {_sentence(error)}".strip()
+    if not keys and index is None:
+        return FormatError(file, f"the document {problem}")
+    return FormatError(file, problem, key=keys or "item", index=index)  # type: ignore[arg-type]
+
+
+def _sentence(error: ErrorDetails) -> str:
+    """What is wrong, in words that follow the name of the value."""
+    kind, value, ctx = error["type"], error.get("input"), error.get("ctx") or {}
+    if kind == "missing":
+        keys = f" (its keys are {listing(value)})" if isinstance(value, Mapping) else ""
+        return f"has no {error['loc'][-1]}{keys}"
+    if kind in ("value_error", "ovita"):
+        return str(ctx.get("error") or ctx.get("problem"))
+    if kind in ("too_short", "too_long") and "actual_length" in ctx:
+        wanted = ctx.get("min_length") or ctx.get("max_length")
+        return f"holds {ctx['actual_length']} values, expected {wanted}"
+    if kind == "string_too_long":
+        return f"has {len(str(value))} characters; shorten it to {ctx['max_length']}"
+    if isinstance(value, int | float) and LARGEST < abs(value) != float("inf"):
+        return f"is {show(value)}, beyond the largest magnitude {LARGEST:g}"
+    if kind in ("float_type", "float_parsing"):
+        return f"is {show(value)}, not a number"
+    if kind == "finite_number":
+        return f"is {value}, not a finite number"
+    expected = {
+        "string_type": "text",
+        "bool_type": "true or false",
+        "int_type": "a whole number",
+        "int_from_float": "a whole number",
+        "list_type": "a list",
+        "tuple_type": "a list",
+        "greater_than_equal": f"a number >= {ctx.get('ge')}",
+        "greater_than": f"a number > {ctx.get('gt')}",
+        "literal_error": ctx.get("expected"),
+    }.get(kind)
+    if expected is None and kind.split("_")[0] in ("dict", "model", "dataclass", "mapping"):
+        expected = "an object"
+    return f"is {show(value)}, expected {expected}" if expected else error["msg"][:1].lower() + error["msg"][1:]
+
+
+def _frame(name: str) -> Frame:
+    try:
+        return Frame(name.lower() if len(name) < 30 else brief(name))
+    except SceneError as error:
+        raise SceneError(f"is an {error.problem}", key="frame") from None
+
+
+def _object_dict(item: SceneObject) -> dict[str, Any]:
+    x, y, z = item.position.tolist()
+    document: dict[str, Any] = {"name": item.name, "x": x, "y": y, "z": z}
+    if item.dimensions is not None:
+        document["dimensions"] = item.dimensions.tolist()
+    if item.orientation.tolist() != [1.0, 0.0, 0.0, 0.0]:
+        document["orientation"] = item.orientation.tolist()
+    return document | {key: plain(value) for key, value in item.extra.items() if key not in _OBJECT_KEYS}
+
+
+def _workspace(document: object, file: str) -> Box | Shell:
+    if not isinstance(document, Mapping):
+        problem = f"is {show(document)}, expected a table with lower and upper, or center, r_min and r_max"
+        raise FormatError(file, problem, key="workspace")
+    kind = document.get("kind", "shell" if {"center", "r_min", "r_max"} & set(document) else "box")
+    if kind not in ("box", "shell"):
+        raise FormatError(file, f"is {show(kind)}, expected 'box' or 'shell'", key="workspace.kind")
+    shape: type[Box | Shell] = Box if kind == "box" else Shell
+    names = [item.name for item in fields(shape)]
+    _check_keys(document, names, "workspace.", file)
+    points = {"lower": Point, "upper": Point, "center": Point}
+    numbers = {
+        name: validated(points.get(name, Number), value, file, f"workspace.{name}")
+        for name, value in document.items()
+        if name != "kind"
+    }
+    return validated(shape, numbers, file, "workspace")
+
+
+def _check_keys(document: Mapping[str, Any], known: Sequence[str], prefix: str, file: str) -> None:
+    for key in document:
+        if key not in known:
+            raise FormatError(file, unknown_key(key, known), key=f"{prefix}{brief(key)}")
