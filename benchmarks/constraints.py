@@ -27,7 +27,7 @@ import numpy as np
 
 from ovita.limits import ConstraintOptions, Solution, constrain
 from ovita.limits import paper as published
-from ovita.limits.qp import Weights, difference_matrix, solve_qp
+from ovita.limits.qp import Weights, solve_qp
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array, Trajectory
@@ -66,7 +66,7 @@ def dense_qp(case: tuple[Trajectory, Scene, Robot], dev: float, smooth: float) -
     trajectory, scene, robot = case
     reference = trajectory.to_array()
     n = len(reference)
-    d1 = difference_matrix(n, 4).toarray()
+    d1 = np.kron(np.eye(n - 1, n, 1) - np.eye(n - 1, n), np.eye(4))
     hessian = 2.0 * (dev * np.eye(4 * n) + smooth * d1.T @ d1)
     rows = published.linearise(reference[:, :3], scene, robot, (), ConstraintOptions())
     g = np.zeros((len(rows), 4 * n))
@@ -223,7 +223,9 @@ def stacked(reference: Array, rows: Any, lower: Array, upper: Array) -> tuple[An
     """P, c, A, low and high of the same program with bounds as rows."""
     sparse = importlib.import_module("scipy.sparse")
     n = len(reference)
-    d1 = difference_matrix(n, 4)
+    d1 = sparse.kron(
+        sparse.diags([-np.ones(n - 1), np.ones(n - 1)], [0, 1], shape=(n - 1, n)), sparse.identity(4), "csc"
+    )
     p = 2.0 * (sparse.identity(4 * n) + 0.01 * d1.T @ d1)
     columns = (rows.waypoints[:, None] * 4 + np.arange(4)).ravel()
     g = sparse.csc_matrix((rows.normals.ravel(), (np.repeat(np.arange(len(rows)), 4), columns)), (len(rows), 4 * n))

@@ -1,6 +1,6 @@
 """Seeded problems for the constraint module: walks and lines through clusters of objects, in every workspace.
 
-As a script it solves many and checks each: python tests/constraints/constraint_scenes.py 2000
+As a script it solves many and checks each: python tests/limits/constraint_scenes.py 2000
 """
 
 import sys
@@ -11,7 +11,7 @@ import numpy as np
 
 from ovita.limits import ConstraintOptions, constrain
 from ovita.limits.obstacles import build
-from ovita.limits.workspace import keep_out
+from ovita.limits.path import keep_out
 from ovita.paths.robot import Box, Robot, Shell
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from ovita.errors import ConstraintDefinitionError
-from ovita.limits import ConstraintOptions, constrain, plugins
-from ovita.limits.convex_sets import Ball, Cylinder, KeepOut, Polytope, region
+from ovita.limits import ConstraintOptions, constrain
+from ovita.limits import custom as custom_module
+from ovita.limits.custom import Ball, Cylinder, KeepOut, Polytope, region
 from ovita.limits.qp import Rows
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene, SceneObject
@@ -140,8 +141,8 @@ def test_what_is_no_constraint_is_refused():
 
 
 def test_constraints_that_packages_offer(monkeypatch):
-    offered = EntryPoints([EntryPoint("tank", "ovita.limits.convex_sets:KeepOut", plugins.GROUP)])
-    monkeypatch.setattr(plugins, "entry_points", lambda group: offered.select(group=group))
-    assert plugins.load("tank", lower=(0, 0, 0), upper=(1, 1, 1)) == KeepOut((0, 0, 0), (1, 1, 1))
+    offered = EntryPoints([EntryPoint("tank", "ovita.limits.custom:KeepOut", custom_module.GROUP)])
+    monkeypatch.setattr(custom_module, "entry_points", lambda group: offered.select(group=group))
+    assert custom_module.load("tank", lower=(0, 0, 0), upper=(1, 1, 1)) == KeepOut((0, 0, 0), (1, 1, 1))
     with pytest.raises(ConstraintDefinitionError, match="on offer: tank"):
-        plugins.load("well")
+        custom_module.load("well")

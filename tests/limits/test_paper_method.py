@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ovita.errors import MissingExtra
-from ovita.limits import ConstraintOptions, constrain, tuning
+from ovita.limits import ConstraintOptions, constrain, paper
 from ovita.limits.paper import linearise
 from ovita.paths.robot import Robot, Shell
 from ovita.paths.scene import Scene, SceneObject
@@ -81,7 +81,7 @@ def test_without_optuna_the_remedy_is_named(monkeypatch):
     def missing(name):
         raise ImportError(name)
 
-    monkeypatch.setattr(tuning.importlib, "import_module", missing)
+    monkeypatch.setattr(paper.importlib, "import_module", missing)
     with pytest.raises(MissingExtra, match=r"ovita\[tuning\]"):
         solve(line(), Scene(), options=ConstraintOptions(method="paper"))
 
@@ -102,12 +102,3 @@ def test_smoothing_is_chosen_by_a_criterion_with_an_optimum():
     smooth = smooth.with_(positions=np.column_stack([np.linspace(0, 1, 60), np.zeros((60, 2))]))
     less = solve(smooth, Scene(), options=ConstraintOptions(lambda_smooth="auto"))
     assert less.verdict.max_shift < found.verdict.max_shift
-
-
-@needs_optuna
-@pytest.mark.filterwarnings("default")
-def test_optuna_finds_what_the_grid_finds():
-    t = noisy()
-    grid = solve(t, Scene(), options=ConstraintOptions(lambda_smooth="auto"))
-    tpe = solve(t, Scene(), options=ConstraintOptions(lambda_smooth="auto", tuner="optuna"))
-    assert tpe.trajectory.positions == pytest.approx(grid.trajectory.positions, abs=3e-3)

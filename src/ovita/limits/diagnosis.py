@@ -8,11 +8,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from ovita.limits.detour import Blocked
 from ovita.limits.obstacles import Obstacle
 from ovita.limits.path import PathProblem
 from ovita.limits.problem import TOLERANCE, ConstraintCheck, ConstraintOptions
-from ovita.limits.route import find_route, nearest_legal
+from ovita.limits.route import Blocked, find_route, nearest_legal
 from ovita.paths.robot import Box, Robot
 
 

@@ -15,17 +15,23 @@ a centre far away, and the linearised r_max is an outer approximation.
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Sequence
+from typing import Any, Protocol
 
 import numpy as np
 
-from ovita.limits import tuning, workspace
+from ovita.errors import MissingExtra
 from ovita.limits.obstacles import build
+from ovita.limits.path import bounds
 from ovita.limits.problem import ConstraintOptions
 from ovita.limits.qp import Rows, Weights, solve_qp
 from ovita.paths.robot import Robot, Shell
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
+
+RANGE = (1e-3, 1e1)
+"""Of both weights."""
 
 
 def solve(
@@ -52,10 +58,10 @@ def solve(
     smooth = 0.0 if options.lambda_smooth == "auto" else options.lambda_smooth
     notes: tuple[str, ...] = ()
     if options.trials:
-        study = tuning.new_study(options.seed)
+        study = new_study(options.seed)
 
-        def deviation(trial: tuning.Trial) -> float:
-            x = at(*(trial.suggest_float(name, *tuning.RANGE, log=True) for name in ("dev", "smooth")))
+        def deviation(trial: Trial) -> float:
+            x = at(*(trial.suggest_float(name, *RANGE, log=True) for name in ("dev", "smooth")))
             return float("inf") if x is None else float(((x - reference) ** 2).sum())
 
         study.optimize(deviation, n_trials=options.trials)
@@ -93,10 +99,31 @@ def _outside(reference: Array, center: Array, square: float) -> Rows:
 
 
 def _bounds(reference: Array, robot: Robot, options: ConstraintOptions) -> tuple[Array, Array]:
-    low, high = workspace.bounds(robot)
+    low, high = bounds(robot)
     lower = np.tile(np.append(low, 0.0), (len(reference), 1))
     top = np.inf if robot.max_speed is None else robot.max_speed
     upper = np.tile(np.append(high, top), (len(reference), 1))
     pins = list(options.pins(len(reference)))
     lower[pins, :3] = upper[pins, :3] = reference[pins, :3]
     return lower, upper
+
+
+class Trial(Protocol):
+    """What is used of an Optuna trial."""
+
+    def suggest_float(self, name: str, low: float, high: float, *, log: bool) -> float:
+        """The next value to try."""
+
+
+def new_study(seed: int) -> Any:
+    """A silent Optuna study that minimises, with a seeded TPE sampler.
+
+    Raises:
+        MissingExtra: If optuna is not installed.
+    """
+    try:
+        optuna = importlib.import_module("optuna")
+    except ImportError:
+        raise MissingExtra("optuna", "tuning") from None
+    optuna.logging.set_verbosity(optuna.logging.ERROR)
+    return optuna.create_study(direction="minimize", sampler=optuna.samplers.TPESampler(seed=seed))

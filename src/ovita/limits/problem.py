@@ -23,7 +23,7 @@ import numpy as np
 from ovita.errors import ConstraintDefinitionError
 from ovita.paths.trajectory import Trajectory
 
-_CHOICES = (("method", ("verified", "paper")), ("obstacle_shape", ("box", "sphere")), ("tuner", ("grid", "optuna")))
+_CHOICES = (("method", ("verified", "paper")), ("obstacle_shape", ("box", "sphere")))
 
 TOLERANCE = 1e-6
 """A violation up to this counts as none [m, m/s, ...]."""
@@ -41,7 +41,7 @@ class ConstraintOptions:
             QP, weights searched by Optuna).
         lambda_dev: Weight of the distance to the proposed trajectory, > 0.
         lambda_smooth: Weight of the squared differences of neighbouring waypoints, >= 0; 0 asks for no smoothing
-            and then leaves a legal trajectory bit by bit as it is. "auto" chooses it (see `tuning`).
+            and then leaves a legal trajectory bit by bit as it is. "auto" chooses it (see `solve.choose_smoothing`).
         lambda_shape: Weight of the squared differences of neighbouring *displacements*, >= 0: spreads a repair
             over its surroundings so that the shape of the path survives. It is zero wherever nothing is moved.
         fix_start: Whether the first waypoint must stay where it was proposed.
@@ -53,9 +53,8 @@ class ConstraintOptions:
         enabled: False only measures.
         max_acceleration: Along the path [m/s^2], or None for no limit.
         max_lateral_acceleration: Across the path, v^2 times curvature [m/s^2], or None for no limit.
-        custom: Further constraints, see `plugins.Constraint`.
+        custom: Further constraints, see `custom.Constraint`.
         steps: Most linearisations in a row, >= 1; every one of them gives a legal path, more give a nearer one.
-        tuner: How lambda_smooth "auto" is searched: on a grid, or by Optuna.
         trials: Trials of any search for weights; with method "paper" 0 takes the weights as they are.
         seed: Of that search.
 
@@ -78,7 +77,6 @@ class ConstraintOptions:
     max_lateral_acceleration: float | None = None
     custom: tuple[Any, ...] = ()
     steps: int = 12
-    tuner: Literal["grid", "optuna"] = "grid"
     trials: int = 50
     seed: int = 0
 

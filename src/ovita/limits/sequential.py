@@ -4,7 +4,7 @@ At a legal path every segment near a body has a separating plane, the tangent pl
 Imposed on both ends of the segment it is a convex limit inside the free space, which the present path obeys. So the
 quadratic program with these planes is feasible, its solution is legal again and no worse, and the loop can stop at
 any time. Balls and other convex regions are approached by cuts. Only windows around what has to move are solved; a
-disturbance fades geometrically (see `banded.decay`), so outside them the banded solution stands.
+disturbance fades geometrically (see `qp.decay`), so outside them the banded solution stands.
 """
 
 from __future__ import annotations
@@ -14,11 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ovita.limits.banded import halo
 from ovita.limits.obstacles import Obstacle
 from ovita.limits.path import GRAZE, PAD, PathProblem
-from ovita.limits.pivoting import LONGEST, ShortWindow
-from ovita.limits.qp import Rows, objective, solve_qp
+from ovita.limits.qp import LONGEST, Rows, ShortWindow, halo, objective, solve_qp
 from ovita.paths.geometry import dots, lengths
 from ovita.paths.trajectory import Array
 

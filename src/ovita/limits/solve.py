@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from ovita.limits import banded, diagnosis, paper, plugins, tuning, workspace
-from ovita.limits.convex_sets import KeepOut, Region
-from ovita.limits.detour import Blocked, legal_path
+from ovita.limits import custom, diagnosis, paper
+from ovita.limits.custom import ConvexSet, KeepOut
 from ovita.limits.obstacles import build
-from ovita.limits.path import PAD, PathProblem, flatten
+from ovita.limits.path import PAD, PathProblem, ball, bounds, flatten, keep_out
 from ovita.limits.problem import (
     TOLERANCE,
     ConstraintCheck,
@@ -22,7 +21,8 @@ from ovita.limits.problem import (
     Verdict,
     Violation,
 )
-from ovita.limits.qp import Weights
+from ovita.limits.qp import Weights, smooth_axes
+from ovita.limits.route import Blocked, legal_path
 from ovita.limits.sequential import Settings, improve
 from ovita.limits.speed import lower_speeds
 from ovita.limits.verify import Measure, compare, measure_all
@@ -30,6 +30,9 @@ from ovita.paths.geometry import lengths
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
+
+RANGE = (1e-3, 1e1)
+"""Of the ratio lambda_smooth / lambda_dev; the paper's range."""
 
 
 def constrain(
@@ -77,7 +80,7 @@ class _Task:
 
     def solve(self) -> Solution:
         for candidate in self.options.custom:
-            plugins.check(candidate)
+            custom.check(candidate)
         if not self.options.enabled:
             return self.answer(self.proposed, self.judge(self.proposed), "off")
         measures, before = self.measured
@@ -89,7 +92,7 @@ class _Task:
         options = self.options
         notes: tuple[str, ...] = ()
         if options.lambda_smooth == "auto":
-            options, notes = tuning.choose(self.proposed, self.problem(options), options)
+            options, notes = choose_smoothing(self.proposed, self.problem(options), options)
         untouched = np.array_equal(self.proposed.positions, self.original.positions)
         keep_path = untouched and not options.repair_original and not options.lambda_smooth
         problem = self.problem(options)
@@ -118,17 +121,17 @@ class _Task:
 
     def problem(self, options: ConstraintOptions) -> PathProblem:
         """The path's part of the problem."""
-        lower, upper = workspace.bounds(self.robot)
+        lower, upper = bounds(self.robot)
         empty = lower > upper  # margins that eat the workspace up: its middle is the best effort
         if empty.any():
             lower[empty] = upper[empty] = (lower[empty] + upper[empty]) / 2.0
-        bodies = list(workspace.keep_out(self.robot))
+        bodies = list(keep_out(self.robot))
         if options.obstacles:
             bodies += build(self.scene, self.robot, contacts=self.contacts, shape=options.obstacle_shape)
         bodies += [c.body for c in options.custom if isinstance(c, KeepOut)]
-        reach = workspace.ball(self.robot)
-        regions = [*([reach] if reach else []), *(c for c in options.custom if isinstance(c, Region))]
-        others = [c for c in options.custom if not isinstance(c, KeepOut | Region)]
+        reach = ball(self.robot)
+        regions = [*([reach] if reach else []), *(c for c in options.custom if isinstance(c, ConvexSet))]
+        others = [c for c in options.custom if not isinstance(c, KeepOut | ConvexSet)]
         smooth = 0.0 if options.lambda_smooth == "auto" else options.lambda_smooth
         return PathProblem(
             reference=self.proposed.positions,
@@ -147,7 +150,7 @@ class _Task:
         speeds = self.proposed.speeds
         if weights.smooth:
             plain = Weights(weights.dev, weights.smooth)
-            speeds = banded.smooth(speeds[:, None], plain, np.zeros(1), np.full(1, top))[:, 0]
+            speeds = smooth_axes(speeds[:, None], plain, np.zeros(1), np.full(1, top))[:, 0]
         return lower_speeds(
             speeds,
             positions,
@@ -212,13 +215,13 @@ def solve_with_dwells(problem: PathProblem, settings: Settings | None = None) ->
 def solve_path(problem: PathProblem, settings: Settings | None = None) -> tuple[Array, tuple[Blocked, ...]]:
     """The path nearest to the reference (in the sense of the objective) that is legal, and what stays blocked.
 
-    Four steps: smooth and bound each axis (`banded`), move into the convex regions, find a way around every body
-    (`detour`), and pull the path back to the reference as far as the limits let it (`sequential`).
+    Four steps: smooth and bound each axis (`qp.smooth_axes`), move into the convex sets, find a way around every
+    body (`route.legal_path`), and pull the path back to the reference as far as the limits let it (`sequential`).
     """
     pinned, weights = problem.pinned, problem.weights
     if weights.smooth:
         weights = Weights(weights.dev, weights.smooth)
-    base = banded.smooth(problem.reference, weights, problem.lower, problem.upper, pinned)
+    base = smooth_axes(problem.reference, weights, problem.lower, problem.upper, pinned)
     outside = ~pinned & ~problem.inside(base)
     start = base.copy()
     if outside.any():
@@ -229,3 +232,39 @@ def solve_path(problem: PathProblem, settings: Settings | None = None) -> tuple[
     if np.array_equal(start, base) and not problem.rows:
         return base, blocked
     return improve(problem, base, start, settings), blocked
+
+
+def choose_smoothing(
+    proposed: Trajectory, problem: PathProblem, options: ConstraintOptions
+) -> tuple[ConstraintOptions, tuple[str, ...]]:
+    """The options with lambda_smooth chosen by `options.trials` evaluations of the criterion, and a note.
+
+    Only the ratio lambda_smooth / lambda_dev matters. The paper searches it for the smallest deviation from the
+    proposal, which always prefers no smoothing. This criterion has an optimum, each term without unit:
+
+        |x - x_ref|^2 / |D1 x_ref|^2  +  |D2 x|^2 / |D2 x_ref|^2  +  sum of squared depths in obstacles / |D1 x_ref|^2
+
+    deviation in units of a step, roughness D2 (differences of steps) as a share of what it was, and what the obstacles
+    will undo. It is evaluated for the solution without obstacles, which costs microseconds, on a logarithmic grid.
+    """
+    score, trials = smoothing_criterion(proposed, problem), max(options.trials, 2)
+    best = float(min(np.geomspace(*RANGE, trials), key=score))
+    note = f"Smoothing was chosen: lambda_smooth / lambda_dev = {best:.3g}, the best of {trials}."
+    return replace(options, lambda_smooth=best * options.lambda_dev), (note,)
+
+
+def smoothing_criterion(proposed: Trajectory, problem: PathProblem) -> Callable[[float], float]:
+    """The score of a ratio lambda_smooth / lambda_dev, lower is better; see `choose_smoothing`."""
+    reference = proposed.to_array()
+    steps = float((np.diff(reference, axis=0) ** 2).sum()) or 1.0
+    bends = float((np.diff(reference, 2, axis=0) ** 2).sum()) or 1.0
+    lower, upper = np.append(problem.lower, 0.0), np.append(problem.upper, np.inf)
+
+    def score(ratio: float) -> float:
+        x = smooth_axes(reference, Weights(1.0, float(ratio), 0.0), lower, upper)
+        depth = np.maximum(problem.depth(x[:, :3]), 0.0)
+        deviation = float(((x - reference) ** 2).sum()) / steps
+        roughness = float((np.diff(x, 2, axis=0) ** 2).sum()) / bends
+        return deviation + roughness + float((depth**2).sum()) / steps
+
+    return score

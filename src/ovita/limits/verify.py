@@ -133,7 +133,7 @@ def measure_all(
 
 
 def _custom(constraint: Any, proposed: Trajectory) -> Measure:
-    """A constraint of the user's own, see `plugins.Constraint`."""
+    """A constraint of the user's own, see `custom.Constraint`."""
     place: Place = "segment" if len(constraint.margin(proposed)) == len(proposed) - 1 else "waypoint"
 
     def excess(trajectory: Trajectory) -> Array:

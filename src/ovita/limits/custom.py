@@ -1,13 +1,34 @@
-"""Convex regions that a path may be confined to: ball, cylinder, polytope; and boxes to keep out of.
+"""Your own constraints: a margin function and its linearisation; ready-made convex sets and boxes to keep out of.
 
-Each is plain data, can be handed to `ConstraintOptions(custom=...)`, and is met exactly: a segment between two points
-of a convex set stays in it, and the solver approaches the set by cuts, half-spaces n.x >= c that contain it.
+    @dataclass(frozen=True)
+    class BelowShelf:
+        height: float
+        name = "below the shelf"
+        unit = "m"
+        limit = "under the shelf"
+
+        def margin(self, trajectory):           # (N,), >= 0 where the limit holds
+            return self.height - trajectory.positions[:, 2]
+
+        def rows(self, path):                   # normals . x_i >= offsets, near this path (N, 3)
+            n = len(path)
+            return Rows(np.arange(n), np.tile([0.0, 0.0, -1.0], (n, 1)), np.full(n, -self.height))
+
+    constrain(..., options=ConstraintOptions(custom=(BelowShelf(0.8),)))
+
+The solver linearises `rows` again at every iterate; `verify` uses `margin` alone. A constraint that cannot be helped
+by moving the path (say, on orientations) returns `Rows.none()` and is then only measured. Packages offer constraints
+by name through the entry point group "ovita.limits".
+
+The convex sets are plain data and are met exactly: a segment between two points of a convex set stays in it, and the
+solver approaches the set by cuts, half-spaces n.x >= c that contain it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from importlib.metadata import entry_points
 from typing import Any, Protocol, Self, runtime_checkable
 
 import numpy as np
@@ -17,11 +38,75 @@ from ovita.limits.obstacles import Obstacle
 from ovita.limits.qp import Rows
 from ovita.paths.trajectory import Array, Trajectory
 
+GROUP = "ovita.limits"
+"""Entry point group; each entry is a constraint or a callable that returns one."""
+
+
+@runtime_checkable
+class Constraint(Protocol):
+    """A limit of your own.
+
+    Attributes:
+        name: For reports.
+        unit: Of the margin.
+        limit: The limit in words.
+    """
+
+    @property
+    def name(self) -> str:
+        """For reports."""
+
+    @property
+    def unit(self) -> str:
+        """Of the margin, such as "m"."""
+
+    @property
+    def limit(self) -> str:
+        """The limit in words."""
+
+    def margin(self, trajectory: Trajectory) -> Array:
+        """By how much each waypoint (N,) or each segment (N-1,) keeps the limit; negative where it does not."""
+
+    def rows(self, path: Array) -> Rows:
+        """Linear limits that stand for it near a path (N, 3) [m]."""
+
+
+def load(name: str, **values: Any) -> Constraint:
+    """The constraint that an installed package offers under this name.
+
+    Args:
+        name: Of the entry point in the group "ovita.limits".
+        values: Handed to it, if it is callable.
+
+    Raises:
+        ConstraintDefinitionError: If there is none, or it is not a constraint.
+    """
+    offered = {entry.name: entry for entry in entry_points(group=GROUP)}
+    if name not in offered:
+        known = ", ".join(sorted(offered)) or "none at all"
+        raise ConstraintDefinitionError(f"no installed package offers the constraint {name!r}; on offer: {known}")
+    found = offered[name].load()
+    return check(found(**values) if callable(found) else found)
+
+
+def check(candidate: object) -> Constraint:
+    """The candidate itself, if it is a constraint.
+
+    Raises:
+        ConstraintDefinitionError: If it lacks name, unit, limit, margin or rows.
+    """
+    if not isinstance(candidate, Constraint):
+        raise ConstraintDefinitionError(
+            f"{candidate!r} is not a constraint: it needs name, unit, limit, margin(trajectory) and rows(path)"
+        )
+    return candidate
+
+
 Vector = tuple[float, float, float]
 
 
 @runtime_checkable
-class Region(Protocol):
+class ConvexSet(Protocol):
     """A convex set that every waypoint must be in."""
 
     def excess(self, points: Array) -> Array:
@@ -38,7 +123,7 @@ class Region(Protocol):
 
 
 class _Convex:
-    """What every region does alike as a constraint (see `plugins.Constraint`)."""
+    """What every region does alike as a constraint (see `Constraint`)."""
 
     unit = "m"
 
@@ -69,11 +154,11 @@ class Ball(_Convex):
         return f"within {self.radius:g} m of {_point(self.center)}"
 
     def excess(self, points: Array) -> Array:
-        """See `Region`."""
+        """See `ConvexSet`."""
         return np.asarray(np.linalg.norm(points - np.asarray(self.center), axis=1) - self.radius)
 
     def project(self, points: Array) -> Array:
-        """See `Region`."""
+        """See `ConvexSet`."""
         offset = points - np.asarray(self.center)
         distance = np.linalg.norm(offset, axis=1, keepdims=True)
         return np.where(
@@ -81,13 +166,13 @@ class Ball(_Convex):
         )
 
     def cut(self, points: Array) -> tuple[Array, Array]:
-        """See `Region`."""
+        """See `ConvexSet`."""
         inward = np.asarray(self.center) - points
         normals = inward / np.maximum(np.linalg.norm(inward, axis=1, keepdims=True), 1e-300)
         return normals, normals @ np.asarray(self.center) - self.radius
 
     def shrunk(self, by: float) -> Ball:
-        """See `Region`."""
+        """See `ConvexSet`."""
         return replace(self, radius=max(self.radius - by, 1e-9))
 
 
@@ -109,24 +194,24 @@ class Cylinder(_Convex):
         return f"within {self.radius:g} m of the line through {_point(self.center)} along {_point(self.axis)}"
 
     def excess(self, points: Array) -> Array:
-        """See `Region`."""
+        """See `ConvexSet`."""
         return np.asarray(np.linalg.norm(self._across(points), axis=1) - self.radius)
 
     def project(self, points: Array) -> Array:
-        """See `Region`."""
+        """See `ConvexSet`."""
         across = self._across(points)
         distance = np.linalg.norm(across, axis=1, keepdims=True)
         inner = points - across * (1.0 - self.radius / np.maximum(distance, 1e-300))
         return np.where(distance > self.radius, inner, points)
 
     def cut(self, points: Array) -> tuple[Array, Array]:
-        """See `Region`."""
+        """See `ConvexSet`."""
         across = self._across(points)
         normals = -across / np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-300)
         return normals, normals @ np.asarray(self.center) - self.radius
 
     def shrunk(self, by: float) -> Cylinder:
-        """See `Region`."""
+        """See `ConvexSet`."""
         return replace(self, radius=max(self.radius - by, 1e-9))
 
     def _across(self, points: Array) -> Array:
@@ -159,11 +244,11 @@ class Polytope(_Convex):
         return f"inside {len(self.offsets)} planes"
 
     def excess(self, points: Array) -> Array:
-        """See `Region`; the distance to the plane that is exceeded most."""
+        """See `ConvexSet`; the distance to the plane that is exceeded most."""
         return np.asarray((points @ np.asarray(self.normals).T - np.asarray(self.offsets)).max(axis=1))
 
     def project(self, points: Array) -> Array:
-        """See `Region`; by Dykstra's alternating projections."""
+        """See `ConvexSet`; by Dykstra's alternating projections."""
         normals, offsets = np.asarray(self.normals), np.asarray(self.offsets)
         moved, memory = points.copy(), np.zeros((len(offsets), *points.shape))
         for _ in range(500):
@@ -176,13 +261,13 @@ class Polytope(_Convex):
         return moved
 
     def cut(self, points: Array) -> tuple[Array, Array]:
-        """See `Region`; the plane that is exceeded most, or that is nearest."""
+        """See `ConvexSet`; the plane that is exceeded most, or that is nearest."""
         normals, offsets = np.asarray(self.normals), np.asarray(self.offsets)
         worst = (points @ normals.T - offsets).argmax(axis=1)
         return -normals[worst], -offsets[worst]
 
     def shrunk(self, by: float) -> Polytope:
-        """See `Region`."""
+        """See `ConvexSet`."""
         return replace(self, offsets=tuple(o - by for o in self.offsets))
 
 
