@@ -19,7 +19,7 @@ WORD = {"above": "up", "below": "down", "behind": "back"}
 def test_no_selected_waypoint_is_beyond_a_bound(drawn, word, limit, of, frame):
     rows, mask = drawn
     before = rows.copy()
-    out = bound(rows, **{word: limit}, of=of, where=mask, frame=frame)
+    out = bound(rows, **{word: limit}, of=of, where=mask, ease=0, frame=frame)
     assert np.array_equal(rows, before) and not np.shares_memory(out, rows)
     origin = {type(None): np.zeros(3), str: rows[0, :3]}.get(type(of), of)
     old, new = ((r[:, :3] - origin) @ frame.direction(word) for r in (rows, out))
@@ -99,7 +99,7 @@ def test_a_quadrant_is_reached_by_the_smallest_shift(rows, which, frame):
 @given(paths_and_masks(extra=2), limits, frames)
 def test_a_height_is_set_exactly(drawn, height, frame):
     rows, mask = drawn
-    out = at_height(rows, height, where=mask, frame=frame)
+    out = at_height(rows, height, where=mask, ease=0, frame=frame)
     assert (out[mask, :3] @ frame.direction("up") == height).all()
     assert np.array_equal(out[~mask], rows[~mask])
     assert np.array_equal(np.delete(out, 2, axis=1), np.delete(rows, 2, axis=1))

@@ -17,7 +17,7 @@ from ovita.toolkit.arguments import Offset, Target
 from ovita.toolkit.around import clear_segments, pushed_out, pushed_out_of_all
 from ovita.toolkit.catalogue import Recorder, note_contact, operation
 from ovita.toolkit.insertion import densified
-from ovita.toolkit.speed import dwell
+from ovita.toolkit.speed import dwell, stop_at
 from ovita.toolkit.weights import ROUNDING, headings, perpendicular, smoothstep
 
 STEEPEST = 1.125
@@ -25,6 +25,9 @@ STEEPEST = 1.125
 
 PER_SLOPE = 4.0
 """The fewest segments on the rise or the fall of a jump."""
+
+HOVER_BRAKE = 0.05
+"""Share of the path's length over which the robot brakes to wait above an object, and speeds up again."""
 
 SHORTEST = 0.01
 """Share of the path's length below which no segment is divided for a jump."""
@@ -244,7 +247,8 @@ def hover(
 ) -> Array:
     """Bend the path over an object and wait there, so many metres above its centre.
 
-    The path bends to pass exactly there; start and goal stay.
+    The path bends to pass exactly there, and the robot brakes and speeds up again over 5 % of the path; start and goal
+    stay. With a height above its centre smaller than the path's, the path goes down there.
 
     Args:
         traj: (N, 4); the result is (N + steps, 4).
@@ -254,7 +258,8 @@ def hover(
     """
     above = arguments.number(height, "height")
     rows = go_through(traj, obj, up=above, frame=frame, recorder=recorder)
-    return dwell(rows, arguments.point(obj) + above * frame.direction("up"), steps)
+    place = arguments.point(obj) + above * frame.direction("up")
+    return dwell(stop_at(rows, place, brake=HOVER_BRAKE, resume=True), place, steps)
 
 
 def _bend_around(rows: Array, centre: Array, radius: float, selected: Mask) -> None:

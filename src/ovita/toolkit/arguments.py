@@ -137,6 +137,15 @@ def positive(value: Any, name: str, high: float | None = None) -> float:
     return result
 
 
+def share(value: Any, name: str) -> float | None:
+    """A fraction from 0 to 1, or None.
+
+    Raises:
+        ValueError: If it is neither.
+    """
+    return None if value is None else number(value, name, low=0.0, high=1.0)
+
+
 def integer(value: Any, name: str, low: int, high: int) -> int:
     """An int within [low, high]; a float without a fraction will do.
 

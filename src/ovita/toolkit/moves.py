@@ -26,27 +26,30 @@ def move(
     traj: ArrayLike,
     *,
     where: ArrayLike | None = None,
-    ease: float = 0.0,
+    ease: float | None = None,
     keep: Literal["start", "goal", "both"] | None = None,
     frame: Frame = RFU,
     **offset: Unpack[Offset],
 ) -> Array:
     """Shift by OFFSET; keep="start", "goal" or "both" holds ends.
 
+    On a part, the shift sets in at its edges over 3 times its length, at most over half of the part, and is reached in
+    full there; the others stay as they are. Ends in the part move, unless they are kept.
+
     Args:
         traj: (N, 4).
         offset: Direction words and metres, such as left=0.2.
-        where: Mask (N,), or None for all waypoints; the others stay as they are.
-        ease: Length of a soft edge as a fraction (0..1) of the path's length; 0 shifts exactly.
-        keep: End that stays where it is; the shift sets in over `ease`, or a quarter of the path if that is 0.
+        where: Mask (N,), or None for all waypoints.
+        ease: Length of the soft edge inside the part as a fraction (0..1) of the path's length; 0 for a jump.
+        keep: End that stays where it is; the shift sets in over `ease`, or a quarter of the path if that is not given.
     """
     rows = arguments.waypoints(traj)
     shift = arguments.offset(frame, offset)
     selected = arguments.mask(where, len(rows))
-    rise = arguments.number(ease, "ease", low=0.0, high=1.0)
+    rise = arguments.share(ease, "ease")
     if keep not in (None, "start", "goal", "both"):
         raise ValueError(f"keep must be None, 'start', 'goal' or 'both', not {keep!r}")
-    weights = eased(selected, rows[:, :3], rise)
+    weights = eased(selected, rows[:, :3], rise, float(np.linalg.norm(shift)))
     if keep is not None:
         rise = rise or DEFAULT_EASE
         fraction = fractions(rows[:, :3])
@@ -269,9 +272,5 @@ def _appended(rows: Array, curve: Array) -> Array:
     source = source_indices(curve, count + 1, "arc_length")
     tail = np.repeat(rows[-1:], count, axis=0)
     tail[:, :3] = interpolate(curve, source)[1:]
-    speeds, end = rows[:, 3], rows[-1, 3]
-    usual = float(np.median(speeds[speeds > 0])) if (speeds > 0).any() else 0.0
-    u = np.arange(1, count + 1) / count
-    tail[:, 3] = end + (usual - end) * smoothstep(np.minimum(u, 1.0 - u) / 0.3)
-    tail[-1, 3] = end
+    tail[:, 3] = speeds_between(float(rows[-1, 3]), usual_speed(rows), float(rows[-1, 3]), count)
     return np.concatenate([rows, tail])

@@ -15,7 +15,7 @@ from ovita.toolkit.approach import extent
 from ovita.toolkit.arguments import Limits, Place, Target, positive
 from ovita.toolkit.catalogue import operation
 from ovita.toolkit.insertion import anchor
-from ovita.toolkit.weights import smoothstep
+from ovita.toolkit.weights import blended, followed, smoothstep
 
 FLIPPED = {"x": 1, "y": 0, "z": 2}
 """The coordinate that changes its sign when a path is mirrored around an axis."""
@@ -64,9 +64,13 @@ def rotate(
     about: Place | None = None,
     axis: str = "up",
     where: ArrayLike | None = None,
+    ease: float | None = None,
     frame: Frame = RFU,
 ) -> Array:
     """Turn counter-clockwise about the centroid or a PLACE.
+
+    On a part it blends at the edges, inside the part, over 3 times the largest shift, at most over half of the part.
+    Ends turn with the rest.
 
     Args:
         traj: (N, 4).
@@ -75,16 +79,18 @@ def rotate(
             fraction of the path (float). None for the mean of the selected waypoints.
         axis: Direction word; "up" turns in the horizontal plane.
         where: Mask (N,), or None for all waypoints.
+        ease: Length of the soft edge inside a part as a fraction (0..1) of the path's length; 0 for a jump.
     """
     rows = arguments.waypoints(traj)
     angle = arguments.number(degrees, "degrees")
     selected = arguments.mask(where, len(rows))
     centre, tip = _pivot(rows, about, selected), arguments.direction(frame, axis)
     if angle % 360.0 != 0.0:
-        away = rows[selected, :3] - centre
+        away = rows[:, :3] - centre
         turn = np.radians(angle % 360.0)
         along = (away @ tip)[:, None] * tip
-        rows[selected, :3] = centre + along + np.cos(turn) * (away - along) + np.sin(turn) * np.cross(tip, away)
+        turned = centre + along + np.cos(turn) * (away - along) + np.sin(turn) * np.cross(tip, away)
+        return blended(rows, turned, selected, arguments.share(ease, "ease"))
     return rows
 
 
@@ -107,9 +113,18 @@ def tilt(
 
 @operation("Reshape the whole")
 def mirror(
-    traj: ArrayLike, axis: str, *, about: Place | None = None, where: ArrayLike | None = None, frame: Frame = RFU
+    traj: ArrayLike,
+    axis: str,
+    *,
+    about: Place | None = None,
+    where: ArrayLike | None = None,
+    ease: float | None = None,
+    frame: Frame = RFU,
 ) -> Array:
     """Flip: "left" swaps left and right; "x" keeps x and flips y.
+
+    On a part it blends at the edges, inside the part, over 3 times the largest shift, at most over half of the part.
+    Ends flip with the rest.
 
     Args:
         traj: (N, 4).
@@ -117,6 +132,7 @@ def mirror(
             "z": in the level plane, so that z changes. Or a direction word: what lay that way lies the opposite way.
         about: What lies in the mirror plane, as for rotate; None for the mean of the selected waypoints.
         where: Mask (N,), or None for all waypoints.
+        ease: Length of the soft edge inside a part as a fraction (0..1) of the path's length; 0 for a jump.
     """
     rows = arguments.waypoints(traj)
     selected = arguments.mask(where, len(rows))
@@ -125,27 +141,39 @@ def mirror(
     else:
         flipped = int(np.argmax(np.abs(arguments.direction(frame, axis))))
     centre = _pivot(rows, about, selected)
-    rows[selected, flipped] = 2.0 * centre[flipped] - rows[selected, flipped]
-    return rows
+    image = rows[:, :3].copy()
+    image[:, flipped] = 2.0 * centre[flipped] - image[:, flipped]
+    return blended(rows, image, selected, arguments.share(ease, "ease"))
 
 
 @operation("Reshape the whole")
-def scale(traj: ArrayLike, factor: float, *, about: Place | None = None, where: ArrayLike | None = None) -> Array:
+def scale(
+    traj: ArrayLike,
+    factor: float,
+    *,
+    about: Place | None = None,
+    where: ArrayLike | None = None,
+    ease: float | None = None,
+) -> Array:
     """Enlarge or shrink about a PLACE.
+
+    On a part it blends at the edges, inside the part, over 3 times the largest shift, at most over half of the part.
+    Ends move with the rest.
 
     Args:
         traj: (N, 4).
         factor: > 0; 2 doubles all distances from `about`, and speeds stay.
         about: What stays where it is, as for rotate; None for the mean of the selected waypoints.
         where: Mask (N,), or None for all waypoints.
+        ease: Length of the soft edge inside a part as a fraction (0..1) of the path's length; 0 for a jump.
     """
     rows = arguments.waypoints(traj)
     times = positive(factor, "factor")
     selected = arguments.mask(where, len(rows))
     centre = _pivot(rows, about, selected)
-    if times != 1.0:
-        rows[selected, :3] = centre + times * (rows[selected, :3] - centre)
-    return rows
+    if times == 1.0:
+        return rows
+    return blended(rows, centre + times * (rows[:, :3] - centre), selected, arguments.share(ease, "ease"))
 
 
 @operation("Keep to a region")
@@ -154,19 +182,22 @@ def bound(
     *,
     of: Place | None = None,
     where: ArrayLike | None = None,
+    ease: float | None = None,
     frame: Frame = RFU,
     **offset: Unpack[Limits],
 ) -> Array:
     """Stay within so many metres left, up, ... of the origin or of=cup; down=-0.1: at least 0.1 up.
 
     A limit is a coordinate along its word, so right=-0.1 with of=cup means at least 0.1 m left of the cup's centre.
-    Waypoints beyond a limit are moved onto it, the others stay as they are.
+    Waypoints beyond a limit are moved onto it, start and goal too; the others stay as they are. On a part, those
+    beside it follow, over 3 times the shift at its edge.
 
     Args:
         traj: (N, 4).
         offset: The farthest allowed along a direction word [m], such as up=0.3.
         of: What the metres count from: object or point (3,) [m], or the place of a waypoint; None for the origin.
         where: Mask (N,), or None for all waypoints.
+        ease: Length of the soft edge outside a part as a fraction (0..1) of the path's length; 0 for a jump.
     """
     rows = arguments.waypoints(traj)
     limits = {word: arguments.number(value, word) for word, value in offset.items() if value is not None}
@@ -179,13 +210,13 @@ def bound(
                 f"{opposite}={limits[opposite]:g} means at least {-limits[opposite]:g} m {word}"
             )
     origin = np.zeros(3) if of is None else anchor(rows, of, "of")
-    selected = arguments.mask(where, len(rows))
+    selected, moved = arguments.mask(where, len(rows)), rows[:, :3].copy()
     for word, limit in limits.items():
         axis, sign = _axis(frame.direction(word))
         farthest = origin[axis] + sign * limit
         clip = np.minimum if sign > 0 else np.maximum
-        rows[selected, axis] = clip(rows[selected, axis], farthest)
-    return rows
+        moved[:, axis] = clip(moved[:, axis], farthest)
+    return followed(rows, moved, selected, arguments.share(ease, "ease"))
 
 
 @operation("Keep to a region")
@@ -242,18 +273,29 @@ def quadrant(traj: ArrayLike, which: int = 1, *, frame: Frame = RFU) -> Array:
 
 
 @operation("Keep to a region")
-def at_height(traj: ArrayLike, height: float, *, where: ArrayLike | None = None, frame: Frame = RFU) -> Array:
+def at_height(
+    traj: ArrayLike,
+    height: float,
+    *,
+    where: ArrayLike | None = None,
+    ease: float | None = None,
+    frame: Frame = RFU,
+) -> Array:
     """Set the height above the ground.
+
+    On a part, the waypoints beside it follow, over 3 times the shift at its edge; start and goal only if in it.
 
     Args:
         traj: (N, 4).
         height: [m], up from the horizontal plane through the origin.
         where: Mask (N,), or None for all waypoints.
+        ease: Length of the soft edge outside a part as a fraction (0..1) of the path's length; 0 for a jump.
     """
     rows = arguments.waypoints(traj)
     axis, sign = _axis(frame.direction("up"))
-    rows[arguments.mask(where, len(rows)), axis] = sign * arguments.number(height, "height")
-    return rows
+    level = rows[:, :3].copy()
+    level[:, axis] = sign * arguments.number(height, "height")
+    return followed(rows, level, arguments.mask(where, len(rows)), arguments.share(ease, "ease"))
 
 
 def _pivot(rows: Array, about: Place | None, selected: Mask) -> Array:

@@ -10,6 +10,10 @@ from ovita.paths.trajectory import Array, arc_length
 ROUNDING = 1e-9
 """Weights nearer than this to 0 or 1 are taken for it."""
 
+GENTLE = 3.0
+"""Length of a blend per metre of shift. As smoothstep is at most 1.5 times as steep as a line, a path that is pushed
+back along its own heading still goes forward, and one that is pushed aside turns by no more than 27 degrees."""
+
 
 def smoothstep(x: Array) -> Array:
     """The cubic 3x^2 - 2x^3 of x clipped to [0, 1]; flat at both ends."""
@@ -22,14 +26,16 @@ def snapped(x: Array) -> Array:
     return np.where(x < ROUNDING, 0.0, np.where(x > 1.0 - ROUNDING, 1.0, x))
 
 
-def eased(mask: Mask, positions: Array, ease: float) -> Array:
-    """Weights (N,) that are 0 outside a mask and rise to 1 inside it.
+def eased(mask: Mask, positions: Array, ease: float | None, shift: float = 0.0) -> Array:
+    """Weights (N,) that are 0 outside a mask and rise to 1 inside it; each unbroken run has a waypoint of weight 1.
 
     Args:
         mask: (N,).
         positions: (N, 3) [m].
-        ease: Length of a rise as a fraction of the path's length; shortened to half of a short run. The
-            start and the goal of the path are no edges of a mask, so there is no rise there.
+        ease: Length of a rise as a fraction of the path's length, shortened to half of a short run; 0 for a jump. None
+            for 3 times the shift, shortened so that at least half of the run has weight 1. The start and the goal of
+            the path are no edges of a mask, so there is no rise there.
+        shift: How far the edit moves a waypoint [m].
     """
     weights = mask.astype(np.float64)
     s = arc_length(positions)
@@ -38,7 +44,9 @@ def eased(mask: Mask, positions: Array, ease: float) -> Array:
     last = len(mask) - 1
     for a, b in runs(mask):
         before, after = s[max(a - 1, 0)], s[min(b + 1, last)]
-        span = min(ease * s[-1], (after - before) / 2.0)
+        edges = int(a > 0) + int(b < last)
+        wanted, most = (GENTLE * shift, 2 * max(edges, 1)) if ease is None else (ease * s[-1], 2)
+        span = min(wanted, (after - before) / most)
         if span <= 0.0:
             continue
         inside = slice(a, b + 1)
@@ -46,7 +54,60 @@ def eased(mask: Mask, positions: Array, ease: float) -> Array:
             weights[inside] = np.minimum(weights[inside], smoothstep((s[inside] - before) / span))
         if b < last:
             weights[inside] = np.minimum(weights[inside], smoothstep((after - s[inside]) / span))
+        peak = float(weights[inside].max())
+        if 0.0 < peak < 1.0:
+            weights[inside] /= peak
     return weights
+
+
+def blended(rows: Array, target: Array, selected: Mask, ease: float | None) -> Array:
+    """Rows whose selected waypoints go to a target (N, 3) [m], in full inside a run and less toward its edges.
+
+    Args:
+        rows: (N, 3+); what is not selected stays as it is.
+        target: (N, 3) [m].
+        selected: (N,).
+        ease: As for `eased`.
+    """
+    shift = target - rows[:, :3]
+    most = float(np.linalg.norm(shift[selected], axis=1).max()) if selected.any() else 0.0
+    weights = eased(selected, rows[:, :3], ease, most)
+    full, part = weights == 1.0, (weights > 0.0) & (weights < 1.0)
+    rows[full, :3] = target[full]
+    rows[part, :3] += weights[part, None] * shift[part]
+    return rows
+
+
+def followed(rows: Array, moved: Array, selected: Mask, ease: float | None) -> Array:
+    """Rows of which a part went elsewhere, with the neighbours of that part following; start and goal never follow.
+
+    Args:
+        rows: (N, 3+) before; they are changed.
+        moved: (N, 3) [m] where the selected waypoints are now; they get there in full.
+        selected: (N,).
+        ease: Length over which the shift at an edge of the part fades out, as a fraction of the path's length; 0 for a
+            jump, None for 3 times the shift.
+    """
+    s, last = arc_length(rows[:, :3]), len(rows) - 1
+    shift, edges = moved - rows[:, :3], list(runs(selected))
+    borders = [0, *(index for edge in edges for index in edge), last]
+    follow = np.zeros_like(shift)
+    for k, (a, b) in enumerate(edges):
+        for edge, border in ((a, borders[2 * k]), (b, borders[2 * k + 3])):
+            size = float(np.linalg.norm(shift[edge]))
+            # Between two parts, each has half of the way for its fading.
+            room = abs(s[edge] - s[border]) * (1.0 if border in (0, last) and not selected[border] else 0.5)
+            span = min(GENTLE * size if ease is None else ease * s[-1], room)
+            if span <= 0.0 or size == 0.0:
+                continue
+            low, high = (border, edge) if border < edge else (edge + 1, border + 1)
+            outside = np.arange(low, high)
+            follow[outside] += smoothstep(1.0 - np.abs(s[outside] - s[edge]) / span)[:, None] * shift[edge]
+    beside = ~selected & (follow != 0.0).any(axis=1)
+    beside[[0, last]] = False
+    rows[beside, :3] += follow[beside]
+    rows[selected, :3] = moved[selected]
+    return rows
 
 
 def headings(positions: Array) -> Array:
