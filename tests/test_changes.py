@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from ovita.errors import InputError
-from ovita.measure import Changes, Span, compare, dwells, sentences
+from ovita.measure import Changes, Insertion, Kink, Span, compare, sentences, warnings
 from ovita.paths.frame import Frame
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
@@ -56,7 +56,7 @@ def test_slowing_near_an_object_names_the_object_the_range_and_the_speeds() -> N
     assert changes.path_unchanged and not changes.speeds_unchanged
     told = sentences(changes)
     assert told[0] == (
-        "Speed is lower near the cup: 0.30 -> 0.15 m/s between waypoints 16 and 24; unchanged elsewhere."
+        "Speed is lower near the cup: 0.30 -> 0.15 m/s between waypoints 17 and 25; unchanged elsewhere."
     )
     assert told[-1] == "The path is exactly as before."
     assert any(s.startswith("It takes") and "longer" in s for s in told)
@@ -94,14 +94,14 @@ def test_a_dwell_leaves_the_path_unmoved_and_is_told_as_a_wait() -> None:
     rows = np.insert(line().to_array(), [21] * 30, line().to_array()[20], axis=0)
     rows[20:51, 3] = 0.0
     changes = changed(line(), rows)
-    assert changes.matching == "waypoint without dwells"
+    assert changes.matching == "index without dwells"
     assert changes.displacement.max == 0.0 and changes.displacement.count == 0
     assert changes.speed.dwell_steps == Span(0, 30) and changes.speed.stops == Span(0, 1)
     assert changes.speed.dwell.after == pytest.approx(3.0)
     (stop,) = changes.speed.stopped
     assert (stop.first, stop.last, stop.near) == (20, 50, ("cup",))
     told = sentences(changes)
-    assert told[0] == "It stops at waypoint 20 near the cup and waits 3.00 s."
+    assert told[0] == "It stops at waypoint 21 near the cup and waits 3.00 s."
     assert "The path is exactly as before." in told
     back = compare(Trajectory.from_array(rows), line(), SCENE)
     assert back.displacement.max == 0.0
@@ -112,7 +112,7 @@ def test_a_stop_inside_other_waypoints_is_found_without_a_dwell() -> None:
     rows = line().to_array()
     rows[[0, 20, -1], 3] = 0.0
     assert changed(line(), rows).speed.stops == Span(0, 1)
-    assert not dwells(Trajectory.from_array(rows)).any()
+    assert not Trajectory.from_array(rows).dwells.any()
 
 
 def test_a_continued_path_is_not_taken_for_a_moved_one() -> None:
@@ -120,17 +120,17 @@ def test_a_continued_path_is_not_taken_for_a_moved_one() -> None:
     tail = np.repeat(rows[-1:], 10, axis=0)
     tail[:, 1] = np.linspace(0.03, 0.3, 10)
     changes = changed(line(), np.vstack([rows, tail]))
-    assert changes.matching == "arc length"
-    assert (changes.displacement.first, changes.displacement.last) == (41, 50)
+    assert changes.matching == "kept waypoints" and changes.displacement.count == 0
+    assert changes.added == (Insertion(41, 50, pytest.approx(0.3)),)
     assert sentences(changes)[0] == "The path goes on beyond its old goal: the goal moved 0.30 m forward."
 
 
 def test_an_inserted_waypoint_moves_nothing_else() -> None:
     rows = np.insert(line().to_array(), 21, [0.5125, 0.2, 0.0, 0.3], axis=0)
     changes = changed(line(), rows)
-    assert changes.displacement.count == 1 and changes.displacement.index == 21
-    assert changes.displacement.max == pytest.approx(0.2)
-    assert "The start and the goal stay where they were." in sentences(changes)
+    assert changes.displacement.count == 0 and changes.added == (Insertion(21, 21, pytest.approx(0.2)),)
+    assert sentences(changes)[0] == "1 waypoint was put in as waypoint 22, up to 0.20 m off the old path."
+    assert "The rest of the path is exactly as before." in sentences(changes)
 
 
 def test_a_moved_and_continued_path_keeps_its_translation() -> None:
@@ -141,8 +141,9 @@ def test_a_moved_and_continued_path_keeps_its_translation() -> None:
     rows[:, 2] += 0.1
     changes = changed(line(), rows)
     moved = changes.displacement
-    assert moved.max == pytest.approx(np.hypot(0.5, 0.1)) and moved.max_words["up"] == pytest.approx(0.1)
-    assert moved.words["up"] == pytest.approx(0.1)
+    assert moved.max == pytest.approx(0.1) and moved.words == {"up": pytest.approx(0.1)}
+    assert sentences(changes)[0] == "The whole path moved 0.10 m up."
+    assert sentences(changes)[1].startswith("The path goes on beyond its old goal: the goal moved 0.50 m right")
 
 
 def test_the_same_path_with_other_waypoints_is_as_good_as_unmoved() -> None:
@@ -150,6 +151,47 @@ def test_the_same_path_with_other_waypoints_is_as_good_as_unmoved() -> None:
     assert changes.matching == "arc length" and not changes.path_unchanged
     assert changes.displacement.max == pytest.approx(0.0, abs=1e-12)
     assert changes.duration.change == pytest.approx(0.0, abs=1e-9)
+
+
+def test_removing_the_first_waypoints_moves_nothing_and_quickens_nothing() -> None:
+    rows = line().to_array()
+    rows[:10, 3] = np.linspace(0.0, 0.27, 10)
+    changes = compare(Trajectory.from_array(rows), Trajectory.from_array(rows[10:]), SCENE)
+    assert changes.displacement.max == 0.0 and changes.removed == ((0, 9),) and changes.added == ()
+    assert changes.speed.count == 0 and changes.speed.ranges == ()
+    told = sentences(changes)
+    assert told[0] == "The first 10 waypoints were taken out: the start moved 0.25 m right."
+    assert not any("moved by up to" in s or "Speed is" in s for s in told)
+    assert "The rest of the path is exactly as before." in told
+    assert "The speed along the path is exactly as before." in told
+
+
+def test_kinks_reversals_and_jumps_that_an_edit_brings_are_found() -> None:
+    rows = line().to_array()
+    rows[15:25, 2] += 0.2
+    changes = changed(line(), rows)
+    assert changes.shape.kinks[0] == Kink(14, pytest.approx(82.9, abs=0.1), 0.0)
+    assert changes.shape.sharpest == Span(0.0, pytest.approx(82.9, abs=0.1))
+    assert [j.waypoint for j in changes.shape.jumps] == [14, 24]
+    assert warnings(changes)[0].startswith("The path now turns sharply, by 83 degrees, at waypoint 15 (0 degrees")
+    assert warnings(changes)[-1].startswith("The path jumps by 0.202 m between waypoints 25 and 26 (at most 0.0")
+    back = np.vstack([line().to_array(), line().to_array()[::-1][1:]])
+    assert changed(line(), back).shape.reversals == Span(0, 1)
+    assert "turns back on itself at waypoint 41" in warnings(changed(line(), back))[0]
+
+
+def test_what_was_sharp_before_and_what_is_sampled_anew_is_no_kink_and_no_jump() -> None:
+    corner = Trajectory([[x / 20, 0, 0] for x in range(21)] + [[1, y / 20, 0] for y in range(1, 21)], np.full(41, 0.3))
+    smooth = line().to_array()
+    smooth[:, 2] += 0.2 * np.sin(np.linspace(0, np.pi, 41)) ** 2
+    for original, adapted in [
+        (corner, corner.with_(positions=corner.positions + 0.1)),
+        (corner, corner.resample(11)),
+        (line(), line().resample(7)),
+        (line(), Trajectory.from_array(smooth)),
+    ]:
+        changes = compare(original, adapted, SCENE)
+        assert warnings(changes) == [] and changes.shape.kinks == changes.shape.jumps == ()
 
 
 def test_closest_approach_counts_what_lies_between_waypoints() -> None:

@@ -1,20 +1,36 @@
 """What changed: the measured difference of two trajectories in a scene, as numbers and as plain sentences."""
 
 from ovita.measure.changes import compare
-from ovita.measure.matching import dwells
-from ovita.measure.report import Changes, Displacement, Endpoint, ObjectChange, Span, SpeedChange, SpeedRange, Stop
-from ovita.measure.sentences import sentences
+from ovita.measure.report import (
+    Changes,
+    Displacement,
+    Endpoint,
+    Insertion,
+    Jump,
+    Kink,
+    ObjectChange,
+    ShapeChange,
+    Span,
+    SpeedChange,
+    SpeedRange,
+    Stop,
+)
+from ovita.measure.sentences import sentences, warnings
 
 __all__ = [
     "Changes",
     "Displacement",
     "Endpoint",
+    "Insertion",
+    "Jump",
+    "Kink",
     "ObjectChange",
+    "ShapeChange",
     "Span",
     "SpeedChange",
     "SpeedRange",
     "Stop",
     "compare",
-    "dwells",
     "sentences",
+    "warnings",
 ]

@@ -7,26 +7,51 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from ovita.measure.approach import object_change
-from ovita.measure.matching import Mask, dwells, match
 from ovita.measure.report import (
     Changes,
     Displacement,
     Endpoint,
+    Insertion,
+    Jump,
+    Kink,
     ObjectChange,
+    ShapeChange,
     Span,
     SpeedChange,
     SpeedRange,
     Stop,
     Vector,
 )
+from ovita.paths.correspondence import Correspondence, correspond
 from ovita.paths.frame import Frame
-from ovita.paths.geometry import fractions
-from ovita.paths.scene import Scene
+from ovita.paths.geometry import (
+    Mask,
+    closest_to_point,
+    extent,
+    fractions,
+    lengths,
+    path_distances,
+    spacing,
+    turning_angles,
+    within,
+)
+from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array, Trajectory, nlerp
 
 TOLERANCE = 1e-6
 """Differences up to this count as none [m, m/s]."""
+
+NEIGHBOURHOOD = 0.25
+"""What counts as near an object: its bounding radius plus this share of the original path's diagonal."""
+
+KINK, SHARPER = 60.0, 30.0
+"""A turn is a kink from this on, if the original turns there by so much less [deg]."""
+
+REVERSAL = 150.0
+"""A turn by more than this is a reversal [deg]."""
+
+JUMP = 4.0
+"""A step that is so many times the original's longest is a jump."""
 
 _MANY_RANGES = 12
 
@@ -39,10 +64,14 @@ def compare(original: Trajectory, adapted: Trajectory, scene: Scene) -> Changes:
         adapted: The trajectory after, M waypoints.
         scene: Gives the direction words and the objects.
     """
-    matching, before, compared = match(original, adapted)
-    objects = tuple(object_change(item, original, adapted) for item in scene)
+    found = correspond(original.positions, adapted.positions)
+    before = found.of_adapted(original.to_array())
+    compared = found.old if found.method == "index" else found.old & ~adapted.dwells
+    objects = tuple(_object_change(item, original, adapted) for item in scene)
     return Changes(
-        matching=matching,
+        matching=found.method,
+        removed=found.removed,
+        added=_insertions(original, adapted, found),
         path_unchanged=np.array_equal(original.positions, adapted.positions),
         speeds_unchanged=np.array_equal(original.speeds, adapted.speeds),
         orientations_unchanged=_same_turns(original, adapted),
@@ -50,6 +79,7 @@ def compare(original: Trajectory, adapted: Trajectory, scene: Scene) -> Changes:
         length=Span(original.length, adapted.length),
         duration=Span(original.duration, adapted.duration),
         displacement=_displacement(before[:, :3], adapted, compared, scene.frame),
+        shape=_shape(original.positions, adapted.positions, found),
         start=_endpoint(original.positions[0], adapted.positions[0], scene.frame),
         goal=_endpoint(original.positions[-1], adapted.positions[-1], scene.frame),
         speed=_speed_change(original, adapted, before[:, 3], compared, scene, objects),
@@ -91,6 +121,47 @@ def _displacement(before: Array, adapted: Trajectory, compared: Mask, frame: Fra
     )
 
 
+def _insertions(original: Trajectory, adapted: Trajectory, found: Correspondence) -> tuple[Insertion, ...]:
+    off = path_distances(original.positions, adapted.positions) if found.added else np.zeros(0)
+    return tuple(Insertion(a, b, float(off[a : b + 1].max())) for a, b in found.added)
+
+
+def _shape(original: Array, adapted: Array, found: Correspondence) -> ShapeChange:
+    """Turns and steps of both paths, and the kinks and jumps that only the adapted one has."""
+    turns = [np.degrees(turning_angles(path, 0.02 * spacing(path))) for path in (original, adapted)]
+    steps = [lengths(np.diff(path, axis=0)) for path in (original, adapted)]
+    at = [int(angles.argmax()) for angles in turns]
+    longest = float(steps[0].max()) * max(1.0, len(original) / len(adapted))
+    kinks = []
+    for i in np.flatnonzero(turns[1] >= KINK):
+        origin = found.backward[i]
+        around = slice(max(int(origin) - 2, 0), int(origin) + 4) if np.isfinite(origin) else slice(0)
+        usual = float(turns[0][around].max(initial=0.0))
+        if turns[1][i] >= usual + SHARPER:
+            kinks.append(Kink(int(i), float(turns[1][i]), usual))
+    jumps = [Jump(int(i), float(steps[1][i]), longest) for i in np.flatnonzero(steps[1] > JUMP * longest + TOLERANCE)]
+    return ShapeChange(
+        sharpest=Span(float(turns[0].max()), float(turns[1].max())),
+        sharpest_at=Span(*at),
+        reversals=Span(*(int((angles > REVERSAL).sum()) for angles in turns)),
+        step=Span(float(steps[0].max()), float(steps[1].max())),
+        kinks=tuple(kinks),
+        jumps=tuple(jumps),
+    )
+
+
+def _object_change(item: SceneObject, original: Trajectory, adapted: Trajectory) -> ObjectChange:
+    """How both paths pass one object, along their segments."""
+    neighbourhood = item.radius + NEIGHBOURHOOD * extent(original.positions)
+    (d0, i0), (d1, i1) = (closest_to_point(t.positions, item.position) for t in (original, adapted))
+    (c0, j0), (c1, j1) = (item.cuboid.closest(t.positions) for t in (original, adapted))
+    speeds: list[float | None] = []
+    for trajectory in (original, adapted):
+        near = within(trajectory.positions, item.position, neighbourhood) & ~trajectory.dwells
+        speeds.append(float(trajectory.speeds[near].mean()) if near.any() else None)
+    return ObjectChange(item.name, Span(d0, d1), Span(i0, i1), Span(c0, c1), Span(j0, j1), neighbourhood, *speeds)
+
+
 def _endpoint(before: Array, after: Array, frame: Frame) -> Endpoint:
     shift = after - before
     return Endpoint(_vector(before), _vector(after), float(np.linalg.norm(shift)), _words(frame, shift))
@@ -110,12 +181,12 @@ def _speed_change(
     changed = sign != 0
     moving = old > TOLERANCE
     ratios = new[moving] / old[moving]
-    own = original.speeds[~dwells(original)] if len(original) != len(adapted) else original.speeds
+    own = original.speeds[~original.dwells] if len(original) != len(adapted) else original.speeds
     cuts = np.flatnonzero(np.diff(sign)) + 1
     runs = [run for run in np.split(np.arange(len(index)), cuts) if sign[run[0]]]
     if len(runs) > _MANY_RANGES:
         runs = [np.arange(runs[0][0], runs[-1][-1] + 1)]
-    steps = Span(int(dwells(original).sum()), int(dwells(adapted).sum()))
+    steps = Span(int(original.dwells.sum()), int(adapted.dwells.sum()))
     where = index[changed]
     radii = {item.name: item.neighbourhood for item in objects}
     stopped = _stops(adapted, scene, radii)
@@ -158,7 +229,7 @@ def _stops(trajectory: Trajectory, scene: Scene, radii: Mapping[str, float]) -> 
     """Runs of waypoints at speed 0 that lie on the way or hold a dwell."""
     still = trajectory.speeds == 0
     runs = np.split(np.arange(len(still)), np.flatnonzero(np.diff(still)) + 1)
-    waits, last = dwells(trajectory), len(still) - 1
+    waits, last = trajectory.dwells, len(still) - 1
     stops = []
     for run in runs:
         if still[run[0]] and (waits[run].any() or (run[0] > 0 and run[-1] < last)):

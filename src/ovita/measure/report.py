@@ -1,20 +1,18 @@
 """The report of changes: plain immutable data that goes to JSON and back.
 
-Waypoints are counted from 0 and, unless said otherwise, are those of the adapted trajectory.
+Waypoints count from 0, both ends included, and are those of the adapted trajectory unless said otherwise.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from dataclasses import asdict, dataclass, is_dataclass
+from typing import Any, get_args, get_origin, get_type_hints
 
 from ovita.errors import InputError
+from ovita.paths.correspondence import Method
 
 Vector = tuple[float, float, float]
-Matching = Literal["waypoint", "waypoint without dwells", "arc length"]
-
-_SPANS = ("waypoints", "length", "duration")
 
 
 @dataclass(frozen=True)
@@ -32,7 +30,7 @@ class Span:
 
 @dataclass(frozen=True)
 class Displacement:
-    """How far waypoints of the adapted path lie from where they were.
+    """How far the waypoints that were taken over lie from where they were.
 
     Args:
         max: Largest displacement [m], at waypoint `index` and share `fraction` (0..1) of the path length.
@@ -54,6 +52,53 @@ class Displacement:
     count: int
     first: int | None
     last: int | None
+
+
+@dataclass(frozen=True)
+class Insertion:
+    """Waypoints `first` to `last` that were put in, up to `off` [m] away from the original path."""
+
+    first: int
+    last: int
+    off: float
+
+
+@dataclass(frozen=True)
+class Kink:
+    """A turn at `waypoint` by `degrees` that the original does not have there; it turned by `before` at most [deg]."""
+
+    waypoint: int
+    degrees: float
+    before: float
+
+
+@dataclass(frozen=True)
+class Jump:
+    """A step of `step` [m] from `waypoint` to the next, far above the original's longest step `before` [m]."""
+
+    waypoint: int
+    step: float
+    before: float
+
+
+@dataclass(frozen=True)
+class ShapeChange:
+    """How sharply the path turns and how evenly it is sampled.
+
+    Args:
+        sharpest: Sharpest turn at a waypoint [deg], at waypoint `sharpest_at` of either trajectory.
+        reversals: Number of turns by more than 150 degrees.
+        step: Longest step between neighbouring waypoints [m].
+        kinks: Turns by 60 degrees or more that the adaptation brought.
+        jumps: Steps more than four times the original's longest, allowing for another number of waypoints.
+    """
+
+    sharpest: Span
+    sharpest_at: Span
+    reversals: Span
+    step: Span
+    kinks: tuple[Kink, ...] = ()
+    jumps: tuple[Jump, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -157,9 +202,9 @@ class Changes:
     """The measured difference of two trajectories in a scene.
 
     Args:
-        matching: How waypoints were paired. "waypoint": by number; "waypoint without dwells": by number once the
-            dwells are set aside; "arc length": leading and trailing parts of the same shape by number, what lies
-            between by equal shares of its length.
+        matching: How waypoints were paired, as in `paths.correspondence`.
+        removed: Runs (first, last) of original waypoints that were taken out.
+        added: Runs of waypoints that were put in.
         path_unchanged: Whether positions are the same bit by bit.
         speeds_unchanged: Whether speeds are the same bit by bit.
         orientations_unchanged: Whether orientations are the same bit by bit.
@@ -167,13 +212,16 @@ class Changes:
         length: Length of the path [m].
         duration: Time from start to goal [s].
         displacement: How far the path moved.
+        shape: Its turns and steps.
         start: What became of the start.
         goal: What became of the goal.
         speed: How speeds changed.
         objects: How each object is passed, in the scene's order.
     """
 
-    matching: Matching
+    matching: Method
+    removed: tuple[tuple[int, int], ...]
+    added: tuple[Insertion, ...]
     path_unchanged: bool
     speeds_unchanged: bool
     orientations_unchanged: bool
@@ -181,6 +229,7 @@ class Changes:
     length: Span
     duration: Span
     displacement: Displacement
+    shape: ShapeChange
     start: Endpoint
     goal: Endpoint
     speed: SpeedChange
@@ -204,35 +253,21 @@ class Changes:
             InputError: If keys are missing or unknown.
         """
         try:
-            rest = dict(data)
-            moved = dict(rest.pop("displacement"))
-            speed = _spans(rest.pop("speed"), "mean", "min", "max", "stops", "dwell_steps", "dwell")
-            speed["ranges"] = tuple(SpeedRange(**_near(_spans(item, "speed"))) for item in speed["ranges"])
-            speed["stopped"] = tuple(Stop(**_near(item)) for item in speed["stopped"])
-            keys = ("distance", "distance_at", "clearance", "clearance_at")
-            rest |= {
-                **_spans({key: rest[key] for key in _SPANS}, *_SPANS),
-                "displacement": Displacement(**{**moved, "vector": tuple(moved["vector"])}),
-                "speed": SpeedChange(**speed),
-                "objects": tuple(ObjectChange(**_spans(item, *keys)) for item in rest["objects"]),
-                "start": _endpoint(rest["start"]),
-                "goal": _endpoint(rest["goal"]),
-            }
-            return cls(**rest)
+            rebuilt: Changes = _rebuilt(cls, data)
+            return rebuilt
         except (KeyError, TypeError, ValueError) as error:
             raise InputError(f"this is not a report of changes as ovita writes it: {error}") from None
 
 
-def _endpoint(data: Mapping[str, Any]) -> Endpoint:
-    return Endpoint(**{**data, "before": tuple(data["before"]), "after": tuple(data["after"])})
-
-
-def _near(data: Mapping[str, Any]) -> dict[str, Any]:
-    return {**data, "near": tuple(data["near"])}
-
-
-def _spans(data: Mapping[str, Any], *keys: str) -> dict[str, Any]:
-    return {**data, **{key: Span(**data[key]) for key in keys}}
+def _rebuilt(kind: Any, value: Any) -> Any:
+    """Plain data as the type that it was: dataclasses, tuples of these, and what JSON holds."""
+    if isinstance(kind, type) and is_dataclass(kind):
+        hints = get_type_hints(kind)
+        return kind(**{key: _rebuilt(hints.get(key), item) for key, item in dict(value).items()})
+    if get_origin(kind) is tuple:
+        inner = get_args(kind)
+        return tuple(_rebuilt(inner[0] if inner[-1] is Ellipsis else None, item) for item in value)
+    return value
 
 
 def _plain(value: Any) -> Any:

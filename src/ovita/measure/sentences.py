@@ -1,10 +1,11 @@
-"""The report of changes in plain words, for people who do not program robots."""
+"""The report of changes in plain words, for people who do not program robots; waypoints count from 1 here."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
 from ovita.measure.report import Changes, Endpoint, ObjectChange, Span, SpeedRange
+from ovita.text import counted, listed, number, the, waypoints
 
 _VISIBLE = 1e-3
 """Smaller differences are not worth a sentence of their own [m, m/s, s]."""
@@ -29,9 +30,10 @@ def sentences(changes: Changes) -> list[str]:
         *_total("It takes", changes.duration, "s", ("longer", "less time")),
         *_total("The path is", changes.length, "m", ("longer", "shorter")),
     ]
-    if not path:
-        told.append(_still(changes))
-    elif not speed:
+    put = bool(changes.removed or changes.added)
+    if not path or (put and changes.displacement.max < _VISIBLE):
+        told.append(_still(changes, "The rest of the path" if put else "The path"))
+    if path and not speed:
         exact = "exactly" if changes.speed.count == 0 else "practically"
         told.append(f"The speed along the path is {exact} as before.")
     if changes.waypoints.change:
@@ -42,58 +44,86 @@ def sentences(changes: Changes) -> list[str]:
     return told
 
 
-def number(value: float) -> str:
-    """A number with about three significant digits and at least two decimals below 10: 0.2 to "0.20"."""
-    size = abs(value)
-    if size >= 1e5 or 0 < size < 1e-3:
-        return f"{value:.3g}"
-    if size >= 100:
-        return f"{value:.0f}"
-    if size >= 10:
-        return f"{value:.1f}"
-    text = f"{value:.2f}" if size >= 1 else f"{value:.3f}"
-    return text[:-1] if size < 1 and text.endswith("0") else text
-
-
 def directions(words: Mapping[str, float]) -> str:
     """Direction words with metres, largest first: "0.20 m left and 0.05 m up"; parts that hardly count are left out."""
     least = max(_VISIBLE, 0.05 * max(words.values(), default=0.0))
     parts = [
         f"{number(v)} m {_PHRASES.get(k, k)}" for k, v in sorted(words.items(), key=lambda kv: -kv[1]) if v >= least
     ]
-    return _listed(parts)
+    return listed(parts)
 
 
 _PHRASES = {"front": "forward", "back": "backward"}
 
 
+def warnings(changes: Changes) -> list[str]:
+    """Say which kinks, reversals and jumps the adaptation brought; empty if the path stays as smooth as it was."""
+    told = []
+    for kink in sorted(changes.shape.kinks, key=lambda k: -k.degrees)[:_MOST]:
+        word = "turns back on itself" if kink.degrees > 150.0 else f"turns sharply, by {kink.degrees:.0f} degrees,"
+        told.append(f"The path now {word} at waypoint {kink.waypoint + 1} ({kink.before:.0f} degrees there before).")
+    for jump in sorted(changes.shape.jumps, key=lambda j: -j.step)[:_MOST]:
+        where = f"waypoints {jump.waypoint + 1} and {jump.waypoint + 2}"
+        before = f"at most {number(jump.before)} m before"
+        told.append(f"The path jumps by {number(jump.step)} m between {where} ({before}).")
+    return told
+
+
 def _path(changes: Changes) -> list[str]:
+    n, m = int(changes.waypoints.before), int(changes.waypoints.after)
+    leading, trailing = _cut(changes, 0), _cut(changes, n - 1)
+    beyond = next((put for put in changes.added if put.last == m - 1), None)
+    told = [*_moved(changes, bool(leading), bool(trailing or beyond))]
+    if leading:
+        told.append(f"The first {_waypoints(leading)} taken out: the start moved {directions(changes.start.words)}.")
+    if trailing and beyond is None:
+        told.append(f"The last {_waypoints(trailing)} taken out: the goal moved {directions(changes.goal.words)}.")
+    for a, b in changes.removed[: _MOST + 2]:
+        if a > 0 and b < n - 1:
+            told.append(f"The old {waypoints(a, b)} {'was' if a == b else 'were'} taken out.")
+    if beyond is not None and changes.goal.shift >= _VISIBLE:
+        told.append(f"The path goes on beyond its old goal: the goal moved {directions(changes.goal.words)}.")
+    for put in changes.added[: _MOST + 2]:
+        if put is not beyond or changes.goal.shift < _VISIBLE:
+            where = "after the old goal" if put is beyond else f"as {waypoints(put.first, put.last)}"
+            off = f", up to {number(put.off)} m off the old path" if put.off >= _VISIBLE else " along the old path"
+            told.append(f"{_waypoints(put.last - put.first + 1).capitalize()} put in {where}{off}.")
+    return told
+
+
+def _cut(changes: Changes, end: int) -> int:
+    """How many waypoints were taken out at an end of the original."""
+    return next((b - a + 1 for a, b in changes.removed if a <= end <= b), 0)
+
+
+def _waypoints(count: int) -> str:
+    return f"{counted(count, 'waypoint')} {'was' if count == 1 else 'were'}"
+
+
+def _moved(changes: Changes, cut: bool, grown: bool) -> list[str]:
+    """How the waypoints that were taken over moved, and the ends unless something was taken out or put in there."""
     moved = changes.displacement
-    ends = [("start", changes.start), ("goal", changes.goal)]
-    shifted = [(name, end) for name, end in ends if end.shift >= _VISIBLE]
+    ends = [("start", changes.start, cut), ("goal", changes.goal, grown)]
+    shifted = [(name, end) for name, end, other in ends if end.shift >= _VISIBLE and not other]
     if moved.max < _VISIBLE or moved.first is None or moved.last is None:
         return [_end(name, end) for name, end in shifted]
     mean = sum(part**2 for part in moved.vector) ** 0.5
     if moved.spread <= max(_VISIBLE, 0.01 * mean):
         return [f"The whole path moved {directions(moved.words)}."]
-    before, after = int(changes.waypoints.before), int(changes.waypoints.after)
-    added = moved.last - moved.first + 1
-    if changes.matching == "arc length" and added == after - before and moved.last == after - 1:
-        return [f"The path goes on beyond its old goal: the goal moved {directions(changes.goal.words)}."]
-    where = f"The path between waypoints {moved.first} and {moved.last}"
-    if (moved.first, moved.last) == (0, after - 1):
+    where = f"The path between waypoints {moved.first + 1} and {moved.last + 1}"
+    if (moved.first, moved.last) == (0, int(changes.waypoints.after) - 1):
         where = "The path"
     elif moved.first == moved.last:
-        where = f"The path at waypoint {moved.first}"
+        where = f"The path at waypoint {moved.first + 1}"
     told = [
-        f"{where} moved by up to {number(moved.max)} m (waypoint {moved.index}: {directions(moved.max_words)}), "
+        f"{where} moved by up to {number(moved.max)} m (waypoint {moved.index + 1}: {directions(moved.max_words)}), "
         f"{number(moved.mean)} m on average over all waypoints."
     ]
     told += [_end(name, end) for name, end in shifted]
-    if not shifted:
-        told.append("The start and the goal stay where they were.")
-    elif len(shifted) == 1:
-        told.append(f"The {'goal' if shifted[0][0] == 'start' else 'start'} stays where it was.")
+    still = [name for name, end, other in ends if end.shift < _VISIBLE and not other]
+    if still:
+        stays = "stay where they were" if len(still) == 2 else "stays where it was"
+        told.append(f"The {' and the '.join(still)} {stays}.")
     return told
 
 
@@ -101,11 +131,11 @@ def _end(name: str, end: Endpoint) -> str:
     return f"The {name} moved {directions(end.words)}."
 
 
-def _still(changes: Changes) -> str:
+def _still(changes: Changes, what: str) -> str:
     moved = changes.displacement
     if changes.path_unchanged or moved.count == 0:
-        return "The path is exactly as before."
-    return f"The path is practically as before (moved by at most {number(moved.max * 1000)} mm)."
+        return f"{what} is exactly as before."
+    return f"{what} is practically as before (moved by at most {number(moved.max * 1000)} mm)."
 
 
 def _speeds(changes: Changes) -> list[str]:
@@ -140,7 +170,9 @@ def _speeds(changes: Changes) -> list[str]:
 
 def _stretch(item: SpeedRange) -> str:
     where = (
-        f"at waypoint {item.first}" if item.first == item.last else f"between waypoints {item.first} and {item.last}"
+        f"at waypoint {item.first + 1}"
+        if item.first == item.last
+        else f"between waypoints {item.first + 1} and {item.last + 1}"
     )
     return f"Speed is {_higher(item.speed)}{_near(item.near)}: {_span(item.speed, 'm/s')} {where}"
 
@@ -154,7 +186,7 @@ def _stops(changes: Changes) -> list[str]:
     told = []
     for stop in speed.stopped[:_MOST]:
         waits = f" and waits {number(stop.seconds)} s" if stop.seconds else ""
-        told.append(f"It stops at waypoint {stop.first}{_near(stop.near)}{waits}.")
+        told.append(f"It stops at waypoint {stop.first + 1}{_near(stop.near)}{waits}.")
     if len(speed.stopped) > _MOST:
         told.append(f"It stops {len(speed.stopped)} times in all (before: {int(speed.stops.before)}).")
     return told
@@ -162,29 +194,29 @@ def _stops(changes: Changes) -> list[str]:
 
 def _objects(changes: Changes) -> list[str]:
     told: list[str] = []
-    listed = []
+    passed = []
     for item in changes.objects:
         if item.clearance.after <= 0 < item.clearance.before:
             deep = f", {number(-item.clearance.after)} m deep" if item.clearance.after <= -_VISIBLE else ""
-            told.append(f"It now runs into {_the(item.name)}{deep}.")
+            told.append(f"It now runs into {the(item.name)}{deep}.")
         elif item.clearance.before <= 0 < item.clearance.after:
-            told.append(f"It no longer runs into {_the(item.name)}; {number(item.clearance.after)} m are left.")
+            told.append(f"It no longer runs into {the(item.name)}; {number(item.clearance.after)} m are left.")
         elif abs(item.distance.change) >= _VISIBLE and _relative(item.distance) >= 0.02:
-            listed.append(item)
-    listed.sort(key=lambda item: -_relative(item.distance))
-    told += [_passes(item) for item in listed[:_MOST]]
-    rest = listed[_MOST:]
+            passed.append(item)
+    passed.sort(key=lambda item: -_relative(item.distance))
+    told += [_passes(item) for item in passed[:_MOST]]
+    rest = passed[_MOST:]
     for word, closer in (("closer to", True), ("farther from", False)):
-        names = [_the(item.name) for item in rest if (item.distance.change < 0) == closer]
+        names = [the(item.name) for item in rest if (item.distance.change < 0) == closer]
         if names:
-            told.append(f"It also passes {word} {_listed(names)}.")
+            told.append(f"It also passes {word} {listed(names)}.")
     return told
 
 
 def _passes(item: ObjectChange) -> str:
     amount = number(abs(item.distance.change))
     word = "closer to" if item.distance.change < 0 else "farther from"
-    return f"It now passes {amount} m {word} {_the(item.name)} ({_span(item.distance, 'm')} to its centre)."
+    return f"It now passes {amount} m {word} {the(item.name)} ({_span(item.distance, 'm')} to its centre)."
 
 
 def _total(opening: str, span: Span, unit: str, words: tuple[str, str]) -> list[str]:
@@ -208,12 +240,4 @@ def _higher(span: Span) -> str:
 
 
 def _near(names: tuple[str, ...]) -> str:
-    return " near " + _listed([_the(name) for name in names]) if names else ""
-
-
-def _the(name: str) -> str:
-    return name if name.lower().startswith(("the ", "a ", "an ")) else f"the {name}"
-
-
-def _listed(parts: list[str]) -> str:
-    return parts[0] if len(parts) == 1 else ", ".join(parts[:-1]) + " and " + parts[-1] if parts else ""
+    return " near " + listed([the(name) for name in names]) if names else ""

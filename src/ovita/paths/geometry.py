@@ -121,14 +121,14 @@ def within(path: Array, point: Array, radius: float) -> Mask:
     return inside
 
 
-def turning_angles(path: Array) -> Array:
+def turning_angles(path: Array, least: float = 0.0) -> Array:
     """Angle (N,) [rad] by which a polyline (N, 3) turns at each waypoint; 0 at the ends and at repeated waypoints.
 
-    A repeated waypoint is turned at where it is reached for the first time.
+    A repeated waypoint is turned at where it is reached for the first time. Segments up to `least` [m] do not count.
     """
     angles = np.zeros(len(path))
     steps = np.diff(path, axis=0)
-    moving = np.flatnonzero(lengths(steps) > SAME_PLACE)
+    moving = np.flatnonzero(lengths(steps) > max(SAME_PLACE, least))
     if len(moving) > 1:
         a, b = steps[moving[:-1]], steps[moving[1:]]
         angles[moving[:-1] + 1] = np.arctan2(lengths(np.cross(a, b)), dots(a, b))
