@@ -9,7 +9,7 @@ import pytest
 from ovita.chain import adapt
 from ovita.errors import FormatError
 from ovita.gate import default_log, record, review
-from ovita.io.adaptation import seal
+from ovita.io.json_ import seal
 from ovita.limits import ConstraintOptions
 from ovita.paths.robot import Box, Robot
 from ovita.paths.scene import Scene, SceneObject

@@ -16,8 +16,8 @@ from ovita.cli.convert_ import command
 from ovita.cli.send_ import command as send
 from ovita.errors import MissingExtra, RequestError, RobotError
 from ovita.io import load_task, save_trajectory
+from ovita.io.joints import JointMotion, load_joint_motion
 from ovita.io.links import deliver_joints, ros2
-from ovita.io.ros.joints import JointMotion, load_joint_motion
 from ovita.paths.frame import Frame, transformed
 from ovita.paths.robot import Box, Robot
 from ovita.paths.scene import Scene, SceneObject
@@ -73,7 +73,7 @@ def test_joints_go_to_topics_but_not_to_drones(motion, monkeypatch):
     class Backend:
         @staticmethod
         def publish(address, build):
-            from ovita.io.ros.messages import Maker
+            from ovita.io.messages import Maker
 
             sent["name"], sent["message"] = build(Maker(lambda name, **fields: (name, fields)))
             return b"bytes"

@@ -20,8 +20,8 @@ import numpy as np
 
 from ovita.errors import FormatError
 from ovita.io import load_document
-from ovita.io.adaptation import seal
 from ovita.io.files import file_name
+from ovita.io.json_ import seal
 from ovita.limits import ConstraintCheck, ConstraintOptions, verify
 from ovita.paths.robot import Robot
 from ovita.paths.trajectory import Trajectory

@@ -10,7 +10,8 @@ from pydantic import TypeAdapter, ValidationError
 
 from ovita.errors import FormatError, OvitaError
 from ovita.io import load_document, save_document, scene_dict, scene_from_dict, trajectory_rows
-from ovita.io.adaptation import SCHEMA, seal
+from ovita.io.json_ import ADAPTATION_SCHEMA as SCHEMA
+from ovita.io.json_ import seal
 from ovita.limits import ConstraintOptions, Verdict
 from ovita.measure import Changes
 from ovita.paths.robot import Robot

@@ -4,14 +4,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ovita.errors import FormatError
-from ovita.io import csv_, load_task, save_task, save_trajectory
+from ovita.io import load_task, save_task, save_trajectory, tables
 from ovita.paths.trajectory import Trajectory
 
 EXPECTED = Trajectory.from_array([[0, 1, 2, 0.5], [3, 4, 5, 0.25]])
 
 
 def parse(text):
-    return csv_.parse(text, "f.csv")
+    return tables.parse_csv(text, "f.csv")
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ovita.errors import FormatError, OvitaError
-from ovita.io import csv_, documents, files, json_, scene_from_dict, trajectory_from_rows
+from ovita.io import documents, files, json_, scene_from_dict, tables, trajectory_from_rows
 
 VALID = {
     "trajectory": [[0.0, 0.0, 0.0, 0.5], [0.1, 0.0, 0.0, 0.5], [0.2, 0.0, 0.1, 0.0]],
@@ -43,7 +43,7 @@ fuzz = settings(derandomize=True, deadline=None, max_examples=150)
 def parse_everything(data):
     for parse in (
         json_.parse,
-        csv_.parse,
+        tables.parse_csv,
         lambda text, file: documents.robot_from_dict(json_.parse_object(text, file), file),
         lambda text, file: documents.robot_from_dict(documents.parse_toml(text, file), file),
     ):
@@ -124,7 +124,7 @@ def test_any_motion_with_times(rows):
         time += dt
         lines.append(f"{x!r},{y!r},{z!r},{time!r}")
     with contextlib.suppress(FormatError):
-        task = csv_.parse("\n".join(lines), "f")
+        task = tables.parse_csv("\n".join(lines), "f")
         assert (task.trajectory.speeds >= 0).all()
 
 

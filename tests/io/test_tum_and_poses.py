@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ovita.errors import FormatError
-from ovita.io import csv_, load_task, save_task, save_trajectory, tum
+from ovita.io import load_task, save_task, save_trajectory, tables
 from ovita.paths.frame import Frame
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
@@ -23,10 +23,10 @@ def test_tum_and_poses_round_trip(points, speed):
     if (np.linalg.norm(np.diff(points, axis=0), axis=1) == 0).any():
         return
     path = Trajectory(points, np.full(len(points), speed), np.tile([0.6, 0, 0.8, 0], (len(points), 1)))
-    back = tum.parse(tum.dumps(path)[0], "f").trajectory
+    back = tables.parse_tum(tables.dumps_tum(path)[0], "f").trajectory
     assert (back.positions == path.positions).all() and (back.orientations == path.orientations).all()
     np.testing.assert_allclose(back.speeds, path.speeds, rtol=1e-6)
-    poses = csv_.parse(csv_.dumps_poses(path)[0], "f").trajectory
+    poses = tables.parse_csv(tables.dumps_poses(path)[0], "f").trajectory
     assert (poses.positions == path.positions).all() and (poses.orientations == path.orientations).all()
 
 
@@ -74,7 +74,7 @@ def test_seven_columns_without_a_header(tmp_path):
 )
 def test_malformed_tum(text, problem):
     with pytest.raises(FormatError, match=problem):
-        tum.parse(text, "f.tum")
+        tables.parse_tum(text, "f.tum")
 
 
 def test_a_text_file_that_is_neither(tmp_path):
@@ -86,7 +86,7 @@ def test_a_text_file_that_is_neither(tmp_path):
 @given(st.text(alphabet="0123456789 .-e\n#naQGCWPL\t", max_size=200))
 @settings(derandomize=True, deadline=None, max_examples=200)
 def test_nothing_but_a_format_error_comes_out_of_any_text(text):
-    for parse in (tum.parse, csv_.parse):
+    for parse in (tables.parse_tum, tables.parse_csv):
         try:
             parse(text or " ", "f")
         except FormatError as error:

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from ovita.io.turning import on_earth
+from ovita.io.geodesy import on_earth
 from ovita.paths.frame import Frame, rotation, transformed
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory

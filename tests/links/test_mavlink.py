@@ -16,7 +16,7 @@ from responder import Responder
 from ovita.errors import FormatError, LinkError, MissingExtra, RequestError
 from ovita.io import Choices
 from ovita.io.geodesy import Home
-from ovita.io.links import Address, deliver, open_task, protocol
+from ovita.io.links import Address, deliver, mavlink, open_task
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 
@@ -29,7 +29,7 @@ PATH = Trajectory(
 
 @pytest.fixture(autouse=True)
 def quick(monkeypatch):
-    monkeypatch.setattr(protocol, "RESEND", 0.25)
+    monkeypatch.setattr(mavlink, "RESEND", 0.25)
 
 
 def at(responder, way="udpout", timeout=3):
@@ -113,7 +113,7 @@ def test_messages_out_of_order_old_requests_and_garbage():
     ],
 )
 def test_what_goes_wrong_is_said(faults, problem, monkeypatch):
-    monkeypatch.setattr(protocol, "RESEND", 0.08)
+    monkeypatch.setattr(mavlink, "RESEND", 0.08)
     with Responder(**faults) as vehicle, pytest.raises(LinkError, match=problem) as caught:
         deliver(at(vehicle), PATH, Scene(), choices=CHOICES)
     assert "\n" not in str(caught.value)

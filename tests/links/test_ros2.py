@@ -16,9 +16,9 @@ pytest.importorskip("rosbags")
 from rosbags.typesys import Stores, get_typestore
 
 from ovita.errors import FormatError, LinkError, MissingExtra
-from ovita.io.links import Address, dds, deliver, open_task, ros2
-from ovita.io.ros.joints import JointMotion, build_joints, parse_joints
-from ovita.io.ros.messages import JOINTS, TYPES, Maker, build
+from ovita.io.joints import JointMotion, build_joints, parse_joints
+from ovita.io.links import Address, deliver, open_task, ros2, ros2_dds
+from ovita.io.messages import JOINTS, TYPES, Maker, build
 from ovita.paths.frame import Frame, transformed
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
@@ -33,7 +33,7 @@ STORE = get_typestore(Stores.ROS2_HUMBLE)
 
 
 def maker():
-    return Maker(lambda name, **fields: dds.idl_type(name)(**fields))
+    return Maker(lambda name, **fields: ros2_dds.idl_type(name)(**fields))
 
 
 @pytest.fixture
@@ -62,7 +62,9 @@ def test_messages_are_those_of_ros_to_the_byte(kind):
     )
     assert bytes(ours.serialize()) == bytes(STORE.serialize_cdr(theirs, name))
     package, _, short = name.partition("/msg/")
-    assert type(ours).__idl_typename__.replace(".", "::") == f"{package}::msg::dds_::{short}_" == dds.ros_type(name)
+    assert (
+        type(ours).__idl_typename__.replace(".", "::") == f"{package}::msg::dds_::{short}_" == ros2_dds.ros_type(name)
+    )
 
 
 def test_motions_of_joints_too():
@@ -99,12 +101,12 @@ SPEAK = """
     from cyclonedds.sub import DataReader
     from cyclonedds.topic import Topic
     from cyclonedds.util import duration
-    from ovita.io.ros.messages import Maker, build
-    from ovita.io.links import dds
+    from ovita.io.messages import Maker, build
+    from ovita.io.links import ros2_dds
     from ovita.paths.trajectory import Trajectory
 
     path = Trajectory([[0, 0, 0], [1, 0, 0], [1, 2, 0]], [1, 1, 1])
-    message, _ = build("path", path, Maker(lambda name, **f: dds.idl_type(name)(**f)), frame_id="odom")
+    message, _ = build("path", path, Maker(lambda name, **f: ros2_dds.idl_type(name)(**f)), frame_id="odom")
     participant = DomainParticipant(DOMAIN)
     writers = {}
     for name in ("Volatile", "TransientLocal"):
@@ -112,7 +114,7 @@ SPEAK = """
                   Policy.History.KeepLast(10))
         writers[name] = DataWriter(participant, Topic(participant, f"rt/{name}", type(message)), qos=qos)
     writers["TransientLocal"].write(message)
-    pose = Topic(participant, "rt/pose", dds.idl_type("geometry_msgs/msg/PoseStamped"))
+    pose = Topic(participant, "rt/pose", ros2_dds.idl_type("geometry_msgs/msg/PoseStamped"))
     kept = DataWriter(participant, pose), DataReader(participant, pose)
     print("ready", flush=True)
     while True:
@@ -173,7 +175,7 @@ def test_without_the_extra(monkeypatch):
 def test_a_ros_that_is_not_set_up_is_passed_over(monkeypatch):
     monkeypatch.setitem(sys.modules, "rclpy", None)
     monkeypatch.setattr(ros2, "find_spec", lambda name: object())
-    assert ros2._backend() is dds
+    assert ros2._backend() is ros2_dds
 
 
 class Node:

@@ -12,9 +12,9 @@ from ovita.cli.options import choices_from, source, task_from
 from ovita.cli.report import plain
 from ovita.errors import RequestError
 from ovita.io import READ, Choices, Task, save_task
+from ovita.io.joints import JointMotion, load_joint_motion, save_joint_motion
 from ovita.io.links import is_address
-from ovita.io.ros.joints import JointMotion, load_joint_motion, save_joint_motion
-from ovita.io.ros.messages import TYPES
+from ovita.io.messages import TYPES
 from ovita.paths.frame import Frame, transformed
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene

@@ -10,9 +10,9 @@ import click
 
 from ovita.errors import FormatError, RobotError
 from ovita.io import Choices, Task, load_robot
-from ovita.io.choices import NONE
 from ovita.io.geodesy import Home
 from ovita.io.links import open_task
+from ovita.io.task import NONE
 from ovita.limits import ConstraintOptions, parse_text
 from ovita.paths.robot import Robot
 from ovita.writers.base import PolicyWriter, writer_named

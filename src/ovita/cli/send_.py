@@ -15,9 +15,9 @@ from ovita.cli.report import plain
 from ovita.errors import RequestError
 from ovita.gate import Review, default_log, record, review
 from ovita.io import load_robot, rendered
+from ovita.io.joints import JointMotion
 from ovita.io.links import Address, deliver, deliver_joints, is_address
-from ovita.io.ros.joints import JointMotion
-from ovita.io.ros.messages import TYPES
+from ovita.io.messages import TYPES
 from ovita.measure import sentences
 from ovita.paths.robot import Robot
 

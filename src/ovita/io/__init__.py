@@ -16,12 +16,13 @@ from pathlib import Path
 from typing import Any
 
 from ovita.errors import FormatError
-from ovita.io import csv_, json_
-from ovita.io.adaptation import is_adaptation, load_document, save_document
-from ovita.io.choices import NONE, Choices
+from ovita.io import json_
 from ovita.io.documents import load_robot, scene_dict, scene_from_dict
 from ovita.io.files import atomic_write, errors_of, examine, file_name, read_text, suffix
-from ovita.io.task import Task
+from ovita.io.json_ import is_adaptation_file as is_adaptation
+from ovita.io.json_ import load_document, save_document
+from ovita.io.tables import START, dumps_csv, dumps_poses, dumps_tum, looks_like_tum, parse_csv, parse_tum
+from ovita.io.task import NONE, Choices, Task
 from ovita.io.waypoints import trajectory_from_rows, trajectory_rows
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
@@ -70,7 +71,7 @@ def load_task(path: str | os.PathLike[str], choices: Choices = NONE) -> Task:
         FormatError: If the file cannot be read or something in it is malformed; names the file, key and index.
         MissingExtra: If the format needs a package that is not installed.
     """
-    from ovita.io.ros import bags
+    from ovita.io import bags
 
     if bags.is_bag(path):
         return bags.load(path, choices)
@@ -82,7 +83,7 @@ def load_task(path: str | os.PathLike[str], choices: Choices = NONE) -> Task:
     if ending == ".json":
         return json_.parse(content, file)
     if ending == ".csv":
-        return csv_.parse(content, file)
+        return parse_csv(content, file)
     return _parse_text(ending, content, file, choices)
 
 
@@ -135,7 +136,7 @@ def save_trajectory(
         MissingExtra: If the format needs a package that is not installed.
     """
     if os.fspath(path).endswith(("/", os.sep)):
-        from ovita.io.ros import bags
+        from ovita.io import bags
 
         with errors_of(path):
             return bags.save_folder(path, trajectory, Scene() if scene is None else scene, choices)
@@ -165,38 +166,36 @@ def rendered(
         return _json(file, trajectory, scene, instruction, extra), ()
     with errors_of(path):
         if ending in (".mcap", ".db3", ".bag"):
-            from ovita.io.ros import bags
+            from ovita.io import bags
 
             return bags.dumps(path, trajectory, scene, choices)
         return _text(path, trajectory, scene, extra or {}, choices)
 
 
 def _parse_text(ending: str, content: str, file: str, choices: Choices) -> Task:
-    from ovita.io import tum
-    from ovita.io.missions import plan, wpl
+    from ovita.io.mission_files import looks_like_wpl, parse_plan, parse_wpl
 
     if ending == ".plan":
-        return plan.parse(content, file, choices.home)
-    if ending in _MISSIONS or (ending == ".txt" and wpl.looks_like(content)):
-        return wpl.parse(content, file, choices.home)
-    if ending == ".txt" and not tum.looks_like(content):
+        return parse_plan(content, file, choices.home)
+    if ending in _MISSIONS or (ending == ".txt" and looks_like_wpl(content)):
+        return parse_wpl(content, file, choices.home)
+    if ending == ".txt" and not looks_like_tum(content):
         raise FormatError(file, "this is neither TUM text (time x y z qx qy qz qw) nor a QGC WPL 110 mission")
-    return tum.parse(content, file)
+    return parse_tum(content, file)
 
 
 def _text(
     path: str | os.PathLike[str], trajectory: Trajectory, scene: Scene, extra: Mapping[str, Any], choices: Choices
 ) -> tuple[str, tuple[str, ...]]:
     """The content of a text file other than JSON, and what it does not hold."""
-    from ovita.io import tum
-    from ovita.io.missions import plan, wpl
-    from ovita.io.missions.merging import mission_from
-    from ovita.io.turning import MISSION
+    from ovita.io.geodesy import MISSION
+    from ovita.io.mission_files import dumps_plan, dumps_wpl
+    from ovita.io.missions import mission_from
 
     file, ending = file_name(path), suffix(path)
     if ending in (".plan", *_MISSIONS) or (ending == ".txt" and MISSION in scene.extra):
         mission, notes = mission_from(trajectory, scene, choices.home)
-        return (plan.dumps(mission, file) if ending == ".plan" else wpl.dumps(mission)), notes
+        return (dumps_plan(mission, file) if ending == ".plan" else dumps_wpl(mission)), notes
     lost: tuple[str, ...] = ()
     if scene.frame.name != "rfu":
         name = "a CSV file" if ending == ".csv" else "TUM text"
@@ -205,12 +204,12 @@ def _text(
         lost += (f"{Path(path).name} holds no objects; keep them in a scene file (--scene)",)
     if ending == ".csv":
         if file.lower().endswith(_POSES):
-            content, notes = csv_.dumps_poses(trajectory)
+            content, notes = dumps_poses(trajectory)
             return content, notes + lost
-        return csv_.dumps(trajectory), lost
+        return dumps_csv(trajectory), lost
     if ending in (".tum", ".txt"):
-        start = extra.get(tum.START, 0.0)
-        content, notes = tum.dumps(trajectory, start if isinstance(start, int | float) else 0.0)
+        start = extra.get(START, 0.0)
+        content, notes = dumps_tum(trajectory, start if isinstance(start, int | float) else 0.0)
         return content, notes + lost
     raise _unknown_suffix(path, WRITTEN)
 

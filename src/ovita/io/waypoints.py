@@ -10,7 +10,7 @@ import numpy as np
 
 from ovita.errors import TrajectoryError
 from ovita.io.documents import LARGEST, listing, number_problem, show
-from ovita.io.timing import speeds_from_times
+from ovita.io.times import speeds_from_times
 from ovita.paths.trajectory import TIMESTEP, Array, Trajectory
 
 DEFAULT_SPEED = 0.1

@@ -7,6 +7,6 @@ A place that a trajectory comes from or goes to is a file or an address such as 
 from __future__ import annotations
 
 from ovita.io.links.address import Address, is_address
-from ovita.io.links.places import Receipt, deliver, deliver_joints, open_task, receive, with_scene
+from ovita.io.links.transfer import Receipt, deliver, deliver_joints, open_task, receive, with_scene
 
 __all__ = ["Address", "Receipt", "deliver", "deliver_joints", "is_address", "open_task", "receive", "with_scene"]

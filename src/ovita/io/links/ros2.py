@@ -10,13 +10,12 @@ from importlib.util import find_spec
 from typing import Any
 
 from ovita.errors import MissingExtra
-from ovita.io.choices import Choices, Kind
+from ovita.io.bags import message_of, task_of
 from ovita.io.files import errors_of
+from ovita.io.joints import JointMotion, build_joints
 from ovita.io.links.address import Address
-from ovita.io.ros.bags import message_of, task_of
-from ovita.io.ros.joints import JointMotion, build_joints
-from ovita.io.ros.messages import JOINTS, TYPES, Maker
-from ovita.io.task import Task
+from ovita.io.messages import JOINTS, TYPES, Maker
+from ovita.io.task import Choices, Kind, Task
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 
@@ -86,11 +85,11 @@ def _backend() -> Any:
         # A ROS that is installed but not set up in this shell cannot be imported.
         with suppress(ImportError):
             import_module("rclpy")
-            return import_module("ovita.io.links.rclpy_")
+            return import_module("ovita.io.links.ros2_rclpy")
     try:
         import_module("cyclonedds")
     except ImportError:
         raise MissingExtra("cyclonedds", "ros") from None
-    from ovita.io.links import dds
+    from ovita.io.links import ros2_dds
 
-    return dds
+    return ros2_dds

@@ -15,7 +15,7 @@ from typing import Any
 
 from ovita.errors import LinkError, MissingExtra
 from ovita.io.links.address import Address
-from ovita.io.ros.messages import TYPES, Maker, told
+from ovita.io.messages import TYPES, Maker, told
 
 _PAUSE = 0.02
 _LOOPBACK = """<CycloneDDS><Domain>

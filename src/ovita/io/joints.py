@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ovita.errors import FormatError, TrajectoryError
-from ovita.io.choices import NONE, Choices
+from ovita.io.bags import bag_maker, bag_of, read_message, topic_named
 from ovita.io.files import atomic_write, errors_of, file_name
-from ovita.io.ros.bags import bag_maker, bag_of, read_message, topic_named
-from ovita.io.ros.messages import JOINTS, Maker
-from ovita.io.timing import speeds_from_times
+from ovita.io.messages import JOINTS, Maker
+from ovita.io.task import NONE, Choices
+from ovita.io.times import speeds_from_times
 from ovita.paths.trajectory import Array, Trajectory, first_bad
 
 TOPIC = "/joint_trajectory"

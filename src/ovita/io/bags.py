@@ -14,12 +14,11 @@ from typing import Any
 import numpy as np
 
 from ovita.errors import FormatError, MissingExtra, OvitaError, RequestError
-from ovita.io.choices import Choices, Kind
 from ovita.io.documents import listing
 from ovita.io.files import errors_of, file_name, suffix
-from ovita.io.ros.messages import BODY, FRAME_ID, JOINTS, TYPES, Maker, build, frame_of, parse, told
-from ovita.io.task import Task
-from ovita.io.turning import MISSION, ROS, on_earth
+from ovita.io.geodesy import MISSION, ROS, on_earth
+from ovita.io.messages import BODY, FRAME_ID, JOINTS, TYPES, Maker, build, frame_of, parse, told
+from ovita.io.task import Choices, Kind, Task
 from ovita.paths.frame import Frame, transformed
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory

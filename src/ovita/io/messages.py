@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from ovita.errors import TrajectoryError
-from ovita.io.choices import Kind
 from ovita.io.documents import brief, listing
-from ovita.io.timelaw import timed
+from ovita.io.task import Kind
+from ovita.io.times import timed
 from ovita.io.waypoints import from_columns
 from ovita.paths.frame import Frame
 from ovita.paths.trajectory import Array, Trajectory

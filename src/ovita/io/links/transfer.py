@@ -9,12 +9,11 @@ from hashlib import sha256
 from typing import Any
 
 from ovita.errors import RequestError
-from ovita.io import Choices, Task, atomic_write, load_scene, load_task, rendered
-from ovita.io.choices import NONE
+from ovita.io import Choices, Task, atomic_write, joints, load_scene, load_task, rendered
+from ovita.io.geodesy import MISSION, ROS
+from ovita.io.joints import JointMotion
 from ovita.io.links.address import Address, is_address
-from ovita.io.ros import joints
-from ovita.io.ros.joints import JointMotion
-from ovita.io.turning import MISSION, ROS
+from ovita.io.task import NONE
 from ovita.paths.frame import Frame, transformed
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
@@ -69,9 +68,9 @@ def receive(address: Address, choices: Choices = NONE) -> Task:
         from ovita.io.links import ros2
 
         return ros2.receive(address)
-    from ovita.io.links import protocol
+    from ovita.io.links import mavlink
 
-    return protocol.download(address, choices.home)
+    return mavlink.download(address, choices.home)
 
 
 def deliver(
@@ -101,9 +100,9 @@ def deliver(
 
         data, notes = ros2.send(address, trajectory, scene, choices, start=time.time_ns())
     else:
-        from ovita.io.links import protocol
+        from ovita.io.links import mavlink
 
-        data, notes = protocol.upload(address, trajectory, scene, choices.home)
+        data, notes = mavlink.upload(address, trajectory, scene, choices.home)
     return Receipt(sha256(data).hexdigest(), len(data), notes)
 
 

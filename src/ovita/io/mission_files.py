@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Annotated, Any
 
 from pydantic import BaseModel, Field
 
 from ovita.errors import FormatError
-from ovita.io import json_
-from ovita.io.documents import Number, show, validated
+from ovita.io.documents import LARGEST, Number, show, validated
 from ovita.io.files import errors_of
 from ovita.io.geodesy import Home
-from ovita.io.missions.mission import CHANGE_SPEED, DEFAULT_SPEED, Item, Mission
-from ovita.io.missions.stations import task_of
+from ovita.io.json_ import check_values, parse_object
+from ovita.io.json_ import dumps as json_dumps
+from ovita.io.missions import CHANGE_SPEED, DEFAULT_SPEED, GLOBAL, WAYPOINT, Item, Mission, numbered, task_of
 from ovita.io.task import Task
 
 _MULTIROTOR = 2
@@ -35,14 +36,14 @@ _EMPTY: Mapping[str, Any] = {
 }
 
 
-def parse(content: str, file: str, home: Home | None = None) -> Task:
+def parse_plan(content: str, file: str, home: Home | None = None) -> Task:
     """Read a task from the text of a plan; `home` replaces the plan's own.
 
     Raises:
         FormatError: If something in it is malformed; names the key and the item.
     """
-    document = json_.parse_object(content, file)
-    json_.check_values(document, file)
+    document = parse_object(content, file)
+    check_values(document, file)
     if document.get("fileType") != "Plan":
         raise FormatError(file, f"is {show(document.get('fileType'))}, expected 'Plan'", key="fileType")
     mission = document.get("mission")
@@ -52,7 +53,7 @@ def parse(content: str, file: str, home: Home | None = None) -> Task:
     speed = validated(Number, mission.get(speed_key, DEFAULT_SPEED), file, f"mission.{speed_key}")
     if speed <= 0:
         raise FormatError(file, f"is {speed:g}, expected a speed > 0 m/s", key=f"mission.{speed_key}")
-    items = tuple(_item(item, i, file) for i, item in enumerate(mission["items"]))
+    items = tuple(_plan_item(item, i, file) for i, item in enumerate(mission["items"]))
     rest = {**document, "mission": {**mission, "items": []}}
     with errors_of(file):
         read = Mission(home or _home(mission, file), items, None, speed, rest)
@@ -61,7 +62,7 @@ def parse(content: str, file: str, home: Home | None = None) -> Task:
         return task_of(read, file, said)
 
 
-def dumps(mission: Mission, file: str) -> str:
+def dumps_plan(mission: Mission, file: str) -> str:
     """Write a mission as a plan; what it was read from is kept."""
     rest = mission.rest if mission.rest.get("fileType") == "Plan" else _EMPTY
     used = [i for item in mission.items for i in item.ids]
@@ -73,7 +74,7 @@ def dumps(mission: Mission, file: str) -> str:
     home = [mission.home.latitude, mission.home.longitude, mission.home.altitude]
     body = rest.get("mission")
     body = {**(body if isinstance(body, Mapping) else {}), "plannedHomePosition": home, "items": items}
-    return json_.dumps({**rest, "mission": body}, file)
+    return json_dumps({**rest, "mission": body}, file)
 
 
 def _home(mission: Mapping[str, Any], file: str) -> Home:
@@ -92,7 +93,7 @@ class _SimpleItem(BaseModel):
     doJumpId: int | None = None
 
 
-def _item(item: object, i: int, file: str) -> Item:
+def _plan_item(item: object, i: int, file: str) -> Item:
     if isinstance(item, Mapping) and item.get("type") == "ComplexItem":
         return Item(-1, 2, raw=item)
     read = validated(_SimpleItem, item, file, f"mission.items[{i}]")
@@ -124,3 +125,85 @@ def _item_dict(item: Item, jump: int) -> dict[str, Any]:
     before = document.get("params", item.params)
     # Equal numbers stay as they were written, 0 rather than 0.0.
     return document | {"params": [a if a == b else b for a, b in zip(before, item.params, strict=True)]}
+
+
+MAGIC = "QGC WPL"
+_VERSIONS = ("110", "120")
+_COLUMNS = 12
+
+
+def parse_wpl(content: str, file: str, home: Home | None = None) -> Task:
+    """Read a task from QGC WPL text; `home` replaces the file's own.
+
+    Raises:
+        FormatError: If something in it is malformed; names the line.
+    """
+    lines = [(line.split(), i) for i, line in enumerate(content.splitlines(), start=1) if line.strip()]
+    version = lines[0][0][2:]
+    if " ".join(lines[0][0][:2]) != MAGIC or version[:1] not in [[v] for v in _VERSIONS]:
+        raise FormatError(file, "the first line is not 'QGC WPL 110'; this is not a waypoint file that ovita reads")
+    items = []
+    for i, (cells, line) in enumerate(lines[1:]):
+        items.append(_wpl_item(cells, i, line, file))
+    listed = items[0] if items and items[0].command == WAYPOINT and items[0].frame == GLOBAL else None
+    if listed is not None:
+        items = items[1:]
+        place = [value for value in listed.params[4:] if value is not None]
+        with errors_of(file):
+            home = home or (Home(*place) if place[:2] != [0.0, 0.0] else None)
+    if home is None:
+        problem = "there is no home position (item 0); say where it is: --home latitude,longitude,altitude"
+        raise FormatError(file, problem)
+    said: tuple[str, ...] = ()
+    if not any(item.command == CHANGE_SPEED for item in items):
+        said = (f"no speed is commanded; assumed {DEFAULT_SPEED:g} m/s",)
+    with errors_of(file):
+        return task_of(Mission(home, tuple(items), listed, DEFAULT_SPEED, {"format": "wpl"}), file, said)
+
+
+def dumps_wpl(mission: Mission) -> str:
+    """Write a mission as QGC WPL 110 text, home first unless it came from a file without."""
+    bare = mission.rest.get("format") == "wpl" and mission.home_item is None
+    lines = [f"{MAGIC} {_VERSIONS[0]}"]
+    for seq, item in enumerate(numbered(mission, with_home=not bare)):
+        params = [_cell(value) for value in item.params]
+        columns = [str(seq), str(int(seq == 0)), str(item.frame), str(item.command), *params]
+        lines.append("\t".join([*columns, str(int(item.autocontinue))]))
+    return "\n".join(lines) + "\n"
+
+
+def looks_like_wpl(content: str) -> bool:
+    """Whether a text begins as such a file does."""
+    return content.lstrip().startswith(MAGIC)
+
+
+def _wpl_item(cells: list[str], i: int, line: int, file: str) -> Item:
+    if len(cells) != _COLUMNS:
+        raise FormatError(file, f"line {line} holds {len(cells)} values, expected {_COLUMNS}")
+    try:
+        values = [math.nan if "_" in cell else float(cell) for cell in cells]
+    except ValueError:
+        bad = next(cell for cell in cells if not _is_number(cell))
+        raise FormatError(file, f"line {line}: {show(bad)} is not a number") from None
+    whole = [values[k] for k in (0, 1, 2, 3, 11)]
+    if any(not math.isfinite(v) or v != int(v) for v in whole):
+        raise FormatError(file, f"line {line}: index, current, frame, command and autocontinue are whole numbers")
+    params = tuple(None if math.isnan(v) else v for v in values[4:11])
+    if any(v is not None and abs(v) > LARGEST for v in params):
+        raise FormatError(file, f"line {line} holds a number beyond the largest magnitude {LARGEST:g}")
+    return Item(int(values[3]), int(values[2]), params, values[11] != 0, (int(values[0]),))
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def _cell(value: float | None) -> str:
+    """A parameter so that it reads back exactly; what is not set is 0, as ground stations write it."""
+    if value is None:
+        return "0"
+    return str(int(value)) if value == int(value) and abs(value) < 1e15 else repr(value)

@@ -1,4 +1,4 @@
-"""ROS 2 topics through rclpy, where ROS 2 is installed; the same as `dds`, with ROS's own client library."""
+"""ROS 2 topics through rclpy, where ROS 2 is installed; the same as `ros2_dds`, with ROS's own client library."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from typing import Any
 
 from ovita.errors import LinkError
 from ovita.io.links.address import Address
-from ovita.io.ros.messages import TYPES, Maker, told
+from ovita.io.messages import TYPES, Maker, told
 
 _PAUSE = 0.05
 
 
 def publish(address: Address, build: Any) -> bytes:
-    """As `dds.publish`."""
+    """As `ros2_dds.publish`."""
     from rclpy.duration import Duration
     from rclpy.serialization import serialize_message
 
@@ -33,7 +33,7 @@ def publish(address: Address, build: Any) -> bytes:
 
 
 def subscribe(address: Address) -> tuple[str, Any]:
-    """As `dds.subscribe`."""
+    """As `ros2_dds.subscribe`."""
     with _node(address) as node:
         offered: list[str] = []
 

@@ -12,6 +12,7 @@ from ovita.errors import FormatError
 from ovita.io.documents import LARGEST, brief, listing, number_problem, show
 from ovita.io.files import errors_of
 from ovita.io.task import Task
+from ovita.io.times import timed
 from ovita.io.waypoints import COLUMNS, column_name, from_columns, trajectory_rows
 from ovita.paths.trajectory import TIMESTEP, Array, Trajectory
 
@@ -20,7 +21,7 @@ _POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
 _TIMESTEP = re.compile(r"#\s*timestep\s*[:=]\s*(\S+)\s*", re.IGNORECASE)
 
 
-def parse(content: str, file: str) -> Task:
+def parse_csv(content: str, file: str) -> Task:
     """Read a task from the text of a CSV file.
 
     The header names x, y, z [m], speed [m/s] or t [s], and qw, qx, qy, qz, in any order and case, separated by
@@ -58,8 +59,8 @@ def parse(content: str, file: str) -> Task:
     return Task(trajectory, path=file, notes=remarks + notes)
 
 
-def dumps(trajectory: Trajectory) -> str:
-    """Write the waypoints as CSV text that `parse` turns back exactly; a scene has no place in it."""
+def dumps_csv(trajectory: Trajectory) -> str:
+    """Write the waypoints as CSV text that `parse_csv` turns back exactly; a scene has no place in it."""
     width = 4 if trajectory.orientations is None else 8
     lines = [] if trajectory.timestep == TIMESTEP else [f"# timestep: {float(trajectory.timestep)!r}"]
     lines.append(",".join(COLUMNS[:width]))
@@ -175,3 +176,69 @@ def _cell_problem(cell: str) -> str:
         comma = "; write decimals with a point" if re.fullmatch(r"[-+]?\d+,\d+", bare) else ""
         return f"is {show(bare)}, not a number{comma}"
     return number_problem(value)
+
+
+_NAMES = ("t", "x", "y", "z", "qx", "qy", "qz", "qw")
+START = "start_time"
+"""Key of `Task.extra` under which the time of the first line is kept [s]."""
+
+
+def parse_tum(content: str, file: str) -> Task:
+    """Read a trajectory from TUM text; its speeds follow from the times.
+
+    Raises:
+        FormatError: If a line is malformed or the times do not increase; names the line.
+    """
+    lines = [(line.split("#", 1)[0].split(), i) for i, line in enumerate(content.splitlines(), start=1)]
+    rows = [(cells, i) for cells, i in lines if cells]
+    if not rows:
+        raise FormatError(file, "there are only comments; give lines 'time x y z qx qy qz qw'")
+    table = np.array([_row(cells, i, file) for cells, i in rows])
+    start = float(table[0, 0])
+    columns = dict(zip(_NAMES, table.T, strict=True))
+    columns["t"] = columns["t"] - start
+    columns = {name: columns[name] for name in ("x", "y", "z", "t", "qw", "qx", "qy", "qz")}
+    with errors_of(file):
+        trajectory, notes = from_columns(columns, timestep=None)
+    return Task(trajectory, extra={START: start} if start else {}, path=file, notes=notes)
+
+
+def dumps_tum(trajectory: Trajectory, start: float = 0.0) -> tuple[str, tuple[str, ...]]:
+    """Write a trajectory as TUM text whose first line is at `start` [s], and say what it does not hold."""
+    trajectory, times, notes = timed(trajectory)
+    said = [*notes, "TUM text holds times instead of speeds; reading it derives the speeds from them"]
+    turns = trajectory.orientations
+    if turns is None:
+        turns = np.tile([1.0, 0.0, 0.0, 0.0], (len(trajectory), 1))
+        said.append("there are no orientations; every line got the identity 0 0 0 1")
+    table = np.column_stack([times + start, trajectory.positions, turns[:, [1, 2, 3, 0]]])
+    lines = [" ".join(map(repr, row)) for row in table.tolist()]
+    return "# time x y z qx qy qz qw\n" + "\n".join(lines) + "\n", tuple(said)
+
+
+def looks_like_tum(content: str) -> bool:
+    """Whether the first line that is no comment is eight numbers separated by blanks."""
+    for line in content.splitlines():
+        cells = line.split("#", 1)[0].split()
+        if cells:
+            return len(cells) == len(_NAMES) and _cell_number(cells[0]) is not None
+    return False
+
+
+def _row(cells: list[str], line: int, file: str) -> Array:
+    if len(cells) != len(_NAMES):
+        problem = f"holds {len(cells)} values, expected 8: time x y z qx qy qz qw"
+        raise FormatError(file, f"line {line} {problem}")
+    values = [_cell_number(cell) for cell in cells]
+    for name, cell, value in zip(_NAMES, cells, values, strict=True):
+        largest = LARGEST * (1000.0 if name == "t" else 1.0)
+        if value is None or not abs(value) <= largest:
+            raise FormatError(file, f"line {line}: {name} is {show(cell)}, not a finite number of at most {largest:g}")
+    return np.array(values, dtype=float)
+
+
+def _cell_number(cell: str) -> float | None:
+    try:
+        return None if "_" in cell else float(cell)
+    except ValueError:
+        return None

@@ -1,0 +1,444 @@
+"""A drone's mission: its items as MAVLink numbers them, and the home that its local metres are about.
+
+Commands and frames are those of the MAVLink common message set (MAV_CMD, MAV_FRAME).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from difflib import SequenceMatcher
+from typing import Any
+
+import numpy as np
+
+from ovita.errors import FormatError, TrajectoryError
+from ovita.io.documents import listing, plain, validated
+from ovita.io.geodesy import MISSION, ROS, Home, on_earth, to_geodetic, to_local
+from ovita.io.task import Task
+from ovita.paths.frame import RFU
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import TIMESTEP, Array, Trajectory, arc_length
+
+WAYPOINT, LOITER_TIME, SPLINE = 16, 19, 82
+CHANGE_SPEED, JUMP = 178, 177
+
+STATIONS = (WAYPOINT, LOITER_TIME, SPLINE)
+"""Commands that are the waypoints of a trajectory; every other item is kept as it is, in its place."""
+
+NAMES: Mapping[int, str] = {
+    16: "NAV_WAYPOINT", 17: "NAV_LOITER_UNLIM", 18: "NAV_LOITER_TURNS", 19: "NAV_LOITER_TIME",
+    20: "NAV_RETURN_TO_LAUNCH", 21: "NAV_LAND", 22: "NAV_TAKEOFF", 31: "NAV_LOITER_TO_ALT", 82: "NAV_SPLINE_WAYPOINT",
+    84: "NAV_VTOL_TAKEOFF", 85: "NAV_VTOL_LAND", 93: "NAV_DELAY", 112: "CONDITION_DELAY", 115: "CONDITION_YAW",
+    177: "DO_JUMP", 178: "DO_CHANGE_SPEED", 181: "DO_SET_RELAY", 183: "DO_SET_SERVO", 195: "DO_SET_ROI_LOCATION",
+    197: "DO_SET_ROI_NONE", 203: "DO_DIGICAM_CONTROL", 205: "DO_MOUNT_CONTROL", 206: "DO_SET_CAM_TRIGG_DIST",
+    2000: "IMAGE_START_CAPTURE", 2001: "IMAGE_STOP_CAPTURE", 2500: "VIDEO_START_CAPTURE", 2501: "VIDEO_STOP_CAPTURE",
+}  # fmt: skip
+"""Names of the commands that missions hold most."""
+
+GLOBAL, RELATIVE = 0, 3
+"""MAV_FRAME of heights above mean sea level, and of heights above home."""
+
+DEFAULT_SPEED = 5.0
+"""Speed of a mission that says none [m/s]; the default of PX4 and of QGroundControl's plans."""
+
+
+@dataclass(frozen=True)
+class Item:
+    """One item of a mission.
+
+    Args:
+        command: MAV_CMD, or -1 for a pattern that only QGroundControl unfolds.
+        frame: MAV_FRAME.
+        params: The seven parameters; None where not set (NaN).
+        autocontinue: Whether the vehicle goes on by itself.
+        ids: What DO_JUMP calls the item, in the numbering of its file.
+        raw: The item as its file has it, where that holds more.
+    """
+
+    command: int
+    frame: int = RELATIVE
+    params: tuple[float | None, ...] = (None,) * 7
+    autocontinue: bool = True
+    ids: tuple[int, ...] = ()
+    raw: Mapping[str, Any] | None = None
+
+    @property
+    def name(self) -> str:
+        """The command's name."""
+        return "pattern" if self.command < 0 else NAMES.get(self.command, f"command {self.command}")
+
+
+@dataclass(frozen=True)
+class Mission:
+    """A mission and the place on earth that it is about.
+
+    Args:
+        home: Origin of the local metres, and of heights above home.
+        items: Without the home that some files list first.
+        home_item: That item, or None.
+        speed: In force before the first speed command [m/s].
+        rest: What else the file holds.
+    """
+
+    home: Home
+    items: tuple[Item, ...] = ()
+    home_item: Item | None = None
+    speed: float = DEFAULT_SPEED
+    rest: Mapping[str, Any] = field(default_factory=dict)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The mission as JSON values."""
+        return {**plain(self), "home": [self.home.latitude, self.home.longitude, self.home.altitude]}
+
+    @classmethod
+    def from_dict(cls, document: Any) -> Mission:
+        """A mission from `to_dict`'s output.
+
+        Raises:
+            TrajectoryError: If it is something else.
+        """
+        try:
+            home = dict(zip(("latitude", "longitude", "altitude"), document["home"], strict=True))
+            read = validated(cls, {**document, "home": home}, MISSION)
+        except (KeyError, TypeError, ValueError, FormatError) as error:
+            problem = f"is not a mission that ovita kept ({type(error).__name__}: {error})"
+            raise TrajectoryError(problem, key=MISSION) from None
+        if not any(item.command in STATIONS for item in read.items):
+            raise TrajectoryError("is not a mission that ovita kept (it has no waypoint)", key=MISSION)
+        return read
+
+
+def numbered(mission: Mission, *, with_home: bool) -> list[Item]:
+    """The items in the order of their sequence numbers, with jumps pointing at these.
+
+    Args:
+        mission: Its items.
+        with_home: Whether number 0 is home, as ArduPilot and QGC WPL files have it.
+
+    Raises:
+        TrajectoryError: If there is a pattern, which only QGroundControl can unfold.
+    """
+    items = list(mission.items)
+    for i, item in enumerate(items):
+        if item.command < 0:
+            problem = f"item {i + 1} is a pattern ({_pattern(item)}) that only QGroundControl unfolds; write a .plan"
+            raise TrajectoryError(problem)
+    if with_home:
+        h = mission.home
+        home = Item(WAYPOINT, GLOBAL, (0.0, 0.0, 0.0, 0.0, h.latitude, h.longitude, h.altitude))
+        listed = mission.home_item
+        if listed is not None and listed.params[4:] != home.params[4:]:
+            listed = None
+        items.insert(0, listed or home)
+    places = {i: seq for seq, item in enumerate(items) for i in item.ids}
+    return [_pointed(item, places) for item in items]
+
+
+def _pointed(item: Item, places: Mapping[int, int]) -> Item:
+    target = item.params[0]
+    if item.command != JUMP or target is None or int(target) not in places:
+        return item
+    return Item(
+        item.command, item.frame, (float(places[int(target)]), *item.params[1:]), item.autocontinue, item.ids, item.raw
+    )
+
+
+def _pattern(item: Item) -> str:
+    return str((item.raw or {}).get("complexItemType", "complex item"))[:30]
+
+
+_ABOVE_SEA = (GLOBAL, 5)
+_ABOVE_HOME = (RELATIVE, 6)
+_TERRAIN = (10, 11)
+_LOCAL_NED, _LOCAL_ENU = 1, 4
+_MOST_DWELLS = 20_000
+_AIR_OR_GROUND = (0.0, 1.0)
+
+
+@dataclass(frozen=True)
+class Station:
+    """One waypoint of a mission: position (3,) east, north, up [m], speed on the way to it [m/s], hold [s]."""
+
+    position: Array
+    speed: float
+    hold: float = 0.0
+
+
+def stations_of(mission: Mission) -> tuple[list[Station], list[int]]:
+    """The stations of a mission, and the item of each.
+
+    Raises:
+        TrajectoryError: If an item's position or height cannot be read; names the item, counted from 1.
+    """
+    chosen = [i for i, item in enumerate(mission.items) if item.command in STATIONS]
+    for i in chosen:
+        _check(mission.items[i], i)
+    positions = _positions([mission.items[i] for i in chosen], mission.home)
+    speeds, speed = {}, mission.speed
+    for i, item in enumerate(mission.items):
+        asked = asked_speed(item, mission.speed)
+        speed = speed if asked is None else asked
+        speeds[i] = speed
+    found = [
+        Station(position, speeds[i], max(mission.items[i].params[0] or 0.0, 0.0))
+        for i, position in zip(chosen, positions, strict=True)
+    ]
+    return found, chosen
+
+
+def asked_speed(item: Item, default: float) -> float | None:
+    """The speed along the path that an item commands [m/s], or None; -2 asks for the default again."""
+    kind, speed = item.params[0], item.params[1]
+    if item.command != CHANGE_SPEED or kind not in _AIR_OR_GROUND or speed is None:
+        return None
+    return default if speed == -2.0 else speed if speed > 0 else None
+
+
+def task_of(mission: Mission, file: str, notes: Sequence[str] = ()) -> Task:
+    """The task that a mission stands for; its scene keeps the mission.
+
+    Raises:
+        TrajectoryError: If it has fewer than two stations, or one that cannot be read.
+    """
+    stations, chosen = stations_of(mission)
+    if len(stations) < 2:
+        known = listing(NAMES[command] for command in STATIONS)
+        what = f"holds {len(stations)} waypoint{'s' * (len(stations) != 1)} ({known})"
+        raise TrajectoryError(f"{what}; a trajectory needs at least 2", key="mission")
+    trajectory, remarks = expanded(stations)
+    said = [*notes, f"metres are east, north and up of home ({mission.home.describe()}); front is north", *remarks]
+    kept = [f"{item.name} (item {i + 1})" for i, item in enumerate(mission.items) if _other(item, i, chosen)]
+    if kept:
+        said.append(f"kept untouched, in their places: {listing(kept)}")
+    scene = Scene(frame=RFU, extra={MISSION: mission.to_dict()})
+    return Task(trajectory, scene, path=file, notes=tuple(said), fixed_frame=True)
+
+
+def expanded(stations: Sequence[Station]) -> tuple[Trajectory, tuple[str, ...]]:
+    """A trajectory with a dwell for every timestep of a hold, and remarks."""
+    holds = [station.hold for station in stations]
+    timestep = _timestep(holds)
+    counts = [round(hold / timestep) for hold in holds]
+    off = max(abs(n * timestep - hold) for n, hold in zip(counts, holds, strict=True))
+    notes = (f"holds were rounded to {timestep:g} s",) if off > 1e-6 else ()
+    repeats = [n + 1 for n in counts]
+    positions = np.repeat(np.array([station.position for station in stations]), repeats, axis=0)
+    speeds = np.concatenate([[s.speed, *[0.0] * n] for s, n in zip(stations, counts, strict=True)])
+    return Trajectory(positions, speeds, None, timestep), notes
+
+
+def gathered(trajectory: Trajectory) -> list[Station]:
+    """The stations of a trajectory in metres east, north, up: every waypoint that is no dwell."""
+    ds = np.diff(trajectory.positions, axis=0)
+    dwell = np.concatenate([[False], (ds == 0).all(axis=1) & (trajectory.speeds[1:] == 0)])
+    starts = np.flatnonzero(~dwell)
+    counts = np.diff(np.concatenate([starts, [len(trajectory)]])) - 1
+    return [
+        Station(trajectory.positions[i], float(trajectory.speeds[i]), int(n) * trajectory.timestep)
+        for i, n in zip(starts, counts, strict=True)
+    ]
+
+
+def moved(item: Item, position: Array, home: Home) -> Item:
+    """The item with another position (3,) east, north, up of home [m], its height in the item's own frame."""
+    if item.frame in (_LOCAL_NED, _LOCAL_ENU):
+        east, north, up = map(float, position)
+        place = (north, east, -up) if item.frame == _LOCAL_NED else (east, north, up)
+    else:
+        latitude, longitude, altitude = map(float, to_geodetic(position[None, :], home)[0])
+        place = (latitude, longitude, altitude - (home.altitude if item.frame in _ABOVE_HOME else 0.0))
+    return replace(item, params=(*item.params[:4], *place))
+
+
+def _positions(items: Sequence[Item], home: Home) -> Array:
+    rows = np.array([item.params[4:] for item in items], dtype=float).reshape(-1, 3)
+    frames = np.array([item.frame for item in items], dtype=int)
+    relative = np.isin(frames, _ABOVE_HOME)
+    geodetic = rows + np.outer(relative, [0.0, 0.0, home.altitude])
+    positions = to_local(geodetic, home) if len(rows) else rows
+    positions = np.where((frames == _LOCAL_ENU)[:, None], rows, positions)
+    return np.where((frames == _LOCAL_NED)[:, None], rows[:, [1, 0, 2]] * [1.0, 1.0, -1.0], positions)
+
+
+def _check(item: Item, i: int) -> None:
+    what = f"item {i + 1} ({item.name})"
+    if item.frame in _TERRAIN or (item.raw or {}).get("AltitudeMode") in (3, 4):
+        remedy = "set heights above home or above sea level in the ground station"
+        raise TrajectoryError(f"{what} is at a height above the terrain, of which ovita has no map; {remedy}")
+    if item.frame not in (*_ABOVE_SEA, *_ABOVE_HOME, _LOCAL_NED, _LOCAL_ENU):
+        known = "0 and 5 (above sea level), 3 and 6 (above home), 1 and 4 (local)"
+        raise TrajectoryError(f"{what} has the frame {item.frame}; known are {known}")
+    if any(value is None for value in item.params[4:]):
+        raise TrajectoryError(f"{what} has no position; give latitude, longitude and altitude")
+    if item.frame not in (_LOCAL_NED, _LOCAL_ENU):
+        latitude, longitude = item.params[4] or 0.0, item.params[5] or 0.0
+        if abs(latitude) > 90 or abs(longitude) > 180:
+            raise TrajectoryError(f"{what} is at {latitude:g}, {longitude:g}, which is no place on earth")
+
+
+def _other(item: Item, i: int, chosen: Sequence[int]) -> bool:
+    return i not in chosen and asked_speed(item, 1.0) is None
+
+
+def _timestep(holds: Sequence[float]) -> float:
+    """The default timestep if all holds are whole numbers of it, else their largest common part, from 1 ms on."""
+    if sum(holds) / TIMESTEP <= _MOST_DWELLS and all(abs(round(h / TIMESTEP) * TIMESTEP - h) < 1e-6 for h in holds):
+        return TIMESTEP
+    milliseconds = math.gcd(*(round(hold * 1e3) for hold in holds))
+    return max(milliseconds / 1e3, sum(holds) / _MOST_DWELLS, 1e-3)
+
+
+_FRESH = Item(WAYPOINT, RELATIVE, (0.0, 0.0, 0.0, None, 0.0, 0.0, 0.0))
+
+
+def mission_from(trajectory: Trajectory, scene: Scene, home: Home | None) -> tuple[Mission, tuple[str, ...]]:
+    """The mission of a trajectory, and what it does not hold, each a sentence.
+
+    Args:
+        trajectory: In the scene's frame.
+        scene: Keeps the mission that the trajectory came from, if there was one.
+        home: Where the local metres have their origin, for a trajectory that came from none.
+
+    Raises:
+        TrajectoryError: If no home is known, or the mission that the scene keeps is damaged.
+    """
+    kept = scene.extra.get(MISSION)
+    before = None if kept is None else Mission.from_dict(kept)
+    if before is None and home is None:
+        raise TrajectoryError("there is no home position; say where it is: --home latitude,longitude,altitude")
+    stations = gathered(on_earth(trajectory, scene))
+    notes = ["a mission holds no objects and no instruction"] if len(scene) else []
+    if trajectory.orientations is not None:
+        notes.append("a mission holds no orientations")
+    if any(s.speed == 0.0 for s in stations[1:]):
+        notes.append("no mission can command a speed of 0; a leg that ends at rest got its mean speed")
+    if before is None:
+        assert home is not None
+        axes = "x of the ROS frame is east, y north" if ROS in scene.extra else "front is north, right is east"
+        notes.append(f"metres are those about home ({home.describe()}): {axes}")
+        notes.append("it holds waypoints only; add takeoff and landing in the ground station")
+        return Mission(home, tuple(_fresh(stations, home))), tuple(notes)
+    if home is not None and home != before.home:
+        before = replace(before, home=home)
+        notes.append(f"home was moved to {home.describe()}, and the waypoints with it; other items stay where they are")
+    merged, said_too = _merged(stations, before)
+    return replace(before, items=tuple(merged)), (*notes, *said_too)
+
+
+def _fresh(stations: Sequence[Station], home: Home) -> list[Item]:
+    items: list[Item] = []
+    in_force: float | None = None
+    for j, station in enumerate(stations):
+        speed = _commanded(stations, j) or in_force or next((s.speed for s in stations if s.speed > 0), DEFAULT_SPEED)
+        if speed != in_force:
+            items.append(_speed_item(speed))
+            in_force = speed
+        items.append(_with_hold(moved(_FRESH, station.position, home), station.hold))
+    return items
+
+
+def _merged(stations: Sequence[Station], before: Mission) -> tuple[list[Item], list[str]]:
+    """The items with the stations' positions, speeds and holds; everything else in its place."""
+    old, chosen = stations_of(before)
+    places, same = _matched(old, stations)
+    notes = []
+    if len(old) != len(stations):
+        notes.append(f"the mission has {len(stations)} waypoints instead of {len(old)}; other items moved along")
+    others = _others(before, places, len(stations))
+    kept = {places[k]: k for k in reversed(range(len(old)))} | {places[k]: k for k in same}
+    items: list[Item] = []
+    in_force, frame = before.speed, before.items[chosen[0]].frame
+    for j, station in enumerate(stations):
+        speed = _commanded(stations, j) or in_force
+        asks = [k for k, item in enumerate(others[j]) if asked_speed(item, before.speed) is not None]
+        for k, item in enumerate(others[j]):
+            asked = asked_speed(item, before.speed)
+            if asks and k == asks[-1] and asked != speed:
+                item = replace(item, params=(item.params[0], speed, *item.params[2:]))
+                asked = speed
+            in_force = in_force if asked is None else asked
+            items.append(item)
+        if in_force != speed:
+            items.append(_speed_item(speed))
+            in_force = speed
+        if j in kept:
+            ids = tuple(i for k, place in enumerate(places) if place == j for i in before.items[chosen[k]].ids)
+            item = replace(before.items[chosen[kept[j]]], ids=ids)
+            items.append(_changed(item, old[kept[j]], station, before.home))
+            frame = item.frame
+        else:
+            fresh = moved(replace(_FRESH, frame=frame), station.position, before.home)
+            items.append(_with_hold(fresh, station.hold))
+    return [*items, *others[len(stations)]], notes
+
+
+def _others(before: Mission, places: Sequence[int], n: int) -> list[list[Item]]:
+    """The items that are no stations: those before each of n new stations, and those after the last."""
+    found: list[list[Item]] = [[] for _ in range(n + 1)]
+    passed = 0
+    for item in before.items:
+        if item.command in STATIONS:
+            passed += 1
+        else:
+            found[places[passed] if passed < len(places) else n].append(item)
+    return found
+
+
+def _changed(item: Item, was: Station, now: Station, home: Home) -> Item:
+    """The item with what differs between two stations."""
+    if not np.array_equal(was.position, now.position):
+        item = moved(item, now.position, home)
+    return item if abs(was.hold - now.hold) < 1e-6 else _with_hold(item, now.hold)
+
+
+def _matched(old: Sequence[Station], new: Sequence[Station]) -> tuple[list[int], set[int]]:
+    """For every old station the new one that stands for it, ascending; and the old ones that are still in place.
+
+    Stations whose place is unchanged pair up first, the others by path length between these.
+    """
+    if len(old) == len(new):
+        return list(range(len(new))), set(range(len(old)))
+    before, after = ([tuple(s.position.tolist()) for s in stations] for stations in (old, new))
+    blocks = SequenceMatcher(None, before, after, autojunk=False).get_matching_blocks()
+    same = {block.a + i: block.b + i for block in blocks for i in range(block.size)}
+    shares = [_shares(stations) for stations in (old, new)]
+    places: list[int] = []
+    last = len(new) - 1
+    for k in range(len(old)):
+        lowest = min(places[-1] + 1, last) if places else 0
+        ahead = next((same[i] for i in range(k, len(old)) if i in same), len(new))
+        if k in same or lowest >= ahead:
+            places.append(min(same.get(k, ahead), last))
+        else:
+            places.append(lowest + int(np.argmin(np.abs(shares[1][lowest:ahead] - shares[0][k]))))
+    return places, set(same)
+
+
+def _shares(stations: Sequence[Station]) -> Array:
+    """Share of the path length at each station, 0..1."""
+    s = arc_length(np.array([station.position for station in stations]))
+    return np.asarray(s / max(float(s[-1]), 1e-12))
+
+
+def _commanded(stations: Sequence[Station], j: int) -> float | None:
+    """The speed to command on the way to a station [m/s]: its own, or the leg's mean where it ends at rest.
+
+    None keeps the speed in force, where a leg is at rest at both ends.
+    """
+    speed = stations[j].speed
+    if speed > 0.0:
+        return speed
+    if j == 0:
+        return stations[1].speed if len(stations) > 1 and stations[1].speed > 0.0 else None
+    return stations[j - 1].speed / 2.0 if stations[j - 1].hold == 0.0 and stations[j - 1].speed > 0.0 else None
+
+
+def _speed_item(speed: float) -> Item:
+    """A DO_CHANGE_SPEED over ground, with the throttle left alone."""
+    return Item(CHANGE_SPEED, 2, (1.0, speed, -1.0, 0.0, 0.0, 0.0, 0.0))
+
+
+def _with_hold(item: Item, hold: float) -> Item:
+    return replace(item, params=(round(hold, 9), *item.params[1:]))

@@ -1,1 +1,0 @@
-"""Drone missions: QGroundControl plans, QGC WPL text, and what both have in common."""
