@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from ovita.policy import Policy
     from ovita.request import Request
     from ovita.result import Adaptation
-    from ovita.writers.base import PolicyWriter, Prompt, Reply, writer_named
-    from ovita.writers.prompt import ground
+    from ovita.writers.base import PolicyWriter, Reply, writer_named
+    from ovita.writers.prompt import Prompt, ground
 
 __version__ = "0.1.0"
 
@@ -36,7 +36,7 @@ _HOMES = {
     "OvitaError": "errors",
     "Policy": "policy",
     "PolicyWriter": "writers.base",
-    "Prompt": "writers.base",
+    "Prompt": "writers.prompt",
     "Reply": "writers.base",
     "Request": "request",
     "Robot": "paths.robot",

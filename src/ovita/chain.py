@@ -23,14 +23,14 @@ from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 from ovita.policy import Policy
-from ovita.policy.reading import parse
 from ovita.policy.sandbox import Rollout, known_isolation, run
 from ovita.request import Request
 from ovita.result import Adaptation, Postcondition, Status, judged_status
-from ovita.writers.base import PolicyWriter, Reply, WriterInfo, writer_named
+from ovita.text import quoted
+from ovita.writers.base import Attempt, PolicyWriter, Reply, WriterInfo, writer_named
 from ovita.writers.explain import Facts, explain, reworded
 from ovita.writers.generate import Isolation as Isolation
-from ovita.writers.generate import Written, judged, quoted, write
+from ovita.writers.generate import judged, write
 from ovita.writers.progress import Progress, Watch
 from ovita.writers.prompt import ExampleMode, ground
 
@@ -100,16 +100,15 @@ def adapt(
     watch = Watch.lasting(time_limit, progress, cancel)
     prompt = replace(ground(request, examples=examples), watch=watch)
     clock.lap("ground")
-    written = write(prompt, chosen, isolation=isolation, repairs=repairs, lap=clock.lap)
+    last = write(prompt, chosen, isolation=isolation, repairs=repairs, lap=clock.lap)
     if watch.cancelled:
-        written = replace(written, policy=None, error="stopped on request; the trajectory is unchanged")
-    if written.policy is None or written.rollout is None:
-        return _declined(request, written, clock)
+        last = replace(last, policy=None, error="stopped on request; the trajectory is unchanged")
+    if last.policy is None or last.rollout is None:
+        return _declined(request, last, clock)
     watch.say("enforcing the limits")
-    result = _finish(request, written.policy, written.rollout, written.reply, constraints, clock)
-    result = replace(result, attempts=written.attempts)
-    if explain_with_model and written.by is not None:
-        result = _explained_by_model(result, written.by, watch, clock)
+    result = _finish(request, last.policy, last.rollout, last, constraints, clock)
+    if explain_with_model and last.by is not None:
+        result = _explained_by_model(result, last.by, watch, clock)
     return result
 
 
@@ -137,7 +136,9 @@ def rerun(
     unknown = [name for name in parameters if name not in before]
     if unknown:
         raise PolicyRejected(f"there is no parameter {unknown[0]!r}; there are {', '.join(before) or 'none'}")
-    policy = parse(adaptation.code).with_parameters(**parameters)
+    from ovita.policy.reading import parse
+
+    policy = parse(adaptation.code).described_by(adaptation.parameters).with_parameters(**parameters)
     request = Request(adaptation.instruction, adaptation.original, adaptation.scene, adaptation.robot)
     rollout = run(policy, request.trajectory, request.scene, isolation=isolation)
     clock.lap("run")
@@ -149,9 +150,9 @@ def rerun(
         contacts=adaptation.contacts,
         writer=adaptation.writer,
     )
-    return replace(
-        _finish(request, policy, rollout, reply, constraints or adaptation.options, clock), attempts=adaptation.attempts
-    )
+    outcomes = judged(request, rollout, rollout.trajectory.to_array())
+    run_again = Attempt(reply, policy, rollout, outcomes, count=adaptation.attempts)
+    return _finish(request, policy, rollout, run_again, constraints or adaptation.options, clock)
 
 
 def enforced(
@@ -173,14 +174,15 @@ def enforced(
     """
     request = Request(said, trajectory, scene, robot)
     reply = Reply("policy", writer=WriterInfo("none"))
-    return _finish(request, parse(UNCHANGED), Rollout(trajectory), reply, constraints, _Clock(), by_hand=True)
+    policy, rollout = Policy(UNCHANGED), Rollout(trajectory)
+    return _finish(request, policy, rollout, Attempt(reply, policy, rollout), constraints, _Clock(), by_hand=True)
 
 
-def _declined(request: Request, written: Written, clock: _Clock) -> Adaptation:
+def _declined(request: Request, last: Attempt, clock: _Clock) -> Adaptation:
     """The adaptation where no policy could be run: the trajectory stays as it was."""
-    reply = written.reply
+    reply = last.reply
     status: Status = "failed"
-    error = written.error
+    error = last.error
     if not error and reply.kind == "question":
         status = "needs_clarification"
     elif not error:
@@ -197,7 +199,7 @@ def _declined(request: Request, written: Written, clock: _Clock) -> Adaptation:
         assumptions=reply.assumptions,
         explanation=reply.question or error,
         writer=reply.writer,
-        attempts=written.attempts,
+        attempts=last.count,
         question=reply.question,
         unplaced=reply.unplaced,
         error=error,
@@ -216,12 +218,13 @@ def _finish(
     request: Request,
     policy: Policy,
     rollout: Rollout,
-    reply: Reply,
+    attempt: Attempt,
     constraints: ConstraintOptions | None,
     clock: _Clock,
     by_hand: bool = False,
 ) -> Adaptation:
     """Phases three and four: constrain, verify, measure, explain."""
+    reply, before = attempt.reply, attempt.outcomes
     named = [request.scene[name].name for name in reply.contacts if name in request.scene]
     contacts = tuple(dict.fromkeys([*rollout.contacts, *named]))
     options = constraints or ConstraintOptions()
@@ -236,7 +239,6 @@ def _finish(
     clock.lap("constrain")
     verdict, adapted = solution.verdict, solution.trajectory
     changes = compare(request.trajectory, adapted, request.scene)
-    before = judged(request, rollout, rollout.trajectory.to_array())
     after = before if adapted is rollout.trajectory else judged(request, rollout, adapted.to_array())
     postconditions = tuple(
         Postcondition(e.text, b.held, a.held, a.sentence, b.change, a.change, a.unit)
@@ -270,6 +272,7 @@ def _finish(
         postconditions=postconditions,
         contacts=contacts,
         writer=reply.writer,
+        attempts=attempt.count,
         isolation=rollout.isolation,
         warnings=tuple(warnings),
         timings_ms=clock.timings,

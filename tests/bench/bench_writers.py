@@ -5,7 +5,8 @@ from __future__ import annotations
 import threading
 
 from ovita.errors import MissingKey, WriterError
-from ovita.writers.base import Prompt, Reply, WriterInfo
+from ovita.writers.base import Reply, WriterInfo
+from ovita.writers.prompt import Prompt
 
 LEFT = "def adapt(traj, scene, *, left=0.2):\n    return move(traj, left=left)\n"
 NOTHING = "def adapt(traj, scene):\n    expect_same_path()\n    return traj\n"

@@ -33,7 +33,7 @@ def test_without_repair_nothing_goes_back():
 def test_what_was_added_behind_the_situation_stays(without):
     condition = Condition(f"no {without}", without=without)
     prompt = ground(REQUEST, examples=condition.examples)
-    told = replace(prompt, situation=prompt.situation + "# Note\nIt may be wrong.\n").repaired("code", "line 1: no")
+    told = replace(prompt, hints=("# Note\nIt may be wrong.\n",)).repaired("code", "line 1: no")
     changed = condition.rewrite(told)
     assert changed.situation.endswith("circle the cup\n# Note\nIt may be wrong.\n")
     assert changed.attempts == told.attempts

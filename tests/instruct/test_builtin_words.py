@@ -268,7 +268,7 @@ def test_an_object_without_size_that_is_approached_is_no_obstacle():
 def test_a_policy_that_did_too_little_is_written_with_more_effort():
     prompt = ground(Request("go farther from the fan", TRAJECTORY, SCENE))
     first = BuiltinWriter().write(prompt)
-    again = BuiltinWriter().write(prompt.repaired(first.code, "it ran, but does not do what it promises: too near"))
+    again = BuiltinWriter().write(prompt.repaired(first.code, "too near", "broken"))
     assert again.kind == "policy" and again.code != first.code
     assert BuiltinWriter().write(prompt.repaired(first.code, "it crashed")).kind == "not_understood"
 

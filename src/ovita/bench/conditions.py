@@ -6,8 +6,7 @@ from dataclasses import dataclass, replace
 
 from ovita.chain import REPAIRS
 from ovita.errors import RequestError
-from ovita.writers.base import Prompt
-from ovita.writers.prompt import ExampleMode, ground
+from ovita.writers.prompt import ExampleMode, Prompt
 
 ABLATIONS: dict[str, str] = {
     "examples": "the prompt without examples, and with the paper's two instead of those that are like the instruction",
@@ -64,15 +63,8 @@ class Condition:
         """The prompt without what the condition switches off."""
         if self.without not in ("toolkit", "grounding"):
             return prompt
-        plain = ground(prompt.request, examples=self.examples)
-        other = ground(
-            prompt.request,
-            examples=self.examples,
-            toolkit=self.without != "toolkit",
-            scene=self.without != "grounding",
-        )
-        later = prompt.situation.removeprefix(plain.situation)
-        return replace(prompt, fixed=other.fixed, situation=other.situation + later)
+        toolkit, scene = self.without != "toolkit", self.without != "grounding"
+        return replace(prompt, style=replace(prompt.style, examples=self.examples, toolkit=toolkit, scene=scene))
 
 
 DEFAULT = Condition()

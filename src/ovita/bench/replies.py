@@ -14,7 +14,8 @@ from pydantic import TypeAdapter, ValidationError
 
 from ovita.bench.conditions import Condition
 from ovita.errors import MissingKey, RequestError, UnusableReply, WriterError
-from ovita.writers.base import PolicyWriter, Prompt, Reply, writer_named
+from ovita.writers.base import PolicyWriter, Reply, writer_named
+from ovita.writers.prompt import Prompt
 
 PAUSE = 5.0
 """Pause before a request that failed in transport is sent again; it doubles with each one [s]."""

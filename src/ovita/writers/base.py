@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, field, replace
-from typing import Literal, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Literal, Protocol, runtime_checkable
 
 from ovita.errors import RequestError, WriterError
-from ovita.request import Request
-from ovita.writers.progress import Watch
-from ovita.writers.safe_text import quoted
+from ovita.policy import Policy
+from ovita.policy.sandbox import Rollout
+from ovita.text import quoted
+from ovita.toolkit import Outcome
+from ovita.writers.safe_text import quoted as as_data
+
+if TYPE_CHECKING:
+    from ovita.writers.prompt import Prompt
 
 MODEL_VARIABLE = "OVITA_MODEL"
 """Environment variable that names the configured model, such as "openai:gpt-5", or a line of them with commas."""
@@ -18,37 +23,6 @@ MAX_TOLD = 200
 """Longest step, or run of words, that one writer is told of another [characters]."""
 
 PROVIDERS = ("llamacpp", "openai", "anthropic", "google", "ollama")
-
-
-@dataclass(frozen=True)
-class Attempt:
-    """A policy that was refused or failed, and why; it is shown to the writer that repairs it."""
-
-    code: str
-    error: str
-
-
-@dataclass(frozen=True)
-class Prompt:
-    """What a policy writer is given.
-
-    Args:
-        request: The request that was grounded.
-        fixed: Role, rules, toolkit and examples: the same for every request, so that prefix caches work.
-        situation: Frame, objects, environment, trajectory, limits, history and the instruction.
-        attempts: Failed attempts so far, oldest first.
-        watch: Who looks on: what is told while a writer writes, and when it must end.
-    """
-
-    request: Request
-    fixed: str
-    situation: str
-    attempts: tuple[Attempt, ...] = ()
-    watch: Watch = field(default_factory=Watch, compare=False, repr=False)
-
-    def repaired(self, code: str, error: str) -> Prompt:
-        """Return the prompt that follows when `code` failed with `error`."""
-        return replace(self, attempts=(*self.attempts, Attempt(code, error)))
 
 
 @dataclass(frozen=True)
@@ -87,6 +61,7 @@ class Reply:
         unplaced: The words that could not be placed.
         contacts: Names of objects that the instruction asks to touch or pass through.
         writer: Who answered.
+        policy: The policy, where its writer has it ready with its parameters; else it is read from `code`.
     """
 
     kind: Literal["policy", "question", "not_understood"]
@@ -97,6 +72,69 @@ class Reply:
     unplaced: tuple[str, ...] = ()
     contacts: tuple[str, ...] = ()
     writer: WriterInfo = field(default_factory=lambda: WriterInfo("unknown"))
+    policy: Policy | None = None
+
+
+Failure = Literal["", "unusable", "failed", "idle", "broken", "unused"]
+"""What is wrong with an attempt.
+
+"unusable": no answer of use. "failed": the policy was refused or failed. "idle": it changed nothing. "broken": it broke
+a postcondition. "unused": it does not use a number of the instruction.
+"""
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """One answer of a writer, and what became of it.
+
+    Args:
+        reply: The answer.
+        policy: The policy, if it ran.
+        rollout: What it returned.
+        outcomes: How its postconditions came out on what it returned, in their order.
+        failure: The kind of what is wrong; "" if nothing is.
+        error: The same in words, for the writer that repairs it.
+        count: How many answers were asked for so far.
+        by: The writer.
+    """
+
+    reply: Reply
+    policy: Policy | None = None
+    rollout: Rollout | None = None
+    outcomes: tuple[Outcome, ...] = ()
+    failure: Failure = ""
+    error: str = ""
+    count: int = 0
+    by: PolicyWriter | None = None
+
+    @property
+    def code(self) -> str:
+        """The policy's source, as it ran or as it was written."""
+        return self.reply.code if self.policy is None else self.policy.source
+
+    @property
+    def rank(self) -> int:
+        """How much it is worth: a policy that is as meant, another policy, a question, a refusal, a failure."""
+        if self.policy is not None:
+            return 3 if self.failure else 4
+        return 0 if self.failure else {"question": 2, "not_understood": 1}[self.reply.kind]
+
+    @property
+    def summary(self) -> str:
+        """What came of it, in a few words."""
+        if self.failure or self.policy is not None:
+            first = (self.error or "its policy ran as meant").splitlines()[0]
+            expectations = self.rollout.expectations if self.rollout is not None else ()
+            judged = zip(expectations, self.outcomes, strict=True) if self.outcomes else ()
+            return " ".join([first, *(broken_promise(e.text, o) for e, o in judged if not o.held)])
+        if self.reply.kind == "question":
+            return f"asks: {self.reply.question}"
+        return f"could not place {quoted(self.reply.unplaced) or 'the instruction'}"
+
+
+def broken_promise(text: str, outcome: Outcome) -> str:
+    """A postcondition next to what was measured."""
+    return f"promised: {text}; {'kept' if outcome.held else 'broken'}, measured: {outcome.sentence}"
 
 
 @runtime_checkable
@@ -169,7 +207,7 @@ class Line:
             if reply.kind != "not_understood":
                 return reply
             refusal = refusal or reply
-            prompt = prompt if prompt.attempts else told(prompt, reply)
+            prompt = prompt if prompt.attempts else with_hint(prompt, reply)
         if refusal is None:
             raise WriterError(" ".join(f"{said.rstrip('.')}." for said in tried))
         return replace(refusal, writer=replace(refusal.writer, tried=tuple(tried)))
@@ -180,18 +218,18 @@ def in_line(writer: PolicyWriter) -> tuple[PolicyWriter, ...]:
     return writer.writers if isinstance(writer, Line) else (writer,)
 
 
-def told(prompt: Prompt, reply: Reply) -> Prompt:
+def with_hint(prompt: Prompt, reply: Reply) -> Prompt:
     """Return the prompt for the next writer in line: it ends with what the last one understood and what not."""
     if reply.kind != "not_understood" or not (reply.plan or reply.unplaced):
         return prompt
-    placed = ", ".join(quoted(step, MAX_TOLD) for step in reply.plan) or "nothing"
-    words = ", ".join(quoted(word, MAX_TOLD) for word in reply.unplaced) or "nothing in particular"
-    note = (
+    placed = ", ".join(as_data(step, MAX_TOLD) for step in reply.plan) or "nothing"
+    words = ", ".join(as_data(word, MAX_TOLD) for word in reply.unplaced) or "nothing in particular"
+    hint = (
         "# What a simpler reader made of the instruction\n"
         f"Understood: {placed}\nNot understood: {words}\n"
         "It may be wrong. Write one policy for the whole instruction.\n"
     )
-    return replace(prompt, situation=f"{prompt.situation.rstrip()}\n{note}")
+    return replace(prompt, hints=(*prompt.hints, hint))
 
 
 def writer_named(name: str = "auto", *, base_url: str | None = None, temperature: float = 0.1) -> PolicyWriter:

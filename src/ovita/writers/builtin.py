@@ -6,10 +6,8 @@ from dataclasses import dataclass
 
 from ovita.instruct.reading import read_instruction, standing
 from ovita.instruct.steps import compose
-from ovita.writers.base import Prompt, Reply, WriterInfo
-
-PROMISE = "does not do what it promises"
-"""What the chain says of a policy that ran, but did too little."""
+from ovita.writers.base import Reply, WriterInfo
+from ovita.writers.prompt import Prompt
 
 
 @dataclass(frozen=True)
@@ -26,7 +24,7 @@ class BuiltinWriter:
         """
         info = WriterInfo("builtin")
         request = prompt.request
-        if any(PROMISE not in attempt.error for attempt in prompt.attempts):
+        if any(attempt.failure != "broken" for attempt in prompt.attempts):
             return Reply("not_understood", unplaced=(request.instruction,), writer=info)
         understood = read_instruction(request.instruction, request.scene, request.trajectory.positions)
         draft = compose(

@@ -9,20 +9,23 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from functools import cache
+from dataclasses import dataclass, field, replace
+from functools import cache, cached_property
 from importlib.resources import files
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from ovita.instruct.scale import Scale
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.request import Request, Turn
-from ovita.toolkit.catalogue import core_names, describe
-from ovita.writers.base import Prompt
-from ovita.writers.examples import Example, functions_like, similar
+from ovita.writers.base import Attempt, Failure, Reply
+from ovita.writers.progress import Watch
 from ovita.writers.safe_text import one_line, quoted
+
+if TYPE_CHECKING:
+    from ovita.instruct.scale import Scale
+    from ovita.writers.examples import Example
 
 ExampleMode = Literal["retrieved", "paper", "none"]
 """Which examples a prompt shows: the most similar ones of the bank, the paper's way of two fixed ones, or none."""
@@ -56,28 +59,123 @@ MAX_NAME, MAX_ENVIRONMENT, MAX_LIMITS = 80, 1200, 400
 """Longest name, environment text and constraints text that go into a prompt [characters]."""
 
 
+@dataclass(frozen=True)
+class PromptStyle:
+    """What a prompt shows.
+
+    Args:
+        examples: Which examples.
+        toolkit: Whether the policy is to be a function made of toolkit calls; else the prompt asks for the paper's
+            scripts, and the examples are scripts as well.
+        scene: Whether the scene is described; else only the objects' names are given, as in the paper.
+    """
+
+    examples: ExampleMode = "retrieved"
+    toolkit: bool = True
+    scene: bool = True
+
+
+@dataclass(frozen=True)
+class Sections:
+    """The text of a prompt by its sections.
+
+    Args:
+        rules: Role, rules, toolkit and fixed examples: the same for every request, so that prefix caches work.
+        help: Functions and examples that are like the instruction.
+        scene: Frame, objects, environment, trajectory and limits.
+        history: Earlier turns.
+        instruction: The instruction.
+    """
+
+    rules: str
+    help: str = ""
+    scene: str = ""
+    history: str = ""
+    instruction: str = ""
+
+
+@dataclass(frozen=True)
+class Prompt:
+    """What a policy writer is given; the text for a language model is made when it is first read.
+
+    Args:
+        request: The request.
+        style: What the text shows.
+        hints: What earlier writers in line made of the instruction.
+        attempts: Failed attempts so far, oldest first.
+        watch: The time that is left for writing, who is told of progress, and whether to stop.
+    """
+
+    request: Request
+    style: PromptStyle = PromptStyle()
+    hints: tuple[str, ...] = ()
+    attempts: tuple[Attempt, ...] = ()
+    watch: Watch = field(default_factory=Watch, compare=False, repr=False)
+
+    @classmethod
+    def of_text(cls, request: Request, rules: str, situation: str, *, watch: Watch | None = None) -> Prompt:
+        """Return a prompt with text of one's own instead of what `style` would show."""
+        prompt = cls(request, watch=watch or Watch())
+        prompt.__dict__["sections"] = Sections(rules, instruction=situation)
+        return prompt
+
+    @cached_property
+    def sections(self) -> Sections:
+        """The text by section."""
+        request, style = self.request, self.style
+        helpful = _helpful(request) if style.toolkit and style.examples == "retrieved" else []
+        scene = _scene_lines(request) if style.scene else _names(request.scene)
+        history = [_turn_lines(i, turn) for i, turn in enumerate(request.history, start=1)]
+        return Sections(
+            rules=_fixed(style.examples, style.toolkit),
+            help="".join(f"{part}\n" for part in helpful),
+            scene="".join(f"{line}\n" for line in ("# This scene", *scene)),
+            history="".join(f"{turn}\n" for turn in history),
+            instruction=f"# Instruction\n{_in_units(one_line(request.instruction))}\n",
+        )
+
+    @property
+    def fixed(self) -> str:
+        """The text that is the same for every request, to be read first."""
+        return self.sections.rules
+
+    @property
+    def situation(self) -> str:
+        """The text that depends on the request."""
+        s = self.sections
+        return "".join([s.help, s.scene, s.history, s.instruction, *self.hints])
+
+    def repaired(self, code: str, error: str, failure: Failure = "failed") -> Prompt:
+        """Return the prompt that follows when `code` failed with `error`."""
+        return self.after(Attempt(Reply("policy", code=code), failure=failure, error=error))
+
+    def after(self, attempt: Attempt) -> Prompt:
+        """Return the prompt that follows a failed attempt."""
+        follows = replace(self, attempts=(*self.attempts, attempt))
+        if "sections" in self.__dict__:
+            follows.__dict__["sections"] = self.sections
+        return follows
+
+
 def ground(
     request: Request, *, examples: ExampleMode | bool = "retrieved", toolkit: bool = True, scene: bool = True
 ) -> Prompt:
-    """Build the prompt for a request.
+    """Ground a request: a prompt that says everything a policy writer needs to know.
 
     Args:
         request: Instruction, trajectory, scene, robot and history.
         examples: Which examples are shown; True is "retrieved", False is "none".
-        toolkit: Whether the policy is to be made of the toolkit's functions; else the prompt asks for the paper's
-            scripts, and the examples are scripts as well.
-        scene: Whether the scene is described; else only the objects' names are given, as in the paper.
+        toolkit: As in `PromptStyle`.
+        scene: As in `PromptStyle`.
     """
     mode: ExampleMode = examples if isinstance(examples, str) else "retrieved" if examples else "none"
-    parts = _helpful(request) if toolkit and mode == "retrieved" else []
-    parts += ["# This scene", *(_scene_lines(request) if scene else _names(request.scene))]
-    parts += [_turn_lines(i, turn) for i, turn in enumerate(request.history, start=1)]
-    parts.append(f"# Instruction\n{_in_units(one_line(request.instruction))}")
-    return Prompt(request=request, fixed=_fixed(mode, toolkit), situation="\n".join(parts) + "\n")
+    return Prompt(request, PromptStyle(mode, toolkit, scene))
 
 
 @cache
 def _fixed(mode: ExampleMode, toolkit: bool) -> str:
+    from ovita.toolkit.catalogue import core_names, describe
+
     if not toolkit:
         return "\n\n".join([_read("script.md"), *([] if mode == "none" else [_read("script-examples.md")])]) + "\n"
     # Without retrieval nothing says which functions an instruction may need, so all are listed.
@@ -92,6 +190,9 @@ def _read(name: str) -> str:
 
 def _helpful(request: Request) -> list[str]:
     """The functions and the examples that an instruction calls for: always one example, more of both while they fit."""
+    from ovita.toolkit.catalogue import core_names
+    from ovita.writers.examples import functions_like, similar
+
     names = request.scene.names
     likely = functions_like(request.instruction, FUNCTIONS, names, without=core_names())
     shown: list[Example] = []
@@ -106,6 +207,8 @@ def _helpful(request: Request) -> list[str]:
 
 
 def _help(shown: Sequence[Example], likely: Sequence[str]) -> list[str]:
+    from ovita.toolkit.catalogue import core_names, describe
+
     further = [name for name in (*(call for e in shown for call in e.calls), *likely) if name not in core_names()]
     functions = ["# More functions\n" + describe(further, known_notes=("OFFSET",))] if further else []
     return functions + [f"# Example {i}\n{example.text()}" for i, example in enumerate(shown, start=1)]
@@ -121,6 +224,8 @@ def _names(scene: Scene) -> list[str]:
 
 
 def _scene_lines(request: Request) -> list[str]:
+    from ovita.instruct.scale import Scale
+
     scene, scale = request.scene, Scale.of(request.trajectory)
     lines = [
         f"Frame: {scene.frame.describe()}.",

@@ -6,10 +6,11 @@ from abc import ABC, abstractmethod
 from dataclasses import replace
 
 from ovita.errors import UnusableReply, WriterError
-from ovita.writers.base import Prompt, Reply, WriterInfo
+from ovita.writers.base import Reply, WriterInfo
 from ovita.writers.models.answer import Answer, answer_from, read_answer
 from ovita.writers.models.exchange import Ask, Form, Heard
 from ovita.writers.progress import Watch
+from ovita.writers.prompt import Prompt
 from ovita.writers.safe_text import harmless
 
 

@@ -18,10 +18,10 @@ from ovita.paths.robot import Box, Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
-from ovita.writers.base import Prompt, Reply, WriterInfo
+from ovita.writers.base import Reply, WriterInfo
 from ovita.writers.builtin import BuiltinWriter
 from ovita.writers.models.conversation import ModelWriter
-from ovita.writers.prompt import MAX_ENVIRONMENT, MAX_NAME, ground
+from ovita.writers.prompt import MAX_ENVIRONMENT, MAX_NAME, Prompt, ground
 from ovita.writers.safe_text import CUT, one_line, quoted
 
 T = np.linspace(0, 1, 30)
@@ -232,4 +232,6 @@ def test_limits_hold_whatever_a_label_made_the_model_write(code):
     assert result.proposed is not None and result.proposed != PATH
     inside = ROBOT.workspace.inside(result.adapted.positions).min() >= 0
     slow = result.adapted.speeds.max() <= ROBOT.max_speed + 1e-9
-    assert (result.status == "done" and inside and slow) or (result.status == "infeasible" and result.warnings)
+    assert (result.status in ("done", "limited") and inside and slow) or (
+        result.status == "infeasible" and result.warnings
+    )

@@ -9,7 +9,6 @@ import subprocess
 import sys
 import threading
 import time
-from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -22,12 +21,13 @@ from ovita.errors import MissingExtra, RequestError, UnusableReply, WriterError
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
-from ovita.writers.base import Line, Prompt, Reply, writer_named
+from ovita.writers.base import Line, Reply, writer_named
 from ovita.writers.models import catalogue as models
 from ovita.writers.models import engine
 from ovita.writers.models.answer import read_answer
 from ovita.writers.models.local import LocalWriter
 from ovita.writers.progress import Watch
+from ovita.writers.prompt import Prompt
 
 RULES = "You write Python policies, def adapt(traj, scene), that move a robot's trajectory. " * 6
 
@@ -57,7 +57,7 @@ def writer(weights: Path, **options: Any) -> LocalWriter:
 def heard(writer: LocalWriter, request: Request, said: str, **watch: Any) -> str:
     """What the model wrote, whether it is of use or not."""
     try:
-        writer.write(Prompt(request, RULES, said, watch=Watch(**watch)))
+        writer.write(Prompt.of_text(request, RULES, said, watch=Watch(**watch)))
     except UnusableReply:
         pass
     assert writer.last is not None
@@ -101,9 +101,9 @@ def test_cancel_and_time_limit_stop_it_at_once(weights: Path, request_: Request)
             cancel.set()
 
     with pytest.raises(WriterError, match="stopped on request"):
-        asks.write(Prompt(request_, RULES, "Go left", watch=Watch(stop_soon, cancel)))
+        asks.write(Prompt.of_text(request_, RULES, "Go left", watch=Watch(stop_soon, cancel)))
     with pytest.raises(WriterError, match="no answer in the time that was left; allow more with --time-limit"):
-        asks.write(Prompt(request_, RULES, "Go left", watch=Watch(deadline=time.monotonic() + 0.2)))
+        asks.write(Prompt.of_text(request_, RULES, "Go left", watch=Watch(deadline=time.monotonic() + 0.2)))
     assert time.monotonic() - started < 20.0
 
 
@@ -124,7 +124,7 @@ def test_an_interrupt_stops_the_model_before_it_goes_on(weights: Path, request_:
     monkeypatch.setattr(asks, "_beat", beat)
     monkeypatch.setattr(Watch, "cancelled", property(interrupted))
     with pytest.raises(KeyboardInterrupt):
-        asks.write(Prompt(request_, RULES, "Go left"))
+        asks.write(Prompt.of_text(request_, RULES, "Go left"))
     assert ended[-1], "generation was told to stop"
 
 
@@ -163,7 +163,10 @@ class Short:
         self.inner, self.name = inner, inner.name
 
     def write(self, prompt: Prompt) -> Reply:
-        return self.inner.write(replace(prompt, fixed=RULES, situation=prompt.request.instruction))
+        short = Prompt.of_text(prompt.request, RULES, prompt.request.instruction, watch=prompt.watch)
+        for attempt in prompt.attempts:
+            short = short.after(attempt)
+        return self.inner.write(short)
 
 
 def test_the_chain_hands_on_from_a_model_that_is_too_small(weights: Path, request_: Request) -> None:
@@ -177,7 +180,9 @@ def test_the_chain_hands_on_from_a_model_that_is_too_small(weights: Path, reques
 
 def test_a_repair_is_a_policy_and_no_refusal(weights: Path, request_: Request) -> None:
     asks = writer(weights)
-    prompt = Prompt(request_, RULES, "Say that you do not understand.").repaired("a = 1", "there is no function adapt")
+    prompt = Prompt.of_text(request_, RULES, "Say that you do not understand.").repaired(
+        "a = 1", "there is no function adapt"
+    )
     with pytest.raises(UnusableReply, match="cut off after 16 tokens"):
         asks.write(prompt)
     assert asks.last is not None and asks.last.text.startswith("Plan:\n1. ")
@@ -209,7 +214,7 @@ def test_a_damaged_file_and_a_missing_package(tmp_path: Path, request_: Request,
     broken.write_bytes(b"GGUF" + b"\0" * 100)
     if find_spec("xllamacpp") is not None:
         with pytest.raises(WriterError, match=r"broken\.gguf cannot be loaded: it is damaged"):
-            LocalWriter(str(broken)).write(Prompt(request_, RULES, "Go left"))
+            LocalWriter(str(broken)).write(Prompt.of_text(request_, RULES, "Go left"))
     monkeypatch.setattr("ovita.writers.models.local.find_spec", lambda name: None)
     with pytest.raises(MissingExtra, match=r"xllamacpp: pip install 'ovita\[local\]'"):
         LocalWriter(str(broken))

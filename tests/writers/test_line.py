@@ -22,8 +22,9 @@ from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
 from ovita.result import Adaptation
-from ovita.writers.base import Line, PolicyWriter, Prompt, Reply, WriterInfo, writer_named
+from ovita.writers.base import Line, PolicyWriter, Reply, WriterInfo, writer_named
 from ovita.writers.models.chat import LLMWriter
+from ovita.writers.prompt import Prompt
 from ovita.writers.unused_numbers import unused
 
 PATH = Trajectory.from_array(
@@ -129,7 +130,7 @@ def test_a_writer_that_fails_hands_on(first: Any, said: str) -> None:
 
 def test_a_policy_that_ran_beats_failures_behind_it() -> None:
     result = adapt(request(), writer=line(Scripted("first", WRONG), Scripted("second", CRASHES)), repairs=0)
-    assert result.status == "done" and result.writer.model == "first"
+    assert result.status == "not_as_meant" and result.writer.model == "first"
     assert any("Not as meant" in warning for warning in result.warnings)
 
 
@@ -336,15 +337,15 @@ def test_a_line_by_name(monkeypatch: pytest.MonkeyPatch, stub: Any) -> None:
 
 def test_a_line_is_a_writer_by_itself() -> None:
     down, model = Scripted("down", WriterError("down: off")), Scripted("model", LEFT)
-    reply = line(Scripted("simple", REFUSES), down, model).write(Prompt(request(), "rules", "situation\n"))
+    reply = line(Scripted("simple", REFUSES), down, model).write(Prompt.of_text(request(), "rules", "situation\n"))
     assert reply.kind == "policy" and [said.partition(":")[0] for said in reply.writer.tried] == [
         "simple",
         "down",
         "model",
     ]
-    assert line(Scripted("simple", REFUSES), down).write(Prompt(request(), "", "")).unplaced == ("moonwalk",)
+    assert line(Scripted("simple", REFUSES), down).write(Prompt.of_text(request(), "", "")).unplaced == ("moonwalk",)
     with pytest.raises(WriterError, match="down: off"):
-        line(down).write(Prompt(request(), "", ""))
+        line(down).write(Prompt.of_text(request(), "", ""))
 
 
 @pytest.mark.parametrize(

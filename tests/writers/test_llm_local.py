@@ -17,9 +17,10 @@ from ovita.errors import WriterError
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
-from ovita.writers.base import Prompt, Reply
+from ovita.writers.base import Reply
 from ovita.writers.explain import reworded
 from ovita.writers.models.chat import LLMWriter
+from ovita.writers.prompt import Prompt
 
 FIXED = "You write Python policies that move a robot's trajectory."
 
@@ -50,7 +51,7 @@ def local_writer(address: str, max_tokens: int = 400) -> LLMWriter:
 
 def test_a_real_reply_that_is_cut_off(local_model: str, request_: Request) -> None:
     with pytest.raises(WriterError, match="cut off after 8 tokens"):
-        local_writer(local_model, 8).write(Prompt(request_, FIXED, "Go left by 0.2"))
+        local_writer(local_model, 8).write(Prompt.of_text(request_, FIXED, "Go left by 0.2"))
 
 
 def test_a_real_explanation_is_used_only_with_numbers_from_the_facts(local_model: str) -> None:

@@ -16,11 +16,12 @@ from ovita.errors import MissingExtra, MissingKey, OvitaError, RequestError, Wri
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
-from ovita.writers.base import PolicyWriter, Prompt
+from ovita.writers.base import PolicyWriter
 from ovita.writers.explain import reworded
 from ovita.writers.models.answer import read_answer
 from ovita.writers.models.chat import LLMWriter
 from ovita.writers.models.endpoint import ollama_url
+from ovita.writers.prompt import Prompt
 
 KEY = "sk-secret-0123456789abcdef"
 CODE = 'def adapt(traj, scene, *, left=0.2):\n    """Shift left."""\n    return move(traj, left=left)'
@@ -36,7 +37,7 @@ def prompt() -> Prompt:
     trajectory = Trajectory(np.outer(np.arange(5), [0.1, 0.0, 0.0]), np.full(5, 0.5))
     cup = SceneObject("cup", np.array([0.2, 0.1, 0.0]))
     request = Request("Go left by 0.2", trajectory, Scene((cup,)))
-    return Prompt(request, fixed="You write policies.", situation="Objects: cup\n# Instruction\nGo left by 0.2")
+    return Prompt.of_text(request, "You write policies.", "Objects: cup\n# Instruction\nGo left by 0.2")
 
 
 def writer(stub: Any, **options: Any) -> LLMWriter:
