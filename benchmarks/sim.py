@@ -14,6 +14,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+from ovita.sim.stage import build
 
 from ovita import sim
 from ovita.chain import adapt
@@ -24,7 +25,6 @@ from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
 from ovita.sim.arm import Kinematics
 from ovita.sim.models import ArmLimits
-from ovita.sim.stage import build
 
 KINDS = {"Manipulator": ("arm", "iiwa"), "Ground_robot": ("ground", "jackal"), "Drone": ("drone", "crazyflie")}
 TARGET = {"iiwa": 0.002, "jackal": 0.05, "crazyflie": 0.05}

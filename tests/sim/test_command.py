@@ -9,12 +9,12 @@ import pytest
 
 from ovita import sim
 from ovita.cli.main import main
-from ovita.sim import gl
+from ovita.sim import render
 
 pytest.importorskip("mujoco", reason="the extra sim is not installed")
 
 DATA = Path(__file__).parents[3] / "shared" / "data" / "ovita-dev" / "robot_subset"
-NO_GL = not (gl.egl_works() or gl.osmesa_works())
+NO_GL = not (render.egl_works() or render.osmesa_works())
 
 
 @pytest.fixture

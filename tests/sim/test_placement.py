@@ -27,7 +27,7 @@ def test_a_base_is_read_and_must_be_finite():
 
 
 def test_ned_scenes_are_turned_and_not_mirrored():
-    world = sim.World(Frame("ned"))
+    world = sim.WorldTransform(Frame("ned"))
     turn = np.array([np.cos(0.3), 0.0, 0.0, np.sin(0.3)])
     item = SceneObject("crate", np.array([1.0, 2.0, -3.0]), np.array([0.1, 0.2, 0.3]), turn)
     (moved,) = world.scene(Scene((item,), Frame("ned")))
@@ -41,7 +41,7 @@ def test_ned_scenes_are_turned_and_not_mirrored():
 
 @pytest.mark.parametrize("frame", ["rfu", "flu"])
 def test_other_frames_are_taken_over(frame):
-    assert sim.World(Frame(frame)).signs.tolist() == [1, 1, 1]
+    assert sim.WorldTransform(Frame(frame)).signs.tolist() == [1, 1, 1]
 
 
 def test_an_arm_is_placed_where_it_reaches_everything_and_stands_clear():

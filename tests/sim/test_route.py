@@ -5,8 +5,7 @@ import pytest
 
 from ovita.errors import TrajectoryError
 from ovita.paths.trajectory import Trajectory, interpolate
-from ovita.sim.route import Hold, Move, route
-from ovita.sim.timing import joined, still, timed
+from ovita.sim.timing import Hold, Move, joined, route, still, timed
 
 SQUARE = Trajectory(np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.0]]), np.full(4, 0.5))
 

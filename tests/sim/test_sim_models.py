@@ -7,7 +7,7 @@ from ovita import sim
 from ovita.errors import RobotError
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
-from ovita.sim.stage import build
+from ovita.sim.world import build
 
 mujoco = pytest.importorskip("mujoco", reason="the extra sim is not installed")
 

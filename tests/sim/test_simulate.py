@@ -3,6 +3,7 @@
 import json
 import sys
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -172,6 +173,15 @@ def test_contact_is_reported_by_the_objects_name_and_whether_it_was_meant():
     assert one.contacts[0].depth > 0.005 and one.tracking.rms < 0.002
     two = sim.simulate(wave("iiwa"), scene, "iiwa", base=sim.Base(), contacts=["cup"]).report
     assert two.contacts[0].meant and any("Contact with cup, as meant" in text for text in two.sentences())
+    assert one.status == "contact" and one.status in sim.FAILED and two.status == "followed"
+
+
+def test_one_large_error_is_off_course_however_small_the_mean(followed):
+    peak = followed["jackal"].report.tracking.max
+    strict = replace(sim.load_model("jackal"), peak_tolerance=0.9 * peak)
+    report = sim.simulate(wave("jackal"), robot=strict).report
+    assert report.status == "off course" and report.tracking.rms < report.tolerance
+    assert any("beyond the tolerance" in text for text in report.sentences())
     pushed = sim.simulate(wave("iiwa"), scene, "iiwa", base=sim.Base(), solid=True).report
     assert pushed.tracking.max > 0.005
 
@@ -206,7 +216,7 @@ def test_a_missing_package_is_named_with_its_extra(monkeypatch):
 
 def test_a_hundred_waypoints_of_inverse_kinematics_take_a_tenth_of_a_second():
     from ovita.sim.arm import Kinematics
-    from ovita.sim.stage import build
+    from ovita.sim.world import build
 
     model = sim.load_model("iiwa")
     stage = build(model, Scene(), sim.Base(), 0.0)

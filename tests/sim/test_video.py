@@ -13,15 +13,15 @@ from ovita.errors import FormatError, MissingExtra
 from ovita.paths.frame import Frame
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
-from ovita.sim import gl
+from ovita.sim import render
 from ovita.sim.video import frames
 
 pytest.importorskip("mujoco", reason="the extra sim is not installed")
 
-NO_GL = not (gl.egl_works() or gl.osmesa_works())
+NO_GL = not (render.egl_works() or render.osmesa_works())
 needs_gl = pytest.mark.skipif(NO_GL, reason="neither EGL nor OSMesa works here (libegl1, libosmesa6)")
 PATH = Trajectory(np.linspace([0.5, -0.3, 0.3], [0.5, 0.3, 0.5], 6), np.full(6, 0.6))
-WORLD = sim.World(Frame())
+WORLD = sim.WorldTransform(Frame())
 
 
 @pytest.fixture(scope="module")
@@ -96,7 +96,7 @@ def test_a_folder_that_is_missing_is_one_sentence(pane, tmp_path):
 
 def test_without_opengl_the_packages_to_install_are_named(pane, monkeypatch):
     monkeypatch.setenv("MUJOCO_GL", "disable")
-    with pytest.raises(gl.NoRenderer, match=r"install one of the Debian packages libegl1 .* libosmesa6"):
+    with pytest.raises(render.NoRenderer, match=r"install one of the Debian packages libegl1 .* libosmesa6"):
         next(frames([pane], WORLD))
 
 
@@ -112,20 +112,20 @@ def test_without_opengl_the_packages_to_install_are_named(pane, monkeypatch):
 )
 def test_egl_is_taken_before_osmesa_unless_mujoco_gl_says_otherwise(monkeypatch, said, egl, osmesa, chosen):
     monkeypatch.setenv("MUJOCO_GL", said)
-    monkeypatch.setattr(gl, "egl_works", lambda: egl)
-    monkeypatch.setattr(gl, "osmesa_works", lambda: osmesa)
+    monkeypatch.setattr(render, "egl_works", lambda: egl)
+    monkeypatch.setattr(render, "osmesa_works", lambda: osmesa)
     monkeypatch.setattr(sys, "platform", "linux")
-    assert gl.backend() == chosen
+    assert render.backend() == chosen
 
 
-@pytest.mark.skipif(not gl.osmesa_works(), reason="OSMesa is not installed (libosmesa6)")
+@pytest.mark.skipif(not render.osmesa_works(), reason="OSMesa is not installed (libosmesa6)")
 def test_osmesa_renders_too():
     code = (
         "import numpy as np; from ovita import sim; from ovita.sim.video import frames;"
         "from ovita.paths.trajectory import Trajectory; from ovita.paths.frame import Frame;"
         "t = Trajectory(np.array([[0, 0, 1], [0.3, 0, 1.0]]), np.ones(2));"
         "p = sim.Pane('a', t, sim.simulate(t, robot='crazyflie'));"
-        "print(next(frames([p], sim.World(Frame()), scale=0.2)).std() > 5)"
+        "print(next(frames([p], sim.WorldTransform(Frame()), scale=0.2)).std() > 5)"
     )
     env = {**os.environ, "MUJOCO_GL": "osmesa"}
     env.pop("PYOPENGL_PLATFORM", None)
@@ -135,12 +135,12 @@ def test_osmesa_renders_too():
 
 @needs_gl
 def test_the_menagerie_gives_the_looks_where_it_is_at_hand(pane, tmp_path, monkeypatch):
-    from ovita.sim import looks
+    from ovita.sim import render
 
     monkeypatch.setenv("MENAGERIE_CACHE_DIR", str(tmp_path / "cache"))
     monkeypatch.delenv("MENAGERIE_ROOT", raising=False)
     stage = pane.simulation.stage
-    assert looks.dressed(stage) is stage.model
+    assert render.visual_model(stage) is stage.model
     folder = tmp_path / "kuka_iiwa_14"
     folder.mkdir()
     green = sim.load_model("iiwa").model.read_text(encoding="utf-8")
@@ -152,7 +152,7 @@ def test_the_menagerie_gives_the_looks_where_it_is_at_hand(pane, tmp_path, monke
     assert ((greens > 120) & (red < 90) & (blue < 90)).sum() > 300
     assert not ((red > 150) & (greens < 140) & (blue < 60)).any()
     (folder / "iiwa14.xml").write_text("<mujoco/>", encoding="utf-8")
-    assert looks.dressed(stage) is stage.model
+    assert render.visual_model(stage) is stage.model
 
 
 @needs_gl
@@ -173,7 +173,7 @@ def test_a_small_robot_is_also_shown_from_near_and_a_small_workspace_by_its_edge
 def test_the_inset_goes_where_it_hides_no_path():
     import mujoco
 
-    from ovita.sim.inset import corner
+    from ovita.sim.video import corner
 
     camera = mujoco.MjvCamera()
     camera.lookat[:], camera.distance, camera.azimuth, camera.elevation = (1.0, 2.0, 0.5), 4.0, 90.0, 0.0

@@ -60,7 +60,7 @@ def command(
     """Let a robot follow FILE in physical simulation: a result of `ovita adapt --out`, or a trajectory in any format.
 
     Reports how well and how fast the robot follows, what it cannot reach and what it touches. Exit code 4 where it is
-    off course or cannot reach a waypoint.
+    off course, cannot reach a waypoint, or touches something that it is not meant to touch.
     """
     if video is not None:
         sim.check_video(video)
@@ -95,11 +95,11 @@ def command(
     if video is not None:
         with _bar("rendering", quiet=as_json) as progress:
             sim.save_video(
-                video, panes, sim.World(scene.frame), title=plain(title), robot=model.title, progress=progress
+                video, panes, sim.WorldTransform(scene.frame), title=plain(title), robot=model.title, progress=progress
             )
         if not as_json:
             click.echo(f"\nwrote {video}")
-    if any(pane.simulation.report.status in ("off course", "unreachable") for pane in panes):
+    if any(pane.simulation.report.status in sim.FAILED for pane in panes):
         sys.exit(EXIT_OF["infeasible"])
 
 

@@ -3,7 +3,7 @@
     from ovita import sim
 
     result = sim.simulate(trajectory, scene, "iiwa")      # or "jackal", "crazyflie", or a .toml file of one's own
-    result.report.status                                  # "followed", "slowed", "off course" or "unreachable"
+    result.report.status                                  # "followed", "slowed", "contact", "off course", "unreachable"
     result.report.sentences()                             # tracking error, unreachable waypoints, limits, contacts
 
 `simulate` is pure: the same input gives the same output, nothing is written, and no screen or OpenGL is needed.
@@ -28,12 +28,14 @@ from __future__ import annotations
 
 from ovita.sim.models import SHIPPED, STAND_INS, RobotModel, load_model
 from ovita.sim.motion import Motion, Shape
-from ovita.sim.placement import Base, World
-from ovita.sim.report import Contact, Report, Touched, Tracking, Unreachable
+from ovita.sim.placement import Base, WorldTransform
+from ovita.sim.report import FAILED, Contact, Report, Tracking
 from ovita.sim.simulate import Simulation, place, preview, require, simulate
+from ovita.sim.timing import Touched, Unreachable
 from ovita.sim.video import Pane, check_video, save_video
 
 __all__ = [
+    "FAILED",
     "SHIPPED",
     "STAND_INS",
     "Base",
@@ -47,7 +49,7 @@ __all__ = [
     "Touched",
     "Tracking",
     "Unreachable",
-    "World",
+    "WorldTransform",
     "check_video",
     "load_model",
     "place",

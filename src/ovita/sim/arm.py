@@ -8,12 +8,10 @@ import numpy as np
 
 from ovita.errors import RobotError
 from ovita.paths.trajectory import Array, Trajectory
-from ovita.sim.controller import Intent, stretches
 from ovita.sim.models import ArmLimits, RobotModel
 from ovita.sim.report import Touched, Unreachable
-from ovita.sim.route import Hold, Move, route
-from ovita.sim.stage import PREFIX, Stage
-from ovita.sim.timing import Piece, joined, still, timed
+from ovita.sim.timing import ControlPlan, Hold, Move, Piece, joined, route, still, stretches, timed
+from ovita.sim.world import PREFIX, SimWorld
 
 Orientation = Literal["auto", "free", "keep"]
 
@@ -52,7 +50,7 @@ class Arm:
     """
 
     def __init__(
-        self, robot: RobotModel, stage: Stage, trajectory: Trajectory, orientation: Orientation = "auto"
+        self, robot: RobotModel, stage: SimWorld, trajectory: Trajectory, orientation: Orientation = "auto"
     ) -> None:
         assert isinstance(robot.limits, ArmLimits)
         self.stage, self.limits = stage, robot.limits
@@ -65,7 +63,7 @@ class Arm:
         self._low, self._high = stage.model.actuator_ctrlrange.T
 
     @property
-    def intent(self) -> Intent:
+    def intent(self) -> ControlPlan:
         """The plan."""
         return self._intent
 
@@ -87,7 +85,7 @@ class Arm:
 
     def _plan(
         self, pieces: list[Move | Hold], trajectory: Trajectory, joints: Array, unreachable: tuple[Unreachable, ...]
-    ) -> Intent:
+    ) -> ControlPlan:
         velocity, acceleration = np.array(self.limits.velocity), np.array(self.limits.acceleration)
         done: list[Piece] = []
         for piece in pieces:
@@ -105,7 +103,7 @@ class Arm:
             near = (plan.coordinates[:, j] < low[j] + 1e-3) | (plan.coordinates[:, j] > high[j] - 1e-3)
             limits += stretches(f"{name} position", near & bool(self.stage.model.jnt_limited[j]), plan.where)
             limits += stretches(f"{name} speed", np.abs(plan.rates[:, j]) > 0.98 * velocity[j], plan.where)
-        return Intent(plan, unreachable, tuple(limits))
+        return ControlPlan(plan, unreachable, tuple(limits))
 
 
 class Kinematics:
@@ -118,7 +116,7 @@ class Kinematics:
         orientation: See `Arm`.
     """
 
-    def __init__(self, stage: Stage, limits: ArmLimits, trajectory: Trajectory, orientation: Orientation) -> None:
+    def __init__(self, stage: SimWorld, limits: ArmLimits, trajectory: Trajectory, orientation: Orientation) -> None:
         import mink
 
         self._mink = mink

@@ -7,12 +7,10 @@ from typing import Any
 import numpy as np
 
 from ovita.paths.trajectory import Array, Trajectory
-from ovita.sim.controller import Intent, stretches
 from ovita.sim.models import DroneLimits, RobotModel
 from ovita.sim.placement import Base
-from ovita.sim.route import Hold, route
-from ovita.sim.stage import Stage
-from ovita.sim.timing import Piece, joined, still, timed
+from ovita.sim.timing import ControlPlan, Hold, Piece, joined, route, still, stretches, timed
+from ovita.sim.world import SimWorld
 
 STOP_ANGLE = np.radians(100.0)
 SPACING = 0.03
@@ -28,7 +26,7 @@ class Drone:
         base: Its heading is the drone's.
     """
 
-    def __init__(self, robot: RobotModel, stage: Stage, trajectory: Trajectory, base: Base) -> None:
+    def __init__(self, robot: RobotModel, stage: SimWorld, trajectory: Trajectory, base: Base) -> None:
         assert isinstance(robot.limits, DroneLimits)
         self.stage, self.limits = stage, robot.limits
         stage.check_free(robot)
@@ -43,7 +41,7 @@ class Drone:
         self._intent = self._plan(robot, trajectory)
 
     @property
-    def intent(self) -> Intent:
+    def intent(self) -> ControlPlan:
         """The plan, in x, y and z."""
         return self._intent
 
@@ -73,7 +71,7 @@ class Drone:
         data.ctrl[:] = np.minimum(np.maximum(rotors, self._low), self._high)
         return bool((rotors <= self._high).all())
 
-    def _plan(self, robot: RobotModel, trajectory: Trajectory) -> Intent:
+    def _plan(self, robot: RobotModel, trajectory: Trajectory) -> ControlPlan:
         limits = self.limits
         share = limits.acceleration * np.array([np.sqrt(0.5), np.sqrt(0.5), 1.0])
         velocity = np.full(3, limits.max_speed)
@@ -95,7 +93,7 @@ class Drone:
             notes.append(f"The trajectory asks for {fastest:g} m/s; this drone flies at most {limits.max_speed:g} m/s.")
         if limits.endurance is not None and plan.times[-1] > limits.endurance:
             notes.append(f"The battery of this drone lasts for {limits.endurance:g} s of flight.")
-        return Intent(plan, (), touched, tuple(notes))
+        return ControlPlan(plan, (), touched, tuple(notes))
 
 
 def _wrench(model: Any) -> Array:

@@ -13,7 +13,7 @@ from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.sim import Base, RobotModel, load_model, require, simulate
-from ovita.sim.stage import PREFIX, Stage, build
+from ovita.sim.world import PREFIX, SimWorld, build
 
 
 def joint_motion(
@@ -98,11 +98,11 @@ def _arm(name: str) -> RobotModel:
     return model
 
 
-def _names(stage: Stage) -> tuple[str, ...]:
+def _names(stage: SimWorld) -> tuple[str, ...]:
     model: Any = stage.model
     return tuple(model.joint(j).name.removeprefix(PREFIX) for j in range(model.njnt))
 
 
-def _address(stage: Stage, name: str) -> int:
+def _address(stage: SimWorld, name: str) -> int:
     model: Any = stage.model
     return int(model.joint(PREFIX + name).qposadr[0])

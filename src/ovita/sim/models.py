@@ -111,7 +111,8 @@ class RobotModel:
         tip: Site that follows the trajectory, or where on which body it is.
         limits: As that controller wants them.
         corner: The path may cut a corner by this [m].
-        tolerance: Tracking error that counts as followed [m].
+        tolerance: Tracking error, root mean square over time, that counts as followed [m].
+        peak_tolerance: Largest tracking error at any moment that counts as followed [m].
     """
 
     name: str
@@ -122,6 +123,7 @@ class RobotModel:
     limits: ArmLimits | RoverLimits | DroneLimits
     corner: float = 0.005
     tolerance: float = 0.05
+    peak_tolerance: float = 0.1
 
 
 @dataclass(frozen=True)
@@ -134,6 +136,7 @@ class _Common:
     title: str = ""
     corner: float = field(default=0.005)
     tolerance: float = field(default=0.05)
+    peak_tolerance: float | None = field(default=None)
 
 
 _LIMITS: dict[str, type[ArmLimits | RoverLimits | DroneLimits]] = {
@@ -181,8 +184,8 @@ def _model(path: Path, document: dict[str, Any]) -> RobotModel:
         value = getattr(limits, f.name)
         if f.type in ("float", "tuple[float, ...]") and not (np.isfinite(value).all() and (np.array(value) > 0).all()):
             raise RobotError(f"{path}: {f.name} {value!r} is not > 0")
-    for key in ("corner", "tolerance"):
-        if not getattr(common, key) > 0:
+    for key in ("corner", "tolerance", "peak_tolerance"):
+        if getattr(common, key) is not None and not getattr(common, key) > 0:
             raise RobotError(f"{path}: {key} {getattr(common, key)!r} is not > 0 m")
     file = path.parent / common.model
     if not file.is_file():
@@ -196,6 +199,7 @@ def _model(path: Path, document: dict[str, Any]) -> RobotModel:
         limits,
         common.corner,
         common.tolerance,
+        2.0 * common.tolerance if common.peak_tolerance is None else common.peak_tolerance,
     )
 
 

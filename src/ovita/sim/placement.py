@@ -69,7 +69,7 @@ class Base:
 
 
 @dataclass(frozen=True)
-class World:
+class WorldTransform:
     """The simulator's coordinates for a scene: x and y as in the scene, z up.
 
     "rfu" and "flu" scenes are taken over as they are; "ned" scenes are turned by half a turn about x, so that y and z

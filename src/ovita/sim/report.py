@@ -1,15 +1,20 @@
-"""What came of a simulation: numbers, a status and sentences."""
+"""What a simulation measured: tracking, contacts, limits reached and duration, as numbers, a status and sentences."""
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
 
 import numpy as np
 
+from ovita.paths.trajectory import Array, Trajectory, interpolate
+from ovita.sim.models import RobotModel
 from ovita.sim.placement import Base
+from ovita.sim.timing import ControlPlan, Touched, Unreachable, stretches
 
-Status = Literal["followed", "slowed", "off course", "unreachable"]
+Status = Literal["followed", "slowed", "contact", "off course", "unreachable"]
+FAILED: tuple[Status, ...] = ("contact", "off course", "unreachable")
+"""Statuses of a motion that nobody should run on a robot."""
 
 
 @dataclass(frozen=True)
@@ -25,38 +30,6 @@ class Tracking:
     rms: float
     max: float
     waypoint: int
-
-
-@dataclass(frozen=True)
-class Unreachable:
-    """A waypoint that the robot cannot reach.
-
-    Args:
-        waypoint: Counted from 0.
-        distance: That is left at best [m].
-        reason: In words.
-    """
-
-    waypoint: int
-    distance: float
-    reason: str
-
-
-@dataclass(frozen=True)
-class Touched:
-    """A limit of the robot that was reached.
-
-    Args:
-        limit: In words, such as "a4 position".
-        first: Waypoint where it was first reached.
-        last: Waypoint where it was last reached.
-        share: Of the time, 0..1.
-    """
-
-    limit: str
-    first: int
-    last: int
-    share: float
 
 
 @dataclass(frozen=True)
@@ -86,10 +59,12 @@ class Report:
 
     Args:
         robot: Name of the robot model.
-        status: "followed" (within tolerance and in the time asked), "slowed" (within tolerance, but later),
-            "off course" (beyond tolerance), "unreachable" (some waypoints cannot be reached).
+        status: "followed" (within both tolerances and in the time asked), "slowed" (within them, but later), "contact"
+            (something was touched that is not meant to be), "off course" (beyond a tolerance), "unreachable" (some
+            waypoints cannot be reached).
         base: Where the robot stood, in the scene's coordinates.
-        tolerance: Tracking error that counts as followed [m].
+        tolerance: Tracking error, root mean square over time, that counts as followed [m].
+        peak_tolerance: Largest tracking error that counts as followed [m].
         tracking: On the part of the trajectory that can be reached.
         orientation_error: Largest [rad], or None where no orientation was asked for.
         unreachable: By waypoint.
@@ -104,6 +79,7 @@ class Report:
     status: Status
     base: Base
     tolerance: float
+    peak_tolerance: float
     tracking: Tracking
     orientation_error: float | None
     unreachable: tuple[Unreachable, ...]
@@ -130,8 +106,8 @@ class Report:
         t = self.tracking
         where = " where it can be reached" if self.unreachable else ""
         said.append(
-            f"Tracking error {_length(t.rms)} rms{where}, at most {_length(t.max)} near waypoint {t.waypoint} "
-            f"({'within' if t.rms <= self.tolerance else 'beyond'} the tolerance of {_length(self.tolerance)})."
+            f"Tracking error {_length(t.rms)} rms{where} ({_within(t.rms, self.tolerance)}), at most {_length(t.max)} "
+            f"near waypoint {t.waypoint} ({_within(t.max, self.peak_tolerance)})."
         )
         if self.orientation_error is not None:
             said.append(f"The orientation is off by at most {np.degrees(self.orientation_error):.1f} degrees.")
@@ -147,6 +123,10 @@ class Report:
                 f"{_length(c.depth)} deep."
             )
         return (*said, *self.notes)
+
+
+def _within(error: float, tolerance: float) -> str:
+    return f"{'within' if error <= tolerance else 'beyond'} the tolerance of {_length(tolerance)}"
 
 
 def _unreachable(items: tuple[Unreachable, ...]) -> str:
@@ -182,3 +162,141 @@ def _waypoints(first: int, last: int) -> str:
 
 def _length(metres: float) -> str:
     return f"{metres * 1e3:.2g} mm" if metres < 0.01 else f"{metres * 1e2:.1f} cm" if metres < 1 else f"{metres:.2f} m"
+
+
+LATE = 1.05
+LATE_BY = 0.5
+"""A motion that takes longer than asked by more than the factor LATE and by more than LATE_BY [s] is slowed down; less
+is what starting from rest and coming to rest takes."""
+
+
+@dataclass
+class Log:
+    """What is recorded while a simulation runs.
+
+    Args:
+        tips: (K, 3) where the tip was at each step [m].
+        turns: (K, 9) its rotation matrix.
+        weak: (K,) whether the actuators could not give what the controller wanted.
+        frames: Steps of the recorded frames.
+        states: MuJoCo's positions at the frames.
+        poses: Positions (B, 3) and quaternions (B, 4) of the robot's bodies at the frames.
+        contacts: First step, last step and depth [m] by name.
+    """
+
+    tips: Array
+    turns: Array
+    weak: Array
+    frames: list[int] = field(default_factory=list)
+    states: list[Array] = field(default_factory=list)
+    poses: list[tuple[Array, Array]] = field(default_factory=list)
+    contacts: dict[str, tuple[int, int, float]] = field(default_factory=dict)
+
+
+def assess(
+    model: RobotModel,
+    intent: ControlPlan,
+    log: Log,
+    path: Trajectory,
+    base: Base,
+    *,
+    oriented: bool,
+    meant: set[str],
+) -> Report:
+    """Compare what was recorded with what the trajectory asks for.
+
+    Args:
+        model: The robot.
+        intent: What its controller meant to do.
+        log: What it did.
+        path: The trajectory, in the simulator's coordinates; a rover is measured along the ground.
+        base: In the scene's coordinates.
+        oriented: Whether the trajectory's orientations were asked for.
+        meant: Names of objects that are meant to be touched.
+    """
+    plan = intent.plan
+    due = interpolate(path.positions, plan.where)
+    tips = log.tips
+    if model.controller == "rover":
+        flat = np.array([1.0, 1.0, 0.0])
+        due, tips = due * flat, tips * flat
+    error = np.linalg.norm(tips - due, axis=1)
+    reached = _reached(plan.where, intent.unreachable, len(path))
+    if not reached.any():
+        reached[:] = True
+    shown = error[reached]
+    worst = int(np.nonzero(reached)[0][np.argmax(shown)])
+    tracking = Tracking(float(np.sqrt(np.mean(shown**2))), float(shown.max()), round(float(plan.where[worst])))
+    asked, achieved = path.duration, float(plan.times[-1])
+    contacts = tuple(
+        Contact(
+            name,
+            round(float(plan.where[first : last + 1].min())),
+            round(float(plan.where[first : last + 1].max())),
+            float(plan.times[first]),
+            depth,
+            name in meant,
+        )
+        for name, (first, last, depth) in log.contacts.items()
+    )
+    return Report(
+        robot=model.name,
+        status=_status(model, intent.unreachable, tracking, contacts, late=_late(achieved, asked)),
+        base=base,
+        tolerance=model.tolerance,
+        peak_tolerance=model.peak_tolerance,
+        tracking=tracking,
+        orientation_error=_orientation_error(path, plan.where, log.turns) if oriented else None,
+        unreachable=intent.unreachable,
+        limits=(*intent.limits, *stretches("actuators", log.weak, plan.where)),
+        contacts=contacts,
+        asked=asked,
+        achieved=achieved,
+        notes=intent.notes,
+    )
+
+
+def _late(achieved: float, asked: float) -> bool:
+    return achieved > LATE * asked and achieved - asked > LATE_BY
+
+
+def _status(
+    model: RobotModel,
+    unreachable: tuple[Unreachable, ...],
+    tracking: Tracking,
+    contacts: tuple[Contact, ...],
+    *,
+    late: bool,
+) -> Status:
+    if unreachable:
+        return "unreachable"
+    if tracking.rms > model.tolerance or tracking.max > model.peak_tolerance:
+        return "off course"
+    if any(not contact.meant for contact in contacts):
+        return "contact"
+    return "slowed" if late else "followed"
+
+
+def _reached(where: Array, unreachable: tuple[Unreachable, ...], n: int) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+    """(K,) whether both waypoints around each place can be reached."""
+    good = np.ones(n, dtype=bool)
+    good[[item.waypoint for item in unreachable]] = False
+    low = np.clip(np.floor(where).astype(int), 0, n - 1)
+    return np.asarray(good[low] & good[np.minimum(np.ceil(where).astype(int), n - 1)])
+
+
+def _orientation_error(path: Trajectory, where: Array, turns: Array) -> float | None:
+    """Largest angle between the orientations asked for and the rotation matrices (K, 9) of the tip [rad]."""
+    asked = path.orientations_at(where)
+    if asked is None:
+        return None
+    w, x, y, z = asked.T
+    rows = np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+    trace = (rows.transpose(2, 0, 1) * turns.reshape(-1, 3, 3)).sum(axis=(1, 2))
+    return float(np.arccos(np.clip(0.5 * (trace - 1.0), -1.0, 1.0)).max())

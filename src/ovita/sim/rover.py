@@ -7,13 +7,11 @@ from typing import Any
 import numpy as np
 
 from ovita.paths.trajectory import Array, Trajectory
-from ovita.sim.controller import Intent, stretches
 from ovita.sim.models import RobotModel, RoverLimits
 from ovita.sim.placement import Base
 from ovita.sim.report import Unreachable
-from ovita.sim.route import Hold, route
-from ovita.sim.stage import Stage
-from ovita.sim.timing import Piece, joined, still, timed
+from ovita.sim.timing import ControlPlan, Hold, Piece, joined, route, still, stretches, timed
+from ovita.sim.world import SimWorld
 
 STOP_ANGLE = np.radians(40.0)
 SPACING = 0.05
@@ -45,7 +43,7 @@ class Rover:
         base: Where it starts and which way it faces there.
     """
 
-    def __init__(self, robot: RobotModel, stage: Stage, trajectory: Trajectory, base: Base) -> None:
+    def __init__(self, robot: RobotModel, stage: SimWorld, trajectory: Trajectory, base: Base) -> None:
         assert isinstance(robot.limits, RoverLimits)
         self.stage, self.limits, self.base = stage, robot.limits, base
         stage.check_free(robot)
@@ -54,7 +52,7 @@ class Rover:
         self._intent = self._plan(robot, trajectory)
 
     @property
-    def intent(self) -> Intent:
+    def intent(self) -> ControlPlan:
         """The plan, in x, y and heading."""
         return self._intent
 
@@ -86,7 +84,7 @@ class Rover:
         data.ctrl[self._right] = (forward + half) / limits.wheel_radius
         return True
 
-    def _plan(self, robot: RobotModel, trajectory: Trajectory) -> Intent:
+    def _plan(self, robot: RobotModel, trajectory: Trajectory) -> ControlPlan:
         limits = self.limits
         height = trajectory.positions[:, 2] - self.stage.ground
         flat = trajectory.with_(positions=trajectory.positions * [1.0, 1.0, 0.0])
@@ -126,7 +124,7 @@ class Rover:
             *stretches("turning rate", np.abs(plan.rates[:, 2]) > 0.98 * limits.max_turn, plan.where),
         )
         notes = (f"It turned on the spot {turns} times.",) if turns > 1 else ()
-        return Intent(plan, unreachable, touched, notes)
+        return ControlPlan(plan, unreachable, touched, notes)
 
 
 def _turn(pose: Array, heading: float, where: float, limits: RoverLimits) -> Piece | None:

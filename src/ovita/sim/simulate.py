@@ -14,15 +14,14 @@ from ovita.paths.robot import Box, Robot, Shell
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.sim.arm import Arm, Orientation
-from ovita.sim.controller import Controller
 from ovita.sim.drone import Drone
-from ovita.sim.measure import Log, measure
 from ovita.sim.models import RobotModel, load_model
 from ovita.sim.motion import Motion
-from ovita.sim.placement import Base, World, arm_base, floor_under, start_base
-from ovita.sim.report import Report
+from ovita.sim.placement import Base, WorldTransform, arm_base, floor_under, start_base
+from ovita.sim.report import Log, Report, assess
 from ovita.sim.rover import Rover
-from ovita.sim.stage import Stage, build
+from ovita.sim.timing import Controller
+from ovita.sim.world import SimWorld, build
 
 FRAME_RATE = 50.0
 FRAMES = 10_000
@@ -31,7 +30,7 @@ FRAMES = 10_000
 SETTLE = 0.4
 """Time for a rover to come to rest on its wheels before it starts [s]."""
 
-CONTROLLERS: dict[str, Callable[[RobotModel, Stage, Trajectory, Base, Orientation], Controller]] = {
+CONTROLLERS: dict[str, Callable[[RobotModel, SimWorld, Trajectory, Base, Orientation], Controller]] = {
     "arm": lambda robot, stage, path, base, orientation: Arm(robot, stage, path, orientation),
     "rover": lambda robot, stage, path, base, orientation: Rover(robot, stage, path, base),
     "drone": lambda robot, stage, path, base, orientation: Drone(robot, stage, path, base),
@@ -53,7 +52,7 @@ class Simulation:
 
     motion: Motion
     report: Report
-    stage: Stage
+    stage: SimWorld
     states: Array
 
 
@@ -63,9 +62,9 @@ class _Ready:
 
     model: RobotModel
     path: Trajectory
-    world: World
+    world: WorldTransform
     base: Base
-    stage: Stage
+    stage: SimWorld
     controller: Controller
 
 
@@ -105,7 +104,7 @@ def simulate(
     scene = scene or Scene()
     ready = _ready(trajectory, scene, robot, base, limits, orientation, solid)
     log = _run(ready.stage, ready.controller, progress)
-    report = measure(
+    report = assess(
         ready.model,
         ready.controller.intent,
         log,
@@ -157,7 +156,7 @@ def place(trajectories: Sequence[Trajectory], scene: Scene, robot: Name, limits:
     model = robot if isinstance(robot, RobotModel) else load_model(robot)
     if model.controller != "arm":
         return None
-    world = World(scene.frame)
+    world = WorldTransform(scene.frame)
     paths = [world.trajectory(t) for t in trajectories]
     return world.base(_place(model, paths, world.scene(scene), None, _turned(limits, world), world)[0])
 
@@ -186,7 +185,7 @@ def _ready(
 ) -> _Ready:
     require()
     model = robot if isinstance(robot, RobotModel) else load_model(robot)
-    world = World(scene.frame)
+    world = WorldTransform(scene.frame)
     path, around, within = world.trajectory(trajectory), world.scene(scene), _turned(limits, world)
     if path.duration <= 0:
         raise TrajectoryError("the trajectory goes nowhere: all waypoints are at one place and there is no dwell")
@@ -204,7 +203,12 @@ def _ready(
 
 
 def _place(
-    model: RobotModel, paths: Sequence[Trajectory], scene: Scene, base: Base | None, limits: Robot | None, world: World
+    model: RobotModel,
+    paths: Sequence[Trajectory],
+    scene: Scene,
+    base: Base | None,
+    limits: Robot | None,
+    world: WorldTransform,
 ) -> tuple[Base, float]:
     """Base and height of the ground, in the simulator's coordinates."""
     low = float(min(t.positions[:, 2].min() for t in paths))
@@ -224,7 +228,7 @@ def _place(
     return chosen, min(chosen.z, floor)
 
 
-def _at_start(base: Base, start: Base, kind: str, world: World) -> Base:
+def _at_start(base: Base, start: Base, kind: str, world: WorldTransform) -> Base:
     away = float(np.hypot(base.x - start.x, base.y - start.y))
     if away > 0.05:
         start = world.base(start)
@@ -235,7 +239,7 @@ def _at_start(base: Base, start: Base, kind: str, world: World) -> Base:
     return base
 
 
-def _turned(limits: Robot | None, world: World) -> Robot | None:
+def _turned(limits: Robot | None, world: WorldTransform) -> Robot | None:
     """The workspace in the simulator's coordinates."""
     if limits is None or limits.workspace is None:
         return None
@@ -253,7 +257,7 @@ def _every(timestep: float, steps: int) -> int:
     return max(1, round(1.0 / FRAME_RATE / timestep), int(np.ceil(steps / FRAMES)))
 
 
-def _run(stage: Stage, controller: Controller, progress: Callable[[float], None] | None) -> Log:
+def _run(stage: SimWorld, controller: Controller, progress: Callable[[float], None] | None) -> Log:
     import mujoco
 
     model, data = stage.model, mujoco.MjData(stage.model)
@@ -278,7 +282,7 @@ def _run(stage: Stage, controller: Controller, progress: Callable[[float], None]
     return log
 
 
-def _record(log: Log, data: Any, step: int, stage: Stage) -> None:
+def _record(log: Log, data: Any, step: int, stage: SimWorld) -> None:
     bodies = list(stage.bodies)
     log.frames.append(step)
     log.states.append(data.qpos.copy())
@@ -286,7 +290,7 @@ def _record(log: Log, data: Any, step: int, stage: Stage) -> None:
     log.tips[step] = data.site_xpos[stage.tip]
 
 
-def _touches(stage: Stage, data: Any, step: int, found: dict[str, tuple[int, int, float]]) -> None:
+def _touches(stage: SimWorld, data: Any, step: int, found: dict[str, tuple[int, int, float]]) -> None:
     """Note contacts of the robot with objects, its own links, or the floor (which wheels are meant to touch)."""
     for (a, b), distance in zip(data.contact.geom.tolist(), data.contact.dist.tolist(), strict=True):
         on_floor = stage.floor in (a, b)

@@ -1,4 +1,4 @@
-"""Videos of simulations, several side by side, with the trajectory drawn and captions."""
+"""Videos of simulations, several side by side, with the trajectory drawn, captions and an inset of a small robot."""
 
 from __future__ import annotations
 
@@ -13,11 +13,49 @@ import numpy as np
 
 from ovita.errors import FormatError, MissingExtra
 from ovita.paths.trajectory import Array, Trajectory
-from ovita.sim import gl, looks
-from ovita.sim.inset import INSET, SMALL, close_up, corner
-from ovita.sim.placement import World
+from ovita.sim import render
+from ovita.sim.placement import WorldTransform
 from ovita.sim.simulate import Simulation
-from ovita.sim.stage import BOX_GROUP, Stage
+from ovita.sim.world import BOX_GROUP, SimWorld
+
+SMALL = 0.08
+"""A robot smaller than this share of the camera's distance is also shown from near, in an inset."""
+
+INSET = 0.3
+"""Size of the inset, as a share of the pane."""
+
+_HALF_VIEW = np.tan(np.radians(22.5))
+"""Of MuJoCo's camera, whose field of view is 45 degrees high."""
+
+
+def close_up(camera: Any, extent: float) -> Any:
+    """A camera that looks the same way from near."""
+    import mujoco
+
+    near = mujoco.MjvCamera()
+    near.type, near.azimuth, near.elevation = camera.type, camera.azimuth, camera.elevation
+    near.distance = 2.2 * extent
+    return near
+
+
+def corner(camera: Any, points: Array, size: tuple[int, int]) -> tuple[int, int]:
+    """The corner in which an inset hides the fewest points: 1 or -1 for right or left, and for top or bottom.
+
+    Args:
+        camera: A free one.
+        points: (N, 3) in the simulator's coordinates [m].
+        size: Width and height of the picture.
+    """
+    turn, tilt = np.radians([camera.azimuth, camera.elevation])
+    ahead = np.array([np.cos(tilt) * np.cos(turn), np.cos(tilt) * np.sin(turn), np.sin(tilt)])
+    right = np.array([np.sin(turn), -np.cos(turn), 0.0])
+    away = points - (camera.lookat - camera.distance * ahead)
+    scale = (away @ ahead) * _HALF_VIEW
+    x, y = (away @ right) / scale * size[1] / size[0], (away @ np.cross(right, ahead)) / scale
+    edge = 1.0 - 2.0 * INSET - 0.05
+    corners = [(1, 1), (-1, 1), (1, -1), (-1, -1)]
+    return min(corners, key=lambda at: int(((at[0] * x > edge) & (at[1] * y > edge)).sum()))
+
 
 Image = np.ndarray[Any, np.dtype[np.uint8]]
 
@@ -75,14 +113,14 @@ def check_video(path: str) -> None:
             __import__(package)
         except ImportError:
             raise MissingExtra(package, "sim") from None
-    if gl.backend() == "disable":
-        raise gl.NoRenderer
+    if render.backend() == "disable":
+        raise render.NoRenderer
 
 
 def save_video(
     path: str,
     panes: Sequence[Pane],
-    world: World,
+    world: WorldTransform,
     *,
     title: str = "",
     robot: str = "",
@@ -125,7 +163,7 @@ def save_video(
 
 def frames(
     panes: Sequence[Pane],
-    world: World,
+    world: WorldTransform,
     *,
     title: str = "",
     robot: str = "",
@@ -158,7 +196,7 @@ class _View:
     """Renders one pane."""
 
     def __init__(
-        self, pane: Pane, path: Array, camera: Any, world: World, size: tuple[int, int], free: tuple[int, int]
+        self, pane: Pane, path: Array, camera: Any, world: WorldTransform, size: tuple[int, int], free: tuple[int, int]
     ) -> None:
         import mujoco
 
@@ -169,9 +207,9 @@ class _View:
         lift = np.array([0.0, 0.0, above])
         self.path, self.trace = path + lift, motion.tip * world.signs + lift
         self.center = (motion.positions * world.signs).mean(axis=1)
-        self.model = looks.dressed(stage)
+        self.model = render.visual_model(stage)
         self.data = mujoco.MjData(self.model)
-        self.renderer = gl.Renderer(self.model, size[0], size[1])
+        self.renderer = render.Renderer(self.model, size[0], size[1])
         self.dot = 0.007 * camera.distance
         step = max(1, int(np.ceil(len(path) / 400)))
         self.marks = np.append(np.arange(0, len(path) - 1, step), len(path) - 1)
@@ -186,7 +224,7 @@ class _View:
         simulation = self.pane.simulation
         motion = simulation.motion
         now = int(np.clip(np.searchsorted(motion.times, time, side="right") - 1, 0, len(motion.times) - 1))
-        self.data.qpos[:] = looks.worn(self.model, simulation.stage, simulation.states[now])
+        self.data.qpos[:] = render.visual_state(self.model, simulation.stage, simulation.states[now])
         mujoco.mj_kinematics(self.model, self.data)
         mujoco.mj_camlight(self.model, self.data)
         self.renderer.update(self.data, self.camera)
@@ -299,7 +337,7 @@ class _Letters:
         return text.rstrip() + "…"
 
 
-def _camera(panes: Sequence[Pane], paths: list[Array], world: World) -> Any:
+def _camera(panes: Sequence[Pane], paths: list[Array], world: WorldTransform) -> Any:
     """One camera for all panes: around the paths, everywhere the robots go, and the objects that are near."""
     import mujoco
 
@@ -325,7 +363,7 @@ def _camera(panes: Sequence[Pane], paths: list[Array], world: World) -> Any:
     return camera
 
 
-def _labels(stage: Stage) -> list[tuple[str, Array]]:
+def _labels(stage: SimWorld) -> list[tuple[str, Array]]:
     """The objects' names, in letters that MuJoCo can draw, and the middle of their tops (3,) [m]."""
     import mujoco
 

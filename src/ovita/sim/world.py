@@ -32,7 +32,7 @@ _COLORS = (
 
 
 @dataclass(frozen=True)
-class Stage:
+class SimWorld:
     """A compiled world.
 
     Args:
@@ -113,7 +113,7 @@ def build(
     *,
     solid: bool = False,
     workspace: Robot | None = None,
-) -> Stage:
+) -> SimWorld:
     """Put a robot and a scene into one world.
 
     Args:
@@ -157,7 +157,7 @@ def build(
     own = tuple(names[i][len(PREFIX) :] for i in bodies)
     floor = model.geom("floor").id
     rolls = robot.controller == "rover"
-    return Stage(model, tip, tuple(bodies), own, found, floor, ground, rolls, robot.name, world, stand)
+    return SimWorld(model, tip, tuple(bodies), own, found, floor, ground, rolls, robot.name, world, stand)
 
 
 def _load(robot: RobotModel) -> Any:
