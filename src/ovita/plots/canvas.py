@@ -1,4 +1,4 @@
-"""The two ways to look at a scene with matplotlib, from above and in space, and where names cover neither path nor name."""
+"""The two ways to look at a scene with matplotlib, from above and in space, with names that cover nothing."""
 
 from __future__ import annotations
 
