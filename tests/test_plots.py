@@ -16,7 +16,7 @@ from ovita.paths.frame import Frame
 from ovita.paths.robot import Box, Robot, Shell
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
-from ovita.plots import canvas, geometry
+from ovita.plots import geometry
 
 EVIL = "<script>alert(1)</script>"
 MAGIC = {".png": b"\x89PNG\r\n", ".svg": b"<?xml", ".pdf": b"%PDF-"}
@@ -130,7 +130,7 @@ def test_names_neither_overlap_nor_cover_the_paths() -> None:
 
 def test_placed_labels_stay_in_the_area() -> None:
     box = (np.array([95.0, 95.0]), np.array([100.0, 100.0]))
-    (spot,) = canvas.place_labels([box], [(40.0, 10.0)], np.zeros((0, 2)), (np.zeros(2), np.full(2, 100.0)))
+    (spot,) = geometry.place_labels([box], [(40.0, 10.0)], np.zeros((0, 2)), (np.zeros(2), np.full(2, 100.0)))
     assert spot.middle[0] + 20.0 <= 101.0 and spot.middle[1] + 5.0 <= 101.0
 
 

@@ -14,7 +14,7 @@ from ovita.paths.frame import Frame
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array, Trajectory
-from ovita.plots import geometry, labels
+from ovita.plots import geometry
 from ovita.plots.geometry import COLOURS, OBJECT_COLOURS, TRIANGLES, Extent, View
 
 try:
@@ -248,7 +248,7 @@ def _names(shown: Extent, seen: Callable[[Array], Array], paths: Sequence[Trajec
     lines = [path.resample(150).positions for path in paths]
     ends = [np.repeat(path.positions[[0, -1]], 4, axis=0) for path in paths]
     busy = seen(np.concatenate(lines + ends))
-    placed = labels.place(boxes, sizes, busy, (np.array([-500.0, -230.0]), np.array([500.0, 230.0])))
+    placed = geometry.place_labels(boxes, sizes, busy, (np.array([-500.0, -230.0]), np.array([500.0, 230.0])))
     told = []
     for i, (item, text, spot) in enumerate(zip(shown.shown, texts, placed, strict=True)):
         x, y = spot.middle - seen(item.position[None])[0]

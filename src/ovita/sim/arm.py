@@ -9,8 +9,19 @@ import numpy as np
 from ovita.errors import RobotError
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.sim.models import ArmLimits, RobotModel
-from ovita.sim.report import Touched, Unreachable
-from ovita.sim.timing import ControlPlan, Hold, Move, Piece, joined, route, still, stretches, timed
+from ovita.sim.timing import (
+    ControlPlan,
+    Hold,
+    Move,
+    Piece,
+    Touched,
+    Unreachable,
+    joined,
+    route,
+    still,
+    stretches,
+    timed,
+)
 from ovita.sim.world import PREFIX, SimWorld
 
 Orientation = Literal["auto", "free", "keep"]

@@ -9,8 +9,7 @@ import numpy as np
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.sim.models import RobotModel, RoverLimits
 from ovita.sim.placement import Base
-from ovita.sim.report import Unreachable
-from ovita.sim.timing import ControlPlan, Hold, Piece, joined, route, still, stretches, timed
+from ovita.sim.timing import ControlPlan, Hold, Piece, Unreachable, joined, route, still, stretches, timed
 from ovita.sim.world import SimWorld
 
 STOP_ANGLE = np.radians(40.0)
