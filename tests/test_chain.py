@@ -150,6 +150,13 @@ def test_nothing_changed_is_said():
     assert result.status == "not_as_meant" and "Nothing changed" in result.message
 
 
+def test_what_holds_already_is_done_and_says_so():
+    result = adapt(request("keep at least 0.1 from the cup"), writer="builtin")
+    assert result.status == "done" and result.warnings[0].startswith("Nothing had to change: the path is at least")
+    vague = adapt(request(), writer=Scripted(*[policy("expect_same_path(); return traj")] * 3))
+    assert vague.status == "not_as_meant"
+
+
 def test_a_path_that_comes_to_a_standstill_is_not_done():
     result = adapt(request(), writer=Scripted(policy("return scale_speed(traj, 0.0)")), repairs=0)
     assert result.status != "done" and (result.error or "speed 0" in result.message)

@@ -63,3 +63,40 @@ def test_knobs(session):
     with pytest.raises(PolicyError):
         session.tune({"sideways": 1})
     assert session.undo() and offset(session) == pytest.approx([-0.1, 0, 0])
+
+
+def test_a_later_turn_that_loses_what_an_earlier_one_asked_says_so_and_keeps_it_on_request(session):
+    session.say("stay at least 0.6 away from the cup")
+    moved = session.say("go forward by 0.2")
+    assert moved.status == "done" and len(moved.lost) == 1, moved.message
+    assert moved.lost[0].turns_ago == 1 and "cup" in moved.lost[0].outcome
+    assert "one turn ago" in moved.message and "keep it" in moved.message
+    again = session.say("yes, keep it")
+    assert again.status == "done" and not again.lost, again.message
+    assert session.scene["cup"].distance(session.current.positions).min() >= 0.59
+    assert len(session.steps) == 3 and session.undo() and session.adaptation.lost == moved.lost
+
+
+def test_what_a_later_turn_asks_for_itself_is_not_lost(session):
+    session.say("stay at least 0.6 away from the cup")
+    assert not session.say("go closer to the cup by 0.1").lost
+    session.say("slow down near the cup")
+    assert not session.say("move at a constant speed of 0.3").lost
+
+
+def test_an_end_that_was_to_stay_is_brought_back(session):
+    session.say("keep the start where it is and go up by 0.1")
+    moved = session.say("go left by 0.1")
+    assert [loss.text for loss in moved.lost] == ["the start stays where it was"]
+    session.say("keep it")
+    assert session.current.positions[0] == pytest.approx([0, 0, 0], abs=1e-9)
+    assert session.current.positions[-1] == pytest.approx([0.9, 0, 0.1])
+
+
+def test_a_loss_is_told_by_the_history_two_turns_later_and_survives_a_file(session, tmp_path):
+    session.say("stay at least 0.6 away from the cup")
+    session.say("slow down in the second half")
+    moved = session.say("go forward by 0.2")
+    assert moved.lost[0].turns_ago == 2 and "2 turns ago" in moved.message
+    session.save(str(tmp_path / "s.json"))
+    assert Session.load(str(tmp_path / "s.json")).adaptation == moved

@@ -241,7 +241,7 @@ def _finish(
     changes = compare(request.trajectory, adapted, request.scene)
     after = before if adapted is rollout.trajectory else judged(request, rollout, adapted.to_array())
     postconditions = tuple(
-        Postcondition(e.text, b.held, a.held, a.sentence, b.change, a.change, a.unit)
+        Postcondition(e.text, b.held, a.held, a.sentence, b.change, a.change, a.unit, e.kind, e.arguments)
         for e, b, a in zip(rollout.expectations, before, after, strict=True)
     )
     broken = [p for p in postconditions if not p.held]
@@ -251,9 +251,12 @@ def _finish(
     stall, idle = _first_stall(adapted), changes.path_unchanged and changes.speeds_unchanged and not by_hand
     if stall is not None:
         warnings.append(f"From waypoint {stall + 1} on the path goes on at speed 0; a robot would stand still there.")
-    if idle:
+    held = [p.outcome for p in postconditions if p.held and p.states]
+    if idle and held and not broken:
+        warnings.append(f"Nothing had to change: {'; '.join(held)}.")
+    elif idle:
         warnings.append("Nothing changed: the trajectory is the same as before.")
-    vain = idle or (stall is not None and _first_stall(request.trajectory) is None)
+    vain = (idle and not (held and not broken)) or (stall is not None and _first_stall(request.trajectory) is None)
     result = Adaptation(
         instruction=request.instruction,
         status=judged_status(verdict, postconditions, vain=vain),

@@ -9,6 +9,7 @@ from ovita.errors import RequestError
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
+from ovita.policy import Parameter
 
 MAX_INSTRUCTION = 2000
 """Longest instruction that is accepted [characters]."""
@@ -18,10 +19,23 @@ FeedbackOn = Literal["original", "current"]
 
 @dataclass(frozen=True)
 class Turn:
-    """An earlier turn of the same session, as far as a writer needs to know it."""
+    """An earlier turn of the same session that is still in force, with all corrections made to it since.
+
+    Args:
+        instruction: What it does, in words that stand on their own.
+        start: The trajectory that it began with.
+        parameters: The parameters of its policy with their present values.
+        steps: How many steps of the session it took.
+        feedback_on: Which trajectory it was about.
+        plan: What was done.
+        code: Its policy, or "" where a writer need not see it.
+    """
 
     instruction: str
-    feedback_on: FeedbackOn
+    start: Trajectory
+    parameters: tuple[Parameter, ...] = ()
+    steps: int = 1
+    feedback_on: FeedbackOn = "current"
     plan: tuple[str, ...] = ()
     code: str = ""
 

@@ -40,6 +40,8 @@ class Postcondition:
             where no amount can be measured.
         change: How far the result went.
         unit: Of both.
+        kind: Of the postcondition, such as "distance", so that it can be measured again; "" where it is not known.
+        arguments: Of the postcondition, as JSON values.
     """
 
     text: str
@@ -49,6 +51,14 @@ class Postcondition:
     change_before: float | None = None
     change: float | None = None
     unit: str = "m"
+    kind: str = ""
+    arguments: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def states(self) -> bool:
+        """Whether it describes the result by itself, such as a distance, rather than a change or what stays."""
+        ends = self.kind in ("start", "goal") and bool(self.arguments)
+        return ends or self.kind in ("distance", "visits", "speed", "stop")
 
     @property
     def lost(self) -> bool:
@@ -73,6 +83,28 @@ class Postcondition:
 
 
 @dataclass(frozen=True)
+class LostPostcondition:
+    """A postcondition of an earlier turn of the conversation that no longer holds.
+
+    Args:
+        text: The promise as a sentence.
+        outcome: What was measured on the new result, as a sentence.
+        instruction: The instruction of that turn.
+        turns_ago: How many turns lie between, 1 for the last one.
+    """
+
+    text: str
+    outcome: str
+    instruction: str
+    turns_ago: int
+
+    def sentence(self) -> str:
+        """What was lost, and when it was asked for."""
+        ago = "one turn ago" if self.turns_ago == 1 else f"{self.turns_ago} turns ago"
+        return f"No longer as asked {ago} by '{self.instruction}': now {self.outcome}."
+
+
+@dataclass(frozen=True)
 class Adaptation:
     """One adaptation, from the instruction to the verdict.
 
@@ -92,6 +124,8 @@ class Adaptation:
         code: The adaptation policy.
         parameters: The policy's knobs.
         assumptions: What was assumed because the instruction leaves it open.
+        taken: What feedback was taken to mean, or "".
+        lost: Postconditions of earlier turns of the conversation that no longer hold.
         explanation: Plain words for people.
         changes: The measured difference between `original` and `adapted`, or None.
         constraints: The verdict on the limits, or None.
@@ -119,6 +153,8 @@ class Adaptation:
     code: str = ""
     parameters: tuple[Parameter, ...] = ()
     assumptions: tuple[str, ...] = ()
+    taken: str = ""
+    lost: tuple[LostPostcondition, ...] = ()
     explanation: str = ""
     changes: Changes | None = None
     constraints: Verdict | None = None
@@ -139,10 +175,24 @@ class Adaptation:
         return self.status in ("done", "limited", "not_as_meant", "infeasible")
 
     @property
+    def assumed(self) -> tuple[str, ...]:
+        """What feedback was taken to mean, and what was assumed."""
+        return (self.taken, *self.assumptions) if self.taken else self.assumptions
+
+    @property
+    def cautions(self) -> tuple[str, ...]:
+        """What a person should look at: the warnings, and what earlier turns asked for and is lost."""
+        return (*self.warnings, *(loss.sentence() for loss in self.lost))
+
+    @property
     def message(self) -> str:
         """How it went, in a sentence or two."""
         if self.writer.kind == "feedback" and self.usable:
             return self.explanation
+        if self.status == "done" and self.lost:
+            return " ".join(
+                ["Done, but:", *(loss.sentence() for loss in self.lost), 'Say "keep it" to have it as asked.']
+            )
         if self.status == "done":
             return "Done." if not self.warnings else f"Done, with {len(self.warnings)} warning(s)."
         if self.status == "limited":
@@ -182,6 +232,8 @@ class Adaptation:
             "code": self.code,
             "parameters": _plain(self.parameters),
             "assumptions": list(self.assumptions),
+            "taken": self.taken,
+            "lost": _plain(self.lost),
             "explanation": self.explanation,
             "changes": None if self.changes is None else self.changes.to_dict(),
             "constraints": _plain(self.constraints),
@@ -240,6 +292,8 @@ class Adaptation:
             code=d.read("code", str),
             parameters=d.read("parameters", tuple[Parameter, ...]),
             assumptions=d.read("assumptions", tuple[str, ...]),
+            taken=d.read("taken", str) if "taken" in document else "",
+            lost=d.read("lost", tuple[LostPostcondition, ...]) if "lost" in document else (),
             explanation=d.read("explanation", str),
             changes=d.changes(),
             constraints=verdict,
@@ -319,6 +373,8 @@ def _plain(value: Any) -> Any:
     """Dataclasses, tuples and lists as JSON values."""
     if is_dataclass(value) and not isinstance(value, type):
         return {f.name: _plain(getattr(value, f.name)) for f in fields(value)}
+    if isinstance(value, Mapping):
+        return {key: _plain(item) for key, item in value.items()}
     if isinstance(value, tuple | list):
         return [_plain(item) for item in value]
     return value

@@ -9,14 +9,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dialogue.feedback_sentences import FOURTH, ROWS, SECOND, THIRD
-from ovita.dialogue.feedback import Past, resolve
+from ovita.dialogue.feedback import resolve
 from ovita.dialogue.session import Session
 from ovita.errors import OvitaError
 from ovita.io import load_task
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.policy.reading import parse
-from ovita.request import Request
+from ovita.request import Request, Turn
 from ovita.writers.base import Reply, WriterInfo
 from ovita.writers.builtin import BuiltinWriter
 from ovita.writers.prompt import ground
@@ -33,7 +33,7 @@ def after(first):
     """The session after the first turns; only drafts of it are used."""
     session = Session(PATH, CUPS if any("red cup" in said for said in first) else SCENE, writer="builtin")
     for said in first:
-        assert session.say(said).status == "done", said
+        assert session.say(said).usable, said
     return session
 
 
@@ -70,7 +70,7 @@ SAID = [*ROWS, *SECOND, *THIRD, *FOURTH]
 def test_what_people_say(first, said, wanted):
     session = after(tuple(first)).draft()
     result = session.say(said)
-    assert result.status == wanted.get("status", "done"), result.message
+    assert result.status in ([wanted["status"]] if "status" in wanted else ["done", "limited"]), result.message
     found = measured(session.current)
     for measure, value in wanted.items():
         if measure != "status":
@@ -80,7 +80,7 @@ def test_what_people_say(first, said, wanted):
 
 def past_of(instruction, scene=SCENE, path=PATH):
     reply = BuiltinWriter().write(ground(Request(instruction, path, scene)))
-    return Past(instruction, path, parse(reply.code).parameters)
+    return Turn(instruction, path, parse(reply.code).parameters)
 
 
 def read(said, *instructions, scene=SCENE):
@@ -94,7 +94,7 @@ def test_it_says_what_it_took_the_words_to_mean():
     assert read("I meant the bottle", "slow down near the cup").taken.endswith("as: slow down near the bottle")
     session = after(("go left by 0.2",)).draft()
     result = session.say("make it 0.3")
-    assert result.assumptions[0].startswith("took 'make it 0.3' as: left 0.2 m -> 0.3 m")
+    assert result.taken.startswith("took 'make it 0.3' as: left 0.2 m -> 0.3 m")
     assert result.explanation.startswith("Took 'make it 0.3' as")
     assert session.say("perfect").message == "Took 'perfect' as: it is right as it is; nothing is changed."
     assert [step.said for step in session.steps] == ["go left by 0.2", "make it 0.3"]
@@ -290,7 +290,7 @@ def with_value(past, value):
     named = [
         p if p.name not in ("left", "slowdown") else type(p)(p.name, value, p.unit, p.meaning) for p in (first, *rest)
     ]
-    return Past(past.instruction, past.start, tuple(named))
+    return Turn(past.instruction, past.start, tuple(named))
 
 
 @settings(max_examples=25)

@@ -136,7 +136,8 @@ def test_scene_text_is_quoted_on_one_line_so_that_it_cannot_pose_as_the_instruct
 
 
 def test_history_is_part_of_the_prompt():
-    text = prompt(history=(Turn("go up", "original", ("Shift up.",), "def adapt(): pass"),)).situation
+    turn = Turn("go up", PATH, feedback_on="original", plan=("Shift up.",), code="def adapt(): pass")
+    text = prompt(history=(turn,)).situation
     assert (
         "# Earlier turn 1, about the original trajectory\nInstruction: go up\n" in text and "def adapt(): pass" in text
     )

@@ -149,7 +149,7 @@ class _Talk:
 
     def hear(self, said: str, result: Adaptation) -> None:
         self.said.append(said)
-        self.turns.append(Turn(said, self.on, result.plan, result.code))
+        self.turns.append(Turn(said, result.original, feedback_on=self.on, plan=result.plan, code=result.code))
         if result.usable:
             self.current = result.adapted
 

@@ -53,9 +53,9 @@ def show(result: Adaptation, *, code: bool = False) -> None:
     _section("Changes", sentences(result.changes) if result.changes else [])
     if result.constraints and result.constraints.status == "satisfied":
         _section("Limits", result.constraints.sentences())
-    _section("Assumed", result.assumptions)
+    _section("Assumed", result.assumed)
     _section("Knobs", [knob(p) for p in result.parameters])
-    _section("Warnings", result.warnings)
+    _section("Warnings", result.cautions)
     if code:
         click.echo("\nPolicy")
         click.echo(plain(result.code))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any, Literal, cast, get_args
 
@@ -86,7 +86,7 @@ class Step:
     Args:
         said: What the person said, or what was done in words such as "moved the cup".
         feedback_on: Which trajectory it was about.
-        adaptation: What came of it. Its instruction is `said`, or for feedback on the original everything said
+        adaptation: The result. Its instruction is `said`, or for feedback on the original everything said
             since the original, since that is what was applied.
         kind: How it came about.
         situation: What the session was about then, or None where it did not change.
@@ -134,6 +134,27 @@ class Step:
             cast(Kind, kind),
             None if situation is None else Situation.from_document(situation, file),
         )
+
+
+def in_force(steps: Sequence[Step]) -> list[tuple[Step, int]]:
+    """The turns that make the current trajectory of the original, oldest first.
+
+    Args:
+        steps: The steps from the first to the current one.
+
+    Returns:
+        For every turn its last correction, and how many steps it took with all of them.
+    """
+    turns: list[tuple[Step, int]] = []
+    for step in steps:
+        if step.kind in ("said", "opened"):
+            alone = step.feedback_on == "original"
+            turns = [(step, sum(count for _, count in turns) + 1)] if alone else [*turns, (step, 1)]
+        elif turns:
+            turns[-1] = step, turns[-1][1] + 1
+        elif step.adaptation.instruction:
+            turns = [(step, 1)]
+    return turns
 
 
 @dataclass

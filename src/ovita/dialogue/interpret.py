@@ -7,13 +7,15 @@ from dataclasses import dataclass, replace
 from threading import Event
 
 from ovita.chain import adapt, rerun
-from ovita.dialogue.feedback import Past, Resolution, answer, clarified, resolve, together
-from ovita.dialogue.history import ROOT, History, Kind, Situation, Step
+from ovita.dialogue.feedback import Resolution, answer, clarified, resolve, together
+from ovita.dialogue.history import ROOT, History, Kind, Situation, Step, in_force
+from ovita.dialogue.standing import KEEP_IT, Loss, lost
 from ovita.errors import PolicyError
 from ovita.measure import compare
 from ovita.paths.trajectory import Trajectory
 from ovita.request import FeedbackOn, Request, Turn
 from ovita.result import Adaptation
+from ovita.text import sentence
 from ovita.writers.base import PolicyWriter, WriterInfo
 from ovita.writers.generate import Isolation
 from ovita.writers.progress import Progress
@@ -25,37 +27,64 @@ OFFLINE = ("auto", "builtin")
 """Writers that read every instruction themselves first, so that feedback may also become other words for them."""
 
 
+def interpret(said: str, on: FeedbackOn, state: State) -> Interpretation:
+    """Resolve an utterance as feedback on the turns before it, or adapt by it as an instruction.
+
+    Raises:
+        InputError: If the instruction is empty or too long.
+    """
+    past = state.turns
+    losses = state.losses() if said.strip(" ,.!").lower() in KEEP_IT else []
+    if losses:
+        return state._restored(said, losses)
+    meant = clarified(state.asked, said, state.now.scene) if state.asked else ""
+    if meant:
+        return state._instructed(meant, on, past)
+    found = state._resolved(said, past)
+    if found is None:
+        return state._instructed(said, on, past)
+    if found.kind in ("undo", "redo", "restart"):
+        return state._moved(said, found)
+    if found.kind in ("accept", "ask"):
+        return state._unchanged(said, found, found.kind == "ask")
+    try:
+        return state._changed(found, state.steps[-1].adaptation, past)
+    except PolicyError as error:
+        failed = state._said(said, state.current, found.taken)
+        return Interpretation(replace(failed, status="failed", error=str(error), explanation=str(error)))
+
+
 @dataclass(frozen=True)
-class Heard:
-    """What became of a sentence.
+class Interpretation:
+    """What an utterance does to a session.
 
     Args:
-        result: The adaptation.
-        kind: How the turn came about, or None where there is none.
+        result: The adaptation, or an answer without a policy.
+        kind: How the step came about, or None if it adds none.
         on: Which trajectory it is about.
-        turn: The turn to go to instead of adding one, or None.
-        asked: The sentence that led to a question, or "".
+        goto: The step to go to instead of adding one, or None.
+        asked: The utterance that led to a question, or "".
     """
 
     result: Adaptation
     kind: Kind | None = "said"
     on: FeedbackOn = "current"
-    turn: int | None = None
+    goto: int | None = None
     asked: str = ""
 
 
 @dataclass(frozen=True)
-class Listener:
-    """Everything that a sentence is heard with.
+class State:
+    """What an utterance is interpreted against.
 
     Args:
-        history: The turns so far.
-        first: The situation before the first turn.
+        history: The steps so far.
+        first: The situation before the first step.
         now: The situation as it is.
         writer: A policy writer or its name.
         isolation: How policies must be isolated.
-        asked: The sentence that led to a question right before, or "".
-        progress: Told what goes on.
+        asked: The utterance that led to a question right before, or "".
+        progress: Called with a short line at every stage.
         cancel: Ends the writing once it is set.
     """
 
@@ -63,7 +92,7 @@ class Listener:
     first: Situation
     now: Situation
     writer: PolicyWriter | str
-    isolation: Isolation = "auto"
+    isolation: Isolation = "strict"
     asked: str = ""
     progress: Progress | None = None
     cancel: Event | None = None
@@ -79,31 +108,25 @@ class Listener:
         steps = self.steps
         return steps[-1].adaptation.adapted if steps else self.now.original
 
-    def hear(self, said: str, on: FeedbackOn) -> Heard:
-        """Resolve a sentence as feedback, or adapt by it as an instruction.
-
-        Raises:
-            InputError: If the instruction is empty or too long.
-        """
+    @property
+    def turns(self) -> list[Turn]:
+        """The turns in force, oldest first."""
         turns = in_force(self.steps)
-        past = [turn.past for turn in turns]
-        meant = clarified(self.asked, said, self.now.scene) if self.asked else ""
-        if meant:
-            return self._instructed(meant, on, past)
-        found = self._resolved(said, past)
-        if found is None:
-            return self._instructed(said, on, past)
-        if found.kind in ("undo", "redo", "restart"):
-            return self._moved(said, found)
-        if found.kind in ("accept", "ask"):
-            return self._unchanged(said, found, found.kind == "ask")
-        try:
-            return self._changed(found, turns[-1].adaptation, past)
-        except PolicyError as error:
-            failed = self._said(said, self.current, found.taken)
-            return Heard(replace(failed, status="failed", error=str(error), explanation=str(error)))
+        shown = len(turns) - CODE_TURNS
+        return [
+            Turn(a.instruction, a.original, a.parameters, count, plan=a.plan, code=a.code if i >= shown else "")
+            for i, (a, count) in enumerate((step.adaptation, count) for step, count in turns)
+        ]
 
-    def _resolved(self, said: str, past: Sequence[Past]) -> Resolution | None:
+    def losses(self) -> list[Loss]:
+        """The postconditions of earlier turns that the last step lost."""
+        if not self.steps or not self.steps[-1].adaptation.lost:
+            return []
+        before = self.steps[-2].adaptation.adapted if len(self.steps) > 1 else self.now.original
+        turns = [step.adaptation for step, _ in in_force(self.steps)]
+        return lost(turns[:-1], before, turns[-1])
+
+    def _resolved(self, said: str, past: Sequence[Turn]) -> Resolution | None:
         """What a sentence comes to as feedback; with a language model only what is certain."""
         if not self.history.steps:
             return None
@@ -112,7 +135,7 @@ class Listener:
         name = self.writer if isinstance(self.writer, str) else self.writer.name
         return found if found is not None and (found.certain or name in OFFLINE) else None
 
-    def _instructed(self, said: str, on: FeedbackOn, past: Sequence[Past]) -> Heard:
+    def _instructed(self, said: str, on: FeedbackOn, past: Sequence[Turn]) -> Interpretation:
         """An instruction for the chain; on the original, together with everything said before."""
         wording = together(past, said, self.now.scene, self.now.original) if on == "original" else None
         if wording is None:
@@ -120,26 +143,31 @@ class Listener:
             on = "current"
         else:
             result = self._tuned(self._adapt(wording.instruction, self.now.original, past), wording.values)
-        return Heard(result, on=on, asked=said if result.status == "needs_clarification" else "")
+        return Interpretation(result, on=on, asked=said if result.status == "needs_clarification" else "")
 
-    def _changed(self, found: Resolution, last: Adaptation, past: Sequence[Past]) -> Heard:
+    def _restored(self, said: str, losses: Sequence[Loss]) -> Interpretation:
+        """Make postconditions hold again that the last step lost: the turns that promised them are run once more."""
+        result: Adaptation | None = None
+        for loss in losses:
+            result = self._rerun(loss.restoring(result.adapted if result else self.current), {})
+        assert result is not None
+        words = "; ".join(dict.fromkeys(loss.turn.instruction for loss in losses))
+        return Interpretation(_noted(result, Resolution("again", f"took {said!r} as: {words}, once more")))
+
+    def _changed(self, found: Resolution, last: Adaptation, past: Sequence[Turn]) -> Interpretation:
         """Other knobs, other words, or the last policy once more."""
         if found.kind == "tune":
-            return Heard(_noted(self._rerun(last, found.values), found), "knobs")
+            return Interpretation(_noted(self._rerun(last, found.values), found), "knobs")
         if found.kind == "again":
-            return Heard(_noted(self._rerun(replace(last, original=self.current), {}), found))
+            return Interpretation(_noted(self._rerun(replace(last, original=self.current), {}), found))
         start = {"start": last.original, "current": self.current, "original": self.now.original}[found.begins]
         result = self._tuned(self._adapt(found.instruction, start, past), found.values)
         kind: Kind = "reworded" if found.begins == "start" else "said"
-        return Heard(_noted(result, found), kind, "original" if found.begins == "original" else "current")
+        return Interpretation(_noted(result, found), kind, "original" if found.begins == "original" else "current")
 
-    def _adapt(self, instruction: str, start: Trajectory, past: Sequence[Past]) -> Adaptation:
-        turns = tuple(
-            Turn(a.instruction, "current", a.plan, a.code if i >= len(past) - CODE_TURNS else "")
-            for i, a in enumerate(turn.adaptation for turn in in_force(self.steps))
-        )
+    def _adapt(self, instruction: str, start: Trajectory, past: Sequence[Turn]) -> Adaptation:
         return adapt(
-            Request(instruction, start, self.now.scene, self.now.robot, turns),
+            Request(instruction, start, self.now.scene, self.now.robot, tuple(past)),
             writer=self.writer,
             constraints=self.now.constraints,
             isolation=self.isolation,
@@ -157,7 +185,7 @@ class Listener:
         asked = replace(adaptation, scene=self.now.scene, robot=self.now.robot)
         return rerun(asked, values, constraints=self.now.constraints, isolation=self.isolation)
 
-    def _moved(self, said: str, found: Resolution) -> Heard:
+    def _moved(self, said: str, found: Resolution) -> Interpretation:
         """A turn taken back or brought back."""
         turn: int | None = ROOT
         if found.kind == "redo":
@@ -166,20 +194,19 @@ class Listener:
             path = self.history.path()
             turn = path[-found.steps - 1] if found.steps < len(path) else ROOT
         if turn is None:
-            return Heard(self._said(said, self.current, "there is nothing to bring back"), kind=None)
+            return Interpretation(self._said(said, self.current, "there is nothing to bring back"), kind=None)
         after = self.first.original if turn == ROOT else self.history.steps[turn].adaptation.adapted
-        return Heard(self._said(said, after, found.taken), turn=turn)
+        return Interpretation(self._said(said, after, found.taken), goto=turn)
 
-    def _unchanged(self, said: str, found: Resolution, ask: bool) -> Heard:
+    def _unchanged(self, said: str, found: Resolution, ask: bool) -> Interpretation:
         result = self._said(said, self.current, found.taken)
         if not ask:
-            return Heard(result, kind=None)
+            return Interpretation(result, kind=None)
         asking = replace(result, status="needs_clarification", question=found.question, explanation=found.question)
-        return Heard(asking, asked=said)
+        return Interpretation(asking, asked=said)
 
     def _said(self, said: str, after: Trajectory, taken: str) -> Adaptation:
         """An answer without a policy."""
-        sentence = taken[:1].upper() + taken[1:] + "."
         return Adaptation(
             said,
             "done",
@@ -187,47 +214,13 @@ class Listener:
             after,
             scene=self.now.scene,
             robot=self.now.robot,
-            assumptions=(taken,) if taken else (),
-            explanation=sentence,
+            taken=taken,
+            explanation=sentence(taken),
             changes=compare(self.current, after, self.now.scene),
             writer=WriterInfo("feedback", reason="it was feedback"),
         )
 
 
-@dataclass(frozen=True)
-class _Turn:
-    """A turn as it stands, and how many steps it took."""
-
-    adaptation: Adaptation
-    steps: int = 1
-
-    @property
-    def past(self) -> Past:
-        """The turn as feedback sees it."""
-        a = self.adaptation
-        return Past(a.instruction, a.original, a.parameters, self.steps)
-
-
-def in_force(steps: Sequence[Step]) -> list[_Turn]:
-    """The turns that make the current trajectory of the original, each with the corrections made to it."""
-    turns: list[_Turn] = []
-    for step in steps:
-        if step.kind in ("said", "opened"):
-            before = sum(turn.steps for turn in turns)
-            alone = step.feedback_on == "original"
-            turns = [_Turn(step.adaptation, before + 1)] if alone else [*turns, _Turn(step.adaptation)]
-        elif turns:
-            turns[-1] = _Turn(step.adaptation, turns[-1].steps + 1)
-        elif step.adaptation.instruction:
-            turns = [_Turn(step.adaptation)]
-    return turns
-
-
 def _noted(result: Adaptation, found: Resolution) -> Adaptation:
     """A result that says what the words were taken to mean."""
-    sentence = found.taken[:1].upper() + found.taken[1:] + "."
-    return replace(
-        result,
-        assumptions=(found.taken, *(text for text in result.assumptions if not text.startswith("took "))),
-        explanation=f"{sentence}\n{result.explanation}",
-    )
+    return replace(result, taken=found.taken, explanation=f"{sentence(found.taken)}\n{result.explanation}")

@@ -8,8 +8,9 @@ from threading import Event
 from typing import Any
 
 from ovita.chain import UNCHANGED, enforced, rerun
-from ovita.dialogue.history import ROOT, History, Kind, Situation, Step, read_session, replayed, write_session
-from ovita.dialogue.interpret import Listener
+from ovita.dialogue.history import ROOT, History, Kind, Situation, Step, in_force, read_session, replayed, write_session
+from ovita.dialogue.interpret import State, interpret
+from ovita.dialogue.standing import lost
 from ovita.errors import RequestError
 from ovita.io.journal import Journal
 from ovita.limits import ConstraintOptions
@@ -114,16 +115,19 @@ class Session:
         """
         if not instruction.strip():
             raise RequestError("the instruction is empty; say what should change, such as 'slow down near the cup'")
-        listener = Listener(
+        state = State(
             self._history, self._first, self.situation, self.writer, self.isolation, self._asked, progress, cancel
         )
-        heard = listener.hear(instruction, on)
-        self._asked = heard.asked
-        if heard.turn is not None:
-            self._go(heard.turn)
-        elif heard.kind is not None and heard.result.usable:
-            self._add(instruction, heard.on, heard.result, heard.kind)
-        return heard.result
+        found = interpret(instruction, on, state)
+        self._asked = found.asked
+        if found.goto is not None:
+            self._go(found.goto)
+            return found.result
+        if found.kind is None or not found.result.usable:
+            return found.result
+        result = self._against_earlier(found.result, found.kind, found.on)
+        self._add(instruction, found.on, result, found.kind)
+        return result
 
     def tune(self, parameters: Mapping[str, Any], *, merge: bool = False) -> Adaptation:
         """Turn knobs of the last turn's policy, values by name, and run it again; no writer is asked.
@@ -144,6 +148,7 @@ class Session:
         before = {p.name: p.value for p in base.adaptation.parameters}
         turned = {name: value for name, value in parameters.items() if name not in before or before[name] != value}
         result = rerun(base.adaptation, turned, constraints=self.constraints, isolation=self.isolation)
+        result = self._against_earlier(result, "knobs", last.feedback_on)
         if base is last:
             self._add(last.said, last.feedback_on, result, "knobs", wait=merge)
         else:
@@ -172,6 +177,7 @@ class Session:
         edited = replace(before, code=parse(code).source, plan=("Run the code as edited by hand.",), assumptions=())
         edited = replace(edited, parameters=parse(code).parameters)
         result = rerun(edited, {}, constraints=self.constraints, isolation=self.isolation)
+        result = self._against_earlier(result, "code", "current")
         self._add("edited the code", last.feedback_on if last else "current", result, "code")
         return result
 
@@ -327,20 +333,25 @@ class Session:
 
     def _again(self, then: Situation, said: str) -> Adaptation:
         """Run every policy in force again in another situation."""
-        policies: list[Step] = []
-        for step in self.steps:
-            if step.kind in ("said", "opened"):
-                policies = [*policies, step] if step.feedback_on == "current" else [step]
-            elif step.kind in ("knobs", "reworded", "code"):
-                policies = [*policies[:-1], step]
         start, result = then.original, None
-        for step in policies:
+        for step, _ in in_force(self.steps):
+            if step.adaptation.code == UNCHANGED:
+                continue
             asked = replace(step.adaptation, original=start, scene=then.scene, robot=then.robot)
             result = rerun(asked, {}, constraints=then.constraints, isolation=self.isolation)
             start = result.adapted
         if result is None:
             result = enforced(said, start, then.scene, then.robot, constraints=then.constraints)
         return result
+
+    def _against_earlier(self, result: Adaptation, kind: Kind, on: FeedbackOn) -> Adaptation:
+        """A result that names the postconditions of earlier turns which it loses."""
+        if on == "original" and kind in ("said", "opened"):
+            return result  # it holds everything that was said before
+        turns = [step.adaptation for step, _ in in_force(self.steps)]
+        earlier = turns if kind in ("said", "opened") else turns[:-1]
+        losses = lost(earlier, self.current, result)
+        return replace(result, lost=tuple(loss.report for loss in losses)) if losses else result
 
     def _blank(self, said: str) -> Adaptation:
         start = self.original

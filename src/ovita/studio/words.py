@@ -159,8 +159,8 @@ def plan(result: Adaptation | None) -> str:
             '<p class="soft">What the robot is going to do differently stands here, once you said something.</p>'
         )
     parts = ["<h4>Plan</h4>", listed(result.plan, "ol")]
-    if result.assumptions:
-        parts += ["<h4>Assumed, because you left it open</h4>", listed(result.assumptions)]
+    if result.assumed:
+        parts += ["<h4>Assumed, because you left it open</h4>", listed(result.assumed)]
     if result.postconditions:
         kept = [f"{'kept' if p.held else 'NOT kept'}: {p.outcome}" for p in result.postconditions]
         parts += ["<h4>Promises of the program, measured</h4>", listed(kept)]

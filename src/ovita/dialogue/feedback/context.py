@@ -7,13 +7,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from ovita.dialogue.feedback.resolution import Past, Reference, Resolution, read_reference
+from ovita.dialogue.feedback.resolution import Reference, Resolution, read_reference
 from ovita.dialogue.feedback.rewording import SpokenClause, Wording, parts_of, worded
 from ovita.instruct.draft import OPPOSITE
 from ovita.instruct.tokens import tokenize
 from ovita.paths.scene import Scene, SceneObject, canonical
 from ovita.paths.trajectory import Trajectory
 from ovita.policy import Parameter
+from ovita.request import Turn
 
 SECONDARY = re.compile(
     r"\b(radius|within|reach|ease|easing|blend|fade|share|fraction|portion|window|tolerance|margin|sigma|width|range|"
@@ -137,7 +138,7 @@ class Knob:
         return f"{value:g}{unit}"
 
 
-def knobs_of(past: Past, parts: Sequence[SpokenClause] | None, scene: Scene) -> list[Knob]:
+def knobs_of(past: Turn, parts: Sequence[SpokenClause] | None, scene: Scene) -> list[Knob]:
     """The numeric knobs of a turn, with what each is about.
 
     Where the built-in writer wrote the policy, that is known from the clauses of the instruction; of any other policy,
@@ -212,7 +213,7 @@ class Context:
     """
 
     said: str
-    history: tuple[Past, ...]
+    history: tuple[Turn, ...]
     scene: Scene
     current: Trajectory
     named: Reference = field(default_factory=Reference)
@@ -221,7 +222,7 @@ class Context:
     )
 
     @property
-    def last(self) -> Past:
+    def last(self) -> Turn:
         """The last turn."""
         return self.history[-1]
 
@@ -312,7 +313,7 @@ def named_objects(words: str, scene: Scene) -> tuple[SceneObject, ...]:
 
 
 def all_parts(
-    history: Sequence[Past], scene: Scene, replaced: dict[int, tuple[SpokenClause, ...]] | None = None
+    history: Sequence[Turn], scene: Scene, replaced: dict[int, tuple[SpokenClause, ...]] | None = None
 ) -> tuple[SpokenClause, ...] | None:
     """The clauses of all turns, some replaced; None where those of one are not known."""
     found: list[SpokenClause] = []

@@ -9,25 +9,6 @@ from typing import Literal
 from ovita.instruct.draft import OPPOSITE
 from ovita.instruct.tokens import Token
 from ovita.paths.scene import SceneObject
-from ovita.paths.trajectory import Trajectory
-from ovita.policy import Parameter
-
-
-@dataclass(frozen=True)
-class Past:
-    """A turn that is in force, with all corrections made to it since.
-
-    Args:
-        instruction: What it does, in words that stand on their own.
-        start: The trajectory that it began with.
-        parameters: The knobs of its policy with their present values.
-        steps: How many steps of the session it took.
-    """
-
-    instruction: str
-    start: Trajectory
-    parameters: tuple[Parameter, ...] = ()
-    steps: int = 1
 
 
 @dataclass(frozen=True)

@@ -8,12 +8,13 @@ from collections.abc import Sequence
 from ovita.dialogue.feedback.amounts import amounts
 from ovita.dialogue.feedback.context import Context, all_parts, named_objects
 from ovita.dialogue.feedback.corrections import corrected
-from ovita.dialogue.feedback.resolution import Past, Resolution
+from ovita.dialogue.feedback.resolution import Resolution
 from ovita.dialogue.feedback.rewording import Wording, worded, words_as_parts
 from ovita.dialogue.feedback.taking_back import brought_back, dropped, taken_back
 from ovita.dialogue.feedback.utterance import Utterance, plain
 from ovita.paths.scene import Scene, canonical
 from ovita.paths.trajectory import Trajectory
+from ovita.request import Turn
 
 _BUT = re.compile(
     r"^(?:(?:that is |it is )?(?:almost|good|great|nice|fine|perfect|better|not bad|okay|ok)(?: already| so far)?"
@@ -23,7 +24,7 @@ LONGEST = 14
 """Words in the longest sentence that is read as feedback."""
 
 
-def resolve(said: str, history: Sequence[Past], scene: Scene, current: Trajectory) -> Resolution | None:
+def resolve(said: str, history: Sequence[Turn], scene: Scene, current: Trajectory) -> Resolution | None:
     """Read a sentence as feedback on the turns before it.
 
     Args:
@@ -43,7 +44,7 @@ def resolve(said: str, history: Sequence[Past], scene: Scene, current: Trajector
     return _resolved(read, Context(said, tuple(history), scene, current))
 
 
-def answer(asked: str, said: str, history: Sequence[Past], scene: Scene, current: Trajectory) -> Resolution | None:
+def answer(asked: str, said: str, history: Sequence[Turn], scene: Scene, current: Trajectory) -> Resolution | None:
     """Read a sentence as the answer to a question that feedback led to.
 
     Args:
@@ -84,7 +85,7 @@ def clarified(asked: str, said: str, scene: Scene) -> str:
     return text if text != asked and words_as_parts(text, scene) is not None else ""
 
 
-def together(history: Sequence[Past], instruction: str, scene: Scene, original: Trajectory) -> Wording | None:
+def together(history: Sequence[Turn], instruction: str, scene: Scene, original: Trajectory) -> Wording | None:
     """Everything said so far and a new instruction, as one for the original, with the knobs turned so far.
 
     Returns:

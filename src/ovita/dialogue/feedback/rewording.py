@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from ovita.dialogue.feedback.resolution import FAMILY_OF_ACTION, Past
+from ovita.dialogue.feedback.resolution import FAMILY_OF_ACTION
 from ovita.instruct.clauses import Reader, split
 from ovita.instruct.draft import OPPOSITE, Draft
 from ovita.instruct.intents import WHOLE, Intent, Understood
@@ -16,6 +16,7 @@ from ovita.instruct.steps import RANK, STEPS, intents_once
 from ovita.instruct.tokens import Token, tokenize
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
+from ovita.request import Turn
 
 Number = float | int
 
@@ -94,7 +95,7 @@ def understood_as(text: str, scene: Scene) -> Understood | None:
     return understood if understood.intents and not (understood.unplaced or understood.question) else None
 
 
-def parts_of(past: Past, scene: Scene) -> tuple[SpokenClause, ...] | None:
+def parts_of(past: Turn, scene: Scene) -> tuple[SpokenClause, ...] | None:
     """The clauses of a turn, or None if the built-in writer would not write this policy for them."""
     return _parts(past.instruction, past, scene)
 
@@ -104,7 +105,7 @@ def words_as_parts(instruction: str, scene: Scene) -> tuple[SpokenClause, ...] |
     return _parts(instruction, None, scene)
 
 
-def _parts(instruction: str, past: Past | None, scene: Scene) -> tuple[SpokenClause, ...] | None:
+def _parts(instruction: str, past: Turn | None, scene: Scene) -> tuple[SpokenClause, ...] | None:
     understood = understood_as(instruction, scene)
     if understood is None:
         return None
@@ -151,7 +152,7 @@ def worded(parts: Sequence[SpokenClause], start: Trajectory, scene: Scene, *, be
     return Wording(text, values)
 
 
-def following(past: Past, scene: Scene, values: Mapping[str, Number]) -> dict[str, Number]:
+def following(past: Turn, scene: Scene, values: Mapping[str, Number]) -> dict[str, Number]:
     """The knobs that follow from others: their values when some are turned.
 
     What is near an object depends on how far the path is shifted; so the radius moves along, unless it

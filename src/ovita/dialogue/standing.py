@@ -1,0 +1,91 @@
+"""Postconditions over a conversation: what earlier turns promised is measured again after every later one.
+
+Only what a later turn can lose by accident stands: distances, places passed, ends and speeds. A turn that promises
+something of its own about the same object, end or speed replaces what stood before.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Trajectory
+from ovita.policy.reading import parse
+from ovita.result import Adaptation, LostPostcondition, Postcondition
+from ovita.toolkit import Expectation, judge
+
+KEEP_IT = ("yes", "yes please", "yes, please", "keep it", "yes, keep it", "yes keep it", "please keep it", "keep that")
+"""Answers that ask for a lost postcondition to hold again."""
+
+_SUBJECTS = {
+    **dict.fromkeys(("closer", "farther", "distance", "visits"), "place"),
+    **dict.fromkeys(("slower", "faster", "speed", "stop"), "speed"),
+    "start": "start",
+    "goal": "goal",
+}
+_END = "def adapt(traj, scene):\n    expect_{end}({at})\n    return move_{end}(traj, {at})\n"
+
+
+@dataclass(frozen=True)
+class Loss:
+    """A postcondition that a later turn lost.
+
+    Args:
+        turn: The result that made it hold.
+        postcondition: What it promised.
+        report: The loss in words, as the later result carries it.
+    """
+
+    turn: Adaptation
+    postcondition: Postcondition
+    report: LostPostcondition
+
+    def restoring(self, current: Trajectory) -> Adaptation:
+        """A result whose policy makes it hold again on `current` once it is rerun."""
+        promise = self.postcondition
+        asked = replace(self.turn, original=current, taken="")
+        if promise.kind not in ("start", "goal") or promise.arguments:
+            return asked
+        row = 0 if promise.kind == "start" else -1
+        point = [float(value) for value in self.turn.adapted.positions[row]]
+        policy = parse(_END.format(end=promise.kind, at=point))
+        plan = (f"Bring the {promise.kind} back to where it was asked to stay.",)
+        return replace(asked, code=policy.source, parameters=policy.parameters, plan=plan, assumptions=())
+
+
+def lost(turns: Sequence[Adaptation], before: Trajectory, result: Adaptation) -> list[Loss]:
+    """The standing postconditions that held before a result and no longer do.
+
+    Args:
+        turns: The earlier turns in force, oldest first, without the one that the result is a correction of.
+        before: The trajectory before the result.
+        result: The new result.
+    """
+    found: list[Loss] = []
+    settled = {_subject(promise) for promise in result.postconditions}
+    for ago, turn in enumerate(reversed(turns), start=1):
+        mine = {_subject(promise): promise for promise in turn.postconditions if promise.held}
+        for subject, promise in mine.items():
+            if subject in settled or not subject or not _holds(promise, turn, before, result.scene):
+                continue
+            outcome = judge(_expectation(promise), turn.original.to_array(), result.adapted.to_array(), result.scene)
+            if not outcome.held:
+                report = LostPostcondition(promise.text, outcome.sentence, turn.instruction, ago)
+                found.append(Loss(turn, promise, report))
+        settled |= set(mine)
+    return found[::-1]
+
+
+def _holds(promise: Postcondition, turn: Adaptation, trajectory: Trajectory, scene: Scene) -> bool:
+    return judge(_expectation(promise), turn.original.to_array(), trajectory.to_array(), scene).held
+
+
+def _expectation(promise: Postcondition) -> Expectation:
+    return Expectation(promise.kind, promise.arguments, promise.text)
+
+
+def _subject(promise: Postcondition) -> str:
+    """What a postcondition is about, or "" if it does not stand."""
+    kind, about = _SUBJECTS.get(promise.kind, ""), promise.arguments
+    return f"{kind} {about.get('object') or about.get('point')}" if kind == "place" else kind
