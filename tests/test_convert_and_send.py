@@ -43,7 +43,7 @@ def result(ovita):
     code, out, err = ovita(
         "adapt", TABLETOP, "Go left by 0.2 and slow down near the cup", "--robot", "drone", "--out", "r.json"
     )
-    assert code == 0, out + err
+    assert code == 5, out + err  # the drone has a body: the limits keep it off the bottle
     return "r.json"
 
 

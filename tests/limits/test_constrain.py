@@ -54,7 +54,7 @@ def test_a_speed_edit_never_moves_the_path():
     assert np.array_equal(found.trajectory.positions, original.positions)
     assert (found.trajectory.speeds == 1.0).all()
     assert found.verdict.status == "preexisting"
-    assert any("already passes" in s and "inside 'cup'" in s and "leaves" in s for s in found.verdict.sentences())
+    assert any("already passes" in s and "too close to 'cup'" in s and "leaves" in s for s in found.verdict.sentences())
     repaired = constrain(proposed, scene(CUP), ROOM, original=original, options=ConstraintOptions(repair_original=True))
     assert repaired.verdict.status == "repaired"
 

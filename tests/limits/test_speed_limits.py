@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ovita.limits import ConstraintOptions, constrain
-from ovita.limits.speed import curvature, lower_speeds
+from ovita.limits.speed import Dynamics, curvature, limit_speeds
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
@@ -16,12 +16,12 @@ def line(n=101, length=2.0):
 
 def test_legal_speeds_are_the_same_array():
     speeds = np.full(101, 0.7)
-    assert np.array_equal(lower_speeds(speeds, line(), max_speed=1.0, max_acceleration=1.0), speeds)
+    assert np.array_equal(limit_speeds(speeds, line(), Dynamics(top=1.0, along=1.0)), speeds)
 
 
 def test_speeds_are_capped_and_never_raised():
     speeds = np.linspace(0, 38, 101)
-    assert np.array_equal(lower_speeds(speeds, line(), max_speed=1.0), np.minimum(speeds, 1.0))
+    assert np.array_equal(limit_speeds(speeds, line(), Dynamics(top=1.0)), np.minimum(speeds, 1.0))
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -29,7 +29,7 @@ def test_acceleration_is_kept_and_as_fast_as_possible(seed):
     rng = np.random.default_rng(seed)
     speeds = np.abs(rng.normal(size=101))
     x = rng.normal(size=(101, 3)).cumsum(axis=0) * 0.05
-    new = lower_speeds(speeds, x, max_acceleration=0.5)
+    new = limit_speeds(speeds, x, Dynamics(along=0.5))
     ds = np.linalg.norm(np.diff(x, axis=0), axis=1)
     assert (np.abs(np.diff(new**2)) <= 2 * 0.5 * ds + 1e-12).all()
     assert (new <= speeds).all()
@@ -43,7 +43,7 @@ def test_it_brakes_before_a_dwell():
     x = np.vstack([x[:6], x[5], x[5:]])
     speeds = np.full(len(x), 1.0)
     speeds[5:8] = 0.0
-    new = lower_speeds(speeds, x, max_acceleration=1.0)
+    new = limit_speeds(speeds, x, Dynamics(along=1.0))
     assert new[5] == 0
     assert new[4] == pytest.approx(np.sqrt(2 * 1.0 * 0.1))
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from ovita.limits import ConstraintOptions, constrain, problem, verify
+from ovita.limits.obstacles import build
 from ovita.paths.robot import Box, Robot, Shell
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
@@ -102,7 +103,7 @@ def test_every_public_file():
             if fixed and found.verdict.status == "infeasible":
                 ends = t.positions[[0, -1]]
                 outside = (robot.workspace.inside(ends) < robot.margin).any()
-                inside = any((o.clearance(ends) < robot.obstacle_margin).any() for o in scene)
+                inside = any((body.signed(ends)[0] < 0).any() for body in build(scene, robot))
                 assert outside or inside, path.name
                 assert found.verdict.conflicts
             else:

@@ -10,9 +10,10 @@ import numpy as np
 
 from ovita.limits.obstacles import Obstacle
 from ovita.limits.path import PathProblem
-from ovita.limits.problem import TOLERANCE, ConstraintCheck, ConstraintOptions
+from ovita.limits.problem import TOLERANCE, ConstraintCheck, ConstraintOptions, at
 from ovita.limits.route import Blocked, find_route, nearest_legal
 from ovita.paths.robot import Box, Robot
+from ovita.text import waypoints
 
 
 def explain(
@@ -55,7 +56,7 @@ def pin_name(problem: PathProblem, pin: int, options: ConstraintOptions) -> str:
         return "the fixed start"
     if pin == len(problem.reference) - 1 and options.fix_goal:
         return "the fixed goal"
-    return f"the pinned waypoint {pin}"
+    return f"the pinned waypoint {pin + 1}"
 
 
 def _empty_workspace(robot: Robot) -> list[str]:
@@ -107,7 +108,8 @@ def _blocked_pair(problem: PathProblem, robot: Robot, first: int, second: int, o
 
 def _blocked_stretch(problem: PathProblem, robot: Robot, stretch: Blocked, options: ConstraintOptions) -> list[str]:
     first, last = (
-        pin_name(problem, i, options) if i in problem.pins else f"waypoint {i}" for i in (stretch.first, stretch.last)
+        pin_name(problem, i, options) if i in problem.pins else f"waypoint {i + 1}"
+        for i in (stretch.first, stretch.last)
     )
     culprits = _minimal(problem, stretch)
     names = " and ".join(_name(body, robot) for body in culprits) or "the obstacles"
@@ -118,9 +120,7 @@ def _blocked_stretch(problem: PathProblem, robot: Robot, stretch: Blocked, optio
             f"resample the trajectory to more waypoints or free an end."
         ]
     if stretch.why == "no legal point":
-        return [
-            f"There is no legal place for waypoints {stretch.first} to {stretch.last} beside {names}; reduce margins."
-        ]
+        return [f"There is no legal place for {waypoints(stretch.first, stretch.last)} beside {names}; reduce margins."]
     return [
         f"No way was found from {first} to {last} around {names} within the workspace; free an end, "
         f"reduce the obstacle margin, or move the obstacle."
@@ -154,7 +154,7 @@ def _minimal(problem: PathProblem, stretch: Blocked) -> tuple[Obstacle, ...]:
 
 def _unexplained(check: ConstraintCheck) -> str:
     subject = f" '{check.subject}'" if check.subject else ""
-    where = "" if check.where_after is None else f" at {check.place} {check.where_after}"
+    where = at(check.place, check.where_after)
     return (
         f"The {check.name} limit{subject} ({check.limit}) stays broken by {_length(check.violation_after)} "
         f"{check.unit}{where}; relax it or ask for another path."
@@ -164,7 +164,8 @@ def _unexplained(check: ConstraintCheck) -> str:
 def _name(body: Obstacle, robot: Robot) -> str:
     if body.what == "workspace":
         return "the inner radius of the workspace (with its margin)"
-    return f"'{body.name}' (with its margin of {robot.obstacle_margin:g} m)"
+    body_of = f" for a body of {robot.radius:g} m radius" if robot.radius > 0.0 else ""
+    return f"'{body.name}' (with its margin of {body.keep - robot.radius:g} m{body_of})"
 
 
 def _remedy(body: Obstacle, first: str) -> str:

@@ -1,18 +1,22 @@
-"""Obstacles: oriented cuboids with rounded edges, and their exact distance to segments.
+"""Obstacles: the scene's objects with the distance that the path keeps from them.
 
 An `Obstacle` is all points closer than `radius` to an oriented cuboid, its core. With a core of no size that is a
 sphere: the bounding sphere of the paper, |x_i - o|^2 >= R^2 (there R^2 = R_obs^2 + delta^2; here R = R_obs + delta,
-the distance that is really kept).
+the distance that is really kept). Its signed distance is convex: for every unit vector n the half-space
+{x : n.x >= support(n)} is free of it, and imposed on both ends of a segment it keeps the whole segment out.
 
-Its signed distance is a convex function. So along a segment it has one minimum, found exactly below; and for every
-unit vector n the half-space {x : n.x >= support(n)} is free of the obstacle. Imposed on both ends of a segment it
-keeps the whole segment out.
+The distance kept is the robot's body radius and a margin. The margin is larger for people and animals (`kinds.toml`);
+where the original path passes nearer to them than that, the change may come no nearer than the original does.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import re
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from importlib.resources import files
 from typing import Literal
 
 import numpy as np
@@ -20,6 +24,9 @@ import numpy as np
 from ovita.paths.geometry import Cuboid
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.trajectory import Array
+
+_AFTER_THE_HEAD = re.compile(r"\b(?:with|in|on|at|near|of|by|next|behind|from|who|that|holding|wearing)\b.*|[^a-z -]")
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,34 +36,90 @@ class Obstacle(Cuboid):
     Args:
         name: The object's name.
         what: "obstacle", or "workspace" for the inner sphere of a shell.
+        keep: Distance to keep from the object's own surface [m].
+        note: What was assumed or granted, in words, or "".
     """
 
     name: str = ""
     what: Literal["obstacle", "workspace"] = "obstacle"
+    keep: float = 0.0
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of objects: share of the robot's `person_margin`, and the edge assumed without dimensions [m] or None."""
+
+    name: str
+    share: float
+    size: float | None
+    words: tuple[str, ...]
+
+
+@cache
+def kinds() -> tuple[Kind, ...]:
+    """The kinds of `kinds.toml`."""
+    table = tomllib.loads(files("ovita.limits").joinpath("kinds.toml").read_text(encoding="utf-8"))
+    return tuple(Kind(name, float(k["share"]), k.get("size"), tuple(k["words"])) for name, k in table.items())
+
+
+def kind_of(name: str, extra: Mapping[str, object] | None = None) -> Kind | None:
+    """The kind of an object by the head noun of its name, or by the key "kind" of the scene file; None for a thing."""
+    told = (extra or {}).get("kind")
+    if isinstance(told, str):
+        return next((kind for kind in kinds() if kind.name == told.strip().lower()), None)
+    head = " ".join(_AFTER_THE_HEAD.sub(" ", name.lower().replace("_", " ")).split())
+    for kind in kinds():
+        if any(head == word or head.endswith((f" {word}", f" {word}s")) or head == f"{word}s" for word in kind.words):
+            return kind
+    return None
 
 
 def build(
-    scene: Scene, robot: Robot, *, contacts: Sequence[str] = (), shape: Literal["box", "sphere"] = "box"
+    scene: Scene,
+    robot: Robot,
+    *,
+    contacts: Sequence[str] = (),
+    shape: Literal["box", "sphere"] = "box",
+    original: Array | None = None,
 ) -> tuple[Obstacle, ...]:
     """The scene's objects as obstacles, without those in `contacts`.
 
     Args:
         scene: Whose objects.
-        robot: Its `obstacle_margin` is the distance to keep, its `object_size` the edge of an object of unknown size.
+        robot: Its radius and margins are the distance to keep, its `object_size` the edge of an object of unknown size.
         contacts: Names of objects that are meant to be touched.
         shape: "box" keeps the cuboid, "sphere" replaces it by its bounding sphere (the paper).
+        original: Waypoints (N, 3) [m] of a path that may pass people as near as it does; None asks for the margin.
 
     Raises:
         UnknownObject: If a contact is not in the scene.
     """
     touched = {scene[name].name for name in contacts}
-    return tuple(from_object(item, robot, shape) for item in scene if item.name not in touched)
+    return tuple(from_object(item, robot, shape, original) for item in scene if item.name not in touched)
 
 
-def from_object(item: SceneObject, robot: Robot, shape: Literal["box", "sphere"]) -> Obstacle:
-    """One object as an obstacle that is to be kept clear of by the robot's `obstacle_margin`."""
-    size = np.full(3, robot.object_size) if item.dimensions is None else np.asarray(item.dimensions)
-    half, radius = size / 2.0, robot.obstacle_margin
+def from_object(
+    item: SceneObject, robot: Robot, shape: Literal["box", "sphere"], original: Array | None = None
+) -> Obstacle:
+    """One object as an obstacle; see `build`."""
+    kind = kind_of(item.name, item.extra)
+    least = robot.radius + robot.obstacle_margin
+    keep = least if kind is None else max(least, robot.radius + kind.share * robot.person_margin)
+    notes = [] if kind is None else [kind.name]
+    if item.dimensions is None:
+        size = np.full(3, robot.object_size)
+        edge = robot.object_size if kind is None or kind.size is None else max(kind.size, robot.object_size)
+        keep += (edge - robot.object_size) / 2.0
+        notes.append(f"its size was assumed: {edge:g} m")
+    else:
+        size = np.asarray(item.dimensions)
+    half, core = size / 2.0, 0.0
     if shape == "sphere":
-        half, radius = np.zeros(3), float(np.linalg.norm(half)) + radius
-    return Obstacle(np.asarray(item.position), item.rotation, half, radius, item.name)
+        half, core = np.zeros(3), float(np.linalg.norm(half))
+    body = Obstacle(np.asarray(item.position), item.rotation, half, core + keep, item.name, keep=keep)
+    if original is not None and kind is not None:
+        nearest = keep + body.closest(original)[0]
+        if nearest < keep:
+            body = replace(body, radius=core + max(nearest, least), keep=max(nearest, least))
+    return replace(body, note=", ".join(notes))

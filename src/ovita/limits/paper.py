@@ -80,8 +80,8 @@ def linearise(
     parts = [Rows.none(4)]
     if options.obstacles:
         for body in build(scene, robot, contacts=contacts, shape="sphere"):
-            radius = body.radius - robot.obstacle_margin
-            parts.append(_outside(reference, body.center, radius**2 + robot.obstacle_margin**2))
+            radius = body.radius - body.keep
+            parts.append(_outside(reference, body.center, radius**2 + body.keep**2))
     if isinstance(robot.workspace, Shell):
         center = np.asarray(robot.workspace.center)
         parts.append(_outside(reference, center, (robot.workspace.r_min + robot.margin) ** 2))

@@ -134,8 +134,8 @@ class ConstraintCheck:
     """One limit, measured on the trajectory before and after the constraint module.
 
     Args:
-        name: "workspace", "obstacle", "speed", "acceleration", "lateral acceleration", "start", "goal", "pinned" or
-            the name of a custom constraint.
+        name: "workspace", "plane", "obstacle", "speed", "least speed", "acceleration", "lateral acceleration", "start",
+            "goal", "pinned" or the name of a custom constraint.
         subject: The object's name, or "".
         limit: The limit in words.
         violation_before: Worst violation of the proposed trajectory, >= 0.
@@ -181,7 +181,7 @@ class Verdict:
 
     Args:
         status: "satisfied" (every limit held as proposed), "repaired" (every limit holds now), "preexisting" (only
-            limits that the untouched original path already broke are broken), "infeasible" (a limit is broken; the
+            limits are broken that the original path already broke, and no worse), "infeasible" (a limit is broken; the
             result is the best effort) or "off" (only measured).
         checks: One per limit.
         exempt: Objects that the change is meant to touch, which are therefore no obstacles.
@@ -234,29 +234,32 @@ class Solution:
     verdict: Verdict
 
 
+def at(place: Place, where: int | None) -> str:
+    """Where a limit is broken, as a person counts: " at waypoint 3", " between waypoints 3 and 4", or ""."""
+    if where is None:
+        return ""
+    return f" at waypoint {where + 1}" if place == "waypoint" else f" between waypoints {where + 1} and {where + 2}"
+
+
 def _tell(check: ConstraintCheck, status: Status, moved: bool) -> list[str]:
+    """A sentence on a limit that was broken, before or after."""
     if check.held and check.held_before:
         return []
-    before = "" if check.where_before is None else f" at {check.place} {check.where_before}"
-    after = "" if check.where_after is None else f" at {check.place} {check.where_after}"
-    subject = f"'{check.subject}'" if check.subject else check.name
+    subject = f"'{check.subject}'" if check.subject else f"the {check.name} limit ({check.limit})"
     if check.held:
-        how = "had passed" if check.name == "obstacle" else "had exceeded it by"
-        text = f"{_amount(check.violation_before)} {check.unit}"
+        text = f"{_amount(check.violation_before)} {check.unit}{at(check.place, check.where_before)}"
         if check.name == "obstacle":
-            return [f"It {how} {text} too close to {subject}{before}; now it keeps its distance."]
-        return [f"The {check.name} limit ({check.limit}) holds now; the proposal {how} {text}{before}."]
+            return [f"It had passed {text} too close to {subject}; now it keeps its distance."]
+        return [f"{subject[:1].upper()}{subject[1:]} holds now; the proposal had exceeded it by {text}."]
     text = f"{_amount(check.violation_after)} {check.unit}"
-    if status == "preexisting" and check.geometric and not moved:
-        what = (
-            f"passes {text} inside {subject} (with margin)"
-            if check.name == "obstacle"
-            else (f"breaks the {check.name} limit ({check.limit}) by {text}")
-        )
-        return [f"The original path already {what}{after}; this change leaves the path as it was."]
+    where = at(check.place, check.where_after)
+    if status == "preexisting":
+        how = f"passes {text} too close to {subject}" if check.name == "obstacle" else f"breaks {subject} by {text}"
+        kept = "no worse than before" if moved or not check.geometric else "the path as it was"
+        return [f"The original path already {how}{where}; this change leaves {kept}."]
     if check.name == "obstacle":
-        return [f"The path passes {text} too close to {subject}{after}."]
-    return [f"The {check.name} limit ({check.limit}) is exceeded by {text}{after}."]
+        return [f"The path passes {text} too close to {subject}{where}."]
+    return [f"{subject[:1].upper()}{subject[1:]} is exceeded by {text}{where}."]
 
 
 def _amount(value: float) -> str:

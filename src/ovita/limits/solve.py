@@ -24,8 +24,8 @@ from ovita.limits.problem import (
 from ovita.limits.qp import Weights, smooth_axes
 from ovita.limits.route import Blocked, legal_path
 from ovita.limits.sequential import Settings, improve
-from ovita.limits.speed import lower_speeds
-from ovita.limits.verify import Measure, compare, measure_all
+from ovita.limits.speed import dynamics, limit_speeds
+from ovita.limits.verify import FLAT, Measure, compare, measure_all, plane
 from ovita.paths.geometry import lengths
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
@@ -87,27 +87,46 @@ class _Task:
         broken = [m for m, violation in zip(measures, before, strict=True) if violation.amount > TOLERANCE]
         if self.options.method == "paper":
             return self.as_published("repaired" if broken else "satisfied")
-        if not broken and not self.options.lambda_smooth:
-            return self.answer(self.proposed, self.judge(self.proposed), "satisfied")
+        pressing = [m for m in broken if not m.excused(self.proposed)]
+        if not pressing and not self.options.lambda_smooth:
+            status: Status = "preexisting" if broken else "satisfied"
+            return self.answer(self.proposed, self.judge(self.proposed), status)
         options = self.options
         notes: tuple[str, ...] = ()
         if options.lambda_smooth == "auto":
             options, notes = choose_smoothing(self.proposed, self.problem(options), options)
         untouched = np.array_equal(self.proposed.positions, self.original.positions)
         keep_path = untouched and not options.repair_original and not options.lambda_smooth
-        problem = self.problem(options)
-        positions = self.proposed.positions
+        move = not keep_path and (bool(options.lambda_smooth) or any(m.geometric for m in pressing))
+        level = self.level
         blocked: tuple[Blocked, ...] = ()
-        if not keep_path and (options.lambda_smooth or any(measure.geometric for measure in broken)):
-            positions, blocked = solve_with_dwells(problem, Settings(steps=int(options.steps)))
-        result = self.proposed.with_(positions=positions, speeds=self.speeds(positions, problem.weights))
-        after = self.judge(result)
+        for height in (level, None) if level is not None and move and not self.robot.planar else (level,):
+            problem = self.problem(options, height if move else None)
+            positions = self.proposed.positions
+            if move:
+                positions, blocked = solve_with_dwells(problem, Settings(steps=int(options.steps)))
+            result = self.proposed.with_(positions=positions, speeds=self.speeds(positions, problem.weights))
+            after = self.judge(result)
+            left = [
+                m
+                for m, check in zip(measures, after, strict=True)
+                if not (check.held or m.excused(result) or (keep_path and check.geometric))
+            ]
+            if not left:
+                break
         if all(check.held for check in after):
             return self.answer(result, after, "repaired" if broken else "satisfied", notes=notes)
-        if keep_path and all(check.held or check.geometric for check in after):
+        if not left:
             return self.answer(result, after, "preexisting", notes=notes)
         conflicts = diagnosis.explain(problem, self.robot, after, blocked, self.options)
         return self.answer(result, after, "infeasible", conflicts, notes)
+
+    @cached_property
+    def level(self) -> float | None:
+        """Height z [m] of the plane to stay on: that of a planar robot, or of a proposal that keeps the original's."""
+        own = plane(self.robot, self.original)
+        heights = np.concatenate([self.original.positions[:, 2], self.proposed.positions[:, 2]])
+        return float(heights[0]) if own is None and np.ptp(heights) <= FLAT else own
 
     def as_published(self, legal: Status) -> Solution:
         """The paper's module, judged by ours: `legal` if every limit holds."""
@@ -119,15 +138,20 @@ class _Task:
         conflict = f"The published module leaves a limit broken ({left}); method 'verified' looks further."
         return self.answer(result, after, "infeasible", (conflict,), notes)
 
-    def problem(self, options: ConstraintOptions) -> PathProblem:
-        """The path's part of the problem."""
+    def problem(self, options: ConstraintOptions, level: float | None = None) -> PathProblem:
+        """The path's part of the problem, on the plane z = level [m] if it is given."""
         lower, upper = bounds(self.robot)
+        if level is not None and lower[2] <= level <= upper[2]:
+            lower[2] = upper[2] = level
         empty = lower > upper  # margins that eat the workspace up: its middle is the best effort
         if empty.any():
             lower[empty] = upper[empty] = (lower[empty] + upper[empty]) / 2.0
         bodies = list(keep_out(self.robot))
         if options.obstacles:
-            bodies += build(self.scene, self.robot, contacts=self.contacts, shape=options.obstacle_shape)
+            granted = None if options.repair_original else self.original.positions
+            bodies += build(
+                self.scene, self.robot, contacts=self.contacts, shape=options.obstacle_shape, original=granted
+            )
         bodies += [c.body for c in options.custom if isinstance(c, KeepOut)]
         reach = ball(self.robot)
         regions = [*([reach] if reach else []), *(c for c in options.custom if isinstance(c, ConvexSet))]
@@ -151,13 +175,8 @@ class _Task:
         if weights.smooth:
             plain = Weights(weights.dev, weights.smooth)
             speeds = smooth_axes(speeds[:, None], plain, np.zeros(1), np.full(1, top))[:, 0]
-        return lower_speeds(
-            speeds,
-            positions,
-            max_speed=self.robot.max_speed,
-            max_acceleration=self.options.max_acceleration,
-            max_lateral_acceleration=self.options.max_lateral_acceleration,
-        )
+        granted = None if self.options.repair_original else self.original
+        return limit_speeds(speeds, positions, dynamics(self.robot, self.options, granted))
 
     def judge(self, result: Trajectory) -> tuple[ConstraintCheck, ...]:
         """Measure every limit, without looking at how the result came about."""
@@ -168,7 +187,7 @@ class _Task:
     @cached_property
     def measured(self) -> tuple[list[Measure], list[Violation]]:
         """Every limit, and its violation by what was proposed."""
-        measures = measure_all(self.scene, self.robot, self.proposed, self.contacts, self.options)
+        measures = measure_all(self.scene, self.robot, self.proposed, self.original, self.contacts, self.options)
         return measures, [m.worst(self.proposed) for m in measures]
 
     def answer(

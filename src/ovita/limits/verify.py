@@ -13,11 +13,14 @@ from typing import Any
 import numpy as np
 
 from ovita.limits.obstacles import Obstacle, from_object
-from ovita.limits.problem import ConstraintCheck, ConstraintOptions, Place, Violation, about_path
-from ovita.limits.speed import curvature
-from ovita.paths.robot import Robot, Shell
+from ovita.limits.problem import TOLERANCE, ConstraintCheck, ConstraintOptions, Place, Violation, about_path
+from ovita.limits.speed import dynamics, too_bent, too_quick, too_slow
+from ovita.paths.robot import Box, Robot, Shell
 from ovita.paths.scene import Scene, SceneObject
-from ovita.paths.trajectory import Array, Trajectory, arc_length
+from ovita.paths.trajectory import Array, Trajectory
+
+FLAT = 1e-6
+"""A path whose heights differ by less than this is horizontal [m]."""
 
 SAMPLES = 20
 """Points per segment of the dense check."""
@@ -25,7 +28,10 @@ SAMPLES = 20
 
 @dataclass(frozen=True)
 class Measure:
-    """One limit and how to measure it: by how much each waypoint or segment breaks it (<= 0 where it holds)."""
+    """One limit and how to measure it: by how much each waypoint or segment breaks it (<= 0 where it holds).
+
+    `granted` measures what a change must keep where the original path breaks a standard limit: no worse than that.
+    """
 
     name: str
     subject: str
@@ -33,6 +39,7 @@ class Measure:
     unit: str
     place: Place
     excess: Callable[[Trajectory], Array]
+    granted: Callable[[Trajectory], Array] | None = None
 
     @property
     def geometric(self) -> bool:
@@ -41,7 +48,13 @@ class Measure:
 
     def worst(self, trajectory: Trajectory) -> Violation:
         """The worst violation."""
-        excess = self.excess(trajectory)
+        return self._worst(self.excess(trajectory))
+
+    def excused(self, trajectory: Trajectory) -> bool:
+        """Whether a trajectory that breaks the limit does so no worse than the original path."""
+        return self.granted is not None and self._worst(self.granted(trajectory)).amount <= TOLERANCE
+
+    def _worst(self, excess: Array) -> Violation:
         if not len(excess):
             return Violation(place=self.place)
         where = int(excess.argmax())
@@ -70,7 +83,7 @@ def verify(
         contacts: Objects that are meant to be touched and are no obstacles.
         options: Which limits are asked for.
     """
-    measures = measure_all(scene, robot, proposed, contacts, options or ConstraintOptions())
+    measures = measure_all(scene, robot, proposed, original, contacts, options or ConstraintOptions())
     before, after = ([m.worst(t) for m in measures] for t in (proposed, result))
     return compare(measures, original, before, after)
 
@@ -100,35 +113,70 @@ def compare(
 
 
 def measure_all(
-    scene: Scene, robot: Robot, proposed: Trajectory, contacts: Sequence[str], options: ConstraintOptions
+    scene: Scene,
+    robot: Robot,
+    proposed: Trajectory,
+    original: Trajectory,
+    contacts: Sequence[str],
+    options: ConstraintOptions,
 ) -> list[Measure]:
     """Every limit that the robot, the scene and the options put on a trajectory."""
     found: list[Measure] = []
     if robot.workspace is not None:
         text = f"{robot.workspace.describe()}, {robot.margin:g} m from its border"
         found.append(Measure("workspace", "", text, "m", "segment", lambda t: _outside(t.positions, robot)))
+    level = plane(robot, original)
+    if level is not None:
+        text = f"on its plane z = {level:g} m"
+        found.append(Measure("plane", "", text, "m", "waypoint", lambda t: np.abs(t.positions[:, 2] - level)))
     if options.obstacles:
         touched = {scene[name].name for name in contacts}
-        for item in scene:
-            if item.name not in touched:
-                found.append(_obstacle(item, robot, options))
-    if robot.max_speed is not None:
-        top = robot.max_speed
-        found.append(Measure("speed", "", f"at most {top:g} m/s", "m/s", "waypoint", lambda t: t.speeds - top))
-    if options.max_acceleration is not None:
-        text = f"at most {options.max_acceleration:g} m/s^2"
-        limit = options.max_acceleration
-        found.append(Measure("acceleration", "", text, "m/s", "segment", lambda t: _too_quick(t, limit)))
-    if options.max_lateral_acceleration is not None:
-        text = f"at most {options.max_lateral_acceleration:g} m/s^2"
-        across = options.max_lateral_acceleration
-        found.append(Measure("lateral acceleration", "", text, "m/s", "waypoint", lambda t: _too_bent(t, across)))
+        found += [_obstacle(item, robot, original, options) for item in scene if item.name not in touched]
+    found += _dynamic(robot, original, options)
     found += [_custom(constraint, proposed) for constraint in options.custom]
     for i in options.pins(len(proposed)):
         start, goal = i == 0 and options.fix_start, i == len(proposed) - 1 and options.fix_goal
         name = "start" if start else "goal" if goal else "pinned"
         place = proposed.positions[i]
-        found.append(Measure(name, "", f"waypoint {i} stays", "m", "waypoint", _moved(i, place)))
+        found.append(Measure(name, "", f"waypoint {i + 1} stays", "m", "waypoint", _moved(i, place)))
+    return found
+
+
+def plane(robot: Robot, original: Trajectory) -> float | None:
+    """Height z [m] of the plane that a planar robot stays on: that of its original path; None for any other robot."""
+    heights = original.positions[:, 2]
+    level = float(heights[0])
+    if not robot.planar or np.abs(heights - level).max() > FLAT:
+        return None
+    box = robot.workspace
+    if isinstance(box, Box) and not box.lower[2] + robot.margin <= level <= box.upper[2] - robot.margin:
+        return None  # the workspace decides
+    return level
+
+
+def _dynamic(robot: Robot, original: Trajectory, options: ConstraintOptions) -> list[Measure]:
+    """The limits on speed and acceleration."""
+    found: list[Measure] = []
+    limits = dynamics(robot, options)
+    granted = limits if options.repair_original else dynamics(robot, options, original)
+    if robot.max_speed is not None:
+        text = f"at most {limits.top:g} m/s"
+        found.append(Measure("speed", "", text, "m/s", "waypoint", lambda t: t.speeds - limits.top))
+    if limits.least > 0.0:
+        text = f"at least {limits.least:g} m/s while moving"
+        found.append(Measure("least speed", "", text, "m/s", "waypoint", lambda t: too_slow(t, granted)))
+    if np.isfinite(limits.along):
+        text = f"at most {limits.along:g} m/s^2"
+        along = lambda t: too_quick(t, granted.along)  # noqa: E731
+        excuse = along if granted.along > limits.along else None
+        found.append(Measure("acceleration", "", text, "m/s", "segment", lambda t: too_quick(t, limits.along), excuse))
+    if np.isfinite(limits.across):
+        text = f"at most {limits.across:g} m/s^2"
+        across = lambda t: too_bent(t, granted.across)  # noqa: E731
+        excuse = across if granted.across > limits.across else None
+        found.append(
+            Measure("lateral acceleration", "", text, "m/s", "waypoint", lambda t: too_bent(t, limits.across), excuse)
+        )
     return found
 
 
@@ -156,15 +204,22 @@ def _outside(positions: Array, robot: Robot) -> Array:
     return np.asarray(worst)
 
 
-def _obstacle(item: SceneObject, robot: Robot, options: ConstraintOptions) -> Measure:
+def _obstacle(item: SceneObject, robot: Robot, original: Trajectory, options: ConstraintOptions) -> Measure:
     body = from_object(item, robot, options.obstacle_shape)
+    near = body if options.repair_original else from_object(item, robot, options.obstacle_shape, original.positions)
     distance: Callable[[Array], Array]
     if options.obstacle_shape == "sphere":
-        distance, text = item.distance, f"keep {robot.obstacle_margin:g} m from its bounding sphere"
+        distance, what = item.distance, "its bounding sphere"
     else:
         known = item if item.dimensions is not None else replace(item, dimensions=2.0 * body.half)
-        distance, text = known.clearance, f"keep {robot.obstacle_margin:g} m from it"
-    return Measure("obstacle", item.name, text, "m", "segment", lambda t: _too_close(t.positions, body, distance))
+        distance, what = known.clearance, "it"
+    text = f"keep {body.keep:g} m from {what}" + (f" ({body.note})" if body.note else "")
+    if robot.radius > 0.0:
+        text += f", counted from the path of a body of {robot.radius:g} m radius"
+    excuse = (lambda t: _too_close(t.positions, near, distance)) if near.radius < body.radius else None
+    return Measure(
+        "obstacle", item.name, text, "m", "segment", lambda t: _too_close(t.positions, body, distance), excuse
+    )
 
 
 def _too_close(positions: Array, body: Obstacle, distance: Callable[[Array], Array]) -> Array:
@@ -180,19 +235,6 @@ def _too_close(positions: Array, body: Obstacle, distance: Callable[[Array], Arr
     sampled = distance(points.reshape(-1, 3)).reshape(SAMPLES + 1, -1).min(axis=0) - body.radius
     excess[near] = -np.minimum(exact, sampled)
     return excess
-
-
-def _too_quick(trajectory: Trajectory, limit: float) -> Array:
-    """By how much the faster end of each segment exceeds what the slower end allows (N-1,) [m/s]."""
-    reachable = 2.0 * limit * np.diff(arc_length(trajectory.positions))
-    v = trajectory.speeds
-    return np.maximum(v[1:] - np.sqrt(v[:-1] ** 2 + reachable), v[:-1] - np.sqrt(v[1:] ** 2 + reachable))
-
-
-def _too_bent(trajectory: Trajectory, limit: float) -> Array:
-    bend = curvature(trajectory.positions)
-    cap = np.sqrt(np.divide(limit, bend, out=np.full(len(bend), np.inf), where=bend > 0))
-    return np.asarray(trajectory.speeds - cap)
 
 
 def _moved(i: int, place: Array) -> Callable[[Trajectory], Array]:
