@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 
 from ovita import toolkit as tk
+from ovita.measure import compare
+from ovita.measure.predicates import Pair
 from ovita.paths.correspondence import correspond
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Trajectory
+from ovita.toolkit.catalogue import Expectation
+from ovita.toolkit.judging import judge
 
 T = np.linspace(0, 1, 60)
 PATH = np.column_stack([T, 0.2 * np.sin(4 * T), 0.1 + 0.05 * np.cos(6 * T), np.full(60, 0.3)])
@@ -73,6 +79,28 @@ def test_both_directions_agree_where_both_are_known():
 def test_a_place_behind_a_wait_lies_behind_all_of_it():
     found = correspond(PATH, waiting(PATH, 20, 30))
     assert found.forward[[19, 20, 21]].tolist() == [19, 20, 51] and (found.backward[20:51] == 20).all()
+
+
+@pytest.mark.parametrize(
+    ("adapted", "moved"), [(PATH[10:], 0.0), (tk.extend(RAISED, 0.3), 0.2), (tk.spiral(PATH, "goal", radius=0.1), 0.0)]
+)
+def test_promises_verdicts_and_report_agree_on_how_far_the_path_moved(adapted, moved):
+    scene = Scene()
+    original, changed = Trajectory.from_array(PATH), Trajectory.from_array(adapted)
+    assert compare(original, changed, scene).displacement.max == pytest.approx(moved, abs=1e-9)
+    pair = Pair(PATH, adapted, scene)
+    assert np.linalg.norm(pair.shift[pair.found], axis=1).max() == pytest.approx(moved, abs=1e-9)
+    first = {"count": 60, "ranges": [[0, 19]]}
+    outcome = judge(Expectation("moved", {"offset": {"up": moved}, "where": first}, ""), PATH, adapted, scene)
+    assert outcome.held and outcome.change == (pytest.approx(moved) if moved else None)
+
+
+def test_a_straight_path_moved_along_itself_and_extended_has_moved():
+    line = np.column_stack([np.arange(21) / 20, np.zeros(21), np.zeros(21)])
+    longer = np.column_stack([np.arange(27) / 20, np.zeros(27), np.zeros(27)])
+    found = correspond(line, longer - [0.2, 0, 0])
+    assert found.forward.tolist() == [*range(21)] and found.added == ((21, 26),)
+    assert correspond(line, line[3:18]).removed == ((0, 2), (18, 20))
 
 
 def test_masks_travel_both_ways():

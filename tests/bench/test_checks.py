@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from ovita import toolkit as tk
 from ovita.errors import UnknownObject
 from ovita.measure import predicates as ck
+from ovita.paths.correspondence import correspond
 from ovita.paths.frame import Frame
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
@@ -105,7 +106,7 @@ def test_an_extension_leaves_the_rest_matched():
 
 
 def test_a_loop_in_the_middle_leaves_the_rest_matched():
-    source = ck.match(ROWS, ring(1)(ROWS, SCENE))
+    source = correspond(ROWS, ring(1)(ROWS, SCENE)).forward
     assert np.isfinite(source).all() and source[0] == 0 and source[-1] == len(ring(1)(ROWS, SCENE)) - 1
     assert np.allclose(ring(1)(ROWS, SCENE)[source.astype(int)], ROWS)
 

@@ -172,6 +172,11 @@ def _kept(old: Array, new: Array, small: float) -> tuple[Array, Array] | None:
         _fill(forward, backward, (old, new), (a, i), (b, j), small)
         forward[i : i + size], backward[j : j + size] = np.arange(j, j + size), np.arange(i, i + size)
         a, b = i + size, j + size
+    if np.isnan(backward).any() and len([*runs(np.isnan(forward)), *runs(np.isnan(backward))]) > 1:
+        # A straight path that was moved along itself and extended lies on its old waypoints by chance.
+        *moved, spread = _best_split(old, new)
+        if spread <= (SMALL * small) ** 2:
+            return moved[0], moved[1]
     return forward, backward
 
 

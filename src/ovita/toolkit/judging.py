@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from ovita.paths.correspondence import Correspondence, correspond
 from ovita.paths.geometry import Mask, path_distances, spacing
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, arc_length
 from ovita.toolkit.approach import radius_of
 from ovita.toolkit.arguments import Target, point
 from ovita.toolkit.catalogue import Expectation
-from ovita.toolkit.correspondence import correspond, counterparts, selections
 from ovita.toolkit.postconditions import say
 
 TINY, RELATIVE = 1e-6, 1e-3
@@ -76,10 +76,10 @@ class _Case:
 
     def __init__(self, values: Mapping[str, Any], original: Array, adapted: Array, scene: Scene) -> None:
         self.values, self.original, self.adapted, self.scene = values, original, adapted, scene
-        self.source = correspond(original, adapted)
-        self.matched = counterparts(adapted, self.source)
-        old, self.new = selections(values.get("where"), self.source, len(adapted))
-        self.paired: Mask = old & np.isfinite(self.source)
+        match = correspond(original, adapted)
+        self.matched = match.of_original(adapted)
+        old, self.new = _chosen(values.get("where"), match)
+        self.paired: Mask = old & match.kept
 
     @property
     def target(self) -> Target:
@@ -94,6 +94,24 @@ class _Case:
     @property
     def offset(self) -> Array:
         return self.scene.frame.offset(**self.values.get("offset", {}))
+
+
+def _chosen(where: Mapping[str, Any] | None, match: Correspondence) -> tuple[Mask, Mask]:
+    """The stored mask of an expectation over the original (N,) and over the adapted waypoints (M,).
+
+    A count that is the adapted and not the original one means adapted waypoints; any other is stretched.
+    """
+    n, m = len(match.forward), len(match.backward)
+    if where is None:
+        return np.ones(n, dtype=bool), np.ones(m, dtype=bool)
+    selected = np.zeros(int(where["count"]), dtype=bool)
+    for first, last in where["ranges"]:
+        selected[int(first) : int(last) + 1] = True
+    if len(selected) == m != n:
+        return match.carried_back(selected), selected
+    if len(selected) != n:
+        selected = selected[np.rint(np.linspace(0, len(selected) - 1, n)).astype(int)]
+    return selected, match.carried(selected)
 
 
 def _close(amount: float, asked: float) -> bool:
@@ -235,7 +253,7 @@ def _stop(case: _Case) -> Outcome:
     centre = point(case.target)
     distance = np.linalg.norm(case.adapted[:, :3] - centre, axis=1)
     nearest = float(distance.min())
-    found = np.isfinite(case.source)
+    found = np.isfinite(case.matched[:, 0])
     if not found.all():
         # Cut short: the nearest point of the part that is left says nothing about the part that is gone.
         shift = np.linalg.norm(case.matched[found, :3] - case.original[found, :3], axis=1).max()

@@ -15,8 +15,7 @@ from ovita.measure.predicates.distance import (
     passes_through,
 )
 from ovita.measure.predicates.loops import circles, extended, spiral, zigzags
-from ovita.measure.predicates.matching import match
-from ovita.measure.predicates.pair import Pair
+from ovita.measure.predicates.pair import Pair, Where, selected
 from ovita.measure.predicates.shape import (
     curvier,
     fewer_waypoints,
@@ -47,29 +46,17 @@ from ovita.measure.predicates.shift import (
 )
 from ovita.measure.predicates.speed import (
     constant_speed,
+    dwells,
     exponential_speed,
     faster,
     monotone_speed,
     slower,
     speeds_kept,
+    stops,
     trapezoidal_speed,
     uniform_acceleration,
 )
-from ovita.measure.predicates.stops import dwells, stops
-from ovita.measure.predicates.where import (
-    Where,
-    after,
-    before,
-    between,
-    both,
-    first,
-    last,
-    middle,
-    near,
-    outside,
-    selected,
-    turns,
-)
+from ovita.paths.part import after, before, between, both, first, last, middle, near, outside, turns
 
 __all__ = [
     "Check",
@@ -104,7 +91,6 @@ __all__ = [
     "kinds",
     "last",
     "level",
-    "match",
     "max_distance",
     "middle",
     "min_distance",

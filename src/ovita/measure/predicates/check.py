@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any, Concatenate, ParamSpec
 
 from ovita.measure.predicates.pair import Pair
+from ovita.paths.part import PathPart
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 
@@ -177,6 +178,8 @@ def _not(verdicts: list[Verdict]) -> Verdict:
 
 
 def _plain(value: Any) -> JSON:
+    if isinstance(value, PathPart):
+        return _plain(value.to_json())
     if isinstance(value, Mapping):
         return {str(k): _plain(v) for k, v in value.items()}
     if isinstance(value, tuple | list):

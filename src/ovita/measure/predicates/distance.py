@@ -7,9 +7,8 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 
 from ovita.measure.predicates.check import Verdict, predicate, say
-from ovita.measure.predicates.pair import EDGE, Pair
-from ovita.measure.predicates.where import Where, said, selected
-from ovita.paths.geometry import Mask, path_distances
+from ovita.measure.predicates.pair import EDGE, Pair, Where, said, selected
+from ovita.paths.geometry import Mask, closest_to_point, runs
 from ovita.paths.trajectory import Array, interpolate, source_indices
 from ovita.toolkit.approach import radius_of
 
@@ -29,7 +28,7 @@ def closer(
     *,
     by: float | None = None,
     amount: Amount | None = None,
-    where: Where | None = None,
+    where: Where = None,
     after: dict[str, float] | None = None,
     aimed: bool = True,
 ) -> Verdict:
@@ -57,7 +56,7 @@ def farther(
     by: float | None = None,
     times: float | None = None,
     amount: Amount | None = None,
-    where: Where | None = None,
+    where: Where = None,
     after: dict[str, float] | None = None,
     aimed: bool = True,
 ) -> Verdict:
@@ -82,23 +81,20 @@ def farther(
 def min_distance(pair: Pair, place: Any, at_least: float) -> Verdict:
     """The path stays at least so many metres from an object's centre, or from its surface where it has dimensions.
 
-    A waypoint may be nearer by 5 %, and the line between two waypoints by 10 %.
+    Measured along the segments; 10 % nearer will do.
     """
     centre, name = pair.place(place)
-    radius = _radius(pair, place)
-    waypoint = float(np.linalg.norm(pair.adapted[:, :3] - centre, axis=1).min())
-    line = _path_distance(pair.adapted, centre)
-    # With dimensions, both the surface of the cuboid and the bounding sphere are fair readings.
-    surface = line
-    if radius:
-        fine = interpolate(pair.adapted[:, :3], source_indices(pair.adapted[:, :3], 1000, "index"))
-        surface = float(pair.scene[place].clearance(fine).min())
-    held = (waypoint >= 0.95 * at_least and line >= 0.9 * at_least) if not radius else surface >= 0.9 * at_least
-    return say(held, f"keep {at_least:g} m from {name}", f"the path comes within {surface:.3f} m of {name}")
+    item = pair.scene[place] if isinstance(place, str) and place in pair.scene else None
+    if item is not None and item.dimensions is not None:
+        surface = item.cuboid.closest(pair.adapted[:, :3])[0]
+    else:
+        surface = _path_distance(pair.adapted, centre)
+    fact = f"the path comes within {surface:.3f} m of {name}"
+    return say(surface >= 0.9 * at_least, f"keep {at_least:g} m from {name}", fact)
 
 
 @predicate
-def max_distance(pair: Pair, place: Any, at_most: float, *, where: Where | None = None) -> Verdict:
+def max_distance(pair: Pair, place: Any, at_most: float, *, where: Where = None) -> Verdict:
     """No selected waypoint is farther from a place's centre than so many metres (5 % more will do)."""
     centre, name = pair.place(place)
     rows = pair.matched[selected(pair, where) & pair.found]
@@ -165,7 +161,7 @@ def _approach(
     sign: float,
     by: float | None,
     amount: Amount | None,
-    where: Where | None,
+    where: Where,
     after: dict[str, float] | None,
     aimed: bool,
 ) -> Verdict:
@@ -221,7 +217,7 @@ def _distances(
     if whole:
         least = _path_distance(rows, centre), _path_distance(pair.adapted, centre)
     else:
-        least = float(old[mask].min()), float(new[mask].min())
+        least = _part_distance(rows, mask, centre), _part_distance(pair.matched[:, :3], mask, centre)
     return least, (float(old[part].mean()), float(new[part].mean()))
 
 
@@ -245,7 +241,7 @@ def _radius(pair: Pair, place: Any) -> float:
     return radius_of(pair.scene[place]) if isinstance(place, str) and place in pair.scene else 0.0
 
 
-def _multiplied(pair: Pair, place: Any, times: float, where: Where | None) -> Verdict:
+def _multiplied(pair: Pair, place: Any, times: float, where: Where) -> Verdict:
     centre, name = pair.place(place)
     mask = selected(pair, where) & pair.found
     wish = f"multiply the distance to {name} by {times:g}{said(where)}"
@@ -259,4 +255,9 @@ def _multiplied(pair: Pair, place: Any, times: float, where: Where | None) -> Ve
 
 
 def _path_distance(rows: Array, centre: Array) -> float:
-    return float(path_distances(rows[:, :3], centre[None])[0])
+    return closest_to_point(rows[:, :3], centre)[0]
+
+
+def _part_distance(rows: Array, mask: Mask, centre: Array) -> float:
+    """Distance [m] of the selected stretches of a path (N, 3) to a point (3,), between waypoints too."""
+    return min(closest_to_point(rows[[a, *range(a, b + 1)]], centre)[0] for a, b in runs(mask))

@@ -4,21 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
-from ovita.measure.predicates.matching import match
-from ovita.paths.geometry import Mask, path_distances
+from ovita.paths.correspondence import Correspondence, correspond
+from ovita.paths.geometry import Mask, extent, path_distances, project
+from ovita.paths.part import PathPart, locate, named
 from ovita.paths.scene import Scene
-from ovita.paths.trajectory import Array
-from ovita.toolkit.correspondence import counterparts
+from ovita.paths.trajectory import Array, Trajectory, interpolate
 
 NOTICEABLE = 0.01
 """A change of place counts from this share of the original's extent on."""
 
 EDGE = 0.05
 """What lies within this share of the extent is at the same place for a person who looks at a plot."""
+
+
+Where: TypeAlias = PathPart | Mapping[str, Any] | None
+"""The part of the original path that a check looks at: a `PathPart` or its JSON document; None means all of it."""
 
 
 class Pair:
@@ -36,7 +40,7 @@ class Pair:
     @cached_property
     def extent(self) -> float:
         """Diagonal of the box around the original path [m]; 1 if it has none."""
-        return float(np.linalg.norm(np.ptp(self.original[:, :3], axis=0))) or 1.0
+        return extent(self.original[:, :3]) or 1.0
 
     @cached_property
     def noticeable(self) -> float:
@@ -44,14 +48,24 @@ class Pair:
         return NOTICEABLE * self.extent
 
     @cached_property
+    def trajectory(self) -> Trajectory:
+        """The original."""
+        return Trajectory.from_array(self.original)
+
+    @cached_property
+    def match(self) -> Correspondence:
+        """Which waypoints belong together."""
+        return correspond(self.original, self.adapted)
+
+    @cached_property
     def source(self) -> Array:
         """Fractional indices (N,) into the adapted waypoints; NaN where a waypoint has no counterpart."""
-        return match(self.original, self.adapted)
+        return self.match.forward
 
     @cached_property
     def matched(self) -> Array:
         """The adapted row of each original waypoint (N, 4), NaN where there is none."""
-        return counterparts(self.adapted, self.source)
+        return self.match.of_original(self.adapted)
 
     @cached_property
     def found(self) -> Mask:
@@ -114,29 +128,32 @@ class Pair:
         Raises:
             UnknownObject: If the scene has no such object.
         """
-        if isinstance(what, Mapping):
-            (a, first), (b, second) = (self.place(part) for part in what["between"])
-            return (a + b) / 2.0, f"the midpoint of {first} and {second}"
-        if what == "start":
-            return np.array(self.original[0, :3]), "the old start"
-        if what == "goal":
-            return np.array(self.original[-1, :3]), "the old goal"
-        if isinstance(what, str):
-            found = self.scene[what]
-            return np.array(found.position), f"the {found.name}"
-        return np.array(what, dtype=float), "[" + ", ".join(f"{value:g}" for value in what) + "]"
+        name = f"the old {what}" if what in ("start", "goal") else named(what)
+        if isinstance(what, str) and what not in ("start", "goal"):
+            name = f"the {self.scene[what].name}"
+        return locate(what, self.trajectory, self.scene), name
 
     def along(self, word: str) -> Array:
         """Displacement (N,) of each original waypoint along a direction word [m]."""
         return np.asarray(self.shift @ self.scene.frame.direction(word))
 
 
+def selected(pair: Pair, where: Where) -> Mask:
+    """Which original waypoints a part of the path means, (N,).
+
+    Raises:
+        ValueError: If `where` describes no part of a path.
+        UnknownObject: If it names an object that the scene does not have.
+    """
+    return PathPart.from_json(where).mask(pair.trajectory, pair.scene)
+
+
+def said(where: Where) -> str:
+    """A part of the path in words, beginning with a blank; "" for everything."""
+    words = PathPart.from_json(where).words()
+    return f" {words}" if words else ""
+
+
 def feet(path: Array, points: Array) -> Array:
     """The nearest points (M, 3) on a polyline (N, 3) to points (M, 3)."""
-    start, step = path[:-1], np.diff(path, axis=0)
-    squared = np.maximum((step**2).sum(axis=1), 1e-300)
-    away = points[:, None] - start
-    share = np.clip((away * step).sum(axis=2) / squared, 0.0, 1.0)
-    feet = start + share[:, :, None] * step
-    nearest = np.linalg.norm(points[:, None] - feet, axis=2).argmin(axis=1)
-    return np.asarray(feet[np.arange(len(points)), nearest])
+    return interpolate(path, project(path, points)[1])

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from ovita.measure.predicates.check import Verdict, predicate, say
-from ovita.measure.predicates.pair import EDGE, Pair, feet
-from ovita.measure.predicates.turning import bends
-from ovita.measure.predicates.where import Where, said, selected
+from ovita.measure.predicates.pair import EDGE, Pair, Where, feet, said, selected
 from ovita.paths.frame import DIRECTIONS
+from ovita.paths.geometry import rotation_about, turning_angles
+from ovita.paths.part import bends
 from ovita.paths.trajectory import Array, interpolate, source_indices
 
 SAME = 0.02
@@ -74,7 +74,7 @@ def curvier(pair: Pair) -> Verdict:
 @predicate
 def finer(pair: Pair) -> Verdict:
     """There are more waypoints, and the path turns less at the sharpest one, as a spline does."""
-    old, new = _sharpest(pair.original[:, :3]), _sharpest(pair.adapted[:, :3])
+    old, new = float(turning_angles(pair.original[:, :3]).max()), float(turning_angles(pair.adapted[:, :3]).max())
     held = len(pair.adapted) > len(pair.original) and new < old
     fact = f"waypoints went from {len(pair.original)} to {len(pair.adapted)}, the sharpest turn from "
     return say(
@@ -83,7 +83,7 @@ def finer(pair: Pair) -> Verdict:
 
 
 @predicate
-def straight(pair: Pair, where: Where | None = None) -> Verdict:
+def straight(pair: Pair, where: Where = None) -> Verdict:
     """The selected stretch is straight within 3 % of its length; its ends stay within 10 % of the extent."""
     index = np.flatnonzero(selected(pair, where) & pair.found)
     wish = f"go straight{said(where)}"
@@ -101,7 +101,7 @@ def straight(pair: Pair, where: Where | None = None) -> Verdict:
 
 
 @predicate
-def mirrored(pair: Pair, directions: Sequence[str], *, where: Where | None = None) -> Verdict:
+def mirrored(pair: Pair, directions: Sequence[str], *, where: Where = None) -> Verdict:
     """The selected waypoints are mirrored: their coordinates along each direction word are reversed.
 
     The mirror may stand anywhere; the other coordinates stay within 5 % of the extent.
@@ -127,7 +127,7 @@ def mirrored(pair: Pair, directions: Sequence[str], *, where: Where | None = Non
 
 
 @predicate
-def rotated(pair: Pair, degrees: float, axis: str = "up", *, where: Where | None = None) -> Verdict:
+def rotated(pair: Pair, degrees: float, axis: str = "up", *, where: Where = None) -> Verdict:
     """The path is turned about an axis through any point.
 
     Args:
@@ -144,13 +144,13 @@ def rotated(pair: Pair, degrees: float, axis: str = "up", *, where: Where | None
     old, new = old - old.mean(axis=0), new - new.mean(axis=0)
     best = float("inf")
     for miss in np.linspace(-10.0, 10.0, 9):
-        turned = old @ _turn(pair.scene.frame.direction(axis), np.radians(degrees + miss)).T
+        turned = old @ rotation_about(pair.scene.frame.direction(axis), np.radians(degrees + miss)).T
         best = min(best, float(np.sqrt(((turned - new) ** 2).sum(axis=1).mean())))
     return say(best <= 0.03 * pair.extent, wish, f"waypoints deviate from that by {best:.3f} m (RMS)")
 
 
 @predicate
-def reversed_part(pair: Pair, where: Where | None = None) -> Verdict:
+def reversed_part(pair: Pair, where: Where = None) -> Verdict:
     """The selected stretch is travelled the other way round, within 5 % of the extent (RMS)."""
     mask = selected(pair, where) & pair.found
     off = pair.matched[mask, :3] - pair.original[mask, :3][::-1]
@@ -240,17 +240,3 @@ def _bends_said(old: Array, new: Array) -> str:
         f"bends went from {_energy(old):.2f} to {_energy(new):.2f} rad^2 in all, "
         f"the sharpest from {np.degrees(old.max()):.0f} to {np.degrees(new.max()):.0f} degrees"
     )
-
-
-def _sharpest(positions: Array) -> float:
-    steps = np.diff(positions, axis=0)
-    steps = steps[np.linalg.norm(steps, axis=1) > 0]
-    if len(steps) < 2:
-        return 0.0
-    a, b = steps[:-1], steps[1:]
-    return float(np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), (a * b).sum(axis=1)).max())
-
-
-def _turn(axis: Array, angle: float) -> Array:
-    cross = np.array([[0.0, -axis[2], axis[1]], [axis[2], 0.0, -axis[0]], [-axis[1], axis[0], 0.0]])
-    return np.asarray(np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross)

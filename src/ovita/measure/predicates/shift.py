@@ -8,8 +8,7 @@ import numpy as np
 
 from ovita.measure.predicates.check import Verdict, predicate, say
 from ovita.measure.predicates.distance import Amount
-from ovita.measure.predicates.pair import EDGE, Pair
-from ovita.measure.predicates.where import Where, said, selected
+from ovita.measure.predicates.pair import EDGE, Pair, Where, said, selected
 from ovita.paths.frame import DIRECTIONS
 from ovita.paths.geometry import fractions, path_distances
 from ovita.paths.trajectory import Array
@@ -33,7 +32,7 @@ def moved(
     up: float | None = None,
     down: float | None = None,
     amount: Amount | None = None,
-    where: Where | None = None,
+    where: Where = None,
     tolerance: float = 0.1,
     only: bool = True,
 ) -> Verdict:
@@ -130,7 +129,7 @@ def ends_at(pair: Pair, place: Any, *, within: float | None = None) -> Verdict:
 
 
 @predicate
-def kept(pair: Pair, where: Where | None = None) -> Verdict:
+def kept(pair: Pair, where: Where = None) -> Verdict:
     """The selected waypoints are where they were, 95 % of them within 2 % of the extent, but for sparing an object."""
     mask = selected(pair, where)
     off = np.linalg.norm(pair.shift[mask], axis=1)

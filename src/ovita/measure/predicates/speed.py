@@ -1,16 +1,16 @@
-"""Checks of how fast the robot moves."""
+"""Checks of how fast the robot moves, where it stops and how long it waits."""
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from ovita.measure.predicates.check import Verdict, predicate, say
 from ovita.measure.predicates.distance import Amount
-from ovita.measure.predicates.pair import Pair
-from ovita.measure.predicates.where import Where, outside, said, selected
-from ovita.paths.geometry import Mask, fractions
+from ovita.measure.predicates.pair import Pair, Where, said, selected
+from ovita.paths.geometry import SAME_PLACE, Mask, fractions
+from ovita.paths.part import PathPart, outside
 from ovita.paths.trajectory import Array
 
 LEAST_CHANGE = 0.05
@@ -19,6 +19,12 @@ LEAST_CHANGE = 0.05
 LOCAL = 0.5
 """A change is local if elsewhere it is at most this share of it."""
 
+AROUND = 0.15
+"""A stop "near" an object is at most this share of the extent farther from it than the original comes."""
+
+AT_REST = 0.03
+"""The robot stands below this share of the original's median speed."""
+
 Sense = Literal["rising", "falling"]
 
 
@@ -26,7 +32,7 @@ Sense = Literal["rising", "falling"]
 def slower(
     pair: Pair,
     *,
-    where: Where | None = None,
+    where: Where = None,
     factor: float | None = None,
     amount: Amount | None = None,
     only: bool = False,
@@ -40,14 +46,14 @@ def slower(
         amount: "little": no slower than 0.4 times; "much": at most 0.8 times as fast.
         only: Whether the speed elsewhere must change less than half as much, and no farther object be meant.
     """
-    return _pace(pair, -1.0, where, factor, amount, only)
+    return _pace(pair, -1.0, PathPart.from_json(where), factor, amount, only)
 
 
 @predicate
 def faster(
     pair: Pair,
     *,
-    where: Where | None = None,
+    where: Where = None,
     factor: float | None = None,
     amount: Amount | None = None,
     only: bool = False,
@@ -61,11 +67,11 @@ def faster(
         amount: "little": at most 2 times as fast; "much": at least 1.25 times.
         only: Whether the speed elsewhere must change less than half as much, and no farther object be meant.
     """
-    return _pace(pair, 1.0, where, factor, amount, only)
+    return _pace(pair, 1.0, PathPart.from_json(where), factor, amount, only)
 
 
 @predicate
-def speeds_kept(pair: Pair, where: Where | None = None) -> Verdict:
+def speeds_kept(pair: Pair, where: Where = None) -> Verdict:
     """The average speed of the selected waypoints changed by less than 5 %, nine of ten by less than a fifth of it."""
     mask = selected(pair, where) & pair.found
     wish = f"leave the speed{said(where)} as it was"
@@ -80,7 +86,7 @@ def speeds_kept(pair: Pair, where: Where | None = None) -> Verdict:
 
 
 @predicate
-def constant_speed(pair: Pair, value: float | None = None, *, where: Where | None = None) -> Verdict:
+def constant_speed(pair: Pair, value: float | None = None, *, where: Where = None) -> Verdict:
     """Nine of ten selected waypoints have one speed: the value [m/s], or their median; within 5 %."""
     speeds = _speeds(pair, where)
     wish = f"keep a constant speed{'' if value is None else f' of {value:g} m/s'}{said(where)}"
@@ -94,7 +100,7 @@ def constant_speed(pair: Pair, value: float | None = None, *, where: Where | Non
 
 @predicate
 def monotone_speed(
-    pair: Pair, sense: Sense, *, to: float | None = None, where: Where | None = None, final: float | None = None
+    pair: Pair, sense: Sense, *, to: float | None = None, where: Where = None, final: float | None = None
 ) -> Verdict:
     """The speed only rises, or only falls, by at least a tenth of its maximum; its wrong changes sum to at most 10 %.
 
@@ -118,7 +124,7 @@ def monotone_speed(
 
 
 @predicate
-def uniform_acceleration(pair: Pair, sense: Sense, *, to: float | None = None, where: Where | None = None) -> Verdict:
+def uniform_acceleration(pair: Pair, sense: Sense, *, to: float | None = None, where: Where = None) -> Verdict:
     """The speed rises or falls steadily: it is a straight line over waypoints, length or time (R^2 >= 0.95)."""
     mask = selected(pair, where) & pair.found
     rows = pair.adapted if where is None else pair.matched[mask]
@@ -135,7 +141,7 @@ def uniform_acceleration(pair: Pair, sense: Sense, *, to: float | None = None, w
 
 
 @predicate
-def exponential_speed(pair: Pair, sense: Sense, *, where: Where | None = None) -> Verdict:
+def exponential_speed(pair: Pair, sense: Sense, *, where: Where = None) -> Verdict:
     """The logarithm of the speed is a straight line (R^2 >= 0.95), a better one than the speed itself."""
     speeds = _speeds(pair, where)
     wish = f"{_wish(sense, None, where)}, exponentially"
@@ -149,7 +155,7 @@ def exponential_speed(pair: Pair, sense: Sense, *, where: Where | None = None) -
 
 
 @predicate
-def trapezoidal_speed(pair: Pair, *, where: Where | None = None) -> Verdict:
+def trapezoidal_speed(pair: Pair, *, where: Where = None) -> Verdict:
     """The speed rises, is constant for at least a fifth of the waypoints, and falls."""
     speeds = _speeds(pair, where)
     wish = f"speed up, keep the speed and slow down again{said(where)}"
@@ -168,12 +174,57 @@ def trapezoidal_speed(pair: Pair, *, where: Where | None = None) -> Verdict:
     return say(held, wish, fact)
 
 
-def _pace(
-    pair: Pair, sign: float, where: Where | None, factor: float | None, amount: Amount | None, only: bool
-) -> Verdict:
+@predicate
+def stops(pair: Pair, near: Any = None) -> Verdict:
+    """The robot stops where it did not before: near a place, or at the end.
+
+    A path that ends there will do, as will a stop after which the robot goes on.
+    """
+    still = pair.adapted[:, 3] <= _rest(pair)
+    if near is None:
+        fact = f"the speed at the end is {pair.adapted[-1, 3]:.3f} m/s"
+        return say(bool(still[-1]), "stop at the end", fact)
+    centre, name = pair.place(near)
+    distance, limit = _around(pair, centre)
+    cut = bool(np.linalg.norm(pair.adapted[-1, :3] - pair.original[-1, :3]) > 2 * pair.noticeable)
+    if cut:
+        still[-1] = True
+    else:
+        # Where the original stands already, standing is no answer.
+        old = pair.original[pair.original[:, 3] <= _rest(pair), :3]
+        for place in old:
+            still &= np.linalg.norm(pair.adapted[:, :3] - place, axis=1) > 2 * pair.noticeable
+    nearest = float(distance[still].min()) if still.any() else np.inf
+    fact = f"it stops {nearest:.3f} m from {name} (at most {limit:.3f} m)" if still.any() else "it does not stop"
+    return say(nearest <= limit, f"stop near {name}", fact)
+
+
+@predicate
+def dwells(pair: Pair, steps: int, *, near: Any = None) -> Verdict:
+    """The robot waits for so many timesteps: repeated waypoints, or waypoints at rest, in one place; one may differ.
+
+    Args:
+        pair: What is compared.
+        steps: Timesteps.
+        near: The place where it waits; None for anywhere.
+    """
+    waiting = _waits(pair.adapted, pair)
+    name = ""
+    if near is not None:
+        centre, name = pair.place(near)
+        distance, limit = _around(pair, centre)
+        waiting = [(a, b) for a, b in waiting if distance[a] <= limit]
+    longest = max((b - a for a, b in waiting), default=0)
+    before = max((b - a for a, b in _waits(pair.original, pair)), default=0)
+    there = f" near {name}" if name else ""
+    held = abs(longest - steps) <= max(1, round(0.1 * steps)) and longest > before
+    return say(held, f"wait for {steps} timesteps{there}", f"the longest wait{there} has {longest} timesteps")
+
+
+def _pace(pair: Pair, sign: float, where: PathPart, factor: float | None, amount: Amount | None, only: bool) -> Verdict:
     """Sign +1: faster, -1: slower; what is near before and what is near after an edit of the path both count."""
     verdict = _pace_at(pair, pair, sign, where, factor, amount, only)
-    if verdict.passed or where is None:
+    if verdict.passed or not where:
         return verdict
     later = _pace_at(pair, pair.seen_after, sign, where, factor, amount, only)
     return later if later.passed else verdict
@@ -183,7 +234,7 @@ def _pace_at(
     pair: Pair,
     view: Pair,
     sign: float,
-    where: Where | None,
+    where: PathPart,
     factor: float | None,
     amount: Amount | None,
     only: bool,
@@ -206,18 +257,18 @@ def _pace_at(
     return say(held, wish, fact)
 
 
-def _untouched(pair: Pair, where: Where | None, mask: Mask, sign: float) -> str:
+def _untouched(pair: Pair, where: PathPart, mask: Mask, sign: float) -> str:
     """Where a radius was stated, whether less than three quarters of what lies within it changed."""
     moving = mask & (pair.original[:, 3] > 1e-6)
-    if where is None or "within" not in where or not moving.any():
+    if where.kind != "near" or where.amount is None or not moving.any():
         return ""
     changed = float((sign * (pair.matched[moving, 3] / pair.original[moving, 3] - 1.0) >= LEAST_CHANGE / 2.0).mean())
     return "" if changed >= 0.75 else f"only {changed:.0%} of these waypoints changed"
 
 
-def _spread(pair: Pair, view: Pair, where: Where | None, sign: float, ratio: float) -> str:
+def _spread(pair: Pair, view: Pair, where: PathPart, sign: float, ratio: float) -> str:
     """Whether the speed changed elsewhere too, or was changed near another part of the path."""
-    if where is None:
+    if not where:
         return ""
     elsewhere = selected(view, outside(where)) & pair.found
     if elsewhere.any():
@@ -229,27 +280,27 @@ def _spread(pair: Pair, view: Pair, where: Where | None, sign: float, ratio: flo
     return _off_centre(pair, view, where, sign)
 
 
-def _off_centre(pair: Pair, view: Pair, where: Where, sign: float) -> str:
+def _off_centre(pair: Pair, view: Pair, where: PathPart, sign: float) -> str:
     """Whether the change is centred on another part of the path than a vague "near": what to say, or ""."""
-    if "near" not in where or "within" in where:
+    if where.kind != "near" or where.amount is not None:
         return ""
     found = pair.found & (pair.original[:, 3] > 1e-6)
     change = np.zeros(len(found))
     change[found] = np.maximum(sign * np.log(np.maximum(pair.matched[found, 3] / pair.original[found, 3], 0.05)), 0.0)
-    distance = np.linalg.norm(view.original[:, :3] - pair.place(where["near"])[0], axis=1)
+    distance = np.linalg.norm(view.original[:, :3] - pair.place(where.places[0])[0], axis=1)
     if change.sum() < 1e-9:
         return ""
     centred, usual = float((change * distance).sum() / change.sum()), float(distance.mean())
     return "" if centred <= usual else f"where the speed changed, the path is {centred:.3f} m away on average"
 
 
-def _ratio(pair: Pair, mask: Mask, where: Where | None) -> tuple[float, str]:
+def _ratio(pair: Pair, mask: Mask, where: PathPart) -> tuple[float, str]:
     old, new = float(pair.original[mask, 3].mean()), float(pair.matched[mask, 3].mean())
     ratio = new / old if old > 1e-6 else (1.0 if new <= 1e-6 else np.inf)
     return ratio, f"the average speed{said(where)} went from {old:.3f} to {new:.3f} m/s ({ratio:.2f} times)"
 
 
-def _speeds(pair: Pair, where: Where | None) -> Array:
+def _speeds(pair: Pair, where: Where) -> Array:
     if where is None:
         return pair.adapted[:, 3]
     return np.asarray(pair.matched[selected(pair, where) & pair.found, 3])
@@ -273,7 +324,7 @@ def _fit(x: Array, y: Array) -> float:
     return float(np.corrcoef(x, y)[0, 1] ** 2)
 
 
-def _wish(sense: Sense, to: float | None, where: Where | None) -> str:
+def _wish(sense: Sense, to: float | None, where: Where) -> str:
     verb = "speed up" if sense == "rising" else "slow down"
     return f"{verb} all the time{said(where)}" + ("" if to is None else f" to {to:g} m/s")
 
@@ -283,3 +334,28 @@ def _course(speeds: Array) -> str:
         f"the speed goes from {speeds[0]:.3f} to {speeds[-1]:.3f} m/s, rising by {_wrong(speeds, -1.0):.3f} "
         f"and falling by {_wrong(speeds, 1.0):.3f} in all"
     )
+
+
+def _rest(pair: Pair) -> float:
+    return max(AT_REST * float(np.median(pair.original[:, 3])), 1e-6)
+
+
+def _around(pair: Pair, centre: Array) -> tuple[Array, float]:
+    distance = np.linalg.norm(pair.adapted[:, :3] - centre, axis=1)
+    old = float(np.linalg.norm(pair.original[:, :3] - centre, axis=1).min())
+    return distance, old + AROUND * pair.extent
+
+
+def _waits(rows: Array, pair: Pair) -> list[tuple[int, int]]:
+    """First and last index of each run of waypoints at one place; at rest, a small shift of them does not count."""
+    still, runs, a = rows[:, 3] <= _rest(pair), [], 0
+    for i in range(1, len(rows) + 1):
+        if i < len(rows):
+            step = float(np.linalg.norm(rows[i, :3] - rows[i - 1, :3]))
+            away = float(np.linalg.norm(rows[i, :3] - rows[a, :3]))
+            if step <= SAME_PLACE or (still[i] and still[i - 1] and away <= pair.noticeable):
+                continue
+        if i - 1 > a:
+            runs.append((a, i - 1))
+        a = i
+    return runs
