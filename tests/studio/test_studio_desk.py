@@ -1,4 +1,4 @@
-"""Desks: one turn at a time, latest wish wins, and nothing is lost when the process dies."""
+"""Sessions: one turn at a time, latest wish wins, and nothing is lost when the process dies."""
 
 import os
 import signal
@@ -14,8 +14,7 @@ from ovita.dialogue.session import Session
 from ovita.errors import RequestError
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
-from ovita.studio.desk import Desk
-from ovita.studio.desks import Desks
+from ovita.studio.sessions import SessionController, Sessions
 from ovita.writers.base import Reply, WriterInfo
 
 PATH = Trajectory(np.column_stack([np.linspace(0, 1, 20), np.zeros((20, 2))]), np.full(20, 0.4))
@@ -46,7 +45,10 @@ def until(condition, seconds=10.0):
 
 def test_a_slow_writer_blocks_only_its_own_desk():
     writer = SlowWriter()
-    slow, quick = Desk(Session(PATH, SCENE, writer=writer)), Desk(Session(PATH, SCENE, writer="builtin"))
+    slow, quick = (
+        SessionController(Session(PATH, SCENE, writer=writer)),
+        SessionController(Session(PATH, SCENE, writer="builtin")),
+    )
     slow.say("up", "current")
     assert writer.asked.wait(10) and slow.busy is not None and slow.busy.elapsed >= 0
     with pytest.raises(RequestError, match="still"):
@@ -61,7 +63,7 @@ def test_a_slow_writer_blocks_only_its_own_desk():
 
 def test_a_cancelled_turn_never_arrives():
     writer = SlowWriter()
-    desk = Desk(Session(PATH, SCENE, writer=writer))
+    desk = SessionController(Session(PATH, SCENE, writer=writer))
     worker = desk.say("up", "current")
     assert writer.asked.wait(10)
     desk.cancel()
@@ -74,7 +76,7 @@ def test_a_cancelled_turn_never_arrives():
 
 
 def test_of_many_values_of_a_knob_the_last_one_stays():
-    desk = Desk(Session(PATH, SCENE, writer="builtin"))
+    desk = SessionController(Session(PATH, SCENE, writer="builtin"))
     desk.say("go left by 0.1", "current").join(10)
     news = []
     desk.watch(news.append)
@@ -98,7 +100,7 @@ def test_a_question_is_answered_together_with_what_was_said():
             return Reply("question", question="Which cup?", writer=WriterInfo("test"))
 
     writer = Asking()
-    desk = Desk(Session(PATH, SCENE, writer=writer))
+    desk = SessionController(Session(PATH, SCENE, writer=writer))
     with pytest.raises(RequestError):
         desk.answer("the red one")
     desk.say("go over the cup", "current").join(10)
@@ -108,7 +110,7 @@ def test_a_question_is_answered_together_with_what_was_said():
 
 
 def test_desks_are_put_away_and_come_back(tmp_path):
-    desks = Desks(tmp_path, lambda: (Session(PATH, SCENE, writer="builtin"), "scene"), writer="builtin")
+    desks = Sessions(tmp_path, lambda: (Session(PATH, SCENE, writer="builtin"), "scene"), writer="builtin")
     name, desk = desks.new()
     desk.say("go left by 0.1", "current").join(10)
     desk.session.writer = writer = SlowWriter()
@@ -124,7 +126,7 @@ def test_desks_are_put_away_and_come_back(tmp_path):
 
 def test_journals_that_nobody_opened_for_long_are_deleted(tmp_path):
     def desks():
-        return Desks(tmp_path, lambda: (Session(PATH, SCENE, writer="builtin"), "scene"), writer="builtin")
+        return Sessions(tmp_path, lambda: (Session(PATH, SCENE, writer="builtin"), "scene"), writer="builtin")
 
     names = [desks().new()[0] for _ in range(3)]
     (tmp_path / "notes.jsonl").write_text("mine")
@@ -140,7 +142,7 @@ def test_journals_that_nobody_opened_for_long_are_deleted(tmp_path):
 
 
 def test_a_journal_that_cannot_be_written_costs_no_turn(tmp_path):
-    desks = Desks(tmp_path / "s", lambda: (Session(PATH, SCENE, writer="builtin"), "scene"), writer="builtin")
+    desks = Sessions(tmp_path / "s", lambda: (Session(PATH, SCENE, writer="builtin"), "scene"), writer="builtin")
     _, desk = desks.new()
     for file in (tmp_path / "s").iterdir():
         file.unlink()
@@ -164,11 +166,11 @@ import numpy as np
 sys.path.insert(0, sys.argv[2])
 from test_studio_desk import PATH, SCENE, SlowWriter
 from ovita.dialogue.session import Session
-from ovita.studio.desk import Desk
+from ovita.studio.sessions import SessionController
 if __name__ == "__main__":
     session = Session(PATH, SCENE, writer="builtin")
     session.keep(sys.argv[1])
-    desk = Desk(session)
+    desk = SessionController(session)
     desk.say("go left by 0.1", "current").join()
     if sys.argv[3] == "writing":
         session.writer = writer = SlowWriter()

@@ -13,9 +13,8 @@ from ovita.paths.robot import Box, Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.plots.geometry import corners
-from ovita.studio import charts, files, hand, knobs, shapes, words
-from ovita.studio.shapes import Stage
-from ovita.studio.stage import Space
+from ovita.studio import editor, files, html, panels, scene_view
+from ovita.studio.scene_view import SceneView, Stage
 
 CUP = SceneObject("cup", [0.5, 0.3, 0.1], [0.1, 0.1, 0.2])
 
@@ -42,35 +41,35 @@ def test_playing_stands_still_where_the_robot_does():
 
 @pytest.mark.parametrize("low, high", [(0.0, 1.0), (-0.3, 7.2), (0.0, 1e-5), (0.0, 12345.0), (1.0, 1.0)])
 def test_ticks_are_round_and_inside(low, high):
-    found = charts.ticks(low, high, 5)
+    found = html.ticks(low, high, 5)
     assert 1 <= len(found) <= 6 and all(low - 1e-9 <= value <= high + 1e-9 for value in found)
 
 
 def test_a_chart_of_a_long_trajectory_is_small_and_keeps_its_lowest_value():
     path = straight(np.r_[np.ones(4000), 0.25, np.ones(999)])
-    assert len(charts.speed_chart(path, path)) < 20_000
-    assert 4000 in charts.thinned(path.speeds)
+    assert len(html.speed_chart(path, path)) < 20_000
+    assert 4000 in html.thinned(path.speeds)
 
 
 def test_clearance_is_that_to_the_nearest_surface():
     points = np.array([[0.5, 0.3, 0.5], [0.5, 0.3, 0.1]])
-    assert charts.clearance(points, Scene((CUP,))) == pytest.approx([0.3, -0.05])
-    assert charts.clearance_chart(straight([1, 1]), None, Scene(), 0.01) == ""
+    assert html.clearance(points, Scene((CUP,))) == pytest.approx([0.3, -0.05])
+    assert html.clearance_chart(straight([1, 1]), None, Scene(), 0.01) == ""
 
 
 @pytest.mark.parametrize("value", [0.2, 1.0, 0.0, -0.35, 42.0, 1e-4])
 def test_a_slider_reaches_round_numbers_around_its_value(value):
-    low, high, step = knobs.reach(value, "m")
+    low, high, step = panels.reach(value, "m")
     assert low <= value <= high and high >= 2 * abs(value) and 0 < step <= (high - low) / 50
 
 
 def test_what_broke_a_limit_is_marked():
     robot = Robot(workspace=Box((-1, -1, -1), (0.75, 1, 1)), max_speed=2.0)
     path = straight([1, 1, 1, 3, 1])
-    assert shapes.broken(path, Scene(), robot, set()).tolist() == [False, False, False, True, True]
+    assert scene_view.broken(path, Scene(), robot, set()).tolist() == [False, False, False, True, True]
     inside = Scene((SceneObject("post", [0.25, 0, 0]),))
-    assert shapes.broken(path, inside, Robot(max_speed=None), set()).tolist() == [False, True, False, False, False]
-    assert not shapes.broken(path, inside, Robot(max_speed=None), {"post"}).any()
+    assert scene_view.broken(path, inside, Robot(max_speed=None), set()).tolist() == [False, True, False, False, False]
+    assert not scene_view.broken(path, inside, Robot(max_speed=None), {"post"}).any()
 
 
 @pytest.mark.parametrize("frame", ["rfu", "flu", "ned"])
@@ -90,16 +89,16 @@ def test_the_first_camera_sees_everything(frame, aspect):
 
 
 def test_hand_edits_make_new_scenes_and_paths():
-    scene = hand.with_object_at(Scene((CUP,)), "cup", np.array([0.0, 0, 0]))
+    scene = editor.with_object_at(Scene((CUP,)), "cup", np.array([0.0, 0, 0]))
     assert scene["cup"].position.tolist() == [0, 0, 0] and CUP.position[0] == 0.5
-    path = hand.with_end(straight([1] * 9), np.array([1.0, 0.5, 0]), goal=True)
+    path = editor.with_end(straight([1] * 9), np.array([1.0, 0.5, 0]), goal=True)
     assert path.positions[-1].tolist() == [1.0, 0.5, 0] and path.positions[0].tolist() == [0, 0, 0]
 
 
 def test_suggestions_fit_the_scene_and_are_understood():
     for scene in (Scene((CUP,)), Scene()):
         session = Session(straight([0.4] * 20), scene, writer="builtin")
-        said = words.suggestions(session.current, scene)
+        said = html.suggestions(session.current, scene)
         assert 2 <= len(said) <= 3
         for text in said:
             assert session.draft().say(text).usable, text
@@ -135,21 +134,21 @@ def test_long_words_are_cut_and_a_branch_says_where_it_began():
     session.say("go left by 0.1")
     session.branch(-1)
     session.say("go up by 0.1")
-    assert "from the beginning" in words.history(session) and len(words.clipped("x" * 3000)) == 300
+    assert "from the beginning" in html.history(session) and len(html.clipped("x" * 3000)) == 300
 
 
 def test_neither_line_hides_the_other_and_colours_reach_over_both():
     path = straight([0.4] * 20)
-    chart = charts.speed_chart(path, path)
+    chart = html.speed_chart(path, path)
     assert chart.count('stroke-width="2.8"') == 1  # the line before shows where the line after hides it
     session = Session(straight([0.4] * 20), Scene((CUP,)), writer="builtin")
     session.say("move half as fast")
-    assert Space.pace(session) == (pytest.approx(0.2), pytest.approx(0.4))
+    assert SceneView.pace(session) == (pytest.approx(0.2), pytest.approx(0.4))
 
 
 def test_the_camera_follows_what_grows_until_a_person_moves_it():
     camera = SimpleNamespace(image_width=800, image_height=800, position=np.zeros(3))
-    space = Space(SimpleNamespace(camera=camera, scene=None))
+    space = SceneView(SimpleNamespace(camera=camera, scene=None))
     session = Session(straight([0.4] * 20), Scene((CUP,)), writer="builtin")
     space.look(session)
     first = camera.position

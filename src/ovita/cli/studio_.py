@@ -52,7 +52,7 @@ def command(
 ) -> None:
     """Adapt trajectories in the browser; begins with the first FILE, or with a shipped scene."""
     from ovita.studio import Settings, Studio
-    from ovita.studio.desks import default_folder
+    from ovita.studio.sessions import default_folder
 
     limits = load_robot(robot) if robot else Robot.preset("none")
     template = Session(

@@ -16,14 +16,11 @@ from typing import Any
 
 from ovita.dialogue.session import Session
 from ovita.errors import FormatError, MissingExtra, OvitaError, RequestError
-from ovita.studio.desk import Desk
-from ovita.studio.desks import Desks, default_folder
-from ovita.studio.files import open_file
-from ovita.studio.filing import offered_files
-from ovita.studio.page import page
-from ovita.studio.security import Gate, gate_for, guarded, is_local
-from ovita.studio.uploads import limit_uploads
-from ovita.studio.view import View
+from ovita.studio.files import offered_files, open_file
+from ovita.studio.html import page
+from ovita.studio.security import Gate, gate_for, guarded, is_local, limit_uploads
+from ovita.studio.sessions import SessionController, Sessions, default_folder
+from ovita.studio.tab import Tab
 
 PORT = 8765
 """Where the studio listens unless another port is named."""
@@ -76,11 +73,11 @@ class Studio:
         self._template, self._offered = settings.template, offered_files(settings.paths)
         self._first = self._offered[next(iter(self._offered))] if self._offered else ""
         self._open_first()
-        self.desks = Desks(
+        self.desks = Sessions(
             settings.folder, self._open_first, writer=settings.template.writer, isolation=settings.template.isolation
         )
         self._key = f"ovita-session-{_digest(self._first)}"
-        self._views: dict[int, tuple[View, list[str]]] = {}
+        self._views: dict[int, tuple[Tab, list[str]]] = {}
         self._lock, self._stopped = threading.Lock(), False
         with _quiet(), guarded(self.gate):
             self.server: Any = viser.ViserServer(settings.host, port, label="ovita studio", verbose=False)
@@ -95,7 +92,7 @@ class Studio:
         self.url = f"http://{shown}:{self.port}/" + (f"?token={self.gate.token}" if self.gate.token else "")
 
     @property
-    def views(self) -> list[View]:
+    def views(self) -> list[Tab]:
         """The tabs that are open."""
         with self._lock:
             return [view for view, _ in self._views.values()]
@@ -137,13 +134,13 @@ class Studio:
             nonlocal had
             had = self._remember(client, name, title)
 
-        def new(session: Session | None = None, title: str = "") -> Desk:
+        def new(session: Session | None = None, title: str = "") -> SessionController:
             name, fresh = self.desks.new(session, title)
             used.append(name)
             remember(name, fresh.title)
             return fresh
 
-        def returned(name: str) -> Desk:
+        def returned(name: str) -> SessionController:
             found = self.desks.find(name, dict(self._remembered(client)).get(name, ""))
             if found is None:
                 raise RequestError("that session is not on this machine any more")
@@ -154,7 +151,7 @@ class Studio:
         if desk is None:
             desk = new()
             note = note or desk.error
-        view = View(
+        view = Tab(
             client,
             desk,
             offered=self._offered,
@@ -180,7 +177,7 @@ class Studio:
         if view is not None:
             self._put_away(view, used)
 
-    def _put_away(self, view: View, used: list[str]) -> None:
+    def _put_away(self, view: Tab, used: list[str]) -> None:
         view.close()
         view.desk.close()
         for name in used:

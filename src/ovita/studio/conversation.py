@@ -9,8 +9,8 @@ from typing import Any
 from ovita.dialogue.history import ROOT
 from ovita.errors import OvitaError
 from ovita.request import FeedbackOn
-from ovita.studio import words
-from ovita.studio.desk import Desk, News
+from ovita.studio import html
+from ovita.studio.sessions import News, SessionController
 
 _ON = {"current: what there is now": "current", "original: everything on the blue line": "original"}
 _TICK_S = 0.5
@@ -25,7 +25,7 @@ class Conversation:
         complain: Shows a sentence to the person.
     """
 
-    def __init__(self, gui: Any, desk: Callable[[], Desk], complain: Callable[[str], None]) -> None:
+    def __init__(self, gui: Any, desk: Callable[[], SessionController], complain: Callable[[str], None]) -> None:
         self.gui, self._desk, self._complain = gui, desk, complain
         self._suggested: tuple[str, ...] = ()
         self._tries: list[Any] = []
@@ -69,12 +69,12 @@ class Conversation:
                 self._clock.start()
         asked = desk.said.question if desk.said is not None else ""
         title = "Your answer" if asked else "What should change?"
-        self.ask.content = words.block(f"<h4>{title}</h4>")
-        self.outcome.content = words.outcome(desk)
+        self.ask.content = html.block(f"<h4>{title}</h4>")
+        self.outcome.content = html.outcome(desk)
         if news in ("turn", "said", "knobs"):
             self._suggest(desk)
         if news == "turn" or news == "knobs":
-            self.past.content = words.history(desk.session)
+            self.past.content = html.history(desk.session)
             self._list_turns(desk)
 
     def close(self) -> None:
@@ -101,7 +101,7 @@ class Conversation:
         return "original" if _ON.get(self.on.value) == "original" else "current"
 
     def _explain(self) -> None:
-        self.meaning.content = words.block(f'<p class="soft">{words.MEANING[self._about()]}</p>')
+        self.meaning.content = html.block(f'<p class="soft">{html.MEANING[self._about()]}</p>')
 
     def step(self, which: str) -> None:
         """Undo or redo a turn."""
@@ -117,20 +117,20 @@ class Conversation:
         turn = int(number) - 1 if number.isdecimal() else ROOT
         threading.Thread(target=lambda: self._desk().act(lambda s: s.branch(turn)), daemon=True).start()
 
-    def _list_turns(self, desk: Desk) -> None:
+    def _list_turns(self, desk: SessionController) -> None:
         history = desk.session.history
-        names = tuple(words.turn_name(desk.session, i) for i in (ROOT, *range(len(history.steps))))
+        names = tuple(html.turn_name(desk.session, i) for i in (ROOT, *range(len(history.steps))))
         if self.branch.options != names:
             self.branch.options = names
-        now = words.turn_name(desk.session, history.head)
+        now = html.turn_name(desk.session, history.head)
         if self.branch.value != now:
             self.branch.value = now
         self.branch.visible = self.back.visible = len(names) > 1
 
-    def _suggest(self, desk: Desk) -> None:
+    def _suggest(self, desk: SessionController) -> None:
         session = desk.session
         said = {step.said.lower() for step in session.steps}
-        wanted = tuple(s for s in words.suggestions(session.current, session.scene) if s.lower() not in said)
+        wanted = tuple(s for s in html.suggestions(session.current, session.scene) if s.lower() not in said)
         if wanted == self._suggested:
             return
         self._suggested = wanted
@@ -139,7 +139,7 @@ class Conversation:
         self._tries = []
         with self.tries:
             if wanted:
-                self._tries.append(self.gui.add_html(words.block("<h4>Try</h4>")))
+                self._tries.append(self.gui.add_html(html.block("<h4>Try</h4>")))
             for text in wanted:
                 button = self.gui.add_button(text, color=(228, 236, 243), hint="Click to say this")
                 button.on_click(lambda _, text=text: self.send_words(text, answering=False))
@@ -154,8 +154,8 @@ class Conversation:
     def _show_stage(self) -> None:
         busy = self._desk().busy
         if busy is not None:
-            said = words.e(words.clipped(busy.said))
-            self.stage.content = words.block(
-                f'<div class="card">&ldquo;{said}&rdquo;<br><span class="soft">{words.e(busy.stage)}'
+            said = html.e(html.clipped(busy.said))
+            self.stage.content = html.block(
+                f'<div class="card">&ldquo;{said}&rdquo;<br><span class="soft">{html.e(busy.stage)}'
                 f" &middot; {busy.elapsed:.0f} s</span></div>"
             )

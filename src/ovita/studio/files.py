@@ -1,11 +1,14 @@
-"""Files in and out. What is uploaded is data: it is read and checked, and nothing in it is run."""
+"""Files in and out of one tab. What is uploaded is data: it is read and checked, and nothing in it is run."""
 
 from __future__ import annotations
 
+import io
+import os
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from ovita.dialogue.history import SCHEMA
 from ovita.dialogue.session import Session
@@ -17,6 +20,8 @@ from ovita.io.links import with_scene
 from ovita.paths.robot import PRESETS
 from ovita.paths.trajectory import Trajectory
 from ovita.result import Adaptation
+from ovita.studio import html
+from ovita.studio.sessions import SessionController
 
 MAX_UPLOAD = 8 * 1024 * 1024
 """Largest file that is taken from a browser [bytes]."""
@@ -188,3 +193,125 @@ def _check_length(path: str, trajectory: Trajectory) -> None:
 _PROGRAM = (
     "This file holds a program that made the red line. None of it was run; it runs in the sandbox once you turn a knob"
 )
+
+
+_KINDS = {
+    "adaptation": ("Result (JSON)", "What was adapted, with its program, its verdict and its explanation"),
+    "json": ("Trajectory (JSON)", "The red line with its scene, to adapt again"),
+    "csv": ("Trajectory (CSV)", "The red line's waypoints"),
+    "html": ("Interactive page (HTML)", "A page to turn and zoom, for people without ovita"),
+    "session": ("Whole session", "Every turn, to go on elsewhere; no keys are in it"),
+}
+
+
+class FilesPanel:
+    """Opening and saving in one tab.
+
+    Args:
+        client: viser's handle of the tab.
+        gui: Its GUI; the controls are added to the container that is open.
+        desk: Gives the desk.
+        opened: Called with a session that was opened.
+        again: Called to begin again with the file that the studio was started with.
+        offered: Files that can be opened without an upload: shown name to path.
+        earlier: Gives the sessions that this browser had before: shown name to name.
+        returned: Called with the name of one of them.
+        complain: Shows a sentence to the person.
+    """
+
+    def __init__(
+        self,
+        client: Any,
+        gui: Any,
+        desk: Callable[[], SessionController],
+        *,
+        opened: Callable[[Opened], None],
+        again: Callable[[], None],
+        offered: dict[str, str],
+        earlier: Callable[[], dict[str, str]],
+        returned: Callable[[str], None],
+        complain: Callable[[str], None],
+    ) -> None:
+        self._client, self._desk, self._opened, self._complain = client, desk, opened, complain
+        self._offered, self._earlier = offered, earlier
+        size = MAX_UPLOAD // 2**20
+        gui.add_html(html.block(f"<h4>Open</h4><p class='soft'>A scene, a result or a session (.json), or waypoints"
+                                 f" (.csv), up to {size} MB and {MAX_WAYPOINTS} waypoints.</p>"))  # fmt: skip
+        self.upload = gui.add_upload_button("Upload a file", icon="upload", mime_type=".json,.csv")
+        self.upload.on_upload(lambda _: self._uploaded())
+        if offered:
+            self.which = gui.add_dropdown("from folder", tuple(offered))
+            gui.add_button("Open", icon="folder-open").on_click(
+                lambda _: self._open(self._offered.get(self.which.value, ""))
+            )
+        gui.add_button("Begin again", color="gray", icon="refresh").on_click(lambda _: again())
+        self.before = gui.add_dropdown("earlier", ("",), hint="Sessions that this browser had before")
+        self.back = gui.add_button("Go back to it", color="gray", icon="history")
+        self.back.on_click(lambda _: returned(earlier().get(self.before.value, "")))
+        self.refresh()
+        gui.add_html(html.block("<h4>Save</h4>"))
+        for kind, (label, hint) in _KINDS.items():
+            button = gui.add_button(label, color=(228, 236, 243), icon="download", hint=hint)
+            button.on_click(lambda _, kind=kind: self._export(kind))
+        picture = gui.add_button("Picture (PNG)", color=(228, 236, 243), icon="photo", hint="The scene as you see it")
+        picture.on_click(lambda _: self._picture())
+
+    def refresh(self) -> None:
+        """Show the sessions that this browser had before."""
+        names = tuple(self._earlier())
+        self.before.visible = self.back.visible = bool(names)
+        if names and names != self.before.options:
+            self.before.options, self.before.value = names, names[0]
+
+    def _uploaded(self) -> None:
+        file = self.upload.value
+        try:
+            self._opened(open_upload(file.name, file.content, self._desk().session))
+        except OvitaError as error:
+            self._complain(str(error))
+
+    def _open(self, path: str) -> None:
+        if not path:
+            return
+        try:
+            self._opened(open_file(path, self._desk().session))
+        except OvitaError as error:
+            self._complain(str(error))
+
+    def _export(self, kind: str) -> None:
+        try:
+            name, content = exported(kind, self._desk().session)
+        except OvitaError as error:
+            self._complain(str(error))
+            return
+        self._client.send_file_download(name, content, save_immediately=True)
+
+    def _picture(self) -> None:
+        import imageio.v3 as images
+
+        try:
+            height, width = self._client.camera.image_height, self._client.camera.image_width
+            seen = self._client.get_render(height, width, transport_format="png", timeout=20.0)
+        except (RuntimeError, TimeoutError, AssertionError):
+            self._complain("The browser gave no picture; try again with the tab in front.")
+            return
+        alpha = seen[..., 3:4] / 255.0
+        flat = (seen[..., :3] * alpha + 255.0 * (1.0 - alpha)).astype("uint8")
+        stream = io.BytesIO()
+        images.imwrite(stream, flat, extension=".png")
+        self._client.send_file_download("ovita.png", stream.getvalue(), save_immediately=True)
+
+
+def offered_files(paths: Sequence[str]) -> dict[str, str]:
+    """The files that a studio offers, from the files and folders it was started with: shown name to path.
+
+    Raises:
+        FormatError: If a folder cannot be read.
+    """
+    found: dict[str, str] = {}
+    for path in paths:
+        inside = [os.path.join(path, name) for name in in_folder(path)] if os.path.isdir(path) else [path]
+        for file in inside:
+            name = os.path.basename(file)
+            found[name if name not in found else file] = file
+    return found

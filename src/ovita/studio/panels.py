@@ -1,13 +1,24 @@
-"""The right side: what the program is, and what it did."""
+"""The panels on the right: knobs, plan, explanation, changes, code, limits, and who writes the policies."""
 
 from __future__ import annotations
 
+import ast
+import threading
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
-from ovita.errors import OvitaError, PolicyError
-from ovita.studio import charts, words
-from ovita.studio.desk import Desk
+import numpy as np
+
+from ovita.dialogue.session import Session
+from ovita.errors import OvitaError, PolicyError, RequestError
+from ovita.limits import ConstraintOptions, parse_text
+from ovita.paths.robot import PRESETS, Box, Robot, Shell
+from ovita.paths.scene import Scene
+from ovita.policy import Parameter, sandbox
+from ovita.studio import html
+from ovita.studio.sessions import SessionController
+from ovita.writers.base import PROVIDERS, PolicyWriter, writer_named
 
 _RUN = "Run in the sandbox"
 
@@ -15,31 +26,31 @@ _RUN = "Run in the sandbox"
 class Plan:
     """Plan and explanation."""
 
-    def __init__(self, gui: Any, desk: Callable[[], Desk]) -> None:
+    def __init__(self, gui: Any, desk: Callable[[], SessionController]) -> None:
         self._desk = desk
         self.text = gui.add_html("")
 
     def refresh(self) -> None:
         """Show what the desk holds."""
-        self.text.content = words.plan(self._desk().session.adaptation)
+        self.text.content = html.plan(self._desk().session.adaptation)
 
 
 class Explanation:
     """The explanation in plain words."""
 
-    def __init__(self, gui: Any, desk: Callable[[], Desk]) -> None:
+    def __init__(self, gui: Any, desk: Callable[[], SessionController]) -> None:
         self._desk = desk
         self.text = gui.add_html("")
 
     def refresh(self) -> None:
         """Show what the desk holds."""
-        self.text.content = words.explanation(self._desk().session.adaptation)
+        self.text.content = html.explanation(self._desk().session.adaptation)
 
 
 class Changes:
     """The measured difference, as charts and sentences."""
 
-    def __init__(self, gui: Any, desk: Callable[[], Desk]) -> None:
+    def __init__(self, gui: Any, desk: Callable[[], SessionController]) -> None:
         self._desk = desk
         self.charts = gui.add_html("")
         self.text = gui.add_html("")
@@ -48,18 +59,18 @@ class Changes:
         """Show what the desk holds."""
         session = self._desk().session
         adapted = session.current if session.steps else None
-        speed = charts.speed_chart(session.original, adapted)
+        speed = html.speed_chart(session.original, adapted)
         margin = session.robot.obstacle_margin
-        distance = charts.clearance_chart(session.original, adapted, session.scene, margin)
+        distance = html.clearance_chart(session.original, adapted, session.scene, margin)
         title = "<h4>Distance to the nearest object [m]</h4>" if distance else ""
-        self.charts.content = words.block(f"<h4>Speed [m/s]</h4>{speed}{title}{distance}")
-        self.text.content = words.changes(session)
+        self.charts.content = html.block(f"<h4>Speed [m/s]</h4>{speed}{title}{distance}")
+        self.text.content = html.changes(session)
 
 
 class Code:
     """The program, to read, to edit and to run again in the sandbox."""
 
-    def __init__(self, gui: Any, desk: Callable[[], Desk], complain: Callable[[str], None]) -> None:
+    def __init__(self, gui: Any, desk: Callable[[], SessionController], complain: Callable[[str], None]) -> None:
         self._desk, self._complain = desk, complain
         self._shown = ""
         self.note = gui.add_html("")
@@ -82,14 +93,14 @@ class Code:
         else:
             where = f"isolation: {result.isolation}" if result.isolation else "not run on this machine yet"
             text = f"This program made the red line. It runs in a sandbox that can only compute ({where})."
-        self.note.content = words.block(f'<p class="soft">{words.e(text)}</p>')
+        self.note.content = html.block(f'<p class="soft">{html.e(text)}</p>')
         self._shown = source
-        self.listing.content = words.code(source) if source else ""
+        self.listing.content = html.code(source) if source else ""
         self._fill()
 
     def _fill(self) -> None:
         self.text.value = self._shown
-        self.listing.content = words.code(self._shown) if self._shown else ""
+        self.listing.content = html.code(self._shown) if self._shown else ""
 
     def _run(self) -> None:
         source = self.text.value
@@ -113,5 +124,327 @@ class Code:
             self.run.disabled, self.run.label = False, _RUN
         error = failed[0] if failed else None
         line = error.line if isinstance(error, PolicyError) else None
-        note = f'<p class="bad">{words.e(error)}</p>' if error else ""
-        self.listing.content = words.block(note) + words.code(source, line)
+        note = f'<p class="bad">{html.e(error)}</p>' if error else ""
+        self.listing.content = html.block(note) + html.code(source, line)
+
+
+def reach(value: float, unit: str) -> tuple[float, float, float]:
+    """Lowest and highest value of a slider for a parameter, and its step: round numbers around the value."""
+    size = abs(value) if value else 0.25 if unit in ("m", "m/s", "") else 1.0
+    power = 10.0 ** np.floor(np.log10(2.5 * size))
+    high = float(next(s * power for s in (1, 2, 3, 5, 10) if s * power >= 2.5 * size * (1 - 1e-9)))
+    low = -high if value < 0 or (value == 0 and unit == "m") else 0.0
+    return low, high, float(f"{(high - low) / 200.0:.1g}")
+
+
+class Knobs:
+    """The knobs of one tab.
+
+    Args:
+        gui: viser's GUI of the tab; the knobs are added to the container that is open.
+        desk: Gives the desk.
+    """
+
+    def __init__(self, gui: Any, desk: Callable[[], SessionController]) -> None:
+        self.gui, self._desk = gui, desk
+        self.note = gui.add_html("")
+        self.box = gui.add_folder(None)
+        self.handles: dict[str, Any] = {}
+        self._others: list[Any] = []
+        self._made: tuple[tuple[str, type, str], ...] | None = None
+
+    def refresh(self, *, turned: bool) -> None:
+        """Show the knobs of the policy in force.
+
+        Args:
+            turned: Whether knobs were turned, so that those under the hand are left alone.
+        """
+        result = self._desk().session.adaptation
+        knobs = result.parameters if result is not None else ()
+        made = tuple((p.name, type(p.value), p.meaning) for p in knobs)
+        if turned and made == self._made:
+            return
+        if made and made == self._made and self._fits(knobs):
+            for knob in knobs:
+                handle = self.handles[knob.name]
+                value = _shown(knob.value)
+                if handle.value != value:
+                    handle.value = value
+            return
+        self._made = made
+        for handle in (*self.handles.values(), *self._others):
+            handle.remove()
+        self.handles, self._others = {}, []
+        if knobs:
+            text = "Turn a knob: the program and the limits run again at once, no model is asked."
+        elif result is not None:
+            text = "This program has no parameters."
+        else:
+            text = "The numbers in what you say become knobs here."
+        self.note.content = html.block(f'<p class="soft">{text}</p>')
+        with self.box:
+            for knob in knobs:
+                self._make(knob)
+
+    def _fits(self, knobs: tuple[Parameter, ...]) -> bool:
+        """Whether every value lies within its slider."""
+        for knob in knobs:
+            high, low = getattr(self.handles[knob.name], "max", None), getattr(self.handles[knob.name], "min", None)
+            if high is not None and low is not None and isinstance(knob.value, int | float):
+                if not low <= knob.value <= high:
+                    return False
+        return True
+
+    def _make(self, knob: Parameter) -> None:
+        unit = f" [{knob.unit}]" if knob.unit else ""
+        title = knob.meaning or knob.name.replace("_", " ")
+        label = knob.name.replace("_", " ") + unit
+        hint = f"{title}{unit}"
+        if knob.meaning:
+            self._others.append(self.gui.add_html(html.block(f'<div class="soft">{html.e(knob.meaning)}</div>')))
+        value = knob.value
+        if isinstance(value, bool):
+            handle = self.gui.add_checkbox(label, value, hint=hint)
+        elif isinstance(value, int) and not knob.unit:
+            handle = self.gui.add_number(label, value, step=1, hint=hint)
+        elif isinstance(value, int | float):
+            low, high, step = reach(float(value), knob.unit)
+            handle = self.gui.add_slider(label, low, high, step, float(value), hint=hint)
+        else:
+            handle = self.gui.add_text(label, _shown(value), hint=hint)
+
+        async def turned(event: Any, name: str = knob.name, like: Any = value) -> None:
+            if event.client is not None:
+                self._desk().turn(name, _read(handle_of(name).value, like))
+
+        def handle_of(name: str) -> Any:
+            return self.handles[name]
+
+        handle.on_update(turned)
+        self.handles[knob.name] = handle
+
+
+def _shown(value: Any) -> Any:
+    return value if isinstance(value, bool | int | float | str) else repr(value)
+
+
+def _read(value: Any, like: Any) -> Any:
+    """A value as its parameter wants it: groups and None are typed as Python writes them."""
+    if not isinstance(value, str) or isinstance(like, str):
+        return value
+    try:
+        return ast.literal_eval(value.strip())
+    except (ValueError, SyntaxError):
+        return value
+
+
+class Writers:
+    """The choice of the writer in one tab.
+
+    Args:
+        gui: viser's GUI of the tab; the controls are added to the container that is open.
+        desk: Gives the desk.
+        complain: Shows a sentence to the person.
+        chosen: Called when another writer was chosen.
+        local: Whether only this machine can reach the studio. Others may not name servers, which would be sent the
+            owner's key, nor model files of this machine.
+    """
+
+    def __init__(
+        self,
+        gui: Any,
+        desk: Callable[[], SessionController],
+        *,
+        complain: Callable[[str], None],
+        chosen: Callable[[], None],
+        local: bool,
+    ) -> None:
+        self._desk, self._complain, self._chosen, self._local = desk, complain, chosen, local
+        self.note = gui.add_html("")
+        self.name = gui.add_text("writer", writer_name(desk().session.writer), hint="builtin, auto or PROVIDER:MODEL")
+        self.address = gui.add_text("server", "", hint="Address of an OpenAI-compatible server", visible=local)
+        gui.add_html('<div class="secret"></div>')
+        self.key = gui.add_text(
+            "API key", "", hint="Kept in memory until the studio ends; never shown again, never saved"
+        )
+        self.use = gui.add_button("Use this writer", icon="check")
+        self.use.on_click(lambda _: self._use())
+        missing = sandbox.missing()
+        level = "strict" if not missing else f"degraded, because this machine lacks {', '.join(missing)}"
+        providers = ", ".join(PROVIDERS)
+        self.note.content = html.block(
+            "<h4>Writer</h4><p class='soft'>The built-in writer needs no model. A model is named as PROVIDER:MODEL with"
+            f" {html.e(providers)}. What you say, the scene and a summary of the path are sent to it.</p>"
+        )
+        gui.add_html(html.block(
+            f"<h4>Isolation</h4><p class='soft'>Programs run in a sandbox: <b>{html.e(desk().session.isolation)}</b>"
+            f" is asked for; this machine offers <b>{html.e(level)}</b>.</p>"
+        ))  # fmt: skip
+
+    def _use(self) -> None:
+        key = self.key.value.strip()
+        self.key.value = ""
+        name, address = self.name.value.strip() or "builtin", self.address.value.strip()
+        try:
+            if not self._local and (address or "llamacpp" in name):
+                raise RequestError("only on the studio's own machine can a server or a model file be named")
+            writer = keyed_writer(name, key, address)
+        except OvitaError as error:
+            self._complain(str(error))
+            return
+        desk = self._desk()
+        with desk.lock:
+            desk.session.writer = writer
+        self._chosen()
+
+
+def keyed_writer(name: str, key: str, address: str) -> PolicyWriter:
+    """The writer of that name, with a key that only it knows.
+
+    Args:
+        name: As on the command line.
+        key: The key, or "" for the one in the environment.
+        address: Of an OpenAI-compatible server, or "".
+
+    Raises:
+        OvitaError: If there is no such writer or it cannot be made.
+    """
+    if not key:
+        return writer_named(name, base_url=address or None)
+    from ovita.writers.models.chat import LLMWriter
+
+    return LLMWriter(name, base_url=address or None, api_key=key)
+
+
+def writer_name(writer: PolicyWriter | str) -> str:
+    """How a writer is named."""
+    return writer if isinstance(writer, str) else writer.name
+
+
+_SPACES = ("anywhere", "box", "reach")
+_STATED = "as the scene states"
+
+
+class Limits:
+    """The limits of one tab, applied when a person says so.
+
+    Args:
+        gui: viser's GUI of the tab; the controls are added to the container that is open.
+        desk: Gives the desk.
+        complain: Shows a sentence to the person.
+    """
+
+    def __init__(self, gui: Any, desk: Callable[[], SessionController], complain: Callable[[str], None]) -> None:
+        self._desk, self._complain = desk, complain
+        self._filled: tuple[Robot, ConstraintOptions] | None = None
+        self.verdict = gui.add_html("")
+        self.apply = gui.add_button("Apply the limits below", icon="check")
+        self.preset = gui.add_dropdown("robot", tuple(PRESETS), hint="Takes over all limits of a robot")
+        self.on = gui.add_checkbox("enforce", True, hint="Off only measures the limits")
+        self.objects = gui.add_checkbox("objects", True, hint="Objects are obstacles")
+        self.margin = gui.add_number("from objects [m]", 0.01, min=0.0, step=0.005)
+        self.speed_on = gui.add_checkbox("limit speed", False)
+        self.speed = gui.add_number("top speed [m/s]", 1.0, min=0.01, step=0.05)
+        self.start = gui.add_checkbox("keep start", False, hint="The limits may not move the first waypoint")
+        self.goal = gui.add_checkbox("keep goal", False, hint="The limits may not move the last waypoint")
+        self.smooth = gui.add_slider("smoothing", 0.0, 10.0, 0.1, 0.0, hint="Weight of smoothing; 0 changes nothing")
+        self.space = gui.add_dropdown("workspace", _SPACES, hint="Where the path must stay")
+        self.lower = gui.add_vector3("from xyz [m]", (-1.0, -1.0, 0.0), step=0.05)
+        self.upper = gui.add_vector3("to xyz [m]", (1.0, 1.0, 1.0), step=0.05)
+        self.centre = gui.add_vector3("centre [m]", (0.0, 0.0, 0.0), step=0.05)
+        self.radii = gui.add_vector2("radii [m]", (0.0, 1.0), min=(0.0, 0.0), step=0.05)
+        self.edge = gui.add_number("from border [m]", 0.01, min=0.0, step=0.005)
+        self.preset.on_update(self._preset)
+        self.space.on_update(lambda _: self._show_space())
+        self.speed_on.on_update(lambda _: self._show_space())
+        self.apply.on_click(lambda _: self._apply())
+
+    def refresh(self) -> None:
+        """Show the limits of the session and what became of each."""
+        session = self._desk().session
+        self.verdict.content = html.verdict(session)
+        if self._filled == (session.robot, session.constraints):
+            return
+        self._filled = (session.robot, session.constraints)
+        stated = (_STATED,) if parse_text(session.scene.constraints_text).understood else ()
+        names = (*PRESETS, *stated)
+        own = () if session.robot.name in names else (session.robot.name,)
+        self.preset.options = (*own, *names)
+        self.preset.value = session.robot.name
+        self._fill(session.robot, session.constraints)
+
+    def _fill(self, robot: Robot, options: ConstraintOptions) -> None:
+        self.on.value, self.objects.value = options.enabled, options.obstacles
+        self.start.value, self.goal.value = options.fix_start, options.fix_goal
+        self.smooth.value = 0.0 if options.lambda_smooth == "auto" else min(float(options.lambda_smooth), 10.0)
+        self.margin.value, self.edge.value = robot.obstacle_margin, robot.margin
+        self.speed_on.value = robot.max_speed is not None
+        self.speed.value = robot.max_speed or 1.0
+        space = robot.workspace
+        self.space.value = _SPACES[0] if space is None else _SPACES[1] if isinstance(space, Box) else _SPACES[2]
+        if isinstance(space, Box):
+            self.lower.value, self.upper.value = space.lower, space.upper
+        elif isinstance(space, Shell):
+            self.centre.value, self.radii.value = space.center, (space.r_min, space.r_max)
+        self._show_space()
+
+    def _show_space(self) -> None:
+        for node in (self.lower, self.upper):
+            node.visible = self.space.value == "box"
+        for node in (self.centre, self.radii):
+            node.visible = self.space.value == "reach"
+        self.edge.visible = self.space.value != "anywhere"
+        self.speed.visible = self.speed_on.value
+
+    async def _preset(self, event: Any) -> None:
+        if event.client is None:
+            return
+        name = str(self.preset.value)
+        threading.Thread(target=self._take, args=(name,), daemon=True).start()
+
+    def _take(self, name: str) -> None:
+        session = self._desk().session
+        if name == session.robot.name:
+            return
+        self._filled = None
+        self._desk().act(lambda s: s.change(f"limits: {name}", robot=_limits(name, s.scene)))
+
+    def _apply(self) -> None:
+        try:
+            robot, options = self._read(self._desk().session)
+        except OvitaError as error:
+            self._complain(str(error))
+            return
+        self._desk().act(lambda s: s.change("changed the limits", robot=robot, constraints=options))
+
+    def _read(self, session: Session) -> tuple[Robot, ConstraintOptions]:
+        space: Box | Shell | None = None
+        if self.space.value == "box":
+            space = Box(self.lower.value, self.upper.value)
+        elif self.space.value == "reach":
+            space = Shell(self.centre.value, *self.radii.value)
+        robot = replace(
+            session.robot,
+            workspace=space,
+            margin=float(self.edge.value),
+            obstacle_margin=float(self.margin.value),
+            max_speed=float(self.speed.value) if self.speed_on.value else None,
+        )
+        options = replace(
+            session.constraints,
+            enabled=self.on.value,
+            obstacles=self.objects.value,
+            fix_start=self.start.value,
+            fix_goal=self.goal.value,
+            lambda_smooth=float(self.smooth.value),
+        )
+        if (robot, options) == (session.robot, session.constraints):
+            raise RequestError("these limits are in force already")
+        return robot, options
+
+
+def _limits(name: str, scene: Scene) -> Robot:
+    """The limits of a preset, or those that a scene states in words."""
+    if name != _STATED:
+        return Robot.preset(name)
+    return replace(parse_text(scene.constraints_text).apply(Robot.preset("none")), name="scene")

@@ -1,10 +1,4 @@
-"""Who may talk to the studio: every request passes the gate before anything is served, web sockets included.
-
-Three checks. The name that the browser used must be one that the studio answers to, or else any page could reach a
-studio on this machine through a name that it controls (DNS rebinding). A request that states where it comes from must
-come from the studio's own page, or else any page could open a socket to it. And where a token is set, the request
-must bring it.
-"""
+"""Who may talk to the studio, and how much they may send: every request passes the gate before anything is served."""
 
 from __future__ import annotations
 
@@ -22,6 +16,7 @@ from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
 from ovita.errors import OvitaError
+from ovita.studio.files import MAX_UPLOAD, too_large
 
 SHORTEST_TOKEN = 12
 """Fewest characters of a token."""
@@ -203,3 +198,51 @@ button{background:#27547d;color:#fff;border:0;border-radius:6px}</style>
 <form method="get" action="/"><b>ovita studio</b><br>This studio is locked. Type the token that its owner started it
 with.<input name="token" type="password" autofocus autocomplete="off"><button>Open</button></form>
 """
+
+
+def limit_uploads(client: Any) -> None:
+    """Refuse files above `MAX_UPLOAD` from a tab before their content is taken.
+
+    Args:
+        client: viser's handle of the tab.
+    """
+    from viser import _messages as messages
+
+    gui, connection = client.gui, client._websock_connection
+    start, part = gui._handle_file_transfer_start, gui._handle_file_transfer_part
+    running = gui._current_file_upload_states
+
+    def refuse(size: int, message: Any) -> None:
+        running.pop(message.transfer_uuid, None)
+        # the client shows its progress until it hears that all of it came
+        connection.queue_message(
+            messages.FileTransferPartAck(
+                source_component_uuid=message.source_component_uuid,
+                transfer_uuid=message.transfer_uuid,
+                transferred_bytes=size,
+                total_bytes=size,
+            )
+        )
+        client.add_notification(
+            "That did not work", f"The file {too_large(size)}.", auto_close_seconds=9.0, color="red"
+        )
+
+    def started(client_id: Any, message: Any) -> None:
+        if message.size_bytes > MAX_UPLOAD or message.part_count > MAX_UPLOAD // 1024 or len(running) >= 4:
+            refuse(max(int(message.size_bytes), 1), message)
+        else:
+            start(client_id, message)
+
+    def arrived(client_id: Any, message: Any) -> None:
+        state = running.get(message.transfer_uuid)
+        if state is not None and state["transferred_bytes"] + len(message.content) > state["total_bytes"]:
+            running.pop(message.transfer_uuid, None)
+            return
+        part(client_id, message)
+
+    for kind, old, new in (
+        (messages.FileTransferStartUpload, start, started),
+        (messages.FileTransferPart, part, arrived),
+    ):
+        connection.unregister_handler(kind, old)
+        connection.register_handler(kind, new)

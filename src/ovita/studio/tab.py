@@ -9,24 +9,20 @@ from typing import Any
 from ovita.dialogue.session import Session
 from ovita.errors import OvitaError
 from ovita.paths.trajectory import Trajectory
-from ovita.studio import playback, robots, shapes, words
+from ovita.studio import html, playback, scene_view
 from ovita.studio.conversation import Conversation
-from ovita.studio.desk import Desk, News
-from ovita.studio.files import Opened
-from ovita.studio.filing import Filing
-from ovita.studio.hand import Hand
-from ovita.studio.knobs import Knobs
-from ovita.studio.limits import Limits
-from ovita.studio.page import BRAND
-from ovita.studio.panels import Changes, Code, Explanation, Plan
-from ovita.studio.settings import Writers, writer_name
-from ovita.studio.stage import Space
+from ovita.studio.editor import DragEditor
+from ovita.studio.files import FilesPanel, Opened
+from ovita.studio.html import BRAND
+from ovita.studio.panels import Changes, Code, Explanation, Knobs, Limits, Plan, Writers, writer_name
+from ovita.studio.scene_view import SceneView
+from ovita.studio.sessions import News, SessionController
 
 _LEFT, _RIGHT, _RIGHT_NARROW = 350.0, 392.0, 320.0
 _NARROW = 400.0  # of the scene between the panels [pixels]; less has no room for the player
 
 
-class View:
+class Tab:
     """One tab.
 
     Args:
@@ -43,13 +39,13 @@ class View:
     def __init__(
         self,
         client: Any,
-        desk: Desk,
+        desk: SessionController,
         *,
         offered: dict[str, str],
-        opened: Callable[[Opened], Desk],
-        again: Callable[[], Desk],
+        opened: Callable[[Opened], SessionController],
+        again: Callable[[], SessionController],
         earlier: Callable[[], dict[str, str]],
-        returned: Callable[[str], Desk],
+        returned: Callable[[str], SessionController],
         local: bool,
     ) -> None:
         self.client, self.desk = client, desk
@@ -57,9 +53,9 @@ class View:
         self._lock = threading.RLock()
         self._closed = False
         self._narrow = False
-        self.space = Space(client, _LEFT + _RIGHT)
-        self.heads = playback.Heads(self.space)
-        self.puppet = robots.Puppet(client.scene, self.complain)
+        self.space = SceneView(client, _LEFT + _RIGHT)
+        self.heads = playback.Playheads(self.space)
+        self.puppet = playback.RobotView(client.scene, self.complain)
         with client.atomic():
             self._build(client.gui, offered, earlier, local)
         self._leave = desk.watch(self.refresh)
@@ -77,11 +73,11 @@ class View:
         with tabs.add_tab("Say", "message"):
             self.conversation = Conversation(gui, self._desk, self.complain)
         with tabs.add_tab("Edit", "hand-move"):
-            self.hand = Hand(gui, self.space, self._desk, self._peek)
+            self.hand = DragEditor(gui, self.space, self._desk, self._peek)
         with tabs.add_tab("View", "eye"):
             self._build_view(gui)
         with tabs.add_tab("Files", "folder"):
-            self.filing = Filing(
+            self.filing = FilesPanel(
                 self.client, gui, self._desk, opened=self.open, again=self.begin_again, offered=offered,
                 earlier=earlier, returned=self.go_back, complain=self.complain,
             )  # fmt: skip
@@ -126,7 +122,7 @@ class View:
 
     def _build_view(self, gui: Any) -> None:
         shown = self.space.shown
-        gui.add_html(words.block("<h4>Show</h4>"))
+        gui.add_html(html.block("<h4>Show</h4>"))
         boxes = {
             "speeds": gui.add_checkbox("speed", shown.speeds, hint="Colour the red line by its speed"),
             "waypoints": gui.add_checkbox("waypoints", shown.waypoints),
@@ -137,7 +133,7 @@ class View:
         }
         self.ramp = gui.add_html("", visible=False)
         self.robot = gui.add_dropdown(
-            "moving robot", tuple(robots.ROBOTS), hint="A simulated robot that follows the red line"
+            "moving robot", tuple(playback.ROBOTS), hint="A simulated robot that follows the red line"
         )
 
         def switched(_: Any) -> None:
@@ -152,7 +148,7 @@ class View:
         self.robot.on_update(lambda _: self._take_robot(str(self.robot.value)))
         look = gui.add_button("Look at everything", icon="camera", hint="Puts the camera back (key H)")
         look.on_click(lambda _: self.space.look(self.desk.session))
-        gui.add_html(words.block(
+        gui.add_html(html.block(
             "<h4>Colours</h4><p><span class='key' style='background:var(--blue)'></span>original<br>"
             "<span class='key' style='background:var(--red)'></span>adapted<br>"
             "<span class='key' style='background:#eeb1ab'></span>one turn ago<br>"
@@ -176,7 +172,7 @@ class View:
             self.complain(self.desk.error)
         if news not in ("turn", "knobs"):
             return
-        self.header.content = words.header(self.desk, writer_name(session.writer))
+        self.header.content = html.header(self.desk, writer_name(session.writer))
         self.space.draw(session)
         self.knobs.refresh(turned=news == "knobs")
         for part in (self.plan, self.explanation, self.changes, self.code, self.limits):
@@ -222,7 +218,7 @@ class View:
             self._closed = True
         self.player.close()
         self.conversation.close()
-        self.puppet.name = robots.NOBODY
+        self.puppet.name = playback.NOBODY
 
     def _peek(self, session: Session) -> None:
         with self._lock:
@@ -230,10 +226,10 @@ class View:
                 with self.client.atomic():
                     self.space.draw_lines(session)
 
-    def _desk(self) -> Desk:
+    def _desk(self) -> SessionController:
         return self.desk
 
-    def _change_desk(self, make: Callable[[], Desk]) -> None:
+    def _change_desk(self, make: Callable[[], SessionController]) -> None:
         if self.desk.busy is not None:
             self.complain("An instruction is being worked on; wait for it or cancel it.")
             return
@@ -271,7 +267,7 @@ class View:
         session = self.desk.session
         self.ramp.visible = self.space.shown.speeds
         low, high = self.space.pace(session)
-        self.ramp.content = words.block(
-            f'<div class="ramp" style="background:{shapes.RAMP_CSS}"></div>'
+        self.ramp.content = html.block(
+            f'<div class="ramp" style="background:{scene_view.RAMP_CSS}"></div>'
             f'<div class="soft">{low:.2f} m/s to {high:.2f} m/s</div>'
         )

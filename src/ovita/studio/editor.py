@@ -15,15 +15,15 @@ from ovita.errors import OvitaError
 from ovita.paths.frame import Frame
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
-from ovita.studio import words
-from ovita.studio.desk import Desk
-from ovita.studio.stage import Space
+from ovita.studio import html
+from ovita.studio.scene_view import SceneView
+from ovita.studio.sessions import SessionController
 from ovita.toolkit import CATALOGUE
 
 _NOTHING, _START, _GOAL = "nothing", "the start", "the goal"
 
 
-class Hand:
+class DragEditor:
     """What a person moves with the mouse.
 
     Args:
@@ -33,21 +33,23 @@ class Hand:
         peek: Shows the lines of a session that does not count yet.
     """
 
-    def __init__(self, gui: Any, space: Space, desk: Callable[[], Desk], peek: Callable[[Session], None]) -> None:
+    def __init__(
+        self, gui: Any, space: SceneView, desk: Callable[[], SessionController], peek: Callable[[Session], None]
+    ) -> None:
         self._space, self._desk, self._peek = space, desk, peek
         self._wanted: tuple[str, Array] | None = None
         self._peeking, self.dragging = False, False
         self._lock = threading.Lock()
         self._gizmo: Any = None
         gui.add_html(
-            words.block(
+            html.block(
                 "<h4>Move</h4><p class='soft'>Choose what to move, or click an object; then drag its arrows."
                 " The program runs again when you let go.</p>"
             )
         )
         self.what = gui.add_dropdown("move", (_NOTHING,))
         gui.add_html(
-            words.block(
+            html.block(
                 "<h4>Pin</h4><p class='soft'>The limits may not move a pinned waypoint from where the program puts it."
                 "</p>"
             )

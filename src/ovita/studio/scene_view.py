@@ -1,20 +1,23 @@
-"""What one tab shows in space: lines, objects, limits, axes and the playhead."""
+"""What one tab shows in space: lines, objects, limits, axes and playheads, as arrays and as viser's nodes."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ovita.dialogue.session import Session
+from ovita.limits.problem import TOLERANCE
+from ovita.paths.frame import Frame
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.plots import geometry
 from ovita.plots.geometry import COLOURS, OBJECT_COLOURS
-from ovita.studio import shapes
-from ovita.studio.shapes import Shown, Stage, rgb
+from ovita.result import Adaptation
 
 GHOST = "#eeb1ab"
 _WIDE, _THIN = 4.5, 2.0
@@ -22,7 +25,7 @@ _FOV = 0.75
 _NO_SEGMENTS = np.zeros((1, 2, 3), dtype=np.float32)
 
 
-class Space:
+class SceneView:
     """The scene of one tab.
 
     Args:
@@ -78,8 +81,8 @@ class Space:
         moved = result is not None and result.proposed is not None and result.proposed != result.adapted
         proposed = result.proposed if result is not None and moved else None
         self._line("proposed", proposed, COLOURS["proposed"], None, width=_THIN)
-        bad = shapes.violated(result) if result is not None else _NO_SEGMENTS[:0]
-        self._segments("violated", bad, shapes.plain_colours(len(bad), COLOURS["violation"]), 7.0)
+        bad = violated(result) if result is not None else _NO_SEGMENTS[:0]
+        self._segments("violated", bad, plain_colours(len(bad), COLOURS["violation"]), 7.0)
         self._arrows("original", original, COLOURS["before"])
         self._arrows("adapted", current if changed else None, COLOURS["after"])
         self._points("waypoints", current.positions if self.shown.waypoints else None)
@@ -159,7 +162,7 @@ class Space:
         for node in (*self._labels, *self.objects.values()):
             node.remove()
         self.objects, self._labels, self._margins = {}, [], []
-        step = shapes.grid_step(stage.size)
+        step = grid_step(stage.size)
         middle, extent = stage.middle, stage.size * 2.4
         self.api.add_grid(
             "/grid", extent, extent, plane="xy", cell_size=step, section_size=5 * step, cell_color=(226, 231, 236),
@@ -180,11 +183,11 @@ class Space:
         body.on_click(lambda _: self.picked(item.name))
         dark = tuple(int(c * 0.62) for c in colour)
         self.api.add_line_segments(
-            f"{name}/edges", shapes.edges(size), np.array(dark, dtype=np.uint8), thickness=1.5, thickness_units="screen"
+            f"{name}/edges", edges(size), np.array(dark, dtype=np.uint8), thickness=1.5, thickness_units="screen"
         )
         if robot.obstacle_margin > 0:
             around = self.api.add_line_segments(
-                f"{name}/margin", shapes.edges(size + 2 * robot.obstacle_margin), np.array((255, 152, 0), np.uint8),
+                f"{name}/margin", edges(size + 2 * robot.obstacle_margin), np.array((255, 152, 0), np.uint8),
                 thickness=1.0, thickness_units="screen", visible=self.shown.margins,
             )  # fmt: skip
             self._margins.append(around)
@@ -216,20 +219,20 @@ class Space:
         found = []
         if robot.workspace is not None:
             for line in geometry.workspace_lines(robot.workspace, stage.middle - reach, stage.middle + reach):
-                pairs = shapes.segments(line)
+                pairs = segments(line)
                 found.append(pairs[np.isfinite(pairs).all(axis=(1, 2))])
         pairs = np.concatenate(found) if found else _NO_SEGMENTS[:0]
-        colours = shapes.plain_colours(len(pairs), COLOURS["workspace"])
+        colours = plain_colours(len(pairs), COLOURS["workspace"])
         self._segments("workspace", pairs, colours, 1.2, visible=self.shown.workspace)
 
     def _line(
         self, name: str, path: Trajectory | None, colour: str, pace: tuple[float, float] | None, *, width: float = _WIDE
     ) -> None:
         if path is None:
-            self._segments(name, _NO_SEGMENTS[:0], shapes.plain_colours(0, colour), width)
+            self._segments(name, _NO_SEGMENTS[:0], plain_colours(0, colour), width)
             return
-        pairs = shapes.segments(path.positions)
-        colours = shapes.speed_colours(path.speeds, *pace) if pace else shapes.plain_colours(len(pairs), colour)
+        pairs = segments(path.positions)
+        colours = speed_colours(path.speeds, *pace) if pace else plain_colours(len(pairs), colour)
         self._segments(name, pairs, colours, width)
 
     def _segments(self, name: str, pairs: Array | Any, colours: Any, width: float, *, visible: bool = True) -> None:
@@ -249,7 +252,7 @@ class Space:
     def _arrows(self, name: str, path: Trajectory | None, colour: str) -> None:
         assert self.stage is not None
         size = self.stage.size
-        pairs = shapes.arrows(path, 0.05 * size) if path is not None else _NO_SEGMENTS[:0]
+        pairs = arrows(path, 0.05 * size) if path is not None else _NO_SEGMENTS[:0]
         key = f"arrows {name}"
         node = self._lines.pop(key, None)
         if node is not None and len(node.points) == len(pairs):
@@ -260,7 +263,7 @@ class Space:
             node.remove()
         if len(pairs):
             self._lines[key] = self.api.add_arrows(
-                f"/arrows/{name}", pairs, shapes.plain_colours(1, colour)[0, 0],
+                f"/arrows/{name}", pairs, plain_colours(1, colour)[0, 0],
                 shaft_radius=0.003 * size, head_radius=0.014 * size, head_length=0.035 * size,
             )  # fmt: skip
 
@@ -300,3 +303,171 @@ class Space:
                 node.visible = path is not None
                 if path is not None:
                     node.position = path.positions[index]
+
+
+Colours = NDArray[np.uint8]
+
+_RAMP = np.array([[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 200, 37]], dtype=float)
+_FILL = 0.9
+RAMP_CSS = "linear-gradient(90deg," + ",".join(f"rgb({r:.0f},{g:.0f},{b:.0f})" for r, g, b in _RAMP) + ")"
+"""The colours of speeds, slow to fast."""
+
+
+def rgb(colour: str) -> tuple[int, int, int]:
+    """A colour such as "#1f5fbf" as three numbers."""
+    return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)
+
+
+def segments(points: Array) -> NDArray[np.float32]:
+    """A polyline (N, 3) as segments (N-1, 2, 3)."""
+    return np.asarray(np.stack([points[:-1], points[1:]], axis=1), dtype=np.float32)
+
+
+def plain_colours(count: int, colour: str) -> Colours:
+    """One colour for segments, (count, 2, 3)."""
+    return np.broadcast_to(_linear(np.array(rgb(colour), dtype=float)), (count, 2, 3)).copy()
+
+
+def speed_colours(speeds: Array, lowest: float, highest: float) -> Colours:
+    """Colours of segments by the speeds (N,) of their ends, (N-1, 2, 3)."""
+    share = np.clip((speeds - lowest) / max(highest - lowest, 1e-9), 0.0, 1.0) * (len(_RAMP) - 1)
+    low = np.minimum(share.astype(int), len(_RAMP) - 2)
+    t = (share - low)[:, None]
+    colours = _linear(_RAMP[low] * (1 - t) + _RAMP[low + 1] * t)
+    return np.stack([colours[:-1], colours[1:]], axis=1)
+
+
+def _linear(colours: Array) -> Colours:
+    """Colours as the page's renderer takes them at the ends of lines: as amounts of light."""
+    return np.asarray(np.round((colours / 255.0) ** 2.2 * 255.0), dtype=np.uint8)
+
+
+def arrows(path: Trajectory, length: float, count: int = 6) -> NDArray[np.float32]:
+    """Short arrows (K, 2, 3) along a path, spread evenly over its length; none where it has no length."""
+    if path.length <= 0.0:
+        return np.zeros((0, 2, 3), dtype=np.float32)
+    s = path.arc_length
+    middle = (np.arange(count) + 0.5) / count * s[-1]
+    ahead = np.minimum(middle + min(length, 0.5 * s[-1] / count), s[-1])
+    ends = [np.stack([np.interp(at, s, path.positions[:, k]) for k in range(3)], axis=1) for at in (middle, ahead)]
+    pairs = np.stack(ends, axis=1)
+    return np.asarray(pairs[np.linalg.norm(pairs[:, 1] - pairs[:, 0], axis=1) > 1e-9], dtype=np.float32)
+
+
+def violated(result: Adaptation) -> NDArray[np.float32]:
+    """Segments (K, 2, 3) of the proposal that broke a limit before the constraints had their say."""
+    path = result.proposed
+    if path is None:
+        return np.zeros((0, 2, 3), dtype=np.float32)
+    exempt = set(result.constraints.exempt) if result.constraints else set()
+    bad = broken(path, result.scene, result.robot, exempt)
+    return segments(path.positions)[bad[:-1] | bad[1:]]
+
+
+def broken(path: Trajectory, scene: Scene, robot: Robot, exempt: set[str]) -> NDArray[np.bool_]:
+    """Which waypoints (N,) break a limit of the robot."""
+    bad = np.zeros(len(path), dtype=bool)
+    if robot.workspace is not None:
+        bad |= robot.workspace.inside(path.positions) < robot.margin - TOLERANCE
+    if robot.max_speed is not None:
+        bad |= path.speeds > robot.max_speed + TOLERANCE
+    for item in scene:
+        if item.name not in exempt:
+            bad |= item.clearance(path.positions) < robot.obstacle_margin - TOLERANCE
+    return bad
+
+
+@dataclass
+class Shown:
+    """What a person wants to see."""
+
+    speeds: bool = False
+    waypoints: bool = False
+    ghost: bool = True
+    margins: bool = False
+    workspace: bool = True
+    labels: bool = True
+
+
+@dataclass(frozen=True)
+class Stage:
+    """The part of the world that the page shows.
+
+    Args:
+        lower: Lower corner (3,) [m].
+        upper: Upper corner (3,) [m].
+        up: The direction up (3,).
+    """
+
+    lower: Array
+    upper: Array
+    up: Array
+
+    @classmethod
+    def of(cls, paths: list[Trajectory], scene: Scene) -> Stage:
+        """The paths, and the objects that are not far away from them."""
+        shown = geometry.extent(paths, scene)
+        points = [path.positions for path in paths] + [geometry.corners(item) for item in shown.shown]
+        everything = np.concatenate(points)
+        return cls(everything.min(axis=0), everything.max(axis=0), scene.frame.direction("up"))
+
+    @property
+    def middle(self) -> Array:
+        """Centre (3,) [m]."""
+        return np.asarray((self.lower + self.upper) / 2.0)
+
+    @property
+    def size(self) -> float:
+        """Longest edge [m], at least 0.2."""
+        return max(float((self.upper - self.lower).max()), 0.2)
+
+    @property
+    def ground(self) -> float:
+        """Height of the floor: that of the lowest thing, or 0 where that is just below [m]."""
+        lowest = float(self.lower[2]) if self.up[2] > 0 else float(self.upper[2])
+        return 0.0 if 0.0 < lowest * float(self.up[2]) < 0.3 * self.size else lowest
+
+    def corner(self, frame: Frame) -> Array:
+        """Where the axes stand: on the floor, behind and to the left of everything, (3,) [m]."""
+        front, right = frame.direction("front"), frame.direction("right")
+        back = min(float(self.lower @ front), float(self.upper @ front))
+        left = min(float(self.lower @ right), float(self.upper @ right))
+        place = (back - 0.1 * self.size) * front + (left - 0.1 * self.size) * right
+        place[2] = self.ground
+        return np.asarray(place)
+
+    def camera(self, frame: Frame, aspect: float, fov: float) -> tuple[Array, Array]:
+        """Where a camera sees everything from behind the robot, somewhat from the right and above; and its target.
+
+        Args:
+            frame: Which way is front.
+            aspect: Width by height of the free part of the picture.
+            fov: Vertical field of view [rad].
+        """
+        up = frame.direction("up")
+        view = -1.0 * frame.direction("front") + 0.36 * frame.direction("right") + 0.68 * up
+        view = view / np.linalg.norm(view)
+        right = np.cross(up, view) / np.linalg.norm(np.cross(up, view))
+        lower, upper = np.minimum(self.lower, self.corner(frame)), np.maximum(self.upper, self.corner(frame))
+        middle = (lower + upper) / 2.0
+        signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+        points = signs * np.maximum(upper - lower, 0.1 * self.size) / 2.0
+        across, high, near = points @ right, points @ np.cross(view, right), points @ view
+        tall = float(np.tan(fov / 2.0))
+        wide = tall * aspect * _FILL
+        needed = near + np.maximum(np.abs(across) / wide, np.where(high > 0, high / 0.85, -high / 0.6) / tall)
+        return middle + view * float(needed.max()), middle
+
+
+def grid_step(size: float) -> float:
+    """A round edge length for the cells of the ground grid [m]."""
+    power = 10.0 ** np.floor(np.log10(size / 8.0))
+    return float(next(s * power for s in (1, 2, 5, 10) if s * power >= size / 12.0))
+
+
+def edges(size: Any) -> NDArray[np.float32]:
+    """The 12 edges (12, 2, 3) of a cuboid with edge lengths (3,) around the origin."""
+    signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=np.float32)
+    pairs = [(i, j) for i in range(8) for j in range(i + 1, 8) if np.abs(signs[i] - signs[j]).sum() == 2]
+    points = signs * np.asarray(size, dtype=np.float32) / 2.0
+    return np.array([[points[i], points[j]] for i, j in pairs], dtype=np.float32)
