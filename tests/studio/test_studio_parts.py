@@ -1,6 +1,7 @@
 """Parts of the page that need no page: playing, charts, knobs, shapes, words."""
 
 import json
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -113,6 +114,25 @@ def test_an_adaptation_is_opened_without_being_run(tmp_path, monkeypatch):
     assert opened.session.current == session.current and "None of it was run" in opened.notes[0]
     name, content = files.exported("session", session)
     assert files.open_upload(name, content, session).session.current == session.current
+
+
+def test_another_files_limits_do_not_go_along_and_a_bare_trajectory_keeps_them():
+    arm = Session(straight([0.4] * 20), Scene((CUP,)), Robot.preset("arm"), writer="builtin")
+    scene = json.dumps({"trajectory": straight([0.4] * 20).to_array().tolist()}).encode()
+    opened = files.open_upload("other.json", scene, arm, limits=Robot.preset("none"))
+    assert opened.session.robot == Robot.preset("none") and "do not go along" in opened.notes[-1]
+    bare = files.open_upload("path.csv", b"x,y,z,speed\n0,0,0,1\n1,0,0,1\n", arm, limits=Robot.preset("none"))
+    assert bare.session.robot == arm.robot and "limits stay" in bare.notes[-1]
+
+
+def test_a_verdict_that_is_not_done_stands_in_the_name_of_the_export():
+    robot = replace(Robot.preset("none"), workspace=Box((-0.1, -1.0, -1.0), (3.0, 1.0, 0.3)))
+    session = Session(straight([0.4] * 20), Scene(()), robot, writer="builtin")
+    assert files.exported("csv", session)[0] == "trajectory.csv"
+    session.say("go up by 3")
+    assert session.adaptation.status != "done"
+    name = files.exported("csv", session)[0]
+    assert name == f"trajectory-{session.adaptation.status.replace('_', '-')}.csv"
 
 
 def test_a_file_that_is_too_long_is_refused(tmp_path):

@@ -159,6 +159,7 @@ class Studio:
             again=new,
             earlier=lambda: {f"{i}. {title}": name for i, (name, title) in enumerate(had[1:], start=1)},
             returned=returned,
+            limits=self._template.robot,
             local=self._local,
         )
         if note:

@@ -17,7 +17,8 @@ from ovita.io import is_adaptation, load_robot, load_task, save_trajectory
 from ovita.io.files import read_text
 from ovita.io.json_ import parse_object
 from ovita.io.links import with_scene
-from ovita.paths.robot import PRESETS
+from ovita.limits import ConstraintOptions
+from ovita.paths.robot import PRESETS, Robot
 from ovita.paths.trajectory import Trajectory
 from ovita.result import Adaptation
 from ovita.studio import html
@@ -50,12 +51,13 @@ class Opened:
     notes: tuple[str, ...] = ()
 
 
-def open_file(path: str, template: Session, *, upload: bool = False) -> Opened:
+def open_file(path: str, template: Session, *, limits: Robot | None = None, upload: bool = False) -> Opened:
     """Open a task, a saved adaptation or a session file; no program in it is run.
 
     Args:
         path: Of the file.
         template: Whose writer and isolation, and for a bare trajectory whose scene and limits, the session gets.
+        limits: What a scene whose file names no robot is limited to; the template's limits where left out.
         upload: Whether it came from a browser; then it may not name files of this machine.
 
     Raises:
@@ -84,17 +86,19 @@ def open_file(path: str, template: Session, *, upload: bool = False) -> Opened:
     if upload and task.robot and task.robot.lower() not in PRESETS:
         raise FormatError(path, f"{task.robot!r} is no robot of ovita; choose one under Constraints", key="robot")
     try:
-        robot = load_robot(task.robot) if task.robot else template.robot
+        robot = load_robot(task.robot) if task.robot else template.robot if bare else limits or template.robot
     except RobotError as error:
         raise FormatError(path, str(error), key="robot") from None
     if bare:
-        notes.append("the file holds waypoints only; the scene stays as it was")
-    options = replace(template.constraints, pinned=())
+        notes.append("the file holds waypoints only; the scene and the limits stay as they were")
+    elif robot != template.robot:
+        notes.append(f"limits now: {html.limits_of(robot)} Those of the file before do not go along")
+    options = replace(template.constraints, pinned=()) if bare else ConstraintOptions()
     session = Session(task.trajectory, task.scene, robot, template.writer, options, template.isolation)
     return Opened(session, name, tuple(notes))
 
 
-def open_upload(name: str, content: bytes, template: Session) -> Opened:
+def open_upload(name: str, content: bytes, template: Session, *, limits: Robot | None = None) -> Opened:
     """Open what a browser sent, as `open_file` does.
 
     Raises:
@@ -111,7 +115,7 @@ def open_upload(name: str, content: bytes, template: Session) -> Opened:
         path = Path(folder) / f"upload{suffix}"
         path.write_bytes(content)
         try:
-            opened = open_file(str(path), template, upload=True)
+            opened = open_file(str(path), template, limits=limits, upload=True)
         except FormatError as error:
             raise FormatError(shown, error.problem, key=error.key, index=error.index) from None
         except OvitaError as error:
@@ -142,7 +146,7 @@ def exported(kind: str, session: Session) -> tuple[str, bytes]:
 
     Args:
         kind: "adaptation", "json", "csv", "html" or "session".
-        session: What to write.
+        session: What to write. A result that is not simply done bears its verdict in the file's name.
 
     Raises:
         FormatError: If there is nothing of that kind yet.
@@ -155,6 +159,10 @@ def exported(kind: str, session: Session) -> tuple[str, bytes]:
     name = {"adaptation": "adaptation.json", "json": "trajectory.json", "csv": "trajectory.csv"}.get(
         kind, "session.json"
     )
+    status = "done" if session.adaptation is None else session.adaptation.status
+    if kind in ("adaptation", "json", "csv") and status != "done":
+        stem, _, suffix = name.partition(".")
+        name = f"{stem}-{status.replace('_', '-')}.{suffix}"
     with tempfile.TemporaryDirectory(prefix="ovita-export-") as folder:
         path = str(Path(folder) / name)
         if kind == "adaptation" and session.adaptation is not None:
@@ -216,7 +224,9 @@ class FilesPanel:
         offered: Files that can be opened without an upload: shown name to path.
         earlier: Gives the sessions that this browser had before: shown name to name.
         returned: Called with the name of one of them.
-        complain: Shows a sentence to the person.
+        limits: Of scenes whose file names no robot.
+        tell: Shows a sentence that is good to know.
+        complain: Shows a sentence about something that did not work.
     """
 
     def __init__(
@@ -230,15 +240,19 @@ class FilesPanel:
         offered: dict[str, str],
         earlier: Callable[[], dict[str, str]],
         returned: Callable[[str], None],
+        limits: Robot,
+        tell: Callable[[str], None],
         complain: Callable[[str], None],
     ) -> None:
-        self._client, self._desk, self._opened, self._complain = client, desk, opened, complain
+        self._client, self._gui, self._desk, self._opened = client, gui, desk, opened
+        self._limits, self._tell_note, self._complain = limits, tell, complain
         self._offered, self._earlier = offered, earlier
         size = MAX_UPLOAD // 2**20
         gui.add_html(html.block(f"<h4>Open</h4><p class='soft'>A scene, a result or a session (.json), or waypoints"
                                  f" (.csv), up to {size} MB and {MAX_WAYPOINTS} waypoints.</p>"))  # fmt: skip
-        self.upload = gui.add_upload_button("Upload a file", icon="upload", mime_type=".json,.csv")
-        self.upload.on_upload(lambda _: self._uploaded())
+        self.upload: Any = None
+        self._upload_box = gui.add_folder(None)
+        self._place_upload()
         if offered:
             self.which = gui.add_dropdown("from folder", tuple(offered))
             gui.add_button("Open", icon="folder-open").on_click(
@@ -263,10 +277,19 @@ class FilesPanel:
         if names and names != self.before.options:
             self.before.options, self.before.value = names, names[0]
 
+    def _place_upload(self) -> None:
+        """A fresh button: a browser does not send a file again whose name the same button had before."""
+        if self.upload is not None:
+            self.upload.remove()
+        with self._upload_box:
+            self.upload = self._gui.add_upload_button("Upload a file", icon="upload", mime_type=",".join(SUFFIXES))
+        self.upload.on_upload(lambda _: self._uploaded())
+
     def _uploaded(self) -> None:
         file = self.upload.value
+        self._place_upload()
         try:
-            self._opened(open_upload(file.name, file.content, self._desk().session))
+            self._opened(open_upload(file.name, file.content, self._desk().session, limits=self._limits))
         except OvitaError as error:
             self._complain(str(error))
 
@@ -274,7 +297,7 @@ class FilesPanel:
         if not path:
             return
         try:
-            self._opened(open_file(path, self._desk().session))
+            self._opened(open_file(path, self._desk().session, limits=self._limits))
         except OvitaError as error:
             self._complain(str(error))
 
@@ -285,6 +308,9 @@ class FilesPanel:
             self._complain(str(error))
             return
         self._client.send_file_download(name, content, save_immediately=True)
+        result = self._desk().session.adaptation
+        if result is not None and result.status != "done" and kind != "session":
+            self._tell_note(f"Saved as {name}: {result.message}")
 
     def _picture(self) -> None:
         import imageio.v3 as images

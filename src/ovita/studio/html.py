@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ovita.dialogue.history import ROOT, Step
 from ovita.dialogue.session import Session
-from ovita.measure import sentences
+from ovita.measure import compare, sentences
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
@@ -187,12 +187,11 @@ def explanation(result: Adaptation | None) -> str:
     return block(warnings + told + ("</ul>" if told.endswith("</li>") else ""))
 
 
-def changes(session: Session) -> str:
-    """The measured difference, as sentences."""
-    result = session.adaptation
-    if result is None or result.changes is None:
+def changes(before: Trajectory, session: Session) -> str:
+    """The measured difference between a trajectory and the current one, as sentences."""
+    if session.adaptation is None:
         return block('<p class="soft">Nothing has changed yet.</p>')
-    return block(listed([str(s) for s in sentences(result.changes)]))
+    return block(listed([str(s) for s in sentences(compare(before, session.current, session.scene))]))
 
 
 def verdict(session: Session) -> str:

@@ -21,6 +21,7 @@ from ovita.studio.sessions import SessionController
 from ovita.writers.base import PROVIDERS, PolicyWriter, writer_named
 
 _RUN = "Run in the sandbox"
+_AGAINST = ("the original", "the turn before")
 
 
 class Plan:
@@ -52,19 +53,24 @@ class Changes:
 
     def __init__(self, gui: Any, desk: Callable[[], SessionController]) -> None:
         self._desk = desk
+        self.against = gui.add_dropdown("compared with", _AGAINST, hint="Charts and sentences use this one")
         self.charts = gui.add_html("")
         self.text = gui.add_html("")
+        self.against.on_update(lambda _: self.refresh())
 
     def refresh(self) -> None:
         """Show what the desk holds."""
         session = self._desk().session
         adapted = session.current if session.steps else None
-        speed = html.speed_chart(session.original, adapted)
+        before = session.original
+        if self.against.value == _AGAINST[1] and len(session.steps) > 1:
+            before = session.steps[-2].adaptation.adapted
+        speed = html.speed_chart(before, adapted)
         margin = session.robot.obstacle_margin
-        distance = html.clearance_chart(session.original, adapted, session.scene, margin)
+        distance = html.clearance_chart(before, adapted, session.scene, margin)
         title = "<h4>Distance to the nearest object [m]</h4>" if distance else ""
         self.charts.content = html.block(f"<h4>Speed [m/s]</h4>{speed}{title}{distance}")
-        self.text.content = html.changes(session)
+        self.text.content = html.changes(before, session)
 
 
 class Code:

@@ -8,6 +8,7 @@ from typing import Any
 
 from ovita.dialogue.session import Session
 from ovita.errors import OvitaError
+from ovita.paths.robot import Robot
 from ovita.paths.trajectory import Trajectory
 from ovita.studio import html, playback, scene_view
 from ovita.studio.conversation import Conversation
@@ -33,6 +34,7 @@ class Tab:
         again: Makes a desk of the file that the studio was started with, likewise.
         earlier: Gives the sessions that this browser had before: shown name to name.
         returned: The desk of one of them, likewise.
+        limits: Of scenes whose file names no robot.
         local: Whether only this machine can reach the studio.
     """
 
@@ -46,10 +48,12 @@ class Tab:
         again: Callable[[], SessionController],
         earlier: Callable[[], dict[str, str]],
         returned: Callable[[str], SessionController],
+        limits: Robot,
         local: bool,
     ) -> None:
         self.client, self.desk = client, desk
         self._opened, self._again, self._returned = opened, again, returned
+        self._limits = limits
         self._lock = threading.RLock()
         self._closed = False
         self._narrow = False
@@ -79,7 +83,7 @@ class Tab:
         with tabs.add_tab("Files", "folder"):
             self.filing = FilesPanel(
                 self.client, gui, self._desk, opened=self.open, again=self.begin_again, offered=offered,
-                earlier=earlier, returned=self.go_back, complain=self.complain,
+                earlier=earlier, returned=self.go_back, limits=self._limits, tell=self.tell, complain=self.complain,
             )  # fmt: skip
         with tabs.add_tab("Set up", "settings"):
             self.writers = Writers(gui, self._desk, complain=self.complain, chosen=self._writer_chosen, local=local)
