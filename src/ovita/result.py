@@ -6,8 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from typing import Any, Literal
 
-from pydantic import TypeAdapter, ValidationError
-
 from ovita.errors import FormatError, OvitaError
 from ovita.io import load_document, save_document, scene_dict, scene_from_dict, trajectory_rows
 from ovita.io.json_ import ADAPTATION_SCHEMA as SCHEMA
@@ -350,6 +348,8 @@ class _Fields:
         self.document, self.file = document, file
 
     def read(self, key: str, kind: Any) -> Any:
+        from pydantic import TypeAdapter, ValidationError
+
         if key not in self.document:
             raise FormatError(self.file, "is missing; is this a result of 'ovita adapt'?", key=key)
         try:

@@ -28,7 +28,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from importlib.metadata import entry_points
 from typing import Any, Protocol, Self, runtime_checkable
 
 import numpy as np
@@ -81,6 +80,8 @@ def load(name: str, **values: Any) -> Constraint:
     Raises:
         ConstraintDefinitionError: If there is none, or it is not a constraint.
     """
+    from importlib.metadata import entry_points
+
     offered = {entry.name: entry for entry in entry_points(group=GROUP)}
     if name not in offered:
         known = ", ".join(sorted(offered)) or "none at all"

@@ -21,10 +21,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-import piqp
 from numpy.typing import NDArray
-from scipy import sparse
-from scipy.linalg import lapack
 
 from ovita.paths.geometry import dots
 from ovita.paths.trajectory import Array
@@ -163,6 +160,8 @@ def solve_sparse(
     p: Any, c: Array, g: Any, low: Array, bound_low: Array, bound_high: Array
 ) -> tuple[Array, Literal["solved", "infeasible", "failed"]]:
     """Minimise x'Px/2 + c'x subject to G x >= low and bounds, with PIQP; of P the upper triangle is enough."""
+    import piqp
+
     solver = piqp.SparseSolver()
     solver.settings.eps_abs, solver.settings.eps_rel = 1e-9, 1e-9
     rows, floor = (None, None) if g.shape[0] == 0 else (g, low)
@@ -178,6 +177,8 @@ def _hessian(free: NDArray[np.intp], position: NDArray[np.intp], n: int, dims: i
 
     Column j holds the link to the waypoint before it, if that is free, and the diagonal; `more` empty columns follow.
     """
+    from scipy import sparse
+
     link = weights.smooth + weights.shape
     neighbours = np.full(n, 2.0)
     neighbours[[0, -1]] = 1.0 if n > 1 else 0.0
@@ -197,6 +198,8 @@ def _hessian(free: NDArray[np.intp], position: NDArray[np.intp], n: int, dims: i
 
 def _row_matrix(rows: Rows, position: NDArray[np.intp], dims: int, free: int, more: int) -> Any:
     """The limits on the free unknowns, in CSC form, and an identity for their `more` slacks."""
+    from scipy import sparse
+
     m = len(rows)
     columns = position[(rows.waypoints[:, None] * dims + np.arange(dims)).ravel()]
     columns = np.concatenate([columns, free + np.arange(more)])
@@ -290,6 +293,8 @@ def _axis(ref: Array, weights: Weights, low: float, high: float, fixed: NDArray[
 
 def solve_tridiagonal(diagonal: Array, link: float, pull: Array, held: NDArray[np.bool_], value: Array) -> Array:
     """Solve the tri-diagonal system for k right-hand sides (N, k) with some unknowns (N,) held at values (N, k)."""
+    from scipy.linalg import lapack  # takes longer to import than most paths to check, and few of those need solving
+
     if not held.any():
         return np.asarray(lapack.dptsv(diagonal, np.full(len(diagonal) - 1, -link), pull)[2])
     hold = held[:, None]
@@ -364,6 +369,8 @@ def _pivot(gram: Array, lack: Array) -> Array | None:
     pushing = lack > EXACT / 10.0
     if not pushing.any():
         return np.zeros(len(lack))
+    from scipy.linalg import lapack
+
     fewest, patience = len(lack) + 1, 3
     for _ in range(ROUNDS):
         on = np.flatnonzero(pushing)

@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Literal
+from typing import Any, Literal
 
 from ovita.errors import PolicyRejected
 from ovita.policy.direct import carries_columns, proven
@@ -49,6 +49,11 @@ class Parameter:
     role: Role | None = None
     about: str = ""
     direction: str = ""
+
+    @classmethod
+    def noted(cls, name: str, value: Any, comment: str) -> Parameter:
+        """A parameter whose unit and meaning are what a comment such as "[m] shift to the left" says."""
+        return cls(name, value, *_unit(clean_text(comment, MAX_NOTE)))
 
     @property
     def comment(self) -> str:
@@ -88,8 +93,7 @@ def find_parameters(source: str, tree: ast.Module, entry: Entry) -> tuple[Parame
             text = comment
         else:
             text = notes.get(slot.name, "")
-        unit, meaning = _unit(clean_text(text, MAX_NOTE))
-        parameters.append(Parameter(slot.name, slot.value, unit, meaning))
+        parameters.append(Parameter.noted(slot.name, slot.value, text))
     return tuple(parameters)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, field, replace
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Literal, Protocol, runtime_checkable
 
 from ovita.errors import RequestError, WriterError
@@ -257,10 +258,8 @@ def writer_named(name: str = "auto", *, base_url: str | None = None, temperature
 
 def _auto(temperature: float) -> tuple[PolicyWriter, ...]:
     """The built-in writer first, then the configured models, or else a local model that is present."""
-    from ovita.writers.models.catalogue import default_model
-
     configured = os.environ.get(MODEL_VARIABLE, "").strip()
-    present = "" if configured else default_model()
+    present = "" if configured or find_spec("xllamacpp") is None else _local_model()
     if configured:
         reason = f"{MODEL_VARIABLE} names it, for what the built-in writer does not understand"
     elif present:
@@ -273,6 +272,12 @@ def _auto(temperature: float) -> tuple[PolicyWriter, ...]:
     if not models:
         return (_Chosen(builtin, reason),)
     return (_Chosen(builtin, "it understood every clause", "no model had a better answer"), *models)
+
+
+def _local_model() -> str:
+    from ovita.writers.models.catalogue import default_model
+
+    return default_model()
 
 
 def _one(name: str, base_url: str | None, temperature: float) -> PolicyWriter:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from ovita.instruct.reading import read_instruction, standing
 from ovita.instruct.steps import compose
+from ovita.policy import Parameter, Policy
 from ovita.writers.base import Reply, WriterInfo
 from ovita.writers.prompt import Prompt
 
@@ -40,11 +41,15 @@ class BuiltinWriter:
                 writer=info,
             )
         summary = " ".join(draft.plan).replace("\\", "/").replace('"""', "'''").rstrip('"')
+        source = draft.source(summary)
+        knobs = draft.parameters.items()
+        parameters = tuple(Parameter.noted(name, value, comment) for name, (value, comment) in knobs)
         return Reply(
             "policy",
             plan=tuple(draft.plan),
-            code=draft.source(summary),
+            code=source,
             assumptions=(*understood.notes, *draft.assumptions),
             contacts=tuple(draft.contacts),
             writer=info,
+            policy=Policy(source, "function", parameters, summary),
         )

@@ -10,11 +10,11 @@ import re
 import unicodedata
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from ovita.errors import WriterError
 from ovita.policy import Parameter
 from ovita.writers.base import PolicyWriter
-from ovita.writers.models.conversation import ModelWriter
 from ovita.writers.progress import Watch
 from ovita.writers.safe_text import harmless
 
@@ -112,7 +112,9 @@ def reworded(writer: PolicyWriter, facts: Mapping[str, str], *, watch: Watch | N
         WriterError: If the writer is no language model, no answer could be had, or the explanation holds a number, a
             unit or a direction that is in no fact; a template then explains.
     """
-    model = writer
+    from ovita.writers.models.conversation import ModelWriter
+
+    model: Any = writer
     while not isinstance(model, ModelWriter):
         wrapped = getattr(model, "writer", None)
         if wrapped is None:

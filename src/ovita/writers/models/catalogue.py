@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 from ovita.errors import RequestError
-from ovita.writers.models.engine import check_file
 
 DIR_VARIABLE = "OVITA_MODELS"
 """Environment variable that names the folder of models; else it is ovita/models in the user's cache."""
@@ -164,6 +163,8 @@ def add(name: str, file: str) -> Path:
     if any(known.name == name for known in KNOWN):
         raise RequestError(f"{name!r} is the name of a known model; choose another")
     path = Path(file).expanduser().absolute()
+    from ovita.writers.models.engine import check_file
+
     check_file(path)
     register = _register()
     register["added"] = {**register["added"], name: str(path)}
