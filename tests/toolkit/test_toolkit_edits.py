@@ -5,6 +5,7 @@ from hypothesis import strategies as st
 from toolkit_paths import amounts, bending, distances, modest, paths, paths_and_masks, points, shares, words
 
 from ovita.paths.frame import RFU, Frame
+from ovita.paths.geometry import closest_to_point
 from ovita.paths.scene import SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.toolkit import (
@@ -140,9 +141,9 @@ def test_an_end_moves_to_an_object_plus_an_offset(line, cup):
 def test_closer_never_goes_away_and_more_is_more(drawn, point, a, b):
     rows, mask = drawn
     d = distances(rows, point)
-    less, more = (distances(closer(rows, point, by, where=mask), point) for by in sorted((a, b)))
+    less, more = (distances(closer(rows, point, by, where=mask, ease=0), point) for by in sorted((a, b)))
     assert (less <= d + 1e-12).all() and (more <= less + 1e-12).all()
-    assert np.array_equal(closer(rows, point, a, where=mask)[~mask], rows[~mask])
+    assert np.array_equal(closer(rows, point, a, where=mask, ease=0)[~mask], rows[~mask])
     assert np.array_equal(closer(rows, point, 0.0), rows)
     if mask.any():
         nearest = np.flatnonzero(mask)[np.argmin(d[mask])]
@@ -154,23 +155,50 @@ def test_closer_never_goes_away_and_more_is_more(drawn, point, a, b):
 def test_farther_never_comes_near_and_more_is_more(drawn, point, a, b):
     rows, mask = drawn
     d = distances(rows, point)
-    less, more = (distances(farther(rows, point, by, where=mask), point) for by in sorted((a, b)))
-    assert (less >= d - 1e-12).all() and (more >= less - 1e-12).all()
-    assert np.array_equal(farther(rows, point, a, where=mask)[~mask], rows[~mask])
+    far = distances(farther(rows, point, a, where=mask, ease=0), point)
+    assert (far >= d - 1e-9).all()
+    assert np.array_equal(farther(rows, point, a, where=mask, ease=0)[~mask], rows[~mask])
     assert np.allclose(distances(farther(rows, point, times=1 + a), point), (1 + a) * d)
 
 
-def test_closer_stops_at_the_bounding_sphere_and_keeps_what_is_out_of_reach(line, cup):
+def test_closer_stops_before_the_surface_and_keeps_what_is_out_of_reach(line, cup):
     out = closer(line, cup, 5.0, reach=0.05)
-    assert distances(out, cup.position).min() == pytest.approx(cup.radius)
+    assert cup.cuboid.closest(out[:, :3])[0] == pytest.approx(0.05, abs=1e-3)
+    assert cup.cuboid.closest(closer(line, cup, 5.0, gap=0.1)[:, :3])[0] >= 0.1 - 1e-9
     assert np.array_equal(out[:4], line[:4])
-    assert np.array_equal(closer(out, cup, 1.0, reach=1e-6)[10], out[10])
+    assert np.allclose(closer(out, cup, 1.0, reach=1e-6)[10], out[10], atol=1e-9)
+
+
+@modest
+@given(paths(smallest=3), points, st.floats(0.02, 1.0), st.floats(0.0, 1.0))
+def test_closer_never_comes_into_an_object_between_waypoints(rows, point, size, by):
+    table = SceneObject("table", point, [size, size, 0.05], [0.9, 0.1, 0.3, 0.2])
+    before, after = (table.cuboid.along(r[:-1, :3], r[1:, :3])[0] for r in (rows, closer(rows, table, by)))
+    assert (after >= np.minimum(before, 0.05) - 1e-6).all()
+
+
+@modest
+@given(paths(), points, st.floats(0.05, 0.6), st.sampled_from(["closer", "farther", "times", "keep", "both"]))
+def test_a_level_path_stays_level(rows, point, amount, name):
+    """Keeping away from a chair once lifted a rover off the floor."""
+    rows[:, 2] = 0.0
+    out = {
+        "closer": lambda: closer(rows, point, amount),
+        "farther": lambda: farther(rows, point, amount),
+        "times": lambda: farther(rows, point, times=1 + amount),
+        "keep": lambda: keep_distance(rows, point, amount),
+        "both": lambda: keep_distance(rows, [point, [0.5, 0.4, 0.1]], amount),
+    }[name]()
+    if name != "closer" or distances(rows, point).min() - amount >= abs(point[2]):
+        assert np.abs(out[:, 2]).max() < 1e-12
+    if name in ("keep", "both"):
+        assert closest_to_point(out[:, :3], point)[0] >= amount * (1 - 1e-6)
 
 
 def test_a_waypoint_at_the_centre_is_pushed_sideways(line):
     push = farther(line, line[10, :3], 0.2, reach=0.01)[10, :3] - line[10, :3]
-    assert np.linalg.norm(push) == pytest.approx(0.2)
-    assert push[0] == 0 and push[2] == 0
+    assert 0.2 <= np.linalg.norm(push) < 0.26
+    assert push[2] == 0 and abs(push[1]) > 5 * abs(push[0])
 
 
 @modest
@@ -179,20 +207,22 @@ def test_keep_distance_puts_what_was_inside_on_the_sphere(drawn, point, at_least
     rows, mask = drawn
     ball = SceneObject("ball", point, [size] * 3)
     radius = at_least + ball.radius
-    out = keep_distance(rows, ball, at_least, where=mask)
+    out = keep_distance(rows, ball, at_least, where=mask, ease=0)
     inside = (distances(rows, point) < radius) & mask
     assert (distances(out, point)[inside] >= radius - 1e-9).all()
-    assert np.array_equal(out[~mask], rows[~mask])
-    steps = np.linalg.norm(np.diff(rows[:, :3], axis=0), axis=1)
-    if steps.max() < 0.3 * radius:
-        assert np.array_equal(out[~inside], rows[~inside])
+    for i in np.flatnonzero(mask[:-1] & mask[1:]):
+        assert closest_to_point(out[i : i + 2, :3], point)[0] >= radius * (1 - 1e-6)
+    if (distances(rows, point) > 3 * radius).all() and np.linalg.norm(
+        np.diff(rows[:, :3], axis=0), axis=1
+    ).max() < radius:
+        assert np.array_equal(out, rows)
 
 
 def test_keep_distance_bulges_to_the_side_where_the_path_already_is(line):
     centre = np.array([0.5, 0.01, 0.0])
     out = keep_distance(line, centre, 0.3)
-    assert (out[:, 1] <= 0).all() and out[10, 1] == pytest.approx(-0.29)
-    assert np.array_equal(out[:, [0, 2, 3]], line[:, [0, 2, 3]])
+    assert (out[:, 1] <= 0).all() and -0.292 < out[10, 1] <= -0.29
+    assert np.array_equal(out[:, 2:], line[:, 2:])
     straight = keep_distance(line, [0.5, 0, 0], 0.3)
     assert np.abs(straight[:, 2]).max() == 0 and np.ptp(np.sign(straight[:, 1])) == 1
 
@@ -201,8 +231,8 @@ def test_keep_distance_from_several_objects_leaves_all_their_spheres(line):
     centres = [[0.4, 0.05, 0.0], [0.6, -0.05, 0.0], [0.5, 0.1, 0.1]]
     out = keep_distance(line, centres, 0.2)
     for centre in centres:
-        assert np.linalg.norm(out[:, :3] - centre, axis=1).min() >= 0.2 - 1e-9
-    far = np.linalg.norm(line[:, None, :3] - np.array(centres), axis=2).min(axis=1) > 0.2
+        assert closest_to_point(out[:, :3], centre)[0] >= 0.2 - 1e-6
+    far = np.linalg.norm(line[:, None, :3] - np.array(centres), axis=2).min(axis=1) > 0.3
     assert np.array_equal(out[far], line[far])
     assert np.array_equal(keep_distance(line, [centres[0]], 0.2), keep_distance(line, centres[0], 0.2))
 
@@ -210,8 +240,8 @@ def test_keep_distance_from_several_objects_leaves_all_their_spheres(line):
 def test_keep_distance_clears_a_segment_that_jumps_across(line):
     sparse = line[::10]
     out = keep_distance(sparse, [0.25, 0.05, 0.0], 0.1)
-    assert np.allclose(out[:2, 1], -0.05)
-    assert np.array_equal(out[2], sparse[2])
+    assert closest_to_point(out[:, :3], [0.25, 0.05, 0.0])[0] >= 0.1 - 1e-6
+    assert np.array_equal(out[[0, 2]], sparse[[0, 2]])
 
 
 @modest
@@ -302,7 +332,8 @@ def test_keep_distance_does_not_jump_across_when_the_path_turns_inside_the_spher
 @modest
 @given(paths(), points, amounts)
 def test_farther_moves_the_nearest_distance_by_the_full_amount(rows, point, by):
-    assert distances(farther(rows, point, by), point).min() == pytest.approx(distances(rows, point).min() + by)
+    before, after = (closest_to_point(r[:, :3], point)[0] for r in (rows, farther(rows, point, by)))
+    assert after >= (before + by) * (1 - 1e-6)
 
 
 @pytest.mark.parametrize(

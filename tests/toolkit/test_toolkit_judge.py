@@ -54,7 +54,7 @@ KEPT = {
     "distance": (lambda t, cup: keep_distance(t, cup, 0.4), lambda t, cup: expect_distance(cup, 0.4)),
     "at most": (lambda t, cup: keep_distance(t, cup, at_most=0.4), lambda t, cup: expect_distance(cup, at_most=0.4)),
     "moved": (lambda t, cup: move(t, left=0.2, up=0.1), lambda t, cup: expect_moved(left=0.2, up=0.1)),
-    "moved and extended": (lambda t, cup: extend(move(t, left=0.2), 0.5), lambda t, cup: expect_moved(left=0.2)),
+    "moved and extended": (lambda t, cup: extend(move(t, up=0.2), 0.5), lambda t, cup: expect_moved(up=0.2)),
     "moved and stopped": (lambda t, cup: stop_at(move(t, up=0.2), 0.5), lambda t, cup: expect_moved(up=0.2)),
     "moved and waiting": (lambda t, cup: dwell(move(t, up=0.2), 0.5, 9), lambda t, cup: expect_moved(up=0.2)),
     "moved, resampled": (lambda t, cup: resample(move(t, up=0.2), 13), lambda t, cup: expect_moved(up=0.2)),
@@ -127,6 +127,28 @@ def test_a_broken_promise_is_not_held(case, line, cup, scene):
     edit, promise = BROKEN[case]
     outcome = judge(promise(line, cup), line, edit(line, cup), scene)
     assert not outcome.held, outcome.sentence
+
+
+def test_a_path_that_comes_closer_may_be_farther_on_average(line, cup, scene):
+    """It came 0.16 m closer and was flagged, since the average distance grew."""
+    closer_here = move(go_through(line, [0.5, 0.16, 0.0], width=0.1), back=0.16, where=first_ten(line))
+    assert judge(expect_closer(cup), line, closer_here, scene).held
+    outcome = judge(expect_farther(cup), line, closer_here, scene)
+    assert not outcome.held, outcome.sentence
+
+
+def test_a_goal_that_limits_moved_by_a_centimetre_is_where_it_was(line, cup, scene):
+    assert judge(expect_goal(), line, move_goal(line, up=0.014), scene).held
+    assert not judge(expect_goal(), line, move_goal(line, up=0.03), scene).held
+
+
+def test_a_distance_kept_at_waypoints_only_is_not_kept(line):
+    sparse = line[[0, 8, 12, 20]]
+    spot = [0.5, 0.5, 0.0]
+    off = np.linalg.norm(sparse[1, :3] - spot)
+    outcome = judge(expect_distance(spot, float(off)), line, sparse, Scene())
+    assert not outcome.held, outcome.sentence
+    assert judge(expect_distance(spot, 0.5), line, sparse, Scene()).held
 
 
 def test_the_sentence_gives_the_numbers(line, scene):

@@ -9,19 +9,26 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ovita.paths.frame import RFU, Frame
-from ovita.paths.geometry import Mask, fractions, runs
+from ovita.paths.geometry import Cuboid, Mask, closest_to_point, fractions, lengths, runs
+from ovita.paths.geometry import extent as extent_of
 from ovita.paths.scene import SceneObject
 from ovita.paths.trajectory import Array, arc_length
 from ovita.toolkit import arguments
 from ovita.toolkit.arguments import Offset, Target
-from ovita.toolkit.around import clear_segments, pushed_out, pushed_out_of_all
+from ovita.toolkit.around import cleared, pushed_out, pushed_out_of_all
 from ovita.toolkit.catalogue import Recorder, note_contact, operation
 from ovita.toolkit.insertion import densified
 from ovita.toolkit.speed import dwell, stop_at
-from ovita.toolkit.weights import ROUNDING, headings, perpendicular, smoothstep
+from ovita.toolkit.weights import ROUNDING, followed, headings, perpendicular, smoothstep
 
 STEEPEST = 1.125
 """Reach per metre of push above which no waypoint overtakes the nearest: the maximum of smoothstep(x) / x."""
+
+SURFACE_GAP = 0.05
+"""How near "closer" comes to an object's surface, unless another gap is asked for [m]."""
+
+LEVEL = 0.01
+"""A path whose heights differ by no more than this share of its extent is level."""
 
 PER_SLOPE = 4.0
 """The fewest segments on the rise or the fall of a jump."""
@@ -40,33 +47,45 @@ def closer(
     by: float,
     *,
     reach: float | None = None,
+    gap: float = SURFACE_GAP,
     where: ArrayLike | None = None,
+    ease: float | None = None,
     hold: str | Sequence[str] | None = None,
     frame: Frame = RFU,
 ) -> Array:
-    """Pull the nearest part of the path toward an object by so many metres.
+    """Pull the nearest part of the path toward an object by so many metres, never into it.
 
-    The pull is `by` at the nearest waypoint and fades to 0 where the distance is `reach` larger; it ends at
-    the bounding sphere of an object with dimensions.
+    The pull is `by` at the nearest waypoint and fades to 0 where the distance to the centre is `reach` larger. No
+    segment comes nearer to an object's surface than the gap; what is nearer already stays. A level path stays level as
+    long as it can come so close in its plane. Start and goal move if they are near. On a part, the waypoints beside it
+    follow, over 3 times the shift at its edge.
 
     Args:
         traj: (N, 4).
-        obj: Object or point (3,) [m].
+        obj: Object or point (3,) [m]; an object without dimensions is a cube of 5 cm.
         by: [m], >= 0.
         reach: [m], > 0; by default half of the spread of the waypoints' distances.
+        gap: Least distance to the object's surface [m], >= 0; to touch it, use go_through, move_goal or continue_to.
         where: Mask (N,), or None for all waypoints.
+        ease: Length of the soft edge outside a part as a fraction (0..1) of the path's length; 0 for a jump.
         hold: Direction word or words along which nothing moves, such as "up" after an exact shift upwards.
     """
     rows = arguments.waypoints(traj)
     centre, pull = arguments.point(obj), arguments.number(by, "by", low=0.0)
+    space, selected = arguments.number(gap, "gap", low=0.0), arguments.mask(where, len(rows))
     away, distance = _polar(rows, centre)
-    weights = _nearness(distance, arguments.mask(where, len(rows)), reach)
-    aim = np.maximum(distance - pull * weights, np.minimum(distance, radius_of(obj)))
-    touched = aim < distance
-    ratio = np.divide(aim, distance, out=np.ones_like(aim), where=touched)[:, None]
-    shift = _held((centre + away * ratio)[touched] - rows[touched, :3], hold, frame)
-    rows[touched, :3] += shift
-    return rows
+    aim = np.maximum(distance - pull * _nearness(distance, selected, reach), 0.0)
+    up = frame.direction("up")
+    if not is_level(rows[:, :3], up) or (aim < np.abs(away @ up)).any():
+        ratio = np.divide(aim, distance, out=np.ones_like(aim), where=distance > 0.0)
+        shift = away * (ratio - 1.0)[:, None]
+    else:
+        shift = _level_shift(away, aim, up, rows)
+    shift[aim >= distance] = 0.0
+    shift = _held(shift, hold, frame)
+    if isinstance(obj, SceneObject):
+        shift *= _short_of(obj.cuboid, rows[:, :3], shift, space)[:, None]
+    return followed(rows, rows[:, :3] + shift, selected, arguments.share(ease, "ease"))
 
 
 @operation("Objects: come closer, stay away, pass", core=True)
@@ -78,19 +97,25 @@ def farther(
     times: float | None = None,
     reach: float | None = None,
     where: ArrayLike | None = None,
+    ease: float | None = None,
     hold: str | Sequence[str] | None = None,
     frame: Frame = RFU,
 ) -> Array:
     """Push the nearest part away from an object by metres, or times=2: double all distances.
 
+    The push is `by` at the nearest part, between waypoints too, and fades to 0 where the distance is `reach` larger. A
+    level path stays level. Start and goal move if they are near. On a part, those beside it follow, over 3 times the
+    shift at its edge.
+
     Args:
         traj: (N, 4).
-        obj: Object or point (3,) [m].
-        by: [m], >= 0, at the nearest waypoint; it fades to 0 where the distance is `reach` larger.
+        obj: Object or point (3,) [m]; distances are to its centre.
+        by: [m], >= 0.
         times: Factor >= 1 on the distance of every selected waypoint; exactly one of by and times is given.
         reach: [m], > 0; by default half of the spread of the waypoints' distances, but no less than 1.125 `by`, so
             that no waypoint ends up nearer than `by` beyond the nearest.
         where: Mask (N,), or None for all waypoints.
+        ease: Length of the soft edge outside a part as a fraction (0..1) of the path's length; 0 for a jump.
         hold: Direction word or words along which nothing moves, such as "up" after an exact shift upwards.
     """
     rows = arguments.waypoints(traj)
@@ -98,18 +123,25 @@ def farther(
     if (by is None) == (times is None):
         raise ValueError("give exactly one of by (metres) and times (a factor)")
     away, distance = _polar(rows, centre)
+    up = frame.direction("up")
+    level = is_level(rows[:, :3], up)
     if times is not None:
-        factor = arguments.number(times, "times", low=1.0)
-        if factor > 1.0:
-            rows[selected, :3] += _held((factor - 1.0) * away[selected], hold, frame)
-        return rows
-    amount = arguments.number(by, "by", low=0.0)
-    push = amount * _nearness(distance, selected, reach, STEEPEST * amount)
-    outward = np.divide(away, distance[:, None], out=np.zeros_like(away), where=distance[:, None] > 1e-9)
-    outward = np.where(distance[:, None] > 1e-9, outward, perpendicular(headings(rows[:, :3])))
-    touched = push > 0.0
-    rows[touched, :3] += _held((push[:, None] * outward)[touched], hold, frame)
-    return rows
+        aim = distance * arguments.number(times, "times", low=1.0)
+    else:
+        amount = arguments.number(by, "by", low=0.0)
+        aim = distance + amount * _nearness(distance, selected, reach, STEEPEST * amount)
+    if level:
+        shift = _level_shift(away, aim, up, rows)
+    else:
+        outward = np.divide(away, distance[:, None], out=np.zeros_like(away), where=distance[:, None] > 1e-9)
+        outward = np.where(distance[:, None] > 1e-9, outward, perpendicular(headings(rows[:, :3])))
+        shift = outward * (aim - distance)[:, None]
+    shift[aim <= distance] = 0.0
+    moved = rows[:, :3] + _held(shift, hold, frame)
+    if times is None and not hold and selected.any():
+        least = nearest(rows[:, :3], selected, centre) + amount
+        moved = _kept_out(moved, [centre], np.array([least]), selected, up if level else None)
+    return followed(rows, moved, selected, arguments.share(ease, "ease"))
 
 
 @operation("Objects: come closer, stay away, pass", core=True)
@@ -120,14 +152,17 @@ def keep_distance(
     at_most: float | None = None,
     *,
     where: ArrayLike | None = None,
+    ease: float | None = None,
+    frame: Frame = RFU,
 ) -> Array:
     """Bend the path around an object or a list of them: metres at_least from the surface, at_most from the centre.
 
-    A waypoint q from the centre inside the sphere of radius R is pushed along the lateral direction n of the
-    closest approach by t = -(q.n) + sqrt((q.n)^2 - |q|^2 + R^2), which puts it on the sphere; on a path that turns
-    inside the sphere, radially or along an arc. Where waypoints are so sparse that a segment crosses the sphere with
-    both ends outside, these ends move in parallel until it is clear. With several objects, whose spheres may overlap,
-    each stretch inside them is pushed aside until it is outside all.
+    The distance holds on the whole path, between waypoints too. A waypoint q from the centre inside the sphere of
+    radius R is pushed along the lateral direction n of the closest approach by t = -(q.n) + sqrt((q.n)^2 - |q|^2 +
+    R^2), which puts it on the sphere; on a path that turns inside the sphere, radially or along an arc. Then segments
+    that still cut the sphere are shifted until they touch it. With several objects, whose spheres may overlap, each
+    stretch inside them is pushed aside until it is outside all. A level path stays level. A start or goal that is too
+    near moves too. On a part, the waypoints beside it follow, over 3 times the shift at its edge.
 
     Args:
         traj: (N, 4).
@@ -135,6 +170,7 @@ def keep_distance(
         at_least: [m], >= 0, from the bounding sphere of an object with dimensions, else from the centre.
         at_most: [m], >= 0, from the centre.
         where: Mask (N,), or None for all waypoints; waypoints that already comply stay as they are.
+        ease: Length of the soft edge outside a part as a fraction (0..1) of the path's length; 0 for a jump.
     """
     rows = arguments.waypoints(traj)
     targets = _targets(obj)
@@ -144,19 +180,105 @@ def keep_distance(
         raise ValueError("give at_least or at_most in metres")
     gap = None if at_least is None else arguments.number(at_least, "at_least", low=0.0)
     radii = np.array([0.0 if gap is None else gap + radius_of(target) for target in targets])
+    up, moved = frame.direction("up"), rows[:, :3].copy()
+    level = is_level(moved, up)
     if at_most is not None:
         outer = arguments.number(at_most, "at_most", low=0.0)
         if outer < radii.max():
             raise ValueError(f"at_most {outer:g} m from the centre contradicts at_least, which needs {radii.max():g} m")
         for centre in centres:
             away, distance = _polar(rows, centre)
+            level &= bool((np.abs(away @ up) <= outer).all())
             beyond = selected & (distance > outer)
-            rows[beyond, :3] = centre + away[beyond] * (outer / distance[beyond])[:, None]
-    if len(targets) > 1:
-        rows[:, :3] = pushed_out_of_all(rows[:, :3], centres, radii, selected)
+            shift = away * (np.minimum(outer / np.maximum(distance, 1e-300), 1.0) - 1.0)[:, None]
+            if level:
+                shift = _level_shift(away, np.minimum(distance, outer), up, rows)
+            moved[beyond] = rows[beyond, :3] + shift[beyond]
+    if radii.any():
+        moved = _kept_out(moved, centres, radii, selected, up if level else None)
+    return followed(rows, moved, selected, arguments.share(ease, "ease"))
+
+
+def _kept_out(positions: Array, centres: ArrayLike, radii: Array, selected: Mask, up: Array | None) -> Array:
+    """Positions (N, 3) [m] pushed out of spheres, segments included; horizontally only, if `up` is given."""
+    middles, heights = np.array(centres, dtype=np.float64), np.zeros((len(positions), 1))
+    if up is not None:
+        # Seen from above, a sphere is the disc that it cuts out of the path's plane.
+        heights = (positions @ up)[:, None]
+        positions = positions - heights * up
+        gaps = np.abs(heights - middles @ up).min(axis=0)
+        radii = np.sqrt(np.maximum(radii**2 - gaps**2, 0.0))
+        middles = middles - (middles @ up)[:, None] * up
+    result = positions
+    if len(middles) > 1:
+        result = pushed_out_of_all(positions, middles, radii, selected, up is not None)
     elif radii[0] > 0.0:
-        _bend_around(rows, centres[0], float(radii[0]), selected)
-    return rows
+        away = positions - middles[0]
+        result = positions.copy()
+        for a, b in runs(lengths(away) < radii[0]):
+            part, may = slice(a, b + 1), selected[a : b + 1]
+            result[part][may] = (middles[0] + pushed_out(away, a, b, float(radii[0])))[may]
+    result = cleared(result, middles, radii, selected)
+    return result if up is None else result + heights * up
+
+
+def is_level(positions: Array, up: Array) -> bool:
+    """Whether a path (N, 3) [m] keeps its height, but for 1 % of its extent, as on a floor."""
+    return bool(np.ptp(positions @ up) <= LEVEL * extent_of(positions))
+
+
+def _level_shift(away: Array, aim: Array, up: Array, rows: Array) -> Array:
+    """Horizontal displacements (N, 3) that bring waypoints `away` from a centre to distances `aim` (N,) [m]."""
+    height = away @ up
+    flat = away - height[:, None] * up
+    distance = lengths(flat)[:, None]
+    course = perpendicular(headings(rows[:, :3]))
+    course -= (course @ up)[:, None] * up
+    outward = np.where(distance > 1e-9, flat / np.maximum(distance, 1e-9), course)
+    wanted = np.sqrt(np.maximum(aim**2 - height**2, 0.0))
+    return np.asarray((wanted[:, None] - distance) * outward)
+
+
+def _short_of(body: Cuboid, positions: Array, shift: Array, gap: float) -> Array:
+    """Shares (N,) of the shifts that waypoints (N, 3) can make with no segment nearer to a body than a gap [m].
+
+    What is nearer already does not come nearer still.
+    """
+    before = body.signed(positions)[0]
+    least = np.minimum(before, gap)
+    low, high = np.zeros(len(positions)), np.ones(len(positions))
+    fits = body.signed(positions + shift)[0] >= least
+    for _ in range(40 if not fits.all() else 0):
+        middle = (low + high) / 2.0
+        free = body.signed(positions + middle[:, None] * shift)[0] >= least
+        low, high = np.where(free, middle, low), np.where(free, high, middle)
+    shares = np.where(fits, 1.0, low)
+    old = body.along(positions[:-1], positions[1:])[0]
+    for _ in range(40):
+        moved = positions + shares[:, None] * shift
+        cut = np.flatnonzero(body.along(moved[:-1], moved[1:])[0] < np.minimum(old, gap) - 1e-9)
+        if not len(cut):
+            return shares
+        shares[np.unique([cut, cut + 1])] *= 0.8
+    shares[np.unique([cut, cut + 1])] = 0.0
+    return shares
+
+
+def nearest(positions: Array, selected: Mask, centre: Array) -> float:
+    """Distance [m] of a point to the segments between selected waypoints, and to these."""
+    least = float(lengths(positions[selected] - centre).min())
+    for a, b in runs(selected):
+        if b > a:
+            least = min(least, closest_to_point(positions[a : b + 1], centre)[0])
+    return least
+
+
+def _held(shift: Array, hold: str | Sequence[str] | None, frame: Frame) -> Array:
+    """Displacements (M, 3) without their parts along the held direction words."""
+    for word in [hold] if isinstance(hold, str) else (hold or ()):
+        axis = arguments.direction(frame, word)
+        shift = shift - (shift @ axis)[:, None] * axis
+    return shift
 
 
 @operation("Objects: come closer, stay away, pass")
@@ -260,23 +382,6 @@ def hover(
     rows = go_through(traj, obj, up=above, frame=frame, recorder=recorder)
     place = arguments.point(obj) + above * frame.direction("up")
     return dwell(stop_at(rows, place, brake=HOVER_BRAKE, resume=True), place, steps)
-
-
-def _bend_around(rows: Array, centre: Array, radius: float, selected: Mask) -> None:
-    """Push what is inside one sphere out of it, in place."""
-    away, distance = _polar(rows, centre)
-    for a, b in runs(distance < radius):
-        part, pushed = slice(a, b + 1), selected[a : b + 1]
-        rows[part, :3][pushed] = (centre + pushed_out(away, a, b, radius))[pushed]
-    clear_segments(rows, centre, radius, selected)
-
-
-def _held(shift: Array, hold: str | Sequence[str] | None, frame: Frame) -> Array:
-    """Displacements (M, 3) without their parts along the held direction words."""
-    for word in [hold] if isinstance(hold, str) else (hold or ()):
-        axis = arguments.direction(frame, word)
-        shift = shift - (shift @ axis)[:, None] * axis
-    return shift
 
 
 def _targets(obj: Any) -> list[Any]:

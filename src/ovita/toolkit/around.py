@@ -1,4 +1,4 @@
-"""Push waypoints out of a sphere without letting the path cut through it."""
+"""Push a path out of spheres, between its waypoints too."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ovita.paths.geometry import Mask, fractions, path_distances, runs
+from ovita.paths.geometry import Mask, dots, fractions, lengths, path_distances, runs
 from ovita.paths.trajectory import Array
 from ovita.toolkit.weights import perpendicular
 
 SHALLOW = 0.05
-"""How deep a segment between waypoints may dip into a sphere, as a fraction of its radius, before something is done."""
+"""How deep a path may dip into a sphere between its waypoints, in radii, before another way out is tried."""
 
-ROUNDS = 10
+ROUNDS = 60
 """How often segments are moved out of a sphere at most; each move may bring a neighbour in."""
 
 
@@ -41,17 +41,18 @@ def pushed_out(away: Array, a: int, b: int, radius: float) -> Array:
     return best
 
 
-def pushed_out_of_all(positions: Array, centres: Array, radii: Array, selected: Mask) -> Array:
+def pushed_out_of_all(positions: Array, centres: Array, radii: Array, selected: Mask, level: bool) -> Array:
     """Positions (N, 3) [m] with each stretch inside one of several spheres pushed aside until it is outside all.
 
-    A stretch moves along one direction, as a ray leaves each sphere once: of eight directions around it, the one
-    that needs the shortest push is taken.
+    A stretch moves along one direction, as a ray leaves each sphere once: of eight directions around it, or of the two
+    level ones, the one that needs the shortest push is taken.
 
     Args:
         positions: (N, 3) [m].
         centres: (K, 3) [m].
         radii: (K,) [m].
         selected: Mask (N,) of the waypoints that may move.
+        level: Only to the left and to the right.
     """
     result = positions.copy()
     inside = (np.linalg.norm(positions[:, None] - centres, axis=2) < radii).any(axis=1) & selected
@@ -60,7 +61,7 @@ def pushed_out_of_all(positions: Array, centres: Array, radii: Array, selected: 
         chord = positions[min(b + 1, len(positions) - 1)] - positions[max(a - 1, 0)]
         first = perpendicular(chord[None])[0]
         second = np.cross(chord, first) / max(float(np.linalg.norm(chord)), 1e-12)
-        angles = np.arange(8) * np.pi / 4
+        angles = np.array([0.0, np.pi]) if level else np.arange(8) * np.pi / 4
         directions = np.cos(angles)[:, None] * first + np.sin(angles)[:, None] * second
         pushes = [_exit(part, centres, radii, direction) for direction in directions]
         best = int(np.argmin([push.max() for push in pushes]))
@@ -83,31 +84,52 @@ def _exit(points: Array, centres: Array, radii: Array, direction: Array) -> Arra
     return t
 
 
-def clear_segments(rows: Array, centre: Array, radius: float, selected: Mask) -> None:
-    """Move the ends of segments that cut deep into a sphere sideways until the segments are clear, in place.
+def cleared(positions: Array, centres: Array, radii: Array, selected: Mask) -> Array:
+    """Positions (N, 3) [m] of which no selected segment comes into a sphere any more.
 
-    Only sparse waypoints need it: neighbours on opposite sides of the sphere.
+    A segment that does is shifted aside with both its waypoints until it touches the sphere; as that may bring a
+    neighbour in, it is repeated. Where waypoints are dense this moves them by the sagitta of their chord; where they
+    are sparse it takes a whole segment aside. A start or goal outside all spheres stays; the other end moves farther.
+
+    Args:
+        positions: (N, 3) [m].
+        centres: (K, 3) [m].
+        radii: (K,) [m].
+        selected: Mask (N,) of the waypoints that may move; a segment counts if both its ends may.
     """
-    origin = np.zeros((1, 3))
+    result, counts = positions.copy(), selected[:-1] & selected[1:]
+    free = selected.copy()
+    for end in (0, -1):
+        free[end] &= bool((lengths(positions[end] - centres) < radii * (1.0 - 1e-9)).any())
     for _ in range(ROUNDS):
         cut = False
-        for i in np.flatnonzero(selected[:-1] & selected[1:] & _near_sphere(rows, centre, radius)).tolist():
-            ends = rows[i : i + 2, :3] - centre
-            depth = radius - float(path_distances(ends, origin)[0])
-            if depth > SHALLOW * radius:
-                rows[i : i + 2, :3] += depth * _lateral(ends)
-                cut = True
+        for centre, radius in zip(centres, radii, strict=True):
+            closest, share = _closest(result - centre)
+            distance = lengths(closest)
+            deep = np.flatnonzero(counts & (distance < radius * (1.0 - 1e-9)))
+            if not len(deep):
+                continue
+            cut = True
+            away = distance[deep, None]
+            side = perpendicular(result[deep + 1] - result[deep])
+            aside = np.where(away > 1e-9, closest[deep] / np.maximum(away, 1e-9), side)
+            shift = (radius * (1.0 + 1e-9) - away) * aside
+            moves = np.zeros((2, *result.shape))
+            for k, (ends, others) in enumerate(((deep, deep + 1), (deep + 1, deep))):
+                lever = np.abs(1.0 - k - share[deep])
+                moves[k, ends] = shift * np.where(free[others], 1.0, 1.0 / np.maximum(lever, 0.1))[:, None]
+            longer = lengths(moves[1]) > lengths(moves[0])
+            result[free] += np.where(longer[:, None], moves[1], moves[0])[free]
         if not cut:
-            return
+            break
+    return result
 
 
-def _near_sphere(rows: Array, centre: Array, radius: float) -> Mask:
-    """Which segments (N - 1,) come into the sphere."""
-    start, step = rows[:-1, :3] - centre, np.diff(rows[:, :3], axis=0)
-    squared = (step**2).sum(axis=1)
-    share = np.divide(-(start * step).sum(axis=1), squared, out=np.zeros_like(squared), where=squared > 0)
-    closest = start + np.clip(share, 0.0, 1.0)[:, None] * step
-    return np.asarray((closest**2).sum(axis=1) < ((1.0 - SHALLOW) * radius) ** 2)
+def _closest(path: Array) -> tuple[Array, Array]:
+    """The point of each segment (M, 3) of a path (M + 1, 3) that is closest to the origin, and its share of it (M,)."""
+    start, step = path[:-1], np.diff(path, axis=0)
+    share = np.clip(-dots(start, step) / np.maximum(dots(step, step), 1e-300), 0.0, 1.0)
+    return start + share[:, None] * step, share
 
 
 def _ways_out(away: Array, a: int, b: int, radius: float) -> Iterator[Array]:
@@ -130,14 +152,10 @@ def _ways_out(away: Array, a: int, b: int, radius: float) -> Iterator[Array]:
 
 def _lateral(path: Array) -> Array:
     """Unit vector (3,) from the origin to the closest approach of a path (M, 3), perpendicular to the path there."""
-    start, step = path[:-1], np.diff(path, axis=0)
-    squared = (step**2).sum(axis=1)
-    share = np.divide(-(start * step).sum(axis=1), squared, out=np.zeros_like(squared), where=squared > 0)
-    closest = start + np.clip(share, 0.0, 1.0)[:, None] * step
-    i = int(np.argmin((closest**2).sum(axis=1)))
-    heading = step[i] / max(float(np.sqrt(squared[i])), 1e-12)
+    closest, _ = _closest(path)
+    i = int(np.argmin(dots(closest, closest)))
+    step = path[i + 1] - path[i]
+    heading = step / max(float(np.linalg.norm(step)), 1e-12)
     side = closest[i] - (closest[i] @ heading) * heading
     length = float(np.linalg.norm(side))
-    if length > 1e-9:
-        return np.asarray(side / length)
-    return np.asarray(perpendicular(heading[None])[0])
+    return np.asarray(side / length) if length > 1e-9 else np.asarray(perpendicular(heading[None])[0])

@@ -22,6 +22,8 @@ def expect_closer(
 ) -> Expectation:
     """The path comes closer.
 
+    The nearest distance to the centre decides, between waypoints too; only if that stays, the average does.
+
     Args:
         obj: Object or point (3,) [m].
         by: At least so much at the nearest point [m], or None for any amount.
@@ -35,6 +37,8 @@ def expect_farther(
     obj: Target, by: float | None = None, *, where: ArrayLike | None = None, recorder: Recorder | None = None
 ) -> Expectation:
     """The path stays farther away.
+
+    The nearest distance to the centre decides, between waypoints too; only if that stays, the average does.
 
     Args:
         obj: Object or point (3,) [m].
@@ -57,7 +61,7 @@ def expect_distance(
 
     Args:
         obj: Object or point (3,) [m].
-        at_least: [m] from the bounding sphere of an object with dimensions, else from the centre.
+        at_least: [m] from the surface of an object with dimensions, else from the centre; between waypoints too.
         at_most: [m] from the centre.
         where: Mask (N,) over the original waypoints, or None.
     """
@@ -107,7 +111,7 @@ def expect_start(
     recorder: Recorder | None = None,
     **offset: Unpack[Offset],
 ) -> Expectation:
-    """The start is at a point, or moved by OFFSET; given nothing, as before.
+    """The start is at a point, or moved by OFFSET; given nothing, as before. Within 2 cm or 10 % of the offset.
 
     Args:
         at: Object or point (3,) [m], or None for the original start.
@@ -124,7 +128,7 @@ def expect_goal(
     recorder: Recorder | None = None,
     **offset: Unpack[Offset],
 ) -> Expectation:
-    """The goal is at a point, or moved by OFFSET; given nothing, as before.
+    """The goal is at a point, or moved by OFFSET; given nothing, as before. Within 2 cm or 10 % of the offset.
 
     Args:
         at: Object or point (3,) [m], or None for the original goal.

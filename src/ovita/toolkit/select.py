@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from ovita.paths.frame import RFU, Frame
 from ovita.paths.geometry import Mask
+from ovita.paths.geometry import within as passing
 from ovita.paths.trajectory import Array
 from ovita.toolkit import arguments
 from ovita.toolkit.arguments import Place, Target
@@ -19,6 +20,8 @@ from ovita.toolkit.catalogue import operation
 def near(traj: ArrayLike, obj: Target, within: float) -> Mask:
     """Mask: waypoints at most so many metres from an object's centre.
 
+    Where only the line between two waypoints passes so near, the nearer one counts.
+
     Args:
         traj: (N, 4).
         obj: Object or point (3,) [m].
@@ -26,7 +29,7 @@ def near(traj: ArrayLike, obj: Target, within: float) -> Mask:
     """
     rows = arguments.waypoints(traj)
     radius = arguments.number(within, "within", low=0.0)
-    return np.asarray(np.linalg.norm(rows[:, :3] - arguments.point(obj), axis=1) <= radius)
+    return passing(rows[:, :3], arguments.point(obj), radius)
 
 
 @operation("Choose waypoints", core=True)
