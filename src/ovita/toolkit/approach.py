@@ -209,6 +209,9 @@ def _kept_out(positions: Array, centres: ArrayLike, radii: Array, selected: Mask
         gaps = np.abs(heights - middles @ up).min(axis=0)
         radii = np.sqrt(np.maximum(radii**2 - gaps**2, 0.0))
         middles = middles - (middles @ up)[:, None] * up
+    fixed = np.zeros(len(positions), dtype=bool)
+    if len(positions) > 2:
+        fixed[[0, -1]] = [(lengths(end - middles) >= radii).all() for end in positions[[0, -1]]]
     result = positions
     if len(middles) > 1:
         result = pushed_out_of_all(positions, middles, radii, selected, up is not None)
@@ -218,7 +221,7 @@ def _kept_out(positions: Array, centres: ArrayLike, radii: Array, selected: Mask
         for a, b in runs(lengths(away) < radii[0]):
             part, may = slice(a, b + 1), selected[a : b + 1]
             result[part][may] = (middles[0] + pushed_out(away, a, b, float(radii[0])))[may]
-    result = cleared(result, middles, radii, selected)
+    result = cleared(result, middles, radii, selected, fixed)
     return result if up is None else result + heights * up
 
 

@@ -84,24 +84,22 @@ def _exit(points: Array, centres: Array, radii: Array, direction: Array) -> Arra
     return t
 
 
-def cleared(positions: Array, centres: Array, radii: Array, selected: Mask) -> Array:
+def cleared(positions: Array, centres: Array, radii: Array, selected: Mask, fixed: Mask) -> Array:
     """Positions (N, 3) [m] of which no selected segment comes into a sphere any more.
 
     A segment that does is shifted aside with both its waypoints until it touches the sphere; as that may bring a
     neighbour in, it is repeated. Where waypoints are dense this moves them by the sagitta of their chord; where they
-    are sparse it takes a whole segment aside. A start or goal outside all spheres stays; the other end moves farther.
+    are sparse it takes a whole segment aside. Where one waypoint is fixed, the other moves farther.
 
     Args:
         positions: (N, 3) [m].
         centres: (K, 3) [m].
         radii: (K,) [m].
         selected: Mask (N,) of the waypoints that may move; a segment counts if both its ends may.
+        fixed: Mask (N,) of those that stay all the same, such as a start that is far enough away.
     """
-    result, counts = positions.copy(), selected[:-1] & selected[1:]
-    free = selected.copy()
-    for end in (0, -1):
-        free[end] &= bool((lengths(positions[end] - centres) < radii * (1.0 - 1e-9)).any())
-    for _ in range(ROUNDS):
+    result, counts, free = positions.copy(), selected[:-1] & selected[1:], selected & ~fixed
+    for turn in range(ROUNDS):
         cut = False
         for centre, radius in zip(centres, radii, strict=True):
             closest, share = _closest(result - centre)
@@ -113,7 +111,8 @@ def cleared(positions: Array, centres: Array, radii: Array, selected: Mask) -> A
             away = distance[deep, None]
             side = perpendicular(result[deep + 1] - result[deep])
             aside = np.where(away > 1e-9, closest[deep] / np.maximum(away, 1e-9), side)
-            shift = (radius * (1.0 + 1e-9) - away) * aside
+            # Between overlapping spheres a segment would go to and fro without growing strides.
+            shift = (radius * (1.0 + 1e-9) - away) * (1.0 + 0.1 * max(turn - 10, 0)) * aside
             moves = np.zeros((2, *result.shape))
             for k, (ends, others) in enumerate(((deep, deep + 1), (deep + 1, deep))):
                 lever = np.abs(1.0 - k - share[deep])

@@ -93,8 +93,9 @@ class _Case:
         match = correspond(original, adapted)
         self.kept = match.kept
         self.matched = match.of_original(adapted)
-        old, self.new = _parts(values.get("where"), match)
-        self.paired: Mask = old & self.kept
+        self.by_index = match.method.startswith("index")
+        self.old, self.new = _parts(values.get("where"), match)
+        self.paired: Mask = self.old & self.kept
 
     @property
     def whole(self) -> bool:
@@ -158,9 +159,9 @@ def _approach(case: _Case, sign: float) -> Outcome:
     if "by" in case.values:
         by = float(case.values["by"])
         # Nothing comes closer than the gap at which closer() ends.
-        arrived = sign < 0 and _surface(case, case.adapted) <= SURFACE_GAP + SLACK and gain > -TINY
+        arrived = sign < 0 and _surface(case, case.adapted) <= SURFACE_GAP + SLACK
         held = gain >= by - max(SLACK, SLACK_RELATIVE * by) - TINY and gain > 0
-        held |= arrived and (gain > noticed or _surface(case, case.original) <= SURFACE_GAP + SLACK)
+        held |= arrived and gain > noticed
         asked = f" (asked for {by:g} m)"
     sentence = (
         f"the nearest distance to {case.name} went from {old:.3f} to {new:.3f} m{asked}, "
@@ -220,10 +221,22 @@ def _moved(case: _Case) -> Outcome:
         held &= _close(mean, asked) or (_close(most, asked) and mean >= asked / 2)
         peak = "" if _close(most, mean) else f", {most:.3f} m at most"
         parts.append(f"{mean:.3f} m {word} on average{peak} (asked {asked:g} m)")
+    held |= not case.by_index and _lies_there(case)
     asked_offset = case.offset
     length = float(np.linalg.norm(asked_offset))
     change = float(shift.mean(axis=0) @ asked_offset) / length if length else None
     return Outcome(bool(held), "the path moved " + " and ".join(parts), change)
+
+
+def _lies_there(case: _Case) -> bool:
+    """Whether half of the part lies on the new path once it is shifted, but not on the old one.
+
+    Where waypoints were spread anew over a path that grew in places, no waypoint has a counterpart at its own share.
+    """
+    there = case.original[case.old, :3] + case.offset
+    slack = max(SLACK, SLACK_RELATIVE * float(np.linalg.norm(case.offset)))
+    shares = [float((path_distances(rows[:, :3], there) <= slack).mean()) for rows in (case.adapted, case.original)]
+    return shares[0] >= 0.45 and shares[1] < 0.2
 
 
 def _same_path(case: _Case) -> Outcome:

@@ -1,0 +1,15 @@
+"""Right edits keep their promises and wrong ones break them; the whole table is in docs/trust.md."""
+
+import runpy
+from pathlib import Path
+
+import pytest
+
+PROMISES = runpy.run_path(str(Path(__file__).parents[2] / "benchmarks" / "promises.py"))
+
+
+@pytest.mark.parametrize("kind", PROMISES["KINDS"])
+def test_right_edits_are_accepted_and_wrong_ones_flagged(kind):
+    falsely = PROMISES["falsely"]
+    assert len(falsely(kind, 40, True)) <= 1
+    assert len(falsely(kind, 40, False)) <= 1
