@@ -207,3 +207,8 @@ def test_orientations_travel_along():
         result = adapt(Request(instruction, turned, SCENE), writer="builtin")
         assert len(result.adapted.orientations) == len(result.adapted)
         assert np.abs(result.adapted.orientations) == pytest.approx(np.tile([0.0, 0, 0, 1], (len(result.adapted), 1)))
+
+
+def test_a_kink_that_an_edit_brings_is_warned_of():
+    result = adapt(request(), writer=Scripted(policy("traj[5, 2] += 0.3\n    return traj")))
+    assert any(text.startswith("The path now turns") and "waypoint 6" in text for text in result.warnings)

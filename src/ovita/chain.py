@@ -18,7 +18,7 @@ import numpy as np
 
 from ovita.errors import PolicyRejected, RequestError, WriterError
 from ovita.limits import ConstraintOptions, constrain
-from ovita.measure import compare, sentences
+from ovita.measure import compare, sentences, shape_warnings
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
@@ -251,6 +251,7 @@ def _finish(
     stall, idle = _first_stall(adapted), changes.path_unchanged and changes.speeds_unchanged and not by_hand
     if stall is not None:
         warnings.append(f"From waypoint {stall + 1} on the path goes on at speed 0; a robot would stand still there.")
+    warnings += shape_warnings(changes)
     held = [p.outcome for p in postconditions if p.held and p.states]
     if idle and held and not broken:
         warnings.append(f"Nothing had to change: {'; '.join(held)}.")

@@ -15,7 +15,7 @@ from ovita.measure.report import (
     SpeedRange,
     Stop,
 )
-from ovita.measure.sentences import sentences, warnings
+from ovita.measure.sentences import sentences, shape_warnings
 
 __all__ = [
     "Changes",
@@ -32,5 +32,5 @@ __all__ = [
     "Stop",
     "compare",
     "sentences",
-    "warnings",
+    "shape_warnings",
 ]

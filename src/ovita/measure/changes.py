@@ -135,8 +135,9 @@ def _shape(original: Array, adapted: Array, found: Correspondence) -> ShapeChang
     kinks = []
     for i in np.flatnonzero(turns[1] >= KINK):
         origin = found.backward[i]
-        around = slice(max(int(origin) - 2, 0), int(origin) + 4) if np.isfinite(origin) else slice(0)
-        usual = float(turns[0][around].max(initial=0.0))
+        if not found.old[i - 1 : i + 2].all():  # the shape of what was put in was asked for
+            continue
+        usual = float(turns[0][max(int(origin) - 2, 0) : int(origin) + 4].max())
         if turns[1][i] >= usual + SHARPER:
             kinks.append(Kink(int(i), float(turns[1][i]), usual))
     jumps = [Jump(int(i), float(steps[1][i]), longest) for i in np.flatnonzero(steps[1] > JUMP * longest + TOLERANCE)]

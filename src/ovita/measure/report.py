@@ -89,7 +89,7 @@ class ShapeChange:
         sharpest: Sharpest turn at a waypoint [deg], at waypoint `sharpest_at` of either trajectory.
         reversals: Number of turns by more than 150 degrees.
         step: Longest step between neighbouring waypoints [m].
-        kinks: Turns by 60 degrees or more that the adaptation brought.
+        kinks: Turns by 60 degrees or more that the adaptation brought to waypoints that were there before.
         jumps: Steps more than four times the original's longest, allowing for another number of waypoints.
     """
 

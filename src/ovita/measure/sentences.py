@@ -56,16 +56,24 @@ def directions(words: Mapping[str, float]) -> str:
 _PHRASES = {"front": "forward", "back": "backward"}
 
 
-def warnings(changes: Changes) -> list[str]:
+def shape_warnings(changes: Changes) -> list[str]:
     """Say which kinks, reversals and jumps the adaptation brought; empty if the path stays as smooth as it was."""
+    kinks, jumps = changes.shape.kinks, changes.shape.jumps
     told = []
-    for kink in sorted(changes.shape.kinks, key=lambda k: -k.degrees)[:_MOST]:
-        word = "turns back on itself" if kink.degrees > 150.0 else f"turns sharply, by {kink.degrees:.0f} degrees,"
-        told.append(f"The path now {word} at waypoint {kink.waypoint + 1} ({kink.before:.0f} degrees there before).")
-    for jump in sorted(changes.shape.jumps, key=lambda j: -j.step)[:_MOST]:
+    if len(kinks) > _MOST:
+        sharpest = max(kink.degrees for kink in kinks)
+        told.append(f"The path now turns sharply at {len(kinks)} waypoints, by up to {sharpest:.0f} degrees.")
+    else:
+        for kink in kinks:
+            word = "turns back on itself" if kink.degrees > 150.0 else f"turns sharply, by {kink.degrees:.0f} degrees,"
+            told.append(
+                f"The path now {word} at waypoint {kink.waypoint + 1} ({kink.before:.0f} degrees there before)."
+            )
+    for jump in sorted(jumps, key=lambda j: -j.step)[:_MOST]:
         where = f"waypoints {jump.waypoint + 1} and {jump.waypoint + 2}"
-        before = f"at most {number(jump.before)} m before"
-        told.append(f"The path jumps by {number(jump.step)} m between {where} ({before}).")
+        told.append(
+            f"The path jumps by {number(jump.step)} m between {where} (at most {number(jump.before)} m before)."
+        )
     return told
 
 
