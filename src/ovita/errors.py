@@ -30,6 +30,7 @@ into the `status` of an `Adaptation`; so is infeasibility, which is never an exc
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Literal
 
 
 class OvitaError(Exception):
@@ -134,8 +135,32 @@ class PolicyOutputInvalid(PolicyError):
     kind = "output"
 
 
+WriterFailure = Literal["overloaded", "no_answer", "no_access", "other"]
+"""Why a writer gave no answer: its server has too much to do, nothing came in time, there is no key, quota or model, or
+the writer itself failed."""
+
+
 class WriterError(OvitaError):
-    """A policy writer could not answer."""
+    """A policy writer could not answer.
+
+    Args:
+        problem: One sentence for a person.
+        failure: Why, for programs.
+    """
+
+    def __init__(self, problem: str, failure: WriterFailure = "other") -> None:
+        self.failure: WriterFailure = failure
+        super().__init__(problem)
+
+    @property
+    def unreached(self) -> bool:
+        """Whether the failure says nothing about the writer's ability: it was never reached, or had no time."""
+        return self.failure != "other"
+
+    @property
+    def passing(self) -> bool:
+        """Whether asking again later may help."""
+        return self.failure in ("overloaded", "no_answer")
 
 
 class MissingKey(WriterError):
@@ -148,7 +173,8 @@ class MissingKey(WriterError):
 
     def __init__(self, writer: str, variable: str) -> None:
         self.writer, self.variable = writer, variable
-        super().__init__(f"{writer} needs an API key: set {variable}, or use --writer builtin, which needs none")
+        problem = f"{writer} needs an API key: set {variable}, or use --writer builtin, which needs none"
+        super().__init__(problem, "no_access")
 
 
 class UnusableReply(WriterError):

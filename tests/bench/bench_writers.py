@@ -59,7 +59,7 @@ class Flaky(Scripted):
     def write(self, prompt: Prompt) -> Reply:
         reply = super().write(prompt)
         if len(self.prompts) % 2:
-            raise WriterError("flaky: the server limits the rate of requests (429): try again later")
+            raise WriterError("flaky: too much to do", "overloaded")
         return reply
 
 

@@ -10,7 +10,7 @@ import pytest
 from ovita.bench.conditions import conditions_from
 from ovita.bench.dataset import load_dataset
 from ovita.bench.evaluate import Protocol
-from ovita.bench.runner import Plan, run
+from ovita.bench.runner import RunPlan, run
 from ovita.measure.predicates import all_of, moved, near, slower, speeds_kept
 
 LEARNER = "python:bench_writers:Learner"
@@ -34,7 +34,7 @@ def dataset(tmp_path):
 def outcome(tmp_path_factory):
     """A run of two writers with feedback and an ablation, never changed by a test, and its folder as `.folder`."""
     folder = tmp_path_factory.mktemp("bench")
-    plan = Plan(
+    plan = RunPlan(
         writers=("builtin", LEARNER),
         conditions=conditions_from("examples,temperature=0,0.5"),
         protocol=Protocol(feedback=1),

@@ -10,11 +10,10 @@ from click.testing import CliRunner
 
 from ovita.bench import tables
 from ovita.bench.dataset import load_dataset
-from ovita.bench.ratings import read_ratings
-from ovita.bench.records import read_manifest, read_records
+from ovita.bench.page import sketch
+from ovita.bench.records import read_manifest, read_ratings, read_records
 from ovita.bench.report import write_report
-from ovita.bench.runner import Plan, run
-from ovita.bench.sketch import sketch
+from ovita.bench.runner import RunPlan, run
 from ovita.cli.bench_ import group
 from ovita.errors import FormatError, MissingExtra, RequestError
 
@@ -23,7 +22,7 @@ LEARNER = "python:bench_writers:Learner"
 
 
 def test_lines_count_what_passed(outcome):
-    by = {(x.writer, x.condition): x for x in tables.lines(outcome.records)}
+    by = {(x.writer, x.condition): x for x in tables.tallies(outcome.records)}
     mine = by["builtin", "default"]
     assert (mine.success.successes, mine.success.n, mine.first.successes) == (5, 6, 5)
     assert mine.executable.rate == pytest.approx(5 / 6) and mine.limits == {"none": 1, "satisfied": 5}
@@ -31,13 +30,13 @@ def test_lines_count_what_passed(outcome):
     assert learner.first.successes == 0 and learner.success.successes == 3
     assert learner.input_tokens == 1200 and learner.output_tokens == 120
     assert {
-        (x.group, x.success.successes) for x in tables.lines(outcome.records, "subset") if x.writer == "builtin"
+        (x.group, x.success.successes) for x in tables.tallies(outcome.records, "subset") if x.writer == "builtin"
     } == {
         ("a", 3),
         ("b", 2),
     }
     (priced,) = [
-        x for x in tables.lines(outcome.records, prices={LEARNER: (1.0, 10.0)}) if x.condition == "no examples"
+        x for x in tables.tallies(outcome.records, prices={LEARNER: (1.0, 10.0)}) if x.condition == "no examples"
     ]
     assert priced.cost == pytest.approx(1200e-6 + 1200e-6)
     assert tables.idle(outcome.records).successes == 0
@@ -82,11 +81,11 @@ def test_data_never_becomes_markup(dataset, tmp_path):
     document["objects"][0]["name"] = EVIL
     document |= {"instruction": EVIL, "kind": EVIL, "subset": EVIL}
     file.write_text(json.dumps(document))
-    done = run(load_dataset(dataset), tmp_path / "run", Plan(jobs=1))
+    done = run(load_dataset(dataset), tmp_path / "run", RunPlan(jobs=1))
     write_report(tmp_path / "run", done.records, done.manifest, notes=[EVIL])
     page = (tmp_path / "run" / "report.html").read_text()
     assert "<script" not in page and "&lt;script&gt;" in page
-    assert "default-src &#x27;none&#x27;" in page and not re.search(r"(src|href)=[\"']https?:", page)
+    assert "default-src 'none'" in page and not re.search(r"(src|href)=[\"']https?:", page)
     table = next(line for line in (tmp_path / "run" / "report.md").read_text().splitlines() if "alert" in line)
     assert "<script" not in table
 

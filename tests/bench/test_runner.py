@@ -17,12 +17,12 @@ from ovita.bench.conditions import DEFAULT, conditions_from
 from ovita.bench.dataset import load_dataset, natural
 from ovita.bench.evaluate import BY_SUBSET, Protocol, robot_for
 from ovita.bench.generate import write_dataset
-from ovita.bench.records import Log, read_records
-from ovita.bench.runner import Plan, run
+from ovita.bench.records import RecordLog, read_records
+from ovita.bench.runner import RunPlan, run
 from ovita.errors import FormatError, RequestError
 from ovita.toolkit import CATALOGUE
 
-PLAN = Plan(jobs=1)
+PLAN = RunPlan(jobs=1)
 
 
 def toys(dataset, **options):
@@ -99,7 +99,7 @@ def test_a_line_that_is_no_record_is_named(dataset, tmp_path):
 
 def test_two_runs_cannot_write_to_one_folder(dataset, tmp_path):
     pytest.importorskip("fcntl")
-    with Log(tmp_path / "out"), pytest.raises(RequestError, match="another run writes there"):
+    with RecordLog(tmp_path / "out"), pytest.raises(RequestError, match="another run writes there"):
         run(toys(dataset), tmp_path / "out", PLAN)
 
 

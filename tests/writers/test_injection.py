@@ -20,7 +20,7 @@ from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
 from ovita.writers.base import Reply, WriterInfo
 from ovita.writers.builtin import BuiltinWriter
-from ovita.writers.models.conversation import ModelWriter
+from ovita.writers.models.exchange import ModelWriter
 from ovita.writers.prompt import MAX_ENVIRONMENT, MAX_NAME, Prompt, ground
 from ovita.writers.safe_text import CUT, one_line, quoted
 
@@ -182,7 +182,7 @@ def test_an_error_that_quotes_a_label_gives_no_orders_either(text):
     asked = []
 
     class Model(ModelWriter):
-        def hear(self, ask, watch):
+        def exchange(self, ask, watch):
             asked.append(ask)
             raise WriterError("enough")
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from ovita.bench.records import Record
 from ovita.bench.stats import Interval
-from ovita.bench.tables import By, Column, Line, columns, lines, named, rounds
+from ovita.bench.tables import By, Column, Tally, columns, named, rounds, tallies
 from ovita.errors import MissingExtra
 
 if TYPE_CHECKING:
@@ -34,15 +34,15 @@ def panel(records: Sequence[Record], ratings: Mapping[str, Sequence[float]] | No
         raise MissingExtra("matplotlib", "plot") from None
     figure = Figure(figsize=(15, 7.4), layout="constrained")
     axes = figure.subplots(2, 4).ravel()
-    mine = [line for line in lines(records) if line.condition == "default"]
+    mine = [line for line in tallies(records) if line.condition == "default"]
     color = {column[0]: COLORS[i % len(COLORS)] for i, column in enumerate(dict.fromkeys(_defaults(records)))}
     _bars(axes[0], "A  success by writer", [(x.writer, x.success, color[x.writer]) for x in mine])
     _grouped(axes[1], "B  success by subset", records, "subset", color)
     _bars(axes[2], "C  executable", [(x.writer, x.executable, color[x.writer]) for x in mine])
     _feedback(axes[3], records, color)
     _ratings(axes[4], ratings or {}, color)
-    _examples(axes[5], lines(records), color)
-    _temperature(axes[6], lines(records), color)
+    _examples(axes[5], tallies(records), color)
+    _temperature(axes[6], tallies(records), color)
     _grouped(axes[7], "success by kind of instruction", records, "kind", color)
     return figure
 
@@ -80,7 +80,7 @@ def _bar(axes: Axes, x: float, share: Interval, width: float, color: str) -> Non
 
 def _grouped(axes: Axes, title: str, records: Sequence[Record], by: By, color: Mapping[str, str]) -> None:
     _frame(axes, title)
-    mine = [line for line in lines(records, by) if line.condition == "default"]
+    mine = [line for line in tallies(records, by) if line.condition == "default"]
     groups = list(dict.fromkeys(line.group for line in mine))
     width = 0.8 / max(1, len(color))
     for k, writer in enumerate(color):
@@ -117,7 +117,7 @@ def _ratings(axes: Axes, ratings: Mapping[str, Sequence[float]], color: Mapping[
     _legend_or(axes, bool(ratings), "no ratings: put ratings.csv\ninto the run's folder", legend=False)
 
 
-def _examples(axes: Axes, found: Sequence[Line], color: Mapping[str, str]) -> None:
+def _examples(axes: Axes, found: Sequence[Tally], color: Mapping[str, str]) -> None:
     _frame(axes, "F  examples: retrieved, the paper's, none")
     by = {(line.writer, line.condition): line for line in found}
     writers = [w for w in color if (w, "default") in by and {(w, "paper examples"), (w, "no examples")} & by.keys()]
@@ -130,7 +130,7 @@ def _examples(axes: Axes, found: Sequence[Line], color: Mapping[str, str]) -> No
     _legend_or(axes, bool(writers), "not run: --ablate examples\n(needs a model)", legend=False)
 
 
-def _temperature(axes: Axes, found: Sequence[Line], color: Mapping[str, str]) -> None:
+def _temperature(axes: Axes, found: Sequence[Tally], color: Mapping[str, str]) -> None:
     _frame(axes, "G  success by temperature")
     drawn = False
     for writer in color:

@@ -1,125 +1,154 @@
-"""One self-contained HTML page: the tables, the panel, and every sample to look into. No scripts, no links out."""
+"""The HTML page of a report, from report.html.j2, and the small pictures in it: from above, height, speed."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from functools import cache
 from html import escape
+from importlib.resources import files
+from typing import TYPE_CHECKING, Any
 
-from ovita.bench.records import Record, Round
-from ovita.bench.sketch import sketch
+import numpy as np
 
-_STYLE = """
-body { font: 15px/1.45 system-ui, sans-serif; max-width: 1160px; margin: 24px auto; padding: 0 16px; color: #1b1b1b; }
-table { border-collapse: collapse; margin: 8px 0 20px; font-size: 13px; }
-th, td { border-bottom: 1px solid #ddd; padding: 3px 9px; text-align: left; }
-th { background: #f4f4f4; } td.n { text-align: right; font-variant-numeric: tabular-nums; }
-details { border: 1px solid #ddd; border-radius: 5px; margin: 4px 0; padding: 3px 10px; }
-details.group { background: #fafafa; } details details { background: white; }
-summary { cursor: pointer; } .ok { color: #00734f; } .no { color: #b33a00; } .faint { color: #666; }
-pre { background: #f6f6f6; padding: 8px; overflow-x: auto; font-size: 12px; white-space: pre-wrap; }
-.said { white-space: pre-line; }
-svg { max-width: 100%; height: auto; } svg text { font: 9px system-ui, sans-serif; fill: #333; }
-.panel svg text { font: inherit; } .panel { overflow-x: auto; }
-"""
+from ovita.bench.records import Record, Rows
+from ovita.errors import MissingExtra, OvitaError
+from ovita.paths.frame import Frame
+from ovita.paths.trajectory import Array
 
-_POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
+if TYPE_CHECKING:
+    from jinja2 import Template
+
+WIDTH, HEIGHT, PAD = 230.0, 150.0, 14.0
+BEFORE, AFTER, THING = "#8a8a8a", "#0072b2", "#d55e00"
 
 
 def html(
     title: str, tables: Sequence[tuple[str, Sequence[Sequence[str]]]], panel: str, records: Sequence[Record]
 ) -> str:
-    """Build the page.
+    """Build the page; whatever comes from the data is escaped.
 
     Args:
         title: Its heading.
         tables: Headings with tables, first row the column names.
         panel: The figures as SVG text, or "".
-        records: What to look into.
+        records: What to look into, those that fail first.
+
+    Raises:
+        MissingExtra: If Jinja2 is not installed.
     """
+    template = _template()
+    from markupsafe import Markup
+
+    groups: dict[tuple[str, str, str], list[Record]] = {}
+    for record in sorted(records, key=lambda r: r.last.passed):
+        groups.setdefault((record.writer, record.condition, record.subset), []).append(record)
+    keys = dict.fromkeys((r.writer, r.condition, r.subset) for r in records)
+    return template.render(
+        title=title,
+        tables=tables,
+        panel=Markup(panel[panel.index("<svg") :]) if panel else "",
+        groups=[(key, groups[key]) for key in keys],
+        numeric=tuple("-+0123456789"),
+        sketch=lambda *arguments: Markup(sketch(*arguments)),
+    )
+
+
+@cache
+def _template() -> Template:
+    try:
+        from jinja2 import Environment
+    except ImportError:
+        raise MissingExtra("jinja2", "plot") from None
+    environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True)
+    return environment.from_string((files("ovita.bench") / "report.html.j2").read_text(encoding="utf-8"))
+
+
+def sketch(original: Rows, adapted: Rows, scene: Mapping[str, Any]) -> str:
+    """Draw a path before (grey, dashed) and after (blue), with the objects' centres.
+
+    Args:
+        original: Rows x, y, z [m], speed [m/s].
+        adapted: The same, any number of rows.
+        scene: As in a scene file.
+    """
+    before, after = np.array(original, dtype=float), np.array(adapted or original, dtype=float)
+    try:
+        frame = Frame(str(scene.get("frame", "rfu")))
+    except OvitaError:
+        frame = Frame()
+    right, front, up = (frame.direction(word) for word in ("right", "front", "up"))
+    axes = np.stack([right, front])
     parts = [
-        "<!doctype html>",
-        '<html lang="en"><head><meta charset="utf-8">',
-        f'<meta http-equiv="Content-Security-Policy" content="{escape(_POLICY)}">',
-        f'<meta name="viewport" content="width=device-width"><title>{escape(title)}</title>',
-        f"<style>{_STYLE}</style></head><body><h1>{escape(title)}</h1>",
+        _above(before[:, :3] @ axes.T, after[:, :3] @ axes.T, _things(scene, axes)),
+        _along("height [m]", _travelled(before), before[:, :3] @ up, _travelled(after), after[:, :3] @ up),
+        _along("speed [m/s]", _travelled(before), before[:, 3], _travelled(after), after[:, 3]),
     ]
-    parts += [_table(heading, rows) for heading, rows in tables if rows]
-    if panel:
-        parts.append(f'<h2>Figures</h2><div class="panel">{panel[panel.index("<svg") :]}</div>')
-    parts.append("<h2>Samples</h2><p class='faint'>Grey and dashed: before. Blue: after. Squares: objects.</p>")
-    groups = dict.fromkeys((r.writer, r.condition, r.subset) for r in records)
-    for group in groups:
-        parts.append(_group(group, [r for r in records if (r.writer, r.condition, r.subset) == group]))
-    parts.append("</body></html>")
-    return "\n".join(parts) + "\n"
-
-
-def _table(heading: str, rows: Sequence[Sequence[str]]) -> str:
-    head = "".join(f"<th>{escape(cell)}</th>" for cell in rows[0])
-    body = "".join(
-        "<tr>" + "".join(f"<td{_kind(cell)}>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows[1:]
-    )
-    return f"<h2>{escape(heading)}</h2><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
-
-
-def _kind(cell: str) -> str:
-    return ' class="n"' if cell[:1].isdigit() or cell[:1] in "-+" else ""
-
-
-def _group(group: tuple[str, str, str], records: Sequence[Record]) -> str:
-    writer, condition, subset = group
-    passed = sum(r.last.passed for r in records)
-    failed_first = sorted(records, key=lambda r: r.last.passed)
-    name = f"{writer}, {condition}, {subset}: {passed} of {len(records)} pass"
+    inner = "".join(f'<g transform="translate({i * (WIDTH + 10):.0f} 0)">{part}</g>' for i, part in enumerate(parts))
+    whole = 3 * WIDTH + 20
     return (
-        f'<details class="group"><summary><b>{escape(name)}</b></summary>'
-        + "".join(_record(record) for record in failed_first)
-        + "</details>"
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {whole:.0f} {HEIGHT:.0f}" width="{whole:.0f}"'
+        f' height="{HEIGHT:.0f}" role="img" aria-label="path before and after">{inner}</svg>'
     )
 
 
-def _record(record: Record) -> str:
-    mark = _mark(record.last.passed)
-    void = "".join(f"<p class='faint'>Not judged: {escape(text)}</p>" for text in record.void)
-    return (
-        f"<details><summary>{mark} <b>{escape(record.sample)}</b> {escape(record.instruction)}"
-        f" <span class='faint'>({escape(record.kind)}, robot {escape(record.robot)})</span></summary>{void}"
-        + "".join(_round(i, item, record) for i, item in enumerate(record.rounds))
-        + f"<details><summary>check</summary><pre>{escape(_check(record.check))}</pre></details></details>"
-    )
+def _above(before: Array, after: Array, things: Sequence[tuple[str, Array]]) -> str:
+    points = np.concatenate([before, after, *(place[None] for _, place in things)])
+    low, high = points.min(axis=0), points.max(axis=0)
+    # the title stands above the picture
+    room, centre = HEIGHT - 2.6 * PAD, HEIGHT / 2 + 0.3 * PAD
+    scale = min((WIDTH - 2 * PAD) / max(high[0] - low[0], 1e-9), room / max(high[1] - low[1], 1e-9))
+    middle = (low + high) / 2.0
 
+    def place(p: Array) -> Array:
+        return np.stack([WIDTH / 2 + scale * (p[:, 0] - middle[0]), centre - scale * (p[:, 1] - middle[1])], axis=1)
 
-def _round(number: int, item: Round, record: Record) -> str:
-    heading = "answer" if number == 0 else f"feedback {number}: {item.said}"
-    plan = "".join(f"<li>{escape(step)}</li>" for step in item.plan)
-    facts = (
-        f"{item.status}, limits {item.limits}, {item.attempts} attempt(s), {item.ms:.0f} ms,"
-        f" {item.input_tokens} + {item.output_tokens} tokens"
-    )
-    code = f"<details><summary>policy</summary><pre>{escape(item.code)}</pre></details>" if item.code else ""
-    return (
-        f"<h4>{escape(heading)}</h4><p>{_mark(item.passed)} {escape(item.sentence)}</p>"
-        + (f"<p class='no'>{escape(item.error)}</p>" if item.error else "")
-        + sketch(record.original, item.adapted, record.scene)
-        + (f"<ol>{plan}</ol>" if plan else "")
-        + (
-            f"<details><summary>explanation</summary><p class='said'>{escape(item.explanation)}</p></details>"
-            if item.explanation and item.explanation != item.error
-            else ""
+    out = [_box("from above: right →, front ↑"), _line(place(before), BEFORE, True), _line(place(after), AFTER, False)]
+    for p, color in ((place(before)[0], BEFORE), (place(after)[0], AFTER)):
+        out.append(f'<circle cx="{p[0]:.1f}" cy="{p[1]:.1f}" r="3" fill="{color}"/>')
+    for name, spot in things:
+        x, y = place(spot[None])[0]
+        side, shift = ("end", -5) if x > 0.65 * WIDTH else ("start", 5)
+        out.append(
+            f'<rect x="{x - 3:.1f}" y="{y - 3:.1f}" width="6" height="6" fill="{THING}" fill-opacity="0.7"/>'
+            f'<text x="{x + shift:.1f}" y="{y + 3:.1f}" text-anchor="{side}">{escape(name)}</text>'
         )
-        + f"<p class='faint'>{escape(facts)}</p>{code}"
+    return "".join(out)
+
+
+def _along(title: str, s: Array, values: Array, s_after: Array, values_after: Array) -> str:
+    both = np.concatenate([values, values_after])
+    low, high = float(both.min()), float(both.max())
+    span = max(high - low, 1e-3 * max(abs(high), 1.0))
+    low, high = (low + high - span) / 2, (low + high + span) / 2
+    longest = max(float(s[-1]), float(s_after[-1]), 1e-9)
+
+    def place(x: Array, y: Array) -> Array:
+        return np.stack(
+            [PAD + (WIDTH - 2 * PAD) * x / longest, HEIGHT - PAD - (HEIGHT - 2.6 * PAD) * (y - low) / span], axis=1
+        )
+
+    labels = f'<text x="3" y="{HEIGHT - 3:.0f}">{low:.3g}</text><text x="3" y="{1.7 * PAD:.0f}">{high:.3g}</text>'
+    return (
+        _box(title) + _line(place(s, values), BEFORE, True) + _line(place(s_after, values_after), AFTER, False) + labels
     )
 
 
-def _mark(passed: bool) -> str:
-    return '<span class="ok">pass</span>' if passed else '<span class="no">FAIL</span>'
+def _box(title: str) -> str:
+    return (
+        f'<rect x="0.5" y="0.5" width="{WIDTH - 1:.0f}" height="{HEIGHT - 1:.0f}" fill="white" stroke="#ccc"/>'
+        f'<text x="{WIDTH / 2:.0f}" y="11" text-anchor="middle">{escape(title)}</text>'
+    )
 
 
-def _check(check: dict[str, object], depth: int = 0) -> str:
-    """A check as indented lines."""
-    arguments = check.get("arguments")
-    given = ", ".join(f"{k}={v!r}" for k, v in arguments.items()) if isinstance(arguments, dict) else ""
-    children = check.get("children")
-    lines = [f"{'  ' * depth}{check.get('kind')}({given})"]
-    lines += [_check(child, depth + 1) for child in children] if isinstance(children, list) else []
-    return "\n".join(lines)
+def _line(points: Array, color: str, dashed: bool) -> str:
+    text = " ".join(f"{x:.1f},{y:.1f}" for x, y in points)
+    dash = ' stroke-dasharray="4 3"' if dashed else ""
+    return f'<polyline points="{text}" fill="none" stroke="{color}" stroke-width="1.6"{dash}/>'
+
+
+def _travelled(rows: Array) -> Array:
+    return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(rows[:, :3], axis=0), axis=1))])
+
+
+def _things(scene: Mapping[str, Any], axes: Array) -> list[tuple[str, Array]]:
+    return [(str(o["name"]), axes @ np.array([o["x"], o["y"], o["z"]], dtype=float)) for o in scene.get("objects", [])]

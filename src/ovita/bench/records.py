@@ -1,9 +1,11 @@
-"""The log of a run: one JSON line a sample, writer and condition, on disk before the next one counts as done."""
+"""What a run leaves in its folder: one JSON line a sample, writer and condition, a manifest, and people's ratings."""
 
 from __future__ import annotations
 
+import csv
 import json
 import os
+from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -12,10 +14,12 @@ from typing import IO, Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from ovita.errors import FormatError, RequestError
+from ovita.bench.dataset import natural
+from ovita.errors import FormatError, OvitaError, RequestError
 from ovita.io import atomic_write
+from ovita.io.journal import Journal
 
-RECORDS, MANIFEST = "records.jsonl", "run.json"
+RECORDS, MANIFEST, RATINGS = "records.jsonl", "run.json", "ratings.csv"
 
 Rows = tuple[tuple[float, ...], ...]
 """Waypoints: x, y, z [m], speed [m/s]."""
@@ -127,11 +131,16 @@ class Record:
         """Tokens read and written."""
         return sum(item.input_tokens + item.output_tokens for item in self.rounds)
 
+    def cost(self, prices: Mapping[str, tuple[float, float]]) -> float:
+        """Money, by each writer's prices for a million tokens read and written."""
+        read, written = prices.get(self.writer, (0.0, 0.0))
+        return sum(item.input_tokens * read + item.output_tokens * written for item in self.rounds) / 1e6
+
 
 _ADAPTER = TypeAdapter(Record)
 
 
-class Log:
+class RecordLog:
     """The records of a run's folder; a context manager that holds the folder's lock.
 
     Args:
@@ -143,36 +152,31 @@ class Log:
     """
 
     def __init__(self, folder: str | os.PathLike[str]) -> None:
-        self.path = Path(folder) / RECORDS
+        self._journal = Journal(Path(folder) / RECORDS)
+        path = self._journal.path
         try:
-            self.path.parent.mkdir(parents=True, exist_ok=True)
-            self._stream: IO[bytes] = open(self.path, "ab")
+            path.parent.mkdir(parents=True, exist_ok=True)
+            self._lock: IO[bytes] = open(path, "ab")
         except OSError as error:
-            raise FormatError(str(self.path), f"cannot be written: {error.strerror}") from None
+            raise FormatError(str(path), f"cannot be written: {error.strerror}") from None
         try:
-            _lock(self._stream, str(folder))
-        except RequestError:
-            self._stream.close()
+            _lock(self._lock, str(folder))
+            self.records = {record.key: record for record in read_records(path)}
+        except OvitaError:
+            self._lock.close()
             raise
-        whole = _whole_length(self.path)
-        if whole < self.path.stat().st_size:
-            self._stream.truncate(whole)
-        self.records = {record.key: record for record in read_records(self.path)}
 
-    def __enter__(self) -> Log:
+    def __enter__(self) -> RecordLog:
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._stream.close()
+        self._lock.close()
 
     def append(self, record: Record) -> None:
         """Write a record and wait until it is on disk; it replaces an earlier one of the same key."""
-        line = json.dumps(asdict(record), ensure_ascii=False, allow_nan=False) + "\n"
-        self._stream.write(line.encode("utf-8"))
-        self._stream.flush()
-        os.fsync(self._stream.fileno())
+        self._journal.add(asdict(record))
         self.records[record.key] = record
 
 
@@ -191,10 +195,9 @@ def read_records(path: str | os.PathLike[str]) -> list[Record]:
     if not file.exists():
         raise FormatError(str(path), f"holds no {RECORDS}; name the folder that 'ovita bench run --out' wrote")
     found: dict[tuple[str, str, str], Record] = {}
-    data = file.read_bytes()
-    for number, line in enumerate(data[: data.rfind(b"\n") + 1].splitlines(), start=1):
+    for number, event in enumerate(Journal(file).read(), start=1):
         try:
-            record = _ADAPTER.validate_json(line)
+            record = _ADAPTER.validate_python(event)
         except ValidationError as error:
             raise FormatError(str(file), f"line {number} is no record: {error.errors()[0]['msg'].lower()}") from None
         found[record.key] = record
@@ -203,8 +206,6 @@ def read_records(path: str | os.PathLike[str]) -> list[Record]:
 
 def ordered(records: Iterable[Record]) -> list[Record]:
     """Records by writer, condition and sample, "default" first."""
-    from ovita.bench.dataset import natural
-
     return sorted(records, key=lambda r: (r.writer, r.condition != "default", r.condition, natural(r.sample)))
 
 
@@ -231,9 +232,46 @@ def read_manifest(folder: str | os.PathLike[str]) -> dict[str, Any]:
     return document
 
 
-def _whole_length(path: Path) -> int:
-    data = path.read_bytes()
-    return data.rfind(b"\n") + 1
+def read_ratings(path: str | os.PathLike[str]) -> Mapping[str, tuple[float, ...]]:
+    """Read ratings by writer, from columns sample, writer, rating (1 to 5); a folder without the file has none.
+
+    Args:
+        path: The file, or a run's folder.
+
+    Raises:
+        FormatError: If the file lacks a column, or a rating is not between 1 and 5.
+    """
+    file = Path(path)
+    if file.is_dir():
+        file = file / RATINGS
+        if not file.exists():
+            return {}
+    found: dict[str, list[float]] = defaultdict(list)
+    try:
+        with open(file, encoding="utf-8", newline="") as stream:
+            for number, row in enumerate(csv.DictReader(stream), start=2):
+                found[_cell(row, "writer", file, number)].append(_rating(row, file, number))
+    except (OSError, UnicodeDecodeError) as error:
+        raise FormatError(str(file), f"cannot be read: {error}") from None
+    return {writer: tuple(values) for writer, values in sorted(found.items())}
+
+
+def _cell(row: Mapping[str, str | None], key: str, file: Path, number: int) -> str:
+    value = row.get(key)
+    if not value:
+        raise FormatError(str(file), f"line {number} has no value; the columns are sample, writer and rating", key=key)
+    return value
+
+
+def _rating(row: Mapping[str, str | None], file: Path, number: int) -> float:
+    text = _cell(row, "rating", file, number)
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 1.0 <= value <= 5.0:
+        raise FormatError(str(file), f"line {number} is {text!r}, expected a number from 1 to 5", key="rating")
+    return value
 
 
 def _lock(stream: IO[bytes], folder: str) -> None:

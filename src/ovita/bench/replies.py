@@ -13,15 +13,12 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from ovita.bench.conditions import Condition
-from ovita.errors import MissingKey, RequestError, UnusableReply, WriterError
+from ovita.errors import RequestError, UnusableReply, WriterError, WriterFailure
 from ovita.writers.base import PolicyWriter, Reply, writer_named
 from ovita.writers.prompt import Prompt
 
 PAUSE = 5.0
 """Pause before a request that failed in transport is sent again; it doubles with each one [s]."""
-
-_UNREACHED = ("limits the rate", "try again later", "no answer", "knows no such model", "refused the API key")
-_PASSING = ("limits the rate", "try again later", "no answer")
 
 
 class Limiter:
@@ -94,12 +91,12 @@ class RecordingWriter:
             try:
                 reply = self._inner.write(prompt)
             except WriterError as error:
-                if tries < self._retries and _says(error, _PASSING) and not isinstance(error, MissingKey):
+                if tries < self._retries and error.passing:
                     time.sleep(self._pause * 2**tries)
                     self.waited += time.perf_counter() - asked
                     continue
                 again = {"again": True} if isinstance(error, UnusableReply) else {}
-                self.replies.append({"error": str(error), "unreached": unreached(error), **again})
+                self.replies.append({"error": str(error), "unreached": error.unreached, **again})
                 raise
             self.replies.append({"reply": json.loads(json.dumps(asdict(reply)))})
             return reply
@@ -137,20 +134,12 @@ class ReplayingWriter:
         kept = dict(self._left.pop(0))
         self.replies.append(kept)
         if "reply" not in kept:
-            raise (UnusableReply if kept.get("again") else WriterError)(str(kept.get("error", "")))
+            failure: WriterFailure = "no_answer" if kept.get("unreached") else "other"
+            raise (UnusableReply if kept.get("again") else WriterError)(str(kept.get("error", "")), failure)
         try:
             return TypeAdapter(Reply).validate_python(kept["reply"])
         except ValidationError:
             raise WriterError(f"{self._name}: the recorded reply cannot be read; run it again") from None
-
-
-def unreached(error: WriterError) -> bool:
-    """Whether a failure says nothing about the writer's ability: it was never reached, or had no time."""
-    return isinstance(error, MissingKey) or _says(error, _UNREACHED)
-
-
-def _says(error: WriterError, phrases: Sequence[str]) -> bool:
-    return any(phrase in str(error) for phrase in phrases)
 
 
 def open_writer(name: str, *, base_url: str | None = None, temperature: float = 0.1) -> PolicyWriter:

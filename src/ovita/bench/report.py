@@ -67,10 +67,13 @@ def write_report(
             notes.append(f"No figures: {missing}")
     found = report_tables(records, ratings, prices)
     title = f"ovita bench: {manifest.get('dataset', 'a run')}"
-    files["report.md"] = markdown(title, found, manifest, notes, panel=bool(panel))
     files["summary.csv"] = _csv(summary_rows(records, prices))
     files["records.csv"] = _csv(flat(records))
-    files["report.html"] = html(title, [("Run", _run_table(manifest, notes)), *found], panel, records)
+    try:
+        files["report.html"] = html(title, [("Run", _run_table(manifest, notes)), *found], panel, records)
+    except MissingExtra as missing:
+        notes.append(f"No page: {missing}")
+    files["report.md"] = markdown(title, found, manifest, notes, panel=bool(panel))
     if parquet:
         files["records.parquet"] = _parquet(flat(records))
     for name, content in files.items():
@@ -87,7 +90,7 @@ def report_tables(
     found = [("Success", success_table(records, prices))]
     for by, heading in (("subset", "By subset"), ("kind", "By kind of instruction")):
         rows = [["writer", by, "success", "95 % interval", "n", "executable", "clauses"]]
-        for x in tables.lines(records, by):  # type: ignore[arg-type]
+        for x in tables.tallies(records, by):  # type: ignore[arg-type]
             name = tables.named((x.writer, x.condition))
             rows.append([name, x.group, _rate(x.success), _span(x.success), str(x.success.n)])
             rows[-1] += [_rate(x.executable), f"{x.score:.1%}"]
@@ -116,7 +119,7 @@ def success_table(records: Sequence[Record], prices: Mapping[str, tuple[float, f
         ["writer", "success", "95 % interval", "n", "executable", "clauses", "attempts", "p50 ms", "p95 ms", "tokens"]
         + (["cost"] if prices else [])
     ]
-    for x in tables.lines(records, prices=prices):
+    for x in tables.tallies(records, prices=prices):
         name = tables.named((x.writer, x.condition))
         rows.append([name, _rate(x.success), _span(x.success), str(x.success.n), _rate(x.executable), f"{x.score:.1%}"])
         rows[-1] += [f"{x.attempts:.2f}", f"{x.p50:.0f}", f"{x.p95:.0f}", str(x.input_tokens + x.output_tokens)]
@@ -191,7 +194,7 @@ def summary_rows(
     """One flat row a writer, condition and group."""
     found = []
     for by in ("all", "subset", "kind"):
-        for x in tables.lines(records, by, prices):
+        for x in tables.tallies(records, by, prices):
             found.append(
                 {
                     "by": by,
@@ -225,7 +228,7 @@ _VERDICTS = ("satisfied", "repaired", "infeasible", "preexisting", "off", "none"
 
 def _limits(records: Sequence[Record]) -> Table:
     rows = [["writer", *_VERDICTS, "lost to the limits"]]
-    for x in tables.lines(records):
+    for x in tables.tallies(records):
         counts = [str(x.limits.get(verdict, 0)) for verdict in _VERDICTS]
         rows.append([tables.named((x.writer, x.condition)), *counts, str(x.lost_to_limits)])
     return rows

@@ -6,6 +6,7 @@ import multiprocessing
 import os
 import platform
 import threading
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import (
     FIRST_COMPLETED,
@@ -23,8 +24,7 @@ import ovita
 from ovita.bench.conditions import DEFAULT, Condition
 from ovita.bench.dataset import Dataset, Sample
 from ovita.bench.evaluate import Protocol, evaluate, robot_for, waypoints
-from ovita.bench.meter import Budget, Meter, Progress
-from ovita.bench.records import Log, Record, ordered, read_manifest, read_records, write_manifest
+from ovita.bench.records import Record, RecordLog, ordered, read_manifest, read_records, write_manifest
 from ovita.bench.replies import Limiter, RecordingWriter, ReplayingWriter, open_writer
 from ovita.errors import OvitaError, RequestError
 from ovita.writers.base import PolicyWriter
@@ -34,7 +34,93 @@ UNREACHED = 5
 
 
 @dataclass(frozen=True)
-class Plan:
+class Standing:
+    """How far a run is.
+
+    Args:
+        done: Records that there are, earlier ones of a resumed run included.
+        total: Records that there will be.
+        passed: Records that pass.
+        left_s: Estimated time to the end [s], or None before the first record.
+        tokens: Tokens of all records.
+    """
+
+    done: int
+    total: int
+    passed: int
+    left_s: float | None
+    tokens: int
+
+
+Progress = Callable[[Standing], None]
+
+
+@dataclass(frozen=True)
+class Budget:
+    """What a run may use up.
+
+    Args:
+        tokens: Of all writers together, or None.
+        cost: Money, or None.
+        prices: Writer to money for a million tokens read and written.
+    """
+
+    tokens: int | None = None
+    cost: float | None = None
+    prices: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+
+
+class Meter:
+    """Counts records, estimates the time that is left, and watches the budget.
+
+    Args:
+        log: Of the run.
+        wanted: Keys of the records that there will be.
+        todo: How many of them are still to be made.
+        budget: What may be used up.
+        show: Called after each record.
+    """
+
+    def __init__(
+        self, log: RecordLog, wanted: set[tuple[str, str, str]], todo: int, budget: Budget, show: Progress | None
+    ) -> None:
+        self._budget, self._show, self._todo, self._new = budget, show, todo, 0
+        there = [record for key, record in log.records.items() if key in wanted]
+        self._total, self._done = len(wanted), len(wanted) - todo
+        self._passed = sum(record.last.passed for record in there)
+        self._tokens = sum(record.tokens for record in there)
+        self._cost = sum(record.cost(budget.prices) for record in there)
+        self._started = time.monotonic()
+        self.notes: list[str] = []
+
+    @property
+    def spent(self) -> bool:
+        """Whether a budget is used up; the first time that it is, a note says so."""
+        tokens, cost = self._budget.tokens, self._budget.cost
+        over = ""
+        if tokens is not None and self._tokens >= tokens:
+            over = f"The budget of {tokens} tokens is used up ({self._tokens})"
+        elif cost is not None and self._cost >= cost:
+            over = f"The budget of {cost:g} is used up ({self._cost:.4g})"
+        if over and not self.notes and self._done < self._total:
+            self.notes.append(f"{over}; {self._total - self._done} of {self._total} were not begun or not counted yet.")
+        return bool(over)
+
+    def count(self, record: Record) -> None:
+        """Take a new record into account, and show how far the run is."""
+        self._new += 1
+        self._done += 1
+        self._passed += record.last.passed
+        self._tokens += record.tokens
+        self._cost += record.cost(self._budget.prices)
+        if self._show is not None:
+            pace = (time.monotonic() - self._started) / self._new
+            left = pace * (self._todo - self._new)
+            self._show(Standing(self._done, self._total, self._passed, left, self._tokens))
+
+
+@dataclass(frozen=True)
+class RunPlan:
     """What is run.
 
     Args:
@@ -65,7 +151,7 @@ class Plan:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class RunResult:
     """What a run came to: its records, its manifest, and why it ended early, each reason a sentence."""
 
     records: tuple[Record, ...]
@@ -88,11 +174,11 @@ class _Cell:
 def run(
     dataset: Dataset,
     out: str | os.PathLike[str],
-    plan: Plan,
+    plan: RunPlan,
     *,
     replay: str | os.PathLike[str] | None = None,
     progress: Progress | None = None,
-) -> Outcome:
+) -> RunResult:
     """Run what is not yet in the folder, and return everything that then is.
 
     A record is on disk before the next progress is shown, so that a run that was killed goes on where it was.
@@ -116,7 +202,7 @@ def run(
         there = {sample for _, _, sample in recorded}
         dataset = replace(dataset, samples=tuple(sample for sample in dataset.samples if sample.id in there))
     cells, notes = _cells(dataset, plan, recorded)
-    with Log(out) as log:
+    with RecordLog(out) as log:
         manifest = _manifest(dataset, plan, read_manifest(out))
         write_manifest(out, manifest)
         wanted = {cell.key for cell in cells}
@@ -126,11 +212,11 @@ def run(
             notes += _work(todo, plan, log, meter, replaying=recorded is not None)
         ids = {sample.id for sample in dataset.samples}
         records = tuple(record for record in ordered(log.records.values()) if record.sample in ids)
-    return Outcome(records, manifest, tuple(notes))
+    return RunResult(records, manifest, tuple(notes))
 
 
 def _cells(
-    dataset: Dataset, plan: Plan, recorded: Mapping[tuple[str, str, str], Record] | None
+    dataset: Dataset, plan: RunPlan, recorded: Mapping[tuple[str, str, str], Record] | None
 ) -> tuple[list[_Cell], list[str]]:
     for sample in dataset.samples:
         robot_for(sample, plan.protocol.robot)
@@ -164,7 +250,7 @@ def _open(record: Record | None, sample: Sample) -> bool:
     return not same or record.original != waypoints(sample.task.trajectory)
 
 
-def _manifest(dataset: Dataset, plan: Plan, earlier: Mapping[str, Any]) -> dict[str, Any]:
+def _manifest(dataset: Dataset, plan: RunPlan, earlier: Mapping[str, Any]) -> dict[str, Any]:
     protocol = plan.protocol
     fixed = {
         "ovita": ovita.__version__,
@@ -183,7 +269,7 @@ def _manifest(dataset: Dataset, plan: Plan, earlier: Mapping[str, Any]) -> dict[
     return {**fixed, **versions, "dataset": dataset.name, "samples": len(dataset.samples), "digest": dataset.digest}
 
 
-def _work(todo: Sequence[_Cell], plan: Plan, log: Log, meter: Meter, *, replaying: bool) -> list[str]:
+def _work(todo: Sequence[_Cell], plan: RunPlan, log: RecordLog, meter: Meter, *, replaying: bool) -> list[str]:
     """Run cells in parallel; the notes say why cells were left out."""
     notes: list[str] = []
     in_row: dict[str, int] = {}
@@ -238,7 +324,9 @@ def _fill(
         running.add(submit(cell))
 
 
-def _executor(todo: Sequence[_Cell], plan: Plan, replaying: bool) -> tuple[Callable[[_Cell], Future[Record]], Executor]:
+def _executor(
+    todo: Sequence[_Cell], plan: RunPlan, replaying: bool
+) -> tuple[Callable[[_Cell], Future[Record]], Executor]:
     """Processes where the work is this machine's, threads where it is a server's."""
     local = replaying or all(cell.writer == "builtin" for cell in todo)
     if local and plan.jobs > 1 and len(todo) > 2 * plan.jobs:
@@ -263,7 +351,7 @@ def _executor(todo: Sequence[_Cell], plan: Plan, replaying: bool) -> tuple[Calla
     return submit, executor
 
 
-def _run_cell(cell: _Cell, plan: Plan, inner: PolicyWriter | None, limiter: Limiter | None) -> Record:
+def _run_cell(cell: _Cell, plan: RunPlan, inner: PolicyWriter | None, limiter: Limiter | None) -> Record:
     """Evaluate a cell; a recorded one keeps its recorded times, so that a replay reports the same."""
     try:
         return _asked(cell, plan, inner, limiter)
@@ -272,7 +360,7 @@ def _run_cell(cell: _Cell, plan: Plan, inner: PolicyWriter | None, limiter: Limi
         raise
 
 
-def _asked(cell: _Cell, plan: Plan, inner: PolicyWriter | None, limiter: Limiter | None) -> Record:
+def _asked(cell: _Cell, plan: RunPlan, inner: PolicyWriter | None, limiter: Limiter | None) -> Record:
     if cell.recorded is not None:
         replies = [reply for item in cell.recorded.rounds for reply in item.replies]
         record = evaluate(cell.sample, ReplayingWriter(cell.writer, replies), cell.condition, plan.protocol)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import binomtest, norm, wilcoxon
+from scipy.stats import binomtest, rankdata, wilcoxon
 
 
 @dataclass(frozen=True)
@@ -45,10 +45,8 @@ class Paired:
 def wilson(successes: int, n: int, *, level: float = 0.95) -> Interval:
     """Wilson's score interval of a share [Wilson1927].
 
-    With z the normal quantile and p = k/n:  (p + z^2/2n +- z sqrt(p(1-p)/n + z^2/4n^2)) / (1 + z^2/n).
-
     Args:
-        successes: k, 0..n.
+        successes: 0..n.
         n: Number of trials; 0 gives the interval 0..1.
         level: Confidence.
 
@@ -59,13 +57,8 @@ def wilson(successes: int, n: int, *, level: float = 0.95) -> Interval:
         raise ValueError(f"{successes} successes of {n} trials make no sense")
     if n == 0:
         return Interval(0, 0, math.nan, 0.0, 1.0)
-    z = float(norm.ppf(0.5 + level / 2.0))
-    p = successes / n
-    middle, half = p + z * z / (2 * n), z * math.sqrt(p * (1 - p) / n + z * z / (4 * n * n))
-    scale = 1 + z * z / n
-    low = 0.0 if successes == 0 else (middle - half) / scale
-    high = 1.0 if successes == n else (middle + half) / scale
-    return Interval(successes, n, p, low, high)
+    low, high = binomtest(successes, n).proportion_ci(level, method="wilson")
+    return Interval(successes, n, successes / n, float(low), float(high))
 
 
 def mcnemar(a: Sequence[bool], b: Sequence[bool]) -> Paired:
@@ -103,8 +96,6 @@ def signed_rank(a: Sequence[float], b: Sequence[float]) -> Paired:
     difference = difference[difference != 0.0]
     if not len(difference):
         return Paired("Wilcoxon", len(a), 0, 0, 1.0, 0.0)
-    from scipy.stats import rankdata
-
     ranks = rankdata(np.abs(difference))
     up, total = float(ranks[difference > 0].sum()), float(ranks.sum())
     # Exact where it can be: few pairs without ties.

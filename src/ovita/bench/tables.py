@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import Literal
 
-from ovita.bench.meter import cost_of
 from ovita.bench.records import Record
 from ovita.bench.stats import Interval, Paired, mcnemar, percentile, signed_rank, wilson
 
@@ -19,7 +18,7 @@ Column = tuple[str, str]
 
 
 @dataclass(frozen=True)
-class Line:
+class Tally:
     """One group of records of one writer and condition.
 
     Args:
@@ -84,16 +83,16 @@ def named(column: Column) -> str:
     return writer if condition == "default" else f"{writer}, {condition}"
 
 
-def lines(
+def tallies(
     records: Sequence[Record], by: By = "all", prices: Mapping[str, tuple[float, float]] | None = None
-) -> list[Line]:
+) -> list[Tally]:
     """Count records by writer, condition and group."""
-    found: list[Line] = []
+    found: list[Tally] = []
     for writer, condition in columns(records):
         mine = [r for r in records if (r.writer, r.condition) == (writer, condition)]
         for group in sorted({_group(r, by) for r in mine}):
             part = [r for r in mine if _group(r, by) == group]
-            found.append(_line(part, writer, condition, by, group, prices or {}))
+            found.append(_tally(part, writer, condition, by, group, prices or {}))
     return found
 
 
@@ -150,12 +149,12 @@ def _group(record: Record, by: By) -> str:
     return "all" if by == "all" else record.subset if by == "subset" else record.kind
 
 
-def _line(
+def _tally(
     part: Sequence[Record], writer: str, condition: str, by: By, group: str, prices: Mapping[str, tuple[float, float]]
-) -> Line:
+) -> Tally:
     n = len(part)
     times = [r.first.ms for r in part]
-    return Line(
+    return Tally(
         writer=writer,
         condition=condition,
         by=by,
@@ -169,7 +168,7 @@ def _line(
         p95=percentile(times, 0.95),
         input_tokens=sum(x.input_tokens for r in part for x in r.rounds),
         output_tokens=sum(x.output_tokens for r in part for x in r.rounds),
-        cost=sum(cost_of(r, prices) for r in part),
+        cost=sum(r.cost(prices) for r in part),
         limits=dict(sorted(Counter(r.last.limits for r in part).items())),
         statuses=dict(sorted(Counter(r.last.status for r in part).items())),
         lost_to_limits=sum(r.last.proposed_passed and not r.last.passed for r in part),

@@ -13,8 +13,7 @@ from ovita.cli.progress import waiting
 from ovita.errors import RequestError
 
 if TYPE_CHECKING:
-    from ovita.bench.meter import Progress, Standing
-    from ovita.bench.runner import Plan
+    from ovita.bench.runner import Progress, RunPlan, Standing
 
 EVERY = 5.0
 """Pause between two lines of progress where standard error is no terminal [s]."""
@@ -133,11 +132,11 @@ def fetch(out: str, base_url: str | None) -> None:
     click.echo(f"next: ovita bench run {out}")
 
 
-def _plan(options: dict[str, Any], replay: str | None) -> Plan:
+def _plan(options: dict[str, Any], replay: str | None) -> RunPlan:
     from ovita.bench.conditions import conditions_from
     from ovita.bench.evaluate import BY_SUBSET, Protocol
     from ovita.bench.records import read_manifest
-    from ovita.bench.runner import Plan, default_jobs
+    from ovita.bench.runner import RunPlan, default_jobs
     from ovita.io import load_robot
 
     robot = options["robot"]
@@ -155,7 +154,7 @@ def _plan(options: dict[str, Any], replay: str | None) -> Plan:
             options["isolation"],
         )
         temperature = float(manifest.get("temperature", temperature))
-    return Plan(
+    return RunPlan(
         writers=tuple(dict.fromkeys(options["writers"])) or ("builtin",),
         conditions=conditions_from(options["ablate"]),
         protocol=protocol,
@@ -221,7 +220,7 @@ def _report(
     from rich.console import Console
     from rich.table import Table
 
-    from ovita.bench.ratings import read_ratings
+    from ovita.bench.records import read_ratings
     from ovita.bench.report import success_table, write_report
     from ovita.cli.report import plain
 

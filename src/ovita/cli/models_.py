@@ -2,20 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from importlib.resources import as_file, files
-from typing import TYPE_CHECKING
 
 import click
 
 from ovita.writers.base import MODEL_VARIABLE
 from ovita.writers.models import catalogue as models
-
-if TYPE_CHECKING:
-    from ovita.writers.models.download import Tell
 
 TEST_INSTRUCTION = "Go left by 0.15 and move at half the speed near the cup"
 """What `ovita models test` asks of a model, on the shipped table-top scene."""
@@ -52,17 +45,13 @@ def pull(name: str) -> None:
 
     A broken download goes on where it stopped.
     """
-    from ovita.writers.models.download import fetch
-
     known = models.known_named(name)
     target = models.models_dir() / known.file
     if target.is_file():
         click.echo(f"{name} is here already: {target}")
         return
     click.echo(f"{name}: {known.size / 1e9:.1f} GB, {known.licence}, from {known.url}", err=True)
-    with _meter(known.size) as tell:
-        found = fetch(known.url, target, sha256=known.sha256, size=known.size, tell=tell)
-    models.record(known.file, found)
+    target, found = models.pull(name)
     click.echo(f"{target}\nsha256 {found}, as expected. Try it: ovita models test {name}")
 
 
@@ -119,27 +108,3 @@ def test(name: str, time_limit: float, threads: int | None) -> None:
 
 def _seconds(seconds: float) -> str:
     return f"{seconds:.1f} s"
-
-
-@contextmanager
-def _meter(size: int) -> Iterator[Tell]:
-    """Show how far a download is: a bar on a terminal, else a line every tenth."""
-    if not sys.stderr.isatty():
-        told = -1
-
-        def tell(here: int, total: int) -> None:
-            nonlocal told
-            tenth = 10 * here // max(1, total or size)
-            if tenth > told:
-                told = tenth
-                click.echo(f"{here / 1e6:.0f} of {(total or size) / 1e6:.0f} MB", err=True)
-
-        yield tell
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, DownloadColumn, Progress, TimeRemainingColumn, TransferSpeedColumn
-
-    columns = (BarColumn(), DownloadColumn(), TransferSpeedColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True)) as progress:
-        bar = progress.add_task("download", total=size)
-        yield lambda here, total: progress.update(bar, completed=here, total=total or size)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Literal, Protocol, runtime_checkable
 
-from ovita.errors import RequestError, WriterError
+from ovita.errors import RequestError, WriterError, WriterFailure
 from ovita.policy import Policy
 from ovita.policy.sandbox import Rollout
 from ovita.text import quoted
@@ -197,11 +197,13 @@ class Line:
         """
         refusal: Reply | None = None
         tried: list[str] = []
+        failure: WriterFailure = "other"
         for writer in self.writers:
             try:
                 reply = writer.write(prompt)
             except WriterError as error:
                 tried.append(f"{writer.name}: {error}")
+                failure = error.failure
                 continue
             tried.append(f"{writer.name}: {reply.kind.replace('_', ' ')}")
             reply = replace(reply, writer=replace(reply.writer, tried=tuple(tried)))
@@ -210,7 +212,7 @@ class Line:
             refusal = refusal or reply
             prompt = prompt if prompt.attempts else with_hint(prompt, reply)
         if refusal is None:
-            raise WriterError(" ".join(f"{said.rstrip('.')}." for said in tried))
+            raise WriterError(" ".join(f"{said.rstrip('.')}." for said in tried), failure)
         return replace(refusal, writer=replace(refusal.writer, tried=tuple(tried)))
 
 

@@ -112,7 +112,7 @@ def reworded(writer: PolicyWriter, facts: Mapping[str, str], *, watch: Watch | N
         WriterError: If the writer is no language model, no answer could be had, or the explanation holds a number, a
             unit or a direction that is in no fact; a template then explains.
     """
-    from ovita.writers.models.conversation import ModelWriter
+    from ovita.writers.models.exchange import ModelWriter
 
     model: Any = writer
     while not isinstance(model, ModelWriter):

@@ -1,17 +1,20 @@
-"""Local models by name: which are known, which are here, and where they lie."""
+"""Local models by name: which are known, which are here, where they lie, and fetching them."""
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import re
+import shutil
 import tempfile
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
-from ovita.errors import RequestError
+from ovita.errors import DownloadError, MissingExtra, RequestError
 
 DIR_VARIABLE = "OVITA_MODELS"
 """Environment variable that names the folder of models; else it is ovita/models in the user's cache."""
@@ -20,6 +23,10 @@ HUB = "https://huggingface.co"
 HUB_VARIABLE = "HF_ENDPOINT"
 """Environment variable that names a mirror of the hub."""
 
+SPARE = 64 * 2**20
+"""Free space that must be left on the disk [bytes]."""
+
+_SHA256 = re.compile(r"[0-9a-f]{64}")
 _NAME = re.compile(r"[a-z0-9][a-z0-9._-]{0,63}")
 _REGISTER = "models.json"
 
@@ -49,8 +56,7 @@ class Known:
     @property
     def url(self) -> str:
         """Where the file is fetched from."""
-        hub = os.environ.get(HUB_VARIABLE, "").strip().rstrip("/") or HUB
-        return f"{hub}/{self.repository}/resolve/main/{self.file}"
+        return f"{_hub()}/{self.repository}/resolve/main/{self.file}"
 
 
 KNOWN = (
@@ -163,7 +169,6 @@ def add(name: str, file: str) -> Path:
     if any(known.name == name for known in KNOWN):
         raise RequestError(f"{name!r} is the name of a known model; choose another")
     path = Path(file).expanduser().absolute()
-    from ovita.writers.models.engine import check_file
 
     check_file(path)
     register = _register()
@@ -172,16 +177,116 @@ def add(name: str, file: str) -> Path:
     return path
 
 
+def check_file(path: Path) -> None:
+    """Check that a file is a GGUF model.
+
+    Raises:
+        RequestError: If there is no such file, or it is none.
+    """
+    try:
+        with path.open("rb") as file:
+            magic = file.read(4)
+    except OSError:
+        raise RequestError(f"there is no model file {path}; 'ovita models list' shows which models are here") from None
+    if magic != b"GGUF":
+        raise RequestError(f"{path} is no GGUF model file")
+
+
+def pull(name: str) -> tuple[Path, str]:
+    """Fetch a known model from its hub, going on where an earlier download broke off.
+
+    Until it is complete and its checksum is right, it lies next to its place as .part.
+
+    Returns:
+        The file and its checksum (sha256), which is the known one.
+
+    Raises:
+        RequestError: If no model is known by that name.
+        MissingExtra: If huggingface_hub is not installed.
+        DownloadError: If it cannot be had; says whether trying again helps.
+    """
+    known = known_named(name)
+    try:
+        from huggingface_hub import get_session
+        from huggingface_hub.file_download import http_get
+    except ImportError:
+        raise MissingExtra("huggingface-hub", "local") from None
+    target = models_dir() / known.file
+    part = target.with_name(target.name + ".part")
+    host = urlsplit(known.url).hostname or known.url
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        if _length(part) > known.size:
+            part.unlink()
+        offered = get_session().head(known.url, follow_redirects=False).headers.get("X-Linked-ETag", "").strip('W/" ')
+        if _SHA256.fullmatch(offered) and offered != known.sha256:
+            raise DownloadError(
+                f"{host} now has another file there than the one that is known to be good ({offered[:12]}..., not"
+                f" {known.sha256[:12]}...); nothing was downloaded"
+            )
+        _check_space(target.parent, known.size - _length(part))
+        with part.open("ab") as file:
+            http_get(
+                known.url, file, resume_size=_length(part), expected_size=known.size, displayed_filename=known.file
+            )
+        with part.open("rb") as file:
+            found = hashlib.file_digest(file, "sha256").hexdigest()
+        if found != known.sha256:
+            part.unlink()
+            raise DownloadError(
+                f"what {host} sent for {known.file} has the wrong checksum ({found[:12]}..., not"
+                f" {known.sha256[:12]}...) and was thrown away; try again"
+            )
+        os.replace(part, target)
+    except DownloadError:
+        raise
+    except Exception as error:  # whatever an HTTP client raises, a person gets a sentence
+        raise DownloadError(_why_not(error, host, known.url, part)) from None
+    register = _register()
+    register["sha256"] = {**register["sha256"], known.file: found}
+    _write(register)
+    return target, found
+
+
+def _why_not(error: Exception, host: str, url: str, part: Path) -> str:
+    status = getattr(getattr(error, "response", None), "status_code", 0)
+    if status in (408, 425, 429) or status >= 500:
+        return f"{host} fails ({status}); try again later"
+    if status:
+        return (
+            f"{host} {'has no such file' if status in (404, 410) else 'does not hand the file out'} ({status}): {url}"
+        )
+    if isinstance(error, OSError) and error.filename:
+        return f"{part.with_suffix('')} cannot be written: {error.strerror}"
+    if _length(part):
+        here = _length(part) / 1e6
+        return f"the connection to {host} broke after {here:.0f} MB; run the command again to go on from there"
+    return (
+        f"{host} cannot be reached; without it, use --writer builtin, which needs no model, or bring a .gguf file here"
+        " by other means and name it: ovita models add NAME FILE"
+    )
+
+
+def _check_space(folder: Path, missing: int) -> None:
+    free = shutil.disk_usage(folder).free
+    if missing + SPARE > free:
+        raise DownloadError(
+            f"{folder} has {free / 1e9:.1f} GB free, and {missing / 1e9:.1f} GB are missing; make room, or set"
+            f" {DIR_VARIABLE} to another folder"
+        )
+
+
+def _length(part: Path) -> int:
+    return part.stat().st_size if part.is_file() else 0
+
+
+def _hub() -> str:
+    return os.environ.get(HUB_VARIABLE, "").strip().rstrip("/") or HUB
+
+
 def checksum(file: str) -> str:
     """Return the sha256 that was recorded when a file was pulled, or ""."""
     return str(_register()["sha256"].get(file, ""))
-
-
-def record(file: str, sha256: str) -> None:
-    """Record the sha256 of a file that was pulled."""
-    register = _register()
-    register["sha256"] = {**register["sha256"], file: sha256}
-    _write(register)
 
 
 def _register() -> dict[str, dict[str, str]]:

@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ovita.errors import RequestError, WriterError
-from ovita.writers.models.conversation import ModelWriter
-from ovita.writers.models.endpoint import Endpoint
-from ovita.writers.models.exchange import Ask, Form, Heard, exchange, suited
-from ovita.writers.models.failure import rejects_schema, rejects_temperature, retry_delay, writer_error
+from ovita.writers.models.endpoint import Endpoint, rejects_schema, rejects_temperature, retry_delay, writer_error
+from ovita.writers.models.exchange import Answer, Ask, Exchange, Form, ModelWriter
 from ovita.writers.progress import Watch
 
 if TYPE_CHECKING:
     import httpx2
-    from pydantic_ai.models import Model
+    from pydantic_ai.messages import ModelMessage, ModelResponse
+    from pydantic_ai.models import Model, ModelRequestParameters
+    from pydantic_ai.settings import ModelSettings
+
+THINKING_TOKENS = 12_000
+"""What a model that thinks before it answers may write on top of the answer [tokens]."""
 
 
 class LLMWriter(ModelWriter):
@@ -64,8 +67,8 @@ class LLMWriter(ModelWriter):
         """Return what a model said as it may be shown to a person: on one line, shortened, without any key."""
         return self._endpoint.scrubbed(text, "")
 
-    def hear(self, ask: Ask, watch: Watch) -> Heard:
-        """Put a question to the model and return what it answered, whatever that is.
+    def exchange(self, ask: Ask, watch: Watch) -> Exchange:
+        """Put a question to the model and return whatever it answers.
 
         Raises:
             MissingKey: If the provider needs a key and none is set; nothing was sent.
@@ -77,7 +80,7 @@ class LLMWriter(ModelWriter):
         seconds = min(self._timeout, watch.left)
         ends: list[Callable[[], object]] = []
 
-        async def asked() -> Heard | WriterError | None:
+        async def asked() -> Exchange | WriterError | None:
             task, loop = asyncio.current_task(), asyncio.get_running_loop()
             assert task is not None
             ends.append(lambda: loop.call_soon_threadsafe(task.cancel))
@@ -96,10 +99,10 @@ class LLMWriter(ModelWriter):
             raise outcome
         if outcome is None:
             late = f"no answer within {seconds:.3g} s; allow more time or use a faster model"
-            raise WriterError(f"{self._name}: {'stopped on request' if watch.cancelled else late}")
+            raise self._no_answer(late, watch)
         return outcome
 
-    async def _within_time(self, ask: Ask, key: str, seconds: float) -> Heard | WriterError | None:
+    async def _within_time(self, ask: Ask, key: str, seconds: float) -> Exchange | WriterError | None:
         import httpx2
 
         # Proxies do not stand before servers on this machine, whatever the environment says.
@@ -113,16 +116,16 @@ class LLMWriter(ModelWriter):
         except Exception as error:  # whatever a third-party client raises, a person gets a sentence
             return writer_error(error, self._endpoint, self._name, key)
 
-    async def _persist(self, model: Model, ask: Ask, key: str, seconds: float) -> Heard | WriterError:
+    async def _persist(self, model: Model, ask: Ask, key: str, seconds: float) -> Exchange | WriterError:
         """Ask until there is an answer, more simply where the server refuses an option, within the retries."""
         from pydantic_ai.exceptions import ModelAPIError
 
-        ask, tries = suited(ask, model), 0
+        ask, tries = _suited(ask, model), 0
         deadline = asyncio.get_running_loop().time() + seconds
         while True:
             tries += 1
             try:
-                return await exchange(model, ask)
+                return await _request(model, ask)
             except ModelAPIError as error:
                 if ask.temperature is not None and rejects_temperature(error):
                     ask, tries = replace(ask, temperature=None), tries - 1
@@ -144,3 +147,84 @@ async def _first_model(client: httpx2.AsyncClient, endpoint: Endpoint, key: str)
         return str(answer.json()["data"][0]["id"])
     except (ValueError, LookupError, TypeError):
         return "default"
+
+
+def _suited(ask: Ask, model: Model) -> Ask:
+    """Fit a question to what is known of a model: its form of answer, temperature, and room for thoughts."""
+    profile: Mapping[str, Any] = model.profile
+    if ask.form == "native" and not profile.get("supports_json_schema_output", False):
+        ask = replace(ask, form="text")
+    thinks = bool(profile.get("thinking_enabled_by_default") or profile.get("thinking_always_enabled"))
+    if thinks:
+        ask = replace(ask, max_tokens=ask.max_tokens + THINKING_TOKENS)
+    if profile.get("anthropic_disallows_sampling_settings") or (profile.get("openai_supports_reasoning") and thinks):
+        ask = replace(ask, temperature=None)
+    return ask
+
+
+async def _request(model: Model, ask: Ask) -> Exchange:
+    """Put a question to a model once.
+
+    Raises:
+        pydantic_ai.exceptions.ModelAPIError: If the request failed.
+    """
+    from pydantic_ai.direct import model_request
+    from pydantic_ai.messages import ModelRequest, ModelResponse, TextPart, UserPromptPart
+
+    messages: list[ModelMessage] = [
+        ModelResponse(parts=[TextPart(turn)]) if i % 2 else ModelRequest(parts=[UserPromptPart(turn)])
+        for i, turn in enumerate(ask.turns)
+    ]
+    settings: ModelSettings = {"max_tokens": ask.max_tokens, "max_retries": 0}
+    if model.system == "google":
+        del settings["max_retries"]
+    if ask.temperature is not None:
+        settings["temperature"] = ask.temperature
+    parameters = _parameters(ask)
+    # instrument=False: nothing of a person's scene goes to a tracing service, whatever else the process has set up.
+    response = await model_request(
+        model, messages, model_settings=settings, model_request_parameters=parameters, instrument=False
+    )
+    return _exchange(response, ask, model.model_name)
+
+
+def _parameters(ask: Ask) -> ModelRequestParameters:
+    from pydantic_ai.messages import InstructionPart
+    from pydantic_ai.models import ModelRequestParameters
+    from pydantic_ai.output import OutputObjectDefinition
+    from pydantic_ai.tools import ToolDefinition
+
+    instructions = [InstructionPart(content=ask.system)]
+    schema, about = Answer.model_json_schema(), Answer.__doc__
+    if ask.form == "native":
+        wanted = OutputObjectDefinition(json_schema=schema, name="answer", description=about)
+        return ModelRequestParameters(
+            output_mode="native", output_object=wanted, allow_text_output=True, instruction_parts=instructions
+        )
+    if ask.form == "tool":
+        tool = ToolDefinition(name="answer", parameters_json_schema=schema, description=about, kind="output")
+        return ModelRequestParameters(
+            output_mode="tool", output_tools=[tool], allow_text_output=False, instruction_parts=instructions
+        )
+    return ModelRequestParameters(instruction_parts=instructions)
+
+
+def _exchange(response: ModelResponse, ask: Ask, model: str) -> Exchange:
+    from pydantic_ai.messages import TextPart, ToolCallPart
+
+    calls = [part for part in response.parts if isinstance(part, ToolCallPart)]
+    text = "\n".join(part.content for part in response.parts if isinstance(part, TextPart))
+    arguments = calls[0].args_as_dict() if calls else None
+    refusal = None
+    if response.finish_reason == "content_filter":
+        refusal = str((response.provider_details or {}).get("refusal", "") or text)
+    return Exchange(
+        ask=ask,
+        model=response.model_name or model,
+        text=text or (calls[0].args_as_json_str() if calls else ""),
+        arguments=arguments,
+        truncated=response.finish_reason == "length",
+        refusal=refusal,
+        input_tokens=response.usage.input_tokens,
+        output_tokens=response.usage.output_tokens,
+    )

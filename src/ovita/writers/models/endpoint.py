@@ -1,4 +1,7 @@
-"""Where a language model is reached: provider, model, address and key. Never shows the key."""
+"""Where a language model is reached, and what can go wrong there: provider, address, key, and one sentence a failure.
+
+No sentence ever shows the key.
+"""
 
 from __future__ import annotations
 
@@ -7,13 +10,14 @@ import os
 import re
 from dataclasses import dataclass, field
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 from urllib.parse import urlsplit, urlunsplit
 
-from ovita.errors import MissingExtra, MissingKey, RequestError
+from ovita.errors import MissingExtra, MissingKey, RequestError, WriterError, WriterFailure
 
 if TYPE_CHECKING:
     import httpx2
+    from pydantic_ai.exceptions import ModelHTTPError
     from pydantic_ai.models import Model
 
 OLLAMA_PORT = 11434
@@ -123,32 +127,20 @@ class Endpoint:
 
     def open(self, model: str, key: str, client: httpx2.AsyncClient) -> Model:
         """Return the pydantic-ai model that sends its requests through `client`."""
-        if self.provider == "anthropic":
-            from pydantic_ai.models.anthropic import AnthropicModel
-            from pydantic_ai.providers.anthropic import AnthropicProvider
+        from pydantic_ai.models import infer_model
+        from pydantic_ai.providers import infer_provider_class
 
-            anthropic = AnthropicProvider(api_key=key, base_url=self.base_url, http_client=client)
-            return AnthropicModel(model, provider=anthropic)
-        if self.provider == "google":
-            from pydantic_ai.models.google import GoogleModel
-            from pydantic_ai.providers.google import GoogleProvider
-
-            google = GoogleProvider(api_key=key, base_url=self.base_url, http_client=client)
-            return GoogleModel(model, provider=google)
+        if self.provider != "compatible":
+            maker: Any = infer_provider_class(self.provider)
+            kind = "openai-chat" if self.provider == "openai" else self.provider
+            return infer_model(
+                f"{kind}:{model}", lambda _: maker(api_key=key, base_url=self.base_url, http_client=client)
+            )
         from pydantic_ai.models.openai import OpenAIChatModel
-        from pydantic_ai.providers.openai import OpenAIProvider
-
-        if self.provider == "ollama":
-            from pydantic_ai.models.ollama import OllamaModel
-            from pydantic_ai.providers.ollama import OllamaProvider
-
-            return OllamaModel(model, provider=OllamaProvider(self.base_url, key, http_client=client))
-        if self.provider == "openai" or self.base_url is None:
-            return OpenAIChatModel(model, provider=OpenAIProvider(api_key=key, http_client=client))
         from pydantic_ai.profiles.openai import OpenAIModelProfile
         from pydantic_ai.providers.openai_compatible import OpenAICompatibleProvider
 
-        server = OpenAICompatibleProvider("compatible", base_url=self.base_url, api_key=key, http_client=client)
+        server = OpenAICompatibleProvider("compatible", base_url=self.base_url or "", api_key=key, http_client=client)
         # Older servers know only the older name of this setting.
         return OpenAIChatModel(
             model, provider=server, profile=OpenAIModelProfile(openai_chat_supports_max_completion_tokens=False)
@@ -190,3 +182,125 @@ def _installed(package: str) -> bool:
         return find_spec(package) is not None
     except ModuleNotFoundError:
         return False
+
+
+# What can go wrong there
+
+BACKOFF = 0.5
+"""Wait before the first retry when the server names none; it doubles with each one [s]."""
+
+_SCHEMA_WORDS = ("response_format", "json_schema", "schema", "grammar", "structured", "tool", "json mode")
+
+# What a client raises when an answer lacks what it takes for granted, such as a first choice.
+_UNCONNECTED = ("ConnectError", "ConnectTimeout")
+_MISREAD = LookupError | TypeError | ValueError | AttributeError
+
+
+def rejects_temperature(error: Exception) -> bool:
+    """Whether the server refused the request because of its temperature."""
+    return _status(error) in (400, 422) and "temperature" in _details(error)
+
+
+def rejects_schema(error: Exception) -> bool:
+    """Whether the server refused the request because of the JSON schema or the tool that goes with it."""
+    return _status(error) in (400, 404, 422, 500, 501) and any(word in _details(error) for word in _SCHEMA_WORDS)
+
+
+def retry_delay(error: Exception, tries: int) -> float | None:
+    """Return how long to wait before the request is sent again [s], or None if that would not help.
+
+    Args:
+        error: What the request failed with.
+        tries: How many times it was sent so far.
+    """
+    from pydantic_ai import exceptions as failures
+
+    if isinstance(error, failures.ModelQuotaExceededError):
+        return None
+    if isinstance(error, failures.ModelHTTPError):
+        hint = error.provider_retry_hint
+        again = error.status_code in (408, 409, 429) or error.status_code >= 500
+        if not (again if hint is None else hint and error.status_code not in (401, 403)):
+            return None
+        return float(BACKOFF * 2 ** (tries - 1)) if error.retry_after is None else max(0.0, error.retry_after)
+    if isinstance(error, failures.ModelConnectionError) and error.phase != "connect":
+        return float(BACKOFF * 2 ** (tries - 1))
+    return None
+
+
+def writer_error(error: Exception, endpoint: Endpoint, name: str, key: str, *, tries: int = 1) -> WriterError:
+    """Return what went wrong as a sentence that names the writer and the remedy, and never the key."""
+    failure, sentence = _diagnosis(error, endpoint, key, tries)
+    return WriterError(f"{name}: {sentence}", failure)
+
+
+def _diagnosis(error: Exception, endpoint: Endpoint, key: str, tries: int) -> tuple[WriterFailure, str]:
+    from pydantic_ai import exceptions as failures
+
+    # The last two are those of whichever client library asked.
+    unconnected = isinstance(error, failures.ModelConnectionError) or type(error).__name__ in _UNCONNECTED
+    if isinstance(error, failures.ModelHTTPError):
+        return _http_diagnosis(error, endpoint, key, tries)
+    if unconnected:
+        return (
+            "no_answer",
+            f"no answer from {endpoint.address}: start the server, or check the address and the connection",
+        )
+    if isinstance(error, failures.ModelAPIError | failures.UnexpectedModelBehavior | _MISREAD):
+        return "other", (
+            f"{endpoint.address} answered with something that no chat model answers with;"
+            " check that the address is that of an OpenAI-compatible server, with its /v1"
+            if endpoint.base_url
+            else f"{endpoint.address} answered with something unreadable; try again"
+        )
+    detail = endpoint.scrubbed(str(error), key)
+    if isinstance(error, failures.UserError):
+        return "other", f"it cannot be used as a writer: {detail}"
+    return "other", f"the request failed ({type(error).__name__}{f': {detail}' if detail else ''}); try again"
+
+
+def _http_diagnosis(error: ModelHTTPError, endpoint: Endpoint, key: str, tries: int) -> tuple[WriterFailure, str]:
+    from pydantic_ai import exceptions as failures
+
+    status, where = error.status_code, endpoint.address
+    times = "" if tries == 1 else f" {tries} times"
+    if isinstance(error, failures.ModelAuthenticationError) or status in (401, 403):
+        if key == NO_KEY:
+            return "no_access", f"{where} wants an API key ({status}): set {endpoint.key_variable}"
+        return "no_access", f"{where} refused the API key ({status}): check {endpoint.key_variable}"
+    if isinstance(error, failures.ModelNotFoundError) or status == 404:
+        meant = f"; did it mean {error.suggested_model_id}?" if error.suggested_model_id else ""
+        address = ", and that the address ends as the server wants it, often in /v1" if endpoint.base_url else ""
+        return "no_access", f"{where} knows no such model (404){meant}: check the model's name{address}"
+    if isinstance(error, failures.ModelQuotaExceededError):
+        sentence = f"the account at {where} has no quota left ({status}): check its plan, or use --writer builtin"
+        return "no_access", sentence
+    if status == 429:
+        wait = f", and asks to wait {error.retry_after:.0f} s" if error.retry_after else ""
+        sentence = f"{where} limits the rate of requests (429){times}{wait}: try again later, or use --writer builtin"
+        return "overloaded", sentence
+    if isinstance(error, failures.ModelContextWindowExceededError):
+        return "other", (
+            "the prompt is longer than this model can read: use a model, or a server setting, with a longer context"
+        )
+    if status >= 500:
+        return "overloaded", f"{where} failed{times} with status {status}: try again later, or use --writer builtin"
+    detail = endpoint.scrubbed(_message(error.body), key)
+    about = f": {detail}" if detail else ""
+    return "other", f"{where} refused the request ({status}){about}; check the model's name and options"
+
+
+def _status(error: Exception) -> int:
+    status = getattr(error, "status_code", 0)
+    return status if isinstance(status, int) else 0
+
+
+def _details(error: Exception) -> str:
+    return str(getattr(error, "body", "")).lower()
+
+
+def _message(body: object) -> str:
+    if isinstance(body, dict):
+        inner = body.get("error", body)
+        body = inner.get("message", "") if isinstance(inner, dict) else inner
+    return body if isinstance(body, str) else ""

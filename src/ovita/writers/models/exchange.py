@@ -1,23 +1,26 @@
-"""One exchange with a language model: what is asked, how it is put to pydantic-ai, and what was heard.
+"""One exchange with a language model: what is asked, reading whatever it answers, and the writer that does both.
 
-pydantic-ai takes seconds to import, so it is imported inside functions.
+Models that follow a JSON schema answer with an `Answer`. All others answer in the paper's own format, a plan and a
+fenced block of code in prose, or with JSON somewhere in prose; `read_answer` makes an `Answer` of these too.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import json
+import re
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal
+from itertools import islice
+from typing import Annotated, Any, Literal
 
-from ovita.writers.models.answer import Answer
+from pydantic import BaseModel, ConfigDict, ValidationError, WithJsonSchema, field_validator
+from pydantic_core import from_json
 
-if TYPE_CHECKING:
-    from pydantic_ai.messages import ModelMessage, ModelResponse
-    from pydantic_ai.models import Model, ModelRequestParameters
-    from pydantic_ai.settings import ModelSettings
-
-THINKING_TOKENS = 12_000
-"""What a model that thinks before it answers may write on top of the answer [tokens]."""
+from ovita.errors import UnusableReply, WriterError
+from ovita.writers.base import Reply, WriterInfo
+from ovita.writers.progress import Watch
+from ovita.writers.prompt import Prompt
+from ovita.writers.safe_text import harmless
 
 Form = Literal["native", "tool", "text"]
 """How an answer is asked for: JSON that follows a schema, the arguments of a tool, or plain text."""
@@ -40,14 +43,19 @@ _FORM_NOTES: dict[Form, str] = {
 }
 
 
-def form_note(form: Form) -> str:
-    """Return what a model is told about the form of its answer."""
-    return _FORM_NOTES[form]
-
-
 @dataclass(frozen=True)
 class Ask:
-    """One question to a model: instructions, the turns so far (person, model, person, ...) and how to answer."""
+    """One question to a model.
+
+    Args:
+        instructions: The system prompt.
+        turns: Person, model, person, ...; the last one is the person's.
+        form: How the answer is asked for.
+        structured: Whether an `Answer` is wanted, not plain text.
+        temperature: Sampling temperature, or None for the model's own.
+        max_tokens: Longest answer [tokens].
+        functions: Whether the policy is to call the toolkit's functions, not the paper's script.
+    """
 
     instructions: str
     turns: tuple[str, ...]
@@ -55,10 +63,17 @@ class Ask:
     structured: bool
     temperature: float | None
     max_tokens: int
+    functions: bool = False
+
+    @property
+    def system(self) -> str:
+        """The instructions, with what the form of the answer needs."""
+        notes = (self.instructions, _FORM_NOTES[self.form]) if self.structured else (self.instructions,)
+        return "\n".join(note.rstrip() for note in notes)
 
 
 @dataclass(frozen=True)
-class Heard:
+class Exchange:
     """What a model answered to a question, and how it was asked in the end."""
 
     ask: Ask
@@ -71,83 +86,326 @@ class Heard:
     output_tokens: int
 
 
-def suited(ask: Ask, model: Model) -> Ask:
-    """Fit a question to what is known of a model: its form of answer, temperature, and room for thoughts."""
-    profile: Mapping[str, Any] = model.profile
-    if ask.form == "native" and not profile.get("supports_json_schema_output", False):
-        ask = replace(ask, form="text")
-    thinks = bool(profile.get("thinking_enabled_by_default") or profile.get("thinking_always_enabled"))
-    if thinks:
-        ask = replace(ask, max_tokens=ask.max_tokens + THINKING_TOKENS)
-    if profile.get("anthropic_disallows_sampling_settings") or (profile.get("openai_supports_reasoning") and thinks):
-        ask = replace(ask, temperature=None)
-    return ask
+class ModelWriter(ABC):
+    """A chat model as a policy writer.
 
-
-async def exchange(model: Model, ask: Ask) -> Heard:
-    """Put a question to a model once.
-
-    Raises:
-        pydantic_ai.exceptions.ModelAPIError: If the request failed.
+    Args:
+        name: As on the command line, such as "openai:gpt-5".
+        form: How answers are asked for at first.
+        temperature: Sampling temperature.
+        max_tokens: Longest answer [tokens].
     """
-    from pydantic_ai.direct import model_request
-    from pydantic_ai.messages import ModelRequest, ModelResponse, TextPart, UserPromptPart
 
-    messages: list[ModelMessage] = [
-        ModelResponse(parts=[TextPart(turn)]) if i % 2 else ModelRequest(parts=[UserPromptPart(turn)])
-        for i, turn in enumerate(ask.turns)
-    ]
-    settings: ModelSettings = {"max_tokens": ask.max_tokens, "max_retries": 0}
-    if model.system == "google":
-        del settings["max_retries"]
-    if ask.temperature is not None:
-        settings["temperature"] = ask.temperature
-    parameters = _parameters(ask)
-    # instrument=False: nothing of a person's scene goes to a tracing service, whatever else the process has set up.
-    response = await model_request(
-        model, messages, model_settings=settings, model_request_parameters=parameters, instrument=False
-    )
-    return _heard(response, ask, model.model_name)
+    def __init__(self, name: str, form: Form, temperature: float, max_tokens: int) -> None:
+        self._name, self._form, self._temperature, self._max_tokens = name, form, temperature, max_tokens
 
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self._name!r})"
 
-def _parameters(ask: Ask) -> ModelRequestParameters:
-    from pydantic_ai.messages import InstructionPart
-    from pydantic_ai.models import ModelRequestParameters
-    from pydantic_ai.output import OutputObjectDefinition
-    from pydantic_ai.tools import ToolDefinition
+    @property
+    def name(self) -> str:
+        """The writer as it was named, such as "openai:gpt-5"."""
+        return self._name
 
-    notes = (ask.instructions, _FORM_NOTES[ask.form]) if ask.structured else (ask.instructions,)
-    instructions = [InstructionPart(content="\n".join(note.rstrip() for note in notes))]
-    schema, about = Answer.model_json_schema(), Answer.__doc__
-    if ask.form == "native":
-        wanted = OutputObjectDefinition(json_schema=schema, name="answer", description=about)
-        return ModelRequestParameters(
-            output_mode="native", output_object=wanted, allow_text_output=True, instruction_parts=instructions
+    @abstractmethod
+    def exchange(self, ask: Ask, watch: Watch) -> Exchange:
+        """Put a question to the model and return whatever it answers.
+
+        Raises:
+            WriterError: If nothing was answered, also because the watch is over.
+        """
+
+    def write(self, prompt: Prompt) -> Reply:
+        """Answer a prompt; earlier attempts are shown to the model as its own, each with its error.
+
+        Raises:
+            MissingKey: If the provider needs a key and none is set; nothing was sent.
+            UnusableReply: If the answer is empty, cut off, or has neither a policy nor a question.
+            WriterError: If no answer could be had.
+        """
+        turns = [prompt.situation]
+        for attempt in prompt.attempts:
+            error = harmless(attempt.error)
+            if attempt.code.strip():
+                turns.append(f"```python\n{attempt.code.strip()}\n```")
+                turns.append(f"Your policy failed: {error}\nAnswer again with the whole corrected policy.")
+            else:
+                turns[-1] += f"\nYour last answer could not be used: {error}"
+        ask = Ask(
+            prompt.fixed,
+            tuple(turns),
+            self._form,
+            True,
+            self._temperature,
+            self._max_tokens,
+            functions=prompt.style.toolkit,
         )
-    if ask.form == "tool":
-        tool = ToolDefinition(name="answer", parameters_json_schema=schema, description=about, kind="output")
-        return ModelRequestParameters(
-            output_mode="tool", output_tools=[tool], allow_text_output=False, instruction_parts=instructions
-        )
-    return ModelRequestParameters(instruction_parts=instructions)
+        done = self.exchange(ask, prompt.watch)
+        info = WriterInfo("llm", done.model, done.ask.temperature, done.input_tokens, done.output_tokens)
+        answer = None if done.refusal is not None else _read(done)
+        reply = answer.reply(info) if answer is not None else None
+        if reply is None:
+            raise self._unusable(done)
+        scene = prompt.request.scene
+        return replace(reply, contacts=tuple(name for name in reply.contacts if name in scene))
+
+    def complete(
+        self, instructions: str, question: str, *, temperature: float, max_tokens: int, watch: Watch | None = None
+    ) -> str:
+        """Return the model's plain-text answer to one question.
+
+        Raises:
+            MissingKey: If the provider needs a key and none is set.
+            WriterError: If no complete answer could be had.
+        """
+        done = self.exchange(Ask(instructions, (question,), "text", False, temperature, max_tokens), watch or Watch())
+        if done.text.strip() and not done.truncated and done.refusal is None:
+            return done.text.strip()
+        raise self._unusable(done)
+
+    def shown(self, text: str) -> str:
+        """Return what a model said as it may be shown to a person: on one line, shortened."""
+        line = " ".join(text.split())
+        return line if len(line) <= 200 else line[:197] + "..."
+
+    def _no_answer(self, why: str, watch: Watch) -> WriterError:
+        """The failure of an exchange that came to no answer in time, or was stopped."""
+        if watch.cancelled:
+            return WriterError(f"{self._name}: stopped on request")
+        return WriterError(f"{self._name}: {why}", "no_answer")
+
+    def _unusable(self, done: Exchange) -> WriterError:
+        if done.refusal is not None:
+            said = self.shown(done.refusal)
+            why = f"the model refused to answer{f' ({said})' if said else ''}; rephrase the instruction"
+            return WriterError(f"{self._name}: {why}")
+        if done.truncated:
+            why = f"the answer was cut off after {done.output_tokens} tokens; raise max_tokens or use another model"
+        elif not done.text.strip():
+            why = "the model gave an empty answer; try again or use another model"
+        else:
+            said = self.shown(done.text)
+            why = f"the answer has neither a policy nor a question; try again or use another model (it began: {said!r})"
+        return UnusableReply(f"{self._name}: {why}")
 
 
-def _heard(response: ModelResponse, ask: Ask, model: str) -> Heard:
-    from pydantic_ai.messages import TextPart, ToolCallPart
+def _read(done: Exchange) -> Answer | None:
+    if done.arguments is not None and not done.truncated:
+        answer = answer_from(done.arguments)
+        if answer is not None and answer.reply(WriterInfo("")) is not None:
+            return answer
+    return read_answer(done.text, truncated=done.truncated)
 
-    calls = [part for part in response.parts if isinstance(part, ToolCallPart)]
-    text = "\n".join(part.content for part in response.parts if isinstance(part, TextPart))
-    arguments = calls[0].args_as_dict() if calls else None
-    refusal = None
-    if response.finish_reason == "content_filter":
-        refusal = str((response.provider_details or {}).get("refusal", "") or text)
-    return Heard(
-        ask=ask,
-        model=response.model_name or model,
-        text=text or (calls[0].args_as_json_str() if calls else ""),
-        arguments=arguments,
-        truncated=response.finish_reason == "length",
-        refusal=refusal,
-        input_tokens=response.usage.input_tokens,
-        output_tokens=response.usage.output_tokens,
+
+# Reading answers
+
+_KEYS = ("code", "plan", "question", "not_understood")
+_PYTHON = ("", "python", "py", "python3")
+_NOTHING = frozenset({"", "none", "null", "nothing", "no", "n/a", "na", "-", "[]"})
+_FENCE = re.compile(r"[ \t]*(?:```|~~~)[ \t]*([\w+-]*)")
+_THOUGHTS = re.compile(r"<(think|thinking|reasoning)>.*?</\1>", re.DOTALL | re.IGNORECASE)
+_MARKER = re.compile(r"^\s*(?:(?:step\s*)?\d+\s*[.):]|[-*•])\s+", re.IGNORECASE)
+_LABEL = re.compile(
+    r"^[\s#*_]*(high[- ]level plan|plan|code|policy|assumptions?|contacts?|questions?|not understood|explanation)"
+    r"[\s*_]*(?::[\s*_]*(.*))?$",
+    re.IGNORECASE,
+)
+_POLICY_START = re.compile(r"^(?:def adapt\(|(?:\w+\s*=\s*)?(?:get_trajectory|detect_objects)\()", re.MULTILINE)
+_TOP_LEVEL_CODE = re.compile(
+    r"^(?:\s|$|[)\]}@#]|(?:def|for|if|elif|else|while|return|import|from|with)\b|\w[\w., ]*=|\w+\()"
+)
+
+
+# Without a bound a small model whose output is held to the schema can add list items until it is cut off. It is part
+# of the schema only: a longer list that comes anyway is welcome.
+_AT_MOST_EIGHT = WithJsonSchema({"type": "array", "items": {"type": "string"}, "maxItems": 8})
+
+
+class Answer(BaseModel):
+    """The answer to a request for a trajectory change."""
+
+    model_config = ConfigDict(use_attribute_docstrings=True, extra="ignore", frozen=True)
+
+    plan: Annotated[list[str], _AT_MOST_EIGHT]
+    """The high-level plan: a few short steps."""
+    code: str
+    """The whole Python source of the policy, without fences; empty if you ask back or did not understand."""
+    assumptions: Annotated[list[str], _AT_MOST_EIGHT]
+    """What you assumed because the instruction leaves it open."""
+    contacts: Annotated[list[str], _AT_MOST_EIGHT]
+    """Names of the objects that are to be touched or passed through."""
+    question: str | None
+    """One question back, only if the instruction has two readings that matter."""
+    not_understood: Annotated[list[str], _AT_MOST_EIGHT]
+    """The words of the instruction that cannot be placed."""
+
+    @field_validator("plan", "assumptions", "contacts", "not_understood", mode="before")
+    @classmethod
+    def _as_lines(cls, value: object) -> list[str]:
+        items = value if isinstance(value, list) else [] if value is None else str(value).split("\n")
+        lines = (_MARKER.sub("", item if isinstance(item, str) else _plain(item)).strip() for item in items)
+        said = [line for line in lines if line.lower().rstrip(".") not in _NOTHING]
+        return [line for i, line in enumerate(said) if i == 0 or line != said[i - 1]]
+
+    @field_validator("code", mode="before")
+    @classmethod
+    def _without_fences(cls, value: object) -> str:
+        text = "\n".join(map(str, value)) if isinstance(value, list) else str(value or "")
+        return (_fenced(text) or text).strip("\n").rstrip() if text.strip().lower() not in _NOTHING else ""
+
+    @field_validator("question", mode="before")
+    @classmethod
+    def _asked(cls, value: object) -> str | None:
+        text = " ".join(str(value or "").split())
+        return None if text.lower().rstrip(".") in _NOTHING else text
+
+    def reply(self, writer: WriterInfo) -> Reply | None:
+        """Return the reply that this answer amounts to, or None if it has neither code nor question nor words.
+
+        Code outweighs a question: the question is then kept as an open assumption, so that nothing is hidden.
+        """
+        plan, unplaced = tuple(self.plan), tuple(self.not_understood)
+        assumptions, contacts = tuple(self.assumptions), tuple(self.contacts)
+        if self.code:
+            if self.question:
+                assumptions += (f"left open: {self.question}",)
+            return Reply("policy", plan, self.code, assumptions, "", unplaced, contacts, writer)
+        if self.question:
+            return Reply("question", plan, "", assumptions, self.question, unplaced, contacts, writer)
+        return Reply("not_understood", plan, unplaced=unplaced, writer=writer) if unplaced else None
+
+
+def read_answer(text: str, *, truncated: bool = False) -> Answer | None:
+    """Read a model's answer from text: JSON, JSON in prose, or a plan and a fenced block of code.
+
+    Args:
+        text: What the model wrote.
+        truncated: Whether it was cut off; then only what is complete in it counts.
+
+    Returns:
+        The answer, or None if there is no code, no question and no word that could not be placed.
+    """
+    text = _THOUGHTS.sub("", text).replace("\r\n", "\n").strip()
+    data = _json_in(text, truncated=truncated)
+    answer = answer_from(data) if data is not None else _from_prose(text, truncated=truncated)
+    return answer if answer is not None and answer.reply(WriterInfo("")) is not None else None
+
+
+def answer_from(data: dict[str, Any]) -> Answer | None:
+    """Read an answer from a JSON object, forgiving missing keys and texts in place of lists."""
+    empty = dict.fromkeys(("plan", "code", "assumptions", "contacts", "question", "not_understood"))
+    try:
+        return Answer.model_validate({**empty, **data})
+    except ValidationError:
+        return None
+
+
+def _plain(item: object) -> str:
+    if isinstance(item, dict):
+        return " ".join(str(value) for value in item.values() if isinstance(value, str | int | float))
+    return str(item)
+
+
+def _json_in(text: str, *, truncated: bool) -> dict[str, Any] | None:
+    decoder = json.JSONDecoder(strict=False)
+    for start in (match.start() for match in islice(re.finditer(r"\{\s*\"", text), 100)):
+        try:
+            found = decoder.raw_decode(text, start)[0]
+        except (json.JSONDecodeError, RecursionError):
+            continue
+        if isinstance(found, dict) and any(key in found for key in _KEYS):
+            return found
+    if truncated and text.startswith("{"):
+        try:
+            found = from_json(text, allow_partial=True)
+        except ValueError:
+            return None
+        if isinstance(found, dict) and isinstance(found.get("code"), list) and next(reversed(found)) == "code":
+            del found["code"]  # the list of its lines may lack some
+        return found if isinstance(found, dict) else None
+    return None
+
+
+def _from_prose(text: str, *, truncated: bool) -> Answer | None:
+    code = _fenced(text, truncated=truncated) or ("" if truncated else _unfenced(text))
+    prose = _blocks(text)[1]
+    if truncated:
+        prose = prose.rpartition("\n")[0]
+    if code:
+        prose = prose.replace(code, "\nCode:\n")
+    sections = _sections(prose)
+    lead = [line for line in sections.get("", []) if _MARKER.match(line)]
+    question = " ".join(sections.get("question", []))
+    if not code and not question:
+        asked = [said for said in re.split(r"(?<=[.?!])\s|\n", prose) if said.endswith("?")]
+        question = asked[-1].strip() if asked else ""
+    return answer_from(
+        {
+            "plan": sections.get("plan") or lead,
+            "code": code,
+            "assumptions": _split(sections.get("assumption", []), ";"),
+            "contacts": _split(sections.get("contact", []), ","),
+            "question": question,
+            "not_understood": _split(sections.get("not understood", []), ","),
+        }
     )
+
+
+def _fenced(text: str, *, truncated: bool = False) -> str:
+    """Return the block of code that looks most like a policy, or ""."""
+    blocks = [body for language, body in _blocks(text, truncated=truncated)[0] if language in _PYTHON]
+    policies = [body for body in blocks if "def adapt" in body or "modified_trajectory" in body]
+    return max(policies or blocks, key=len, default="").strip("\n").rstrip()
+
+
+def _blocks(text: str, *, truncated: bool = False) -> tuple[list[tuple[str, str]], str]:
+    """Split a text into its fenced blocks, each with its language, and the prose around them.
+
+    A last block that is never closed counts too, unless the text was cut off.
+    """
+    blocks: list[tuple[str, str]] = []
+    prose: list[str] = []
+    body: list[str] | None = None
+    language = ""
+    for line in text.split("\n"):
+        fence = _FENCE.match(line)
+        if body is None and fence:
+            body, language = [], fence[1].lower()
+            prose.append("Code:")
+        elif body is not None and fence and not fence[1]:
+            blocks.append((language, "\n".join(body)))
+            body = None
+        else:
+            (prose if body is None else body).append(line)
+    if body is not None and not truncated:
+        blocks.append((language, "\n".join(body)))
+    return blocks, "\n".join(prose)
+
+
+def _unfenced(text: str) -> str:
+    match = _POLICY_START.search(text)
+    if match is None:
+        return ""
+    lines: list[str] = []
+    for line in text[match.start() :].split("\n"):
+        if _LABEL.match(line) or not _TOP_LEVEL_CODE.match(line):
+            break
+        lines.append(line)
+    return "\n".join(lines).rstrip()
+
+
+def _sections(prose: str) -> dict[str, list[str]]:
+    sections: dict[str, list[str]] = {"": []}
+    title = ""
+    for line in prose.split("\n"):
+        label = _LABEL.match(line) if len(line) < 1000 else None
+        if label:
+            title = label[1].lower().rstrip("s").replace("high-level ", "").replace("high level ", "")
+            line = label[2] or ""
+        if line.strip():
+            sections.setdefault(title, []).append(line.strip())
+    return sections
+
+
+def _split(lines: list[str], separator: str) -> list[str]:
+    return [part.strip() for line in lines for part in _MARKER.sub("", line).split(separator)]

@@ -1,20 +1,323 @@
-"""The writer that runs a small language model inside this process: no server, no key, no network."""
+"""The writer that runs a small language model inside this process, by llama.cpp: no server, no key, no network.
+
+Reading the rules of a prompt takes a small model a minute on a plain processor, and writing a policy a few seconds.
+Since the rules are the same for every request, the model's state after them is kept in a file and put back before each
+request. That also makes equal requests give equal answers: they always go on from the very same state.
+"""
 
 from __future__ import annotations
 
+import atexit
+import hashlib
+import json
+import os
+import secrets
 import time
-from collections.abc import Callable
+import urllib.request
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
+from threading import Event, Lock
+from typing import Any
+from weakref import WeakSet
 
 from ovita.errors import MissingExtra, RequestError, WriterError
-from ovita.writers.models.catalogue import model_file, models_dir
-from ovita.writers.models.conversation import ModelWriter
-from ovita.writers.models.engine import CONTEXT, Beat, Generated, Heartbeat, check_file, engine_for
-from ovita.writers.models.exchange import Ask, Heard, form_note
+from ovita.writers.models.catalogue import check_file, model_file, models_dir
+from ovita.writers.models.exchange import Ask, Exchange, ModelWriter
 from ovita.writers.progress import Watch
+
+CONTEXT = 12288
+"""How much a model reads and writes at most in one exchange [tokens]."""
+
+BATCH = 128
+"""How much is read between two looks at whether to stop [tokens]."""
+
+KEPT_STATES = 4
+"""How many states are kept in files; the oldest goes first."""
+
+Message = Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class Heartbeat:
+    """What a model is doing.
+
+    Args:
+        doing: "reads" or "writes".
+        tokens: How many are done.
+        total: How many there are to read, or 0.
+        seconds: For how long it has been doing that.
+    """
+
+    doing: str
+    tokens: int
+    total: int
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Generated:
+    """What a model wrote, and what it took.
+
+    Args:
+        text: What it wrote.
+        truncated: Whether it was cut off by `max_tokens` or the context.
+        stopped: Whether it was stopped on the way.
+        input_tokens: Length of the prompt.
+        cached_tokens: How many of them had been read before.
+        output_tokens: How many were written.
+        read_seconds: Time to read the prompt.
+        write_seconds: Time to write.
+    """
+
+    text: str
+    truncated: bool
+    stopped: bool
+    input_tokens: int
+    cached_tokens: int
+    output_tokens: int
+    read_seconds: float
+    write_seconds: float
+
+
+Beat = Callable[[Heartbeat], bool]
+"""Called at least with every token; it returns True to stop."""
+
+
+class Engine:
+    """A model, loaded; use `engine_for`, which loads each one once. One request at a time is answered.
+
+    Args:
+        path: The GGUF file.
+        states: Folder for states, made when needed; None keeps them in memory only.
+        context: How much is read and written at most in one exchange [tokens].
+        threads: Processor cores to use; None leaves that to llama.cpp.
+
+    Raises:
+        WriterError: If the file cannot be loaded.
+    """
+
+    def __init__(self, path: Path, states: Path | None, *, context: int = CONTEXT, threads: int | None = None) -> None:
+        import xllamacpp
+
+        self._path, self._states, self._context = path, states, context
+        self._key = secrets.token_hex(16)
+        self._lock = Lock()
+        parameters = xllamacpp.CommonParams()
+        parameters.model.path = str(path)
+        parameters.n_ctx = context
+        parameters.n_batch = parameters.n_ubatch = BATCH
+        parameters.n_parallel = 1
+        if threads is not None:
+            parameters.cpuparams.n_threads = parameters.cpuparams_batch.n_threads = threads
+        parameters.cache_ram_mib = 0
+        parameters.verbosity = 0
+        parameters.ui = False
+        # llama.cpp also listens on a port of this machine; nobody but this object knows the key.
+        parameters.hostnames = ["127.0.0.1"]
+        parameters.api_keys = [self._key]
+        if states is not None:
+            try:
+                states.mkdir(parents=True, exist_ok=True)
+                parameters.slot_save_path = f"{states}{os.sep}"
+            except OSError:
+                self._states = None
+        try:
+            self._server = xllamacpp.Server(parameters)
+        except Exception as error:
+            raise WriterError(
+                f"{path.name} cannot be loaded: it is damaged, of an unknown kind, or there is too little memory"
+            ) from error
+        self._version = xllamacpp.__version__
+        _alive.add(self)
+
+    def close(self) -> None:
+        """Wait until the last request has ended, and let go of the model."""
+        with self._lock:
+            del self._server
+
+    def read_once(self, rules: str, beat: Beat) -> None:
+        """Have the model stand right after the rules, from a file where there is one, else by reading them.
+
+        Args:
+            rules: The part of the prompt that is the same for every request.
+            beat: Looks on.
+        """
+        with self._lock:
+            state = self._state(rules)
+            if state is not None and state.exists() and self._slot("restore", state.name):
+                state.touch()
+                return
+            read = self._generate([{"role": "system", "content": rules}, {"role": "user", "content": "."}], 1, beat)
+            if state is not None and not read.stopped:
+                self._save(state)
+
+    def chat(
+        self,
+        messages: Sequence[Message],
+        beat: Beat,
+        *,
+        max_tokens: int,
+        temperature: float | None,
+        grammar: str = "",
+    ) -> Generated:
+        """Answer a conversation.
+
+        Args:
+            messages: Each with a role and a content.
+            beat: Looks on.
+            max_tokens: Longest answer [tokens].
+            temperature: Sampling temperature; 0 always takes the likeliest token.
+            grammar: GBNF grammar that the answer is held to; "" leaves it free.
+
+        Raises:
+            WriterError: If the messages are longer than the context, or the model failed.
+        """
+        with self._lock:
+            return self._generate(messages, max_tokens, beat, temperature=temperature, grammar=grammar)
+
+    def _generate(
+        self,
+        messages: Sequence[Message],
+        max_tokens: int,
+        beat: Beat,
+        *,
+        temperature: float | None = 0.0,
+        grammar: str = "",
+    ) -> Generated:
+        body: dict[str, Any] = {
+            "messages": [dict(message) for message in messages],
+            "max_tokens": max_tokens,
+            "seed": 1,
+            "stream": True,
+            "cache_prompt": True,
+            "timings_per_token": True,
+            "return_progress": True,
+            "chat_template_kwargs": {"enable_thinking": False},
+        }
+        if temperature is not None:
+            body["temperature"] = temperature
+        if grammar:
+            body["grammar"] = grammar
+        stream = _Stream(beat)
+        failure = self._server.handle_chat_completions(body, stream)
+        error = (failure or {}).get("error") or stream.error
+        if error:
+            if error.get("type") == "exceed_context_size_error":
+                raise WriterError(
+                    f"the prompt has {error.get('n_prompt_tokens')} tokens, and it reads at most {self._context}"
+                    " here; shorten the instruction or the scene's text, or use another writer"
+                )
+            raise WriterError(f"the model failed: {' '.join(str(error.get('message', error)).split())[:200]}")
+        return stream.result()
+
+    def _state(self, rules: str) -> Path | None:
+        """The file of the state after these rules, or None where no file can be kept."""
+        if self._states is None:
+            return None
+        about = self._path.stat()
+        key = f"{self._path.resolve()} {about.st_size} {about.st_mtime_ns} {self._context} {BATCH} {self._version}"
+        return self._states / f"{hashlib.sha256(f'{key} {rules}'.encode()).hexdigest()[:24]}.state"
+
+    def _save(self, state: Path) -> None:
+        partial = state.with_name(f"{state.name}.{os.getpid()}")
+        try:
+            if self._slot("save", partial.name):
+                partial.replace(state)
+            kept = sorted(state.parent.glob("*.state"), key=lambda file: file.stat().st_mtime)
+            for old in kept[:-KEPT_STATES]:
+                old.unlink(missing_ok=True)
+        except OSError:
+            partial.unlink(missing_ok=True)
+
+    def _slot(self, action: str, name: str) -> bool:
+        request = urllib.request.Request(
+            f"{self._server.listening_address}/slots/0?action={action}",
+            data=json.dumps({"filename": name}).encode(),
+            headers={"Content-Type": "application/json", "Authorization": f"Bearer {self._key}"},
+        )
+        direct = urllib.request.build_opener(urllib.request.ProxyHandler({}))
+        try:
+            with direct.open(request, timeout=60.0) as answer:
+                return bool(answer.status == 200)
+        except OSError:
+            return False
+
+
+class _Stream:
+    """Collects what a model writes, chunk by chunk."""
+
+    def __init__(self, beat: Beat) -> None:
+        self._beat, self._started = beat, time.monotonic()
+        self._doing = "reads"
+        self._text: list[str] = []
+        self._finish, self._stopped = "", False
+        self._timings: dict[str, float] = {}
+        self.error: dict[str, Any] = {}
+
+    def __call__(self, chunk: dict[str, Any]) -> bool:
+        if "error" in chunk:
+            self.error = chunk["error"]
+            return True
+        self._timings = chunk.get("timings") or self._timings
+        progress = chunk.get("prompt_progress")
+        for choice in chunk.get("choices", ()):
+            self._text.append(choice["delta"].get("content") or "")
+            self._finish = choice.get("finish_reason") or self._finish
+        doing, total = ("reads", int(progress["total"])) if progress else ("writes", 0)
+        if doing != self._doing:
+            self._doing, self._started = doing, time.monotonic()
+        tokens = int(progress["processed"]) if progress else int(self._timings.get("predicted_n", 0))
+        self._stopped = (
+            self._beat(Heartbeat(doing, tokens, total, time.monotonic() - self._started)) or _closing.is_set()
+        )
+        return self._stopped
+
+    def result(self) -> Generated:
+        t = self._timings
+        cached = int(t.get("cache_n", 0))
+        return Generated(
+            "".join(self._text),
+            self._finish == "length",
+            self._stopped,
+            cached + int(t.get("prompt_n", 0)),
+            cached,
+            int(t.get("predicted_n", 0)),
+            t.get("prompt_ms", 0.0) / 1e3,
+            t.get("predicted_ms", 0.0) / 1e3,
+        )
+
+
+_loaded: dict[tuple[Path, int, int | None], Engine] = {}
+_loading = Lock()
+_alive: WeakSet[Engine] = WeakSet()
+_closing = Event()
+
+
+@atexit.register
+def _close() -> None:
+    """Stop what still runs before Python ends: llama.cpp must not call back into a Python that is gone."""
+    _closing.set()
+    for engine in list(_alive):
+        engine.close()
+
+
+def engine_for(path: Path, states: Path | None, *, context: int = CONTEXT, threads: int | None = None) -> Engine:
+    """Return the engine of a model, loaded at the first call; only the last one stays loaded.
+
+    Raises:
+        WriterError: If the file cannot be loaded.
+    """
+    with _loading:
+        key = (path.resolve(), context, threads)
+        if key not in _loaded:
+            _loaded.clear()
+            _loaded[key] = Engine(path, states, context=context, threads=threads)
+        return _loaded[key]
+
 
 TOLD_EVERY = 0.2
 """Least time between two lines of progress [s]."""
@@ -69,8 +372,8 @@ class LocalWriter(ModelWriter):
         """The model's file."""
         return self._path
 
-    def hear(self, ask: Ask, watch: Watch) -> Heard:
-        """Put a question to the model and return what it answered, whatever that is.
+    def exchange(self, ask: Ask, watch: Watch) -> Exchange:
+        """Put a question to the model and return whatever it answers.
 
         Raises:
             WriterError: If nothing was answered, also because the watch is over.
@@ -87,12 +390,12 @@ class LocalWriter(ModelWriter):
         try:
             generated = watch.wait_for(work, stop, float("inf"))
         except WriterError as error:
-            raise WriterError(f"{self.name}: {error}") from error
+            raise WriterError(f"{self.name}: {error}", error.failure) from error
         if generated is None or generated.stopped:
             late = "no answer in the time that was left; allow more with --time-limit, or use a smaller model"
-            raise WriterError(f"{self.name}: {'stopped on request' if watch.cancelled else late}")
+            raise self._no_answer(late, watch)
         self.last = generated
-        return Heard(
+        return Exchange(
             ask=ask,
             model=self._path.stem,
             text=generated.text,
@@ -104,7 +407,7 @@ class LocalWriter(ModelWriter):
         )
 
     def _generate(self, ask: Ask, watch: Watch, ended: Callable[[], bool]) -> Generated | None:
-        rules = "\n".join(part.rstrip() for part in (ask.instructions, form_note(ask.form) if ask.structured else ""))
+        rules = ask.system
         roles = ("user", "assistant")
         messages = [{"role": "system", "content": rules}]
         messages += [{"role": roles[i % 2], "content": turn} for i, turn in enumerate(ask.turns)]
@@ -118,7 +421,7 @@ class LocalWriter(ModelWriter):
         if ended():
             return None
         # The paper's prompt asks for scripts, which the grammar of functions would rule out.
-        held = ask.structured and "def adapt(" in ask.instructions
+        held = ask.structured and ask.functions
         return engine.chat(
             messages,
             self._beat(watch, ended, "the request"),

@@ -6,7 +6,6 @@ is what these tests need: real replies, bad policies, and a chain that gives up 
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -23,6 +22,11 @@ from ovita.writers.models.chat import LLMWriter
 from ovita.writers.prompt import Prompt
 
 FIXED = "You write Python policies that move a robot's trajectory."
+SITUATION = (
+    "# Example\nGo up by 0.1\nPlan:\n1. Shift the path up by 0.1 m.\n"
+    "Code:\n```python\ndef adapt(traj, scene, *, up=0.1):\n"
+    "    return move(traj, up=up)\n```\n# Instruction\nGo left by 0.2\n"
+)
 
 
 @pytest.fixture
@@ -32,7 +36,7 @@ def request_() -> Request:
 
 
 class Short:
-    """A writer that passes prompts on with one line in place of the rules, which take this model long to read."""
+    """A writer that passes prompts on with one line in place of rules and scene, which take this model long to read."""
 
     def __init__(self, writer: LLMWriter) -> None:
         self.writer, self.name = writer, writer.name
@@ -41,7 +45,10 @@ class Short:
 
     def write(self, prompt: Prompt) -> Reply:
         self.prompts.append(prompt)
-        self.replies.append(self.writer.write(replace(prompt, fixed=FIXED)))
+        short = Prompt.of_text(prompt.request, FIXED, SITUATION)
+        for attempt in prompt.attempts:
+            short = short.after(attempt)
+        self.replies.append(self.writer.write(short))
         return self.replies[-1]
 
 
@@ -65,11 +72,11 @@ def test_a_real_explanation_is_used_only_with_numbers_from_the_facts(local_model
 
 
 def test_the_chain_with_a_real_model_ends_in_good_order(local_model: str, request_: Request) -> None:
-    """Replies held to the schema, bad policies sent back with their errors, and after two repairs it is over."""
+    """Replies held to the schema, bad policies sent back with their errors, and after one repair it is over."""
     writer = Short(local_writer(local_model))
-    result = adapt(request_, writer=writer)
+    result = adapt(request_, writer=writer, repairs=1)
     prompts, replies = writer.prompts, writer.replies
-    assert 1 <= len(prompts) <= 3
+    assert 1 <= len(prompts) <= 2
     assert result.attempts == len(prompts)
     assert [len(prompt.attempts) for prompt in prompts] == list(range(len(prompts)))
     assert replies, f"this machine's arithmetic made the model ramble: {result.error}"
@@ -82,7 +89,7 @@ def test_the_chain_with_a_real_model_ends_in_good_order(local_model: str, reques
         assert before.situation == after.situation
     assert result.writer.input_tokens == sum(reply.writer.input_tokens for reply in replies)
     if result.status == "failed":
-        assert len(prompts) == 3 or "cut off" in result.error
+        assert len(prompts) == 2 or "cut off" in result.error
         assert result.error and "\n" not in result.error
         assert result.adapted == request_.trajectory
     else:

@@ -18,9 +18,9 @@ from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
 from ovita.writers.base import PolicyWriter
 from ovita.writers.explain import reworded
-from ovita.writers.models.answer import read_answer
 from ovita.writers.models.chat import LLMWriter
 from ovita.writers.models.endpoint import ollama_url
+from ovita.writers.models.exchange import read_answer
 from ovita.writers.prompt import Prompt
 
 KEY = "sk-secret-0123456789abcdef"
@@ -29,7 +29,7 @@ CODE = 'def adapt(traj, scene, *, left=0.2):\n    """Shift left."""\n    return 
 
 @pytest.fixture(autouse=True)
 def _quick_retries(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("ovita.writers.models.failure.BACKOFF", 0.01)
+    monkeypatch.setattr("ovita.writers.models.endpoint.BACKOFF", 0.01)
 
 
 @pytest.fixture
@@ -140,10 +140,10 @@ def test_a_last_fence_that_is_not_closed_counts_unless_the_reply_was_cut_off() -
 @pytest.mark.parametrize("unit", ["```py\n", '{"', '{"a":', "<think>", "def adapt(\n", "?", "*", "# ", "plan:"])
 def test_odd_text_is_read_in_little_time(unit: str) -> None:
     text = unit * (20_000 // len(unit))
-    started = time.monotonic()
+    started = time.process_time()
     for truncated in (False, True):
         read_answer(text, truncated=truncated)
-    assert time.monotonic() - started < 4.0
+    assert time.process_time() - started < 4.0
 
 
 def test_question_and_not_understood(stub: Any, prompt: Prompt) -> None:
@@ -255,19 +255,16 @@ def test_a_used_up_quota_is_not_retried(stub: Any, prompt: Prompt) -> None:
 
 
 def test_slow_server(stub: Any, prompt: Prompt) -> None:
-    stub.script(stub.sends(b"{}", delay=30.0))
-    started = time.monotonic()
+    stub.script(stub.sends(b"{}", delay=600.0))
     with pytest.raises(WriterError, match=r"stub-1: no answer within 0\.3 s; allow more time or use a faster model"):
         writer(stub, timeout=0.3).write(prompt)
-    assert time.monotonic() - started < 8.0
 
 
 def test_waiting_for_a_retry_counts_as_waiting(stub: Any, prompt: Prompt) -> None:
-    stub.script(stub.fails(429, retry_after="3"))
-    started = time.monotonic()
-    with pytest.raises(WriterError, match="asks to wait 3 s"):
-        writer(stub, timeout=2.0).write(prompt)
-    assert time.monotonic() - started < 2.0 and len(stub.requests) == 1
+    stub.script(stub.fails(429, retry_after="600"))
+    with pytest.raises(WriterError, match="asks to wait 600 s"):
+        writer(stub, timeout=60.0).write(prompt)
+    assert len(stub.requests) == 1
 
 
 def test_nobody_listens(prompt: Prompt) -> None:
@@ -396,11 +393,12 @@ def test_proxies_do_not_stand_before_this_machine(stub: Any, prompt: Prompt, mon
         ("google:gemini-2.5-pro", "GOOGLE_API_KEY"),
     ],
 )
-def test_missing_key_is_said_before_any_request(prompt: Prompt, name: str, variable: str) -> None:
-    started = time.monotonic()
+def test_missing_key_is_said_before_any_request(
+    prompt: Prompt, name: str, variable: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(LLMWriter, "_within_time", lambda *_: pytest.fail("a request was sent"))
     with pytest.raises(MissingKey, match=f"{name} needs an API key: set {variable}"):
         LLMWriter(name).write(prompt)
-    assert time.monotonic() - started < 1.0
 
 
 @pytest.mark.parametrize(

@@ -23,8 +23,8 @@ from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
 from ovita.writers.base import Line, Reply, writer_named
 from ovita.writers.models import catalogue as models
-from ovita.writers.models import engine
-from ovita.writers.models.answer import read_answer
+from ovita.writers.models import local as engine
+from ovita.writers.models.exchange import read_answer
 from ovita.writers.models.local import LocalWriter
 from ovita.writers.progress import Watch
 from ovita.writers.prompt import Prompt
@@ -54,7 +54,7 @@ def writer(weights: Path, **options: Any) -> LocalWriter:
     return LocalWriter(str(weights), **given)
 
 
-def heard(writer: LocalWriter, request: Request, said: str, **watch: Any) -> str:
+def answered(writer: LocalWriter, request: Request, said: str, **watch: Any) -> str:
     """What the model wrote, whether it is of use or not."""
     try:
         writer.write(Prompt.of_text(request, RULES, said, watch=Watch(**watch)))
@@ -66,19 +66,19 @@ def heard(writer: LocalWriter, request: Request, said: str, **watch: Any) -> str
 
 def test_the_rules_are_read_once_and_equal_requests_get_equal_answers(weights: Path, request_: Request) -> None:
     asks = writer(weights)
-    first = heard(asks, request_, "Go left by 0.2")
+    first = answered(asks, request_, "Go left by 0.2")
     assert asks.last is not None and asks.last.output_tokens == 16 and asks.last.truncated
     assert first.startswith(("Plan:\n1. ", "Not understood: ", "Question: ")), "held to the form"
     known = asks.last.cached_tokens
     assert known > 0.7 * asks.last.input_tokens, "the rules were read before the request"
-    heard(asks, request_, "Move up a little, then slow down near the cup")
+    answered(asks, request_, "Move up a little, then slow down near the cup")
     assert asks.last.cached_tokens == known
-    assert heard(asks, request_, "Go left by 0.2") == first
+    assert answered(asks, request_, "Go left by 0.2") == first
 
     engine._loaded.clear()
     again = writer(weights)
     beats: list[str] = []
-    assert heard(again, request_, "Go left by 0.2", progress=beats.append) == first
+    assert answered(again, request_, "Go left by 0.2", progress=beats.append) == first
     assert again.last is not None and again.last.cached_tokens == known
     assert not any("only this once" in line for line in beats), "the next process takes the state from its file"
 
@@ -86,7 +86,7 @@ def test_the_rules_are_read_once_and_equal_requests_get_equal_answers(weights: P
 def test_progress_counts_what_is_read_and_written(weights: Path, request_: Request, monkeypatch: Any) -> None:
     monkeypatch.setattr("ovita.writers.models.local.TOLD_EVERY", 0.0)
     said: list[str] = []
-    heard(writer(weights), request_, "Go up", progress=said.append)
+    answered(writer(weights), request_, "Go up", progress=said.append)
     assert "reads the request: 100 %" in " ".join(said)
     assert any("writes: 16 tokens" in line and "tokens/s" in line for line in said)
 
@@ -94,7 +94,6 @@ def test_progress_counts_what_is_read_and_written(weights: Path, request_: Reque
 def test_cancel_and_time_limit_stop_it_at_once(weights: Path, request_: Request) -> None:
     asks = writer(weights, max_tokens=600)
     cancel = threading.Event()
-    started = time.monotonic()
 
     def stop_soon(line: str) -> None:
         if "writes: " in line:
@@ -104,7 +103,7 @@ def test_cancel_and_time_limit_stop_it_at_once(weights: Path, request_: Request)
         asks.write(Prompt.of_text(request_, RULES, "Go left", watch=Watch(stop_soon, cancel)))
     with pytest.raises(WriterError, match="no answer in the time that was left; allow more with --time-limit"):
         asks.write(Prompt.of_text(request_, RULES, "Go left", watch=Watch(deadline=time.monotonic() + 0.2)))
-    assert time.monotonic() - started < 20.0
+    assert asks.last is None, "neither was waited for to the end"
 
 
 def test_an_interrupt_stops_the_model_before_it_goes_on(weights: Path, request_: Request, monkeypatch: Any) -> None:
@@ -131,7 +130,7 @@ def test_an_interrupt_stops_the_model_before_it_goes_on(weights: Path, request_:
 SCRIPT = """
 import sys, threading
 from pathlib import Path
-from ovita.writers.models.engine import engine_for
+from ovita.writers.models.local import engine_for
 
 engine = engine_for(Path(sys.argv[1]), None, context=1024, threads=1)
 told = threading.Event()
@@ -153,7 +152,7 @@ def test_a_process_that_ends_meanwhile_ends_in_good_order(weights: Path) -> None
 
 def test_a_prompt_that_is_too_long_is_said(weights: Path, request_: Request) -> None:
     with pytest.raises(WriterError, match=r"the prompt has \d+ tokens, and it reads at most 1024 here; shorten"):
-        heard(writer(weights), request_, "Go left by 0.2 and then right. " * 150)
+        answered(writer(weights), request_, "Go left by 0.2 and then right. " * 150)
 
 
 class Short:
