@@ -5,6 +5,7 @@ import pytest
 
 from ovita.dialogue.session import Session
 from ovita.errors import PolicyError, RequestError
+from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 
@@ -100,3 +101,18 @@ def test_a_loss_is_told_by_the_history_two_turns_later_and_survives_a_file(sessi
     assert moved.lost[0].turns_ago == 2 and "2 turns ago" in moved.message
     session.save(str(tmp_path / "s.json"))
     assert Session.load(str(tmp_path / "s.json")).adaptation == moved
+
+
+def test_changed_limits_and_hand_edits_are_not_words_that_the_original_is_adapted_to(session):
+    session.change("limits: drone", robot=Robot.preset("drone"))
+    session.change("moved the cup", scene=Scene((SceneObject("cup", [0.5, 0.35, 0.4]),)))
+    session.say("go left by 0.1", on="original")
+    result = session.say("go up by 0.05", on="original")
+    assert result.usable and result.instruction == "go left by 0.1. go up by 0.05"
+
+
+def test_what_one_turn_is_to_touch_is_no_obstacle_in_the_next(session):
+    session.say("end at the cup")
+    end = session.current.positions[-1]
+    smoother = session.say("make the path smoother")
+    assert smoother.contacts == ("cup",) and session.current.positions[-1] == pytest.approx(end, abs=1e-9)

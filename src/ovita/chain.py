@@ -225,7 +225,8 @@ def _finish(
 ) -> Adaptation:
     """Phases three and four: constrain, verify, measure, explain."""
     reply, before = attempt.reply, attempt.outcomes
-    named = [request.scene[name].name for name in reply.contacts if name in request.scene]
+    meant = [*reply.contacts, *(name for turn in request.history for name in turn.contacts)]
+    named = [request.scene[name].name for name in meant if name in request.scene]
     contacts = tuple(dict.fromkeys([*rollout.contacts, *named]))
     options = constraints or ConstraintOptions()
     solution = constrain(

@@ -29,6 +29,7 @@ class Turn:
         feedback_on: Which trajectory it was about.
         plan: What was done.
         code: Its policy, or "" where a writer need not see it.
+        contacts: Names of objects that it means to touch.
     """
 
     instruction: str
@@ -38,6 +39,7 @@ class Turn:
     feedback_on: FeedbackOn = "current"
     plan: tuple[str, ...] = ()
     code: str = ""
+    contacts: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -152,7 +152,7 @@ def in_force(steps: Sequence[Step]) -> list[tuple[Step, int]]:
             turns = [(step, sum(count for _, count in turns) + 1)] if alone else [*turns, (step, 1)]
         elif turns:
             turns[-1] = step, turns[-1][1] + 1
-        elif step.adaptation.instruction:
+        elif step.kind not in ("hand", "limits") and step.adaptation.instruction:
             turns = [(step, 1)]
     return turns
 

@@ -114,7 +114,15 @@ class State:
         turns = in_force(self.steps)
         shown = len(turns) - CODE_TURNS
         return [
-            Turn(a.instruction, a.original, a.parameters, count, plan=a.plan, code=a.code if i >= shown else "")
+            Turn(
+                a.instruction,
+                a.original,
+                a.parameters,
+                count,
+                plan=a.plan,
+                code=a.code if i >= shown else "",
+                contacts=a.contacts,
+            )
             for i, (a, count) in enumerate((step.adaptation, count) for step, count in turns)
         ]
 
