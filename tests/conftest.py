@@ -1,10 +1,16 @@
-"""What every test needs: no model of the person who runs the tests is ever used."""
+"""What every test needs: no model of the person who runs the tests is ever used, and no test depends on the clock."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, settings
+
+settings.register_profile(
+    "ovita", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow], max_examples=60
+)
+settings.load_profile("ovita")
 
 
 @pytest.fixture(autouse=True)
