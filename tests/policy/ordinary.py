@@ -461,3 +461,61 @@ except IndexError:
 modified_trajectory = [{**w, "velocity": w["velocity"] * factor} for w in get_trajectory()]
 """,
 }
+
+SCRIPTS["main_sets_a_global"] = """
+import numpy as np
+
+def main():
+    global modified_trajectory
+    trajectory = get_trajectory()
+    for waypoint in trajectory:
+        waypoint["z"] += 0.05
+    modified_trajectory = trajectory
+
+if __name__ == "__main__":
+    main()
+"""
+
+FUNCTIONS["harmless_modules"] = """
+import collections
+import enum
+import functools
+import itertools
+import json
+import statistics
+from dataclasses import dataclass
+from enum import Enum, auto
+from typing import Literal, NamedTuple, Protocol
+
+class Way(Enum):
+    UP = auto()
+    DOWN = auto()
+
+class Level(enum.IntEnum):
+    LOW = 1
+    HIGH = 2
+
+class Kind(enum.Flag):
+    A = auto()
+    B = auto()
+
+class Point(NamedTuple):
+    x: float
+    y: float
+
+@dataclass(frozen=True)
+class Step:
+    way: Way
+    size: float
+
+@functools.lru_cache(maxsize=None)
+def sign(way):
+    return 1.0 if way is Way.UP else -1.0
+
+def adapt(traj, scene):
+    step = Step(Way(1), json.loads('{"size": 0.05}')["size"])
+    counts = collections.Counter(itertools.chain("ab", "a"))
+    mean = statistics.fmean([0.0, step.size * Level(2)]) + Point(0.0, 0.01).y + (Kind.A | Kind.B).value * 0.0
+    traj[:, 2] += sign(step.way) * mean * counts["a"] + len(json.dumps({"a": [Way.UP.name]})) * 0.001
+    return traj
+"""

@@ -117,6 +117,22 @@ def test_failures_are_sentences_with_a_line(body, error, sentence, line, table):
     assert str(caught.value).startswith(sentence)
 
 
+@pytest.mark.parametrize(
+    "body",
+    [
+        "    t = get_trajectory()\n    modified_trajectory = t[1:]\n",
+        '    """Text."""\n    t = get_trajectory()\n    modified_trajectory = t\n    modified_trajectory.pop()\n',
+        "    t = get_trajectory()\n    if t:\n        modified_trajectory = t[1:]\n    else:\n        return\n",
+        "    global modified_trajectory\n    modified_trajectory = get_trajectory()[1:]\n",
+        "    modified_trajectory = get_trajectory()\n    return modified_trajectory[1:]\n",
+    ],
+)
+@pytest.mark.parametrize("call", ["if __name__ == '__main__':\n    main()\n", "main()\n"])
+def test_a_main_function_may_set_or_return_the_result(body, call, line, table):
+    policy = parse(f"def helper(x):\n    return x\n\n\ndef main():\n{body}\n\n{call}")
+    assert len(run(policy, line, table).trajectory) == 99
+
+
 def test_a_script_without_result_says_so(line, table):
     with pytest.raises(PolicyOutputInvalid, match="modified_trajectory is None"):
         run(script("modified_trajectory = None\n"), line, table)
@@ -142,8 +158,8 @@ def test_time_is_limited(line, table):
 def test_memory_is_limited(line, table):
     grow = adapt("x = []\nfor _ in range(60):\n    x.append(np.ones(1 << 20))\nreturn traj")
     with pytest.raises(PolicyTimeout, match="too much memory"):
-        run(grow, line, table, limits=SandboxLimits(memory_mb=100))
-    run(grow, line, table, limits=SandboxLimits(memory_mb=1000))
+        run(grow, line, table, limits=SandboxLimits(wall_s=60.0, memory_mb=100))
+    run(grow, line, table, limits=SandboxLimits(wall_s=60.0, memory_mb=1000))
 
 
 @pytest.mark.parametrize(("limits"), [{"wall_s": 0}, {"wall_s": float("nan")}, {"wall_s": 1e9}, {"memory_mb": 0}])

@@ -17,7 +17,7 @@ from ovita.toolkit import CATALOGUE
 
 MODULES: frozenset[str] = frozenset(
     """
-    __future__ abc bisect cmath collections collections.abc contextlib copy dataclasses decimal fractions functools
+    __future__ abc bisect cmath collections collections.abc contextlib copy dataclasses decimal enum fractions functools
     heapq itertools json math numbers operator random re statistics string typing warnings
     numpy numpy.exceptions numpy.fft numpy.lib numpy.lib.stride_tricks numpy.linalg numpy.ma
     numpy.polynomial numpy.polynomial.polynomial numpy.random numpy.typing
@@ -40,6 +40,7 @@ ONLY: dict[str, frozenset[str]] = {
     "numpy.lib": frozenset(),
     "numpy.lib.stride_tricks": frozenset({"sliding_window_view", "broadcast_to", "broadcast_arrays"}),
     "__future__": frozenset({"annotations"}),
+    "enum": frozenset({"Enum", "IntEnum", "StrEnum", "Flag", "IntFlag", "auto", "unique"}),
 }
 """Modules of which only these names are given."""
 
@@ -53,7 +54,7 @@ DENIED_ATTRIBUTES: frozenset[str] = frozenset(
     func_code im_func im_self mro attrgetter methodcaller get_type_hints ForwardRef singledispatch
     singledispatchmethod make_dataclass update_wrapper SystemRandom Formatter format_map
     os sys builtins subprocess importlib socket inspect threading multiprocessing pickle posix ctypes_lib
-    modules system popen
+    modules system popen _convert _convert_ _create_ _add_alias_ _add_value_alias_ _add_member_
     """.split()
 )
 """Attributes that lead out of a policy, whatever they are read from."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import builtins
+import enum
 import functools
 import gc
 import importlib
@@ -125,6 +126,8 @@ class Modules:
         copy.__dict__.update(_public(importlib.import_module(name), name))
         if name == "functools":
             copy.__dict__["wraps"] = _wraps
+        if name == "enum":
+            copy.__dict__.update(_closed_enums())
         if name == "collections":
             copy.__dict__["abc"] = self.load("collections.abc")
         if parent:
@@ -181,6 +184,33 @@ def _public(module: types.ModuleType, name: str) -> dict[str, Any]:
 def _gives(module: str, name: str) -> bool:
     """Whether to look a name up at all: looking up a submodule would import it."""
     return f"{module}.{name}" not in sys.modules and (module != "scipy" or name.startswith("__"))
+
+
+class _ClosedEnum(enum.EnumType):
+    """Makes enumerations by a class statement only; a call with names could give a class any attribute."""
+
+    def __call__(cls, value: Any) -> Any:  # type: ignore[override]
+        """The member of a value."""
+        return super().__call__(value)
+
+
+def _closed_enums() -> dict[str, Any]:
+    class Enum(enum.Enum, metaclass=_ClosedEnum):
+        pass
+
+    class IntEnum(enum.IntEnum, metaclass=_ClosedEnum):
+        pass
+
+    class StrEnum(enum.StrEnum, metaclass=_ClosedEnum):
+        pass
+
+    class Flag(enum.Flag, metaclass=_ClosedEnum):
+        pass
+
+    class IntFlag(enum.IntFlag, metaclass=_ClosedEnum):
+        pass
+
+    return {each.__name__: each for each in (Enum, IntEnum, StrEnum, Flag, IntFlag)}
 
 
 def _checked(name: object) -> str:

@@ -23,6 +23,7 @@ from ovita.policy.syntax import (
     find_function,
     parse_tree,
     root_name,
+    top_level_names,
 )
 from ovita.policy.wire import MAX_MESSAGE, clean_text
 
@@ -77,7 +78,7 @@ def extract(text: str) -> str:
     if not text.strip():
         raise PolicyRejected("the reply is empty; answer with a policy")
     problem: PolicyRejected | None = None
-    for code in _candidates(text):
+    for code in map(_with_result, _candidates(text)):
         try:
             entry_of(parse_tree(code))
             return code
@@ -85,6 +86,63 @@ def extract(text: str) -> str:
             if problem is None or (problem.problem == NO_POLICY and rejected.problem != NO_POLICY):
                 problem = rejected
     raise problem or PolicyRejected(NO_POLICY)
+
+
+def _with_result(code: str) -> str:
+    """Have a script whose main function keeps or returns the result leave it outside; lines stay where they are."""
+    try:
+        tree = parse_tree(code)
+    except PolicyRejected:
+        return code
+    functions = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
+    if "adapt" in functions or RESULT in top_level_names(tree):
+        return code
+    for statement in tree.body:
+        for inner in statement.body if isinstance(statement, ast.If) and _is_main_guard(statement) else [statement]:
+            match inner:
+                case ast.Expr(value=ast.Call(func=ast.Name(id=name))) if name in functions:
+                    place, text = _leaving(functions[name], inner)
+                    if place is not None and not (place is inner and _enters(tree, name)):
+                        lines = code.split("\n")
+                        line = lines[place.lineno - 1].encode()
+                        head, tail = line[: place.col_offset].decode(), line[place.col_offset :].decode()
+                        lines[place.lineno - 1] = f"{head}{text}{tail}"
+                        return "\n".join(lines)
+    return code
+
+
+_COMPOUND = ast.FunctionDef | ast.ClassDef | ast.If | ast.For | ast.While | ast.With | ast.Try | ast.Match
+
+
+def _enters(tree: ast.Module, name: str) -> bool:
+    """Whether a policy is already read as the function of that name."""
+    try:
+        return entry_of(tree).name == name
+    except PolicyRejected:
+        return False
+
+
+def _leaving(function: ast.FunctionDef, call: ast.stmt) -> tuple[ast.stmt | None, str]:
+    """What to write before which statement, so that a function that sets the result, or returns it, leaves it outside."""
+    nodes = [node for statement in function.body for node in ast.walk(statement)]
+    if RESULT not in {name for s in function.body for name in bound_names(s)}:
+        return None, ""
+    if any(isinstance(node, ast.Return) and node.value is not None for node in nodes):
+        return call, f"{RESULT} = "
+    if any(isinstance(node, ast.Global) and RESULT in node.names for node in nodes):
+        return None, ""
+    return _before_result(function), f"global {RESULT}; "
+
+
+def _before_result(function: ast.FunctionDef) -> ast.stmt | None:
+    """A simple statement of a function before the first that mentions the result, or None."""
+    for statement in function.body:
+        is_text = isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant)
+        if not is_text and not isinstance(statement, _COMPOUND):
+            return statement
+        if any(isinstance(node, ast.Name) and node.id == RESULT for node in ast.walk(statement)):
+            return None
+    return None
 
 
 def _candidates(text: str) -> Iterator[str]:

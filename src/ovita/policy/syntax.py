@@ -94,7 +94,7 @@ def entry_of(tree: ast.Module) -> Entry:
     functions = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
     if "adapt" in functions:
         return _function_entry(functions["adapt"])
-    if RESULT in top_level_names(tree):
+    if RESULT in top_level_names(tree) or any(RESULT in n.names for n in ast.walk(tree) if isinstance(n, ast.Global)):
         return Entry("script")
     called = {
         node.id
