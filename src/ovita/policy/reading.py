@@ -123,7 +123,7 @@ def _enters(tree: ast.Module, name: str) -> bool:
 
 
 def _leaving(function: ast.FunctionDef, call: ast.stmt) -> tuple[ast.stmt | None, str]:
-    """What to write before which statement, so that a function that sets the result, or returns it, leaves it outside."""
+    """What to write before which statement, so that a function that sets or returns the result leaves it outside."""
     nodes = [node for statement in function.body for node in ast.walk(statement)]
     if RESULT not in {name for s in function.body for name in bound_names(s)}:
         return None, ""
