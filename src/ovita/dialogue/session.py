@@ -18,7 +18,7 @@ from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 from ovita.policy.reading import parse
-from ovita.policy.sandbox import Isolation
+from ovita.policy.sandbox import Isolation, known_isolation
 from ovita.request import FeedbackOn
 from ovita.result import Adaptation
 from ovita.writers.base import PolicyWriter
@@ -51,6 +51,7 @@ class Session:
     _behind: bool = field(default=False, init=False)
 
     def __post_init__(self) -> None:
+        known_isolation(self.isolation)
         self._first = self.situation
 
     @classmethod

@@ -166,12 +166,12 @@ def run_proven(tree: ast.Module, given: Array, scene: Scene) -> tuple[Any, Recor
     """Run a proven policy; its result, whatever that is, and what it stated.
 
     Args:
-        tree: For which `proven` holds.
+        tree: Of the policy.
         given: The trajectory's rows (N, 4+k).
         scene: The scene.
 
     Raises:
-        TooMuch: If it takes more than this process gives; nothing of it is left then.
+        TooMuch: If it is not proven, or takes more than this process gives; nothing of it is left then.
         PolicyCrashed: If it fails, with the line.
     """
     if not proven(tree):

@@ -160,7 +160,7 @@ def _run(
     started = time.perf_counter()
     isolation = known_isolation(isolation)
     table = _table(trajectory, policy)
-    if isolation == "auto" and checked and locked and limits == LIMITS and policy.toolkit_only:
+    if isolation == "auto" and checked and locked and limits == LIMITS:
         try:
             result, recorder = run_proven(policy.tree, table, scene)
             rows = to_rows(result, table[:, :4], f"the result of {entry_of(policy.tree).name}")
