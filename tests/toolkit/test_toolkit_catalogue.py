@@ -24,6 +24,12 @@ def test_every_function_is_exported_and_documents_each_parameter(name):
         assert f"    {parameter}: " in doc, parameter
 
 
+@pytest.mark.parametrize("name", [n for n in CATALOGUE if "where" in inspect.signature(CATALOGUE[n]).parameters])
+def test_an_edit_of_a_part_says_what_happens_at_its_edges(name):
+    if not name.startswith("expect_"):
+        assert re.search(r"\b(jumps?|blends?|beside it follow)\b", inspect.getdoc(CATALOGUE[name])), name
+
+
 def test_the_description_is_short_and_complete():
     text = describe()
     for name in CATALOGUE:
@@ -96,7 +102,7 @@ def test_expectations_are_plain_json(line, cup):
     bound["expect_closer"](cup, 0.1, where=mask)
     slower, visits, nearer = recorder.expectations
     assert slower.arguments == {"where": {"count": 21, "ranges": [[8, 12]]}}
-    assert slower.text == "the robot moves slower (waypoints 8 to 12)"
+    assert slower.text == "the robot moves slower (waypoints 9 to 13)"
     assert visits.arguments == {"point": [1.0, 2.0, 3.0], "within": 0.1}
     assert nearer.arguments["object"] == "cup"
     for item in recorder.expectations:

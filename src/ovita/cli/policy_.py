@@ -68,13 +68,13 @@ def catalogue_command(names: tuple[str, ...], as_json: bool, markdown: bool) -> 
     except ValueError as error:
         raise click.UsageError(str(error)) from None
     if markdown:
-        click.echo(page({name: use_of(name) for name in CATALOGUE}), nl=False)
+        click.echo(page({name: use for name in CATALOGUE if (use := use_of(name))}), nl=False)
     elif as_json:
         click.echo(json.dumps([entry.to_dict() for entry in entries], ensure_ascii=False, indent=1))
     elif names:
         for entry in entries:
-            said, line = use_of(entry.name)
-            click.echo(f'{as_text(entry)}\n  For "{said}": {line}\n')
+            use = use_of(entry.name)
+            click.echo(as_text(entry) + (f'\n  For "{use[0]}": {use[1]}\n' if use else "\n"))
     else:
         click.echo(describe())
 

@@ -51,10 +51,9 @@ def carry(d: Draft, intent: Intent) -> None:
     offset = _toward(d, "shift", item.position - d.positions[k])
     where, part = mask(d, intent.region)
     name = d.part(where)
-    ease = d.knob("ease", 0.05, "share of the path over which a partial shift fades in")
     if offset:
         d.contacts.append(item.name)
-        d.body.append(f"traj = move(traj, {offset}, where={name}, ease={ease})")
+        d.body.append(f"traj = move(traj, {offset}, where={name})")
     d.plan.append(f"Bring the path to {item.name}{suffix(part)}.")
 
 
@@ -159,8 +158,7 @@ def _move(d: Draft, intent: Intent) -> None:
         d.plan.append(f"Shift the whole path {words}.")
         return
     name = d.part(where)
-    ease = d.knob("ease", 0.05, "share of the path over which a partial shift fades in")
-    d.body.append(f"traj = move(traj, {code}, where={name}, ease={ease})")
+    d.body.append(f"traj = move(traj, {code}, where={name})")
     d.promise(f"expect_moved({code}, where={name})")
     d.plan.append(f"Shift the path {words} {part}.")
 

@@ -55,8 +55,8 @@ def closer(
 ) -> Array:
     """Pull the nearest part of the path toward an object by so many metres, never into it.
 
-    The pull is `by` at the nearest waypoint and fades to 0 where the distance to the centre is `reach` larger. No
-    segment comes nearer to an object's surface than the gap; what is nearer already stays. A level path stays level as
+    The pull is `by` at the nearest waypoint and fades to 0 where the distance to the centre is `reach` larger. If a
+    segment would come nearer to an object's surface than the gap, the whole pull is less. A level path stays level as
     long as it can come so close in its plane. Start and goal move if they are near. On a part, the waypoints beside it
     follow, over 3 times the shift at its edge.
 
@@ -84,7 +84,7 @@ def closer(
     shift[aim >= distance] = 0.0
     shift = _held(shift, hold, frame)
     if isinstance(obj, SceneObject):
-        shift *= _short_of(obj.cuboid, rows[:, :3], shift, space)[:, None]
+        shift *= _short_of(obj.cuboid, rows[:, :3], shift, space)
     return followed(rows, rows[:, :3] + shift, selected, arguments.share(ease, "ease"))
 
 
@@ -242,29 +242,24 @@ def _level_shift(away: Array, aim: Array, up: Array, rows: Array) -> Array:
     return np.asarray((wanted[:, None] - distance) * outward)
 
 
-def _short_of(body: Cuboid, positions: Array, shift: Array, gap: float) -> Array:
-    """Shares (N,) of the shifts that waypoints (N, 3) can make with no segment nearer to a body than a gap [m].
+def _short_of(body: Cuboid, positions: Array, shift: Array, gap: float) -> float:
+    """Share of the shifts that a path (N, 3) can make with no segment nearer to a body than a gap [m].
 
-    What is nearer already does not come nearer still.
+    What is nearer already does not come nearer still. All waypoints make the same share, so that the shape is kept.
     """
-    before = body.signed(positions)[0]
-    least = np.minimum(before, gap)
-    low, high = np.zeros(len(positions)), np.ones(len(positions))
-    fits = body.signed(positions + shift)[0] >= least
-    for _ in range(40 if not fits.all() else 0):
+    least = np.minimum(body.along(positions[:-1], positions[1:])[0], gap) - 1e-9
+
+    def fits(share: float) -> bool:
+        moved = positions + share * shift
+        return bool((body.along(moved[:-1], moved[1:])[0] >= least).all())
+
+    low, high = 0.0, 1.0
+    if fits(high):
+        return high
+    for _ in range(30):
         middle = (low + high) / 2.0
-        free = body.signed(positions + middle[:, None] * shift)[0] >= least
-        low, high = np.where(free, middle, low), np.where(free, high, middle)
-    shares = np.where(fits, 1.0, low)
-    old = body.along(positions[:-1], positions[1:])[0]
-    for _ in range(40):
-        moved = positions + shares[:, None] * shift
-        cut = np.flatnonzero(body.along(moved[:-1], moved[1:])[0] < np.minimum(old, gap) - 1e-9)
-        if not len(cut):
-            return shares
-        shares[np.unique([cut, cut + 1])] *= 0.8
-    shares[np.unique([cut, cut + 1])] = 0.0
-    return shares
+        low, high = (middle, high) if fits(middle) else (low, middle)
+    return low
 
 
 def nearest(positions: Array, selected: Mask, centre: Array) -> float:

@@ -187,7 +187,7 @@ def zigzag(
         amplitude: [m], >= 0, to either side.
         waves: Number of whole waves, > 0, on each unbroken run of the mask; its ends stay if this is a multiple of
             one half.
-        where: Mask (N,), or None for all waypoints; the others stay as they are.
+        where: Mask (N,), or None for all waypoints; the others stay as they are. It blends, as the swing begins at 0.
         direction: A direction word, such as "up" to go up first and then down; None for sideways.
     """
     return _rippled(traj, amplitude, waves, where, direction, frame, _triangle, PER_ZIGZAG)
@@ -210,7 +210,7 @@ def wave(
         amplitude: [m], >= 0, to either side.
         waves: Number of whole waves, > 0, on each unbroken run of the mask; its ends stay if this is a multiple of
             one half.
-        where: Mask (N,), or None for all waypoints; the others stay as they are.
+        where: Mask (N,), or None for all waypoints; the others stay as they are. It blends, as the swing begins at 0.
         direction: A direction word, such as "up" to go up first and then down; None for sideways.
     """
     return _rippled(traj, amplitude, waves, where, direction, frame, np.sin, PER_SINUSOID)
@@ -226,7 +226,7 @@ def noise(traj: ArrayLike, amount: float, *, seed: int = 0, where: ArrayLike | N
         traj: (N, 4).
         amount: [m], >= 0.
         seed: Of the random numbers, >= 0.
-        where: Mask (N,), or None for all waypoints, start and goal included.
+        where: Mask (N,), or None for all waypoints, start and goal included; it jumps at its edges.
     """
     rows = arguments.waypoints(traj)
     radius = arguments.number(amount, "amount", low=0.0)

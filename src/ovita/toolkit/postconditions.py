@@ -246,11 +246,11 @@ def _where(where: ArrayLike | None) -> dict[str, Any]:
 
 
 def _part(where: ArrayLike | None) -> str:
-    """The selected waypoints in words, for the end of a sentence."""
+    """The selected waypoints as a person counts them, from 1 and both ends included, for the end of a sentence."""
     if where is None:
         return ""
     ranges = _where(where)["where"]["ranges"]
     if not ranges:
         return " (at no waypoint)"
-    shown = ", ".join(f"{a}" if a == b else f"{a} to {b}" for a, b in ranges[:4])
+    shown = ", ".join(f"{a + 1}" if a == b else f"{a + 1} to {b + 1}" for a, b in ranges[:4])
     return f" (waypoints {shown}{', ...' if len(ranges) > 4 else ''})"

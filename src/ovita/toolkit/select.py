@@ -38,7 +38,7 @@ def first(traj: ArrayLike, n: int | None = None, *, fraction: float | None = Non
 
     Args:
         traj: (N, 4).
-        n: Number of waypoints, 1 to N.
+        n: Number of waypoints, 1 to N: indices 0 to n - 1.
         fraction: Share of the waypoint count; exactly one of n and fraction is given.
     """
     rows = arguments.waypoints(traj)
@@ -51,7 +51,7 @@ def last(traj: ArrayLike, n: int | None = None, *, fraction: float | None = None
 
     Args:
         traj: (N, 4).
-        n: Number of waypoints, 1 to N.
+        n: Number of waypoints, 1 to N: indices N - n to N - 1.
         fraction: Share of the waypoint count; exactly one of n and fraction is given.
     """
     rows = arguments.waypoints(traj)
@@ -64,9 +64,9 @@ def between(traj: ArrayLike, a: Place, b: Place) -> Mask:
 
     Args:
         traj: (N, 4).
-        a: Waypoint index (int), fraction of the path's length (float), "start", "goal", or an object or
+        a: Waypoint index from 0 (int), fraction of the path's length (float), "start", "goal", or an object or
             point (3,) [m] that means the waypoint nearest to it.
-        b: The other end, in any order.
+        b: The other end, in any order; both ends are included.
     """
     rows = arguments.waypoints(traj)
     low, high = sorted((arguments.locate(rows, a, "a"), arguments.locate(rows, b, "b")))
@@ -96,7 +96,7 @@ def every(traj: ArrayLike, k: int, start: int = 0) -> Mask:
     Args:
         traj: (N, 4).
         k: Stride, 1 to N.
-        start: Index of the first selected waypoint.
+        start: Index of the first selected waypoint, from 0.
     """
     n = len(arguments.waypoints(traj))
     stride, begin = arguments.integer(k, "k", 1, n), arguments.integer(start, "start", 0, n - 1)

@@ -33,7 +33,8 @@ def scale_speed(traj: ArrayLike, factor: float, *, where: ArrayLike | None = Non
     Args:
         traj: (N, 4).
         factor: >= 0.
-        where: Mask (N,), or None for all waypoints.
+        where: Mask (N,), or None for all waypoints, ends included; at its edges the speed jumps from one waypoint to
+            the next unless it is eased.
         ease: Length of a soft edge inside the mask as a fraction (0..1) of the path's length.
     """
     rows = arguments.waypoints(traj)
@@ -53,7 +54,8 @@ def shift_speed(traj: ArrayLike, by: float, *, where: ArrayLike | None = None) -
     Args:
         traj: (N, 4).
         by: [m/s].
-        where: Mask (N,), or None for all waypoints.
+        where: Mask (N,), or None for all waypoints, ends included; at its edges the speed jumps from one waypoint to
+            the next.
     """
     rows = arguments.waypoints(traj)
     moving = arguments.mask(where, len(rows)) & (rows[:, 3] > 0.0)
@@ -68,7 +70,8 @@ def set_speed(traj: ArrayLike, speed: float, *, where: ArrayLike | None = None) 
     Args:
         traj: (N, 4).
         speed: [m/s], >= 0.
-        where: Mask (N,), or None for all waypoints.
+        where: Mask (N,), or None for all waypoints, ends included; at its edges the speed jumps from one waypoint to
+            the next.
     """
     rows = arguments.waypoints(traj)
     rows[arguments.mask(where, len(rows)), 3] = arguments.number(speed, "speed", low=0.0)
@@ -85,7 +88,8 @@ def ramp_speed(
         traj: (N, 4).
         start: [m/s], >= 0, or None for the present speed at the first selected waypoint.
         end: [m/s], >= 0, or None for the present speed at the last selected waypoint.
-        where: Mask (N,), or None for all waypoints; each unbroken run of it gets its own ramp.
+        where: Mask (N,), or None for all waypoints, ends included; at its edges the speed jumps from one waypoint to
+            the next. Each unbroken run of it gets its own ramp.
     """
     rows = arguments.waypoints(traj)
     if start is None and end is None:
@@ -113,7 +117,8 @@ def exponential_speed(
         traj: (N, 4).
         start: [m/s], >= 0, or None for the present speed at the first selected waypoint.
         end: [m/s], >= 0, or None for the present speed at the last selected waypoint.
-        where: Mask (N,), or None for all waypoints; each unbroken run of it gets its own law.
+        where: Mask (N,), or None for all waypoints, ends included; at its edges the speed jumps from one waypoint to
+            the next. Each unbroken run of it gets its own law.
     """
     rows = arguments.waypoints(traj)
     if start is None and end is None:
@@ -142,7 +147,8 @@ def accelerate(traj: ArrayLike, rate: float, *, where: ArrayLike | None = None) 
     Args:
         traj: (N, 4).
         rate: [m/s^2].
-        where: Mask (N,), or None for all waypoints; each unbroken run of it starts anew.
+        where: Mask (N,), or None for all waypoints, ends included; at its edges the speed jumps from one waypoint to
+            the next. Each unbroken run of it starts anew.
     """
     rows = arguments.waypoints(traj)
     gain = arguments.number(rate, "rate")

@@ -84,7 +84,8 @@ def reverse(traj: ArrayLike, *, where: ArrayLike | None = None) -> Array:
 
     Args:
         traj: (N, 4).
-        where: Mask (N,), or None for all waypoints; each unbroken run of it is reversed for itself.
+        where: Mask (N,), or None for all waypoints; each unbroken run of it is reversed for itself, so the
+            path jumps at its edges.
     """
     rows = arguments.waypoints(traj)
     for a, b in runs(arguments.mask(where, len(rows))):

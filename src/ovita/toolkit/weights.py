@@ -55,8 +55,8 @@ def eased(mask: Mask, positions: Array, ease: float | None, shift: float = 0.0) 
         if b < last:
             weights[inside] = np.minimum(weights[inside], smoothstep((after - s[inside]) / span))
         peak = float(weights[inside].max())
-        if 0.0 < peak < 1.0:
-            weights[inside] /= peak
+        # Between repeats of a waypoint there is no room for a rise.
+        weights[inside] = weights[inside] / peak if peak > 0.0 else 1.0
     return weights
 
 

@@ -164,15 +164,11 @@ def functions_like(
     return tuple(name for name in ranked[:count] if worth[name] > ENOUGH)
 
 
-def use_of(name: str) -> tuple[str, str]:
-    """A short example that calls a function: its instruction, and the line with the call.
-
-    Raises:
-        ValueError: If no example calls it.
-    """
+def use_of(name: str) -> tuple[str, str] | None:
+    """A short example that calls a function: its instruction, and the line with the call; None if no example does."""
     found = [(e, line.strip()) for e in examples() for line in e.code.splitlines() if re.search(rf"\b{name}\(", line)]
     if not found:
-        raise ValueError(f"no example calls {name}")
+        return None
     example, line = min(found, key=lambda use: (re.match(rf"(\w+ = )?{name}\(", use[1]) is None, len(use[0].code)))
     return example.say, line
 
