@@ -293,7 +293,7 @@ def with_value(past, value):
     return Turn(past.instruction, past.start, tuple(named))
 
 
-@settings(max_examples=25)
+@settings(max_examples=25, deadline=None)
 @given(metres)
 def test_more_is_more_and_less_takes_it_back(value):
     for more, less, k in (("a bit more", "a bit less", 1.25), ("more", "less", 1.5), ("much more", "much less", 2.0)):
@@ -303,7 +303,7 @@ def test_more_is_more_and_less_takes_it_back(value):
         assert down == pytest.approx(value, rel=0.06)
 
 
-@settings(max_examples=40)
+@settings(max_examples=40, deadline=None)
 @given(metres, metres)
 def test_a_number_is_taken_exactly(value, wanted):
     said = f"make it {wanted:g}"
@@ -312,7 +312,7 @@ def test_a_number_is_taken_exactly(value, wanted):
     assert resolve(said, [with_value(LEFT, value)], SCENE, PATH).values["left"] == pytest.approx(wanted)
 
 
-@settings(max_examples=25)
+@settings(max_examples=25, deadline=None)
 @given(st.floats(0.1, 0.9).map(lambda x: round(x, 2)))
 def test_a_slowdown_stays_one(value):
     for said in ("a bit more", "slower still", "twice that", "much more"):
@@ -326,7 +326,7 @@ only near end first left right undo speed shift again without keep as was 0.3 in
 """.split()
 
 
-@settings(max_examples=150)
+@settings(max_examples=150, deadline=None)
 @given(st.lists(st.sampled_from(PIECES), min_size=1, max_size=7).map(" ".join))
 def test_any_words_are_read_without_an_error_and_knobs_stay_finite(said):
     found = resolve(said, [LEFT, SLOW], SCENE, PATH)
@@ -334,6 +334,7 @@ def test_any_words_are_read_without_an_error_and_knobs_stay_finite(said):
         assert found.taken and all(np.isfinite(value) for value in found.values.values())
 
 
+@settings(deadline=None)
 @given(st.text(max_size=60))
 def test_any_text_is_read_without_an_error(said):
     resolve(said, [LEFT], SCENE, PATH)

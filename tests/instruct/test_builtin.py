@@ -265,7 +265,6 @@ UNKNOWN = [
     ("slow down within 0.3 m", "within"),
     ("go left by 0.1 and keep at least a distance of 0.3", "distance"),
     ("raise the path to 0.3", "0.3"),
-    ("keep the cup on the left", "cup"),
     ("push the cup to the left", "cup"),
     ("rotate the cup by 30 degrees", "cup"),
     ("close the fan", "close"),

@@ -22,7 +22,7 @@ SCENE = Scene(OBJECTS)
 
 def said(sentence, frame="rfu"):
     result = adapt(Request(sentence, PATH, Scene(OBJECTS, Frame(frame))), writer="builtin", isolation="degraded")
-    assert result.status == "done", f"{sentence}: {result.unplaced} {result.question} {result.error}"
+    assert result.status in ("done", "limited"), f"{sentence}: {result.unplaced} {result.question} {result.error}"
     return result.adapted
 
 
@@ -188,4 +188,4 @@ def test_passing_on_a_side_leaves_the_ends_where_they_are():
 def test_how_far_closer_goes_is_said():
     near = Scene((SceneObject("plate", [0.45, 0.36, 0.2], [0.2, 0.2, 0.02]),))
     result = adapt(Request("Halve your distance to the plate", PATH, near), writer="builtin", isolation="degraded")
-    assert any("ends at the sphere around it" in assumption for assumption in result.assumptions)
+    assert any("ends at its surface" in assumption for assumption in result.assumptions)

@@ -258,11 +258,12 @@ def test_waypoints_can_be_left_out():
     assert len(result.trajectory) == 30
 
 
-def test_an_object_without_size_that_is_approached_is_no_obstacle():
+def test_closer_is_not_touch():
     near = Scene((SceneObject("cup", [0.5, 0.16, 0.25]),))
-    answer = reply("go a bit closer to the cup", scene=near)
-    assert answer.contacts == ("cup",) and any("no obstacle" in a for a in answer.assumptions)
-    assert reply("go a bit closer to the mug").contacts == ()
+    assert reply("go a bit closer to the cup", scene=near).contacts == reply("approach the cup").contacts == ()
+    beside = SceneObject("cup", [0.5, 0.3, 0.25])
+    near = run(parse_policy(reply("go much closer to the cup", scene=Scene((beside,))).code), TRAJECTORY, SCENE)
+    assert beside.distance(near.trajectory.positions).min() >= beside.radius - 1e-9
 
 
 def test_a_policy_that_did_too_little_is_written_with_more_effort():

@@ -21,6 +21,9 @@ SPARED = (
 )
 """Words after which "by 0.3" is the distance to keep."""
 
+FURTHER_THAN = ("further than", "farther than", "further away than", "farther away than")
+"""Words that bound a distance from below, and with a negation from above."""
+
 VERBS = frozenset(
     "go get come move pass drive fly be stay travel head approach hit touch collide crash bump brush cross".split()
 )
@@ -61,9 +64,10 @@ def read_keep_distance(r: Reader) -> list[Intent]:
     never = (
         never or (r.has("never") and r.has("distance") and r.has("under", "decrease")) or (spared and r.has("within"))
     )
-    barred = never or r.has("no_closer")
+    capped = r.has("never") and (r.has("at_least") or r.says(*FURTHER_THAN))  # "never more than 0.5 m away"
+    barred = (never or r.has("no_closer")) and not capped
     reached = _reached(r) if (r.has("within") and not barred) or r.says("as close as") else False
-    bounded = r.has("at_least", "at_most") or barred or reached
+    bounded = r.has("at_least", "at_most") or barred or capped or reached
     changed = r.has("increase", "decrease", "more", "fewer", "double", "half")
     stated = (r.has("keep", "stay", "wait") and r.has("distance", "away", "near", "within")) or (
         r.has("distance") and not changed
@@ -77,6 +81,7 @@ def read_keep_distance(r: Reader) -> list[Intent]:
         or apart
         or r.has("distance", "away", "keep", "near", "within", "stay", "closer")
         or barred
+        or capped
     )
     if directed or not (bounded or stated) or not related:
         return []
@@ -85,10 +90,12 @@ def read_keep_distance(r: Reader) -> list[Intent]:
     within = r.has("within") and not barred
     at_most = (
         (r.has("at_most") and not barred)
+        or capped
         or within
         or reached
         or (r.has("near") and not r.has("at_least") and not barred)
     )
+    at_most = at_most and not (barred and not capped)
     if within and not (reached or r.has("stay", "keep", "wait", "near", "always")):
         return []
     region = Region()
@@ -205,7 +212,7 @@ def read_approach(r: Reader) -> list[Intent]:
         "around",
         "stay",
     )
-    r.take("between", "always")
+    r.take("always")
     items = r.objects()
     if not items and region.kind == "near":
         items, region = region.items, Region()

@@ -10,11 +10,10 @@ import numpy as np
 
 from ovita.instruct.intents import Region
 from ovita.instruct.scale import Scale, nice
+from ovita.paths.frame import OPPOSITE
 from ovita.paths.scene import Scene, SceneObject, canonical
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.toolkit import CATALOGUE
-
-OPPOSITE = {"left": "right", "right": "left", "front": "back", "back": "front", "up": "down", "down": "up"}
 
 RESERVED = frozenset({"traj", "scene", "np", "math"})
 
@@ -44,6 +43,8 @@ class Draft:
     fixed: set[str] = field(default_factory=set)
     parts: int = 0
     goal_moved: bool = False
+    question: str = ""
+    held_already: int = 0
 
     @classmethod
     def of(cls, trajectory: Trajectory, scene: Scene) -> Draft:
@@ -108,6 +109,15 @@ class Draft:
         if text not in self.assumptions:
             self.assumptions.append(text)
 
+    def holds(self, sentence: str) -> None:
+        """Note that what an intent asks for holds already, so that nothing need change for it."""
+        self.held_already += 1
+        self.plan.append(sentence)
+
+    def ask(self, question: str) -> None:
+        """Ask back instead of writing a policy; the first question counts."""
+        self.question = self.question or question
+
     def source(self, summary: str) -> str:
         """The policy's source."""
         lines = ["def adapt(", "    traj,", "    scene,"]
@@ -128,6 +138,7 @@ def mask(draft: Draft, region: Region) -> tuple[str, str]:
         inside, told = mask(draft, replace(region, outside=False))
         return f"~({inside})", f"everywhere except {told.removeprefix('for ')}"
     if kind == "near":
+        _ask_if_far(draft, region)
         masks, words = zip(*(_near(draft, item, region.amount) for item in region.items), strict=True)
         return " | ".join(masks), " and ".join(words)
     if kind == "range":
@@ -156,11 +167,13 @@ def mask(draft: Draft, region: Region) -> tuple[str, str]:
         a, b = region.items
         return f"between(traj, {draft.ref(a)}, {draft.ref(b)})", f"between {a.name} and {b.name}"
     if kind == "heading":
+        _ask_if_none(draft, draft.positions[1:] - draft.positions[:-1], region.direction, 0.0, "heads")
         return f"where_rising(traj, {region.direction!r})", f"where it heads {region.direction}"
     if kind == "beyond":
         axis = draft.scene.frame.direction(region.direction)
         k = int(np.flatnonzero(axis)[0])
         sign = "" if axis[k] > 0 else "-"
+        _ask_if_none(draft, draft.positions, region.direction, region.amount or 0.0, f"is beyond {region.amount:g} m")
         name = draft.knob(f"{region.direction}_of", region.amount, f"[m] how far {region.direction} the part begins")
         return f"{sign}traj[:, {k}] > {name}", f"further {region.direction} than {region.amount:g} m"
     if kind == "every":
@@ -170,9 +183,28 @@ def mask(draft: Draft, region: Region) -> tuple[str, str]:
     return f"between(traj, {span})", f"{kind} {item.name}"
 
 
+def _ask_if_far(draft: Draft, region: Region) -> None:
+    """Ask back where no waypoint is within the stated distance of any of a region's objects."""
+    item = min(region.items, key=draft.distance)
+    gap = draft.distance(item)
+    if region.amount is not None and gap > region.amount:
+        draft.ask(
+            f"No waypoint is within {region.amount:g} m of {item.name}, the closest is {gap:.3g} m away:"
+            " how near should count?"
+        )
+
+
+def _ask_if_none(draft: Draft, vectors: Array, direction: str, limit: float, words: str) -> None:
+    """Ask back where no vector goes further along a direction than a limit [m]."""
+    if not (vectors @ draft.scene.frame.direction(direction) > limit + 1e-9).any():
+        draft.ask(f"No part of the path {words} {direction}: which part is meant?")
+
+
 def _range(draft: Draft, region: Region) -> tuple[str, str]:
     """Waypoints by number, counted from 1."""
     last = len(draft.trajectory)
+    if (region.amount or 1) > last:
+        draft.ask(f"The path has {last} waypoints, counted from 1: which one is meant by {region.amount:g}?")
     begin = int(np.clip(region.amount or 1, 1, last))
     end = last if region.until is None else int(np.clip(region.until, begin, last))
     draft.assume("waypoints are counted from 1")

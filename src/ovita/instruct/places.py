@@ -43,7 +43,7 @@ CHANGES = (
 def read_kept(r: Reader) -> list[Intent]:
     """Keep the start and the goal where they are; don't change the speed; leave the first half untouched."""
     if _only_elsewhere(r):
-        r.take("never", "when")
+        r.take("never", "when", "only")
         region = read_region(r, speed=True)
         if region.kind != "whole":
             return [Intent("same", mode="part", region=region)]
@@ -94,7 +94,7 @@ def _only_elsewhere(r: Reader) -> bool:
     """Whether a clause is nothing but "not near the plate", "but not in the last half"."""
     said = {t.value for t in r.tokens if t.kind == "concept"}
     plain = not any(w in VERBS for t in r.tokens for w in t.text.lower().split())
-    return "never" in said and len(said) > 1 and said <= {"never", "when", *PLACES} and plain
+    return "never" in said and len(said) > 1 and said <= {"never", "when", "only", *PLACES} and plain
 
 
 def _keeps_pace(r: Reader) -> bool:
@@ -469,8 +469,12 @@ def read_through(r: Reader) -> list[Intent]:
         return []
     if r.has("between") and r.has(*DIRECTIONS):
         return []
-    if r.has("up") and not r.says("up", "lift", "raise", "climb", "rise"):
-        return []  # "5 cm higher over the plate"
+    over_it = r.has("over")
+    lengths = r.numbers(("m", ""))
+    by = bool(lengths) and r.word_before(lengths[0]) == "by"
+    if (r.has("up") and (by or not r.says("up", "lift", "raise", "climb", "rise"))) or (r.has("down") and over_it):
+        return []  # "5 cm higher over the plate", "lift it by 5 cm over the plate", "lower over the plate"
+    raised = "raised" if r.has("up") and lengths else ""
     over, between, under = r.has("over"), r.has("between"), r.has("under")
     r.take("through", "over", "under", "between", "pass", "middle", "smooth", "raise", "distance", "whole", "height")
     r.take("increase" if r.says("add") else "through")
@@ -484,7 +488,8 @@ def read_through(r: Reader) -> list[Intent]:
     r.take("at_least")
     height = r.number("m", "") if over or under else None
     mode = "over" if over else "under" if under else ""
-    return [Intent("through", items=(item,), amount=height, mode=mode) for item in items]
+    unit = raised if over else ""
+    return [Intent("through", items=(item,), amount=height, unit=unit, mode=mode) for item in items]
 
 
 def read_move(r: Reader) -> list[Intent]:

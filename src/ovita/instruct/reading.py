@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Literal
 
 from ovita.instruct.clauses import ACTIONS, Reader, split
 from ovita.instruct.distances import read_approach, read_keep_distance
-from ovita.instruct.draft import OPPOSITE
 from ovita.instruct.intents import WHOLE, Intent, Region, Understood
 from ovita.instruct.places import (
     changes,
@@ -29,6 +29,7 @@ from ovita.instruct.senses import DIRECTIONS
 from ovita.instruct.shapes import SHAPES
 from ovita.instruct.speeds import read_speed
 from ovita.instruct.tokens import CHOICE, Token, tokenize
+from ovita.paths.frame import OPPOSITE
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
 
@@ -42,6 +43,8 @@ DEEDS = frozenset(
 )
 
 STRETCHES = ("first", "last", "middle", "range", "every")
+
+ALL_OVER = ("everywhere", "everything", "overall", "whole", "all", "altogether", "path")
 
 GOING_ON = ("wait", "circle", "spiral", "eight", "hover", "hop", "through")
 """What happens at a place, after which the path goes on by itself."""
@@ -57,6 +60,9 @@ def completed(r: Reader, found: list[Intent], earlier: list[Intent]) -> list[Int
     last = earlier[-1]
     if found[0].action == "speed" and last.region.kind in STRETCHES and "them" in r.text.lower().split():
         return [replace(found[0], region=last.region)]
+    if found[0].action == last.action == "speed" and last.region.kind in ("before", "first", "after", "last"):
+        turned = {_pace(found[0]), _pace(last)} == {"slower", "faster"} and not r.hears(*ALL_OVER)
+        return [replace(found[0], region=Region("rest"))] if turned else found  # "speed up until the cup, then slow"
     if found[0].action != "move":
         return found
     if last.action not in MOVED or not _says_only_where_to(r, last):
@@ -75,6 +81,16 @@ def completed(r: Reader, found: list[Intent], earlier: list[Intent]) -> list[Int
         if intent.text == last.text and intent.action in ("move_start", "move_goal"):
             earlier[k] = replace(intent, directions=(*intent.directions, *found[0].directions))
     return []
+
+
+def _pace(intent: Intent) -> str:
+    """Whether a change of speed is "slower" or "faster", or "" where it does not say."""
+    neutral = {"factor": 1.0, "add": 0.0}.get(intent.mode)
+    if neutral is not None and intent.amount is not None:
+        return "slower" if intent.amount < neutral else "faster"
+    return {"ramp_down": "slower", "ramp_up": "faster"}.get(
+        intent.mode, intent.mode if intent.mode in ("slower", "faster") else ""
+    )
 
 
 def _says_only_where_to(r: Reader, last: Intent) -> bool:
@@ -169,7 +185,35 @@ def _between(one: Intent, other: Intent) -> str:
         return f"Both closer to {one.items[0].name} and farther from it: which of the two?"
     if one.action == other.action == "speed" and same_part and {one.mode, other.mode} == {"slower", "faster"}:
         return "Both slower and faster: which of the two?"
+    return _no_room(one, other)
+
+
+def _no_room(one: Intent, other: Intent) -> str:
+    """A question about two bounds that leave nothing between them: "above 0.2 and never higher than 0.15"."""
+    for low, high in ((one, other), (other, one)):
+        least, most = _bound_of(low, "least"), _bound_of(high, "most")
+        if least and most and least[0] == most[0] and least[1] > most[1] + 1e-9:
+            return f"At least {least[1]:g} and at most {most[1]:g} {least[2]} leave nothing between: which of the two?"
     return ""
+
+
+def _bound_of(intent: Intent, side: Literal["least", "most"]) -> tuple[object, float, str] | None:
+    """What an intent bounds from below ("least") or above ("most"): the quantity, its limit, and its unit."""
+    if intent.action == "bound" and intent.directions:
+        word, limit = intent.directions[0]
+        axis = ("left", "front", "down").index(word) if word in ("left", "front", "down") else -1
+        word, kind = (OPPOSITE[word], "least") if axis >= 0 else (word, "most")
+        value = (limit or 0.0) * (-1.0 if axis >= 0 else 1.0)
+        return (word, value, "m") if kind == side else None
+    if intent.action == "height" and intent.amount is not None and intent.region == WHOLE:
+        return "up", intent.amount, "m"
+    if intent.action == "speed" and intent.amount is not None and intent.mode in ("cap", "floor", "set"):
+        counts = intent.mode != ("cap" if side == "least" else "floor")
+        return (("speed", intent.region), intent.amount, "m/s") if counts else None
+    if intent.action == "keep_distance" and intent.amount is not None and len(intent.items) == 1:
+        counts = intent.mode == f"at_{side}"
+        return (("distance", intent.items[0].name, intent.region), intent.amount, "m") if counts else None
+    return None
 
 
 def standing(intents: Sequence[Intent], trajectory: Trajectory) -> str:
@@ -179,6 +223,8 @@ def standing(intents: Sequence[Intent], trajectory: Trajectory) -> str:
         return "All speeds of this trajectory are 0, so slower or faster means nothing here: how many m/s should it be?"
     return ""
 
+
+REMAINING = ("rest", "the rest", "remainder", "rest of", "remaining")
 
 HARMLESS = ("only", "whole", "stay", "original", "always", "afterwards", "keep")
 """Concepts that a clause may hold beside what its rule took."""
@@ -196,6 +242,7 @@ def read_instruction(instruction: str, scene: Scene, path: Array | None = None) 
         The intents in the order of the sentence, notes on corrected spellings, and every word without a place.
     """
     tokens, notes = tokenize(instruction, scene, path)
+    tokens, notes = _graded(tokens, notes)
     intents: list[Intent] = []
     unplaced: list[str] = []
     radius: float | None = None
@@ -216,6 +263,22 @@ def read_instruction(instruction: str, scene: Scene, path: Array | None = None) 
     return Understood(tuple(spared(intents)), notes, tuple(unplaced), radius, question)
 
 
+def _graded(tokens: tuple[Token, ...], notes: tuple[str, ...]) -> tuple[tuple[Token, ...], tuple[str, ...]]:
+    """Read "the closer to the cup, the slower" as slower near the cup, and say so."""
+    said = [t.text.lower() for t in tokens]
+    mark = next((i for i, t in enumerate(tokens) if t.kind == "break" and said[i + 1 : i + 2] == ["the"]), None)
+    if mark is None or said[:1] != ["the"] or tokens[1].value not in ("closer", "away") or len(tokens) < mark + 3:
+        return tokens, notes
+    if tokens[mark + 2].value not in ("slower", "faster") or not any(t.items for t in tokens[2:mark]):
+        return tokens, notes
+    place = [replace(tokens[1], value="near")]
+    if tokens[1].value == "away":
+        place = [Token("concept", tokens[0].text, value="except"), *place]
+    near = tuple(t for t in tokens[2:mark] if t.kind == "filler" or t.items)
+    note = f"took {' '.join(said).rstrip(' .')!r} as two speeds, near it and elsewhere, with nothing between"
+    return (*tokens[mark + 2 :], *place, *near), (*notes, note)
+
+
 def _clause(r: Reader, earlier: list[Intent]) -> list[Intent]:
     found = _read(r) or _same_again(r, earlier)
     if found and r.has("there"):
@@ -223,7 +286,7 @@ def _clause(r: Reader, earlier: list[Intent]) -> list[Intent]:
     if found and _goes_on(found, earlier):
         found = [replace(intent, action="extend") for intent in found]
     found = afterwards(r, completed(r, found, earlier), earlier)
-    return [_the_rest(intent, earlier) for intent in found]
+    return [_the_rest(r, intent, earlier) for intent in found]
 
 
 def _choice(tokens: tuple[Token, ...]) -> str:
@@ -252,11 +315,14 @@ def _goes_on(found: list[Intent], earlier: list[Intent]) -> bool:
     return beyond and earlier[-1].text.lower().startswith("after") and [i.action for i in found] == ["move"]
 
 
-def _the_rest(intent: Intent, earlier: list[Intent]) -> Intent:
+def _the_rest(r: Reader, intent: Intent, earlier: list[Intent]) -> Intent:
     """Resolve "the rest" and "the second" to what the clause before was not about; else to the second half."""
     if intent.region.kind != "rest":
         return intent
     last = next((i.region for i in reversed(earlier) if i.region.kind in ("first", "last", "after", "before")), None)
+    kept = [i for i in earlier if i.action == "same" and i.mode in ("start", "goal")]
+    if last is None and kept and r.hears(*REMAINING):
+        return replace(intent, region=WHOLE)  # "keep the goal, but shift the rest": the goal stays by itself
     if last is None:
         return replace(intent, region=Region("last", amount=0.5))
     if last.kind in ("after", "before"):

@@ -24,6 +24,8 @@ BESIDE = frozenset(
     {"beside", "next to", "at", "by", "near", "alongside", "before", "after", "above", "over", "close to"}
 )
 
+AT_PLACES = frozenset("near start goal middle first last half third quarter waypoints before after over under".split())
+
 TAKES = frozenset({"take", "takes", "taking", "need", "needs", "last"})
 
 COMPARED = DIRECTIONS | {"closer", "slower", "faster", "fewer", "more", "away"}
@@ -107,11 +109,13 @@ def _single(p: Place) -> bool:
     return right is not None and right.value == "waypoints" and not right.text.lower().endswith("s")
 
 
-def _beside_object(p: Place) -> bool:
-    """Whether a place at an object follows: "right beside the cup", but not "right by 0.2"."""
+def _beside_place(p: Place) -> bool:
+    """Whether a place follows: "right beside the cup", "wait right at the goal", but not "right by 0.2"."""
     rest = [t for t in p.clause[p.i + 1 : p.i + 5] if t.text.lower() not in ARTICLES]
     measured = p.preceding.unit == "m"  # "5 cm right after the cup"
-    return p.text == "right" and not measured and p.behind in BESIDE and len(rest) > 1 and bool(rest[1].items)
+    if p.text != "right" or measured or p.behind not in BESIDE or len(rest) < 2:
+        return False
+    return bool(rest[1].items) or (rest[1].kind == "concept" and bool(p.present - {"right", *AT_PLACES}))
 
 
 RUNNING = frozenset("fly drive run play follow traverse execute perform do travel trace walk".split())
@@ -196,8 +200,10 @@ NEIGHBOURS: tuple[Sense, ...] = (
         lambda p: not p.has("object") and not p.counts and not (p.text == "between" and p.has("m", "m/s")),
         "middle",
     ),
+    # "the middle of the path", but "the middle of the cup and the plate"
+    ("between", lambda p: p.text in ("middle of", "midpoint of") and not p.next_to_object, "middle"),
     # "right beside the cup", "twice as dense", "further than the goal"
-    ("right", _beside_object, PLAIN),
+    ("right", _beside_place, PLAIN),
     ("when", lambda p: p.text == "as" and p.preceding.value in ("double", "half"), PLAIN),
     ("no_closer", lambda p: p.following.value == "goal" and p.text.startswith(("further", "farther")), "beyond"),
     # "turn it by 30 degrees"

@@ -6,9 +6,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ovita.instruct.draft import OPPOSITE, Draft, above, argument, mask, suffix
+from ovita.instruct.draft import Draft, above, argument, mask, suffix
 from ovita.instruct.intents import Intent
 from ovita.instruct.scale import FASTER, SLOWER, Degree, nice
+from ovita.paths.frame import OPPOSITE
 from ovita.paths.scene import SceneObject
 
 SIZE: dict[Degree, float] = {"slight": 0.06, "moderate": 0.12, "large": 0.22}
@@ -216,6 +217,7 @@ def bound(d: Draft, intent: Intent) -> None:
     limit = stated or 0.0
     name = d.knob("limit", limit, f"[m] furthest {direction}")
     d.body.append(f"traj = bound(traj, {direction}={name})")
+    d.held_already += bool((d.positions @ d.scene.frame.direction(direction) <= limit).all())
     if limit < 0:
         d.plan.append(f"Stay at least {-limit:g} m {OPPOSITE[direction]}.")
     else:
@@ -237,7 +239,15 @@ def side(d: Draft, intent: Intent) -> None:
             return
     name = d.knob("gap", gap, f"[m] distance {words}")
     d.body.append(f"traj = stay_on(traj, {d.ref(item)}, {intent.mode!r}, gap={name})")
+    d.held_already += _is_on_side(d, item, intent.mode, gap)
     d.plan.append(f"Stay {words} by at least {gap:g} m.")
+
+
+def _is_on_side(d: Draft, item: SceneObject, word: str, gap: float) -> bool:
+    """Whether the whole path lies on one side of an object already, a gap [m] from its surface."""
+    axis = d.scene.frame.direction({"above": "up", "below": "down"}.get(word, word))
+    half = 0.0 if item.dimensions is None else float(np.abs(item.rotation.T @ axis) @ item.size) / 2
+    return bool(((d.positions - item.position) @ axis >= half + gap).all())
 
 
 def _pass_by(d: Draft, item: SceneObject, word: str, gap: float, words: str) -> None:
@@ -310,12 +320,16 @@ def speed(d: Draft, intent: Intent) -> None:
         if factor is None:
             factor = (SLOWER if intent.mode == "slower" else FASTER)[intent.degree]
             d.assume(f'"{intent.mode}" is {factor:g} times the speed')
+        if factor <= 0:
+            d.ask("A speed of 0 everywhere would never arrive: how slow should it be, or where should it stop?")
         knob = d.knob("slowdown" if factor < 1 else "speedup", factor, "factor on the speed")
         d.body.append(f"traj = scale_speed(traj, {knob}{argument(where)})")
         d.promise(f"expect_{'slower' if factor < 1 else 'faster'}({arguments})")
         d.plan.append(f"Multiply the speed by {factor:g}{suffix(part)}.")
     elif intent.mode == "add":
         amount = intent.amount or 0.0
+        if speeds.size and float(speeds.max()) + amount <= 0:
+            d.ask(f"The speed is at most {speeds.max():.3g} m/s, so {-amount:g} m/s less is a standstill: how slow?")
         knob = d.knob("speed_change", amount, "[m/s] added to the speed")
         d.body.append(f"traj = shift_speed(traj, {knob}{argument(where)})")
         d.promise(f"expect_{'slower' if amount < 0 else 'faster'}({arguments})")
@@ -331,10 +345,14 @@ def speed(d: Draft, intent: Intent) -> None:
         d.plan.append(f"Set the speed to {value:g} m/s{suffix(part)}.")
     elif intent.mode in ("cap", "floor"):
         value = intent.amount or 0.0
+        if value <= 0 and intent.mode == "cap":
+            d.ask("A speed of at most 0 would never arrive: how slow should it be, or where should it stop?")
         name = d.knob("limit", value, f"[m/s] {'highest' if intent.mode == 'cap' else 'lowest'} speed")
         beyond = f"traj[:, 3] {'>' if intent.mode == 'cap' else '<'} {name}"
         chosen = f"({where}) & ({beyond})" if where else beyond
         d.body.append(f"traj = set_speed(traj, {name}, where={chosen})")
+        inside = bool((speeds <= value).all() if intent.mode == "cap" else (speeds >= value).all())
+        d.held_already += inside
         d.plan.append(f"Keep the speed at {'most' if intent.mode == 'cap' else 'least'} {value:g} m/s{suffix(part)}.")
     elif intent.mode.startswith("ramp"):
         _ramp(d, intent, where, part, mean)

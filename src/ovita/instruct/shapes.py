@@ -8,9 +8,13 @@ from ovita.instruct.clauses import Reader
 from ovita.instruct.intents import Intent
 from ovita.instruct.regions import read_region
 from ovita.instruct.senses import DIRECTIONS, SPEED
+from ovita.paths.frame import OPPOSITE
 
 MOVING = ("first", "last", "closer", "away", "start", "goal", "extend", "waypoints")
 """Concepts that make a clause with a number something else than a bound."""
+
+LEAVING = ("with", "keep", "keeping", "leave", "leaving", "having", "have")
+"""Words after which "the cup on the left" says where the cup is."""
 
 PATH_WORDS = ("path", "trajectory", "route", "it", "motion", "whole", "whole thing", "everything", "shape")
 
@@ -188,7 +192,7 @@ def read_order(r: Reader) -> list[Intent]:
     if (
         r.has("remove", "decrease", "drop", "sparser")
         and (r.has("waypoints", "every") or r.says("skip", "omit", "leave out", "cut off", "remove", "delete"))
-        and not any(t.items for t in r.tokens)
+        and (not any(t.items for t in r.tokens) or (r.has("before", "after") and r.has("waypoints", "whole")))
         and not r.has("smooth", "count", "speed", "turn")
     ):
         every_other = r.has("sparser")
@@ -243,19 +247,26 @@ def _side(r: Reader) -> list[Intent]:
     sided = i is not None and (
         r.word_before(i) == "on" or [t.text.lower() for t in r.tokens[max(i - 2, 0) : i]][:1] == ["on"]
     )
-    if r.has("pass") and side in DIRECTIONS and sided and not r.has("when"):
+    first = next((k for k, t in enumerate(r.tokens) if t.items), len(r.tokens))
+    if side in DIRECTIONS and sided and first < (i or 0) and r.hears(*LEAVING) and not (r.has("when") or beside):
+        # "with the cup on your left" is where the cup is; the path passes it on the other side
+        for k, token in enumerate(r.tokens):
+            r.taken[k] = r.taken[k] or token.text.lower() in LEAVING
+        r.take("pass", "keep", "always", "stay", side)
+        word = OPPOSITE[side]
+        return [Intent("side", (), (item,), r.number("m", ""), "pass", None, word) for item in r.objects()]
+    if r.has("pass") and side in DIRECTIONS and sided and not (r.has("when") or r.has("never")):
         r.take("pass", side)
         return [Intent("side", (), (item,), r.number("m", ""), "pass", None, side) for item in r.objects()]
     stays = r.has("stay", "keep", "always") or beside or (r.has("never") and r.has("over", "under"))
     if side is None or not stays or not any(t.items for t in r.tokens) or r.has("distance", "closer", "away", *SPEED):
         return []
-    first = next((i for i, t in enumerate(r.tokens) if t.items), 0)
     if first < (r.find(side) or 0):
         return []  # "keep the cup on the left" is about where the cup is, not the path
     if r.has("never") and r.says("over", "under", "underneath", "beneath", "on top of", "over the top of"):
         r.take("never", side, "pass")
         return [Intent("farther", (), (item,), mode="aside") for item in r.objects()]
-    opposite = {"over": "below", "under": "above"}
+    opposite = {"over": "below", "under": "above", **OPPOSITE}
     word = {"over": "above", "under": "below"}.get(side, side)
     if r.take("never"):
         word = opposite.get(side, word)
@@ -268,14 +279,15 @@ def _bound(r: Reader, numbers: list[int]) -> list[Intent]:
     """Never go above 0.3: an upper bound up; stay above 0.1: an upper bound down."""
     if not numbers or any(t.items for t in r.tokens):
         return []
-    if not r.has("never", "stay", "keep", "height", "limit", "at_most", "at_least", "always") or r.has(
-        "speed", *MOVING
-    ):
+    wanted = r.has("never", "stay", "keep", "height", "limit", "at_most", "at_least", "always")
+    wanted = wanted or r.hears("must", "should", "shall", "has to", "ought")
+    if not wanted or r.has("speed", *MOVING):
         return []
     if r.has(*SPEED) or r.numbers(("m/s",)):
         return []
     lowest = r.says("no lower than", "not below", "never below", "not under", "never under")
-    if lowest or (r.has("at_least") and (r.has("height") or (r.has("over") and not r.has(*SPEED)))):
+    raised = r.has("height", "over") or r.says("high")
+    if lowest or (r.has("at_least") and raised and not r.has("never")):
         deep = r.hears("depth")
         r.take("height", "at_least", "stay", "keep", "always", "over", "ground", "up")
         amount = r.take_at(numbers[0]).number
@@ -288,6 +300,7 @@ def _bound(r: Reader, numbers: list[int]) -> list[Intent]:
         r.take("never", "at_most", "limit", "down", "height", "than", "stay", "keep", "beyond", "under")
         return [Intent("bound", (("down", r.take_at(numbers[0]).number),))]
     never = r.has("never", "at_most", "limit")
+    r.take("at_least")  # "never more than 0.5 m high"
     if r.has("height") and never and not r.has("under", "down"):
         word, sign = "up", 1.0
     elif r.has("over") or (r.has("up") and never):

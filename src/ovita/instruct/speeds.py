@@ -46,7 +46,7 @@ def read_speed(r: Reader, *, implied: bool = False) -> list[Intent]:
     """Slow down near the cup; one constant speed of 1; accelerate uniformly; twice as fast within 0.3 of it."""
     if not (implied or _is_about_speed(r)) or _is_otherwise(r):
         return []
-    bounded = r.has("beyond", "than") and bool(r.numbers(("m/s", "")))
+    bounded = r.has("beyond", "than", "over", "under", "at_least", "at_most") and bool(r.numbers(("m/s", "")))
     if r.has("never") and not bounded:
         return _unchanging(r)
     inverse = r.take("duration")
@@ -161,15 +161,16 @@ def _bounded(r: Reader, heard: _SpeedClause) -> Intent | None:
     """A bound on the speed: "at most 0.3 m/s", "keep the speed below 0.3", "don't exceed 0.5 m/s"."""
     numbers = r.numbers(("m/s",)) or r.numbers(("",))
     never = r.has("never")
-    slower, faster = (heard.faster, heard.slower) if never else (heard.slower, heard.faster)
-    above = r.has("under", "at_most", "limit", "beyond") or (heard.compared and slower)
-    below = r.has("over", "at_least", "no_closer") or (heard.compared and faster)
+    below = r.has("under", "at_most") or (heard.compared and heard.slower)
+    above = r.has("over", "at_least", "no_closer") or (heard.compared and heard.faster)
+    capped = (above if never else below) or r.has("limit", "beyond")
+    floored = below if never else above
     peak = r.take("peak")
-    above, below = (True, False) if peak and heard.slower else (above, below)
-    if not numbers or above == below:
+    capped, floored = (True, False) if peak and heard.slower else (capped, floored)
+    if not numbers or capped == floored:
         return None
     r.take("under", "over", "at_most", "at_least", "limit", "no_closer", "stay", "beyond", "never")
-    return heard.intent("cap" if above else "floor", r.take_at(numbers[0]).number)
+    return heard.intent("cap" if capped else "floor", r.take_at(numbers[0]).number)
 
 
 def _between_bounds(r: Reader) -> list[Intent]:
@@ -188,7 +189,7 @@ def _idle(r: Reader) -> tuple[str, ...]:
     """Concepts that say nothing more in a clause about speed: "proceed slowly", "zip through the motion"."""
     if any(t.items and not r.taken[i] for i, t in enumerate(r.tokens)) or r.numbers(("m",)):
         return ()
-    return ("extend", "through", "straight", "toward", "over", "around")
+    return ("extend", "through", "straight", "toward", "around", *(() if r.numbers(("m/s",)) else ("over",)))
 
 
 def _unchanging(r: Reader) -> list[Intent]:

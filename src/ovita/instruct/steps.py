@@ -7,10 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ovita.instruct.draft import OPPOSITE, Draft, above, argument, mask, suffix
-from ovita.instruct.intents import Intent
+from ovita.instruct.draft import Draft, above, argument, mask, suffix
+from ovita.instruct.intents import Intent, Region
 from ovita.instruct.scale import Degree, nice
 from ovita.instruct.shape_steps import SHAPE_STEPS, speed
+from ovita.paths.frame import OPPOSITE
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.toolkit.waypoints import smooth
@@ -216,17 +217,17 @@ def _closer(d: Draft, intent: Intent) -> None:
         by = nice(d.distance(item) * by)
     elif intent.unit == "x" and by is not None:
         by = nice(d.distance(item) * (1 - 1 / max(by, 1.01)))
+    most = d.distance(item) - item.radius
     if by is None:
-        by = nice(d.effort * APPROACH[intent.degree] * (d.distance(item) + 0.1 * d.scale.extent))
+        by = d.scale.step("slight")
+        if intent.degree != "slight":
+            by = APPROACH[intent.degree] * (d.distance(item) + 0.1 * d.scale.extent)
+        by = nice(d.effort * by)
         d.assume(f'"closer to {item.name}" is {by:g} m closer')
     ref = d.ref(item)
     where = d.part(where)
-    if item.dimensions is None and d.distance(item) - by < item.radius:
-        d.contacts.append(item.name)
-        d.assume(f"{item.name} is no obstacle, as its size is not given and the path is to come this close")
-    most = d.distance(item) - item.radius
-    if intent.amount is not None and item.dimensions is not None and by > most + 1e-9:
-        d.assume(f"closer to {item.name} ends at the sphere around it, {max(most, 0.0):.3g} m closer, not {by:g} m")
+    if intent.amount is not None and by > most + 1e-9:
+        d.assume(f"closer to {item.name} ends at its surface, {max(most, 0.0):.3g} m closer, not {by:g} m")
     name = d.knob("closer_by", by, f"[m] how much closer to {item.name}")
     reach = ""
     if intent.mode == "whole" or where:
@@ -253,7 +254,7 @@ def _farther(d: Draft, intent: Intent) -> None:
         return
     now, was = item.distance(d.positions), item.distance(d.trajectory.positions)
     gain = min(float(now.min() - was.min()), float(now.mean() - was.mean()))
-    if intent.amount is None and gain > 0.02 * d.scale.extent and not where:
+    if intent.amount is None and gain >= d.scale.step(intent.degree) and not where:
         d.plan.append(f"This already takes the path {gain:.3g} m farther from {item.name}.")
         return
     by = intent.amount
@@ -292,6 +293,12 @@ def _keep_distance(d: Draft, intent: Intent) -> None:
     where, part = mask(d, intent.region)
     where = argument(d.part(where))
     d.body.append(f"traj = keep_distance(traj, {target}, {bound}={name}{where})")
+    gaps = [item.distance(d.positions) for item in intent.items]
+    limit = intent.amount or 0.0
+    d.held_already += all(
+        bool((gap <= limit).all() if bound == "at_most" else (gap >= limit + item.radius).all())
+        for gap, item in zip(gaps, intent.items, strict=True)
+    )
     for ref in refs:
         d.promise(f"expect_distance({ref}, {bound}={name}{where})")
     names = " and ".join(item.name for item in intent.items)
@@ -320,9 +327,27 @@ def _through(d: Draft, intent: Intent) -> None:
         d.plan.append(f"Bend the path through {item.name}.")
         return
     height = above(d, item, intent.amount)
+    passed = _height_over(d, item)
+    if passed > height and intent.unit == "raised":
+        d.assume(f"the path passes {passed:.3g} m above the centre of {item.name}, so it rises by that much there")
+        region = Region("near", (item,))
+        _move(d, Intent("move", (("up", intent.amount),), degree=intent.degree, region=region, text=intent.text))
+        return
+    if intent.amount is None and passed > height:
+        d.holds(f"The path already passes {passed:.3g} m above the centre of {item.name}.")
+        return
     name = d.knob("height", height, f"[m] height above the centre of {item.name}")
     d.body.append(f"traj = go_through(traj, {ref}, up={name})")
     d.plan.append(f"Bend the path over {item.name}, {height:g} m above its centre.")
+
+
+def _height_over(d: Draft, item: SceneObject) -> float:
+    """How high the path passes over an object [m]: above its centre, within its sphere seen from above; else -inf."""
+    up = d.scene.frame.direction("up")
+    away = d.positions - item.position
+    heights = away @ up
+    over = np.linalg.norm(away - heights[:, None] * up, axis=1) <= max(item.radius, 0.05 * d.scale.extent)
+    return float(heights[over].min()) if over.any() else -np.inf
 
 
 def _extend(d: Draft, intent: Intent) -> None:
@@ -351,6 +376,7 @@ def _extend(d: Draft, intent: Intent) -> None:
         if by is None:
             by = d.scale.step(intent.degree)
             d.assume(f"going on after the goal is {by:g} m in the direction of arrival")
+        d.goal_moved = True
         name = d.knob("further", by, "[m] how far to go on after the goal")
         d.body.append(f"traj = extend(traj, {name})")
         d.plan.append(f"After the goal, go on for {by:g} m in the same direction.")
@@ -399,6 +425,7 @@ def _smooth(d: Draft, intent: Intent) -> None:
         strength *= 2.0
     name = d.knob("smoothing", strength, "strength of the smoothing")
     d.body.append(f"traj = smooth(traj, {name})")
+    d.held_already += not _turns(d.trajectory.to_array()).any()
     d.plan.append("Smooth the path; start and goal stay.")
 
 
@@ -491,9 +518,13 @@ def compose(
         effort: How much to exceed the usual amounts where none is stated; 1 is as usual.
     """
     draft = Draft.of(trajectory, scene)
+    if not intents:
+        return draft
     draft.effort = effort if sum(intent.action in ("closer", "farther") for intent in intents) <= 2 else 1
     for intent in sorted(intents_once(intents), key=lambda i: RANK[i.action]):
         STEPS[intent.action](draft, intent if radius is None else _with_radius(intent, radius))
+    if draft.held_already == len(intents):
+        draft.promise("expect_same_path()")
     return draft
 
 

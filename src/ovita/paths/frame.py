@@ -20,7 +20,7 @@ _AXES: Mapping[str, Mapping[str, tuple[float, float, float]]] = {
     "flu": {"front": (1, 0, 0), "left": (0, 1, 0), "up": (0, 0, 1)},
     "ned": {"front": (1, 0, 0), "right": (0, 1, 0), "down": (0, 0, 1)},
 }
-_OPPOSITE = {"left": "right", "right": "left", "front": "back", "back": "front", "up": "down", "down": "up"}
+OPPOSITE = {"left": "right", "right": "left", "front": "back", "back": "front", "up": "down", "down": "up"}
 
 
 @dataclass(frozen=True)
@@ -50,8 +50,8 @@ class Frame:
         axes = _AXES[self.name]
         if word in axes:
             return np.array(axes[word], dtype=float)
-        if _OPPOSITE.get(word) in axes:
-            return -np.array(axes[_OPPOSITE[word]], dtype=float)
+        if OPPOSITE.get(word) in axes:
+            return -np.array(axes[OPPOSITE[word]], dtype=float)
         raise SceneError(f"unknown direction {word!r}; directions are {', '.join(DIRECTIONS)}", key="direction")
 
     def offset(self, **amounts: float) -> Array:

@@ -31,7 +31,7 @@ class BuiltinWriter:
         draft = compose(
             understood.intents, request.trajectory, request.scene, understood.radius, effort=1 + len(prompt.attempts)
         )
-        question = understood.question or standing(understood.intents, request.trajectory)
+        question = understood.question or standing(understood.intents, request.trajectory) or draft.question
         if understood.unplaced or question:
             return Reply(
                 "question" if question else "not_understood",

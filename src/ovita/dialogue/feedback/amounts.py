@@ -10,7 +10,7 @@ from ovita.dialogue.feedback.context import Context, Knob
 from ovita.dialogue.feedback.resolution import Reference, Resolution
 from ovita.dialogue.feedback.rewording import following, words_as_parts
 from ovita.dialogue.feedback.utterance import NUMBER, Cues, Utterance, is_instruction, quantity_of, read_cues
-from ovita.instruct.draft import OPPOSITE
+from ovita.paths.frame import OPPOSITE
 
 MORE = {"slight": 1.25, "moderate": 1.5, "large": 2.0}
 """What "a bit more", "more" and "much more" multiply an effect by; "less" divides by the same."""

@@ -9,8 +9,8 @@ from functools import cached_property
 
 from ovita.dialogue.feedback.resolution import Reference, Resolution, read_reference
 from ovita.dialogue.feedback.rewording import SpokenClause, Wording, parts_of, worded
-from ovita.instruct.draft import OPPOSITE
 from ovita.instruct.tokens import tokenize
+from ovita.paths.frame import OPPOSITE
 from ovita.paths.scene import Scene, SceneObject, canonical
 from ovita.paths.trajectory import Trajectory
 from ovita.policy import Parameter

@@ -16,9 +16,9 @@ from ovita.dialogue.feedback.rewording import (
     words_as_parts,
 )
 from ovita.dialogue.feedback.utterance import Utterance
-from ovita.instruct.draft import OPPOSITE
 from ovita.instruct.intents import WHOLE
 from ovita.instruct.tokens import tokenize
+from ovita.paths.frame import OPPOSITE
 from ovita.paths.scene import SceneObject, canonical
 
 _FLIP = re.compile(

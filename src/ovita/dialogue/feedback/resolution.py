@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
-from ovita.instruct.draft import OPPOSITE
 from ovita.instruct.tokens import Token
+from ovita.paths.frame import OPPOSITE
 from ovita.paths.scene import SceneObject
 
 

@@ -8,12 +8,13 @@ from dataclasses import dataclass, replace
 
 from ovita.dialogue.feedback.resolution import FAMILY_OF_ACTION
 from ovita.instruct.clauses import Reader, split
-from ovita.instruct.draft import OPPOSITE, Draft
+from ovita.instruct.draft import Draft
 from ovita.instruct.intents import WHOLE, Intent, Understood
 from ovita.instruct.reading import read_instruction
 from ovita.instruct.regions import read_region
 from ovita.instruct.steps import RANK, STEPS, intents_once
 from ovita.instruct.tokens import Token, tokenize
+from ovita.paths.frame import OPPOSITE
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Turn

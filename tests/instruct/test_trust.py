@@ -1,0 +1,173 @@
+"""What is said to be done is what was asked; what cannot be, or may mean two things, is asked about."""
+
+import numpy as np
+import pytest
+
+from ovita import Request, Scene, SceneObject, Trajectory, adapt
+
+N = 60
+T = np.linspace(0, 1, N)
+PATH = Trajectory.from_array(np.column_stack([0.05 * np.sin(6 * T), 2 * T, np.full(N, 0.5), np.full(N, 0.4)]))
+SCENE = Scene(
+    (
+        SceneObject("mug", [0.1, 1.0, 0.2], [0.08, 0.08, 0.1]),
+        SceneObject("laptop", [0.05, 0.5, 0.2], [0.3, 0.25, 0.02]),
+        SceneObject("cup", [0.5, 1.0, 0.5]),
+        SceneObject("vase", [0.4, 1.7, 0.5], [0.1, 0.1, 0.3]),
+    )
+)
+
+
+def said(sentence):
+    return adapt(Request(sentence, PATH, SCENE), writer="builtin")
+
+
+def done(sentence):
+    result = said(sentence)
+    assert result.status == "done", (result.status, result.message)
+    return result
+
+
+def shift(result, part=slice(None)):
+    return (result.adapted.positions - PATH.positions)[part].mean(axis=0)
+
+
+def pace(result, part):
+    return result.adapted.speeds[part].mean() / 0.4
+
+
+QUESTIONS = [
+    "stay above 0.2 and never higher than 0.15",
+    "stay below 0.2 m and stay above 0.4 m",
+    "keep the speed at least 0.5 m/s and at most 0.3 m/s",
+    "keep at least 0.5 m from the cup, stay at most 0.3 m from the cup",
+    "multiply the speed by 0",
+    "slow down by 100 percent",
+    "reduce the speed by 0.5 m/s",
+    "slow down within 1 cm of the cup",
+    "slow down when higher than 3 m",
+    "raise waypoints 80 to 90 by 0.1",
+]
+
+
+@pytest.mark.parametrize("sentence", QUESTIONS)
+def test_what_cannot_be_is_asked_about(sentence):
+    result = said(sentence)
+    assert result.status == "needs_clarification" and result.question.endswith("?"), result.plan
+    assert result.adapted == PATH
+
+
+@pytest.mark.parametrize(
+    ("sentence", "obj", "rise"),
+    [
+        ("lift the path by two inches over the laptop", "laptop", 0.0508),
+        ("raise the path by 10 cm over the mug", "mug", 0.1),
+        ("lift by 0.1 above the laptop", "laptop", 0.1),
+        ("lift 10 cm above the mug", "mug", 0.1),
+        ("lower the path by 5 cm over the laptop", "laptop", -0.05),
+        ("go 5 cm lower over the laptop", "laptop", -0.05),
+    ],
+)
+def test_a_lift_over_an_object_is_a_lift(sentence, obj, rise):
+    nearest = int(np.linalg.norm(PATH.positions - SCENE[obj].position, axis=1).argmin())
+    assert shift(done(sentence), slice(nearest, nearest + 1))[2] == pytest.approx(rise, abs=0.01)
+
+
+def test_a_path_that_passes_over_an_object_is_not_lowered_onto_it():
+    assert done("fly over the mug").adapted == PATH
+
+
+LIMITS = [
+    ("never be more than 0.6 m away from the cup", "at_most"),
+    ("never go farther than 0.6 m from the cup", "at_most"),
+    ("maximum distance to the cup 0.6 m", "at_most"),
+    ("never be less than 0.6 m from the cup", "at_least"),
+    ("never come closer than 0.6 m to the cup", "at_least"),
+    ("minimum distance to the cup is 0.6", "at_least"),
+]
+
+
+@pytest.mark.parametrize(("sentence", "bound"), LIMITS)
+def test_a_greatest_distance_is_no_least_one(sentence, bound):
+    gaps = SCENE["cup"].distance(said(sentence).adapted.positions)
+    assert gaps.max() <= 0.66 if bound == "at_most" else gaps.min() >= 0.59
+
+
+@pytest.mark.parametrize(
+    ("sentence", "low", "high"),
+    [
+        ("never drive more than 0.3 m/s", 0.0, 0.3),
+        ("never drop below 0.5 m/s", 0.5, 1.0),
+        ("the speed must never be over 0.35 m/s", 0.0, 0.35),
+        ("drive at least 0.5 m/s", 0.5, 1.0),
+    ],
+)
+def test_bounds_on_the_speed(sentence, low, high):
+    speeds = done(sentence).adapted.speeds
+    assert speeds.min() >= low - 0.005 and speeds.max() <= high + 0.005
+
+
+@pytest.mark.parametrize(("side", "sign"), [("left", 1), ("right", -1)])
+def test_a_side_that_is_denied_is_not_taken(side, sign):
+    x = said(f"do not go {side} of the mug").adapted.positions[:, 0]
+    assert (sign * (x - 0.1) >= -1e-6).all()
+    x = said(f"pass with the cup on your {side}").adapted.positions[:, 0]
+    assert sign * (x[29] - 0.5) > 0
+
+
+def test_closer_is_not_touch():
+    for words in ("slightly closer", "much closer", "nearer"):
+        result = said(f"go {words} to the cup")
+        gap = SCENE["cup"].distance(result.adapted.positions).min()
+        assert result.contacts == () and SCENE["cup"].radius - 1e-9 <= gap < SCENE["cup"].distance(PATH.positions).min() - 0.02
+    slight = (
+        SCENE["cup"].distance(PATH.positions).min()
+        - SCENE["cup"].distance(said("go slightly closer to the cup").adapted.positions).min()
+    )
+    assert slight <= 0.06 * 2.01
+    assert said("touch the cup").contacts == ("cup",)
+
+
+def test_each_of_two_places_goes_its_own_way():
+    ends = (
+        shift(done("Move left at the start and right at the end"), [0])[0],
+        shift(done("Move left at the start and right at the end"), [-1])[0],
+    )
+    assert ends[0] < -0.05 and ends[1] > 0.05
+
+
+def test_the_middle_of_the_path_is_a_part_of_it():
+    moved = np.linalg.norm(
+        done("Move the middle of the path 5 cm toward the cup").adapted.positions - PATH.positions, axis=1
+    )
+    assert moved[25:35].min() > 0.03 and moved[:12].max() < 0.01 and moved[-12:].max() < 0.01
+
+
+def test_the_rest_is_everything_but_what_stays():
+    result = done("Do not move the end, but shift the rest by 10 cm to the left")
+    assert shift(result, [-1])[0] == pytest.approx(0, abs=1e-6) and shift(result, slice(0, 30))[0] < -0.05
+
+
+@pytest.mark.parametrize(
+    "sentence", ["Speed up until the cup, then slow down", "go faster before the cup, then slower"]
+)
+def test_then_begins_where_until_ends(sentence):
+    result = done(sentence)
+    assert pace(result, slice(0, 27)) > 1.1 and pace(result, slice(33, None)) < 0.9
+
+
+def test_the_closer_the_slower_is_about_speed_alone():
+    result = done("The closer to the cup, the slower")
+    assert np.allclose(result.adapted.positions, PATH.positions)
+    assert pace(result, slice(28, 32)) < 0.9 and pace(result, slice(0, 4)) == pytest.approx(1)
+
+
+def test_of_two_wishes_both_are_kept():
+    result = said("stay away from the vase. go up by 0.05")
+    gaps = [SCENE["vase"].distance(t.positions).min() for t in (PATH, result.adapted)]
+    assert shift(result, [0])[2] == pytest.approx(0.05, abs=0.005) and gaps[1] > gaps[0] + 0.05
+
+
+def test_what_holds_already_is_done():
+    assert done("the minimum speed is 0.3 m/s").adapted == PATH
+    assert done("stay below 0.9 m").adapted == PATH
