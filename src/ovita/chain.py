@@ -253,7 +253,7 @@ def _finish(
     if stall is not None:
         warnings.append(f"From waypoint {stall + 1} on the path goes on at speed 0; a robot would stand still there.")
     warnings += shape_warnings(changes)
-    held = [p.outcome for p in postconditions if p.held and p.states]
+    held = [*(p.outcome for p in postconditions if p.held and p.states), *(text.rstrip(".") for text in reply.holds)]
     if idle and held and not broken:
         warnings.append(f"Nothing had to change: {'; '.join(held)}.")
     elif idle:

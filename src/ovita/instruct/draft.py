@@ -44,7 +44,7 @@ class Draft:
     parts: int = 0
     goal_moved: bool = False
     question: str = ""
-    held_already: int = 0
+    held: list[str] = field(default_factory=list)
 
     @classmethod
     def of(cls, trajectory: Trajectory, scene: Scene) -> Draft:
@@ -85,7 +85,7 @@ class Draft:
         self.promises.pop(about or code, None)
         self.promises[about or code] = code
 
-    def held(self) -> str:
+    def hold(self) -> str:
         """The argument that keeps later steps from disturbing exact amounts, or ""."""
         words = sorted(self.exact)
         return f", hold={words[0]!r}" if len(words) == 1 else f", hold={words!r}" if words else ""
@@ -109,10 +109,10 @@ class Draft:
         if text not in self.assumptions:
             self.assumptions.append(text)
 
-    def holds(self, sentence: str) -> None:
-        """Note that what an intent asks for holds already, so that nothing need change for it."""
-        self.held_already += 1
+    def do(self, sentence: str, *, holds: bool = False) -> None:
+        """Add a sentence to the plan; say whether the path does already what it says."""
         self.plan.append(sentence)
+        self.held += [sentence] if holds else []
 
     def ask(self, question: str) -> None:
         """Ask back instead of writing a policy; the first question counts."""

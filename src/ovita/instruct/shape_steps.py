@@ -217,11 +217,9 @@ def bound(d: Draft, intent: Intent) -> None:
     limit = stated or 0.0
     name = d.knob("limit", limit, f"[m] furthest {direction}")
     d.body.append(f"traj = bound(traj, {direction}={name})")
-    d.held_already += bool((d.positions @ d.scene.frame.direction(direction) <= limit).all())
-    if limit < 0:
-        d.plan.append(f"Stay at least {-limit:g} m {OPPOSITE[direction]}.")
-    else:
-        d.plan.append(f"Never go further {direction} than {limit:g} m.")
+    words = f"Never go further {direction} than {limit:g} m."
+    words = f"Stay at least {-limit:g} m {OPPOSITE[direction]}." if limit < 0 else words
+    d.do(words, holds=bool((d.positions @ d.scene.frame.direction(direction) <= limit).all()))
 
 
 def side(d: Draft, intent: Intent) -> None:
@@ -239,8 +237,7 @@ def side(d: Draft, intent: Intent) -> None:
             return
     name = d.knob("gap", gap, f"[m] distance {words}")
     d.body.append(f"traj = stay_on(traj, {d.ref(item)}, {intent.mode!r}, gap={name})")
-    d.held_already += _is_on_side(d, item, intent.mode, gap)
-    d.plan.append(f"Stay {words} by at least {gap:g} m.")
+    d.do(f"Stay {words} by at least {gap:g} m.", holds=_is_on_side(d, item, intent.mode, gap))
 
 
 def _is_on_side(d: Draft, item: SceneObject, word: str, gap: float) -> bool:
@@ -352,8 +349,8 @@ def speed(d: Draft, intent: Intent) -> None:
         chosen = f"({where}) & ({beyond})" if where else beyond
         d.body.append(f"traj = set_speed(traj, {name}, where={chosen})")
         inside = bool((speeds <= value).all() if intent.mode == "cap" else (speeds >= value).all())
-        d.held_already += inside
-        d.plan.append(f"Keep the speed at {'most' if intent.mode == 'cap' else 'least'} {value:g} m/s{suffix(part)}.")
+        bound = "most" if intent.mode == "cap" else "least"
+        d.do(f"Keep the speed at {bound} {value:g} m/s{suffix(part)}.", holds=inside)
     elif intent.mode.startswith("ramp"):
         _ramp(d, intent, where, part, mean)
     else:

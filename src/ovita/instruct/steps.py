@@ -232,7 +232,7 @@ def _closer(d: Draft, intent: Intent) -> None:
     reach = ""
     if intent.mode == "whole" or where:
         reach = f", reach={d.knob('reach', nice(4 * d.scale.extent), '[m] how far around the closest point it acts')}"
-    d.body.append(f"traj = closer(traj, {ref}, {name}{reach}{argument(where)}{d.held()})")
+    d.body.append(f"traj = closer(traj, {ref}, {name}{reach}{argument(where)}{d.hold()})")
     stated = "" if intent.amount is None or where else f", {name}"
     d.promise(f"expect_closer({ref}{stated}{argument(where)})")
     d.plan.append(f"Bring the path {by:g} m closer to {item.name}{suffix(part)}.")
@@ -263,7 +263,7 @@ def _farther(d: Draft, intent: Intent) -> None:
         d.assume(f'"away from {item.name}" is {by:g} m farther')
         by = nice(d.effort * _push_needed(d, item, by))
     name = d.knob("farther_by", by, f"[m] how much farther from {item.name}")
-    d.body.append(f"traj = farther(traj, {ref}, {name}{argument(where)}{d.held()})")
+    d.body.append(f"traj = farther(traj, {ref}, {name}{argument(where)}{d.hold()})")
     d.plan.append(f"Take the path {by:g} m farther from {item.name}{suffix(part)}.")
 
 
@@ -293,12 +293,6 @@ def _keep_distance(d: Draft, intent: Intent) -> None:
     where, part = mask(d, intent.region)
     where = argument(d.part(where))
     d.body.append(f"traj = keep_distance(traj, {target}, {bound}={name}{where})")
-    gaps = [item.distance(d.positions) for item in intent.items]
-    limit = intent.amount or 0.0
-    d.held_already += all(
-        bool((gap <= limit).all() if bound == "at_most" else (gap >= limit + item.radius).all())
-        for gap, item in zip(gaps, intent.items, strict=True)
-    )
     for ref in refs:
         d.promise(f"expect_distance({ref}, {bound}={name}{where})")
     names = " and ".join(item.name for item in intent.items)
@@ -334,7 +328,7 @@ def _through(d: Draft, intent: Intent) -> None:
         _move(d, Intent("move", (("up", intent.amount),), degree=intent.degree, region=region, text=intent.text))
         return
     if intent.amount is None and passed > height:
-        d.holds(f"The path already passes {passed:.3g} m above the centre of {item.name}.")
+        d.do(f"The path already passes {passed:.3g} m above the centre of {item.name}.", holds=True)
         return
     name = d.knob("height", height, f"[m] height above the centre of {item.name}")
     d.body.append(f"traj = go_through(traj, {ref}, up={name})")
@@ -425,7 +419,6 @@ def _smooth(d: Draft, intent: Intent) -> None:
         strength *= 2.0
     name = d.knob("smoothing", strength, "strength of the smoothing")
     d.body.append(f"traj = smooth(traj, {name})")
-    d.held_already += not _turns(d.trajectory.to_array()).any()
     d.plan.append("Smooth the path; start and goal stay.")
 
 
@@ -523,7 +516,7 @@ def compose(
     draft.effort = effort if sum(intent.action in ("closer", "farther") for intent in intents) <= 2 else 1
     for intent in sorted(intents_once(intents), key=lambda i: RANK[i.action]):
         STEPS[intent.action](draft, intent if radius is None else _with_radius(intent, radius))
-    if draft.held_already == len(intents):
+    if len(draft.held) == len(intents):
         draft.promise("expect_same_path()")
     return draft
 

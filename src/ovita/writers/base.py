@@ -61,6 +61,7 @@ class Reply:
         question: The question back; "" unless kind is "question".
         unplaced: The words that could not be placed.
         contacts: Names of objects that the instruction asks to touch or pass through.
+        holds: What the instruction asks for and the trajectory does already, where that is all of it.
         writer: Who answered.
         policy: The policy, where its writer has it ready with its parameters; else it is read from `code`.
     """
@@ -72,6 +73,7 @@ class Reply:
     question: str = ""
     unplaced: tuple[str, ...] = ()
     contacts: tuple[str, ...] = ()
+    holds: tuple[str, ...] = ()
     writer: WriterInfo = field(default_factory=lambda: WriterInfo("unknown"))
     policy: Policy | None = None
 

@@ -50,6 +50,7 @@ class BuiltinWriter:
             code=source,
             assumptions=(*understood.notes, *draft.assumptions),
             contacts=tuple(draft.contacts),
+            holds=tuple(draft.held) if len(draft.held) == len(understood.intents) else (),
             writer=info,
             policy=Policy(source, "function", parameters, summary),
         )
