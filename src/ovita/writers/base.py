@@ -73,9 +73,9 @@ class Reply:
     question: str = ""
     unplaced: tuple[str, ...] = ()
     contacts: tuple[str, ...] = ()
-    holds: tuple[str, ...] = ()
     writer: WriterInfo = field(default_factory=lambda: WriterInfo("unknown"))
     policy: Policy | None = None
+    holds: tuple[str, ...] = ()
 
 
 Failure = Literal["", "unusable", "failed", "idle", "broken", "unused"]
