@@ -992,9 +992,7 @@ class Grammar:
         def side(w: str, near: bool) -> tuple[str, Holds]:
             def holds(c: Case) -> bool:
                 before, after = c.gaps(name)
-                n = len(c.old)
-                rest = slice(n // 2 + 5, n) if part == "first" else slice(0, n // 2 - 5)
-                still = len(c.new) == n and float(np.abs(c.new[rest, :3] - c.old[rest, :3]).max()) < 0.05
+                still = c.moved("goal" if part == "first" else "start") < 0.05
                 return still and (after < before - 0.005 if near else after > before + 0.005)
 
             return form.format(w=w, o=name, part=part), holds

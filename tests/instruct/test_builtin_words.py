@@ -263,7 +263,7 @@ def test_closer_is_not_touch():
     assert reply("go a bit closer to the cup", scene=near).contacts == reply("approach the cup").contacts == ()
     beside = SceneObject("cup", [0.5, 0.3, 0.25])
     near = run(parse_policy(reply("go much closer to the cup", scene=Scene((beside,))).code), TRAJECTORY, SCENE)
-    assert beside.distance(near.trajectory.positions).min() >= beside.radius - 1e-9
+    assert beside.distance(near.trajectory.positions).min() >= 0.025
 
 
 def test_a_policy_that_did_too_little_is_written_with_more_effort():
