@@ -111,6 +111,44 @@ def test_partly_done_exits_5_and_not_as_meant_exits_6(written):
 FLAT = 'name = "flat"\nmargin = 0.0\n[workspace]\nkind = "box"\nlower = [-3, -3, -1]\nupper = [3, 3, 0]\n'
 
 
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--out", "x.csv"], "x.csv: a result is JSON"),
+        (["--out", "a.json", "--trajectory", "a.json"], "a.json is named twice"),
+        (["--out", "scene.json"], "scene.json is named twice"),
+    ],
+)
+def test_no_output_takes_the_place_of_another_file(written, tmp_path, options, said):
+    path = written(scene())
+    before = path.read_bytes()
+    done = ovita("adapt", path, *options, cwd=tmp_path)
+    assert done.returncode == 2 and said in done.stderr.replace(": is named", " is named"), done.stderr
+    assert path.read_bytes() == before and [p.name for p in tmp_path.iterdir()] == ["scene.json"]
+
+
+def test_a_mistyped_command_is_guessed():
+    done = ovita("adpat", "x.json")
+    assert done.returncode == 2 and "did you mean 'adapt'?" in done.stderr
+
+
+def test_a_terminal_without_the_letters_of_a_name_gets_escapes(written, monkeypatch):
+    monkeypatch.setenv("PYTHONIOENCODING", "latin-1")
+    cups = [{"name": "чашка ☕", "x": 0.5, "y": 0.3, "z": 0}]
+    done = ovita("adapt", written(scene(objects=cups)), "moonwalk")
+    assert done.returncode == 3 and "Traceback" not in done.stderr and "\\u2615" in done.stdout
+
+
+def test_chat_says_what_is_lost_keeps_a_journal_and_goes_on_from_it(written, tmp_path):
+    lines = "stay at least 0.4 away from the cup\ngo forward by 0.2\nkeep it\n/knobs\n/objects\n/quit\n"
+    path, journal = written(scene()), tmp_path / "talk.jsonl"
+    done = ovita("chat", path, "--writer", "builtin", "--journal", journal, stdin=lines)
+    assert done.returncode == 0 and "one turn ago" in done.stdout and "took 'keep it' as" in done.stdout, done.stdout
+    assert "distance = 0.4 m" in done.stdout and "cup at [0.5, 0.3, 0] m" in done.stdout
+    again = ovita("chat", path, "--writer", "builtin", "--journal", journal, stdin="/history\n/quit\n")
+    assert "3 turns so far" in again.stdout and "3. on current: keep it" in again.stdout, again.stdout
+
+
 def test_result_can_be_adapted_again_explained_plotted_and_converted(written, tmp_path):
     first = tmp_path / "first.json"
     assert ovita("adapt", written(scene()), "--out", first).returncode == 0
@@ -152,7 +190,10 @@ def test_chat_feedback_undo_knob_and_save(written, tmp_path):
     ]
     done = ovita("chat", written(scene()), stdin="\n".join(lines) + "\n")
     assert done.returncode == 0, done.stderr
-    assert "Took the last turn back." in done.stdout and "unknown command '/nonsense'" in done.stdout
+    assert (
+        "Took back: go up by 0.1 (/redo brings it back)." in done.stdout
+        and "unknown command '/nonsense'" in done.stdout
+    )
     assert "'moonwalk'" in done.stdout and "sideways" in done.stdout
     assert load_task(tmp_path / "end.csv").trajectory.positions[0] == pytest.approx([0.3, 0, 0])
     assert Adaptation.load(str(tmp_path / "end.json")).adapted.positions[0] == pytest.approx([0.3, 0, 0])

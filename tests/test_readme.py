@@ -1,6 +1,9 @@
 """The README's Python runs, and its commands exist."""
 
 import re
+import shlex
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -18,6 +21,26 @@ def test_python_blocks_run(tmp_path, monkeypatch):
     for block in blocks:
         exec(compile(block.replace('"src/', f'"{ROOT}/src/'), "README.md", "exec"), {})
     assert (tmp_path / "result.json").exists()
+
+
+def test_the_first_commands_work_as_printed_in_order(tmp_path):
+    shell = "\n".join(re.findall(r"```sh\n(.*?)```", README, re.DOTALL))
+    lines = [line.split("#")[0].strip() for line in shell.splitlines()]
+    assert lines[0] == "make demo" and ". .venv/bin/activate" in lines
+    target = re.search(r"^demo:.*\n\t(.*)$", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
+    assert target and target[1] == "$(BIN)/ovita demo"
+    commands = ["ovita demo", *(line for line in lines if line.startswith("ovita "))]
+    assert len(commands) >= 6
+    printed = ""
+    for command in commands:
+        words = [sys.executable, "-m", "ovita", *shlex.split(command)[1:]]
+        done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, input="/quit\n", timeout=300)
+        assert done.returncode in (0, 5), f"{command}\n{done.stdout}{done.stderr}"
+        printed += done.stdout
+    report = re.search(r"```\n(Done\..*?)```", README, re.DOTALL)
+    assert report
+    for line in report[1].splitlines()[1:]:
+        assert line.strip() in ("", "...") or line in printed, f"README prints {line!r}, ovita does not"
 
 
 def test_every_command_is_described():

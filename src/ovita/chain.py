@@ -18,17 +18,17 @@ import numpy as np
 
 from ovita.errors import PolicyRejected, RequestError, WriterError
 from ovita.limits import ConstraintOptions, constrain
-from ovita.measure import compare, sentences, shape_warnings
+from ovita.measure import compare, shape_warnings
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 from ovita.policy import Policy
 from ovita.policy.sandbox import Rollout, known_isolation, run
 from ovita.request import Request
-from ovita.result import Adaptation, Postcondition, Status, judged_status
+from ovita.result import Adaptation, Postcondition, Status, explain, facts, judged_status
 from ovita.text import quoted
 from ovita.writers.base import Attempt, PolicyWriter, Reply, WriterInfo, writer_named
-from ovita.writers.explain import Facts, explain, reworded
+from ovita.writers.explain import reworded
 from ovita.writers.generate import Isolation as Isolation
 from ovita.writers.generate import judged, write
 from ovita.writers.progress import Progress, Watch
@@ -282,22 +282,9 @@ def _finish(
         warnings=tuple(warnings),
         timings_ms=clock.timings,
     )
-    result = replace(result, explanation=explain(_facts(result)))
+    result = replace(result, explanation=explain(result))
     clock.lap("report")
     return replace(result, timings_ms=dict(clock.timings))
-
-
-def _facts(result: Adaptation) -> Facts:
-    """What an explanation may say."""
-    return Facts(
-        result.instruction,
-        result.plan,
-        result.parameters,
-        sentences(result.changes) if result.changes else (),
-        [text for part in (result.constraints, *result.postconditions) if part for text in part.sentences()],
-        [p.outcome for p in result.postconditions if not p.held],
-        result.assumptions,
-    )
 
 
 def _first_stall(trajectory: Trajectory) -> int | None:
@@ -311,7 +298,7 @@ def _explained_by_model(result: Adaptation, writer: PolicyWriter, watch: Watch, 
     """Let the model explain in its own words; the template's explanation stays where it cannot."""
     watch.say("explaining")
     try:
-        text = reworded(writer, _facts(result).as_text(), watch=watch)
+        text = reworded(writer, {topic: "\n".join(lines) for topic, lines in facts(result).items()}, watch=watch)
     except WriterError:
         return result
     finally:

@@ -2,24 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields, is_dataclass, replace
-from typing import Any, Literal
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+from functools import cache
+from typing import Any, Literal, get_type_hints
 
 from ovita.errors import FormatError, OvitaError
 from ovita.io import load_document, save_document, scene_dict, scene_from_dict, trajectory_rows
+from ovita.io.documents import plain, validated
 from ovita.io.json_ import ADAPTATION_SCHEMA as SCHEMA
 from ovita.io.json_ import seal
 from ovita.limits import ConstraintOptions, Verdict
-from ovita.measure import Changes
+from ovita.measure import Changes, sentences
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 from ovita.policy import Parameter
 from ovita.writers.base import WriterInfo
+from ovita.writers.explain import knob
 
 Status = Literal["done", "limited", "not_as_meant", "infeasible", "needs_clarification", "not_understood", "failed"]
 """How an adaptation ended, best first; only the first four hold a trajectory that differs from the original."""
+
+_TRAJECTORIES = ("original", "adapted", "proposed")
+_BUILT = (*_TRAJECTORIES, "changes", "scene")
+"""Fields that documents hold in a form of their own."""
 
 TAKEN_BACK = 0.95
 """Share of a change that the limits may take back before the result no longer counts as what was meant."""
@@ -217,37 +224,17 @@ class Adaptation:
 
     def to_document(self) -> dict[str, Any]:
         """The adaptation as JSON values; `from_document` reads it back to an equal adaptation."""
+        saved = replace(self, options=replace(self.options, custom=()))
         document: dict[str, Any] = {
             "schema": SCHEMA,
-            "instruction": self.instruction,
-            "status": self.status,
+            **{key: plain(getattr(saved, key)) for key in _kinds()},
             "message": self.message,
-            "adapted": trajectory_rows(self.adapted),
-            "proposed": None if self.proposed is None else trajectory_rows(self.proposed),
-            "original": trajectory_rows(self.original),
+            **{key: _rows(getattr(self, key)) for key in _TRAJECTORIES},
             "timestep": self.original.timestep,
-            "plan": list(self.plan),
-            "code": self.code,
-            "parameters": _plain(self.parameters),
-            "assumptions": list(self.assumptions),
-            "taken": self.taken,
-            "lost": _plain(self.lost),
-            "explanation": self.explanation,
             "changes": None if self.changes is None else self.changes.to_dict(),
-            "constraints": _plain(self.constraints),
-            "postconditions": _plain(self.postconditions),
-            "contacts": list(self.contacts),
-            "writer": {**_plain(self.writer), "attempts": self.attempts},
-            "question": self.question,
-            "unplaced": list(self.unplaced),
-            "error": self.error,
-            "isolation": self.isolation,
-            "warnings": list(self.warnings),
-            "timings_ms": dict(self.timings_ms),
             "scene": scene_dict(self.scene),
-            "robot": _plain(self.robot),
-            "options": _plain(replace(self.options, custom=())),
         }
+        document["writer"]["attempts"] = document.pop("attempts")
         return {**document, "sha256": seal(document)}
 
     @classmethod
@@ -257,55 +244,36 @@ class Adaptation:
         Raises:
             FormatError: If a key is missing or has another shape; names the file and the key.
         """
-        d = _Fields(document, file)
-        timestep = d.read("timestep", float)
 
-        def rows(key: str) -> Trajectory:
-            values = d.read(key, list[list[float]])
+        def read(key: str, kind: Any) -> Any:
+            if key not in given:
+                raise FormatError(file, "is missing; is this a result of 'ovita adapt'?", key=key)
+            return validated(kind, given[key], file, key)
+
+        def built(key: str, build: Callable[[Any], Any], kind: Any) -> Any:
+            value = read(key, kind)
             try:
-                return Trajectory.from_array(values, timestep=timestep)
+                return None if value is None else build(value)
             except OvitaError as error:
                 raise FormatError(file, str(error), key=key) from None
 
-        writer = dict(d.read("writer", dict[str, Any]))
-        attempts = writer.pop("attempts", 0)
-        counted = _Fields({"writer": writer, "attempts": attempts}, file)
-        try:
-            scene = scene_from_dict(d.read("scene", dict[str, Any]))
-        except OvitaError as error:
-            raise FormatError(file, str(error), key="scene") from None
-        verdict: Verdict | None = d.read("constraints", Verdict | None)
-        promises: tuple[Postcondition, ...] = d.read("postconditions", tuple[Postcondition, ...])
-        earlier = document.get("status") == "ok"
-        return cls(
-            instruction=d.read("instruction", str),
-            status=judged_status(verdict, promises) if earlier else d.read("status", Status),
-            original=rows("original"),
-            adapted=rows("adapted"),
-            proposed=None if document.get("proposed") is None else rows("proposed"),
-            scene=scene,
-            robot=d.read("robot", Robot),
-            options=d.read("options", ConstraintOptions) if "options" in document else ConstraintOptions(),
-            plan=d.read("plan", tuple[str, ...]),
-            code=d.read("code", str),
-            parameters=d.read("parameters", tuple[Parameter, ...]),
-            assumptions=d.read("assumptions", tuple[str, ...]),
-            taken=d.read("taken", str) if "taken" in document else "",
-            lost=d.read("lost", tuple[LostPostcondition, ...]) if "lost" in document else (),
-            explanation=d.read("explanation", str),
-            changes=d.changes(),
-            constraints=verdict,
-            postconditions=promises,
-            contacts=d.read("contacts", tuple[str, ...]),
-            writer=counted.read("writer", WriterInfo),
-            attempts=counted.read("attempts", int),
-            question=d.read("question", str),
-            unplaced=d.read("unplaced", tuple[str, ...]),
-            error=d.read("error", str),
-            isolation=d.read("isolation", str),
-            warnings=d.read("warnings", tuple[str, ...]),
-            timings_ms=d.read("timings_ms", dict[str, float]),
-        )
+        given = dict(document)
+        writer = dict(read("writer", dict[str, Any]))
+        given |= {"attempts": writer.pop("attempts", 0), "writer": writer}
+        timestep = read("timestep", float)
+        added = {"options", "taken", "lost", *_TRAJECTORIES} - set(given)
+        kinds = {key: kind for key, kind in _kinds().items() if key not in added}
+        if earlier := given.get("status") == "ok":
+            given["status"] = "done"
+        values = {key: read(key, kind) for key, kind in kinds.items()}
+        if earlier:
+            values["status"] = judged_status(values["constraints"], values["postconditions"])
+        for key in _TRAJECTORIES:
+            rows = list[list[float]] if key != "proposed" else list[list[float]] | None
+            values[key] = built(key, lambda array: Trajectory.from_array(array, timestep=timestep), rows)
+        values["changes"] = built("changes", Changes.from_dict, dict[str, Any] | None)
+        values["scene"] = built("scene", scene_from_dict, dict[str, Any])
+        return cls(**values)
 
     def save(self, path: str) -> None:
         """Write the adaptation as JSON, atomically.
@@ -341,40 +309,46 @@ def judged_status(verdict: Verdict | None, postconditions: Sequence[Postconditio
     return "done" if kept else "limited"
 
 
-class _Fields:
-    """Reads the keys of a document, each as a type."""
-
-    def __init__(self, document: Mapping[str, Any], file: str) -> None:
-        self.document, self.file = document, file
-
-    def read(self, key: str, kind: Any) -> Any:
-        from pydantic import TypeAdapter, ValidationError
-
-        if key not in self.document:
-            raise FormatError(self.file, "is missing; is this a result of 'ovita adapt'?", key=key)
-        try:
-            return TypeAdapter(kind).validate_python(self.document[key])
-        except ValidationError as error:
-            first = error.errors()[0]
-            where = ".".join(str(part) for part in first["loc"])
-            raise FormatError(self.file, f"{where}: {first['msg'].lower()}".lstrip(": "), key=key) from None
-        except OvitaError as error:
-            raise FormatError(self.file, str(error), key=key) from None
-
-    def changes(self) -> Changes | None:
-        document = self.read("changes", dict[str, Any] | None)
-        try:
-            return None if document is None else Changes.from_dict(document)
-        except OvitaError as error:
-            raise FormatError(self.file, str(error), key="changes") from None
+_HEADINGS = {
+    "plan": "What was done",
+    "changes": "What changed",
+    "promises that do not hold": "What did not come out as meant",
+    "limits": "Limits",
+    "assumptions": "What was assumed",
+    "parameters": "What you can turn",
+}
 
 
-def _plain(value: Any) -> Any:
-    """Dataclasses, tuples and lists as JSON values."""
-    if is_dataclass(value) and not isinstance(value, type):
-        return {f.name: _plain(getattr(value, f.name)) for f in fields(value)}
-    if isinstance(value, Mapping):
-        return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, tuple | list):
-        return [_plain(item) for item in value]
-    return value
+def facts(result: Adaptation) -> dict[str, list[str]]:
+    """Everything that an explanation may say, by topic, each as sentences or short lines."""
+    told = (result.constraints, *result.postconditions)
+    return {
+        "instruction": [" ".join(result.instruction.split())],
+        "plan": [*result.plan],
+        "changes": [str(text) for text in sentences(result.changes)] if result.changes else [],
+        "promises that do not hold": [p.outcome for p in result.postconditions if not p.held],
+        "limits": [text for part in told if part is not None for text in part.sentences()],
+        "assumptions": [*result.assumptions],
+        "parameters": [knob(parameter) for parameter in result.parameters],
+    }
+
+
+def explain(result: Adaptation) -> str:
+    """Explain a result in plain words from a template; every number is measured or a parameter."""
+    known = facts(result)
+    parts = [f'You asked: "{known["instruction"][0]}".']
+    for topic, heading in _HEADINGS.items():
+        if known[topic]:
+            parts.append("\n".join([f"{heading}:", *(f"- {line}" for line in known[topic])]))
+    return "\n".join(parts)
+
+
+@cache
+def _kinds() -> dict[str, Any]:
+    """The fields that a document holds as they are, with their types."""
+    kinds = get_type_hints(Adaptation)
+    return {item.name: kinds[item.name] for item in fields(Adaptation) if item.name not in _BUILT}
+
+
+def _rows(trajectory: Trajectory | None) -> list[list[float]] | None:
+    return None if trajectory is None else trajectory_rows(trajectory)

@@ -9,14 +9,15 @@ from typing import Any
 import click
 
 from ovita.chain import REPAIRS, TIME_LIMIT, adapt
-from ovita.cli.options import choices_from, constraints_from, notes_on, robot_from, shared, task_from, writer_from
-from ovita.cli.plot_ import check_picture, draw
-from ovita.cli.progress import waiting
-from ovita.cli.report import EXIT_OF, plain, show
+from ovita.cli.options import choices_from, constraints_from, notes_on, robot_from, shared
+from ovita.cli.report import EXIT_OF, plain, show, waiting
+from ovita.cli.results_ import check_picture, draw
 from ovita.errors import FormatError, RequestError
 from ovita.io import WRITTEN, Choices, Task, rendered, save_trajectory
+from ovita.io.links import open_task
 from ovita.request import Request
 from ovita.result import Adaptation
+from ovita.writers.base import writer_named
 
 
 @click.command()
@@ -59,15 +60,15 @@ def command(
     **options: Any,
 ) -> None:
     """Adapt the trajectory in FILE (see ovita convert for the formats) to INSTRUCTION (default: the one in FILE)."""
-    _check_outputs(out, trajectory_out, plot_out)
+    _check_outputs(file, out, trajectory_out, plot_out)
     choices = choices_from(options)
-    task = task_from(file, options["scene_file"], options["frame"], choices)
+    task = open_task(file, scene_file=options["scene_file"], frame=options["frame"], choices=choices)
     if trajectory_out:
         rendered(trajectory_out, task.trajectory, task.scene, choices=choices)
     text = instruction if instruction is not None else task.instruction
     if instruction is None and not text.strip():
         raise RequestError(f"{file} holds no instruction; add one: ovita adapt {file} 'slow down near the cup'")
-    writer = writer_from(options["writer"], options["base_url"], options["temperature"])
+    writer = writer_named(options["writer"], base_url=options["base_url"], temperature=options["temperature"])
     request = Request(text, task.trajectory, task.scene, robot_from(task, options["robot"], options["max_speed"]))
     with waiting(f"{writer.name} writes a policy", quiet=as_json) as tell:
         result = adapt(
@@ -95,12 +96,20 @@ def command(
     raise SystemExit(EXIT_OF[result.status])
 
 
-def _check_outputs(out: str | None, trajectory_out: str | None, plot_out: str | None) -> None:
+def _check_outputs(file: str, out: str | None, trajectory_out: str | None, plot_out: str | None) -> None:
     """Refuse outputs that cannot be written before anything is, so that no half of them is left behind."""
     if plot_out:
         check_picture(plot_out)
     if trajectory_out and os.path.splitext(trajectory_out)[1].lower() not in WRITTEN:
         raise FormatError(trajectory_out, f"trajectories are written as {', '.join(WRITTEN)}")
+    if out and not out.lower().endswith(".json"):
+        raise FormatError(
+            out, "a result is JSON; name a .json file, or use --trajectory for the adapted trajectory alone"
+        )
+    named = [os.path.realpath(path) for path in (file, out, trajectory_out, plot_out) if path]
+    for each in named:
+        if named.count(each) > 1:
+            raise FormatError(each, "is named twice, so one would overwrite the other; name another file")
     for path in (out, trajectory_out, plot_out):
         if path and os.path.isdir(path):
             raise FormatError(path, "is a directory; name a file in it")

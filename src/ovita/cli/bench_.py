@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ovita.cli.progress import waiting
+from ovita.cli.report import waiting
 from ovita.errors import RequestError
 
 if TYPE_CHECKING:

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import ast
+import os
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from typing import Any
 
 import click
 
-from ovita.cli.options import choices_from, constraints_from, notes_on, robot_from, shared, task_from, writer_from
-from ovita.cli.progress import waiting
-from ovita.cli.report import LABELS, plain, show
+from ovita.cli.options import choices_from, constraints_from, notes_on, robot_from, shared
+from ovita.cli.report import LABELS, plain, show, waiting
 from ovita.dialogue.session import Session
 from ovita.errors import OvitaError, RequestError
 from ovita.io import WRITTEN, save_trajectory
+from ovita.io.links import open_task
 from ovita.request import FeedbackOn
+from ovita.text import counted, point
+from ovita.writers.base import writer_named
+from ovita.writers.explain import knob
 
 HELP = """Say what should change, then what is not right yet: "a bit more", "no, only near the cup", "undo the speed",
 "the other cup", "make it 0.3", "again", "start over". What you say is about the current trajectory; begin with a slash
@@ -24,27 +29,35 @@ for more:
   /set NAME=VALUE  turn a knob of the last policy and run it again
   /undo  /redo     take the last turn back; bring it back again
   /history         what was said so far
+  /knobs /objects  what can be turned; what is in the scene
   /why             the explanation in plain words
   /code            the last policy
   /plot FILE       draw original and current (.png, .svg, .pdf, .html)
   /save FILE       save the last result (.json) or the current trajectory (.csv, .mcap, .plan, ...)
-  /quit            leave"""
+  /quit            leave
+Where a later turn loses what an earlier one asked for, it says so; answer "keep it" to have it again."""
 
 
 @click.command()
 @click.argument("file", metavar="FILE")
+@click.option("--journal", metavar="FILE", help="Keep every turn in FILE (.jsonl), and go on from it if it exists.")
 @shared
-def command(file: str, **options: Any) -> None:
+def command(file: str, journal: str | None, **options: Any) -> None:
     """Adapt the trajectory in FILE in a conversation; type /help for what you can say."""
-    task = task_from(file, options["scene_file"], options["frame"], choices_from(options))
+    task = open_task(file, scene_file=options["scene_file"], frame=options["frame"], choices=choices_from(options))
     session = Session(
         task.trajectory,
         task.scene,
         robot_from(task, options["robot"], options["max_speed"]),
-        writer_from(options["writer"], options["base_url"], options["temperature"]),
+        writer_named(options["writer"], base_url=options["base_url"], temperature=options["temperature"]),
         constraints_from(options),
         options["isolation"],
     )
+    if journal and os.path.exists(journal):
+        session = Session.resume(journal, writer=session.writer, isolation=session.isolation)
+        click.echo(plain(f"{journal}: {counted(len(session.steps), 'turn')} so far; /history lists them."))
+    elif journal:
+        session.keep(journal)
     names = ", ".join(task.scene.names) or "none"
     click.echo(plain(f"{file}: {len(task.trajectory)} waypoints; objects: {names}."))
     for note in notes_on(task, options["robot"]):
@@ -61,6 +74,8 @@ def command(file: str, **options: Any) -> None:
 
 
 def _lines() -> Iterator[str]:
+    with suppress(ImportError):
+        import readline  # noqa: F401  arrows and earlier lines at the prompt
     while True:
         try:
             line = input("> ").strip()
@@ -113,11 +128,12 @@ def _set(session: Session, rest: str) -> None:
 
 
 def _undo(session: Session, rest: str) -> None:
-    click.echo("Took the last turn back." if session.undo() else "There is nothing to undo.")
+    last = session.steps[-1].said if session.steps else ""
+    click.echo(plain(f"Took back: {last} (/redo brings it back)." if session.undo() else "There is nothing to undo."))
 
 
 def _redo(session: Session, rest: str) -> None:
-    click.echo("Brought the turn back." if session.redo() else "There is nothing to redo.")
+    click.echo(plain(f"Brought back: {session.steps[-1].said}." if session.redo() else "There is nothing to redo."))
 
 
 def _history(session: Session, rest: str) -> None:
@@ -125,6 +141,18 @@ def _history(session: Session, rest: str) -> None:
         click.echo(plain(f"{i}. on {step.feedback_on}: {step.said}  [{LABELS[step.adaptation.status]}]"))
     if not session.steps:
         click.echo("Nothing was said yet.")
+
+
+def _knobs(session: Session, rest: str) -> None:
+    for parameter in _last(session).parameters:
+        click.echo(plain(f"  {knob(parameter)}"))
+
+
+def _objects(session: Session, rest: str) -> None:
+    for item in session.scene:
+        click.echo(plain(f"  {item.name} at {point(item.position.tolist())} m"))
+    if not session.scene.names:
+        click.echo("The scene holds no objects.")
 
 
 def _last(session: Session) -> Any:
@@ -144,7 +172,7 @@ def _code(session: Session, rest: str) -> None:
 def _plot(session: Session, rest: str) -> None:
     from dataclasses import replace
 
-    from ovita.cli.plot_ import draw
+    from ovita.cli.results_ import draw
 
     path = rest or "ovita.png"
     draw(replace(_last(session), original=session.original), path)
@@ -172,6 +200,8 @@ _COMMANDS: dict[str, Callable[[Session, str], None]] = {
     "undo": _undo,
     "redo": _redo,
     "history": _history,
+    "knobs": _knobs,
+    "objects": _objects,
     "why": _why,
     "code": _code,
     "plot": _plot,

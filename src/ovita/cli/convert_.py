@@ -8,12 +8,12 @@ from typing import Any
 
 import click
 
-from ovita.cli.options import choices_from, source, task_from
+from ovita.cli.options import choices_from, source
 from ovita.cli.report import plain
 from ovita.errors import RequestError
 from ovita.io import READ, Choices, Task, save_task
 from ovita.io.joints import JointMotion, load_joint_motion, save_joint_motion
-from ovita.io.links import is_address
+from ovita.io.links import is_address, open_task
 from ovita.io.messages import TYPES
 from ovita.paths.frame import Frame, transformed
 from ovita.paths.robot import Robot
@@ -63,7 +63,7 @@ def command(
     if arm is not None and kind != "joints":
         task = _tool_path(file, arm, base, choices)
     else:
-        task = task_from(file, options["scene_file"], options["frame"], choices)
+        task = open_task(file, scene_file=options["scene_file"], frame=options["frame"], choices=choices)
     if kind == "joints":
         motion, said = joints_of(task.trajectory, task.scene, arm, base)
         save_joint_motion(out, motion, replace(choices, topic=to_topic))

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import os
 import sys
+from difflib import get_close_matches
 from importlib import import_module
 
 import click
@@ -17,10 +19,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "bench": ("ovita.cli.bench_:group", "Measure writers over a dataset with machine-checkable outcomes."),
     "chat": ("ovita.cli.chat_:command", "Adapt in a conversation: feedback, undo, save."),
     "convert": ("ovita.cli.convert_:command", "Convert a trajectory: ROS bags, drone missions, TUM, CSV, JSON."),
-    "demo": ("ovita.cli.demo_:command", "Adapt a shipped scene three times and save the pictures."),
-    "explain": ("ovita.cli.explain_:command", "Explain a result in plain words."),
+    "demo": ("ovita.cli.results_:demo", "Adapt a shipped scene three times and save the pictures."),
+    "explain": ("ovita.cli.results_:explain", "Explain a result in plain words."),
     "models": ("ovita.cli.models_:group", "Local models: list them, fetch one, add a file, try one."),
-    "plot": ("ovita.cli.plot_:command", "Draw a result or a scene: PNG, SVG, PDF, or an interactive page."),
+    "plot": ("ovita.cli.results_:plot", "Draw a result or a scene: PNG, SVG, PDF, or an interactive page."),
     "policy": ("ovita.cli.policy_:group", "Check or run policy files in the sandbox."),
     "send": ("ovita.cli.send_:command", "Verify a result once more and send it to a robot."),
     "simulate": ("ovita.cli.simulate_:command", "Let a robot follow a result or a trajectory in simulation; video."),
@@ -40,6 +42,15 @@ class _LazyGroup(click.Group):
         module, _, name = COMMANDS[cmd_name][0].partition(":")
         command: click.Command = getattr(import_module(module), name)
         return command
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        if args and args[0] not in COMMANDS and not args[0].startswith("-"):
+            near = get_close_matches(args[0], COMMANDS, n=1)
+            hint = f"did you mean {near[0]!r}?" if near else f"the commands are {', '.join(COMMANDS)}"
+            raise click.UsageError(f"there is no command {args[0]!r}; {hint}")
+        return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Commands"):
@@ -61,6 +72,9 @@ def cli() -> None:
 
 def main() -> None:
     """Run the command line; a user's mistake gives one sentence and an exit code, never a traceback."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")  # a terminal may lack the letters of a name
     try:
         cli(standalone_mode=False)
     except click.ClickException as error:

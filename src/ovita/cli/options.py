@@ -11,11 +11,8 @@ import click
 from ovita.errors import FormatError, RobotError
 from ovita.io import Choices, Task, load_robot
 from ovita.io.geodesy import Home
-from ovita.io.links import open_task
-from ovita.io.task import NONE
 from ovita.limits import ConstraintOptions, parse_text
 from ovita.paths.robot import Robot
-from ovita.writers.base import PolicyWriter, writer_named
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -49,7 +46,8 @@ _OPTIONS = (
     click.option(
         "--robot",
         metavar="NAME|FILE",
-        help="Limits: drone, arm, ground, none, a .toml or .json file, or 'scene' for those that FILE states. [none]",
+        help="Limits: drone, arm, ground, none, a .toml or .json file, or 'scene' for those that FILE states in words. "
+        "[the robot that FILE names, else none]",
     ),
     click.option(
         "--writer",
@@ -87,11 +85,6 @@ _OPTIONS = (
         help="How policies are isolated.",
     ),
 )
-
-
-def task_from(file: str, scene_file: str | None, frame: str | None, choices: Choices = NONE) -> Task:
-    """Read the trajectory from a file or an address, with the objects of another file and another frame where asked."""
-    return open_task(file, scene_file=scene_file, frame=frame, choices=choices)
 
 
 def choices_from(options: dict[str, Any]) -> Choices:
@@ -132,11 +125,6 @@ def notes_on(task: Task, robot: str | None) -> list[str]:
     elif limits.understood and robot is None:
         said.append("the file states limits of its own; they are enforced with --robot scene")
     return said
-
-
-def writer_from(writer: str, base_url: str | None, temperature: float) -> PolicyWriter:
-    """The writer that was asked for."""
-    return writer_named(writer, base_url=base_url, temperature=temperature)
 
 
 def constraints_from(options: dict[str, Any]) -> ConstraintOptions:

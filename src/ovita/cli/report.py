@@ -1,15 +1,18 @@
-"""What the terminal shows of an adaptation."""
+"""What the terminal shows: results as short reports, and progress on anything that takes longer than a second."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 
 import click
 
 from ovita.measure import sentences
 from ovita.result import Adaptation, Status
 from ovita.writers.explain import knob
+from ovita.writers.progress import Progress
 
 EXIT_OF: dict[Status, int] = {
     "done": 0,
@@ -43,8 +46,11 @@ def plain(text: str) -> str:
 def show(result: Adaptation, *, code: bool = False) -> None:
     """Print an adaptation as a short report."""
     total = sum(result.timings_ms.values())
+    label = LABELS[result.status]
+    if result.lost and result.status == "done":
+        label = "done, but not all that was asked before"
     by = f"{result.writer.kind}{':' + result.writer.model if result.writer.model else ''}"
-    click.echo(plain(f"{result.message}  [{LABELS[result.status]}; writer {by}; {total:.0f} ms]"))
+    click.echo(plain(f"{result.message}  [{label}; writer {by}; {total:.0f} ms]"))
     if len(result.writer.tried) > 1:
         _section("Writers", [*result.writer.tried, *([result.writer.reason] if result.writer.reason else [])])
     if not result.usable:
@@ -66,3 +72,20 @@ def _section(title: str, lines: Sequence[str]) -> None:
         click.echo(f"\n{title}")
         for line in lines:
             click.echo(plain(f"  {line}"))
+
+
+@contextmanager
+def waiting(what: str, *, quiet: bool = False) -> Iterator[Progress]:
+    """Show a spinner on standard error while the block runs, if that is a terminal.
+
+    Yields:
+        A function that puts another text next to the spinner; any thread may call it.
+    """
+    if quiet or not sys.stderr.isatty():
+        yield lambda text: None
+        return
+    from rich.console import Console
+    from rich.text import Text
+
+    with Console(stderr=True).status(Text(what)) as status:
+        yield lambda text: status.update(Text(text))

@@ -10,8 +10,7 @@ import click
 
 from ovita.cli.convert_ import joints_of, only_for_ros
 from ovita.cli.options import choices_from
-from ovita.cli.progress import waiting
-from ovita.cli.report import plain
+from ovita.cli.report import plain, waiting
 from ovita.errors import RequestError
 from ovita.gate import Review, default_log, record, review
 from ovita.io import load_robot, rendered

@@ -11,11 +11,11 @@ from typing import Any
 import click
 
 from ovita import sim
-from ovita.cli.options import choices_from, source, task_from
+from ovita.cli.options import choices_from, source
 from ovita.cli.report import EXIT_OF, plain
 from ovita.errors import FormatError
 from ovita.io import is_adaptation
-from ovita.io.links import is_address
+from ovita.io.links import is_address, open_task
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
@@ -118,7 +118,7 @@ def _read(
         return chosen, result.scene, result.robot, result.instruction, result.contacts
     if which == "adapted":
         raise FormatError(file, "is no result, so it has no adapted trajectory; adapt it first: ovita adapt ... --out")
-    task = task_from(file, options["scene_file"], options["frame"], choices_from(options))
+    task = open_task(file, scene_file=options["scene_file"], frame=options["frame"], choices=choices_from(options))
     for note in task.notes:
         click.echo(f"note: {plain(note)}", err=True)
     limits = Robot.preset(task.robot) if task.robot in sim.STAND_INS else None

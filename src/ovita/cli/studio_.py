@@ -6,13 +6,13 @@ from pathlib import Path
 
 import click
 
-from ovita.cli.options import writer_from
 from ovita.dialogue.session import Session
 from ovita.io import load_robot
 from ovita.limits import ConstraintOptions
 from ovita.paths.robot import Robot
 from ovita.paths.trajectory import Trajectory
 from ovita.policy.sandbox import known_isolation
+from ovita.writers.base import writer_named
 
 
 @click.command()
@@ -58,7 +58,7 @@ def command(
     template = Session(
         Trajectory([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], [0.1, 0.1]),  # type: ignore[arg-type]
         robot=limits,
-        writer=writer_from(writer, base_url, 0.1),
+        writer=writer_named(writer, base_url=base_url, temperature=0.1),
         constraints=ConstraintOptions(),
         isolation=known_isolation(isolation),
     )

@@ -6,10 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any, Literal, cast, get_args
 
-from pydantic import TypeAdapter, ValidationError
-
-from ovita.errors import FormatError, OvitaError
-from ovita.io import atomic_write, scene_dict, scene_from_dict, trajectory_from_rows, trajectory_rows
+from ovita.errors import FormatError
+from ovita.io import atomic_write, scene_dict, trajectory_rows
+from ovita.io.documents import SceneField, TrajectoryRows, validated
 from ovita.io.files import read_text
 from ovita.io.json_ import check_values, dumps, parse_object
 from ovita.limits import ConstraintOptions
@@ -64,19 +63,17 @@ class Situation:
             FormatError: If a key is missing or malformed.
         """
         key = "situation"
-        try:
-            return cls(
-                trajectory_from_rows(document["original"], timestep=float(document["timestep"])),
-                scene_from_dict(document["scene"]),
-                TypeAdapter(Robot).validate_python(document["robot"]),
-                TypeAdapter(ConstraintOptions).validate_python({**document["constraints"], "custom": ()}),
-            )
-        except KeyError as error:
-            raise FormatError(file, f"{error} is missing", key=key) from None
-        except ValidationError as error:
-            raise FormatError(file, error.errors()[0]["msg"].lower(), key=key) from None
-        except (OvitaError, TypeError, ValueError) as error:
-            raise FormatError(file, str(error), key=key) from None
+        known = validated(_SituationDocument, dict(document), file, key)
+        return cls(replace(known.original, timestep=known.timestep), known.scene, known.robot, known.constraints)
+
+
+@dataclass(frozen=True)
+class _SituationDocument:
+    original: TrajectoryRows
+    timestep: float
+    scene: SceneField
+    robot: Robot
+    constraints: ConstraintOptions
 
 
 @dataclass(frozen=True)
