@@ -16,7 +16,7 @@ from ovita.bench.generate import (
     PLACES,
     SETTINGS,
     SIDES,
-    Maker,
+    ClauseMaker,
     generate,
     random_scene,
     vocabulary,
@@ -95,7 +95,7 @@ def fulfilled(name, split):
     for seed in range(60):
         rng = np.random.default_rng(seed)
         trajectory, scene = random_scene(rng, SETTINGS["drone"], split)
-        clause = Maker(rng, trajectory, scene, split, flat=False).make(name)
+        clause = ClauseMaker(rng, trajectory, scene, split, flat=False).make(name)
         assert "{" not in clause.text and "  " not in clause.text
         adapted = Trajectory.from_array(clause.edit(trajectory.to_array()))
         nothing = clause.check.judge(trajectory, trajectory, scene).passed

@@ -174,7 +174,7 @@ class Clause:
     edit: Callable[[Array], Array]
 
 
-class Maker:
+class ClauseMaker:
     """Draws clauses for one scene.
 
     Args:
@@ -359,28 +359,28 @@ class Maker:
         return result
 
 
-MAKERS: Mapping[str, Callable[[Maker, str], Clause]] = {
-    "closer": Maker.approach,
-    "farther": Maker.approach,
-    "slower": Maker.pace,
-    "faster": Maker.pace,
-    "slower_all": Maker.pace_all,
-    "faster_all": Maker.pace_all,
-    "toward": Maker.toward,
-    "shift": Maker.shift,
-    "shift_part": Maker.shift_part,
-    "keep_away": Maker.keep_away,
-    "constant": Maker.constant,
-    "scale_speed": Maker.scale_speed,
-    "slower_within": Maker.pace_within,
-    "faster_within": Maker.pace_within,
-    "stop": Maker.stop,
-    "wait": Maker.wait,
-    "goal": Maker.endpoint,
-    "start": Maker.endpoint,
-    "extend": Maker.extend,
-    "denser": Maker.count,
-    "sparser": Maker.count,
+MAKERS: Mapping[str, Callable[[ClauseMaker, str], Clause]] = {
+    "closer": ClauseMaker.approach,
+    "farther": ClauseMaker.approach,
+    "slower": ClauseMaker.pace,
+    "faster": ClauseMaker.pace,
+    "slower_all": ClauseMaker.pace_all,
+    "faster_all": ClauseMaker.pace_all,
+    "toward": ClauseMaker.toward,
+    "shift": ClauseMaker.shift,
+    "shift_part": ClauseMaker.shift_part,
+    "keep_away": ClauseMaker.keep_away,
+    "constant": ClauseMaker.constant,
+    "scale_speed": ClauseMaker.scale_speed,
+    "slower_within": ClauseMaker.pace_within,
+    "faster_within": ClauseMaker.pace_within,
+    "stop": ClauseMaker.stop,
+    "wait": ClauseMaker.wait,
+    "goal": ClauseMaker.endpoint,
+    "start": ClauseMaker.endpoint,
+    "extend": ClauseMaker.extend,
+    "denser": ClauseMaker.count,
+    "sparser": ClauseMaker.count,
 }
 """Every clause that can be drawn."""
 
@@ -483,7 +483,7 @@ def _sample(rng: Generator, family: str, scale: str, split: Split, index: int, s
         trajectory, scene = random_scene(rng, setting, split)
         if len(scene) < 2:
             continue
-        maker = Maker(rng, trajectory, scene, split, flat=setting.half[2] == 0.0)
+        maker = ClauseMaker(rng, trajectory, scene, split, flat=setting.half[2] == 0.0)
         clauses = _draw(rng, maker, family)
         check = _whole(clauses)
         if not _sound(clauses, check, trajectory, scene, setting):
@@ -504,7 +504,7 @@ def _sample(rng: Generator, family: str, scale: str, split: Split, index: int, s
     raise AssertionError(f"no {family} sample at the scale {scale} was found in {TRIES} draws")
 
 
-def _draw(rng: Generator, maker: Maker, family: str) -> list[Clause]:
+def _draw(rng: Generator, maker: ClauseMaker, family: str) -> list[Clause]:
     if family != "multi":
         names = FAMILIES[family]
         return [maker.make(names[int(rng.integers(len(names)))])]

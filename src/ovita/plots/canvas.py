@@ -52,7 +52,7 @@ class Canvas(Protocol):
         """Write names beside cuboids, clear of each other and of the points `busy`."""
 
 
-class _Common:
+class _Canvas:
     def __init__(self, figure: Figure, shown: Extent, frame: Frame) -> None:
         self.figure, self.shown, self.frame = figure, shown, frame
         self.handles: dict[str, Line2D] = {}
@@ -117,7 +117,7 @@ class _Common:
                 self.figure.add_artist(Line2D(x, y, color=color, lw=0.9, zorder=0.5))
 
 
-class TopCanvas(_Common):
+class TopCanvas(_Canvas):
     """The scene from above: right is right and front is up, whatever the frame."""
 
     def __init__(self, figure: Figure, shown: Extent, frame: Frame) -> None:
@@ -176,7 +176,7 @@ class TopCanvas(_Common):
         self._label(texts, colors, [self.pixels(box) for box in boxes], self.pixels(busy), area)
 
 
-class SpaceCanvas(_Common):
+class SpaceCanvas(_Canvas):
     """The scene in space, seen from behind, from the right and from above, whatever the frame."""
 
     def __init__(self, figure: Figure, shown: Extent, frame: Frame) -> None:

@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from ovita.errors import RequestError, WriterError
-from ovita.writers.models.endpoint import Endpoint, rejects_schema, rejects_temperature, retry_delay, writer_error
+from ovita.writers.models.endpoint import ModelEndpoint, rejects_schema, rejects_temperature, retry_delay, writer_error
 from ovita.writers.models.exchange import Answer, Ask, Exchange, Form, ModelWriter
 from ovita.writers.progress import Watch
 
@@ -58,7 +58,7 @@ class LLMWriter(ModelWriter):
             raise RequestError(f"the timeout {timeout:g} cannot be used; give a positive number of seconds")
         if retries < 0 or max_tokens < 1:
             raise RequestError("retries must be 0 or more and max_tokens 1 or more")
-        self._endpoint = Endpoint.named(name, base_url, api_key)
+        self._endpoint = ModelEndpoint.named(name, base_url, api_key)
         form: Form = "tool" if self._endpoint.provider == "anthropic" else "native"
         super().__init__(name.strip(), form, temperature, max_tokens)
         self._timeout, self._retries = timeout, retries
@@ -140,7 +140,7 @@ class LLMWriter(ModelWriter):
                 await asyncio.sleep(delay)
 
 
-async def _first_model(client: httpx2.AsyncClient, endpoint: Endpoint, key: str) -> str:
+async def _first_model(client: httpx2.AsyncClient, endpoint: ModelEndpoint, key: str) -> str:
     """Return the first model that a server lists, or "default" where it lists none."""
     answer = await client.get(f"{endpoint.base_url}/models", headers={"Authorization": f"Bearer {key}"})
     try:

@@ -44,7 +44,7 @@ _LOOKS_LIKE_KEY = re.compile(r"\b(?:sk|pk|key|AIza)[-_]?[A-Za-z0-9_*-]{12,}")
 
 
 @dataclass(frozen=True)
-class Endpoint:
+class ModelEndpoint:
     """Where a model is reached.
 
     Args:
@@ -60,7 +60,7 @@ class Endpoint:
     given_key: str | None = field(default=None, repr=False)
 
     @classmethod
-    def named(cls, name: str, base_url: str | None = None, api_key: str | None = None) -> Endpoint:
+    def named(cls, name: str, base_url: str | None = None, api_key: str | None = None) -> ModelEndpoint:
         """Return the endpoint that a writer's name and an address stand for.
 
         Raises:
@@ -228,13 +228,13 @@ def retry_delay(error: Exception, tries: int) -> float | None:
     return None
 
 
-def writer_error(error: Exception, endpoint: Endpoint, name: str, key: str, *, tries: int = 1) -> WriterError:
+def writer_error(error: Exception, endpoint: ModelEndpoint, name: str, key: str, *, tries: int = 1) -> WriterError:
     """Return what went wrong as a sentence that names the writer and the remedy, and never the key."""
     failure, sentence = _diagnosis(error, endpoint, key, tries)
     return WriterError(f"{name}: {sentence}", failure)
 
 
-def _diagnosis(error: Exception, endpoint: Endpoint, key: str, tries: int) -> tuple[WriterFailure, str]:
+def _diagnosis(error: Exception, endpoint: ModelEndpoint, key: str, tries: int) -> tuple[WriterFailure, str]:
     from pydantic_ai import exceptions as failures
 
     # The last two are those of whichever client library asked.
@@ -259,7 +259,7 @@ def _diagnosis(error: Exception, endpoint: Endpoint, key: str, tries: int) -> tu
     return "other", f"the request failed ({type(error).__name__}{f': {detail}' if detail else ''}); try again"
 
 
-def _http_diagnosis(error: ModelHTTPError, endpoint: Endpoint, key: str, tries: int) -> tuple[WriterFailure, str]:
+def _http_diagnosis(error: ModelHTTPError, endpoint: ModelEndpoint, key: str, tries: int) -> tuple[WriterFailure, str]:
     from pydantic_ai import exceptions as failures
 
     status, where = error.status_code, endpoint.address
