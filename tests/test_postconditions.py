@@ -81,6 +81,17 @@ def test_an_obstacle_takes_back_what_comes_too_close():
     assert promise.change < promise.change_before and 0 < promise.undone < 1
 
 
+def test_the_limits_leave_an_end_that_is_to_stay_or_say_that_they_cannot():
+    near = SceneObject("cup", [-0.47, 0.1, 0.0], [0.06, 0.06, 0.06])
+    lines = ("traj = move(traj, front=0.1, keep='start')", "expect_start()", "return traj")
+    stays = adapted(*lines, scene=Scene((near,)), robot=Robot("open", None, obstacle_margin=0.05))
+    assert np.array_equal(stays.adapted.positions[0], PATH.positions[0]) and stays.postconditions[0].held
+    inside = SceneObject("cup", [-0.5, 0.0, 0.0], [0.1, 0.1, 0.1])
+    moved = adapted(*lines, scene=Scene((inside,)), robot=Robot("open", None, obstacle_margin=0.05))
+    assert moved.status in ("limited", "not_as_meant", "infeasible"), moved.message
+    assert moved.postconditions[0].held or any("the start is" in text for text in moved.warnings)
+
+
 def test_where_nothing_was_limited_or_can_be_measured_nothing_is_said():
     result = adapted("traj = move(traj, front=0.2)", "expect_moved(front=0.2)", "expect_same_path()", "return traj")
     assert result.postconditions[0].undone == 0

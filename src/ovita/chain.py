@@ -11,6 +11,7 @@ import math
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from threading import Event
 from typing import Any
 
@@ -229,14 +230,21 @@ def _finish(
     named = [request.scene[name].name for name in meant if name in request.scene]
     contacts = tuple(dict.fromkeys([*rollout.contacts, *named]))
     options = constraints or ConstraintOptions()
-    solution = constrain(
+    enforce = partial(
+        constrain,
         rollout.trajectory,
         request.scene,
         request.robot,
         original=request.trajectory,
         contacts=contacts,
-        options=options,
     )
+    kept = {e.kind for e, held in zip(rollout.expectations, before, strict=True) if held.held and not e.arguments}
+    pinned = replace(
+        options, fix_start=options.fix_start or "start" in kept, fix_goal=options.fix_goal or "goal" in kept
+    )
+    solution = enforce(options=pinned)
+    if pinned != options and solution.verdict.status == "infeasible":
+        solution = enforce(options=options)  # what is to stay cannot; the postcondition says by how much it moved
     clock.lap("constrain")
     verdict, adapted = solution.verdict, solution.trajectory
     changes = compare(request.trajectory, adapted, request.scene)
