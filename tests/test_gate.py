@@ -11,6 +11,7 @@ from ovita.errors import FormatError
 from ovita.gate import default_log, record, review
 from ovita.io.json_ import seal
 from ovita.limits import ConstraintOptions
+from ovita.measure import sentences
 from ovita.paths.robot import Box, Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
@@ -80,7 +81,7 @@ def test_even_a_resealed_file_is_measured(good, reviewed):
     through = reviewed(sealed(good, adapted=moved(good, 5, [0.5, 0.6, 0.0, 0.3])))
     assert any("it passes too close to 'cup' by" in text for text in through.refusals)
     fast = reviewed(sealed(good, adapted=moved(good, 5, [0.5, 0.2, 0.0, 0.9])))
-    assert any("the speed limit is broken by 0.3 m/s at waypoint 5" in text for text in fast.refusals)
+    assert any("the speed limit is broken by 0.3 m/s at waypoint 6" in text for text in fast.refusals)
     outside = reviewed(sealed(good, adapted=moved(good, 5, [0.5, 0.2, 3.0, 0.3])))
     assert any("the workspace limit is broken by 2.01 m" in text for text in outside.refusals)
     still = sealed(good, adapted=[[x, y, z, 0.0] for x, y, z, _ in good["adapted"]])
@@ -153,3 +154,43 @@ def test_the_log_only_grows(tmp_path, monkeypatch):
     monkeypatch.delenv("XDG_STATE_HOME")
     monkeypatch.setenv("HOME", str(tmp_path))
     assert default_log() == tmp_path / ".local" / "state" / "ovita" / "sent.jsonl"
+
+
+def test_the_changes_shown_are_measured_not_read(good, reviewed):
+    forged = json.loads(json.dumps(good))
+    for item in forged["changes"]["objects"]:
+        item["distance"]["after"] = 5.0
+    assert reviewed(sealed(forged)).changes == reviewed(good).changes
+    for lie in (1e308, "far", None, [1], {"a": 1}, True):
+        forged["changes"]["objects"][0]["distance"]["after"] = lie
+        try:
+            assert sentences(reviewed(sealed(forged)).changes)
+        except FormatError as error:
+            assert "changes" in str(error)
+
+
+@pytest.mark.parametrize("value", ["0.4", True, None, [0.4]])
+def test_coordinates_are_numbers(good, reviewed, value):
+    with pytest.raises(FormatError, match="adapted"):
+        reviewed(sealed(good, adapted=moved(good, 4, [value, 0.2, 0.0, 0.3])))
+
+
+def test_absurd_coordinates_are_refused(good, reviewed):
+    with pytest.raises(FormatError, match="beyond 1e\\+06"):
+        reviewed(sealed(good, adapted=moved(good, 4, [1e200, 0.2, 0.0, 0.3])))
+
+
+def test_it_says_what_it_did_not_check(good, reviewed):
+    said = " ".join(reviewed(good).cautions)
+    assert "Not checked, since robot 'cell' states no limit on it: the acceleration along the path" in said
+    assert "counted as a point" in said
+    full = Robot("full", ROBOT.workspace, max_speed=0.6, radius=0.05, max_acceleration=5, max_lateral_acceleration=5)
+    assert "Not checked" not in " ".join(reviewed(good, robot=full).cautions)
+
+
+def test_a_body_is_measured_again(good, reviewed):
+    wide = Robot("wide", ROBOT.workspace, max_speed=0.6, radius=0.6)
+    assert any("too close to 'cup'" in text for text in reviewed(good, robot=wide).refusals)
+    hard = Robot("hard", ROBOT.workspace, max_speed=0.6, max_acceleration=0.1)
+    jerk = sealed(good, adapted=moved(good, 5, [*good["adapted"][5][:3], 0.5]))
+    assert any("acceleration limit is broken" in text for text in reviewed(jerk, robot=hard).refusals)

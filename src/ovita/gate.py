@@ -1,14 +1,14 @@
 """The gate that everything passes on its way to a robot: it believes no file, and keeps a log.
 
 A result is released only if it says that it succeeded, was verified against the limits of a robot, has not been edited
-since, and keeps every limit when its own trajectory, scene and robot are measured again.
+since, and keeps every limit when its own trajectory, scene and robot are measured again. What is shown to a person
+is measured here too: the file's own report of changes and promises counts for nothing.
 """
 
 from __future__ import annotations
 
 import json
 import os
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -21,13 +21,18 @@ import numpy as np
 from ovita.errors import FormatError
 from ovita.io import load_document
 from ovita.io.files import file_name
+from ovita.io.journal import Journal
 from ovita.io.json_ import seal
 from ovita.limits import ConstraintCheck, ConstraintOptions, verify
+from ovita.limits.problem import at
+from ovita.measure import Changes, compare
 from ovita.paths.robot import Robot
 from ovita.paths.trajectory import Trajectory
 from ovita.result import Adaptation
+from ovita.text import listed, quoted
 
-_LIMIT = re.compile(r"at most [0-9.]+(e[-+]?[0-9]+)? m/s\^2")
+FARTHEST = 1e6
+"""Coordinates beyond this are no path of a robot [m]."""
 
 
 @dataclass(frozen=True)
@@ -38,6 +43,7 @@ class Review:
         result: As the file holds it.
         robot: Whose limits were measured.
         checks: Every limit, measured anew on the adapted trajectory.
+        changes: The difference between the original and the adapted trajectory, measured anew.
         refusals: Why it may not be sent, each a sentence; none if it may.
         cautions: What a person should know before sending it, each a sentence.
         sha256: Of the result's content.
@@ -46,6 +52,7 @@ class Review:
     result: Adaptation
     robot: Robot
     checks: tuple[ConstraintCheck, ...]
+    changes: Changes
     refusals: tuple[str, ...]
     cautions: tuple[str, ...]
     sha256: str
@@ -73,6 +80,9 @@ def review(path: str, *, robot: Robot | None = None) -> Review:
     document = load_document(path)
     result = Adaptation.from_document(document, file=path)
     judge = robot or result.robot
+    for name, path_ in (("original", result.original), ("adapted", result.adapted)):
+        if np.abs(path_.to_array()).max() > FARTHEST:
+            raise FormatError(path, f"holds a number beyond {FARTHEST:g}, which is no path of a robot", key=name)
     checks = verify(
         result.adapted,
         result.scene,
@@ -80,14 +90,19 @@ def review(path: str, *, robot: Robot | None = None) -> Review:
         proposed=result.adapted,
         original=result.original,
         contacts=[name for name in result.contacts if name in result.scene],
-        options=_options(result),
+        options=ConstraintOptions(
+            max_acceleration=result.options.max_acceleration,
+            max_lateral_acceleration=result.options.max_lateral_acceleration,
+        ),
     )
     refusals = [*_by_record(result), *_by_seal(document), *_by_measure(result.adapted, judge, checks)]
     cautions = [f"'{name}' is meant to be touched and was not measured as an obstacle." for name in result.contacts]
     cautions += [text for text in result.warnings if text not in refusals]
     if result.robot != judge:
         cautions.append(f"Measured against the limits of {judge.name!r} instead of the result's {result.robot.name!r}.")
-    return Review(result, judge, checks, tuple(dict.fromkeys(refusals)), tuple(cautions), _digest(document))
+    cautions += _unchecked(judge, result)
+    changes = compare(result.original, result.adapted, result.scene)
+    return Review(result, judge, checks, changes, tuple(dict.fromkeys(refusals)), tuple(cautions), _digest(document))
 
 
 def record(log: str | os.PathLike[str], event: Mapping[str, Any]) -> None:
@@ -96,17 +111,12 @@ def record(log: str | os.PathLike[str], event: Mapping[str, Any]) -> None:
     Raises:
         FormatError: If the log cannot be written; nothing may be sent then.
     """
-    line = json.dumps({"time": datetime.now(UTC).isoformat(timespec="milliseconds"), **event}, ensure_ascii=True)
+    time = datetime.now(UTC).isoformat(timespec="milliseconds")
     try:
         Path(log).parent.mkdir(parents=True, exist_ok=True)
-        handle = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o600)
-        try:
-            os.write(handle, line.encode("ascii") + b"\n")
-            os.fsync(handle)
-        finally:
-            os.close(handle)
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
+        Journal(log).add({"time": time, **event})
+    except (OSError, FormatError) as error:
+        reason = str(getattr(error, "strerror", None) or error).lower()
         raise FormatError(file_name(log), f"the log cannot be written ({reason}), so nothing is sent") from None
 
 
@@ -152,24 +162,31 @@ def _by_measure(adapted: Trajectory, robot: Robot, checks: Sequence[ConstraintCh
         said.append(f"The robot {robot.name!r} has no limits to verify against; name the real one: --robot NAME|FILE.")
     for check in checks:
         if not check.held:
-            where = "" if check.where_after is None else f" at {check.place} {check.where_after}"
+            where = at(check.place, check.where_after)
             what = f"it passes too close to {check.subject!r}" if check.subject else f"the {check.name} limit is broken"
             said.append(f"Measured again, {what} by {check.violation_after:.3g} {check.unit}{where} ({check.limit}).")
     length = np.diff(adapted.arc_length)
     stuck = (length > 0) & (adapted.speeds[:-1] == 0) & (adapted.speeds[1:] == 0)
     if stuck.any():
-        said.append(f"From waypoint {int(np.argmax(stuck))} it goes on at speed 0, which no robot can follow.")
+        said.append(f"From waypoint {int(np.argmax(stuck)) + 1} it goes on at speed 0, which no robot can follow.")
     return said
 
 
-def _options(result: Adaptation) -> ConstraintOptions:
-    """The limits that were asked for besides the robot's, as the result's own report names them."""
-    found: dict[str, float] = {}
-    for check in result.constraints.checks if result.constraints else ():
-        key = {"acceleration": "max_acceleration", "lateral acceleration": "max_lateral_acceleration"}.get(check.name)
-        if key and _LIMIT.fullmatch(check.limit):
-            found[key] = float(check.limit.split()[2])
-    return ConstraintOptions(**found)  # type: ignore[arg-type]
+def _unchecked(robot: Robot, result: Adaptation) -> list[str]:
+    """What was not checked, since nobody stated a limit on it."""
+    limits = {
+        "the workspace": robot.workspace,
+        "the speed": robot.max_speed,
+        "the acceleration along the path": robot.max_acceleration or result.options.max_acceleration,
+        "the acceleration across the path": robot.max_lateral_acceleration or result.options.max_lateral_acceleration,
+        "the size of the robot, which counted as a point": robot.radius or None,
+    }
+    missing = [what for what, limit in limits.items() if limit is None]
+    unsized = [item.name for item in result.scene if item.dimensions is None]
+    said = [f"Not checked, since robot {robot.name!r} states no limit on it: {listed(missing)}."] if missing else []
+    if unsized:
+        said.append(f"The scene gives no size for {quoted(unsized)}; {robot.object_size:g} m was assumed at least.")
+    return said
 
 
 def _digest(document: Mapping[str, Any]) -> str:

@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from ovita.errors import RobotError
 from ovita.limits import parse_text
 from ovita.paths.robot import Robot, Shell
 
@@ -24,6 +25,14 @@ INF = math.inf
         ("z ± 50 cm", {"z": (-0.5, 0.5)}),
         ("X must stay between 10 cm and 80 cm", {"x": (0.1, 0.8)}),
         ("The z-axis is limited to -100 mm to 0.3 m", {"z": (-0.1, 0.3)}),
+        ("z > 0", {"z": (0, INF)}),
+        ("z >= 0.1", {"z": (0.1, INF)}),
+        ("x < 2", {"x": (-INF, 2)}),
+        ("z at least 10 cm", {"z": (0.1, INF)}),
+        ("0.1 <= z", {"z": (0.1, INF)}),
+        ("z must not be above 1.5 m", {"z": (-INF, 1.5)}),
+        ("The y-coordinate must stay below 0.4", {"y": (-INF, 0.4)}),
+        ("z >= 0.1 and z <= 0.9", {"z": (0.1, 0.9)}),
     ],
 )
 def test_ranges(text, ranges):
@@ -46,6 +55,17 @@ def test_ranges(text, ranges):
         ("Stay at least 10 cm away from all objects.", "obstacle_margin", 0.1),
         ("It must maintain a minimum distance of 0.1 from the borders of all objects.", "obstacle_margin", 0.1),
         ("The maximum speed is 0.5 m/s", "max_speed", 0.5),
+        ("v_max = 0.5", "max_speed", 0.5),
+        ("max speed 30 cm/s", "max_speed", 0.3),
+        ("no faster than 0.5 m/s", "max_speed", 0.5),
+        ("Do not exceed 0.5 m/s", "max_speed", 0.5),
+        ("v <= 0.4", "max_speed", 0.4),
+        ("The speed is at least 0.1 m/s", "min_speed", 0.1),
+        ("no slower than 0.1 m/s", "min_speed", 0.1),
+        ("The acceleration is at most 2 m/s^2", "max_acceleration", 2.0),
+        ("Keep 0.5 m away from people", "person_margin", 0.5),
+        ("reach 0.8 +- 0.2 m", "reach", 1.0),
+        ("A reach of 80 ± 20 cm", "reach", 1.0),
     ],
 )
 def test_single_values(text, key, value):
@@ -59,6 +79,18 @@ def test_what_is_not_understood_is_handed_back():
     assert found.ranges == {"x": (0, 1)}
     assert found.ignored == ("Never cross the red line", "Keep the gripper level")
     assert parse_text("").understood == ()
+
+
+def test_bounds_in_two_sentences_hold_together():
+    assert parse_text("z >= 0.1. z <= 0.9").ranges == {"z": (0.1, 0.9)}
+    with pytest.raises(RobotError, match="exceeds upper"):
+        parse_text("z >= 0.5. z <= 0.2").apply(Robot.preset("none"))
+
+
+@pytest.mark.parametrize("text", ["t < 3", "The tilt is at most 5 degrees", "Do not exceed the line", "roll <= 0.2"])
+def test_limits_of_other_kinds_are_handed_back_by_name(text):
+    found = parse_text(text)
+    assert found.ignored == (text,) and not found.understood
 
 
 def test_limits_take_the_place_of_the_robots():

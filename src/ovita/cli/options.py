@@ -122,7 +122,7 @@ def notes_on(task: Task, robot: str | None) -> list[str]:
     if robot == "scene":
         said += [f"limit of the file: {text}" for text in limits.understood]
         said += [f"limit of the file that is not understood and not enforced: {text}" for text in limits.ignored]
-    elif limits.understood and robot is None:
+    elif limits.understood:
         said.append("the file states limits of its own; they are enforced with --robot scene")
     return said
 

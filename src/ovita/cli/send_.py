@@ -118,9 +118,8 @@ def _show(found: Review, place: str) -> None:
     )
     _section("Limits", _limits(found.robot))
     held = sum(check.held for check in found.checks)
-    verdict = result.constraints.sentences() if result.constraints else ["It was never verified."]
-    _section("Verdict", [*verdict, f"Measured again just now: {held} of {len(found.checks)} limits hold."])
-    _section("Changes", sentences(result.changes) if result.changes else ["None were measured."])
+    _section("Verdict", [f"Measured again just now: {held} of {len(found.checks)} limits hold."])
+    _section("Changes, measured again", sentences(found.changes))
     _section("Mind", found.cautions)
     _section(f"Refused, it does not go to {place}", found.refusals)
 
@@ -129,8 +128,11 @@ def _limits(robot: Robot) -> list[str]:
     said = [f"robot {robot.name}"]
     if robot.workspace is not None:
         said.append(f"workspace: {robot.workspace.describe()}, {robot.margin:g} m from its border")
-    said.append(f"objects: {robot.obstacle_margin:g} m from each")
+    said.append(f"body: {robot.radius:g} m radius" if robot.radius else "body: a point")
+    said.append(f"objects: {robot.obstacle_margin:g} m from each, {robot.person_margin:g} m from people")
     said.append("speed: " + ("no limit" if robot.max_speed is None else f"at most {robot.max_speed:g} m/s"))
+    for name, limit in (("along", robot.max_acceleration), ("across", robot.max_lateral_acceleration)):
+        said.append(f"acceleration {name} the path: " + ("no limit" if limit is None else f"at most {limit:g} m/s^2"))
     return said
 
 
