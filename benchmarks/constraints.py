@@ -2,7 +2,7 @@
 
     python benchmarks/constraints.py             all tables (a few minutes)
     python benchmarks/constraints.py --quick     fewer repetitions
-    python benchmarks/constraints.py --stress    also 2,000 generated problems, each checked
+    python benchmarks/constraints.py --stress    also 2,000 generated problems and 2,000 instructions, each checked
 
 The dense formulation is ours, after the paper's equations: 4 N unknowns, full matrices, CVXOPT, weights by 50 Optuna
 trials that minimise deviation. CVXOPT, Optuna, OSQP and Clarabel are needed for their columns only; a column whose
@@ -278,8 +278,9 @@ def main() -> None:
     solvers(repeat)
     if chosen.stress:
         print()
-        script = Path(__file__).parents[1] / "tests" / "constraints" / "constraint_scenes.py"
-        runpy.run_path(str(script))["main"](chosen.stress)
+        for name in ("constraint_scenes", "trust_scenes"):
+            script = Path(__file__).parents[1] / "tests" / "limits" / f"{name}.py"
+            runpy.run_path(str(script))["main"](chosen.stress)
 
 
 if __name__ == "__main__":
