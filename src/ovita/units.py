@@ -86,6 +86,12 @@ def find(word: str) -> Unit | None:
     return None
 
 
+def symbol(word: str) -> str:
+    """How ovita writes the unit that a word means, such as "cm"; "" if it means none."""
+    unit = find(word)
+    return "" if unit is None else unit.symbol
+
+
 def to_si(value: float, word: str) -> tuple[float, str]:
     """A value in a unit as (value, SI unit): `to_si(5, "cm")` is `(0.05, "m")`.
 

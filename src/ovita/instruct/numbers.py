@@ -6,11 +6,11 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from ovita import units
 from ovita.instruct.lexicon import stems
+from ovita.units import SPELLINGS
 
 UNITS: Mapping[tuple[str, ...], tuple[str, float]] = {
-    tuple(spelling.split()): (unit.dimension, unit.factor) for spelling, unit in units.SPELLINGS.items()
+    tuple(spelling.split()): (unit.dimension, unit.factor) for spelling, unit in SPELLINGS.items()
 }
 """Unit words in the singular to (dimension, factor to SI)."""
 

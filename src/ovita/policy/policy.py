@@ -17,6 +17,7 @@ from ovita.errors import PolicyRejected
 from ovita.policy.direct import carries_columns, proven
 from ovita.policy.syntax import Entry, Form, Value, bound_names, entry_of, find_function, literal, parse_tree
 from ovita.policy.wire import clean_text
+from ovita.units import find
 
 MAX_NOTE = 300
 """Most characters of a comment or a docstring line that are read; patterns on longer ones would take their time."""
@@ -181,10 +182,8 @@ def _comments(source: str) -> dict[int, str]:
 _NOTE = re.compile(r"^\s*(?:[-*]\s+)?[`*]{0,2}(\w+)[`*]{0,2}\s*(?:\([^()]*\))?\s*(?::|=|–|—|--)\s*(\S.*)$")
 _BRACKETS = re.compile(r"\s*\[([^\[\]]{1,16})\]")
 _PARENTHESES = re.compile(r"\s*\(([^()]{1,16})\)")
-_UNITS = frozenset(
-    "m cm mm km m/s cm/s mm/s km/h m/s^2 m/s² s ms sec seconds second min meters meter metres metre rad radians deg "
-    "degrees degree ° % percent hz 1/m waypoints points steps index factor ratio fraction unitless - 0-1 0..1".split()
-)
+_COUNTS = frozenset("1/m waypoints points steps index factor ratio fraction unitless - 0-1 0..1".split())
+"""What stands where a unit would, besides those that `units` knows."""
 
 
 def _notes(text: str) -> dict[str, str]:
@@ -197,14 +196,20 @@ def _notes(text: str) -> dict[str, str]:
     return notes
 
 
+def _measures(text: str) -> bool:
+    """Whether a text is a unit of measure, or says that there is none."""
+    unit = find(text)
+    return text.strip().lower() in _COUNTS or (unit is not None and unit.dimension not in ("step", "x"))
+
+
 def _unit(text: str) -> tuple[str, str]:
     """Split `how far to shift [m]` or `how far to shift (m)` into unit and meaning."""
     found = next(
         (f for f in [*_BRACKETS.finditer(text)][::-1]),
-        next((f for f in [*_PARENTHESES.finditer(text)][::-1] if f[1].strip().lower() in _UNITS), None),
+        next((f for f in [*_PARENTHESES.finditer(text)][::-1] if _measures(f[1])), None),
     )
     if found is None:
-        if text.strip().lower() in _UNITS:
+        if _measures(text):
             return text.strip(), ""
         return "", text.strip()
     meaning = (text[: found.start()] + text[found.end() :]).strip(" ,;")

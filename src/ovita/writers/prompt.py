@@ -19,6 +19,7 @@ import numpy as np
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.request import Request, Turn
+from ovita.units import to_si
 from ovita.writers.base import Attempt, Failure, Reply
 from ovita.writers.progress import Watch
 from ovita.writers.safe_text import one_line, quoted
@@ -36,18 +37,8 @@ EXAMPLES, FUNCTIONS = 2, 4
 ROOM = 890
 """How much text functions and examples may take together, so that prompts stay short [characters]."""
 
-_UNITS = {
-    "cm": (0.01, "m"),
-    "centim": (0.01, "m"),
-    "mm": (0.001, "m"),
-    "millim": (0.001, "m"),
-    "inch": (0.0254, "m"),
-    "feet": (0.3048, "m"),
-    "foot": (0.3048, "m"),
-    "ft": (0.3048, "m"),
-    "s": (10, "timesteps"),
-}
-"""What a policy's functions take for a unit that people use: factor and name."""
+STEPS = 10
+"""Timesteps in a second, as policies count them."""
 
 _MEASURE = re.compile(
     r"(?<![\w.])(\d{1,9}(?:\.\d{1,9})?|\.\d{1,9})[ -]?"
@@ -248,9 +239,8 @@ def _in_units(instruction: str) -> str:
 
     def told(found: re.Match[str]) -> str:
         value = float(found[1])
-        unit = next(word for word in _UNITS if found[2].lower().startswith(word))
-        factor, name = _UNITS[unit]
-        return f"{found[0]} ({value * factor:.4g} {name})"
+        amount, unit = to_si(value, found[2])
+        return f"{found[0]} ({amount:.4g} m)" if unit == "m" else f"{found[0]} ({amount * STEPS:.4g} timesteps)"
 
     return _MEASURE.sub(told, instruction)
 

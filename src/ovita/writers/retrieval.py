@@ -11,6 +11,7 @@ import numpy as np
 from ovita.instruct.lexicon import PLAIN, concept_at, is_filler, stems
 from ovita.paths.frame import DIRECTIONS
 from ovita.paths.trajectory import Array
+from ovita.units import LENGTHS, symbol
 
 WEIGHTS = {" ": 0.3, "~": 0.1}
 """What two neighbours in a row count, next to one term, and what a word counts besides its concept."""
@@ -20,8 +21,8 @@ COVERED = 0.6
 
 NUMBER, OBJECT, DIRECTION = "<number>", "<object>", "<direction>"
 
-UNITS = frozenset("m cm mm metre metres meter meters centimetre centimetres centimeter centimeters millimetres".split())
-"""Units of length, which say nothing about what is asked."""
+_LENGTHS = frozenset(unit.symbol for unit in LENGTHS)
+"""Units of length say nothing about what is asked."""
 
 _WORD = re.compile(r"<\w+>|\d+(?:\.\d+)?|\.\d+|[^\W\d_]+(?:'[^\W\d_]+)?|%|°")
 
@@ -41,7 +42,7 @@ def terms(text: str, objects: Iterable[str] = ()) -> list[str]:
     for name in sorted(filter(_telling, names), key=lambda n: (-len(n), n)):
         text = re.sub(rf"(?<!\w){name.replace(' ', '[ _-]')}(?:e?s)?(?!\w)", OBJECT, text)
     words = [NUMBER if word[0].isdigit() or word[0] == "." else word for word in _WORD.findall(text)]
-    words = [w for i, w in enumerate(words) if not (i and words[i - 1] == NUMBER and w in UNITS)]
+    words = [w for i, w in enumerate(words) if not (i and words[i - 1] == NUMBER and symbol(w) in _LENGTHS)]
     main: list[str] = []
     besides: list[str] = []
     i = 0
