@@ -23,7 +23,7 @@ from studio_tab import Tab
 
 from ovita.dialogue.session import Session
 from ovita.paths.trajectory import Trajectory
-from ovita.studio import Settings, Studio
+from ovita.studio import Studio, StudioSettings
 
 SAY = "Go left by 0.2 and slow down near the cup"
 
@@ -39,7 +39,7 @@ def scene(folder: Path, n: int) -> str:
 
 def studio_for(folder: Path, n: int) -> Studio:
     template = Session(Trajectory(np.array([[0.0, 0, 0], [1.0, 0, 0]]), np.array([0.1, 0.1])), writer="builtin")
-    return Studio(Settings(template, (scene(folder, n),), port=0, folder=folder / f"sessions-{n}"))
+    return Studio(StudioSettings(template, (scene(folder, n),), port=0, folder=folder / f"sessions-{n}"))
 
 
 def adapted(tab: Tab) -> Tab:

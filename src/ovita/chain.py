@@ -32,7 +32,7 @@ from ovita.writers.base import Attempt, PolicyWriter, Reply, WriterInfo, writer_
 from ovita.writers.explain import reworded
 from ovita.writers.generate import Isolation as Isolation
 from ovita.writers.generate import judged, write
-from ovita.writers.progress import Progress, Watch
+from ovita.writers.progress import Progress, WritingBudget
 from ovita.writers.prompt import ExampleMode, ground
 
 REPAIRS = 2
@@ -98,18 +98,18 @@ def adapt(
     known_isolation(isolation)
     clock = _Clock()
     chosen = writer_named(writer) if isinstance(writer, str) else writer
-    watch = Watch.lasting(time_limit, progress, cancel)
-    prompt = replace(ground(request, examples=examples), watch=watch)
+    budget = WritingBudget.lasting(time_limit, progress, cancel)
+    prompt = replace(ground(request, examples=examples), budget=budget)
     clock.lap("ground")
     last = write(prompt, chosen, isolation=isolation, repairs=repairs, lap=clock.lap)
-    if watch.cancelled:
+    if budget.cancelled:
         last = replace(last, policy=None, error="stopped on request; the trajectory is unchanged")
     if last.policy is None or last.rollout is None:
         return _declined(request, last, clock)
-    watch.say("enforcing the limits")
+    budget.say("enforcing the limits")
     result = _finish(request, last.policy, last.rollout, last, constraints, clock)
     if explain_with_model and last.by is not None:
-        result = _explained_by_model(result, last.by, watch, clock)
+        result = _explained_by_model(result, last.by, budget, clock)
     return result
 
 
@@ -302,11 +302,11 @@ def _first_stall(trajectory: Trajectory) -> int | None:
     return int(np.argmax(stuck)) if stuck.any() else None
 
 
-def _explained_by_model(result: Adaptation, writer: PolicyWriter, watch: Watch, clock: _Clock) -> Adaptation:
+def _explained_by_model(result: Adaptation, writer: PolicyWriter, budget: WritingBudget, clock: _Clock) -> Adaptation:
     """Let the model explain in its own words; the template's explanation stays where it cannot."""
-    watch.say("explaining")
+    budget.say("explaining")
     try:
-        text = reworded(writer, {topic: "\n".join(lines) for topic, lines in facts(result).items()}, watch=watch)
+        text = reworded(writer, {topic: "\n".join(lines) for topic, lines in facts(result).items()}, budget=budget)
     except WriterError:
         return result
     finally:

@@ -59,13 +59,13 @@ def start(tmp_path_factory):
 
     from ovita.dialogue.session import Session
     from ovita.paths.trajectory import Trajectory
-    from ovita.studio import Settings, Studio
+    from ovita.studio import Studio, StudioSettings
 
     made, folder = [], tmp_path_factory.mktemp("studio") / "sessions"
 
     def make(*paths, port=0, **settings):
         template = Session(Trajectory(np.array([[0.0, 0, 0], [1.0, 0, 0]]), np.array([0.1, 0.1])), writer="builtin")
-        made.append(Studio(Settings(template, tuple(map(str, paths)), port=port, folder=folder, **settings)))
+        made.append(Studio(StudioSettings(template, tuple(map(str, paths)), port=port, folder=folder, **settings)))
         return made[-1]
 
     yield make

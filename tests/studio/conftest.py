@@ -11,7 +11,7 @@ from studio_tab import Tab
 
 from ovita.dialogue.session import Session
 from ovita.paths.trajectory import Trajectory
-from ovita.studio import Settings, Studio
+from ovita.studio import Studio, StudioSettings
 
 
 @pytest.fixture
@@ -25,7 +25,9 @@ def start(template, tmp_path):
     made = []
 
     def make(*paths, **settings):
-        studio = Studio(Settings(template, tuple(map(str, paths)), port=0, folder=tmp_path / "sessions", **settings))
+        studio = Studio(
+            StudioSettings(template, tuple(map(str, paths)), port=0, folder=tmp_path / "sessions", **settings)
+        )
         made.append(studio)
         return studio
 

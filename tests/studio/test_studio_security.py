@@ -8,7 +8,7 @@ import websockets.exceptions
 from studio_tab import Tab
 
 from ovita.errors import RequestError
-from ovita.studio import Settings, Studio
+from ovita.studio import Studio, StudioSettings
 from ovita.studio.security import StudioUnsafe, gate_for, guarded, is_local
 
 TOKEN = "correct-horse-battery"
@@ -102,7 +102,7 @@ def test_open_to_others_with_a_token(start):
 def test_a_taken_port_is_told(start, template, tmp_path):
     studio = start()
     with pytest.raises(RequestError, match="choose another --port"):
-        Studio(Settings(template, port=studio.port, folder=tmp_path / "other"))
+        Studio(StudioSettings(template, port=studio.port, folder=tmp_path / "other"))
 
 
 def test_the_tunnel_of_viser_is_shut(start, visit):

@@ -10,7 +10,7 @@ import pytest
 import ovita.toolkit
 from ovita.paths.frame import DIRECTIONS, RFU, Frame
 from ovita.toolkit import CATALOGUE, Recorder, describe, namespace
-from ovita.toolkit.arguments import Limits, Offset
+from ovita.toolkit.arguments import Offset, OffsetLimits
 from ovita.toolkit.catalogue import HIDDEN, core_names, operation, signature
 
 
@@ -50,7 +50,7 @@ def test_the_description_of_some_names():
 
 
 def test_the_direction_words_of_the_types_are_those_of_the_frames():
-    assert tuple(Offset.__annotations__) == tuple(Limits.__annotations__) == DIRECTIONS
+    assert tuple(Offset.__annotations__) == tuple(OffsetLimits.__annotations__) == DIRECTIONS
 
 
 def test_an_operation_is_entered_once_in_a_known_group():

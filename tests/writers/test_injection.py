@@ -182,7 +182,7 @@ def test_an_error_that_quotes_a_label_gives_no_orders_either(text):
     asked = []
 
     class Model(ModelWriter):
-        def exchange(self, ask, watch):
+        def exchange(self, ask, budget):
             asked.append(ask)
             raise WriterError("enough")
 

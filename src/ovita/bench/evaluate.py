@@ -74,7 +74,7 @@ def evaluate(sample: Sample, writer: Answering, condition: Condition, protocol: 
     task, robot = sample.task, robot_for(sample, protocol.robot)
     idle = judge(sample.check, task.trajectory, task.trajectory, task.scene)
     rounds: list[Round] = []
-    talk = _Talk(sample, robot, protocol.feedback_on)
+    talk = _Conversation(sample, robot, protocol.feedback_on)
     said = task.instruction
     ask = _asker(writer, condition, protocol.isolation)
     for _ in range(protocol.feedback + 1):
@@ -131,7 +131,7 @@ def _asker(writer: Answering, condition: Condition, isolation: Isolation) -> Cal
     return ask
 
 
-class _Talk:
+class _Conversation:
     """What was said so far, and what the next request is about."""
 
     def __init__(self, sample: Sample, robot: Robot, on: Literal["original", "current"]) -> None:

@@ -51,7 +51,7 @@ def command(
     isolation: str,
 ) -> None:
     """Adapt trajectories in the browser; begins with the first FILE, or with a shipped scene."""
-    from ovita.studio import Settings, Studio
+    from ovita.studio import Studio, StudioSettings
     from ovita.studio.sessions import default_folder
 
     limits = load_robot(robot) if robot else Robot.preset("none")
@@ -62,7 +62,7 @@ def command(
         constraints=ConstraintOptions(),
         isolation=known_isolation(isolation),
     )
-    studio = Studio(Settings(template, files, host, port, token, sessions or default_folder()))
+    studio = Studio(StudioSettings(template, files, host, port, token, sessions or default_folder()))
     made = token == "auto"
     told = "" if made or not token else "; it asks for the token"
     click.echo(f"The studio is open at {studio.url if made else studio.url.partition('?')[0]}{told}")

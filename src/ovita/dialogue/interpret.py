@@ -27,7 +27,7 @@ OFFLINE = ("auto", "builtin")
 """Writers that read every instruction themselves first, so that feedback may also become other words for them."""
 
 
-def interpret(said: str, on: FeedbackOn, state: State) -> Interpretation:
+def interpret(said: str, on: FeedbackOn, state: DialogueState) -> Interpretation:
     """Resolve an utterance as feedback on the turns before it, or adapt by it as an instruction.
 
     Raises:
@@ -74,7 +74,7 @@ class Interpretation:
 
 
 @dataclass(frozen=True)
-class State:
+class DialogueState:
     """What an utterance is interpreted against.
 
     Args:

@@ -9,7 +9,7 @@ from typing import Any
 
 from ovita.chain import UNCHANGED, enforced, rerun
 from ovita.dialogue.history import ROOT, History, Kind, Situation, Step, in_force, read_session, replayed, write_session
-from ovita.dialogue.interpret import State, interpret
+from ovita.dialogue.interpret import DialogueState, interpret
 from ovita.dialogue.standing import lost
 from ovita.errors import RequestError
 from ovita.io.journal import Journal
@@ -116,7 +116,7 @@ class Session:
         """
         if not instruction.strip():
             raise RequestError("the instruction is empty; say what should change, such as 'slow down near the cup'")
-        state = State(
+        state = DialogueState(
             self._history, self._first, self.situation, self.writer, self.isolation, self._asked, progress, cancel
         )
         found = interpret(instruction, on, state)

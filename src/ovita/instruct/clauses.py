@@ -261,7 +261,7 @@ class Reader:
         """The clause as written."""
         return " ".join(t.text for t in self.tokens)
 
-    def has(self, *concepts: str) -> bool:
+    def peek(self, *concepts: str) -> bool:
         """Whether one of these concepts is in the clause and not yet taken."""
         return any(self.find(c) is not None for c in concepts)
 
@@ -272,7 +272,7 @@ class Reader:
                 return i
         return None
 
-    def take(self, *concepts: str) -> bool:
+    def consume(self, *concepts: str) -> bool:
         """Take every free token of these concepts; say whether there was one."""
         found = False
         for i, token in enumerate(self.tokens):
@@ -280,12 +280,12 @@ class Reader:
                 self.taken[i] = found = True
         return found
 
-    def untake(self, concept: str) -> None:
+    def release(self, concept: str) -> None:
         """Give back the tokens of a concept."""
         for i, token in enumerate(self.tokens):
             self.taken[i] = self.taken[i] and token.value != concept
 
-    def take_at(self, i: int) -> Token:
+    def consume_at(self, i: int) -> Token:
         """Take the token at i."""
         self.taken[i] = True
         return self.tokens[i]
@@ -298,19 +298,19 @@ class Reader:
         """Index of the token before i that is not a filler, taken or not."""
         return next((j for j in range(i - 1, -1, -1) if self.tokens[j].kind not in ("filler", "join")), None)
 
-    def says(self, *texts: str) -> bool:
+    def peek_word(self, *texts: str) -> bool:
         """Whether one of these words stands in the clause as written, not yet taken."""
         return any(t.text.lower() in texts and not self.taken[i] for i, t in enumerate(self.tokens))
 
-    def hears(self, *texts: str) -> bool:
+    def any_word(self, *texts: str) -> bool:
         """Whether one of these words stands in the clause as written, taken or not."""
         return any(t.text.lower() in texts for t in self.tokens)
 
-    def says_phrase(self, opening: str) -> bool:
+    def peek_phrase(self, opening: str) -> bool:
         """Whether a phrase of the clause, taken or not, begins with this word: "twice around"."""
         return any(t.text.lower().split()[:1] == [opening] for t in self.tokens)
 
-    def sided(self) -> bool:
+    def names_a_side(self) -> bool:
         """Whether a direction only names a side: "from the left", "the right side of the plate"."""
         for i, token in enumerate(self.tokens):
             if token.kind == "concept" and token.value in DIRECTIONS and not self.taken[i]:
@@ -324,7 +324,7 @@ class Reader:
         """Take a length to reach, "to 0.5"; not "by 0.5"."""
         for i in self.numbers(("", "m")):
             if self.word_before(i) == "to":
-                return self.take_at(i).number
+                return self.consume_at(i).number
         return None
 
     def word_before(self, i: int) -> str:
@@ -339,13 +339,13 @@ class Reader:
         """Take the list of free objects that begins at token i ("the cup and the plate")."""
         items: list[SceneObject] = []
         while i is not None and self.tokens[i].items and not self.taken[i]:
-            items += self.take_at(i).items
+            items += self.consume_at(i).items
             i = self.after(i)
         return tuple(items)
 
     def objects(self) -> tuple[SceneObject, ...]:
         """Take all free objects of the clause."""
-        found = [self.take_at(i).items for i, t in enumerate(self.tokens) if t.items and not self.taken[i]]
+        found = [self.consume_at(i).items for i, t in enumerate(self.tokens) if t.items and not self.taken[i]]
         return tuple(item for items in found for item in items)
 
     def numbers(self, units: Iterable[str]) -> list[int]:
@@ -356,13 +356,13 @@ class Reader:
     def number(self, *units: str) -> float | None:
         """Take the first free number with one of these units ("" is a bare number)."""
         found = self.numbers(units)
-        return self.take_at(found[0]).number if found else None
+        return self.consume_at(found[0]).number if found else None
 
     def share(self, *, smaller: bool) -> float | None:
         """Take a percentage as a factor on a size: "by 20 %" adds or takes it away, "to 20 %" is what is left."""
         for i in self.numbers(("%",)):
             kept = self.word_before(i) == "to"
-            value = self.take_at(i).number
+            value = self.consume_at(i).number
             return value if kept else max(1.0 - value, 0.01) if smaller else 1.0 + value
         return None
 
@@ -370,12 +370,12 @@ class Reader:
         """Take the name of a coordinate axis, x, y or z, or return ""."""
         for i, token in enumerate(self.tokens):
             if token.text.lower() in ("x", "y", "z") and not self.taken[i]:
-                return self.take_at(i).text.lower()
+                return self.consume_at(i).text.lower()
         return ""
 
     def degree(self) -> Degree:
         """Take the words of degree and return what they say."""
-        slight, large = self.take("slight"), self.take("large")
+        slight, large = self.consume("slight"), self.consume("large")
         return "slight" if slight else "large" if large else "moderate"
 
     def directions(self) -> tuple[tuple[str, float | None], ...]:
@@ -389,7 +389,7 @@ class Reader:
             for j in (self.after(i), self.before(i)):
                 if j is not None and not self.taken[j] and self.tokens[j].unit in ("", "m"):
                     if self.tokens[j].kind == "number" and self.word_before(j) != "to":
-                        amount = self.take_at(j).number
+                        amount = self.consume_at(j).number
                         break
             if not any(word == token.value for word, _ in found):
                 found.append((token.value, amount))

@@ -50,36 +50,38 @@ EXTRAS = (
 def read_keep_distance(r: Reader) -> list[Intent]:
     """Keep at least 0.2 away from the cup; never come within 0.3 of it; stay 0.3 away from the plate."""
     numbers = r.numbers(("", "m"))
-    if not numbers or r.has("speed", "faster", "slower") or r.numbers(("m/s",)) or not any(t.items for t in r.tokens):
+    if not numbers or r.peek("speed", "faster", "slower") or r.numbers(("m/s",)) or not any(t.items for t in r.tokens):
         return []
-    if r.has("more") and r.has("than") and sum(bool(t.items) for t in r.tokens) > 1:
+    if r.peek("more") and r.peek("than") and sum(bool(t.items) for t in r.tokens) > 1:
         return []  # "more distance from the plate than from the fan"
-    if r.has("over", "under") and not r.has("never", "distance", "away"):
+    if r.peek("over", "under") and not r.peek("never", "distance", "away"):
         return []
-    if len(numbers) == 2 and r.has("keep", "stay", "distance"):
+    if len(numbers) == 2 and r.peek("keep", "stay", "distance"):
         return _between_distances(r, numbers)
-    directed = r.has(*DIRECTIONS)
-    spared = r.says(*SPARED)
-    never = r.has("never") and r.has("closer", "near", "within", "at_most", "collide")
+    directed = r.peek(*DIRECTIONS)
+    spared = r.peek_word(*SPARED)
+    never = r.peek("never") and r.peek("closer", "near", "within", "at_most", "collide")
     never = (
-        never or (r.has("never") and r.has("distance") and r.has("under", "decrease")) or (spared and r.has("within"))
+        never
+        or (r.peek("never") and r.peek("distance") and r.peek("under", "decrease"))
+        or (spared and r.peek("within"))
     )
-    capped = r.has("never") and (r.has("at_least") or r.says(*FURTHER_THAN))  # "never more than 0.5 m away"
-    barred = (never or r.has("no_closer")) and not capped
-    reached = _reached(r) if (r.has("within") and not barred) or r.says("as close as") else False
-    bounded = r.has("at_least", "at_most") or barred or capped or reached
-    changed = r.has("increase", "decrease", "more", "fewer", "double", "half")
-    stated = (r.has("keep", "stay", "wait") and r.has("distance", "away", "near", "within")) or (
-        r.has("distance") and not changed
+    capped = r.peek("never") and (r.peek("at_least") or r.peek_word(*FURTHER_THAN))  # "never more than 0.5 m away"
+    barred = (never or r.peek("no_closer")) and not capped
+    reached = _reached(r) if (r.peek("within") and not barred) or r.peek_word("as close as") else False
+    bounded = r.peek("at_least", "at_most") or barred or capped or reached
+    changed = r.peek("increase", "decrease", "more", "fewer", "double", "half")
+    stated = (r.peek("keep", "stay", "wait") and r.peek("distance", "away", "near", "within")) or (
+        r.peek("distance") and not changed
     )
-    stated = stated or ((r.has("keep") or spared) and not changed)
-    apart = r.has("keep", "stay") and any(t.items and "from" in _two_before(r, i) for i, t in enumerate(r.tokens))
+    stated = stated or ((r.peek("keep") or spared) and not changed)
+    apart = r.peek("keep", "stay") and any(t.items and "from" in _two_before(r, i) for i, t in enumerate(r.tokens))
     stated = stated or apart
     related = (
-        r.has("at_least")
+        r.peek("at_least")
         or reached
         or apart
-        or r.has("distance", "away", "keep", "near", "within", "stay", "closer")
+        or r.peek("distance", "away", "keep", "near", "within", "stay", "closer")
         or barred
         or capped
     )
@@ -87,27 +89,27 @@ def read_keep_distance(r: Reader) -> list[Intent]:
         return []
     if r.word_before(numbers[0]) == "by" and not spared:
         return []
-    within = r.has("within") and not barred
+    within = r.peek("within") and not barred
     at_most = (
-        (r.has("at_most") and not barred)
+        (r.peek("at_most") and not barred)
         or capped
         or within
         or reached
-        or (r.has("near") and not r.has("at_least") and not barred)
+        or (r.peek("near") and not r.peek("at_least") and not barred)
     )
     at_most = at_most and not (barred and not capped)
-    if within and not (reached or r.has("stay", "keep", "wait", "near", "always")):
+    if within and not (reached or r.peek("stay", "keep", "wait", "near", "always")):
         return []
     region = Region()
-    if r.has("first", "last", "second", "middle", "goal", "start") and not r.has("stop", "wait"):
+    if r.peek("first", "last", "second", "middle", "goal", "start") and not r.peek("stop", "wait"):
         free = list(r.taken)
         r.taken = [taken or t.value not in PLACING for taken, t in zip(r.taken, r.tokens, strict=True)]
         region = read_region(r, speed=True)
         r.taken = [a or (b and t.value in PLACING) for a, b, t in zip(free, r.taken, r.tokens, strict=True)]
-    r.take(
+    r.consume(
         "keep", "distance", "away", "at_least", "at_most", "near", "constant", "never", "within", "closer", "no_closer"
     )
-    r.take(
+    r.consume(
         "than",
         "stay",
         "always",
@@ -126,8 +128,8 @@ def read_keep_distance(r: Reader) -> list[Intent]:
         "under",
         "decrease",
     )
-    amount = r.take_at(numbers[0]).number
-    r.take("toward", "advance")
+    amount = r.consume_at(numbers[0]).number
+    r.consume("toward", "advance")
     items = r.objects()
     mode = "at_most" if at_most else "at_least"
     return [Intent("keep_distance", items=items, amount=amount, mode=mode, region=region)]
@@ -149,13 +151,13 @@ def _reached(r: Reader) -> bool:
 def _between_distances(r: Reader, numbers: list[int]) -> list[Intent]:
     """Keep between 0.1 and 0.2 m away from the cup."""
     low, high = (r.tokens[i].number for i in numbers)
-    if not r.has("between") and r.word_before(numbers[1]) != "to":
+    if not r.peek("between") and r.word_before(numbers[1]) != "to":
         return []
-    if not low < high or r.has("closer", *DIRECTIONS):
+    if not low < high or r.peek("closer", *DIRECTIONS):
         return []
     for i in numbers:
-        r.take_at(i)
-    r.take("between", "keep", "stay", "distance", "away", "near", "always", "whole")
+        r.consume_at(i)
+    r.consume("between", "keep", "stay", "distance", "away", "near", "always", "whole")
     found = []
     for item in r.objects():
         sphere = (
@@ -168,36 +170,36 @@ def _between_distances(r: Reader, numbers: list[int]) -> list[Intent]:
 
 def read_approach(r: Reader) -> list[Intent]:
     """Walk closer to the cup; keep a bigger distance from the plate; the first 5 waypoints closer to the fan."""
-    distance = r.has("distance")
-    if not any(t.items for t in r.tokens) or (r.has(*SPEED) and not distance):
+    distance = r.peek("distance")
+    if not any(t.items for t in r.tokens) or (r.peek(*SPEED) and not distance):
         return []
     denied = (
-        r.has("never")
+        r.peek("never")
         and any(w in VERBS for t in r.tokens for w in t.text.lower().split())
-        and r.has("closer", "near", "collide", "through", "over", "pass", "toward", "reach")
-        and not r.has("away")
+        and r.peek("closer", "near", "collide", "through", "over", "pass", "toward", "reach")
+        and not r.peek("away")
     )
-    spared = r.has("away") and r.has("collide", "through", "pass", "near", "closer", "over", "reach")
-    nearer = not denied and (r.has("closer", "toward") or (distance and r.has("fewer", "decrease", "half")))
-    further = denied or r.has("away") or (distance and r.has("more", "increase", "double"))
-    further = further or (distance and not nearer and r.has("large", "keep", "slight"))
+    spared = r.peek("away") and r.peek("collide", "through", "pass", "near", "closer", "over", "reach")
+    nearer = not denied and (r.peek("closer", "toward") or (distance and r.peek("fewer", "decrease", "half")))
+    further = denied or r.peek("away") or (distance and r.peek("more", "increase", "double"))
+    further = further or (distance and not nearer and r.peek("large", "keep", "slight"))
     if denied or spared:
         nearer = False
-        r.take("never", "collide", "through", "over", "reach")
-    changed = r.has("half", "double", "increase", "decrease", "more", "fewer")
+        r.consume("never", "collide", "through", "over", "reach")
+    changed = r.peek("half", "double", "increase", "decrease", "more", "fewer")
     nearer = nearer or _brought_to(r)
     lone = (
-        r.has("near")
-        and not r.has("goal", "start", "stop", "wait")
-        and not (distance or changed or r.has(*DIRECTIONS) or denied or spared)
+        r.peek("near")
+        and not r.peek("goal", "start", "stop", "wait")
+        and not (distance or changed or r.peek(*DIRECTIONS) or denied or spared)
     )
     if sum(t.text.lower() == "as" for t in r.tokens) > 1:
         return []  # "as far from the fan as from the cup"
-    if (nearer == further and not (lone and not nearer)) or r.has("than") or r.sided() or r.has("never"):
+    if (nearer == further and not (lone and not nearer)) or r.peek("than") or r.names_a_side() or r.peek("never"):
         return []
     region = read_region(r, speed=False) if not lone or nearer or further else Region()
-    whole = r.take("whole")
-    r.take(
+    whole = r.consume("whole")
+    r.consume(
         "closer",
         "toward",
         "away",
@@ -212,14 +214,14 @@ def read_approach(r: Reader) -> list[Intent]:
         "around",
         "stay",
     )
-    r.take("always")
+    r.consume("always")
     items = r.objects()
     if not items and region.kind == "near":
         items, region = region.items, Region()
     if not items:
         return []
     times = r.number("x")
-    half, double = r.take("half"), r.take("double")
+    half, double = r.consume("half"), r.consume("double")
     if half or double:
         times = 2.0
     target = r.target()
@@ -229,7 +231,7 @@ def read_approach(r: Reader) -> list[Intent]:
     if amount is None and share is None and target is None:
         amount = r.number("")
     degree = r.degree()
-    r.take(*EXTRAS)
+    r.consume(*EXTRAS)
     shifts = [Intent("move", directions)] if directions else []
     action = "farther" if further else "closer"
     if target is not None:
@@ -254,7 +256,7 @@ def _brought_to(r: Reader) -> bool:
         t.items and "to" in (r.word_before(i), r.tokens[i - 2].text.lower() if i > 1 else "")
         for i, t in enumerate(r.tokens)
     )
-    return moved and to and not r.has("start", "goal", "extend", *DIRECTIONS)
+    return moved and to and not r.peek("start", "goal", "extend", *DIRECTIONS)
 
 
 BRINGING = frozenset("shift move bring translate pull displace relocate push take carry".split())

@@ -19,7 +19,7 @@ RESERVED = frozenset({"traj", "scene", "np", "math"})
 
 
 @dataclass
-class Draft:
+class PolicyBuilder:
     """A policy being written.
 
     `positions` follows the shifts of the whole path written so far, and `shifts` names their knobs by direction, so
@@ -47,7 +47,7 @@ class Draft:
     held: list[str] = field(default_factory=list)
 
     @classmethod
-    def of(cls, trajectory: Trajectory, scene: Scene) -> Draft:
+    def of(cls, trajectory: Trajectory, scene: Scene) -> PolicyBuilder:
         """An empty draft for a trajectory in its scene."""
         return cls(trajectory, scene, Scale.of(trajectory), np.array(trajectory.positions))
 
@@ -129,7 +129,7 @@ class Draft:
         return "\n".join([*lines, "    return traj", ""])
 
 
-def mask(draft: Draft, region: Region) -> tuple[str, str]:
+def mask(draft: PolicyBuilder, region: Region) -> tuple[str, str]:
     """Code and words for a part of the path; both "" for the whole."""
     kind = region.kind
     if kind == "whole":
@@ -183,7 +183,7 @@ def mask(draft: Draft, region: Region) -> tuple[str, str]:
     return f"between(traj, {span})", f"{kind} {item.name}"
 
 
-def _ask_if_far(draft: Draft, region: Region) -> None:
+def _ask_if_far(draft: PolicyBuilder, region: Region) -> None:
     """Ask back where no waypoint is within the stated distance of any of a region's objects."""
     item = min(region.items, key=draft.distance)
     gap = draft.distance(item)
@@ -194,13 +194,13 @@ def _ask_if_far(draft: Draft, region: Region) -> None:
         )
 
 
-def _ask_if_none(draft: Draft, vectors: Array, direction: str, limit: float, words: str) -> None:
+def _ask_if_none(draft: PolicyBuilder, vectors: Array, direction: str, limit: float, words: str) -> None:
     """Ask back where no vector goes further along a direction than a limit [m]."""
     if not (vectors @ draft.scene.frame.direction(direction) > limit + 1e-9).any():
         draft.ask(f"No part of the path {words} {direction}: which part is meant?")
 
 
-def _range(draft: Draft, region: Region) -> tuple[str, str]:
+def _range(draft: PolicyBuilder, region: Region) -> tuple[str, str]:
     """Waypoints by number, counted from 1."""
     last = len(draft.trajectory)
     if (region.amount or 1) > last:
@@ -213,7 +213,7 @@ def _range(draft: Draft, region: Region) -> tuple[str, str]:
     return f"between(traj, {a}, {b})", f"from waypoint {begin} to {end}"
 
 
-def _in_waypoints(draft: Draft, region: Region) -> Region:
+def _in_waypoints(draft: PolicyBuilder, region: Region) -> Region:
     """A stretch given in metres or seconds as so many waypoints."""
     if region.unit not in ("m", "s"):
         return region
@@ -228,7 +228,7 @@ def _in_waypoints(draft: Draft, region: Region) -> Region:
     return replace(region, amount=count, counted=True, unit="")
 
 
-def _near(draft: Draft, item: SceneObject, radius: float | None) -> tuple[str, str]:
+def _near(draft: PolicyBuilder, item: SceneObject, radius: float | None) -> tuple[str, str]:
     value = radius
     if value is None:
         value = draft.scale.near(draft.positions, item)
@@ -256,7 +256,7 @@ def suffix(part: str) -> str:
     return f" {part}" if part else ""
 
 
-def above(d: Draft, item: SceneObject, stated: float | None, *, below: bool = False) -> float:
+def above(d: PolicyBuilder, item: SceneObject, stated: float | None, *, below: bool = False) -> float:
     """Height above (or below) an object's centre that "so much above it" means [m]: counted from its top (bottom)."""
     side, end = ("below", "bottom") if below else ("above", "top")
     top = 0.0 if item.dimensions is None else float(np.abs(item.rotation[2]) @ item.size) / 2

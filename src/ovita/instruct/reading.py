@@ -61,7 +61,7 @@ def completed(r: Reader, found: list[Intent], earlier: list[Intent]) -> list[Int
     if found[0].action == "speed" and last.region.kind in STRETCHES and "them" in r.text.lower().split():
         return [replace(found[0], region=last.region)]
     if found[0].action == last.action == "speed" and last.region.kind in ("before", "first", "after", "last"):
-        turned = {_pace(found[0]), _pace(last)} == {"slower", "faster"} and not r.hears(*ALL_OVER)
+        turned = {_pace(found[0]), _pace(last)} == {"slower", "faster"} and not r.any_word(*ALL_OVER)
         return [replace(found[0], region=Region("rest"))] if turned else found  # "speed up until the cup, then slow"
     if found[0].action != "move":
         return found
@@ -121,7 +121,7 @@ def located(r: Reader, found: list[Intent], earlier: list[Intent]) -> list[Inten
         elif intent.action in ("wait", "stop", "spiral", "eight", "speed", "move"):
             return found
         placed.append(intent)
-    r.take("there")
+    r.consume("there")
     return placed
 
 
@@ -133,17 +133,17 @@ def nothing_more(r: Reader, earlier: list[Intent]) -> bool:
     resumed = (said & {"undo", "extend"} and said & {"speed", "original"}) or {"same", "speed"} <= said
     resumed = resumed or (partly and "original" in said and "speed" in said)
     if partly and resumed and said <= {"undo", "extend", "speed", "original", "afterwards", "keep", "same"}:
-        return bool(r.take(*said))
+        return bool(r.consume(*said))
     if last.action == "move" and "height" in said and said <= {"hold", "wait", "keep", "stay", "height", "same"}:
-        return bool(r.take(*said))
+        return bool(r.consume(*said))
     if last.action in GOING_ON and said and said <= {"extend", "afterwards", "whole"}:
-        return bool(r.take(*said))
+        return bool(r.consume(*said))
     return False
 
 
 def afterwards(r: Reader, found: list[Intent], earlier: list[Intent]) -> list[Intent]:
     """Read "5 m/s until the tree and 3 m/s afterwards": what follows is about the rest of the path."""
-    if not earlier or not r.hears("afterwards", "thereafter") or earlier[-1].region.kind not in ("before", "first"):
+    if not earlier or not r.any_word("afterwards", "thereafter") or earlier[-1].region.kind not in ("before", "first"):
         return found
     rest = Region("rest")
     return [replace(i, region=rest) if i.action in ("move", "speed") and i.region == WHOLE else i for i in found]
@@ -248,8 +248,8 @@ def read_instruction(instruction: str, scene: Scene, path: Array | None = None) 
     radius: float | None = None
     for clause in split(tokens):
         r = Reader(clause)
-        if r.has("threshold") and not _names_action(r) and not any(t.items for t in clause):
-            r.take("threshold")
+        if r.peek("threshold") and not _names_action(r) and not any(t.items for t in clause):
+            r.consume("threshold")
             radius = r.number("", "m")
         elif not (intents and nothing_more(r, intents)):
             intents += _clause(r, intents)
@@ -281,7 +281,7 @@ def _graded(tokens: tuple[Token, ...], notes: tuple[str, ...]) -> tuple[tuple[To
 
 def _clause(r: Reader, earlier: list[Intent]) -> list[Intent]:
     found = _read(r) or _same_again(r, earlier)
-    if found and r.has("there"):
+    if found and r.peek("there"):
         found = located(r, found, earlier)
     if found and _goes_on(found, earlier):
         found = [replace(intent, action="extend") for intent in found]
@@ -299,12 +299,12 @@ def _choice(tokens: tuple[Token, ...]) -> str:
 
 
 def _names_action(r: Reader) -> bool:
-    return r.has("near", "distance", *ACTIONS)
+    return r.peek("near", "distance", *ACTIONS)
 
 
 def _same_again(r: Reader, earlier: list[Intent]) -> list[Intent]:
     """Read "double the speed but halve it near the cup": a change of what the clause before was about."""
-    if not earlier or earlier[-1].action != "speed" or not r.has("half", "double", "increase", "decrease"):
+    if not earlier or earlier[-1].action != "speed" or not r.peek("half", "double", "increase", "decrease"):
         return []
     return [replace(intent, text=r.text) for intent in r.attempt(lambda reader: read_speed(reader, implied=True))]
 
@@ -321,7 +321,7 @@ def _the_rest(r: Reader, intent: Intent, earlier: list[Intent]) -> Intent:
         return intent
     last = next((i.region for i in reversed(earlier) if i.region.kind in ("first", "last", "after", "before")), None)
     kept = [i for i in earlier if i.action == "same" and i.mode in ("start", "goal")]
-    if last is None and kept and r.hears(*REMAINING):
+    if last is None and kept and r.any_word(*REMAINING):
         return replace(intent, region=WHOLE)  # "keep the goal, but shift the rest": the goal stays by itself
     if last is None:
         return replace(intent, region=Region("last", amount=0.5))
@@ -337,7 +337,7 @@ def _read(r: Reader) -> list[Intent]:
     for rule in RULES:
         found = r.attempt(rule)
         if found:
-            r.take(*HARMLESS)
+            r.consume(*HARMLESS)
             return [replace(intent, text=r.text) for intent in found]
     return []
 

@@ -28,18 +28,18 @@ def read_region(r: Reader, *, speed: bool) -> Region:
         r: The clause.
         speed: Whether the clause is about speed; then "near the goal" and "when going up" are parts of the path.
     """
-    outside = r.take("except")
+    outside = r.consume("except")
     readings = (_beyond, _single, _every, _range, _count, _share, _near if not speed else _at_or_near, _order, _middle)
     for reading in readings:
         before = list(r.taken)
         region = reading(r)
         if region is not None:
             if outside:
-                r.take("whole")
+                r.consume("whole")
             return replace(region, outside=outside)
         r.taken = before
     if outside:
-        r.untake("except")
+        r.release("except")
     between = _between(r, needs_when=not speed)
     if between is not None or not speed:
         return between or WHOLE
@@ -60,7 +60,7 @@ def _beyond(r: Reader) -> Region | None:
         return None
     for k in range(i, number + 1):
         r.taken[k] = True
-    r.take("ground", "height")
+    r.consume("ground", "height")
     word = {"over": "up", "under": "down"}.get(token.value, token.value)
     amount = r.tokens[number].number
     sunk = token.text.lower().startswith("deep")
@@ -74,13 +74,13 @@ def _single(r: Reader) -> Region | None:
     if i is None or j is None or r.taken[j] or r.tokens[i].text.lower().endswith("s"):
         return None
     text = r.tokens[j].text.lower()
-    if text in ORDINALS[1:] and r.word_before(j) != "every" and not r.has("every"):
+    if text in ORDINALS[1:] and r.word_before(j) != "every" and not r.peek("every"):
         which = float(ORDINALS.index(text) + 1)
     elif r.tokens[j].kind == "number" and not r.tokens[j].unit and r.word_before(j) == "the":
         which = r.tokens[j].number
     else:
         return None
-    r.take_at(i), r.take_at(j)
+    r.consume_at(i), r.consume_at(j)
     return Region("range", amount=which, counted=True, until=which)
 
 
@@ -95,10 +95,10 @@ def _every(r: Reader) -> Region | None:
         return None
     token = r.tokens[j]
     k: float | None = token.number if token.kind == "number" else {"second": 2.0, "third": 3.0}.get(token.value)
-    if k is None or not r.has("waypoints"):
+    if k is None or not r.peek("waypoints"):
         return None
-    r.take_at(i), r.take_at(j)
-    r.take("waypoints")
+    r.consume_at(i), r.consume_at(j)
+    r.consume("waypoints")
     return Region("every", amount=k, counted=True)
 
 
@@ -106,28 +106,28 @@ def _range(r: Reader) -> Region | None:
     """Between waypoint 10 and 30; waypoints 31 to 40; from waypoint 12 on."""
     i = r.find("waypoints")
     numbers = [k for k in r.numbers(("",)) if i is not None and k > i]
-    if i is None or not numbers or r.after(i) != numbers[0] or r.has("count", "increase", "decrease"):
+    if i is None or not numbers or r.after(i) != numbers[0] or r.peek("count", "increase", "decrease"):
         return None
     counted = r.before(i)
     if counted is not None and r.tokens[counted].kind == "number" and r.tokens[counted].unit == "":
         return None
     if r.word_before(numbers[0]) in ("by", "to", "of", "be", "go"):
         return None
-    first = r.take_at(numbers[0]).number
+    first = r.consume_at(numbers[0]).number
     rest = numbers[1:]
-    r.take("waypoints", "between", "start", "before", "through", "every") if rest else r.take("waypoints")
+    r.consume("waypoints", "between", "start", "before", "through", "every") if rest else r.consume("waypoints")
     if rest:
         link = r.tokens[numbers[0] + 1 : rest[0]]
         ranged = any(t.text.lower() in ("to", "through", "thru", "until", "till", "up to") for t in link)
-        if not (ranged or r.hears("between")) and r.tokens[rest[0]].number != first + 1:
+        if not (ranged or r.any_word("between")) and r.tokens[rest[0]].number != first + 1:
             return None  # "waypoints 5 and 10" are two of them
-        return Region("range", amount=first, counted=True, until=r.take_at(rest[0]).number)
-    if r.take("before"):
+        return Region("range", amount=first, counted=True, until=r.consume_at(rest[0]).number)
+    if r.consume("before"):
         return Region("first", amount=first, counted=True)
-    if r.take("after", "onwards") or r.says("onwards", "onward", "on"):
+    if r.consume("after", "onwards") or r.peek_word("onwards", "onward", "on"):
         for k, token in enumerate(r.tokens):
             r.taken[k] = r.taken[k] or token.text.lower() in ("onwards", "onward", "on")
-        r.take("start")
+        r.consume("start")
         return Region("range", amount=first, counted=True)
     return Region("range", amount=first, counted=True, until=first)
 
@@ -140,15 +140,15 @@ def _count(r: Reader) -> Region | None:
             if i is None or j is None or r.taken[j] or r.tokens[j].kind != "number":
                 continue
             plural = r.tokens[i].text.lower().endswith(("points", "samples"))  # "the 10 last waypoints"
-            if j < i and not plural and (not r.has("waypoints") or r.after(i) != r.find("waypoints")):
+            if j < i and not plural and (not r.peek("waypoints") or r.after(i) != r.find("waypoints")):
                 continue
             unit = r.tokens[j].unit
-            points = unit == "" and (r.has("waypoints") or plural)
+            points = unit == "" and (r.peek("waypoints") or plural)
             if not (unit == "%" or points or (word in ("first", "last") and unit in ("m", "s", "step") and j == i + 1)):
                 continue
-            r.take_at(i)
-            number = r.take_at(j).number
-            r.take("waypoints", "when")
+            r.consume_at(i)
+            number = r.consume_at(j).number
+            r.consume("waypoints", "when")
             kind = {"goal": "last", "start": "first"}.get(word, word)
             length = unit if unit in ("m", "s") else ""
             return Region(kind, amount=number, counted=points or unit == "step", unit=length)
@@ -164,27 +164,27 @@ def _share(r: Reader) -> Region | None:
             continue
         if word == "second" and r.tokens[j].value != "half":
             continue
-        r.take_at(i)
-        share = SHARES[r.take_at(j).value]
-        r.take("before", "after", "waypoints", "when")
+        r.consume_at(i)
+        share = SHARES[r.consume_at(j).value]
+        r.consume("before", "after", "waypoints", "when")
         if word == "middle":
             return Region("middle", amount=share)
         return Region("first" if word in ("first", "start") else "last", amount=share)
     i = r.find("second")
     if i is not None and {"second", "rest", "remaining", "remainder", "latter"} & set(r.tokens[i].text.lower().split()):
-        r.take_at(i)
-        r.take("waypoints")
+        r.consume_at(i)
+        r.consume("waypoints")
         return Region("rest")
     for word in ("first", "last"):
         i = r.find(word)
-        if i is None or (word == "first" and r.has("start")):
+        if i is None or (word == "first" and r.peek("start")):
             continue
         j = r.after(i)
         if j is not None and not r.taken[j] and r.tokens[j].kind == "number":
             continue
         single = j is not None and r.tokens[j].text.lower() in ("waypoint", "point")
-        r.take_at(i)
-        r.take("waypoints")
+        r.consume_at(i)
+        r.consume("waypoints")
         return Region(word, amount=1.0, counted=True) if single else Region(word, amount=END_SHARE)
     return None
 
@@ -204,7 +204,7 @@ def _at_or_near(r: Reader) -> Region | None:
         k = r.before(j) if j is not None else None
         if j is not None and r.tokens[j].value in ("around", "over", "pass", "under", "toward", "reach"):
             if k is None or r.tokens[k].value not in ("after", "before"):
-                r.take_at(j)
+                r.consume_at(j)
                 return Region("near", r.objects_from(i))
     return None
 
@@ -215,26 +215,26 @@ def _near(r: Reader) -> Region | None:
     if found is not None:
         return found
     i = r.find("near")
-    if i is None and r.has("pass") and r.has("when"):
+    if i is None and r.peek("pass") and r.peek("when"):
         i = r.find("pass")
-    if i is None and r.has("when"):
+    if i is None and r.peek("when"):
         i = r.find("reach")
-    if i is None and r.has("when"):
+    if i is None and r.peek("when"):
         i = next((k for k, t in enumerate(r.tokens) if t.value == "closer" and not r.taken[k]), None)
     j = r.after(i) if i is not None else None
     while j is not None and r.tokens[j].value in ("reach", "near", "pass"):
         j = r.after(j)
-    if i is not None and (j is None or not r.tokens[j].items) and r.has("when"):
+    if i is not None and (j is None or not r.tokens[j].items) and r.peek("when"):
         j = r.before(i)  # "when the cup is near"
     if i is None or j is None or not r.tokens[j].items:
         return None
     items = r.objects_from(j)
-    r.take_at(i)
-    r.take("near", "pass", "when", "reach", "only", "after" if r.find("after") == r.before(i) else "only")
-    stated = r.number("m", "") if r.take("threshold") else None
+    r.consume_at(i)
+    r.consume("near", "pass", "when", "reach", "only", "after" if r.find("after") == r.before(i) else "only")
+    stated = r.number("m", "") if r.consume("threshold") else None
     if stated is None:
         beside = [n for n in r.numbers(("m",)) if n < j and r.word_before(n) not in ("by", "to", "of", "at")]
-        stated = r.take_at(beside[0]).number if beside and r.has("slower", "faster") else None
+        stated = r.consume_at(beside[0]).number if beside and r.peek("slower", "faster") else None
     return Region("near", items, stated)
 
 
@@ -243,16 +243,16 @@ def _within(r: Reader) -> Region | None:
     numbers = r.numbers(("", "m"))
     for word in ("within", "at_most", "threshold", "under"):
         i = r.find(word)
-        if i is None or (word == "under" and not r.has("distance")):
+        if i is None or (word == "under" and not r.peek("distance")):
             continue
         beside = [n for n in numbers if n > i] or [n for n in numbers if word == "threshold" and n < i]
         if not beside or (
-            word == "at_most" and not r.has("away", "distance", "near", "when") and r.word_before(i) == "to"
+            word == "at_most" and not r.peek("away", "distance", "near", "when") and r.word_before(i) == "to"
         ):
             continue
-        r.take_at(i)
-        radius = r.take_at(beside[0]).number
-        r.take(
+        r.consume_at(i)
+        radius = r.consume_at(beside[0]).number
+        r.consume(
             "near",
             "when",
             "pass",
@@ -284,10 +284,10 @@ def _order(r: Reader) -> Region | None:
         if j is None:
             continue
         if r.tokens[j].items and not r.taken[j]:
-            r.take(word, *LINKING)
+            r.consume(word, *LINKING)
             return Region(word, r.objects_from(j))
         if r.tokens[j].value == "middle":
-            r.take(word, "middle", "reach", "pass", "when")
+            r.consume(word, "middle", "reach", "pass", "when")
             return Region("last" if word == "after" else "first", amount=0.5)
         if r.tokens[j].value in SHARES and r.tokens[j].text.lower() == "half":
             continue
@@ -312,16 +312,16 @@ def _two_before(r: Reader, i: int) -> list[str]:
 def _between(r: Reader, *, needs_when: bool) -> Region | None:
     """Between the fan and the chair, as a part of the path; as a place it is read by the action."""
     i = r.find("between")
-    if i is None or (needs_when and not r.has("when", "pass")):
+    if i is None or (needs_when and not r.peek("when", "pass")):
         return None
-    end = next((word for word in ("start", "goal") if r.has(word)), "")
+    end = next((word for word in ("start", "goal") if r.peek(word)), "")
     items = r.objects_from(next((k for k in range(i, len(r.tokens)) if r.tokens[k].items), None))
     if len(items) == 1 and end:
-        r.take("between", "when", "pass", end)
+        r.consume("between", "when", "pass", end)
         return Region("before" if end == "start" else "after", items)
     if len(items) != 2:
         return None
-    r.take("between", "when", "pass")
+    r.consume("between", "when", "pass")
     return Region("between", items)
 
 
@@ -334,25 +334,25 @@ def _middle(r: Reader) -> Region | None:
         k for k in (i + 1, i + 2) if k < len(r.tokens) and r.tokens[k].text.lower() in ("on", "onwards", "onward")
     ]
     if onwards and r.tokens[max(i - 2, 0)].text.lower() == "from":
-        r.take("middle")
+        r.consume("middle")
         r.taken[onwards[0]] = True
         return Region("last", amount=0.5)
-    r.take("middle")
-    r.take("when", "reach", "waypoints")
+    r.consume("middle")
+    r.consume("when", "reach", "waypoints")
     return Region("first", amount=0.5) if until else Region("middle")
 
 
 def _heading(r: Reader) -> Region | None:
     noun = next((k for k, t in enumerate(r.tokens) if named_heading(r.tokens, k) and not r.taken[k]), None)
     if noun is not None:
-        r.take("when")
-        return Region("heading", direction=NOUNS[r.take_at(noun).text.lower()])
+        r.consume("when")
+        return Region("heading", direction=NOUNS[r.consume_at(noun).text.lower()])
     i = r.find("when")
     j = r.after(i) if i is not None else None
     if i is None or j is None or r.taken[j] or r.tokens[j].value not in DIRECTIONS:
         return None
-    r.take_at(i)
-    return Region("heading", direction=r.take_at(j).value)
+    r.consume_at(i)
+    return Region("heading", direction=r.consume_at(j).value)
 
 
 def named_heading(tokens: Sequence[Token], i: int) -> bool:
@@ -363,13 +363,13 @@ def named_heading(tokens: Sequence[Token], i: int) -> bool:
 def _end(r: Reader) -> Region | None:
     i = r.find("goal")
     if i is not None and {"until", "till", "til"} & {t.text.lower() for t in r.tokens[:i]}:
-        r.take("goal", "before", "reach")
+        r.consume("goal", "before", "reach")
         return WHOLE
     for word, kind in (("goal", "last"), ("start", "first")):
-        if r.take(word):
-            r.take("near", "when", "reach", "before", "toward", "closer")
+        if r.consume(word):
+            r.consume("near", "when", "reach", "before", "toward", "closer")
             return Region(kind, amount=END_SHARE)
-    if r.has("reach") and not any(t.items for t in r.tokens) and not r.has("stop"):
-        r.take("reach", "when", "before")
+    if r.peek("reach") and not any(t.items for t in r.tokens) and not r.peek("stop"):
+        r.consume("reach", "when", "before")
         return Region("last", amount=END_SHARE)
     return None

@@ -34,7 +34,7 @@ COUNTED = frozenset({"speed", "distance", "count", "height", "waypoints", "goal"
 
 
 @dataclass(frozen=True)
-class Place:
+class TokenContext:
     """A word of a clause with its surroundings.
 
     Args:
@@ -93,23 +93,23 @@ class Place:
         return bool(DIRECTIONS & self.present) and not self.has("object")
 
 
-def _numbered(p: Place) -> bool:
+def _numbered(p: TokenContext) -> bool:
     return any(t.kind == "number" for t in p.clause)
 
 
-def _denied_degree(p: Place) -> bool:
+def _denied_degree(p: TokenContext) -> bool:
     """Whether a phrase such as "so fast" follows, which holds its negation already."""
     near = [t.text.lower() for t in p.clause[p.i + 1 : p.i + 5] if t.kind == "concept"]
     return any(text.startswith(("so ", "too ", "that ")) for text in near)
 
 
-def _single(p: Place) -> bool:
+def _single(p: TokenContext) -> bool:
     """Whether one waypoint follows at once: "the last node"."""
     right = p.clause[p.i + 1] if p.i + 1 < len(p.clause) else None
     return right is not None and right.value == "waypoints" and not right.text.lower().endswith("s")
 
 
-def _beside_place(p: Place) -> bool:
+def _beside_place(p: TokenContext) -> bool:
     """Whether a place follows: "right beside the cup", "wait right at the goal", but not "right by 0.2"."""
     rest = [t for t in p.clause[p.i + 1 : p.i + 5] if t.text.lower() not in ARTICLES]
     measured = p.preceding.unit == "m"  # "5 cm right after the cup"
@@ -122,14 +122,14 @@ RUNNING = frozenset("fly drive run play follow traverse execute perform do trave
 """Verbs of going along a path as a whole."""
 
 
-def _run_through(p: Place) -> bool:
+def _run_through(p: TokenContext) -> bool:
     """Whether "backwards" is how a whole path is gone along: "fly it backwards", but not "shift it backwards"."""
     words = [t.text.lower() for t in p.clause[: p.i]]
     whole = p.before in ("it", "path", "trajectory", "route", "course")
     return whole and p.text.startswith("backward") and words[0] in RUNNING and not _numbered(p)
 
 
-Sense = tuple[str, Callable[[Place], bool], str]
+Sense = tuple[str, Callable[[TokenContext], bool], str]
 
 NEIGHBOURS: tuple[Sense, ...] = (
     # "stop slowing down" takes something back
@@ -232,7 +232,7 @@ BODY = frozenset("gripper hand tool camera wrist effector head nose body".split(
 """Parts of a robot that a path does not turn."""
 
 
-def by_neighbours(place: Place) -> str | None:
+def by_neighbours(place: TokenContext) -> str | None:
     """The sense that the words beside give to a token, or None where they say nothing."""
     token = place.clause[place.i]
     if token.kind == "object":
@@ -308,7 +308,7 @@ def settle(clause: Sequence[Token]) -> list[Token]:
     present |= {t.unit for t in clause if t.kind == "number" and t.unit} | {"object" for t in clause if t.items}
     settled = []
     for i, token in enumerate(clause):
-        sense = by_neighbours(Place(clause, i, frozenset(present)))
+        sense = by_neighbours(TokenContext(clause, i, frozenset(present)))
         token = token if sense is None else _as(token, sense)
         for concept, company, becomes in SENSES:
             if token.kind == "concept" and token.value == concept and (not company or company & present):

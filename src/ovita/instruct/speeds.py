@@ -46,12 +46,12 @@ def read_speed(r: Reader, *, implied: bool = False) -> list[Intent]:
     """Slow down near the cup; one constant speed of 1; accelerate uniformly; twice as fast within 0.3 of it."""
     if not (implied or _is_about_speed(r)) or _is_otherwise(r):
         return []
-    bounded = r.has("beyond", "than", "over", "under", "at_least", "at_most") and bool(r.numbers(("m/s", "")))
-    if r.has("never") and not bounded:
+    bounded = r.peek("beyond", "than", "over", "under", "at_least", "at_most") and bool(r.numbers(("m/s", "")))
+    if r.peek("never") and not bounded:
         return _unchanging(r)
-    inverse = r.take("duration")
-    if inverse and r.says("finish", "complete"):
-        r.take("goal")
+    inverse = r.consume("duration")
+    if inverse and r.peek_word("finish", "complete"):
+        r.consume("goal")
     both = _between_bounds(r)
     if both:
         return both
@@ -65,39 +65,39 @@ def read_speed(r: Reader, *, implied: bool = False) -> list[Intent]:
 
 
 def _is_about_speed(r: Reader) -> bool:
-    if r.has("faster", "slower", "speed", "ramp_up", "ramp_down", *LAWS) or r.numbers(("m/s", "m/s2")):
+    if r.peek("faster", "slower", "speed", "ramp_up", "ramp_down", *LAWS) or r.numbers(("m/s", "m/s2")):
         return True
-    if r.has("constant"):
-        return not r.has("height", "distance", "away")
-    return r.has("duration") and (r.has("half", "double", "more", "fewer") or bool(r.numbers(("x",))))
+    if r.peek("constant"):
+        return not r.peek("height", "distance", "away")
+    return r.peek("duration") and (r.peek("half", "double", "more", "fewer") or bool(r.numbers(("x",))))
 
 
 def _is_otherwise(r: Reader) -> bool:
     """Whether words of speed only accompany something else."""
-    if (r.has("turn") and r.has("faster")) or r.sided() or r.has("spiral", "circle"):
+    if (r.peek("turn") and r.peek("faster")) or r.names_a_side() or r.peek("spiral", "circle"):
         return True
-    if r.has("height") and not (r.has("when") and r.numbers(("m",))):
+    if r.peek("height") and not (r.peek("when") and r.numbers(("m",))):
         return True
-    if r.has("exponential") and r.has(*DIRECTIONS):
+    if r.peek("exponential") and r.peek(*DIRECTIONS):
         return True
-    return r.has("constant") and not r.has("speed", "faster", "slower") and r.has("distance", "away")
+    return r.peek("constant") and not r.peek("speed", "faster", "slower") and r.peek("distance", "away")
 
 
 def _hear(r: Reader, *, inverse: bool) -> _SpeedClause:
     """Take the words of a clause about speed."""
-    law = next((law for law in LAWS if r.take(law)), "acceleration" if r.numbers(("m/s2",)) else "")
-    turns = r.has("turn")
+    law = next((law for law in LAWS if r.consume(law)), "acceleration" if r.numbers(("m/s2",)) else "")
+    turns = r.peek("turn")
     if turns:
-        r.take("turn", "before", "when", "pass", "near", "reach", "every")
+        r.consume("turn", "before", "when", "pass", "near", "reach", "every")
     region = read_region(r, speed=True)
-    slower = r.has("slower", "ramp_down") or (r.has("decrease", "fewer") and not r.has("faster"))
-    faster = r.has("faster", "increase", "more", "ramp_up") and not r.has("slower")
-    one_speed = r.has("same") and r.has("speed") and r.says("same", "fixed", "unchanging", "identical")
-    constant = r.take("constant") or one_speed
-    gradual = r.take("gradual") or r.has("ramp_up", "ramp_down")
+    slower = r.peek("slower", "ramp_down") or (r.peek("decrease", "fewer") and not r.peek("faster"))
+    faster = r.peek("faster", "increase", "more", "ramp_up") and not r.peek("slower")
+    one_speed = r.peek("same") and r.peek("speed") and r.peek_word("same", "fixed", "unchanging", "identical")
+    constant = r.consume("constant") or one_speed
+    gradual = r.consume("gradual") or r.peek("ramp_up", "ramp_down")
     factor = _multiplied(r)
-    compared = r.has("than") and bool(r.numbers(("m/s",)))
-    r.take(*WORDS, *_idle(r))
+    compared = r.peek("than") and bool(r.numbers(("m/s",)))
+    r.consume(*WORDS, *_idle(r))
     return _SpeedClause(region, slower, faster, constant, gradual, turns, law, inverse, compared, factor, r.degree())
 
 
@@ -111,7 +111,7 @@ def _between_speeds(r: Reader, heard: _SpeedClause) -> Intent | None:
     numbers = r.numbers(("", "m/s"))
     if len(numbers) != 2 or r.word_before(numbers[0]) != "from" or r.word_before(numbers[1]) != "to":
         return None
-    first, last = r.take_at(numbers[0]).number, r.take_at(numbers[1]).number
+    first, last = r.consume_at(numbers[0]).number, r.consume_at(numbers[1]).number
     return heard.intent("ramp", last, count=first)
 
 
@@ -129,12 +129,12 @@ def _reaching(r: Reader, heard: _SpeedClause) -> Intent | None:
     if heard.factor is not None:
         return heard.intent("factor", heard.factor, "x")
     if _from_rest(r):
-        r.take("stop", "wait", "start", "faster")
+        r.consume("stop", "wait", "start", "faster")
         return heard.intent("ramp_from", unit="")
-    stops = r.take("stop")
+    stops = r.consume("stop")
     set_to = _target(r, changed=heard.slower or heard.faster)
     if heard.constant or set_to is not None:
-        r.take("same")
+        r.consume("same")
     set_to = 0.0 if stops else set_to
     if set_to is not None:
         return heard.intent("ramp" if heard.gradual or (heard.slower and set_to == 0.0) else "set", set_to)
@@ -153,34 +153,34 @@ def _from_rest(r: Reader) -> bool:
 
 def _relative(r: Reader, heard: _SpeedClause) -> Intent | None:
     """A change relative to the speed as it is."""
-    changed = heard.slower or heard.faster or r.has("double", *(w for w, _ in FRACTIONS)) or r.numbers(("%", "x"))
+    changed = heard.slower or heard.faster or r.peek("double", *(w for w, _ in FRACTIONS)) or r.numbers(("%", "x"))
     return _change(r, heard) if changed else None
 
 
 def _bounded(r: Reader, heard: _SpeedClause) -> Intent | None:
     """A bound on the speed: "at most 0.3 m/s", "keep the speed below 0.3", "don't exceed 0.5 m/s"."""
     numbers = r.numbers(("m/s",)) or r.numbers(("",))
-    never = r.has("never")
-    below = r.has("under", "at_most") or (heard.compared and heard.slower)
-    above = r.has("over", "at_least", "no_closer") or (heard.compared and heard.faster)
-    capped = (above if never else below) or r.has("limit", "beyond")
+    never = r.peek("never")
+    below = r.peek("under", "at_most") or (heard.compared and heard.slower)
+    above = r.peek("over", "at_least", "no_closer") or (heard.compared and heard.faster)
+    capped = (above if never else below) or r.peek("limit", "beyond")
     floored = below if never else above
-    peak = r.take("peak")
+    peak = r.consume("peak")
     capped, floored = (True, False) if peak and heard.slower else (capped, floored)
     if not numbers or capped == floored:
         return None
-    r.take("under", "over", "at_most", "at_least", "limit", "no_closer", "stay", "beyond", "never")
-    return heard.intent("cap" if capped else "floor", r.take_at(numbers[0]).number)
+    r.consume("under", "over", "at_most", "at_least", "limit", "no_closer", "stay", "beyond", "never")
+    return heard.intent("cap" if capped else "floor", r.consume_at(numbers[0]).number)
 
 
 def _between_bounds(r: Reader) -> list[Intent]:
     """A speed between two others: "keep the speed between 0.2 and 0.4 m/s"."""
     numbers = r.numbers(("m/s",))
-    if len(numbers) != 2 or not r.take("between"):
+    if len(numbers) != 2 or not r.consume("between"):
         return []
-    low, high = (r.take_at(i).number for i in numbers)
+    low, high = (r.consume_at(i).number for i in numbers)
     region = read_region(r, speed=True)
-    r.take("speed", "keep", "stay", "whole", "always")
+    r.consume("speed", "keep", "stay", "whole", "always")
     amounts = (("cap", high), ("floor", low))
     return [Intent("speed", amount=amount, unit="m/s", mode=mode, region=region) for mode, amount in amounts]
 
@@ -194,12 +194,12 @@ def _idle(r: Reader) -> tuple[str, ...]:
 
 def _unchanging(r: Reader) -> list[Intent]:
     """Read "don't change speed", "without speeding up or slowing down": a constant speed."""
-    denied = r.has("slower") and r.has("faster")
+    denied = r.peek("slower") and r.peek("faster")
     changed = any(t.text.lower() in ("change", "changing", "vary", "varying", "changes", "alter") for t in r.tokens)
-    plain = r.has("speed") and changed and not r.has("slower", "faster", "increase", "decrease", "more", "fewer")
+    plain = r.peek("speed") and changed and not r.peek("slower", "faster", "increase", "decrease", "more", "fewer")
     if not (denied or plain) or any(t.items for t in r.tokens):
         return []
-    r.take("never", "slower", "faster", "speed", "whole", "gradual", "keep", "constant", "when", "original")
+    r.consume("never", "slower", "faster", "speed", "whole", "gradual", "keep", "constant", "when", "original")
     return [Intent("speed", mode="constant")]
 
 
@@ -217,20 +217,20 @@ def _shift_first(r: Reader) -> list[Intent]:
     beside = [k for k in (j, r.after(i)) if k is not None and r.tokens[k].value in ("slight", "large")]
     degree: Degree = "moderate"
     if beside:
-        degree = "slight" if r.take_at(beside[0]).value == "slight" else "large"
+        degree = "slight" if r.consume_at(beside[0]).value == "slight" else "large"
     return [Intent("move", r.directions(), degree=degree)]
 
 
 def _multiplied(r: Reader) -> float | None:
     """A factor: "multiply the speed by 0.5", "0.75 of the current speed"."""
     bare = r.numbers(("",))
-    if r.has("multiply") and bare:
-        return r.take_at(bare[0]).number
+    if r.peek("multiply") and bare:
+        return r.consume_at(bare[0]).number
     for i in bare:
         behind = r.tokens[i + 1].text.lower() if i + 1 < len(r.tokens) else ""
-        if behind == "of" and r.has("original"):
-            return r.take_at(i).number
-    if r.has("multiply") and r.numbers(("x",)):
+        if behind == "of" and r.peek("original"):
+            return r.consume_at(i).number
+    if r.peek("multiply") and r.numbers(("x",)):
         return r.number("x")
     return None
 
@@ -243,7 +243,7 @@ def _target(r: Reader, *, changed: bool) -> float | None:
             continue
         stated = before in ("to", "of", "at", "is", "be", "equal", "equals", "exactly")
         if stated or (r.tokens[i].unit == "m/s" and before != "by" and not changed):
-            return r.take_at(i).number
+            return r.consume_at(i).number
     return None
 
 
@@ -252,7 +252,7 @@ def _share_kept(r: Reader) -> float | None:
     for i in r.numbers(("%",)):
         behind = r.tokens[i + 1].text.lower() if i + 1 < len(r.tokens) else ""
         if r.word_before(i) in ("to", "at", "of", "with") or behind in ("as", "of") or behind.endswith("speed"):
-            return r.take_at(i).number
+            return r.consume_at(i).number
     return None
 
 
@@ -264,7 +264,7 @@ def _stated_by(r: Reader, word: str) -> bool:
 
 def _factor(r: Reader) -> float | None:
     """A share of the speed: by half, by 30 %."""
-    if r.take("half"):
+    if r.consume("half"):
         return 0.5
     share = r.number("%")
     return None if share is None else max(0.0, 1 - share)
@@ -277,7 +277,7 @@ def _change(r: Reader, heard: _SpeedClause) -> Intent:
         return heard.intent("factor", 1 / factor if heard.inverse and factor else factor, "x")
     steps = [i for i in r.numbers(("m/s", "")) if r.word_before(i) == "by" or r.tokens[i].unit == "m/s"]
     if steps:
-        step = r.take_at(steps[0]).number
+        step = r.consume_at(steps[0]).number
         return heard.intent("add", -step if heard.slower else step)
     return heard.intent("slower" if heard.slower != heard.inverse else "faster", unit="")
 
@@ -285,8 +285,8 @@ def _change(r: Reader, heard: _SpeedClause) -> Intent:
 def _stated_factor(r: Reader, heard: _SpeedClause) -> float | None:
     """The factor that a clause states, or None."""
     by = any(_stated_by(r, word) for word, _ in FRACTIONS)
-    fraction = next((f for w, f in FRACTIONS if r.take(w)), None)
-    double = r.take("double")
+    fraction = next((f for w, f in FRACTIONS if r.consume(w)), None)
+    double = r.consume("double")
     kept = _share_kept(r)
     times, share = r.number("x"), r.number("%")
     if kept is not None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ovita.instruct.draft import Draft, above, argument, mask, suffix
+from ovita.instruct.draft import PolicyBuilder, above, argument, mask, suffix
 from ovita.instruct.intents import Intent, Region
 from ovita.instruct.scale import Degree, nice
 from ovita.instruct.shape_steps import SHAPE_STEPS, speed
@@ -17,7 +17,7 @@ from ovita.paths.trajectory import Array, Trajectory
 from ovita.toolkit.waypoints import smooth
 
 
-def aim(d: Draft, intent: Intent) -> None:
+def aim(d: PolicyBuilder, intent: Intent) -> None:
     """An end that comes closer to an object, goes farther away from it, or comes to a height."""
     d.goal_moved = d.goal_moved or intent.mode == "goal"
     if intent.unit == "level":
@@ -45,7 +45,7 @@ def aim(d: Draft, intent: Intent) -> None:
     d.plan.append(f"Move the {intent.mode} {reach:g} m {word} {item.name}; the path bends with it.")
 
 
-def carry(d: Draft, intent: Intent) -> None:
+def carry(d: PolicyBuilder, intent: Intent) -> None:
     """Waypoints brought to an object: "move waypoint 25 to the cup"."""
     item = intent.items[0]
     k = int(np.clip((intent.region.amount or 1) - 1, 0, len(d.positions) - 1))
@@ -58,13 +58,13 @@ def carry(d: Draft, intent: Intent) -> None:
     d.plan.append(f"Bring the path to {item.name}{suffix(part)}.")
 
 
-def back(d: Draft, _: Intent) -> None:
+def back(d: PolicyBuilder, _: Intent) -> None:
     """Straight on from the goal to where the path starts."""
     d.body.append("traj = continue_to(traj, traj[0, :3], smooth=False)")
     d.plan.append("After the goal, go straight back to the start.")
 
 
-def _toward(d: Draft, prefix: str, shift: Array) -> str:
+def _toward(d: PolicyBuilder, prefix: str, shift: Array) -> str:
     """A shift (3,) [m] as direction words with knobs, or ""."""
     said = []
     for direction, metres in d.scene.frame.words(shift).items():
@@ -104,7 +104,7 @@ def _arguments(expressions: dict[str, str]) -> str:
     return ", ".join(f"{direction}={expression}" for direction, expression in expressions.items())
 
 
-def _offset(d: Draft, intent: Intent, prefix: str = "") -> _Offset:
+def _offset(d: PolicyBuilder, intent: Intent, prefix: str = "") -> _Offset:
     knobs, words, amounts = {}, [], {}
     for direction, stated in intent.directions:
         value = stated
@@ -118,7 +118,7 @@ def _offset(d: Draft, intent: Intent, prefix: str = "") -> _Offset:
     return _Offset(knobs, amounts, " and ".join(words))
 
 
-def _with_shift(d: Draft, knobs: dict[str, str], *, own: bool) -> dict[str, str]:
+def _with_shift(d: PolicyBuilder, knobs: dict[str, str], *, own: bool) -> dict[str, str]:
     """Where an end lies from its original place: its own directions, and the shift of the whole path.
 
     With `own`, an end's own direction overrides the shift along that axis; without, the two add up.
@@ -138,7 +138,7 @@ def _said(intent: Intent, direction: str) -> str:
     return {"slight": "a little ", "moderate": "", "large": "much "}[intent.degree] + direction
 
 
-def _move(d: Draft, intent: Intent) -> None:
+def _move(d: PolicyBuilder, intent: Intent) -> None:
     offset = _offset(d, intent)
     code, words = offset.code, offset.words
     where, part = mask(d, intent.region)
@@ -164,7 +164,7 @@ def _move(d: Draft, intent: Intent) -> None:
     d.plan.append(f"Shift the path {words} {part}.")
 
 
-def _endpoint(d: Draft, intent: Intent) -> None:
+def _endpoint(d: PolicyBuilder, intent: Intent) -> None:
     end = "start" if intent.action == "move_start" else "goal"
     d.goal_moved = d.goal_moved or end == "goal"
     blend = d.knob(f"{end}_blend", 0.5, f"share of the path that bends when the {end} moves")
@@ -192,7 +192,7 @@ def _endpoint(d: Draft, intent: Intent) -> None:
     d.plan.append(f"Move the {end} to {words}; the path bends towards it.")
 
 
-def _same(d: Draft, intent: Intent) -> None:
+def _same(d: PolicyBuilder, intent: Intent) -> None:
     """What is to stay as it is; the other steps leave it alone, and the expectation tells if they do not."""
     if intent.mode == "rest":
         return
@@ -209,7 +209,7 @@ def _same(d: Draft, intent: Intent) -> None:
     d.parameters = knobs  # nothing is done there, so nothing can be turned
 
 
-def _closer(d: Draft, intent: Intent) -> None:
+def _closer(d: PolicyBuilder, intent: Intent) -> None:
     item = intent.items[0]
     where, part = mask(d, intent.region)
     by = intent.amount
@@ -238,7 +238,7 @@ def _closer(d: Draft, intent: Intent) -> None:
     d.plan.append(f"Bring the path {by:g} m closer to {item.name}{suffix(part)}.")
 
 
-def _farther(d: Draft, intent: Intent) -> None:
+def _farther(d: PolicyBuilder, intent: Intent) -> None:
     item = intent.items[0]
     where, part = mask(d, intent.region)
     ref = d.ref(item)
@@ -267,7 +267,7 @@ def _farther(d: Draft, intent: Intent) -> None:
     d.plan.append(f"Take the path {by:g} m farther from {item.name}{suffix(part)}.")
 
 
-def _push_needed(d: Draft, item: SceneObject, gain: float) -> float:
+def _push_needed(d: PolicyBuilder, item: SceneObject, gain: float) -> float:
     """The push that takes the closest waypoint `gain` metres farther than it was at first [m].
 
     Shifts before may have brought it closer, and along the directions that are held the push does not act.
@@ -285,7 +285,7 @@ def _push_needed(d: Draft, item: SceneObject, gain: float) -> float:
     return float(np.clip(needed, gain, 2.5 * gain))
 
 
-def _keep_distance(d: Draft, intent: Intent) -> None:
+def _keep_distance(d: PolicyBuilder, intent: Intent) -> None:
     bound = intent.mode
     name = d.knob("distance", intent.amount, f"[m] distance to keep, {bound.replace('_', ' ')}")
     refs = [d.ref(item) for item in intent.items]
@@ -299,7 +299,7 @@ def _keep_distance(d: Draft, intent: Intent) -> None:
     d.plan.append(f"Keep {bound.replace('_', ' ')} {intent.amount:g} m from {names}{suffix(part)}.")
 
 
-def _through(d: Draft, intent: Intent) -> None:
+def _through(d: PolicyBuilder, intent: Intent) -> None:
     item = intent.items[0]
     if intent.mode == "between":
         other = intent.items[1]
@@ -335,7 +335,7 @@ def _through(d: Draft, intent: Intent) -> None:
     d.plan.append(f"Bend the path over {item.name}, {height:g} m above its centre.")
 
 
-def _height_over(d: Draft, item: SceneObject) -> float:
+def _height_over(d: PolicyBuilder, item: SceneObject) -> float:
     """How high the path passes over an object [m]: above its centre, within its sphere seen from above; else -inf."""
     up = d.scene.frame.direction("up")
     away = d.positions - item.position
@@ -344,7 +344,7 @@ def _height_over(d: Draft, item: SceneObject) -> float:
     return float(heights[over].min()) if over.any() else -np.inf
 
 
-def _extend(d: Draft, intent: Intent) -> None:
+def _extend(d: PolicyBuilder, intent: Intent) -> None:
     straight = ", smooth=False" if intent.unit == "straight" else ""
     if intent.mode == "between":
         a, b = intent.items
@@ -376,7 +376,7 @@ def _extend(d: Draft, intent: Intent) -> None:
         d.plan.append(f"After the goal, go on for {by:g} m in the same direction.")
 
 
-def _at(d: Draft, intent: Intent) -> tuple[str, str]:
+def _at(d: PolicyBuilder, intent: Intent) -> tuple[str, str]:
     if intent.items:
         return d.ref(intent.items[0]), f"closest to {intent.items[0].name}"
     if intent.mode == "middle":
@@ -389,7 +389,7 @@ def _at(d: Draft, intent: Intent) -> tuple[str, str]:
     return repr(place), f"at the {place}"
 
 
-def _stop(d: Draft, intent: Intent) -> None:
+def _stop(d: PolicyBuilder, intent: Intent) -> None:
     at, words = _at(d, intent)
     d.body.append(f"traj = stop_at(traj, {at})")
     if intent.items:
@@ -398,7 +398,7 @@ def _stop(d: Draft, intent: Intent) -> None:
     d.assume("to stop means to end there; say 'wait' to go on afterwards")
 
 
-def _wait(d: Draft, intent: Intent) -> None:
+def _wait(d: PolicyBuilder, intent: Intent) -> None:
     at, words = _at(d, intent)
     steps = 10.0 if intent.amount is None else intent.amount
     if intent.amount is None:
@@ -413,7 +413,7 @@ def _wait(d: Draft, intent: Intent) -> None:
     d.plan.append(f"Wait {count} timesteps {words}.")
 
 
-def _smooth(d: Draft, intent: Intent) -> None:
+def _smooth(d: PolicyBuilder, intent: Intent) -> None:
     strength = {"slight": 0.3, "moderate": 1.0, "large": 3.0}[intent.degree]
     while strength < STRONGEST and not _is_smoother(d.trajectory.to_array(), strength):
         strength *= 2.0
@@ -440,7 +440,7 @@ def _turns(rows: Array) -> Array:
     return np.asarray(np.arccos(np.clip((steps[:-1] * steps[1:]).sum(axis=1), -1.0, 1.0)))
 
 
-def _resample(d: Draft, intent: Intent) -> None:
+def _resample(d: PolicyBuilder, intent: Intent) -> None:
     n = len(d.trajectory)
     amount = intent.amount or 1.0
     count = amount if intent.unit == "waypoints" else n + amount if intent.unit == "more" else n * amount
@@ -452,11 +452,11 @@ def _resample(d: Draft, intent: Intent) -> None:
     d.plan.append(f"Resample the path to {count} waypoints.")
 
 
-def _tolerance(d: Draft) -> float:
+def _tolerance(d: PolicyBuilder) -> float:
     return nice(0.02 * d.scale.extent)
 
 
-STEPS: dict[str, Callable[[Draft, Intent], None]] = {
+STEPS: dict[str, Callable[[PolicyBuilder, Intent], None]] = {
     **SHAPE_STEPS,
     **AIM_STEPS,
     "same": _same,
@@ -500,7 +500,7 @@ RANK = {action: rank for rank, actions in enumerate(ORDER) for action in actions
 
 def compose(
     intents: tuple[Intent, ...], trajectory: Trajectory, scene: Scene, radius: float | None = None, *, effort: int = 1
-) -> Draft:
+) -> PolicyBuilder:
     """Write the policy for some intents.
 
     Args:
@@ -510,7 +510,7 @@ def compose(
         radius: A distance that the instruction states for every "near".
         effort: How much to exceed the usual amounts where none is stated; 1 is as usual.
     """
-    draft = Draft.of(trajectory, scene)
+    draft = PolicyBuilder.of(trajectory, scene)
     if not intents:
         return draft
     draft.effort = effort if sum(intent.action in ("closer", "farther") for intent in intents) <= 2 else 1

@@ -17,7 +17,7 @@ from ovita.errors import FormatError, MissingExtra, OvitaError, RequestError
 from ovita.io.documents import listing
 from ovita.io.files import errors_of, file_name, suffix
 from ovita.io.geodesy import MISSION, ROS, on_earth
-from ovita.io.messages import BODY, FRAME_ID, JOINTS, TYPES, Maker, build, frame_of, parse, told
+from ovita.io.messages import BODY, FRAME_ID, JOINTS, TYPES, Maker, build, frame_of, listed_names, parse
 from ovita.io.task import Choices, Kind, Task
 from ovita.paths.frame import Frame, transformed
 from ovita.paths.scene import Scene
@@ -221,7 +221,7 @@ def bag_maker() -> Maker:
 def _topic(topics: Mapping[str, str], wanted: str | None, names: Sequence[str], file: str) -> tuple[str, str]:
     what = "a path" if len(names) > 1 else "positions of joints"
     fits = {topic: name for topic, name in topics.items() if name in names}
-    fitting = told(f"{topic} ({name})" for topic, name in fits.items())
+    fitting = listed_names(f"{topic} ({name})" for topic, name in fits.items())
     if wanted is not None:
         topic = wanted if wanted.startswith("/") or wanted in topics else f"/{wanted}"
         if topic in fits:
@@ -232,7 +232,7 @@ def _topic(topics: Mapping[str, str], wanted: str | None, names: Sequence[str], 
         return next(iter(fits.items()))
     if fits:
         raise FormatError(file, f"there are several topics with {what}, choose one with --topic: {fitting}")
-    there = told(f"{topic} ({name})" for topic, name in topics.items())
+    there = listed_names(f"{topic} ({name})" for topic, name in topics.items())
     raise FormatError(file, f"no topic holds {what}; its topics are {there}")
 
 

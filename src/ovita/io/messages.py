@@ -39,7 +39,7 @@ BODY = "base_link"
 
 _BILLION = 10**9
 _UNEVEN = 0.05
-_TOLD = 10
+_MOST_LISTED = 10
 
 
 @dataclass(frozen=True)
@@ -78,11 +78,11 @@ class Maker:
         return self.new("geometry_msgs/msg/Pose", position=self.vector(xyz, "Point"), orientation=self.quaternion(wxyz))
 
 
-def told(names: Iterable[str]) -> str:
+def listed_names(names: Iterable[str]) -> str:
     """Names of topics or types, ten at most, joined by commas."""
     found = sorted(name if name.isprintable() else repr(name) for name in names)
-    more = f" and {len(found) - _TOLD} more" if len(found) > _TOLD else ""
-    return (", ".join(found[:_TOLD]) + more) or "none"
+    more = f" and {len(found) - _MOST_LISTED} more" if len(found) > _MOST_LISTED else ""
+    return (", ".join(found[:_MOST_LISTED]) + more) or "none"
 
 
 def frame_of(frame_id: str) -> Frame:

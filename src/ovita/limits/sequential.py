@@ -35,7 +35,7 @@ LEAD = 1.0
 
 
 @dataclass(frozen=True)
-class Settings:
+class SolverSettings:
     """When to stop.
 
     Args:
@@ -47,7 +47,7 @@ class Settings:
     gain: float = 2e-2
 
 
-def improve(problem: PathProblem, base: Array, x: Array, settings: Settings | None = None) -> Array:
+def improve(problem: PathProblem, base: Array, x: Array, settings: SolverSettings | None = None) -> Array:
     """Pull a path back towards the optimum.
 
     Args:
@@ -59,7 +59,7 @@ def improve(problem: PathProblem, base: Array, x: Array, settings: Settings | No
     Returns:
         A path (N, 3) [m], legal if x is.
     """
-    settings = settings or Settings()
+    settings = settings or SolverSettings()
     out = x.copy()
     for first, last in _windows(problem, base, x):
         part = problem.part(first, last)
@@ -91,7 +91,7 @@ class _Window:
     """One stretch of the path with its own quadratic programs."""
 
     def __init__(
-        self, problem: PathProblem, fixed: NDArray[np.bool_], base: Array, x: Array, settings: Settings
+        self, problem: PathProblem, fixed: NDArray[np.bool_], base: Array, x: Array, settings: SolverSettings
     ) -> None:
         self.problem, self.fixed, self.base, self.x, self.settings = problem, fixed, base, x, settings
         n = len(x)

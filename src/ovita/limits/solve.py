@@ -23,7 +23,7 @@ from ovita.limits.problem import (
 )
 from ovita.limits.qp import Weights, smooth_axes
 from ovita.limits.route import Blocked, legal_path
-from ovita.limits.sequential import Settings, improve
+from ovita.limits.sequential import SolverSettings, improve
 from ovita.limits.speed import dynamics, limit_speeds
 from ovita.limits.verify import FLAT, Measure, compare, measure_all, plane
 from ovita.paths.geometry import lengths
@@ -104,7 +104,7 @@ class _Task:
             problem = self.problem(options, height if move else None)
             positions = self.proposed.positions
             if move:
-                positions, blocked = solve_with_dwells(problem, Settings(steps=int(options.steps)))
+                positions, blocked = solve_with_dwells(problem, SolverSettings(steps=int(options.steps)))
             result = self.proposed.with_(positions=positions, speeds=self.speeds(positions, problem.weights))
             after = self.judge(result)
             left = [
@@ -218,7 +218,9 @@ class _Task:
         return Solution(result, verdict)
 
 
-def solve_with_dwells(problem: PathProblem, settings: Settings | None = None) -> tuple[Array, tuple[Blocked, ...]]:
+def solve_with_dwells(
+    problem: PathProblem, settings: SolverSettings | None = None
+) -> tuple[Array, tuple[Blocked, ...]]:
     """As `solve_path`; waypoints that repeat the one before them, a dwell, move as one and stay equal bit by bit."""
     same = (problem.reference[1:] == problem.reference[:-1]).all(axis=1)
     if not same.any() or same.all():
@@ -231,7 +233,7 @@ def solve_with_dwells(problem: PathProblem, settings: Settings | None = None) ->
     return path[group], tuple(replace(b, first=int(firsts[b.first]), last=int(firsts[b.last])) for b in blocked)
 
 
-def solve_path(problem: PathProblem, settings: Settings | None = None) -> tuple[Array, tuple[Blocked, ...]]:
+def solve_path(problem: PathProblem, settings: SolverSettings | None = None) -> tuple[Array, tuple[Blocked, ...]]:
     """The path nearest to the reference (in the sense of the objective) that is legal, and what stays blocked.
 
     Four steps: smooth and bound each axis (`qp.smooth_axes`), move into the convex sets, find a way around every

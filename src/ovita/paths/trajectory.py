@@ -21,7 +21,7 @@ TIMESTEP = 0.1
 
 
 @dataclass(frozen=True, eq=False)
-class State:
+class PathState:
     """What a trajectory asks for at M moments.
 
     Args:
@@ -174,7 +174,7 @@ class Trajectory:
         """Time from start to goal [s]."""
         return float(self.durations.sum())
 
-    def at(self, t: ArrayLike) -> State:
+    def at(self, t: ArrayLike) -> PathState:
         """The place, pose and speed that the time law asks for at some moments; it rests at the goal afterwards.
 
         Args:
@@ -191,7 +191,7 @@ class Trajectory:
         # With constant acceleration, the share of the length is (v0 t + (v1 - v0) t^2 / 2) / ((v0 + v1) / 2).
         share = np.divide(since * (2.0 * start + since * (end - start)), total, out=since.copy(), where=moving)
         where = i + np.clip(share, 0.0, 1.0)
-        return State(where, interpolate(self.positions, where), start + since * (end - start), self._turned(where))
+        return PathState(where, interpolate(self.positions, where), start + since * (end - start), self._turned(where))
 
     def time_at(self, where: ArrayLike) -> Array:
         """The times (M,) [s] at which fractional waypoints (M,) are reached: the inverse of `at(t).where`."""

@@ -25,7 +25,7 @@ from ovita.paths.trajectory import Array
 from ovita.policy import wire
 from ovita.policy.check import BUILTINS, MODULES, ONLY, SCIPY_PARTS, check, is_dunder, refusal
 from ovita.policy.output import to_rows
-from ovita.policy.syntax import RESULT, Entry, entry_of, parse_tree
+from ovita.policy.syntax import RESULT, EntryPoint, entry_of, parse_tree
 from ovita.toolkit import Recorder, namespace
 
 
@@ -300,7 +300,7 @@ class PolicyRun:
 
     def __init__(self) -> None:
         self.source = ""
-        self.entry = Entry("function")
+        self.entry = EntryPoint("function")
         self.original: Array = np.zeros((0, 4))
         self.given: Array = self.original
         self.scene = Scene()

@@ -15,7 +15,7 @@ from typing import Any, Literal
 
 from ovita.errors import PolicyRejected
 from ovita.policy.direct import carries_columns, proven
-from ovita.policy.syntax import Entry, Form, Value, bound_names, entry_of, find_function, literal, parse_tree
+from ovita.policy.syntax import EntryPoint, Form, Value, bound_names, entry_of, find_function, literal, parse_tree
 from ovita.policy.wire import clean_text
 from ovita.units import find
 
@@ -72,7 +72,7 @@ class _Slot:
     line: int
 
 
-def find_parameters(source: str, tree: ast.Module, entry: Entry) -> tuple[Parameter, ...]:
+def find_parameters(source: str, tree: ast.Module, entry: EntryPoint) -> tuple[Parameter, ...]:
     """Read the parameters off a policy.
 
     In a function they are the arguments with a literal default, other than traj and scene; in a script, the
@@ -98,7 +98,7 @@ def find_parameters(source: str, tree: ast.Module, entry: Entry) -> tuple[Parame
     return tuple(parameters)
 
 
-def rewrite(source: str, tree: ast.Module, entry: Entry, values: Mapping[str, Value]) -> str:
+def rewrite(source: str, tree: ast.Module, entry: EntryPoint, values: Mapping[str, Value]) -> str:
     """Write values into the source at the literals that hold them, leaving everything else as it is.
 
     Raises:
@@ -121,7 +121,7 @@ def rewrite(source: str, tree: ast.Module, entry: Entry, values: Mapping[str, Va
     return "\n".join(lines)
 
 
-def _slots(tree: ast.Module, entry: Entry) -> list[_Slot]:
+def _slots(tree: ast.Module, entry: EntryPoint) -> list[_Slot]:
     candidates = _defaults(tree, entry) if entry.form == "function" else _assignments(tree)
     slots = []
     for name, node in candidates:
@@ -135,7 +135,7 @@ def _slots(tree: ast.Module, entry: Entry) -> list[_Slot]:
     return slots
 
 
-def _defaults(tree: ast.Module, entry: Entry) -> Iterator[tuple[str, ast.expr]]:
+def _defaults(tree: ast.Module, entry: EntryPoint) -> Iterator[tuple[str, ast.expr]]:
     arguments = find_function(tree, entry.name).args
     positional = [*arguments.posonlyargs, *arguments.args]
     first = len(positional) - len(arguments.defaults)

@@ -17,7 +17,7 @@ from ovita.policy.syntax import (
     MAX_SOURCE,
     NO_POLICY,
     RESULT,
-    Entry,
+    EntryPoint,
     bound_names,
     entry_of,
     find_function,
@@ -196,7 +196,7 @@ def _is_prose(line: str) -> bool:
     return (first.isupper() or first in "*-") and not set(line) & set("=[]{}") and len(line.split()) > 2
 
 
-def _summary(source: str, tree: ast.Module, entry: Entry) -> str:
+def _summary(source: str, tree: ast.Module, entry: EntryPoint) -> str:
     """What the author says that the policy does: the first line of its docstring or its first comment."""
     texts = [ast.get_docstring(tree)]
     if entry.form == "function":
@@ -297,7 +297,7 @@ def _is_idle_print(statement: ast.stmt) -> bool:
     return False
 
 
-def _surplus(source: str, tree: ast.Module, entry: Entry) -> set[ast.stmt]:
+def _surplus(source: str, tree: ast.Module, entry: EntryPoint) -> set[ast.stmt]:
     """Statements that a policy can do without, other than prints and dead code."""
     guards = [s for s in tree.body if _is_main_guard(s)]
     outside = {name for s in tree.body if s not in guards for name in bound_names(s)}
@@ -336,7 +336,7 @@ def _is_dummy(statement: ast.stmt) -> bool:
     return False
 
 
-def _demo(source: str, tree: ast.Module, entry: Entry, gone: set[ast.stmt]) -> set[ast.stmt]:
+def _demo(source: str, tree: ast.Module, entry: EntryPoint, gone: set[ast.stmt]) -> set[ast.stmt]:
     """Top-level statements that the entry of a function-form policy does not depend on."""
     statements = [s for s in tree.body if s not in gone]
     scopes = _scopes(source)

@@ -36,7 +36,7 @@ Value = float | int | bool | str | None | tuple[Any, ...]
 
 
 @dataclass(frozen=True)
-class Entry:
+class EntryPoint:
     """Where a policy starts.
 
     Args:
@@ -82,7 +82,7 @@ def _refuse_depth(tree: ast.Module) -> None:
     raise PolicyRejected(_TOO_DEEP, line=getattr(level[0], "lineno", None))
 
 
-def entry_of(tree: ast.Module) -> Entry:
+def entry_of(tree: ast.Module) -> EntryPoint:
     """Find where a policy starts.
 
     The function `adapt` if there is one; else a script that leaves `modified_trajectory`; else the one function
@@ -95,7 +95,7 @@ def entry_of(tree: ast.Module) -> Entry:
     if "adapt" in functions:
         return _function_entry(functions["adapt"])
     if RESULT in top_level_names(tree) or any(RESULT in n.names for n in ast.walk(tree) if isinstance(n, ast.Global)):
-        return Entry("script")
+        return EntryPoint("script")
     called = {
         node.id
         for name, function in functions.items()
@@ -127,14 +127,14 @@ def _takes(function: ast.FunctionDef) -> int | None:
     return taken
 
 
-def _function_entry(function: ast.FunctionDef) -> Entry:
+def _function_entry(function: ast.FunctionDef) -> EntryPoint:
     taken = _takes(function)
     if taken is None:
         raise PolicyRejected(
             f"{function.name} must be callable as {function.name}(traj, scene); give every further argument a default",
             line=function.lineno,
         )
-    return Entry("function", function.name, taken)
+    return EntryPoint("function", function.name, taken)
 
 
 def find_function(tree: ast.Module, name: str) -> ast.FunctionDef:

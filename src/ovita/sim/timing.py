@@ -142,7 +142,7 @@ LONGEST = 7200.0
 
 
 @dataclass(frozen=True)
-class Plan:
+class MotionPlan:
     """What a robot means to do, at times that are evenly spaced.
 
     Args:
@@ -250,7 +250,7 @@ def _cautious(arc: Array, path: object, bounds: Array, limit: Array) -> Array:
     return np.asarray(np.minimum(steady, np.sqrt(2.0 * float(ramp) * left)))
 
 
-def joined(pieces: list[Piece], step: float) -> Plan:
+def joined(pieces: list[Piece], step: float) -> MotionPlan:
     """Put pieces one after another and sample them every `step` seconds, up to the end of the last.
 
     Raises:
@@ -271,7 +271,7 @@ def joined(pieces: list[Piece], step: float) -> Plan:
         _sample(piece, times[inside] - start, where, states, inside)
     beyond = times > starts[-1]
     where[beyond], states[0, beyond] = pieces[-1].where[-1], pieces[-1].coordinates[-1]
-    return Plan(step, where, states[0], states[1], states[2])
+    return MotionPlan(step, where, states[0], states[1], states[2])
 
 
 def _sample(piece: Piece, times: Array, where: Array, states: Array, inside: slice) -> None:
@@ -338,7 +338,7 @@ class ControlPlan:
         notes: What else a person should know.
     """
 
-    plan: Plan
+    plan: MotionPlan
     unreachable: tuple[Unreachable, ...] = ()
     limits: tuple[Touched, ...] = ()
     notes: tuple[str, ...] = ()

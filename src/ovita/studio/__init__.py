@@ -13,9 +13,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from ovita.studio.app import Settings, Studio
+    from ovita.studio.app import Studio, StudioSettings
 
-__all__ = ["Settings", "Studio"]
+__all__ = ["Studio", "StudioSettings"]
 
 
 def __getattr__(name: str) -> Any:

@@ -29,7 +29,7 @@ _PLACES_S = 6.0
 
 
 @dataclass(frozen=True)
-class Settings:
+class StudioSettings:
     """How a studio is started.
 
     Args:
@@ -60,7 +60,7 @@ class Studio:
         OvitaError: If it would let strangers in, a file cannot be opened, or the port is taken.
     """
 
-    def __init__(self, settings: Settings) -> None:
+    def __init__(self, settings: StudioSettings) -> None:
         try:
             import viser
         except ImportError:

@@ -24,7 +24,7 @@ _RUN = "Run in the sandbox"
 _AGAINST = ("the original", "the turn before")
 
 
-class Plan:
+class PlanPanel:
     """Plan and explanation."""
 
     def __init__(self, gui: Any, desk: Callable[[], SessionController]) -> None:
@@ -36,7 +36,7 @@ class Plan:
         self.text.content = html.plan(self._desk().session.adaptation)
 
 
-class Explanation:
+class ExplanationPanel:
     """The explanation in plain words."""
 
     def __init__(self, gui: Any, desk: Callable[[], SessionController]) -> None:
@@ -48,7 +48,7 @@ class Explanation:
         self.text.content = html.explanation(self._desk().session.adaptation)
 
 
-class Changes:
+class ChangesPanel:
     """The measured difference, as charts and sentences."""
 
     def __init__(self, gui: Any, desk: Callable[[], SessionController]) -> None:
@@ -73,7 +73,7 @@ class Changes:
         self.text.content = html.changes(before, session)
 
 
-class Code:
+class CodePanel:
     """The program, to read, to edit and to run again in the sandbox."""
 
     def __init__(self, gui: Any, desk: Callable[[], SessionController], complain: Callable[[str], None]) -> None:
@@ -143,7 +143,7 @@ def reach(value: float, unit: str) -> tuple[float, float, float]:
     return low, high, float(f"{(high - low) / 200.0:.1g}")
 
 
-class Knobs:
+class KnobsPanel:
     """The knobs of one tab.
 
     Args:
@@ -244,7 +244,7 @@ def _read(value: Any, like: Any) -> Any:
         return value
 
 
-class Writers:
+class WritersPanel:
     """The choice of the writer in one tab.
 
     Args:
@@ -331,7 +331,7 @@ _SPACES = ("anywhere", "box", "reach")
 _STATED = "as the scene states"
 
 
-class Limits:
+class LimitsPanel:
     """The limits of one tab, applied when a person says so.
 
     Args:

@@ -29,7 +29,7 @@ News = Literal["turn", "knobs", "busy", "said", "error"]
 
 
 @dataclass
-class Busy:
+class PendingTurn:
     """A turn that is being written.
 
     Args:
@@ -53,7 +53,7 @@ class Busy:
 
 
 @dataclass(frozen=True)
-class Said:
+class LastUtterance:
     """What was said last, and what came of it where that is no turn of the session.
 
     Args:
@@ -89,8 +89,8 @@ class SessionController:
 
     def __init__(self, session: Session, title: str = "") -> None:
         self.session, self.title = session, title
-        self.busy: Busy | None = None
-        self.said: Said | None = None
+        self.busy: PendingTurn | None = None
+        self.said: LastUtterance | None = None
         self.error = ""
         self.lock = threading.RLock()
         self._watchers: list[Callable[[News], None]] = []
@@ -128,7 +128,7 @@ class SessionController:
             if not text:
                 raise RequestError("say what should change, such as 'slow down near the cup'")
             self._rest()
-            busy = self.busy = Busy(text, on)
+            busy = self.busy = PendingTurn(text, on)
             self.said = None
             draft = self.session.draft()
         worker = threading.Thread(target=self._write, args=(draft, busy), name="ovita-writer", daemon=True)
@@ -160,7 +160,7 @@ class SessionController:
                 return
             busy.cancel.set()
             self.busy = None
-            self.said = Said(busy.said, busy.on, error="Cancelled; nothing changed.")
+            self.said = LastUtterance(busy.said, busy.on, error="Cancelled; nothing changed.")
         self._tell("said")
 
     def turn(self, name: str, value: Any) -> None:
@@ -196,8 +196,8 @@ class SessionController:
             self._rest()
             self._kept(self.session.settle)
 
-    def _write(self, draft: Session, busy: Busy) -> None:
-        said = Said(busy.said, busy.on, error="This should not have happened; nothing changed.")
+    def _write(self, draft: Session, busy: PendingTurn) -> None:
+        said = LastUtterance(busy.said, busy.on, error="This should not have happened; nothing changed.")
         result: Adaptation | None = None
         before, kept = (draft.history.head, len(draft.history.steps)), False
 
@@ -207,9 +207,9 @@ class SessionController:
 
         try:
             result = draft.say(busy.said, on=busy.on, progress=stage, cancel=busy.cancel)
-            said = Said(busy.said, busy.on, result)
+            said = LastUtterance(busy.said, busy.on, result)
         except OvitaError as error:
-            said = Said(busy.said, busy.on, error=str(error))
+            said = LastUtterance(busy.said, busy.on, error=str(error))
         finally:
             with self.lock:
                 wanted = self.busy is busy

@@ -15,7 +15,16 @@ from ovita.studio.conversation import Conversation
 from ovita.studio.editor import DragEditor
 from ovita.studio.files import FilesPanel, Opened
 from ovita.studio.html import BRAND
-from ovita.studio.panels import Changes, Code, Explanation, Knobs, Limits, Plan, Writers, writer_name
+from ovita.studio.panels import (
+    ChangesPanel,
+    CodePanel,
+    ExplanationPanel,
+    KnobsPanel,
+    LimitsPanel,
+    PlanPanel,
+    WritersPanel,
+    writer_name,
+)
 from ovita.studio.scene_view import SceneView
 from ovita.studio.sessions import News, SessionController
 
@@ -86,24 +95,26 @@ class Tab:
                 earlier=earlier, returned=self.go_back, limits=self._limits, tell=self.tell, complain=self.complain,
             )  # fmt: skip
         with tabs.add_tab("Set up", "settings"):
-            self.writers = Writers(gui, self._desk, complain=self.complain, chosen=self._writer_chosen, local=local)
+            self.writers = WritersPanel(
+                gui, self._desk, complain=self.complain, chosen=self._writer_chosen, local=local
+            )
         top = gui.add_panel()
         with top.add_tab("Parameters", "adjustments"):
-            self.knobs = Knobs(gui, self._desk)
+            self.knobs = KnobsPanel(gui, self._desk)
         with top.add_tab("Plan", "list-numbers"):
-            self.plan = Plan(gui, self._desk)
+            self.plan = PlanPanel(gui, self._desk)
         with top.add_tab("Explanation", "bulb"):
-            self.explanation = Explanation(gui, self._desk)
+            self.explanation = ExplanationPanel(gui, self._desk)
         top.dock_right()
         top.set_width(_RIGHT)
         self._right = top
         below = gui.add_panel()
         with below.add_tab("Changes", "chart-line"):
-            self.changes = Changes(gui, self._desk)
+            self.changes = ChangesPanel(gui, self._desk)
         with below.add_tab("Constraints", "shield-check"):
-            self.limits = Limits(gui, self._desk, self.complain)
+            self.limits = LimitsPanel(gui, self._desk, self.complain)
         with below.add_tab("Code", "code"):
-            self.code = Code(gui, self._desk, self.complain)
+            self.code = CodePanel(gui, self._desk, self.complain)
         below.dock_below(top)
         bar = gui.add_panel()
         with bar.add_tab("Play", "player-play"):

@@ -31,7 +31,7 @@ class Offset(TypedDict, total=False):
     down: float
 
 
-class Limits(TypedDict, total=False):
+class OffsetLimits(TypedDict, total=False):
     """Direction words and how far along each is allowed [m]; None is no limit."""
 
     left: float | None

@@ -213,7 +213,7 @@ def _public(function: Callable[..., Any]) -> inspect.Signature:
     shown = [p for p in whole.parameters.values() if p.name not in HIDDEN and p.kind is not p.VAR_KEYWORD]
     words = next((p for p in whole.parameters.values() if p.kind is p.VAR_KEYWORD), None)
     if words is not None:
-        default = None if "Limits" in str(words.annotation) else 0.0
+        default = None if "OffsetLimits" in str(words.annotation) else 0.0
         first = next((i for i, p in enumerate(shown) if p.kind is p.KEYWORD_ONLY), len(shown))
         shown[first:first] = [inspect.Parameter(w, inspect.Parameter.KEYWORD_ONLY, default=default) for w in DIRECTIONS]
     return whole.replace(parameters=shown)
@@ -260,7 +260,7 @@ _ENTRY = re.compile(r"(\w+): (.*)", re.DOTALL)
 
 
 @dataclass(frozen=True)
-class Entry:
+class OperationDoc:
     """An operation as the page shows it.
 
     Args:
@@ -284,7 +284,7 @@ class Entry:
         return {**vars(self), "parameters": dict(self.parameters)}
 
 
-def reference(names: Iterable[str] | None = None) -> tuple[Entry, ...]:
+def reference(names: Iterable[str] | None = None) -> tuple[OperationDoc, ...]:
     """The operations of those names, in catalogue order; None for all.
 
     Raises:
@@ -293,7 +293,7 @@ def reference(names: Iterable[str] | None = None) -> tuple[Entry, ...]:
     return tuple(_entry(name) for name in in_order(names))
 
 
-def as_text(entry: Entry) -> str:
+def as_text(entry: OperationDoc) -> str:
     """An entry for a terminal."""
     parts = [f"{entry.signature}\n  {entry.summary}."]
     parts += [f"  {line}" for line in entry.details.splitlines()]
@@ -301,7 +301,7 @@ def as_text(entry: Entry) -> str:
     return "\n".join(parts)
 
 
-def as_markdown(entry: Entry, use: tuple[str, str] | None = None) -> str:
+def as_markdown(entry: OperationDoc, use: tuple[str, str] | None = None) -> str:
     """An entry as a section of the page.
 
     Args:
@@ -332,11 +332,11 @@ def page(uses: Mapping[str, tuple[str, str]]) -> str:
     return "\n\n".join(parts) + "\n"
 
 
-def _entry(name: str) -> Entry:
+def _entry(name: str) -> OperationDoc:
     text = inspect.cleandoc(CATALOGUE[name].__doc__ or "")
     body, _, arguments = text.partition("\nArgs:\n")
     details = body.partition("\n")[2].strip()
-    return Entry(name, _group[name], signature(name), summary(name), details, _parameters(arguments))
+    return OperationDoc(name, _group[name], signature(name), summary(name), details, _parameters(arguments))
 
 
 def _parameters(text: str) -> dict[str, str]:

@@ -12,7 +12,7 @@ from ovita.paths.geometry import Mask, fractions, runs
 from ovita.paths.trajectory import Array
 from ovita.toolkit import arguments
 from ovita.toolkit.approach import extent
-from ovita.toolkit.arguments import Limits, Place, Target, positive
+from ovita.toolkit.arguments import OffsetLimits, Place, Target, positive
 from ovita.toolkit.catalogue import operation
 from ovita.toolkit.insertion import anchor
 from ovita.toolkit.weights import blended, followed, smoothstep
@@ -184,7 +184,7 @@ def bound(
     where: ArrayLike | None = None,
     ease: float | None = None,
     frame: Frame = RFU,
-    **offset: Unpack[Limits],
+    **offset: Unpack[OffsetLimits],
 ) -> Array:
     """Stay within so many metres left, up, ... of the origin or of=cup; down=-0.1: at least 0.1 up.
 

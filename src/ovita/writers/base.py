@@ -178,7 +178,7 @@ class _Chosen:
 
 
 @dataclass(frozen=True)
-class Line:
+class WriterChain:
     """Writers in line: each one is asked where those before it had no answer.
 
     The chain asks the writers of a line itself, since it also sees whether a policy runs and keeps its promises.
@@ -218,9 +218,9 @@ class Line:
         return replace(refusal, writer=replace(refusal.writer, tried=tuple(tried)))
 
 
-def in_line(writer: PolicyWriter) -> tuple[PolicyWriter, ...]:
+def flatten(writer: PolicyWriter) -> tuple[PolicyWriter, ...]:
     """Return the writers of a line, or the one writer."""
-    return writer.writers if isinstance(writer, Line) else (writer,)
+    return writer.writers if isinstance(writer, WriterChain) else (writer,)
 
 
 def with_hint(prompt: Prompt, reply: Reply) -> Prompt:
@@ -254,10 +254,10 @@ def writer_named(name: str = "auto", *, base_url: str | None = None, temperature
     if not 0.0 <= temperature <= 2.0:
         raise RequestError(f"the temperature {temperature:g} is out of range; use 0 to 2")
     if name == "auto" and base_url is None:
-        return Line(_auto(temperature), "auto")
+        return WriterChain(_auto(temperature), "auto")
     names = [part.strip() for part in name.split(",")]
     writers = [_Chosen(_one(part, base_url, temperature), "asked for by name") for part in names]
-    return writers[0] if len(writers) == 1 else Line(tuple(writers), ",".join(names))
+    return writers[0] if len(writers) == 1 else WriterChain(tuple(writers), ",".join(names))
 
 
 def _auto(temperature: float) -> tuple[PolicyWriter, ...]:

@@ -14,7 +14,7 @@ from ovita.errors import WriterError
 from ovita.policy import Parameter
 from ovita.units import symbol
 from ovita.writers.base import PolicyWriter
-from ovita.writers.progress import Watch
+from ovita.writers.progress import WritingBudget
 from ovita.writers.safe_text import harmless
 
 TEMPERATURE = 0.3
@@ -46,13 +46,13 @@ _DIRECTIONS = ("left", "right", "forward", "backward", "upward", "downward", "hi
 _OPPOSITE = dict(zip(_DIRECTIONS, (_DIRECTIONS[i ^ 1] for i in range(len(_DIRECTIONS))), strict=True))
 
 
-def reworded(writer: PolicyWriter, facts: Mapping[str, str], *, watch: Watch | None = None) -> str:
+def reworded(writer: PolicyWriter, facts: Mapping[str, str], *, budget: WritingBudget | None = None) -> str:
     """Return a short explanation in plain words for a person who is no expert, written by a language model.
 
     Args:
         writer: A model, or a writer that wraps one.
         facts: What is known, by title: plan, parameters with values, assumptions, what changed.
-        watch: Who looks on, and when it must end.
+        budget: Who looks on, and when it must end.
 
     Raises:
         WriterError: If the writer is no language model, no answer could be had, or the explanation holds a number, a
@@ -67,7 +67,7 @@ def reworded(writer: PolicyWriter, facts: Mapping[str, str], *, watch: Watch | N
             raise WriterError(f"{writer.name} writes no explanations; a template does")
         model = wrapped
     given = harmless("\n\n".join(f"# {title}\n{text.strip()}" for title, text in facts.items() if text.strip()))
-    text = model.complete(_ASK, given, temperature=TEMPERATURE, max_tokens=MAX_TOKENS, watch=watch)
+    text = model.complete(_ASK, given, temperature=TEMPERATURE, max_tokens=MAX_TOKENS, budget=budget)
     text = " ".join(re.sub(r"^\s*(?:#+|[-*•]|\d+[.)])(?:\s|$)", "", line).strip() for line in text.split("\n")).strip()
     wrong = _invented(text, given) if text else "no text"
     if wrong:

@@ -23,7 +23,7 @@ from ovita.writers.base import (
     Reply,
     WriterInfo,
     broken_promise,
-    in_line,
+    flatten,
     with_hint,
 )
 from ovita.writers.prompt import Prompt
@@ -37,7 +37,7 @@ def write(prompt: Prompt, writer: PolicyWriter, *, isolation: Isolation, repairs
     """Ask the writers in line until a policy ran and kept its promises, or one asks a question back.
 
     Args:
-        prompt: The grounded request; its watch bounds the time, tells what goes on, and may stop it all.
+        prompt: The grounded request; its budget bounds the time, tells what goes on, and may stop it all.
         writer: A writer, or a line of them.
         isolation: How policies must be isolated while they run.
         repairs: How often a failing policy goes back to its writer.
@@ -46,14 +46,14 @@ def write(prompt: Prompt, writer: PolicyWriter, *, isolation: Isolation, repairs
     Returns:
         The best that came of it, with every writer that was asked in `reply.writer.tried`.
     """
-    line = in_line(writer)
+    line = flatten(writer)
     done: list[Attempt] = []
     tried: list[str] = []
     for member in line:
         one = replace(_ask(prompt, member, isolation, repairs, lap), by=member)
         done.append(one)
         tried.append(f"{member.name}: {one.summary}")
-        if one.rank in (2, 4) or prompt.watch.over():
+        if one.rank in (2, 4) or prompt.budget.over():
             break
         if len(done) < len(line):
             prompt = with_hint(prompt, one.reply)
@@ -77,10 +77,10 @@ def _ask(prompt: Prompt, writer: PolicyWriter, isolation: Isolation, repairs: in
     last = Attempt(nothing, failure="unusable", error="it was not asked")
     tokens_in = tokens_out = 0
     for count in range(1, repairs + 2):
-        over = prompt.watch.over()
+        over = prompt.budget.over()
         if over:
             return last if last.policy else replace(last, error=over if count == 1 else f"{over}; {last.error}")
-        prompt.watch.say(f"{writer.name} writes a policy" if count == 1 else f"{writer.name} repairs its policy")
+        prompt.budget.say(f"{writer.name} writes a policy" if count == 1 else f"{writer.name} repairs its policy")
         try:
             answer = writer.write(prompt)
         except UnusableReply as failure:
@@ -99,7 +99,7 @@ def _ask(prompt: Prompt, writer: PolicyWriter, isolation: Isolation, repairs: in
         if answer.kind != "policy":
             repairing = any(attempt.code for attempt in prompt.attempts)
             return replace(last, count=count) if repairing else Attempt(counted, count=count)
-        prompt.watch.say("running the policy")
+        prompt.budget.say("running the policy")
         now = _run(prompt.request, counted, isolation)
         lap("run")
         last = replace(now if now.policy or not last.policy else last, count=count)

@@ -18,7 +18,7 @@ Progress = Callable[[str], None]
 
 
 @dataclass
-class Watch:
+class WritingBudget:
     """Who looks on while a policy is written.
 
     Args:
@@ -33,8 +33,10 @@ class Watch:
     _paused: bool = field(default=False, init=False)
 
     @classmethod
-    def lasting(cls, seconds: float | None, progress: Progress | None = None, cancel: Event | None = None) -> Watch:
-        """Return a watch that ends in so many seconds, or never for None."""
+    def lasting(
+        cls, seconds: float | None, progress: Progress | None = None, cancel: Event | None = None
+    ) -> WritingBudget:
+        """Return a budget that ends in so many seconds, or never for None."""
         return cls(progress, cancel, math.inf if seconds is None else time.monotonic() + seconds)
 
     def say(self, text: str) -> None:

@@ -21,7 +21,7 @@ from ovita.paths.trajectory import Array, Trajectory
 from ovita.request import Request, Turn
 from ovita.units import to_si
 from ovita.writers.base import Attempt, Failure, Reply
-from ovita.writers.progress import Watch
+from ovita.writers.progress import WritingBudget
 from ovita.writers.safe_text import one_line, quoted
 
 if TYPE_CHECKING:
@@ -94,19 +94,19 @@ class Prompt:
         style: What the text shows.
         hints: What earlier writers in line made of the instruction.
         attempts: Failed attempts so far, oldest first.
-        watch: The time that is left for writing, who is told of progress, and whether to stop.
+        budget: The time that is left for writing, who is told of progress, and whether to stop.
     """
 
     request: Request
     style: PromptStyle = PromptStyle()
     hints: tuple[str, ...] = ()
     attempts: tuple[Attempt, ...] = ()
-    watch: Watch = field(default_factory=Watch, compare=False, repr=False)
+    budget: WritingBudget = field(default_factory=WritingBudget, compare=False, repr=False)
 
     @classmethod
-    def of_text(cls, request: Request, rules: str, situation: str, *, watch: Watch | None = None) -> Prompt:
+    def of_text(cls, request: Request, rules: str, situation: str, *, budget: WritingBudget | None = None) -> Prompt:
         """Return a prompt with text of one's own instead of what `style` would show."""
-        prompt = cls(request, watch=watch or Watch())
+        prompt = cls(request, budget=budget or WritingBudget())
         prompt.__dict__["sections"] = Sections(rules, instruction=situation)
         return prompt
 

@@ -21,12 +21,12 @@ from ovita.errors import MissingExtra, RequestError, UnusableReply, WriterError
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
-from ovita.writers.base import Line, Reply, writer_named
+from ovita.writers.base import Reply, WriterChain, writer_named
 from ovita.writers.models import catalogue as models
 from ovita.writers.models import local as engine
 from ovita.writers.models.exchange import read_answer
 from ovita.writers.models.local import LocalWriter
-from ovita.writers.progress import Watch
+from ovita.writers.progress import WritingBudget
 from ovita.writers.prompt import Prompt
 
 RULES = "You write Python policies, def adapt(traj, scene), that move a robot's trajectory. " * 6
@@ -54,10 +54,10 @@ def writer(weights: Path, **options: Any) -> LocalWriter:
     return LocalWriter(str(weights), **given)
 
 
-def answered(writer: LocalWriter, request: Request, said: str, **watch: Any) -> str:
+def answered(writer: LocalWriter, request: Request, said: str, **budget: Any) -> str:
     """What the model wrote, whether it is of use or not."""
     try:
-        writer.write(Prompt.of_text(request, RULES, said, watch=Watch(**watch)))
+        writer.write(Prompt.of_text(request, RULES, said, budget=WritingBudget(**budget)))
     except UnusableReply:
         pass
     assert writer.last is not None
@@ -100,9 +100,9 @@ def test_cancel_and_time_limit_stop_it_at_once(weights: Path, request_: Request)
             cancel.set()
 
     with pytest.raises(WriterError, match="stopped on request"):
-        asks.write(Prompt.of_text(request_, RULES, "Go left", watch=Watch(stop_soon, cancel)))
+        asks.write(Prompt.of_text(request_, RULES, "Go left", budget=WritingBudget(stop_soon, cancel)))
     with pytest.raises(WriterError, match="no answer in the time that was left; allow more with --time-limit"):
-        asks.write(Prompt.of_text(request_, RULES, "Go left", watch=Watch(deadline=time.monotonic() + 0.2)))
+        asks.write(Prompt.of_text(request_, RULES, "Go left", budget=WritingBudget(deadline=time.monotonic() + 0.2)))
     assert asks.last is None, "neither was waited for to the end"
 
 
@@ -111,17 +111,17 @@ def test_an_interrupt_stops_the_model_before_it_goes_on(weights: Path, request_:
     ended: list[bool] = []
     inner = asks._beat
 
-    def beat(watch: Watch, stopped: Any, what: str) -> Any:
-        told = inner(watch, stopped, what)
+    def beat(budget: WritingBudget, stopped: Any, what: str) -> Any:
+        told = inner(budget, stopped, what)
         return lambda now: ended.append(told(now)) or ended[-1]
 
-    def interrupted(watch: Watch) -> bool:
+    def interrupted(budget: WritingBudget) -> bool:
         if ended:
             raise KeyboardInterrupt
         return False
 
     monkeypatch.setattr(asks, "_beat", beat)
-    monkeypatch.setattr(Watch, "cancelled", property(interrupted))
+    monkeypatch.setattr(WritingBudget, "cancelled", property(interrupted))
     with pytest.raises(KeyboardInterrupt):
         asks.write(Prompt.of_text(request_, RULES, "Go left"))
     assert ended[-1], "generation was told to stop"
@@ -162,7 +162,7 @@ class Short:
         self.inner, self.name = inner, inner.name
 
     def write(self, prompt: Prompt) -> Reply:
-        short = Prompt.of_text(prompt.request, RULES, prompt.request.instruction, watch=prompt.watch)
+        short = Prompt.of_text(prompt.request, RULES, prompt.request.instruction, budget=prompt.budget)
         for attempt in prompt.attempts:
             short = short.after(attempt)
         return self.inner.write(short)
@@ -171,7 +171,7 @@ class Short:
 def test_the_chain_hands_on_from_a_model_that_is_too_small(weights: Path, request_: Request) -> None:
     """Answers that are cut off, a repair, then the next writer."""
     small = Short(writer(weights, max_tokens=3))
-    result = adapt(request_, writer=Line((small, writer_named("builtin")), "test"), repairs=1)
+    result = adapt(request_, writer=WriterChain((small, writer_named("builtin")), "test"), repairs=1)
     assert result.status == "done" and result.writer.kind == "builtin" and result.attempts == 3
     assert "cut off after 3 tokens" in result.writer.tried[0]
     assert small.inner.last is not None and small.inner.last.cached_tokens > 60, "the repair knew the rules"
@@ -188,15 +188,15 @@ def test_a_repair_is_a_policy_and_no_refusal(weights: Path, request_: Request) -
 
 
 def test_getting_ready_takes_no_time_from_the_limit() -> None:
-    watch = Watch(deadline=time.monotonic() + 0.2)
+    budget = WritingBudget(deadline=time.monotonic() + 0.2)
 
     def work() -> str:
-        with watch.pause():
+        with budget.pause():
             time.sleep(0.5)
         return "done"
 
-    assert watch.wait_for(work, lambda: None, 60.0) == "done"
-    assert watch.left > 0.0
+    assert budget.wait_for(work, lambda: None, 60.0) == "done"
+    assert budget.left > 0.0
 
 
 def test_a_model_by_name(weights: Path) -> None:
@@ -205,7 +205,7 @@ def test_a_model_by_name(weights: Path) -> None:
     assert named.path == weights and named.name == "llamacpp:smo"
     assert models.default_model() == "llamacpp:smol"
     auto = writer_named("auto")
-    assert isinstance(auto, Line) and [one.name for one in auto.writers] == ["builtin", "llamacpp:smol"]
+    assert isinstance(auto, WriterChain) and [one.name for one in auto.writers] == ["builtin", "llamacpp:smol"]
 
 
 def test_a_damaged_file_and_a_missing_package(tmp_path: Path, request_: Request, monkeypatch: Any) -> None:

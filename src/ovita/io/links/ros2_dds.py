@@ -15,7 +15,7 @@ from typing import Any
 
 from ovita.errors import LinkError, MissingExtra
 from ovita.io.links.address import Address
-from ovita.io.messages import TYPES, Maker, told
+from ovita.io.messages import TYPES, Maker, listed_names
 
 _PAUSE = 0.02
 _LOOPBACK = """<CycloneDDS><Domain>
@@ -48,7 +48,7 @@ def publish(address: Address, build: Any) -> bytes:
         writer = DataWriter(participant, Topic(participant, f"rt{address.target}", type(message)), qos=_qos(True, True))
         if not _wait(lambda: writer.get_matched_subscriptions(), address.timeout):
             found = _endpoints(participant, address, publications=False)
-            others = f"; those there take {told(map(plain_type, found))}, not {name}" if found else ""
+            others = f"; those there take {listed_names(map(plain_type, found))}, not {name}" if found else ""
             problem = f"nobody subscribed to {address.target} in domain {address.domain} within {address.timeout:g} s"
             raise LinkError(f"{address}: {problem}{others}; nothing was sent")
         data = bytes(message.serialize())
@@ -74,14 +74,13 @@ def subscribe(address: Address) -> tuple[str, Any]:
         found = _wait(lambda: _endpoints(participant, address, publications=True), address.timeout)
         if not found:
             there = _topics(participant)
-            others = f"; topics there: {told(there)}" if there else ""
+            others = f"; topics there: {listed_names(there)}" if there else ""
             problem = f"nobody publishes {address.target} in domain {address.domain}"
             raise LinkError(f"{address}: {problem} within {address.timeout:g} s{others}")
         fits = [names[name] for name in found if name in names]
         if not fits:
-            raise LinkError(
-                f"{address}: {address.target} carries {told(map(plain_type, found))}, not {told(names.values())}"
-            )
+            offered = listed_names(map(plain_type, found))
+            raise LinkError(f"{address}: {address.target} carries {offered}, not {listed_names(names.values())}")
         topic = Topic(participant, f"rt{address.target}", idl_type(fits[0]))
         # A reader must not ask for more than the publisher offers, which is known only after asking.
         ways = ((True, True), (True, False), (False, False))

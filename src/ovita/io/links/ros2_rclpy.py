@@ -10,7 +10,7 @@ from typing import Any
 
 from ovita.errors import LinkError
 from ovita.io.links.address import Address
-from ovita.io.messages import TYPES, Maker, told
+from ovita.io.messages import TYPES, Maker, listed_names
 
 _PAUSE = 0.05
 
@@ -50,7 +50,7 @@ def subscribe(address: Address) -> tuple[str, Any]:
             problem = f"nobody publishes {address.target} in domain {address.domain}"
             raise LinkError(f"{address}: {problem} within {address.timeout:g} s")
         if not fits:
-            raise LinkError(f"{address}: {address.target} carries {told(offered)}, which is no path that fits")
+            raise LinkError(f"{address}: {address.target} carries {listed_names(offered)}, which is no path that fits")
         messages: list[Any] = []
         for latched in (True, False):
             profile = _profile(latched=latched)

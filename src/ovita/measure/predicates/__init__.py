@@ -4,7 +4,7 @@ Each name builds a `Check`, which is JSON-able data with `judge`; `all_of`, `any
 functions near, first, last, middle, after, before, between, turns, outside and both build the `where` of a check.
 """
 
-from ovita.measure.predicates.check import Check, Verdict, all_of, any_of, kinds, not_, predicate, say
+from ovita.measure.predicates.check import Check, CheckResult, all_of, any_of, kinds, not_, predicate, say
 from ovita.measure.predicates.distance import (
     closer,
     farther,
@@ -60,8 +60,8 @@ from ovita.paths.part import after, before, between, both, first, last, middle, 
 
 __all__ = [
     "Check",
+    "CheckResult",
     "Pair",
-    "Verdict",
     "Where",
     "after",
     "all_of",

@@ -21,7 +21,7 @@ P = ParamSpec("P")
 
 
 @dataclass(frozen=True)
-class Verdict:
+class CheckResult:
     """What became of a check.
 
     Args:
@@ -70,7 +70,7 @@ class Check:
     def __hash__(self) -> int:
         return hash(json.dumps(self.to_dict(), sort_keys=True))
 
-    def judge(self, original: Trajectory, adapted: Trajectory, scene: Scene) -> Verdict:
+    def judge(self, original: Trajectory, adapted: Trajectory, scene: Scene) -> CheckResult:
         """Measure an adaptation.
 
         Args:
@@ -83,7 +83,7 @@ class Check:
         """
         return self.judge_pair(Pair(original.to_array(), adapted.to_array(), scene))
 
-    def judge_pair(self, pair: Pair) -> Verdict:
+    def judge_pair(self, pair: Pair) -> CheckResult:
         """Measure an adaptation whose waypoints have been matched already."""
         if self.kind not in _COMBINATIONS:
             return _PREDICATES[self.kind](pair, **self.arguments)
@@ -114,7 +114,7 @@ class Check:
         return cls(document["kind"], document.get("arguments", {}), children)
 
 
-def predicate(judge: Callable[Concatenate[Pair, P], Verdict]) -> Callable[P, Check]:
+def predicate(judge: Callable[Concatenate[Pair, P], CheckResult]) -> Callable[P, Check]:
     """Make a check of a function that measures a pair; the result builds the check from the other arguments.
 
     The function's name becomes the kind; arguments left at their defaults are not stored.
@@ -138,9 +138,9 @@ def predicate(judge: Callable[Concatenate[Pair, P], Verdict]) -> Callable[P, Che
     return build
 
 
-def say(passed: bool, wish: str, fact: str) -> Verdict:
+def say(passed: bool, wish: str, fact: str) -> CheckResult:
     """A verdict: the fact if it passed, else the wish as a request followed by the fact."""
-    return Verdict(bool(passed), fact[:1].upper() + fact[1:] + "." if passed else f"Please {wish}: {fact}.")
+    return CheckResult(bool(passed), fact[:1].upper() + fact[1:] + "." if passed else f"Please {wish}: {fact}.")
 
 
 def kinds() -> tuple[str, ...]:
@@ -163,18 +163,18 @@ def not_(check: Check) -> Check:
     return Check("not_", {}, (check,))
 
 
-def _all(verdicts: list[Verdict]) -> Verdict:
+def _all(verdicts: list[CheckResult]) -> CheckResult:
     passed = all(v.passed for v in verdicts)
-    return Verdict(passed, " ".join(dict.fromkeys(v.sentence for v in verdicts if v.passed == passed)))
+    return CheckResult(passed, " ".join(dict.fromkeys(v.sentence for v in verdicts if v.passed == passed)))
 
 
-def _any(verdicts: list[Verdict]) -> Verdict:
+def _any(verdicts: list[CheckResult]) -> CheckResult:
     return next((v for v in verdicts if v.passed), verdicts[0])
 
 
-def _not(verdicts: list[Verdict]) -> Verdict:
+def _not(verdicts: list[CheckResult]) -> CheckResult:
     inner = verdicts[0]
-    return Verdict(not inner.passed, f"Please undo that: {inner.sentence}" if inner.passed else inner.sentence)
+    return CheckResult(not inner.passed, f"Please undo that: {inner.sentence}" if inner.passed else inner.sentence)
 
 
 def _plain(value: Any) -> JSON:
@@ -189,5 +189,5 @@ def _plain(value: Any) -> JSON:
     raise ValueError(f"a check's arguments are JSON values; {value!r} is none")
 
 
-_PREDICATES: dict[str, Callable[..., Verdict]] = {}
-_COMBINATIONS: dict[str, Callable[[list[Verdict]], Verdict]] = {"all_of": _all, "any_of": _any, "not_": _not}
+_PREDICATES: dict[str, Callable[..., CheckResult]] = {}
+_COMBINATIONS: dict[str, Callable[[list[CheckResult]], CheckResult]] = {"all_of": _all, "any_of": _any, "not_": _not}

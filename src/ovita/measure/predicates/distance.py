@@ -6,7 +6,7 @@ from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
-from ovita.measure.predicates.check import Verdict, predicate, say
+from ovita.measure.predicates.check import CheckResult, predicate, say
 from ovita.measure.predicates.pair import EDGE, Pair, Where, said, selected
 from ovita.paths.geometry import Mask, closest_to_point, runs
 from ovita.paths.trajectory import Array, interpolate, source_indices
@@ -31,7 +31,7 @@ def closer(
     where: Where = None,
     after: dict[str, float] | None = None,
     aimed: bool = True,
-) -> Verdict:
+) -> CheckResult:
     """The path comes closer to a place: its nearest point or its nearest quarter, and neither recedes.
 
     Args:
@@ -59,7 +59,7 @@ def farther(
     where: Where = None,
     after: dict[str, float] | None = None,
     aimed: bool = True,
-) -> Verdict:
+) -> CheckResult:
     """The path stays farther from a place: its nearest point and its nearest quarter are farther away.
 
     Args:
@@ -78,7 +78,7 @@ def farther(
 
 
 @predicate
-def min_distance(pair: Pair, place: Any, at_least: float) -> Verdict:
+def min_distance(pair: Pair, place: Any, at_least: float) -> CheckResult:
     """The path stays at least so many metres from an object's centre, or from its surface where it has dimensions.
 
     Measured along the segments; 10 % nearer will do.
@@ -94,7 +94,7 @@ def min_distance(pair: Pair, place: Any, at_least: float) -> Verdict:
 
 
 @predicate
-def max_distance(pair: Pair, place: Any, at_most: float, *, where: Where = None) -> Verdict:
+def max_distance(pair: Pair, place: Any, at_most: float, *, where: Where = None) -> CheckResult:
     """No selected waypoint is farther from a place's centre than so many metres (5 % more will do)."""
     centre, name = pair.place(place)
     rows = pair.matched[selected(pair, where) & pair.found]
@@ -104,7 +104,7 @@ def max_distance(pair: Pair, place: Any, at_most: float, *, where: Where = None)
 
 
 @predicate
-def passes_through(pair: Pair, place: Any, *, within: float | None = None) -> Verdict:
+def passes_through(pair: Pair, place: Any, *, within: float | None = None) -> CheckResult:
     """The path passes through a place, within some metres (5 % of the extent unless given)."""
     centre, name = pair.place(place)
     allowed = EDGE * pair.extent if within is None else within
@@ -117,7 +117,7 @@ def passes_through(pair: Pair, place: Any, *, within: float | None = None) -> Ve
 
 
 @predicate
-def passes_between(pair: Pair, a: Any, b: Any) -> Verdict:
+def passes_between(pair: Pair, a: Any, b: Any) -> CheckResult:
     """The path crosses the line between two places in its middle three fifths, or passes it by less than 15 % of it."""
     (p, first), (q, second) = pair.place(a), pair.place(b)
     gap = float(np.linalg.norm(q - p))
@@ -133,7 +133,7 @@ def passes_between(pair: Pair, a: Any, b: Any) -> Verdict:
 
 
 @predicate
-def passes_over(pair: Pair, place: Any) -> Verdict:
+def passes_over(pair: Pair, place: Any) -> CheckResult:
     """The path passes above a place: over the footprint of an object, give or take 3 % of the extent, above its top.
 
     Without dimensions, the footprint's radius is 5 % of the extent and the top 1 % of it above the centre.
@@ -164,7 +164,7 @@ def _approach(
     where: Where,
     after: dict[str, float] | None,
     aimed: bool,
-) -> Verdict:
+) -> CheckResult:
     """Sign +1: farther, -1: closer."""
     centre, name = pair.place(place)
     rows = pair.original[:, :3] + (pair.scene.frame.offset(**after) if after else 0.0)
@@ -241,7 +241,7 @@ def _radius(pair: Pair, place: Any) -> float:
     return radius_of(pair.scene[place]) if isinstance(place, str) and place in pair.scene else 0.0
 
 
-def _multiplied(pair: Pair, place: Any, times: float, where: Where) -> Verdict:
+def _multiplied(pair: Pair, place: Any, times: float, where: Where) -> CheckResult:
     centre, name = pair.place(place)
     mask = selected(pair, where) & pair.found
     wish = f"multiply the distance to {name} by {times:g}{said(where)}"

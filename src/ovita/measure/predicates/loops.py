@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ovita.measure.predicates.check import Verdict, predicate, say
+from ovita.measure.predicates.check import CheckResult, predicate, say
 from ovita.measure.predicates.pair import EDGE, Pair, feet
 from ovita.paths.frame import DIRECTIONS
 from ovita.paths.geometry import SAME_PLACE, Mask, runs
@@ -32,7 +32,7 @@ def extended(
     back: float | None = None,
     up: float | None = None,
     down: float | None = None,
-) -> Verdict:
+) -> CheckResult:
     """The path goes on beyond the old goal, by metres in all or along direction words, and covers the old path.
 
     An amount may be missed by 10 %. Without any, 3 % of the extent will do.
@@ -59,7 +59,7 @@ def extended(
 
 
 @predicate
-def spiral(pair: Pair, *, near: Any = None, turns: float | None = None, max_radius: float | None = None) -> Verdict:
+def spiral(pair: Pair, *, near: Any = None, turns: float | None = None, max_radius: float | None = None) -> CheckResult:
     """The path winds in a spiral or a helix, after the old goal or near a place; a plain circle is none.
 
     Args:
@@ -90,7 +90,7 @@ def spiral(pair: Pair, *, near: Any = None, turns: float | None = None, max_radi
 
 
 @predicate
-def circles(pair: Pair, around: Any, *, turns: float = 1.0, axis: str = "up") -> Verdict:
+def circles(pair: Pair, around: Any, *, turns: float = 1.0, axis: str = "up") -> CheckResult:
     """The path goes around a place so many times more than before, by its winding number about a direction word."""
     centre, name = pair.place(around)
     direction = pair.scene.frame.direction(axis)
@@ -103,7 +103,7 @@ def circles(pair: Pair, around: Any, *, turns: float = 1.0, axis: str = "up") ->
 
 
 @predicate
-def zigzags(pair: Pair, least: int = 4, *, amplitude: float | None = None) -> Verdict:
+def zigzags(pair: Pair, least: int = 4, *, amplitude: float | None = None) -> CheckResult:
     """The path swings from one side of the original to the other, at least so many times.
 
     Args:

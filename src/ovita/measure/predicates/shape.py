@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ovita.measure.predicates.check import Verdict, predicate, say
+from ovita.measure.predicates.check import CheckResult, predicate, say
 from ovita.measure.predicates.pair import EDGE, Pair, Where, feet, said, selected
 from ovita.paths.frame import DIRECTIONS
 from ovita.paths.geometry import rotation_about, turning_angles
@@ -18,7 +18,7 @@ SAME = 0.02
 
 
 @predicate
-def same_path(pair: Pair, *, tolerance: float = SAME, partly: bool = False) -> Verdict:
+def same_path(pair: Pair, *, tolerance: float = SAME, partly: bool = False) -> CheckResult:
     """The path is untouched: nowhere farther from the original than a share of the extent, nor the other way round.
 
     Args:
@@ -38,7 +38,7 @@ def same_path(pair: Pair, *, tolerance: float = SAME, partly: bool = False) -> V
 
 
 @predicate
-def shape_kept(pair: Pair) -> Verdict:
+def shape_kept(pair: Pair) -> CheckResult:
     """The path was shifted as a whole: without the average shift, waypoints are within 5 % of the extent (RMS)."""
     shift = pair.shift[pair.found]
     off = float(np.sqrt(((shift - shift.mean(axis=0)) ** 2).sum(axis=1).mean()))
@@ -46,7 +46,7 @@ def shape_kept(pair: Pair) -> Verdict:
 
 
 @predicate
-def smoother(pair: Pair) -> Verdict:
+def smoother(pair: Pair) -> CheckResult:
     """The path bends less, its sharpest turn does not grow, and it stays.
 
     The sum of its squared bends falls by 10 %, or that of its squared second differences in an equal number of
@@ -65,14 +65,14 @@ def smoother(pair: Pair) -> Verdict:
 
 
 @predicate
-def curvier(pair: Pair) -> Verdict:
+def curvier(pair: Pair) -> CheckResult:
     """The path bends more: the sum of its squared bends grows by 10 %."""
     old, new = bends(pair.original[:, :3]), bends(pair.adapted[:, :3])
     return say(_energy(new) >= 1.1 * _energy(old) + 1e-6, "make the path curvier", _bends_said(old, new))
 
 
 @predicate
-def finer(pair: Pair) -> Verdict:
+def finer(pair: Pair) -> CheckResult:
     """There are more waypoints, and the path turns less at the sharpest one, as a spline does."""
     old, new = float(turning_angles(pair.original[:, :3]).max()), float(turning_angles(pair.adapted[:, :3]).max())
     held = len(pair.adapted) > len(pair.original) and new < old
@@ -83,7 +83,7 @@ def finer(pair: Pair) -> Verdict:
 
 
 @predicate
-def straight(pair: Pair, where: Where = None) -> Verdict:
+def straight(pair: Pair, where: Where = None) -> CheckResult:
     """The selected stretch is straight within 3 % of its length; its ends stay within 10 % of the extent."""
     index = np.flatnonzero(selected(pair, where) & pair.found)
     wish = f"go straight{said(where)}"
@@ -101,7 +101,7 @@ def straight(pair: Pair, where: Where = None) -> Verdict:
 
 
 @predicate
-def mirrored(pair: Pair, directions: Sequence[str], *, where: Where = None) -> Verdict:
+def mirrored(pair: Pair, directions: Sequence[str], *, where: Where = None) -> CheckResult:
     """The selected waypoints are mirrored: their coordinates along each direction word are reversed.
 
     The mirror may stand anywhere; the other coordinates stay within 5 % of the extent.
@@ -127,7 +127,7 @@ def mirrored(pair: Pair, directions: Sequence[str], *, where: Where = None) -> V
 
 
 @predicate
-def rotated(pair: Pair, degrees: float, axis: str = "up", *, where: Where = None) -> Verdict:
+def rotated(pair: Pair, degrees: float, axis: str = "up", *, where: Where = None) -> CheckResult:
     """The path is turned about an axis through any point.
 
     Args:
@@ -150,7 +150,7 @@ def rotated(pair: Pair, degrees: float, axis: str = "up", *, where: Where = None
 
 
 @predicate
-def reversed_part(pair: Pair, where: Where = None) -> Verdict:
+def reversed_part(pair: Pair, where: Where = None) -> CheckResult:
     """The selected stretch is travelled the other way round, within 5 % of the extent (RMS)."""
     mask = selected(pair, where) & pair.found
     off = pair.matched[mask, :3] - pair.original[mask, :3][::-1]
@@ -161,19 +161,19 @@ def reversed_part(pair: Pair, where: Where = None) -> Verdict:
 
 
 @predicate
-def more_waypoints(pair: Pair, *, factor: float | None = None) -> Verdict:
+def more_waypoints(pair: Pair, *, factor: float | None = None) -> CheckResult:
     """There are more waypoints, or so many times as many, give or take 2."""
     return _counted(pair, "more waypoints", len(pair.adapted) > len(pair.original), factor)
 
 
 @predicate
-def fewer_waypoints(pair: Pair, *, factor: float | None = None) -> Verdict:
+def fewer_waypoints(pair: Pair, *, factor: float | None = None) -> CheckResult:
     """There are fewer waypoints, or so many times as many, give or take 2."""
     return _counted(pair, "fewer waypoints", len(pair.adapted) < len(pair.original), factor)
 
 
 @predicate
-def group_averages(pair: Pair, size: int) -> Verdict:
+def group_averages(pair: Pair, size: int) -> CheckResult:
     """Each group of so many consecutive waypoints is replaced by its average, once or in the place of each of them."""
     old, new = pair.original[:, :3], pair.adapted[:, :3]
     means = np.array([old[i : i + size].mean(axis=0) for i in range(0, len(old), size)])
@@ -189,7 +189,7 @@ def group_averages(pair: Pair, size: int) -> Verdict:
 
 
 @predicate
-def finite(pair: Pair, *, reach: float = 1.5) -> Verdict:
+def finite(pair: Pair, *, reach: float = 1.5) -> CheckResult:
     """Every number is finite, and no waypoint is farther than `reach` extents outside the box of path and objects."""
     rows = pair.adapted
     if not np.isfinite(rows).all():
@@ -201,7 +201,7 @@ def finite(pair: Pair, *, reach: float = 1.5) -> Verdict:
 
 
 @predicate
-def no_jumps(pair: Pair, *, factor: float = 4.0) -> Verdict:
+def no_jumps(pair: Pair, *, factor: float = 4.0) -> CheckResult:
     """No step between waypoints is longer than so many times the longest one of the original."""
     old = float(np.linalg.norm(np.diff(pair.original[:, :3], axis=0), axis=1).max())
     new = float(np.linalg.norm(np.diff(pair.adapted[:, :3], axis=0), axis=1).max())
@@ -210,7 +210,7 @@ def no_jumps(pair: Pair, *, factor: float = 4.0) -> Verdict:
 
 
 @predicate
-def gradual(pair: Pair) -> Verdict:
+def gradual(pair: Pair) -> CheckResult:
     """The shift sets in gradually: from one waypoint to the next it changes by at most half of the largest shift."""
     shift = pair.shift[pair.found]
     largest = float(np.linalg.norm(shift, axis=1).max(initial=0.0))
@@ -219,7 +219,7 @@ def gradual(pair: Pair) -> Verdict:
     return say(step <= max(0.5 * largest, 2 * pair.noticeable), "move there smoothly", fact)
 
 
-def _counted(pair: Pair, wish: str, held: bool, factor: float | None) -> Verdict:
+def _counted(pair: Pair, wish: str, held: bool, factor: float | None) -> CheckResult:
     n, m = len(pair.original), len(pair.adapted)
     if factor is not None:
         wish, held = f"{wish}, {factor:g} times as many", held and abs(m - factor * n) <= 2

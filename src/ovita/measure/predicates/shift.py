@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ovita.measure.predicates.check import Verdict, predicate, say
+from ovita.measure.predicates.check import CheckResult, predicate, say
 from ovita.measure.predicates.distance import Amount
 from ovita.measure.predicates.pair import EDGE, Pair, Where, said, selected
 from ovita.paths.frame import DIRECTIONS
@@ -35,7 +35,7 @@ def moved(
     where: Where = None,
     tolerance: float = 0.1,
     only: bool = True,
-) -> Verdict:
+) -> CheckResult:
     """The path moved in a direction (by any amount), or by metres along direction words.
 
     An amount holds on average, or at most and half of it on average where an end was kept or edges are soft.
@@ -94,7 +94,7 @@ def start_moved(
     up: float | None = None,
     down: float | None = None,
     only: bool = True,
-) -> Verdict:
+) -> CheckResult:
     """The start moved in a direction, or by metres along direction words; `only`: and in no other."""
     return _end_moved(pair, 0, "start", _words(direction, left, right, front, back, up, down), only)
 
@@ -111,25 +111,25 @@ def goal_moved(
     up: float | None = None,
     down: float | None = None,
     only: bool = True,
-) -> Verdict:
+) -> CheckResult:
     """The goal moved in a direction, or by metres along direction words; `only`: and in no other."""
     return _end_moved(pair, -1, "goal", _words(direction, left, right, front, back, up, down), only)
 
 
 @predicate
-def starts_at(pair: Pair, place: Any, *, within: float | None = None) -> Verdict:
+def starts_at(pair: Pair, place: Any, *, within: float | None = None) -> CheckResult:
     """The path starts at a place, within some metres (5 % of the extent unless given)."""
     return _ends_at(pair, 0, "start", place, within)
 
 
 @predicate
-def ends_at(pair: Pair, place: Any, *, within: float | None = None) -> Verdict:
+def ends_at(pair: Pair, place: Any, *, within: float | None = None) -> CheckResult:
     """The path ends at a place, within some metres (5 % of the extent unless given)."""
     return _ends_at(pair, -1, "end", place, within)
 
 
 @predicate
-def kept(pair: Pair, where: Where = None) -> Verdict:
+def kept(pair: Pair, where: Where = None) -> CheckResult:
     """The selected waypoints are where they were, 95 % of them within 2 % of the extent, but for sparing an object."""
     mask = selected(pair, where)
     off = np.linalg.norm(pair.shift[mask], axis=1)
@@ -141,7 +141,7 @@ def kept(pair: Pair, where: Where = None) -> Verdict:
 
 
 @predicate
-def growing(pair: Pair, direction: str, along: str = "path", *, exponential: bool = False) -> Verdict:
+def growing(pair: Pair, direction: str, along: str = "path", *, exponential: bool = False) -> CheckResult:
     """The shift in a direction grows along the path, or along another direction.
 
     Args:
@@ -182,7 +182,7 @@ def never_beyond(
     back: float | None = None,
     up: float | None = None,
     down: float | None = None,
-) -> Verdict:
+) -> CheckResult:
     """No waypoint's coordinate along a direction word exceeds the bound [m]: left=0 means never left of the origin."""
     bounds = {
         word: b for word, b in zip(DIRECTIONS, (left, right, front, back, up, down), strict=True) if b is not None
@@ -195,7 +195,7 @@ def never_beyond(
 
 
 @predicate
-def level(pair: Pair, height: float, *, direction: str = "up") -> Verdict:
+def level(pair: Pair, height: float, *, direction: str = "up") -> CheckResult:
     """Nine of ten waypoints have one coordinate along a direction: a height [m], within 10 % or 1 % of the extent."""
     heights = pair.adapted[:, :3] @ pair.scene.frame.direction(direction)
     share = float((np.abs(heights - height) <= max(0.1 * abs(height), pair.noticeable)).mean())
@@ -231,7 +231,7 @@ def _stray(pair: Pair, words: dict[str, float | None], mask: Any) -> tuple[float
     return (shifts[worst], worst) if worst else (0.0, "")
 
 
-def _end_moved(pair: Pair, row: int, kind: str, words: dict[str, float | None], only: bool) -> Verdict:
+def _end_moved(pair: Pair, row: int, kind: str, words: dict[str, float | None], only: bool) -> CheckResult:
     shift = pair.adapted[row, :3] - pair.original[row, :3]
     held, parts = True, []
     rest = shift.copy()
@@ -249,7 +249,7 @@ def _end_moved(pair: Pair, row: int, kind: str, words: dict[str, float | None], 
     return say(held, f"move the {kind} {_spoken(words)}", f"{fact} (the {kind})")
 
 
-def _ends_at(pair: Pair, row: int, kind: str, place: Any, within: float | None) -> Verdict:
+def _ends_at(pair: Pair, row: int, kind: str, place: Any, within: float | None) -> CheckResult:
     centre, name = pair.place(place)
     allowed = EDGE * pair.extent if within is None else within
     miss = float(np.linalg.norm(pair.adapted[row, :3] - centre))

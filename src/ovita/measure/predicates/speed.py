@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ovita.measure.predicates.check import Verdict, predicate, say
+from ovita.measure.predicates.check import CheckResult, predicate, say
 from ovita.measure.predicates.distance import Amount
 from ovita.measure.predicates.pair import Pair, Where, said, selected
 from ovita.paths.geometry import SAME_PLACE, Mask, fractions
@@ -36,7 +36,7 @@ def slower(
     factor: float | None = None,
     amount: Amount | None = None,
     only: bool = False,
-) -> Verdict:
+) -> CheckResult:
     """The average speed is lower, by at least 5 %.
 
     Args:
@@ -57,7 +57,7 @@ def faster(
     factor: float | None = None,
     amount: Amount | None = None,
     only: bool = False,
-) -> Verdict:
+) -> CheckResult:
     """The average speed is higher, by at least 5 %.
 
     Args:
@@ -71,7 +71,7 @@ def faster(
 
 
 @predicate
-def speeds_kept(pair: Pair, where: Where = None) -> Verdict:
+def speeds_kept(pair: Pair, where: Where = None) -> CheckResult:
     """The average speed of the selected waypoints changed by less than 5 %, nine of ten by less than a fifth of it."""
     mask = selected(pair, where) & pair.found
     wish = f"leave the speed{said(where)} as it was"
@@ -86,7 +86,7 @@ def speeds_kept(pair: Pair, where: Where = None) -> Verdict:
 
 
 @predicate
-def constant_speed(pair: Pair, value: float | None = None, *, where: Where = None) -> Verdict:
+def constant_speed(pair: Pair, value: float | None = None, *, where: Where = None) -> CheckResult:
     """Nine of ten selected waypoints have one speed: the value [m/s], or their median; within 5 %."""
     speeds = _speeds(pair, where)
     wish = f"keep a constant speed{'' if value is None else f' of {value:g} m/s'}{said(where)}"
@@ -101,7 +101,7 @@ def constant_speed(pair: Pair, value: float | None = None, *, where: Where = Non
 @predicate
 def monotone_speed(
     pair: Pair, sense: Sense, *, to: float | None = None, where: Where = None, final: float | None = None
-) -> Verdict:
+) -> CheckResult:
     """The speed only rises, or only falls, by at least a tenth of its maximum; its wrong changes sum to at most 10 %.
 
     Args:
@@ -124,7 +124,7 @@ def monotone_speed(
 
 
 @predicate
-def uniform_acceleration(pair: Pair, sense: Sense, *, to: float | None = None, where: Where = None) -> Verdict:
+def uniform_acceleration(pair: Pair, sense: Sense, *, to: float | None = None, where: Where = None) -> CheckResult:
     """The speed rises or falls steadily: it is a straight line over waypoints, length or time (R^2 >= 0.95)."""
     mask = selected(pair, where) & pair.found
     rows = pair.adapted if where is None else pair.matched[mask]
@@ -141,7 +141,7 @@ def uniform_acceleration(pair: Pair, sense: Sense, *, to: float | None = None, w
 
 
 @predicate
-def exponential_speed(pair: Pair, sense: Sense, *, where: Where = None) -> Verdict:
+def exponential_speed(pair: Pair, sense: Sense, *, where: Where = None) -> CheckResult:
     """The logarithm of the speed is a straight line (R^2 >= 0.95), a better one than the speed itself."""
     speeds = _speeds(pair, where)
     wish = f"{_wish(sense, None, where)}, exponentially"
@@ -155,7 +155,7 @@ def exponential_speed(pair: Pair, sense: Sense, *, where: Where = None) -> Verdi
 
 
 @predicate
-def trapezoidal_speed(pair: Pair, *, where: Where = None) -> Verdict:
+def trapezoidal_speed(pair: Pair, *, where: Where = None) -> CheckResult:
     """The speed rises, is constant for at least a fifth of the waypoints, and falls."""
     speeds = _speeds(pair, where)
     wish = f"speed up, keep the speed and slow down again{said(where)}"
@@ -175,7 +175,7 @@ def trapezoidal_speed(pair: Pair, *, where: Where = None) -> Verdict:
 
 
 @predicate
-def stops(pair: Pair, near: Any = None) -> Verdict:
+def stops(pair: Pair, near: Any = None) -> CheckResult:
     """The robot stops where it did not before: near a place, or at the end.
 
     A path that ends there will do, as will a stop after which the robot goes on.
@@ -200,7 +200,7 @@ def stops(pair: Pair, near: Any = None) -> Verdict:
 
 
 @predicate
-def dwells(pair: Pair, steps: int, *, near: Any = None) -> Verdict:
+def dwells(pair: Pair, steps: int, *, near: Any = None) -> CheckResult:
     """The robot waits for so many timesteps: repeated waypoints, or waypoints at rest, in one place; one may differ.
 
     Args:
@@ -221,7 +221,9 @@ def dwells(pair: Pair, steps: int, *, near: Any = None) -> Verdict:
     return say(held, f"wait for {steps} timesteps{there}", f"the longest wait{there} has {longest} timesteps")
 
 
-def _pace(pair: Pair, sign: float, where: PathPart, factor: float | None, amount: Amount | None, only: bool) -> Verdict:
+def _pace(
+    pair: Pair, sign: float, where: PathPart, factor: float | None, amount: Amount | None, only: bool
+) -> CheckResult:
     """Sign +1: faster, -1: slower; what is near before and what is near after an edit of the path both count."""
     verdict = _pace_at(pair, pair, sign, where, factor, amount, only)
     if verdict.passed or not where:
@@ -238,7 +240,7 @@ def _pace_at(
     factor: float | None,
     amount: Amount | None,
     only: bool,
-) -> Verdict:
+) -> CheckResult:
     wish = f"go {'faster' if sign > 0 else 'slower'}{said(where)}"
     mask = selected(view, where) & pair.found
     if not mask.any():

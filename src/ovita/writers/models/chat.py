@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from ovita.errors import RequestError, WriterError
 from ovita.writers.models.endpoint import ModelEndpoint, rejects_schema, rejects_temperature, retry_delay, writer_error
-from ovita.writers.models.exchange import Answer, Ask, Exchange, Form, ModelWriter
-from ovita.writers.progress import Watch
+from ovita.writers.models.exchange import Answer, Exchange, Form, ModelRequest, ModelWriter
+from ovita.writers.progress import WritingBudget
 
 if TYPE_CHECKING:
     import httpx2
@@ -67,17 +67,17 @@ class LLMWriter(ModelWriter):
         """Return what a model said as it may be shown to a person: on one line, shortened, without any key."""
         return self._endpoint.scrubbed(text, "")
 
-    def exchange(self, ask: Ask, watch: Watch) -> Exchange:
+    def exchange(self, ask: ModelRequest, budget: WritingBudget) -> Exchange:
         """Put a question to the model and return whatever it answers.
 
         Raises:
             MissingKey: If the provider needs a key and none is set; nothing was sent.
-            WriterError: If nothing was answered, also because the watch is over.
+            WriterError: If nothing was answered, also because the budget is over.
         """
         key = self._endpoint.key(self._name)
         import pydantic_ai.direct  # noqa: F401  (2 s, not part of the time that an answer may take)
 
-        seconds = min(self._timeout, watch.left)
+        seconds = min(self._timeout, budget.left)
         ends: list[Callable[[], object]] = []
 
         async def asked() -> Exchange | WriterError | None:
@@ -94,15 +94,15 @@ class LLMWriter(ModelWriter):
         # A loop of its own, so that callers inside a running loop can wait for it. The margin is for when looking up
         # the server's name hangs, which nothing can interrupt.
         waiting = f"{self._name} is asked"
-        outcome = watch.wait_for(lambda: asyncio.run(asked()), stop, seconds + 2.0, waiting)
+        outcome = budget.wait_for(lambda: asyncio.run(asked()), stop, seconds + 2.0, waiting)
         if isinstance(outcome, WriterError):
             raise outcome
         if outcome is None:
             late = f"no answer within {seconds:.3g} s; allow more time or use a faster model"
-            raise self._no_answer(late, watch)
+            raise self._no_answer(late, budget)
         return outcome
 
-    async def _within_time(self, ask: Ask, key: str, seconds: float) -> Exchange | WriterError | None:
+    async def _within_time(self, ask: ModelRequest, key: str, seconds: float) -> Exchange | WriterError | None:
         import httpx2
 
         # Proxies do not stand before servers on this machine, whatever the environment says.
@@ -116,7 +116,7 @@ class LLMWriter(ModelWriter):
         except Exception as error:  # whatever a third-party client raises, a person gets a sentence
             return writer_error(error, self._endpoint, self._name, key)
 
-    async def _persist(self, model: Model, ask: Ask, key: str, seconds: float) -> Exchange | WriterError:
+    async def _persist(self, model: Model, ask: ModelRequest, key: str, seconds: float) -> Exchange | WriterError:
         """Ask until there is an answer, more simply where the server refuses an option, within the retries."""
         from pydantic_ai.exceptions import ModelAPIError
 
@@ -149,7 +149,7 @@ async def _first_model(client: httpx2.AsyncClient, endpoint: ModelEndpoint, key:
         return "default"
 
 
-def _suited(ask: Ask, model: Model) -> Ask:
+def _suited(ask: ModelRequest, model: Model) -> ModelRequest:
     """Fit a question to what is known of a model: its form of answer, temperature, and room for thoughts."""
     profile: Mapping[str, Any] = model.profile
     if ask.form == "native" and not profile.get("supports_json_schema_output", False):
@@ -162,17 +162,19 @@ def _suited(ask: Ask, model: Model) -> Ask:
     return ask
 
 
-async def _request(model: Model, ask: Ask) -> Exchange:
+async def _request(model: Model, ask: ModelRequest) -> Exchange:
     """Put a question to a model once.
 
     Raises:
         pydantic_ai.exceptions.ModelAPIError: If the request failed.
     """
+    from pydantic_ai import messages as wire
     from pydantic_ai.direct import model_request
-    from pydantic_ai.messages import ModelRequest, ModelResponse, TextPart, UserPromptPart
 
     messages: list[ModelMessage] = [
-        ModelResponse(parts=[TextPart(turn)]) if i % 2 else ModelRequest(parts=[UserPromptPart(turn)])
+        wire.ModelResponse(parts=[wire.TextPart(turn)])
+        if i % 2
+        else wire.ModelRequest(parts=[wire.UserPromptPart(turn)])
         for i, turn in enumerate(ask.turns)
     ]
     settings: ModelSettings = {"max_tokens": ask.max_tokens, "max_retries": 0}
@@ -188,7 +190,7 @@ async def _request(model: Model, ask: Ask) -> Exchange:
     return _exchange(response, ask, model.model_name)
 
 
-def _parameters(ask: Ask) -> ModelRequestParameters:
+def _parameters(ask: ModelRequest) -> ModelRequestParameters:
     from pydantic_ai.messages import InstructionPart
     from pydantic_ai.models import ModelRequestParameters
     from pydantic_ai.output import OutputObjectDefinition
@@ -209,7 +211,7 @@ def _parameters(ask: Ask) -> ModelRequestParameters:
     return ModelRequestParameters(instruction_parts=instructions)
 
 
-def _exchange(response: ModelResponse, ask: Ask, model: str) -> Exchange:
+def _exchange(response: ModelResponse, ask: ModelRequest, model: str) -> Exchange:
     from pydantic_ai.messages import TextPart, ToolCallPart
 
     calls = [part for part in response.parts if isinstance(part, ToolCallPart)]

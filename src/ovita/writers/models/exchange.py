@@ -18,7 +18,7 @@ from pydantic_core import from_json
 
 from ovita.errors import UnusableReply, WriterError
 from ovita.writers.base import Reply, WriterInfo
-from ovita.writers.progress import Watch
+from ovita.writers.progress import WritingBudget
 from ovita.writers.prompt import Prompt
 from ovita.writers.safe_text import harmless
 
@@ -44,7 +44,7 @@ _FORM_NOTES: dict[Form, str] = {
 
 
 @dataclass(frozen=True)
-class Ask:
+class ModelRequest:
     """One question to a model.
 
     Args:
@@ -76,7 +76,7 @@ class Ask:
 class Exchange:
     """What a model answered to a question, and how it was asked in the end."""
 
-    ask: Ask
+    ask: ModelRequest
     model: str
     text: str
     arguments: dict[str, Any] | None
@@ -108,11 +108,11 @@ class ModelWriter(ABC):
         return self._name
 
     @abstractmethod
-    def exchange(self, ask: Ask, watch: Watch) -> Exchange:
+    def exchange(self, ask: ModelRequest, budget: WritingBudget) -> Exchange:
         """Put a question to the model and return whatever it answers.
 
         Raises:
-            WriterError: If nothing was answered, also because the watch is over.
+            WriterError: If nothing was answered, also because the budget is over.
         """
 
     def write(self, prompt: Prompt) -> Reply:
@@ -131,7 +131,7 @@ class ModelWriter(ABC):
                 turns.append(f"Your policy failed: {error}\nAnswer again with the whole corrected policy.")
             else:
                 turns[-1] += f"\nYour last answer could not be used: {error}"
-        ask = Ask(
+        ask = ModelRequest(
             prompt.fixed,
             tuple(turns),
             self._form,
@@ -140,7 +140,7 @@ class ModelWriter(ABC):
             self._max_tokens,
             functions=prompt.style.toolkit,
         )
-        done = self.exchange(ask, prompt.watch)
+        done = self.exchange(ask, prompt.budget)
         info = WriterInfo("llm", done.model, done.ask.temperature, done.input_tokens, done.output_tokens)
         answer = None if done.refusal is not None else _read(done)
         reply = answer.reply(info) if answer is not None else None
@@ -150,7 +150,13 @@ class ModelWriter(ABC):
         return replace(reply, contacts=tuple(name for name in reply.contacts if name in scene))
 
     def complete(
-        self, instructions: str, question: str, *, temperature: float, max_tokens: int, watch: Watch | None = None
+        self,
+        instructions: str,
+        question: str,
+        *,
+        temperature: float,
+        max_tokens: int,
+        budget: WritingBudget | None = None,
     ) -> str:
         """Return the model's plain-text answer to one question.
 
@@ -158,7 +164,9 @@ class ModelWriter(ABC):
             MissingKey: If the provider needs a key and none is set.
             WriterError: If no complete answer could be had.
         """
-        done = self.exchange(Ask(instructions, (question,), "text", False, temperature, max_tokens), watch or Watch())
+        done = self.exchange(
+            ModelRequest(instructions, (question,), "text", False, temperature, max_tokens), budget or WritingBudget()
+        )
         if done.text.strip() and not done.truncated and done.refusal is None:
             return done.text.strip()
         raise self._unusable(done)
@@ -168,9 +176,9 @@ class ModelWriter(ABC):
         line = " ".join(text.split())
         return line if len(line) <= 200 else line[:197] + "..."
 
-    def _no_answer(self, why: str, watch: Watch) -> WriterError:
+    def _no_answer(self, why: str, budget: WritingBudget) -> WriterError:
         """The failure of an exchange that came to no answer in time, or was stopped."""
-        if watch.cancelled:
+        if budget.cancelled:
             return WriterError(f"{self._name}: stopped on request")
         return WriterError(f"{self._name}: {why}", "no_answer")
 

@@ -26,8 +26,8 @@ from weakref import WeakSet
 
 from ovita.errors import MissingExtra, RequestError, WriterError
 from ovita.writers.models.catalogue import check_file, model_file, models_dir
-from ovita.writers.models.exchange import Ask, Exchange, ModelWriter
-from ovita.writers.progress import Watch
+from ovita.writers.models.exchange import Exchange, ModelRequest, ModelWriter
+from ovita.writers.progress import WritingBudget
 
 CONTEXT = 12288
 """How much a model reads and writes at most in one exchange [tokens]."""
@@ -372,11 +372,11 @@ class LocalWriter(ModelWriter):
         """The model's file."""
         return self._path
 
-    def exchange(self, ask: Ask, watch: Watch) -> Exchange:
+    def exchange(self, ask: ModelRequest, budget: WritingBudget) -> Exchange:
         """Put a question to the model and return whatever it answers.
 
         Raises:
-            WriterError: If nothing was answered, also because the watch is over.
+            WriterError: If nothing was answered, also because the budget is over.
         """
         ended = False
 
@@ -385,15 +385,15 @@ class LocalWriter(ModelWriter):
             ended = True
 
         def work() -> Generated | None:
-            return self._generate(ask, watch, lambda: ended)
+            return self._generate(ask, budget, lambda: ended)
 
         try:
-            generated = watch.wait_for(work, stop, float("inf"))
+            generated = budget.wait_for(work, stop, float("inf"))
         except WriterError as error:
             raise WriterError(f"{self.name}: {error}", error.failure) from error
         if generated is None or generated.stopped:
             late = "no answer in the time that was left; allow more with --time-limit, or use a smaller model"
-            raise self._no_answer(late, watch)
+            raise self._no_answer(late, budget)
         self.last = generated
         return Exchange(
             ask=ask,
@@ -406,17 +406,17 @@ class LocalWriter(ModelWriter):
             output_tokens=generated.output_tokens,
         )
 
-    def _generate(self, ask: Ask, watch: Watch, ended: Callable[[], bool]) -> Generated | None:
+    def _generate(self, ask: ModelRequest, budget: WritingBudget, ended: Callable[[], bool]) -> Generated | None:
         rules = ask.system
         roles = ("user", "assistant")
         messages = [{"role": "system", "content": rules}]
         messages += [{"role": roles[i % 2], "content": turn} for i, turn in enumerate(ask.turns)]
         started = time.monotonic()
-        with watch.pause():
-            watch.say(f"{self._path.stem} gets ready")
+        with budget.pause():
+            budget.say(f"{self._path.stem} gets ready")
             engine = engine_for(self._path, models_dir() / "states", context=self._context, threads=self._threads)
             if ask.structured and not self._goes_on(ask):
-                engine.read_once(rules, self._beat(watch, ended, "the rules, only this once"))
+                engine.read_once(rules, self._beat(budget, ended, "the rules, only this once"))
         self.ready_seconds += time.monotonic() - started
         if ended():
             return None
@@ -424,18 +424,18 @@ class LocalWriter(ModelWriter):
         held = ask.structured and ask.functions
         return engine.chat(
             messages,
-            self._beat(watch, ended, "the request"),
+            self._beat(budget, ended, "the request"),
             max_tokens=self._max_tokens if ask.structured else ask.max_tokens,
             temperature=ask.temperature,
             grammar=_grammar(repair=len(ask.turns) > 1) if held else "",
         )
 
-    def _goes_on(self, ask: Ask) -> bool:
+    def _goes_on(self, ask: ModelRequest) -> bool:
         """Whether this is a repair, for which the model goes on from where it stands, with the request still known."""
         before, self._asked = self._asked, ask.turns[0]
         return len(ask.turns) > 1 or (before != "" and before != ask.turns[0] and ask.turns[0].startswith(before))
 
-    def _beat(self, watch: Watch, ended: Callable[[], bool], what: str) -> Beat:
+    def _beat(self, budget: WritingBudget, ended: Callable[[], bool], what: str) -> Beat:
         """Look on while the model works: tell what it does, and say whether it must stop."""
         told = 0.0
 
@@ -446,10 +446,10 @@ class LocalWriter(ModelWriter):
                 who = self._path.stem
                 if now.doing == "reads":
                     share = 100 * now.tokens // max(1, now.total)
-                    watch.say(f"{who} reads {what}: {share} %, {now.seconds:.0f} s")
+                    budget.say(f"{who} reads {what}: {share} %, {now.seconds:.0f} s")
                 else:
                     rate = now.tokens / now.seconds if now.seconds else 0.0
-                    watch.say(f"{who} writes: {now.tokens} tokens, {rate:.0f} tokens/s, {now.seconds:.1f} s")
+                    budget.say(f"{who} writes: {now.tokens} tokens, {rate:.0f} tokens/s, {now.seconds:.1f} s")
             return ended()
 
         return beat

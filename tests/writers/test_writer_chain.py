@@ -22,7 +22,7 @@ from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
 from ovita.result import Adaptation
-from ovita.writers.base import Line, PolicyWriter, Reply, WriterInfo, writer_named
+from ovita.writers.base import PolicyWriter, Reply, WriterChain, WriterInfo, writer_named
 from ovita.writers.models.chat import LLMWriter
 from ovita.writers.prompt import Prompt
 from ovita.writers.unused_numbers import unused
@@ -60,8 +60,8 @@ class Scripted:
 REFUSES = Reply("not_understood", plan=("Go left by 0.1 m.",), unplaced=("moonwalk",))
 
 
-def line(*writers: Any) -> Line:
-    return Line(tuple(writers), "test")
+def line(*writers: Any) -> WriterChain:
+    return WriterChain(tuple(writers), "test")
 
 
 def test_the_next_writer_is_told_what_was_understood_and_what_not() -> None:
