@@ -5,7 +5,7 @@ import pytest
 
 from ovita.dialogue.session import Session
 from ovita.errors import PolicyError, RequestError
-from ovita.paths.robot import Robot
+from ovita.paths.robot import Box, Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 
@@ -116,3 +116,15 @@ def test_what_one_turn_is_to_touch_is_no_obstacle_in_the_next(session):
     end = session.current.positions[-1]
     smoother = session.say("make the path smoother")
     assert smoother.contacts == ("cup",) and session.current.positions[-1] == pytest.approx(end, abs=1e-9)
+
+
+def test_a_change_of_the_limits_or_by_hand_says_what_earlier_turns_lose(session):
+    session.say("stay at least 0.6 away from the cup")
+    session.say("slow down in the second half")
+    box = Robot(name="box", workspace=Box((-1, -0.05, -1), (2, 1, 1)), max_speed=None)
+    tighter = session.change("limits: box", robot=box)
+    assert [loss.instruction for loss in tighter.lost] == ["stay at least 0.6 away from the cup"], tighter.message
+    assert tighter.lost[0].turns_ago == 1
+    assert session.undo() and not session.adaptation.lost
+    moved = Scene((SceneObject("cup", [0.5, 0.0, 0.4]),))
+    assert not session.change("moved cup", scene=moved).lost  # the turn runs again and keeps its distance there

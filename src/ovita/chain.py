@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from ovita.errors import PolicyRejected, RequestError, WriterError
+from ovita.errors import PolicyError, PolicyRejected, RequestError, WriterError
 from ovita.limits import ConstraintOptions, constrain
 from ovita.measure import compare, shape_warnings
 from ovita.paths.robot import Robot
@@ -141,7 +141,13 @@ def rerun(
 
     policy = parse(adaptation.code).described_by(adaptation.parameters).with_parameters(**parameters)
     request = Request(adaptation.instruction, adaptation.original, adaptation.scene, adaptation.robot)
-    rollout = run(policy, request.trajectory, request.scene, isolation=isolation)
+    try:
+        rollout = run(policy, request.trajectory, request.scene, isolation=isolation)
+    except PolicyError as refusal:
+        if not parameters or adaptation.writer.kind != "builtin":
+            raise
+        turned = ", ".join(f"{name} = {value}" for name, value in parameters.items())
+        raise PolicyRejected(f"{turned} cannot be used: {refusal.reason}") from None
     clock.lap("run")
     reply = Reply(
         "policy",

@@ -29,6 +29,7 @@ into the `status` of an `Adaptation`; so is infeasibility, which is never an exc
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from typing import Literal
 
@@ -109,6 +110,11 @@ class PolicyError(OvitaError):
     def __init__(self, problem: str, *, line: int | None = None) -> None:
         self.problem, self.line = problem, line
         super().__init__(problem if line is None else f"line {line}: {problem}")
+
+    @property
+    def reason(self) -> str:
+        """What is wrong, for people who did not write the policy: without the line and the name of the exception."""
+        return re.sub(r"^\w*(?:Error|Exception): ", "", self.problem)
 
 
 class PolicyRejected(PolicyError):

@@ -13,7 +13,7 @@ from ovita.io.documents import plain, validated
 from ovita.io.json_ import ADAPTATION_SCHEMA as SCHEMA
 from ovita.io.json_ import seal
 from ovita.limits import ConstraintOptions, Verdict
-from ovita.measure import Changes, sentences
+from ovita.measure import Changes, compare, sentences
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
@@ -271,8 +271,12 @@ class Adaptation:
         for key in _TRAJECTORIES:
             rows = list[list[float]] if key != "proposed" else list[list[float]] | None
             values[key] = built(key, lambda array: Trajectory.from_array(array, timestep=timestep), rows)
-        values["changes"] = built("changes", Changes.from_dict, dict[str, Any] | None)
         values["scene"] = built("scene", scene_from_dict, dict[str, Any])
+        report = read("changes", dict[str, Any] | None)
+        if report is not None and not {"shape", "removed", "added"} & set(report):  # as version 0.1.0 wrote it
+            values["changes"] = compare(values["original"], values["adapted"], values["scene"])
+        else:
+            values["changes"] = built("changes", Changes.from_dict, dict[str, Any] | None)
         return cls(**values)
 
     def save(self, path: str) -> None:

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from ovita import Request, Scene, SceneObject, Trajectory, adapt
+from ovita.chain import rerun
+from ovita.errors import PolicyError
 
 N = 60
 T = np.linspace(0, 1, N)
@@ -42,6 +44,11 @@ QUESTIONS = [
     "keep the speed at least 0.5 m/s and at most 0.3 m/s",
     "keep at least 0.5 m from the cup, stay at most 0.3 m from the cup",
     "multiply the speed by 0",
+    "move at 0 m/s",
+    "move at 0 m/s near the cup",
+    "slow down to zero",
+    "go left by 0",
+    "move the goal 0 m up",
     "slow down by 100 percent",
     "reduce the speed by 0.5 m/s",
     "slow down within 1 cm of the cup",
@@ -171,3 +178,15 @@ def test_of_two_wishes_both_are_kept():
 def test_what_holds_already_is_done():
     assert done("the minimum speed is 0.3 m/s").adapted == PATH
     assert done("stay below 0.9 m").adapted == PATH
+
+
+@pytest.mark.parametrize("sentence", ["make a circle of radius 0 around the mug", "scale the path by 0"])
+def test_a_policy_of_the_built_in_writer_that_fails_says_so_in_words_of_its_plan(sentence):
+    result = said(sentence)
+    assert result.status == "failed" and result.message.startswith("what was understood (")
+    assert not any(word in result.message for word in ("line", "Error", "\n")), result.message
+
+
+def test_a_knob_that_cannot_be_turned_so_far_is_named():
+    with pytest.raises(PolicyError, match=r"^spiral_radius = 0.0 cannot be used: radius must be > 0$"):
+        rerun(done("make a spiral of radius 0.1 at the goal"), {"spiral_radius": 0.0})

@@ -1,15 +1,18 @@
 import json
 import math
 from dataclasses import asdict
+from pathlib import Path
 
 import pytest
 
 from ovita.errors import FormatError
 from ovita.io import is_adaptation, load_document, load_task, save_document, scene_dict
+from ovita.measure import compare
 from ovita.paths.frame import Frame
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
+from ovita.result import Adaptation
 
 ROWS = [[0.1, 0.2, 0.30000000000000004, 1e-17], [1.0, 2.0, 3.0, 38.5]]
 SCENE = Scene((SceneObject("mug", [1, 2, 3]),), Frame("ned"), "a table", "stay low")
@@ -126,3 +129,9 @@ def test_a_document_that_cannot_be_saved(tmp_path, keys):
     with pytest.raises(FormatError, match=r"r\.json"):
         save_document(tmp_path / "r.json", document(**keys))
     assert not (tmp_path / "r.json").exists()
+
+
+def test_a_result_of_version_0_1_0_loads_with_its_changes_measured_again():
+    result = Adaptation.load(str(Path(__file__).with_name("result_0_1_0.json")))
+    assert result.status == "done" and result.changes == compare(result.original, result.adapted, result.scene)
+    assert Adaptation.from_document(result.to_document()) == result

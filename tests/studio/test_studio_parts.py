@@ -185,3 +185,14 @@ def test_the_camera_follows_what_grows_until_a_person_moves_it():
     session.say("go left by 0.9")
     space.look_again(session)
     assert camera.position is moved
+
+
+def test_a_turn_that_loses_an_earlier_wish_is_never_green():
+    session = Session(straight([0.4] * 20), Scene((SceneObject("cup", [0.5, 0.3, 0.4]),)), writer="builtin")
+    session.say("stay at least 0.6 away from the cup")
+    result = session.say("go forward by 0.2")
+    assert result.status == "done" and result.lost
+    shown = html.outcome(SimpleNamespace(busy=None, said=None, session=session))
+    for text in (shown, html.history(session)):
+        assert 'chip warn">an earlier wish is lost' in text
+    assert "one turn ago" in shown and "one turn ago" in html.explanation(result)

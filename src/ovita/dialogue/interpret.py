@@ -132,7 +132,8 @@ class DialogueState:
             return []
         before = self.steps[-2].adaptation.adapted if len(self.steps) > 1 else self.now.original
         turns = [step.adaptation for step, _ in in_force(self.steps)]
-        return lost(turns[:-1], before, turns[-1])
+        parent = self.history.situation(self.history.parents[self.history.head], self.first)
+        return lost(turns[:-1], before, turns[-1], scene=parent.scene)
 
     def _resolved(self, said: str, past: Sequence[Turn]) -> Resolution | None:
         """What a sentence comes to as feedback; with a language model only what is certain."""

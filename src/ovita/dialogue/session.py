@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from threading import Event
 from typing import Any
@@ -210,7 +210,13 @@ class Session:
             now.robot if robot is None else robot,
             now.constraints if constraints is None else constraints,
         )
-        result = self._again(then, said)
+        turns = [step.adaptation for step, _ in in_force(self.steps) if step.adaptation.code != UNCHANGED]
+        afresh = self._again(turns, then)
+        if afresh:
+            losses = lost(turns[:-1], self.current, afresh[-1], scene=now.scene, afresh=afresh[:-1])
+            result = replace(afresh[-1], lost=tuple(loss.report for loss in losses))
+        else:
+            result = enforced(said, then.original, then.scene, then.robot, constraints=then.constraints)
         moved = original is not None or scene is not None
         kind: Kind = "hand" if moved or then.constraints.pinned != now.constraints.pinned else "limits"
         self.original, self.scene, self.robot, self.constraints = (
@@ -332,18 +338,14 @@ class Session:
         session._settle_on(history.head)
         return session
 
-    def _again(self, then: Situation, said: str) -> Adaptation:
-        """Run every policy in force again in another situation."""
-        start, result = then.original, None
-        for step, _ in in_force(self.steps):
-            if step.adaptation.code == UNCHANGED:
-                continue
-            asked = replace(step.adaptation, original=start, scene=then.scene, robot=then.robot)
-            result = rerun(asked, {}, constraints=then.constraints, isolation=self.isolation)
-            start = result.adapted
-        if result is None:
-            result = enforced(said, start, then.scene, then.robot, constraints=then.constraints)
-        return result
+    def _again(self, turns: Sequence[Adaptation], then: Situation) -> list[Adaptation]:
+        """Run policies one after the other in another situation."""
+        results: list[Adaptation] = []
+        for turn in turns:
+            start = results[-1].adapted if results else then.original
+            asked = replace(turn, original=start, scene=then.scene, robot=then.robot)
+            results.append(rerun(asked, {}, constraints=then.constraints, isolation=self.isolation))
+        return results
 
     def _against_earlier(self, result: Adaptation, kind: Kind, on: FeedbackOn) -> Adaptation:
         """A result that names the postconditions of earlier turns which it loses."""

@@ -54,25 +54,36 @@ class Loss:
         return replace(asked, code=policy.source, parameters=policy.parameters, plan=plan, assumptions=())
 
 
-def lost(turns: Sequence[Adaptation], before: Trajectory, result: Adaptation) -> list[Loss]:
+def lost(
+    turns: Sequence[Adaptation],
+    before: Trajectory,
+    result: Adaptation,
+    *,
+    scene: Scene | None = None,
+    afresh: Sequence[Adaptation] | None = None,
+) -> list[Loss]:
     """The standing postconditions that held before a result and no longer do.
 
     Args:
         turns: The earlier turns in force, oldest first, without the one that the result is a correction of.
         before: The trajectory before the result.
         result: The new result.
+        scene: The scene before the result, where objects have been moved since.
+        afresh: The same turns, run again in the new situation; their originals and places count from now on.
     """
     found: list[Loss] = []
     settled = {_subject(promise) for promise in result.postconditions}
-    for ago, turn in enumerate(reversed(turns), start=1):
-        mine = {_subject(promise): promise for promise in turn.postconditions if promise.held}
-        for subject, promise in mine.items():
-            if subject in settled or not subject or not _holds(promise, turn, before, result.scene):
+    pairs = list(zip(turns, turns if afresh is None else afresh, strict=True))
+    for ago, (turn, again) in enumerate(reversed(pairs), start=1):
+        both = zip(turn.postconditions, again.postconditions, strict=False)
+        mine = {_subject(was): (was, now) for was, now in both if was.held and was.kind == now.kind}
+        for subject, (was, now) in mine.items():
+            if subject in settled or not subject or not _holds(was, turn, before, scene or result.scene):
                 continue
-            outcome = judge(_expectation(promise), turn.original.to_array(), result.adapted.to_array(), result.scene)
+            outcome = judge(_expectation(now), again.original.to_array(), result.adapted.to_array(), result.scene)
             if not outcome.held:
-                report = LostPostcondition(promise.text, outcome.sentence, turn.instruction, ago)
-                found.append(Loss(turn, promise, report))
+                report = LostPostcondition(now.text, outcome.sentence, turn.instruction, ago)
+                found.append(Loss(again, now, report))
         settled |= set(mine)
     return found[::-1]
 

@@ -18,6 +18,8 @@ SIZE: dict[Degree, float] = {"slight": 0.06, "moderate": 0.12, "large": 0.22}
 TURN: dict[Degree, float] = {"slight": 15.0, "moderate": 45.0, "large": 90.0}
 RESIZE: dict[Degree, float] = {"slight": 1.2, "moderate": 1.5, "large": 2.0}
 
+STANDSTILL = "A speed of 0 would never arrive: how slow should it be, or where should it stop, and for how long?"
+
 
 def _size(d: PolicyBuilder, intent: Intent, what: str, share: float = 1.0) -> float:
     if intent.amount is not None:
@@ -318,7 +320,7 @@ def speed(d: PolicyBuilder, intent: Intent) -> None:
             factor = (SLOWER if intent.mode == "slower" else FASTER)[intent.degree]
             d.assume(f'"{intent.mode}" is {factor:g} times the speed')
         if factor <= 0:
-            d.ask("A speed of 0 everywhere would never arrive: how slow should it be, or where should it stop?")
+            d.ask(STANDSTILL)
         knob = d.knob("slowdown" if factor < 1 else "speedup", factor, "factor on the speed")
         d.body.append(f"traj = scale_speed(traj, {knob}{argument(where)})")
         d.promise(f"expect_{'slower' if factor < 1 else 'faster'}({arguments})")
@@ -336,6 +338,8 @@ def speed(d: PolicyBuilder, intent: Intent) -> None:
         if value is None:
             value = float(f"{mean:.3g}")
             d.assume(f"the constant speed is the mean of the original, {value:g} m/s")
+        if value <= 0 and mean > 0:
+            d.ask(STANDSTILL)
         knob = d.knob("speed", value, "[m/s]")
         d.body.append(f"traj = set_speed(traj, {knob}{argument(where)})")
         d.promise(f"expect_speed({knob}{argument(where)})")
@@ -343,7 +347,7 @@ def speed(d: PolicyBuilder, intent: Intent) -> None:
     elif intent.mode in ("cap", "floor"):
         value = intent.amount or 0.0
         if value <= 0 and intent.mode == "cap":
-            d.ask("A speed of at most 0 would never arrive: how slow should it be, or where should it stop?")
+            d.ask(STANDSTILL)
         name = d.knob("limit", value, f"[m/s] {'highest' if intent.mode == 'cap' else 'lowest'} speed")
         beyond = f"traj[:, 3] {'>' if intent.mode == 'cap' else '<'} {name}"
         chosen = f"({where}) & ({beyond})" if where else beyond

@@ -137,7 +137,8 @@ def _reaching(r: Reader, heard: _SpeedClause) -> Intent | None:
         r.consume("same")
     set_to = 0.0 if stops else set_to
     if set_to is not None:
-        return heard.intent("ramp" if heard.gradual or (heard.slower and set_to == 0.0) else "set", set_to)
+        braked = set_to == 0.0 and heard.slower and (stops or heard.region.kind == "last")
+        return heard.intent("ramp" if heard.gradual or braked else "set", set_to)
     if heard.gradual and (heard.slower or heard.faster):
         return heard.intent("ramp_down" if heard.slower else "ramp_up", unit="")
     return heard.intent("constant", unit="") if heard.constant and not (heard.slower or heard.faster) else None

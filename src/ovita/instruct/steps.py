@@ -111,6 +111,8 @@ def _offset(d: PolicyBuilder, intent: Intent, prefix: str = "") -> _Offset:
         if value is None:
             value = d.scale.step(intent.degree)
             d.assume(f'"{_said(intent, direction)}" is {value:g} m in this scene')
+        if value == 0:
+            d.ask(f"0 m {TO_THE.get(direction, direction)} moves nothing: how far should it go?")
         amounts[direction] = value
         name = d.knob(f"{prefix}{direction}", value, f"[m] shift {TO_THE.get(direction, direction)}")
         knobs[direction] = name

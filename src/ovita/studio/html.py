@@ -30,6 +30,7 @@ _CHIPS = {
     "needs_clarification": ("warn", "question"),
     "failed": ("bad", "failed"),
 }
+_LOST = ("warn", "an earlier wish is lost")
 _KINDS = {
     "said": "",
     "knobs": "knobs",
@@ -119,7 +120,7 @@ def outcome(desk: SessionController) -> str:
         return ""
     if desk.said is not None:
         said = desk.said
-        kind, word = _CHIPS[said.result.status] if said.result else ("bad", "not done")
+        kind, word = _chip(said.result) if said.result else ("bad", "not done")
         return block(
             f'<div class="card">&ldquo;{e(clipped(said.text))}&rdquo; <span class="chip {kind}">{word}</span>'
             f"<p>{e(said.message)}</p></div>"
@@ -127,10 +128,15 @@ def outcome(desk: SessionController) -> str:
     result = desk.session.adaptation
     if result is None:
         return welcome(desk.session.scene)
-    kind, word = _CHIPS[result.status]
-    text = result.message if result.status != "done" else " ".join(result.plan[-4:]) or "Done."
+    kind, word = _chip(result)
+    clean = result.status == "done" and not result.lost
+    text = " ".join(result.plan[-4:]) or "Done." if clean else result.message
     warnings = listed(result.warnings[:2]) if result.warnings and result.status == "done" else ""
     return block(f'<div class="card"><span class="chip {kind}">{word}</span> {e(text)}{warnings}</div>')
+
+
+def _chip(result: Adaptation) -> tuple[str, str]:
+    return _LOST if result.status == "done" and result.lost else _CHIPS[result.status]
 
 
 def turn_name(session: Session, turn: int, limit: int = 46) -> str:
@@ -176,7 +182,7 @@ def explanation(result: Adaptation | None) -> str:
     """The explanation in plain words, with warnings first."""
     if result is None:
         return block('<p class="soft">Why the line looks as it does is told here in plain words.</p>')
-    warnings = f"<h4>Please look at</h4>{listed(result.warnings)}" if result.warnings else ""
+    warnings = f"<h4>Please look at</h4>{listed(result.cautions)}" if result.cautions else ""
     parts: list[str] = []
     for line in result.explanation.split("\n"):
         if line.startswith("- "):
@@ -222,10 +228,10 @@ def code(source: str, bad_line: int | None = None) -> str:
 
 
 def _turn(step: Step) -> str:
-    kind, word = _CHIPS[step.adaptation.status]
+    kind, word = _chip(step.adaptation)
     label = _KINDS[step.kind]
     chip = f' <span class="chip">{label}</span>' if label else ""
-    if step.adaptation.status != "done":
+    if kind != "good":
         chip += f' <span class="chip {kind}">{word}</span>'
     on = ' <span class="soft">on the original</span>' if step.feedback_on == "original" else ""
     return f"{e(clipped(step.said))}{chip}{on}"

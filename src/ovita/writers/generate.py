@@ -15,6 +15,7 @@ from ovita.policy import Policy
 from ovita.policy.sandbox import Isolation as Isolation
 from ovita.policy.sandbox import Rollout, run
 from ovita.request import Request
+from ovita.text import quoted
 from ovita.toolkit import Outcome, judge
 from ovita.writers.base import (
     Attempt,
@@ -115,7 +116,7 @@ def _run(request: Request, reply: Reply, isolation: Isolation) -> Attempt:
         policy = reply.policy if reply.policy is not None else _read(reply.code)
         rollout = run(policy, request.trajectory, request.scene, isolation=isolation)
     except PolicyError as refusal:
-        return Attempt(reply, failure="failed", error=str(refusal))
+        return Attempt(reply, failure="failed", error=_said(reply, refusal))
     outcomes = judged(request, rollout, rollout.trajectory.to_array())
     failure: Failure = ""
     error = ""
@@ -131,6 +132,14 @@ def _run(request: Request, reply: Reply, isolation: Isolation) -> Attempt:
         assumed = f"What the instruction says of {left} is meant by other numbers of the policy."
         reply = replace(reply, assumptions=(*reply.assumptions, assumed))
     return Attempt(reply, policy, rollout, outcomes, failure, error)
+
+
+def _said(reply: Reply, refusal: PolicyError) -> str:
+    """Why a policy failed: in terms of its source for a model, in terms of its plan for a person."""
+    if reply.writer.kind != "builtin":
+        return str(refusal)
+    plan = quoted([step.rstrip(".") for step in reply.plan])
+    return f"what was understood ({plan}) cannot be done: {refusal.reason}; give another amount or place"
 
 
 def _read(code: str) -> Policy:
