@@ -151,9 +151,7 @@ def _by_seal(document: Mapping[str, Any]) -> list[str]:
     if kept is None:
         return ["It bears no seal, so nobody knows whether it was edited; run ovita adapt again with --out."]
     if kept != seal(document):
-        return [
-            "It was edited after it was saved, or comes from another version: its seal does not fit; run ovita adapt again."
-        ]
+        return ["It was edited after it was saved, or an earlier version wrote it: its seal does not fit; adapt again."]
     return []
 
 
