@@ -128,3 +128,24 @@ def test_a_change_of_the_limits_or_by_hand_says_what_earlier_turns_lose(session)
     assert session.undo() and not session.adaptation.lost
     moved = Scene((SceneObject("cup", [0.5, 0.0, 0.4]),))
     assert not session.change("moved cup", scene=moved).lost  # the turn runs again and keeps its distance there
+
+
+def test_what_a_knob_is_stays_with_it_when_it_is_turned_saved_or_the_code_is_edited(tmp_path):
+    scene = Scene((SceneObject("[red] cup", [0.5, 0.3, 0.4]),))
+    session = Session(PATH, scene, writer="builtin")
+    session.say("go closer to the cup by 0.1 and slow down to 50 % near the cup")
+
+    def known():
+        return {p.name: (p.unit, p.role, p.about, p.direction) for p in session.adaptation.parameters}
+
+    first = known()
+    assert first["closer_by"] == ("m", "by", "[red] cup", "closer")
+    assert first["slowdown"] == ("", "factor", "", "slower")
+    assert {p.meaning for p in session.adaptation.parameters} >= {"how much closer to [red] cup"}
+    session.tune({"closer_by": 0.2})
+    assert known() == first
+    session.save(str(tmp_path / "session.json"))
+    session = Session.load(str(tmp_path / "session.json"), writer="builtin")
+    assert known() == first
+    session.recode(session.adaptation.code.replace("# factor on the speed", "# my own"))
+    assert known() == {**first, "slowdown": ("", None, "", "")}

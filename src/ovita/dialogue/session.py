@@ -175,8 +175,18 @@ class Session:
         """
         last = self.steps[-1] if self.steps else None
         before = self._blank("edited the code") if last is None else last.adaptation
-        edited = replace(before, code=parse(code).source, plan=("Run the code as edited by hand.",), assumptions=())
-        edited = replace(edited, parameters=parse(code).parameters)
+        policy = parse(code)
+        noted = {(p.name, p.comment) for p in policy.parameters}
+        if before.code:
+            noted &= {(p.name, p.comment) for p in parse(before.code).parameters}
+        known = [p for p in before.parameters if any(name == p.name for name, _ in noted)]
+        edited = replace(
+            before,
+            code=policy.source,
+            parameters=policy.described_by(known).parameters,
+            plan=("Run the code as edited by hand.",),
+            assumptions=(),
+        )
         result = rerun(edited, {}, constraints=self.constraints, isolation=self.isolation)
         result = self._against_earlier(result, "code", "current")
         self._add("edited the code", last.feedback_on if last else "current", result, "code")

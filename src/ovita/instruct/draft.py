@@ -13,6 +13,10 @@ from ovita.instruct.scale import Scale, nice
 from ovita.paths.frame import OPPOSITE
 from ovita.paths.scene import Scene, SceneObject, canonical
 from ovita.paths.trajectory import Array, Trajectory
+from ovita.policy import Parameter
+from ovita.policy.policy import MAX_NOTE, Role
+from ovita.policy.syntax import Value
+from ovita.policy.wire import clean_text
 from ovita.toolkit import CATALOGUE
 
 RESERVED = frozenset({"traj", "scene", "np", "math"})
@@ -32,7 +36,7 @@ class PolicyBuilder:
     positions: Array
     shifts: dict[str, list[str]] = field(default_factory=dict)
     exact: set[str] = field(default_factory=set)
-    parameters: dict[str, tuple[object, str]] = field(default_factory=dict)
+    parameters: dict[str, Parameter] = field(default_factory=dict)
     objects: dict[str, SceneObject] = field(default_factory=dict)
     body: list[str] = field(default_factory=list)
     promises: dict[str, str] = field(default_factory=dict)
@@ -51,13 +55,29 @@ class PolicyBuilder:
         """An empty draft for a trajectory in its scene."""
         return cls(trajectory, scene, Scale.of(trajectory), np.array(trajectory.positions))
 
-    def knob(self, name: str, value: object, comment: str) -> str:
+    def knob(
+        self,
+        name: str,
+        value: Value,
+        role: Role,
+        meaning: str = "",
+        *,
+        unit: str = "",
+        about: str = "",
+        direction: str = "",
+    ) -> str:
         """Add a parameter under a free name and return that name."""
         free, n = name, 2
         while not self._is_free(free):
             free, n = f"{name}_{n}", n + 1
-        self.parameters[free] = (value, comment)
+        meaning = clean_text(one_line(meaning), MAX_NOTE)
+        self.parameters[free] = Parameter(free, value, unit, meaning, role, about, direction)
         return free
+
+    def over(self, name: str, height: float, side: str, item: SceneObject) -> str:
+        """Add the parameter of a height [m] above the top or centre of an object and return its name."""
+        meaning = f"height above the {side} of {item.name}"
+        return self.knob(name, height, "to", meaning, unit="m", about=item.name, direction="up")
 
     def ref(self, item: SceneObject) -> str:
         """The variable that holds an object."""
@@ -122,7 +142,7 @@ class PolicyBuilder:
         """The policy's source."""
         lines = ["def adapt(", "    traj,", "    scene,"]
         lines += ["    *,"] if self.parameters else []
-        lines += [f"    {name}={value!r},  # {one_line(comment)}" for name, (value, comment) in self.parameters.items()]
+        lines += [f"    {p.name}={p.value!r},  # {p.comment}" for p in self.parameters.values()]
         lines += ["):", f'    """{one_line(summary)}"""']
         lines += [f"    {name} = scene[{item.name!r}]" for name, item in self.objects.items()]
         lines += [f"    {line}" for line in [*self.body, *self.promises.values()]]
@@ -151,10 +171,11 @@ def mask(draft: PolicyBuilder, region: Region) -> tuple[str, str]:
     if kind in ("first", "last"):
         region = _in_waypoints(draft, region)
         if region.counted:
-            n = draft.knob(f"{kind}_waypoints", int(region.amount or 1), f"number of waypoints at the {_side(kind)}")
+            meaning = f"number of waypoints at the {_side(kind)}"
+            n = draft.knob(f"{kind}_waypoints", int(region.amount or 1), "of", meaning)
             return f"{kind}(traj, {n})", f"for the {kind} {int(region.amount or 1)} waypoints"
         share = round(region.amount or 0.25, 4)
-        name = draft.knob(f"{kind}_share", share, f"share of the waypoints at the {_side(kind)}")
+        name = draft.knob(f"{kind}_share", share, "share", f"share of the waypoints at the {_side(kind)}")
         return f"{kind}(traj, fraction={name})", f"for the {kind} {share:.0%} of the waypoints"
     if kind == "middle" and region.amount is not None:
         margin = (1.0 - region.amount) / 2
@@ -174,7 +195,8 @@ def mask(draft: PolicyBuilder, region: Region) -> tuple[str, str]:
         k = int(np.flatnonzero(axis)[0])
         sign = "" if axis[k] > 0 else "-"
         _ask_if_none(draft, draft.positions, region.direction, region.amount or 0.0, f"is beyond {region.amount:g} m")
-        name = draft.knob(f"{region.direction}_of", region.amount, f"[m] how far {region.direction} the part begins")
+        meaning = f"how far {region.direction} the part begins"
+        name = draft.knob(f"{region.direction}_of", region.amount, "at", meaning, unit="m", direction=region.direction)
         return f"{sign}traj[:, {k}] > {name}", f"further {region.direction} than {region.amount:g} m"
     if kind == "every":
         return f"every(traj, {int(region.amount or 1)})", f"at every {int(region.amount or 1)}. waypoint"
@@ -208,8 +230,8 @@ def _range(draft: PolicyBuilder, region: Region) -> tuple[str, str]:
     begin = int(np.clip(region.amount or 1, 1, last))
     end = last if region.until is None else int(np.clip(region.until, begin, last))
     draft.assume("waypoints are counted from 1")
-    a = draft.knob("first_index", begin - 1, "index of the first waypoint, from 0")
-    b = draft.knob("last_index", end - 1, "index of the last waypoint, from 0")
+    a = draft.knob("first_index", begin - 1, "at", "index of the first waypoint, from 0")
+    b = draft.knob("last_index", end - 1, "at", "index of the last waypoint, from 0")
     return f"between(traj, {a}, {b})", f"from waypoint {begin} to {end}"
 
 
@@ -238,7 +260,8 @@ def _near(draft: PolicyBuilder, item: SceneObject, radius: float | None) -> tupl
             f"no waypoint is within {value:g} m of {item.name} (the closest is {draft.distance(item):.3g} m away)"
         )
     ref = draft.ref(item)
-    name = draft.knob(f"{ref}_radius", value, f"[m] distance to {item.name} that counts as near")
+    meaning = f"distance to {item.name} that counts as near"
+    name = draft.knob(f"{ref}_radius", value, "radius", meaning, unit="m", about=item.name)
     return f"near(traj, {ref}, within={name})", f"within {value:g} m of {item.name}"
 
 

@@ -11,6 +11,7 @@ from ovita.instruct.intents import Intent
 from ovita.instruct.scale import FASTER, SLOWER, Degree, nice
 from ovita.paths.frame import OPPOSITE
 from ovita.paths.scene import SceneObject
+from ovita.policy.policy import Role
 
 SIZE: dict[Degree, float] = {"slight": 0.06, "moderate": 0.12, "large": 0.22}
 """Size of a new shape as a share of the path's extent."""
@@ -19,6 +20,9 @@ TURN: dict[Degree, float] = {"slight": 15.0, "moderate": 45.0, "large": 90.0}
 RESIZE: dict[Degree, float] = {"slight": 1.2, "moderate": 1.5, "large": 2.0}
 
 STANDSTILL = "A speed of 0 would never arrive: how slow should it be, or where should it stop, and for how long?"
+
+SIDE = {"above": "up", "below": "down"}
+"""Sides of an object to the directions that they lie in."""
 
 
 def _size(d: PolicyBuilder, intent: Intent, what: str, share: float = 1.0) -> float:
@@ -41,15 +45,16 @@ def spiral(d: PolicyBuilder, intent: Intent) -> None:
     at, words = _spot(d, intent)
     radius = _size(d, intent, "the radius of the spiral")
     turns = intent.count or 3.0
-    r = d.knob("spiral_radius", radius, "[m] largest radius of the spiral")
-    n = d.knob("turns", turns, "turns of the spiral")
+    r = d.knob("spiral_radius", radius, "to", "largest radius of the spiral", unit="m")
+    n = d.knob("turns", turns, "count", "turns of the spiral")
     rise = ""
     if intent.directions:
         word, stated = intent.directions[0]
         height = d.scale.step("moderate") if stated is None else stated
         if stated is None:
             d.assume(f"the spiral goes {height:g} m {word}")
-        h = d.knob("spiral_height", height if word == "up" else -height, "[m] how far the spiral rises")
+        rises = height if word == "up" else -height
+        h = d.knob("spiral_height", rises, "to", "how far the spiral rises", unit="m", direction="up")
         rise, words = f", height={h}", f"that goes {height:g} m {word}, {words}"
     d.body.append(f"traj = spiral(traj, {at}, radius={r}, turns={n}{rise})")
     d.plan.append(f"Make a spiral of {turns:g} turns and radius {radius:g} m {words}.")
@@ -59,12 +64,13 @@ def circle(d: PolicyBuilder, intent: Intent) -> None:
     """Turns around an object."""
     item = intent.items[0]
     turns = intent.count or 1.0
-    n = d.knob("turns", turns, f"turns around {item.name}")
+    n = d.knob("turns", turns, "count", f"turns around {item.name}", about=item.name)
     radius = ""
     if intent.mode:
         radius = f", clockwise={intent.mode == 'clockwise'}"
     if intent.amount is not None:
-        radius += f", radius={d.knob('circle_radius', intent.amount, f'[m] radius around {item.name}')}"
+        meaning = f"radius around {item.name}"
+        radius += f", radius={d.knob('circle_radius', intent.amount, 'to', meaning, unit='m', about=item.name)}"
     d.body.append(f"traj = circle(traj, {d.ref(item)}{radius}, turns={n})")
     d.plan.append(f"From the point closest to {item.name}, go around it {turns:g} time(s).")
 
@@ -72,7 +78,8 @@ def circle(d: PolicyBuilder, intent: Intent) -> None:
 def eight(d: PolicyBuilder, intent: Intent) -> None:
     """A figure eight at a place."""
     at, words = _spot(d, intent)
-    size = d.knob("size", _size(d, intent, "the size of the figure eight"), "[m] size of the figure eight")
+    metres = _size(d, intent, "the size of the figure eight")
+    size = d.knob("size", metres, "to", "size of the figure eight", unit="m")
     d.body.append(f"traj = figure_eight(traj, {at}, size={size})")
     d.plan.append(f"Fly a figure eight {words}.")
 
@@ -82,8 +89,8 @@ def wave(d: PolicyBuilder, intent: Intent) -> None:
     where, part = mask(d, intent.region)
     amplitude = _size(d, intent, f"the amplitude of the {intent.action}", 0.6)
     waves = round(intent.count or 5)
-    a = d.knob("amplitude", amplitude, "[m] to each side")
-    n = d.knob("waves", waves, "number of waves")
+    a = d.knob("amplitude", amplitude, "to", "to each side", unit="m")
+    n = d.knob("waves", waves, "count", "number of waves")
     heading = f", direction={intent.directions[0][0]!r}" if intent.directions else ""
     d.body.append(f"traj = {intent.action}(traj, {a}, waves={n}{argument(where)}{heading})")
     d.plan.append(f"Follow the path in a {intent.action} of {amplitude:g} m to each side{suffix(part)}.")
@@ -93,7 +100,7 @@ def hop(d: PolicyBuilder, intent: Intent) -> None:
     """Over an object and down again."""
     item = intent.items[0]
     height = _size(d, intent, f"the height above {item.name}", 0.8)
-    name = d.knob("height", height, f"[m] height above the top of {item.name}")
+    name = d.over("height", height, "top", item)
     d.body.append(f"traj = hop(traj, {d.ref(item)}, {name})")
     d.plan.append(f"Hop over {item.name}, {height:g} m above it.")
 
@@ -105,8 +112,8 @@ def hover(d: PolicyBuilder, intent: Intent) -> None:
     steps = 10.0 if intent.count is None else intent.count
     if intent.unit == "s" and intent.count is not None:
         steps = intent.count / d.trajectory.timestep
-    name = d.knob("height", height, f"[m] height above the centre of {item.name}")
-    count = d.knob("steps", max(1, round(steps)), f"timesteps to wait ({d.trajectory.timestep:g} s each)")
+    name = d.over("height", height, "centre", item)
+    count = d.knob("steps", max(1, round(steps)), "count", f"timesteps to wait ({d.trajectory.timestep:g} s each)")
     d.body.append(f"traj = hover(traj, {d.ref(item)}, {name}, steps={count})")
     d.plan.append(f"Hover {height:g} m above {item.name} for {max(1, round(steps))} timesteps.")
 
@@ -129,7 +136,7 @@ def rotate(d: PolicyBuilder, intent: Intent) -> None:
     if degrees is None:
         degrees = TURN[intent.degree] * (intent.count or 1.0)
         d.assume(f"the angle is {abs(degrees):g} degrees")
-    name = d.knob("degrees", degrees, "[deg] counter-clockwise")
+    name = d.knob("degrees", degrees, "by", "counter-clockwise", unit="deg")
     axis = {"x": "right", "y": "front", "z": "up"}.get(intent.mode, "")
     if not axis and intent.directions:
         axis = intent.directions[0][0]
@@ -150,7 +157,7 @@ def resize(d: PolicyBuilder, intent: Intent) -> None:
         d.assume(f"the factor is {factor:g}")
     if intent.mode == "smaller" and factor > 1:
         factor = round(1 / factor, 3)
-    name = d.knob("factor", factor, "factor on the size of the path")
+    name = d.knob("factor", factor, "factor", "factor on the size of the path")
     about = f", about={d.ref(intent.items[0])}" if intent.items else ""
     d.body.append(f"traj = scale(traj, {name}{about})")
     d.plan.append(f"Scale the path by {factor:g}.")
@@ -160,7 +167,7 @@ def curve(d: PolicyBuilder, intent: Intent) -> None:
     """More or less curvature."""
     factor = intent.amount or RESIZE[intent.degree]
     factor = round(1 / factor, 3) if intent.mode == "less" and factor > 1 else factor
-    name = d.knob("curvature", factor, "factor on how far the path bends from the straight line")
+    name = d.knob("curvature", factor, "factor", "factor on how far the path bends from the straight line")
     d.body.append(f"traj = curve(traj, {name})")
     d.plan.append(f"Make the path {'less' if factor < 1 else 'more'} curved (factor {factor:g}).")
 
@@ -192,7 +199,7 @@ def shortcut(d: PolicyBuilder, intent: Intent) -> None:
 def average(d: PolicyBuilder, intent: Intent) -> None:
     """Each group of waypoints replaced by its mean."""
     k = max(1, round(intent.amount or 3))
-    name = d.knob("group", k, "waypoints that become one")
+    name = d.knob("group", k, "count", "waypoints that become one")
     d.body.append(f"traj = average(traj, {name})")
     d.plan.append(f"Replace each group of {k} waypoints by its average.")
 
@@ -208,7 +215,7 @@ def noise(d: PolicyBuilder, intent: Intent) -> None:
     """Random displacements."""
     where, part = mask(d, intent.region)
     amount = _size(d, intent, "the noise", 0.15)
-    name = d.knob("noise_amount", amount, "[m] standard deviation")
+    name = d.knob("noise_amount", amount, "by", "standard deviation", unit="m")
     d.body.append(f"traj = noise(traj, {name}{argument(where)})")
     d.plan.append(f"Add random displacements of {amount:g} m{suffix(part)}.")
 
@@ -217,7 +224,7 @@ def bound(d: PolicyBuilder, intent: Intent) -> None:
     """Never beyond a coordinate."""
     direction, stated = intent.directions[0]
     limit = stated or 0.0
-    name = d.knob("limit", limit, f"[m] furthest {direction}")
+    name = d.knob("limit", limit, "at_most", f"furthest {direction}", unit="m", direction=direction)
     d.body.append(f"traj = bound(traj, {direction}={name})")
     words = f"Never go further {direction} than {limit:g} m."
     words = f"Stay at least {-limit:g} m {OPPOSITE[direction]}." if limit < 0 else words
@@ -237,14 +244,22 @@ def side(d: PolicyBuilder, intent: Intent) -> None:
         if min(float((d.positions[k] - item.position) @ axis) for k in (0, -1)) < gap:
             _pass_by(d, item, intent.mode, gap, words)
             return
-    name = d.knob("gap", gap, f"[m] distance {words}")
+    name = d.knob(
+        "gap",
+        gap,
+        "at_least",
+        f"distance {words}",
+        unit="m",
+        about=item.name,
+        direction=SIDE.get(intent.mode, intent.mode),
+    )
     d.body.append(f"traj = stay_on(traj, {d.ref(item)}, {intent.mode!r}, gap={name})")
     d.do(f"Stay {words} by at least {gap:g} m.", holds=_is_on_side(d, item, intent.mode, gap))
 
 
 def _is_on_side(d: PolicyBuilder, item: SceneObject, word: str, gap: float) -> bool:
     """Whether the whole path lies on one side of an object already, a gap [m] from its surface."""
-    axis = d.scene.frame.direction({"above": "up", "below": "down"}.get(word, word))
+    axis = d.scene.frame.direction(SIDE.get(word, word))
     half = 0.0 if item.dimensions is None else float(np.abs(item.rotation.T @ axis) @ item.size) / 2
     return bool(((d.positions - item.position) @ axis >= half + gap).all())
 
@@ -253,7 +268,9 @@ def _pass_by(d: PolicyBuilder, item: SceneObject, word: str, gap: float, words: 
     """A bend that passes an object on one side, where an end of the path lies on the other."""
     axis = d.scene.frame.direction(word)
     half = 0.0 if item.dimensions is None else float(np.abs(item.rotation.T @ axis) @ item.size) / 2
-    name = d.knob("aside", float(f"{half + gap:.4g}"), f"[m] distance {words}, from its centre")
+    meaning = f"distance {words}, from its centre"
+    aside = float(f"{half + gap:.4g}")
+    name = d.knob("aside", aside, "to", meaning, unit="m", about=item.name, direction=word)
     d.body.append(f"traj = go_through(traj, {d.ref(item)}, {word}={name})")
     d.plan.append(f"Bend the path so that it passes {words}, {gap:g} m from its side; start and goal stay.")
 
@@ -276,7 +293,7 @@ def height(d: PolicyBuilder, intent: Intent) -> None:
     """At a height above the ground."""
     where, part = mask(d, intent.region)
     value = intent.amount or 0.0
-    name = d.knob("height", value, "[m] height above the ground, z = 0")
+    name = d.knob("height", value, "to", "height above the ground, z = 0", unit="m", direction="up")
     d.body.append(f"traj = at_height(traj, {name}{argument(where)})")
     d.plan.append(f"Stay {value:g} m above the ground{suffix(part)}.")
 
@@ -321,7 +338,8 @@ def speed(d: PolicyBuilder, intent: Intent) -> None:
             d.assume(f'"{intent.mode}" is {factor:g} times the speed')
         if factor <= 0:
             d.ask(STANDSTILL)
-        knob = d.knob("slowdown" if factor < 1 else "speedup", factor, "factor on the speed")
+        name, word = ("slowdown", "slower") if factor < 1 else ("speedup", "faster")
+        knob = d.knob(name, factor, "factor", "factor on the speed", direction=word)
         d.body.append(f"traj = scale_speed(traj, {knob}{argument(where)})")
         d.promise(f"expect_{'slower' if factor < 1 else 'faster'}({arguments})")
         d.plan.append(f"Multiply the speed by {factor:g}{suffix(part)}.")
@@ -329,7 +347,7 @@ def speed(d: PolicyBuilder, intent: Intent) -> None:
         amount = intent.amount or 0.0
         if speeds.size and float(speeds.max()) + amount <= 0:
             d.ask(f"The speed is at most {speeds.max():.3g} m/s, so {-amount:g} m/s less is a standstill: how slow?")
-        knob = d.knob("speed_change", amount, "[m/s] added to the speed")
+        knob = d.knob("speed_change", amount, "by", "added to the speed", unit="m/s")
         d.body.append(f"traj = shift_speed(traj, {knob}{argument(where)})")
         d.promise(f"expect_{'slower' if amount < 0 else 'faster'}({arguments})")
         d.plan.append(f"{'Lower' if amount < 0 else 'Raise'} the speed by {abs(amount):g} m/s{suffix(part)}.")
@@ -340,7 +358,7 @@ def speed(d: PolicyBuilder, intent: Intent) -> None:
             d.assume(f"the constant speed is the mean of the original, {value:g} m/s")
         if value <= 0 and mean > 0:
             d.ask(STANDSTILL)
-        knob = d.knob("speed", value, "[m/s]")
+        knob = d.knob("speed", value, "to", unit="m/s")
         d.body.append(f"traj = set_speed(traj, {knob}{argument(where)})")
         d.promise(f"expect_speed({knob}{argument(where)})")
         d.plan.append(f"Set the speed to {value:g} m/s{suffix(part)}.")
@@ -348,7 +366,9 @@ def speed(d: PolicyBuilder, intent: Intent) -> None:
         value = intent.amount or 0.0
         if value <= 0 and intent.mode == "cap":
             d.ask(STANDSTILL)
-        name = d.knob("limit", value, f"[m/s] {'highest' if intent.mode == 'cap' else 'lowest'} speed")
+        role: Role = "at_most" if intent.mode == "cap" else "at_least"
+        meaning = f"{'highest' if intent.mode == 'cap' else 'lowest'} speed"
+        name = d.knob("limit", value, role, meaning, unit="m/s")
         beyond = f"traj[:, 3] {'>' if intent.mode == 'cap' else '<'} {name}"
         chosen = f"({where}) & ({beyond})" if where else beyond
         d.body.append(f"traj = set_speed(traj, {name}, where={chosen})")
@@ -365,7 +385,7 @@ def _ramp(d: PolicyBuilder, intent: Intent, where: str, part: str, mean: float) 
     """A speed that changes steadily along the path or a part of it."""
     speeds = d.trajectory.speeds
     if intent.mode == "ramp_from":
-        a = d.knob("start_speed", 0.0, "[m/s] where the change begins")
+        a = d.knob("start_speed", 0.0, "to", "where the change begins", unit="m/s")
         d.body.append(f"traj = ramp_speed(traj, {a}, None{argument(where)})")
         d.plan.append(f"Begin at rest and speed up steadily{suffix(part)}.")
         return
@@ -384,8 +404,8 @@ def _ramp(d: PolicyBuilder, intent: Intent, where: str, part: str, mean: float) 
         if at_end and intent.amount is None and begin + end > 1.5 * now:
             begin = 0.5 * begin  # it falls there already; a lower speed must be clearly lower
     begin, end = float(f"{begin:.3g}"), float(f"{end:.3g}")
-    a = d.knob("start_speed", begin, "[m/s] where the change begins")
-    b = d.knob("end_speed", end, "[m/s] where the change ends")
+    a = d.knob("start_speed", begin, "to", "where the change begins", unit="m/s")
+    b = d.knob("end_speed", end, "to", "where the change ends", unit="m/s")
     if intent.amount is None:
         d.assume(f"the speed changes steadily from {begin:g} to {end:g} m/s")
     d.body.append(f"traj = ramp_speed(traj, {a}, {b}{argument(where)})")
@@ -397,12 +417,12 @@ def _law(d: PolicyBuilder, intent: Intent, where: str, part: str, mean: float) -
     law, _, falling = intent.mode.partition("_")
     if law == "turns":
         factor = intent.amount if intent.amount is not None else SLOWER[intent.degree]
-        name = d.knob("slowdown", factor, "factor on the speed in turns")
+        name = d.knob("slowdown", factor, "factor", "factor on the speed in turns", direction="slower")
         d.body.append(f"traj = slow_turns(traj, {name})")
         d.plan.append(f"Slow down before and in turns, to {factor:g} times the speed.")
     elif law == "trapezoid":
         cruise = intent.amount if intent.amount is not None else float(f"{mean:.3g}")
-        name = d.knob("cruise", cruise, "[m/s] speed between the ramps")
+        name = d.knob("cruise", cruise, "to", "speed between the ramps", unit="m/s")
         d.body.append(f"traj = trapezoid_speed(traj, {name})")
         d.plan.append(f"Speed up to {cruise:g} m/s, keep it, and slow down again (a trapezoid).")
     elif law == "acceleration":
@@ -411,14 +431,14 @@ def _law(d: PolicyBuilder, intent: Intent, where: str, part: str, mean: float) -
             rate = float(f"{mean**2 / max(2 * d.trajectory.length, 1e-9):.2g}")
             d.assume(f"the acceleration is {rate:g} m/s^2")
         rate = -abs(rate) if falling else rate
-        name = d.knob("acceleration", rate, "[m/s^2]")
+        name = d.knob("acceleration", rate, "to", unit="m/s^2")
         d.body.append(f"traj = accelerate(traj, {name}{argument(where)})")
         d.plan.append(f"Accelerate at a constant {rate:g} m/s^2{suffix(part)}.")
     else:
         low, high = float(f"{0.25 * mean:.3g}"), float(f"{1.5 * mean:.3g}")
         begin, end = (high, low) if falling else (low, high)
-        a = d.knob("start_speed", begin, "[m/s] where the change begins")
-        b = d.knob("end_speed", end, "[m/s] where the change ends")
+        a = d.knob("start_speed", begin, "to", "where the change begins", unit="m/s")
+        b = d.knob("end_speed", end, "to", "where the change ends", unit="m/s")
         d.assume(f"the speed changes exponentially from {begin:g} to {end:g} m/s")
         d.body.append(f"traj = exponential_speed(traj, {a}, {b}{argument(where)})")
         d.plan.append(f"Change the speed exponentially from {begin:g} to {end:g} m/s{suffix(part)}.")

@@ -14,6 +14,7 @@ from ovita.instruct.shape_steps import SHAPE_STEPS, speed
 from ovita.paths.frame import OPPOSITE
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array, Trajectory
+from ovita.policy.policy import Role
 from ovita.toolkit.waypoints import smooth
 
 
@@ -70,7 +71,8 @@ def _toward(d: PolicyBuilder, prefix: str, shift: Array) -> str:
     for direction, metres in d.scene.frame.words(shift).items():
         value = float(f"{metres:.4g}")
         if value > 1e-6:
-            said.append(f"{direction}={d.knob(f'{prefix}_{direction}', value, f'[m] {direction}')}")
+            name = d.knob(f"{prefix}_{direction}", value, "by", direction, unit="m", direction=direction)
+            said.append(f"{direction}={name}")
     return ", ".join(said)
 
 
@@ -114,7 +116,8 @@ def _offset(d: PolicyBuilder, intent: Intent, prefix: str = "") -> _Offset:
         if value == 0:
             d.ask(f"0 m {TO_THE.get(direction, direction)} moves nothing: how far should it go?")
         amounts[direction] = value
-        name = d.knob(f"{prefix}{direction}", value, f"[m] shift {TO_THE.get(direction, direction)}")
+        meaning = f"shift {TO_THE.get(direction, direction)}"
+        name = d.knob(f"{prefix}{direction}", value, "by", meaning, unit="m", direction=direction)
         knobs[direction] = name
         words.append(f"{value:g} m {TO_THE.get(direction, direction)}")
     return _Offset(knobs, amounts, " and ".join(words))
@@ -169,7 +172,7 @@ def _move(d: PolicyBuilder, intent: Intent) -> None:
 def _endpoint(d: PolicyBuilder, intent: Intent) -> None:
     end = "start" if intent.action == "move_start" else "goal"
     d.goal_moved = d.goal_moved or end == "goal"
-    blend = d.knob(f"{end}_blend", 0.5, f"share of the path that bends when the {end} moves")
+    blend = d.knob(f"{end}_blend", 0.5, "share", f"share of the path that bends when the {end} moves")
     if intent.mode == "between":
         a, b = intent.items
         target, words = f"midpoint({d.ref(a)}, {d.ref(b)})", f"the midpoint of {a.name} and {b.name}"
@@ -230,10 +233,12 @@ def _closer(d: PolicyBuilder, intent: Intent) -> None:
     where = d.part(where)
     if intent.amount is not None and by > most + 1e-9:
         d.assume(f"closer to {item.name} ends at its surface, {max(most, 0.0):.3g} m closer, not {by:g} m")
-    name = d.knob("closer_by", by, f"[m] how much closer to {item.name}")
+    meaning = f"how much closer to {item.name}"
+    name = d.knob("closer_by", by, "by", meaning, unit="m", about=item.name, direction="closer")
     reach = ""
     if intent.mode == "whole" or where:
-        reach = f", reach={d.knob('reach', nice(4 * d.scale.extent), '[m] how far around the closest point it acts')}"
+        meaning = "how far around the closest point it acts"
+        reach = f", reach={d.knob('reach', nice(4 * d.scale.extent), 'radius', meaning, unit='m', about=item.name)}"
     d.body.append(f"traj = closer(traj, {ref}, {name}{reach}{argument(where)}{d.hold()})")
     stated = "" if intent.amount is None or where else f", {name}"
     d.promise(f"expect_closer({ref}{stated}{argument(where)})")
@@ -250,7 +255,8 @@ def _farther(d: PolicyBuilder, intent: Intent) -> None:
     if intent.unit == "%" and intent.amount is not None:
         intent = replace(intent, amount=1.0 + intent.amount, unit="x")
     if intent.unit == "x" and intent.amount is not None:
-        name = d.knob("times", intent.amount, f"factor on the distance to {item.name}")
+        meaning = f"factor on the distance to {item.name}"
+        name = d.knob("times", intent.amount, "factor", meaning, about=item.name, direction="away")
         d.body.append(f"traj = farther(traj, {ref}, times={name}{argument(where)})")
         d.plan.append(f"Multiply the distance to {item.name} by {intent.amount:g}{suffix(part)}.")
         return
@@ -264,7 +270,8 @@ def _farther(d: PolicyBuilder, intent: Intent) -> None:
         by = d.scale.step(intent.degree)
         d.assume(f'"away from {item.name}" is {by:g} m farther')
         by = nice(d.effort * _push_needed(d, item, by))
-    name = d.knob("farther_by", by, f"[m] how much farther from {item.name}")
+    meaning = f"how much farther from {item.name}"
+    name = d.knob("farther_by", by, "by", meaning, unit="m", about=item.name, direction="away")
     d.body.append(f"traj = farther(traj, {ref}, {name}{argument(where)}{d.hold()})")
     d.plan.append(f"Take the path {by:g} m farther from {item.name}{suffix(part)}.")
 
@@ -289,7 +296,10 @@ def _push_needed(d: PolicyBuilder, item: SceneObject, gain: float) -> float:
 
 def _keep_distance(d: PolicyBuilder, intent: Intent) -> None:
     bound = intent.mode
-    name = d.knob("distance", intent.amount, f"[m] distance to keep, {bound.replace('_', ' ')}")
+    role: Role = "at_most" if bound == "at_most" else "at_least"
+    about = intent.items[0].name if len(intent.items) == 1 else ""
+    meaning = f"distance to keep, {bound.replace('_', ' ')}"
+    name = d.knob("distance", intent.amount, role, meaning, unit="m", about=about)
     refs = [d.ref(item) for item in intent.items]
     target = refs[0] if len(refs) == 1 else f"[{', '.join(refs)}]"
     where, part = mask(d, intent.region)
@@ -313,7 +323,8 @@ def _through(d: PolicyBuilder, intent: Intent) -> None:
     ref = d.ref(item)
     if intent.mode == "under":
         depth = above(d, item, intent.amount, below=True)
-        name = d.knob("depth", depth, f"[m] depth below the centre of {item.name}")
+        meaning = f"depth below the centre of {item.name}"
+        name = d.knob("depth", depth, "to", meaning, unit="m", about=item.name, direction="down")
         d.body.append(f"traj = go_through(traj, {ref}, down={name})")
         d.plan.append(f"Bend the path under {item.name}, {depth:g} m below its centre.")
         return
@@ -332,7 +343,7 @@ def _through(d: PolicyBuilder, intent: Intent) -> None:
     if intent.amount is None and passed > height:
         d.do(f"The path already passes {passed:.3g} m above the centre of {item.name}.", holds=True)
         return
-    name = d.knob("height", height, f"[m] height above the centre of {item.name}")
+    name = d.over("height", height, "centre", item)
     d.body.append(f"traj = go_through(traj, {ref}, up={name})")
     d.plan.append(f"Bend the path over {item.name}, {height:g} m above its centre.")
 
@@ -373,7 +384,7 @@ def _extend(d: PolicyBuilder, intent: Intent) -> None:
             by = d.scale.step(intent.degree)
             d.assume(f"going on after the goal is {by:g} m in the direction of arrival")
         d.goal_moved = True
-        name = d.knob("further", by, "[m] how far to go on after the goal")
+        name = d.knob("further", by, "by", "how far to go on after the goal", unit="m")
         d.body.append(f"traj = extend(traj, {name})")
         d.plan.append(f"After the goal, go on for {by:g} m in the same direction.")
 
@@ -408,7 +419,7 @@ def _wait(d: PolicyBuilder, intent: Intent) -> None:
     if intent.unit == "s":
         steps = steps / d.trajectory.timestep
     count = max(1, round(steps))
-    name = d.knob("steps", count, f"timesteps to wait ({d.trajectory.timestep:g} s each)")
+    name = d.knob("steps", count, "count", f"timesteps to wait ({d.trajectory.timestep:g} s each)")
     d.body.append(f"traj = dwell(traj, {at}, steps={name})")
     if intent.items:
         d.promise(f"expect_stop(near={at})")
@@ -419,7 +430,7 @@ def _smooth(d: PolicyBuilder, intent: Intent) -> None:
     strength = {"slight": 0.3, "moderate": 1.0, "large": 3.0}[intent.degree]
     while strength < STRONGEST and not _is_smoother(d.trajectory.to_array(), strength):
         strength *= 2.0
-    name = d.knob("smoothing", strength, "strength of the smoothing")
+    name = d.knob("smoothing", strength, "by", "strength of the smoothing")
     d.body.append(f"traj = smooth(traj, {name})")
     d.plan.append("Smooth the path; start and goal stay.")
 
@@ -449,7 +460,7 @@ def _resample(d: PolicyBuilder, intent: Intent) -> None:
     count = int(np.clip(round(count or n), 2, 100_000))
     if intent.mode == "assumed":
         d.assume(f"the number of waypoints is {'doubled' if count > n else 'halved'}")
-    name = d.knob("waypoints", count, "number of waypoints")
+    name = d.knob("waypoints", count, "count", "number of waypoints")
     d.body.append(f"traj = resample(traj, {name})")
     d.plan.append(f"Resample the path to {count} waypoints.")
 

@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Literal
+from typing import Literal
 
 from ovita.errors import PolicyRejected
 from ovita.policy.direct import carries_columns, proven
@@ -51,11 +51,6 @@ class Parameter:
     about: str = ""
     direction: str = ""
 
-    @classmethod
-    def noted(cls, name: str, value: Any, comment: str) -> Parameter:
-        """A parameter whose unit and meaning are what a comment such as "[m] shift to the left" says."""
-        return cls(name, value, *_unit(clean_text(comment, MAX_NOTE)))
-
     @property
     def comment(self) -> str:
         """How it is printed in a policy: "[m] shift to the left"."""
@@ -73,7 +68,7 @@ class _Slot:
 
 
 def find_parameters(source: str, tree: ast.Module, entry: EntryPoint) -> tuple[Parameter, ...]:
-    """Read the parameters off a policy.
+    """Read the parameters off a policy that a model or a person wrote.
 
     In a function they are the arguments with a literal default, other than traj and scene; in a script, the
     top-level names that are assigned a literal exactly once. Unit and meaning come from the comment at the end of
@@ -94,31 +89,36 @@ def find_parameters(source: str, tree: ast.Module, entry: EntryPoint) -> tuple[P
             text = comment
         else:
             text = notes.get(slot.name, "")
-        parameters.append(Parameter.noted(slot.name, slot.value, text))
+        parameters.append(Parameter(slot.name, slot.value, *_unit(clean_text(text, MAX_NOTE))))
     return tuple(parameters)
 
 
-def rewrite(source: str, tree: ast.Module, entry: EntryPoint, values: Mapping[str, Value]) -> str:
+def rewrite(
+    source: str, tree: ast.Module, entry: EntryPoint, values: Mapping[str, Value], units: Mapping[str, str]
+) -> tuple[str, dict[str, Value]]:
     """Write values into the source at the literals that hold them, leaving everything else as it is.
+
+    Returns:
+        The new source, and the values in the types of those that they replace.
 
     Raises:
         PolicyRejected: If there is no such parameter, or a value has another type than the one it replaces.
     """
     slots = {slot.name: slot for slot in _slots(tree, entry)}
-    units = {parameter.name: parameter.unit for parameter in find_parameters(source, tree, entry)}
     unknown = [name for name in values if name not in slots]
     if unknown:
         known = ", ".join(slots) or "none"
         raise PolicyRejected(f"the policy has no parameter {unknown[0]!r}; its parameters are: {known}")
     lines = source.split("\n")  # as the parser counts them; splitlines knows more line ends
+    written = {name: _fitting(slots[name], value, units.get(name, "")) for name, value in values.items()}
     for slot in sorted((slots[n] for n in values), key=lambda s: (s.node.lineno, s.node.col_offset), reverse=True):
-        text = repr(_fitting(slot, values[slot.name], units[slot.name]))
+        text = repr(written[slot.name])
         node = slot.node
         assert node.end_lineno is not None and node.end_col_offset is not None
         head = lines[node.lineno - 1].encode()[: node.col_offset].decode()
         tail = lines[node.end_lineno - 1].encode()[node.end_col_offset :].decode()
         lines[node.lineno - 1 : node.end_lineno] = [head + text + tail]
-    return "\n".join(lines)
+    return "\n".join(lines), written
 
 
 def _slots(tree: ast.Module, entry: EntryPoint) -> list[_Slot]:
@@ -278,10 +278,10 @@ class Policy:
         """
         if not values:
             return self
-        source = rewrite(self.source, self.tree, entry_of(self.tree), values)
-        tree = parse_tree(source)
-        changed = replace(self, source=source, parameters=find_parameters(source, tree, entry_of(tree)))
-        return changed.described_by(self.parameters)
+        units = {p.name: p.unit for p in self.parameters}
+        source, written = rewrite(self.source, self.tree, entry_of(self.tree), values, units)
+        parameters = tuple(replace(p, value=written.get(p.name, p.value)) for p in self.parameters)
+        return replace(self, source=source, parameters=parameters)
 
     def described_by(self, parameters: Iterable[Parameter]) -> Policy:
         """Return the policy with what is known of parameters of the same names, whose values stay as in the source."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from ovita.instruct.reading import read_instruction, standing
 from ovita.instruct.steps import compose
-from ovita.policy import Parameter, Policy
+from ovita.policy import Policy
 from ovita.writers.base import Reply, WriterInfo
 from ovita.writers.prompt import Prompt
 
@@ -42,8 +42,6 @@ class BuiltinWriter:
             )
         summary = " ".join(draft.plan).replace("\\", "/").replace('"""', "'''").rstrip('"')
         source = draft.source(summary)
-        knobs = draft.parameters.items()
-        parameters = tuple(Parameter.noted(name, value, comment) for name, (value, comment) in knobs)
         return Reply(
             "policy",
             plan=tuple(draft.plan),
@@ -52,5 +50,5 @@ class BuiltinWriter:
             contacts=tuple(draft.contacts),
             holds=tuple(draft.held) if len(draft.held) == len(understood.intents) else (),
             writer=info,
-            policy=Policy(source, "function", parameters, summary),
+            policy=Policy(source, "function", tuple(draft.parameters.values()), summary),
         )

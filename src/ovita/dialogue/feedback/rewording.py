@@ -243,7 +243,7 @@ def _knobs(
             intent = replace(intent, region=replace(intent.region, amount=radius))
         STEPS[intent.action](draft, intent)
         names[i] = [name for name in draft.parameters if name not in before]
-    return names, {name: value for name, (value, _) in draft.parameters.items()}
+    return names, {p.name: p.value for p in draft.parameters.values()}
 
 
 def _turned(
