@@ -27,6 +27,7 @@ from ovita.limits import ConstraintCheck, ConstraintOptions, verify
 from ovita.limits.problem import at
 from ovita.measure import Changes, compare
 from ovita.paths.robot import Robot
+from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 from ovita.result import Adaptation
 from ovita.text import listed, quoted
@@ -126,6 +127,20 @@ def default_log() -> Path:
     return Path(state, "ovita", "sent.jsonl")
 
 
+def against(trajectory: Trajectory, scene: Scene, robot: Robot | None) -> list[str]:
+    """What measuring says against a trajectory that no result vouches for, each a sentence.
+
+    Args:
+        trajectory: In the scene's frame.
+        scene: The obstacles.
+        robot: Whose limits to measure, or None to look only for what no robot can follow.
+    """
+    if robot is None:
+        return _standstill(trajectory)
+    checks = verify(trajectory, scene, robot, proposed=trajectory, original=trajectory)
+    return _by_measure(trajectory, robot, checks)
+
+
 def _by_record(result: Adaptation) -> list[str]:
     """What the result itself says against it."""
     if not result.usable:
@@ -165,11 +180,15 @@ def _by_measure(adapted: Trajectory, robot: Robot, checks: Sequence[ConstraintCh
             where = at(check.place, check.where_after)
             what = f"it passes too close to {check.subject!r}" if check.subject else f"the {check.name} limit is broken"
             said.append(f"Measured again, {what} by {check.violation_after:.3g} {check.unit}{where} ({check.limit}).")
-    length = np.diff(adapted.arc_length)
-    stuck = (length > 0) & (adapted.speeds[:-1] == 0) & (adapted.speeds[1:] == 0)
-    if stuck.any():
-        said.append(f"From waypoint {int(np.argmax(stuck)) + 1} it goes on at speed 0, which no robot can follow.")
-    return said
+    return said + _standstill(adapted)
+
+
+def _standstill(trajectory: Trajectory) -> list[str]:
+    length = np.diff(trajectory.arc_length)
+    stuck = (length > 0) & (trajectory.speeds[:-1] == 0) & (trajectory.speeds[1:] == 0)
+    if not stuck.any():
+        return []
+    return [f"From waypoint {int(np.argmax(stuck)) + 1} it goes on at speed 0, which no robot can follow."]
 
 
 def _unchecked(robot: Robot, result: Adaptation) -> list[str]:

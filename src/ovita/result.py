@@ -175,6 +175,16 @@ class Adaptation:
     timings_ms: Mapping[str, float] = field(default_factory=dict)
 
     @property
+    def verdict(self) -> str:
+        """The line that exported files carry: "" for a result that is done, else its status and message."""
+        return "" if self.status == "done" else " ".join(f"{self.status}: {self.message}".split())
+
+    @property
+    def mark(self) -> str:
+        """What the default name of an exported file ends in: "" for a result that is done, such as "-infeasible"."""
+        return "" if self.status == "done" else f"-{self.status.replace('_', '-')}"
+
+    @property
     def usable(self) -> bool:
         """Whether there is a new trajectory, whatever its verdict."""
         return self.status in ("done", "limited", "not_as_meant", "infeasible")

@@ -135,7 +135,13 @@ def _write(
         return written, lost
     if trajectory_out:
         lost = save_trajectory(
-            trajectory_out, result.adapted, result.scene, result.instruction, task.extra, choices=choices
+            trajectory_out,
+            result.adapted,
+            result.scene,
+            result.instruction,
+            task.extra,
+            choices=choices,
+            verdict=result.verdict,
         )
         written.append(trajectory_out)
     if plot_out:

@@ -180,11 +180,12 @@ def _plot(session: Session, rest: str) -> None:
 
 
 def _save(session: Session, rest: str) -> None:
-    path = rest or "result.json"
+    path = rest or f"result{session.adaptation.mark if session.adaptation else ''}.json"
     if path.lower().endswith(".json"):
         _last(session).save(path)
     elif path.lower().endswith(WRITTEN):
-        for note in save_trajectory(path, session.current, session.scene):
+        verdict = session.adaptation.verdict if session.adaptation else ""
+        for note in save_trajectory(path, session.current, session.scene, verdict=verdict):
             click.echo(f"note: {plain(note)}")
     else:
         raise RequestError(f"{path}: results are saved as .json, trajectories as {', '.join(WRITTEN[1:])}")

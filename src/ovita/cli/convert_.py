@@ -11,12 +11,13 @@ import click
 from ovita.cli.options import choices_from, source
 from ovita.cli.report import plain
 from ovita.errors import RequestError
+from ovita.gate import against
 from ovita.io import READ, Choices, Task, save_task
 from ovita.io.joints import JointMotion, load_joint_motion, save_joint_motion
 from ovita.io.links import is_address, open_task
 from ovita.io.messages import TYPES
 from ovita.paths.frame import Frame, transformed
-from ovita.paths.robot import Robot
+from ovita.paths.robot import PRESETS, Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 
@@ -61,7 +62,7 @@ def command(
         raise RequestError(f"--to-frame {to_frame}: {out} has axes of its own; only JSON, CSV and TUM can be turned")
     choices = choices_from(options | {"kind": None if kind == "joints" else kind})
     if arm is not None and kind != "joints":
-        task = _tool_path(file, arm, base, choices)
+        task = _tool_path(file, arm, base, choices, options["frame"])
     else:
         task = open_task(file, scene_file=options["scene_file"], frame=options["frame"], choices=choices)
     if kind == "joints":
@@ -76,7 +77,7 @@ def command(
         moved = transformed(task.trajectory, task.scene.frame, target)
         task = replace(task, trajectory=moved, scene=task.scene.in_frame(target))
     lost = save_task(out, task, replace(choices, topic=to_topic))
-    for note in (*task.notes, *lost):
+    for note in (*task.notes, *lost, *_refusable(task)):
         click.echo(f"note: {plain(note)}", err=True)
     path, frame = task.trajectory, task.scene.frame
     # A bag or a mission has axes of its own, which a note has told.
@@ -119,11 +120,19 @@ def joints_of(
     return joint_motion(path, scene, arm, base=Base.parse(base), limits=limits, contacts=contacts)
 
 
-def _tool_path(file: str, arm: str, base: str | None, choices: Choices) -> Task:
+def _refusable(task: Task) -> list[str]:
+    """What the gate would say against the trajectory, as far as the file names the robot to judge it by."""
+    robot = None if task.robot is None else Robot.preset(task.robot) if task.robot in PRESETS else None
+    found = against(task.trajectory, task.scene, robot)
+    return [f"ovita send would refuse it: {text}" for text in found]
+
+
+def _tool_path(file: str, arm: str, base: str | None, choices: Choices, frame: str | None) -> Task:
     from ovita.sim import Base
     from ovita.sim.joints import tool_path
 
     motion = load_joint_motion(file, choices)
     path = tool_path(motion, arm, base=None if base is None else Base.parse(base))
-    said = f"the path of the tip of {arm} through {len(motion.times)} points; x forward, y left, z up of its base"
-    return Task(path, Scene(frame=Frame("flu")), path=file, notes=(said,), fixed_frame=True)
+    axes = motion.frame if frame is None else Frame(frame)
+    said = f"the path of the tip of {arm} through {len(motion.times)} points, in {axes.name} ({axes.describe()})"
+    return Task(path, Scene(frame=axes), path=file, notes=(said,), fixed_frame=True)

@@ -87,7 +87,14 @@ def command(file: str, place: str, robot: str | None, log: str | None, **options
             if motion is not None:
                 receipt = deliver_joints(place, motion, choices)
             else:
-                receipt = deliver(place, result.adapted, result.scene, instruction=result.instruction, choices=choices)
+                receipt = deliver(
+                    place,
+                    result.adapted,
+                    result.scene,
+                    instruction=result.instruction,
+                    choices=choices,
+                    verdict=result.verdict,
+                )
     except BaseException as error:
         record(journal, {"event": "failed", **event, "why": str(error) or type(error).__name__})
         raise

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,7 @@ from ovita.io.files import atomic_write, errors_of, examine, file_name, read_tex
 from ovita.io.json_ import is_adaptation_file as is_adaptation
 from ovita.io.json_ import load_document, save_document
 from ovita.io.tables import START, dumps_csv, dumps_poses, dumps_tum, looks_like_tum, parse_csv, parse_tum
-from ovita.io.task import NONE, Choices, Task
+from ovita.io.task import NONE, VERDICT, Choices, Task
 from ovita.io.waypoints import trajectory_from_rows, trajectory_rows
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
@@ -71,6 +72,13 @@ def load_task(path: str | os.PathLike[str], choices: Choices = NONE) -> Task:
         FormatError: If the file cannot be read or something in it is malformed; names the file, key and index.
         MissingExtra: If the format needs a package that is not installed.
     """
+    task = _load(path, choices)
+    if not task.verdict:
+        return task
+    return replace(task, notes=(*task.notes, f"the file says of its trajectory: {task.verdict}"))
+
+
+def _load(path: str | os.PathLike[str], choices: Choices) -> Task:
     from ovita.io import bags
 
     if bags.is_bag(path):
@@ -106,7 +114,9 @@ def save_task(path: str | os.PathLike[str], task: Task, choices: Choices = NONE)
         FormatError: As `save_trajectory` does.
     """
     extra = dict(task.extra) if task.robot is None else {**task.extra, "robot": task.robot}
-    return save_trajectory(path, task.trajectory, task.scene, task.instruction, extra, choices=choices)
+    return save_trajectory(
+        path, task.trajectory, task.scene, task.instruction, extra, choices=choices, verdict=task.verdict
+    )
 
 
 def save_trajectory(
@@ -117,6 +127,7 @@ def save_trajectory(
     extra: Mapping[str, Any] | None = None,
     *,
     choices: Choices = NONE,
+    verdict: str = "",
 ) -> tuple[str, ...]:
     """Write a trajectory atomically, in the format that the file's ending says.
 
@@ -127,6 +138,7 @@ def save_trajectory(
         instruction: The request.
         extra: Further top-level keys.
         choices: What the format leaves open: topic and message of a bag, the home of a mission.
+        verdict: One line such as "infeasible: ..." that the file carries wherever its format has room; "" for none.
 
     Returns:
         What the format does not hold, each a sentence.
@@ -135,12 +147,13 @@ def save_trajectory(
         FormatError: If the file cannot be written there, something has no place in JSON, or a mission has no home.
         MissingExtra: If the format needs a package that is not installed.
     """
+    verdict = " ".join(verdict.split())
     if os.fspath(path).endswith(("/", os.sep)):
         from ovita.io import bags
 
         with errors_of(path):
-            return bags.save_folder(path, trajectory, Scene() if scene is None else scene, choices)
-    content, notes = rendered(path, trajectory, scene, instruction, extra, choices=choices)
+            return bags.save_folder(path, trajectory, Scene() if scene is None else scene, choices, verdict)
+    content, notes = rendered(path, trajectory, scene, instruction, extra, choices=choices, verdict=verdict)
     atomic_write(path, content)
     return notes
 
@@ -153,6 +166,7 @@ def rendered(
     extra: Mapping[str, Any] | None = None,
     *,
     choices: Choices = NONE,
+    verdict: str = "",
 ) -> tuple[str | bytes, tuple[str, ...]]:
     """What `save_trajectory` writes, and what it returns, without writing it.
 
@@ -162,14 +176,16 @@ def rendered(
     """
     file, ending = file_name(path), suffix(path)
     scene = Scene() if scene is None else scene
+    verdict = " ".join(verdict.split())
     if ending == ".json":
-        return _json(file, trajectory, scene, instruction, extra), ()
+        carried = {**(extra or {}), VERDICT: verdict} if verdict else extra
+        return _json(file, trajectory, scene, instruction, carried), ()
     with errors_of(path):
         if ending in (".mcap", ".db3", ".bag"):
             from ovita.io import bags
 
-            return bags.dumps(path, trajectory, scene, choices)
-        return _text(path, trajectory, scene, extra or {}, choices)
+            return bags.dumps(path, trajectory, scene, choices, verdict)
+        return _text(path, trajectory, scene, extra or {}, choices, verdict)
 
 
 def _parse_text(ending: str, content: str, file: str, choices: Choices) -> Task:
@@ -185,7 +201,12 @@ def _parse_text(ending: str, content: str, file: str, choices: Choices) -> Task:
 
 
 def _text(
-    path: str | os.PathLike[str], trajectory: Trajectory, scene: Scene, extra: Mapping[str, Any], choices: Choices
+    path: str | os.PathLike[str],
+    trajectory: Trajectory,
+    scene: Scene,
+    extra: Mapping[str, Any],
+    choices: Choices,
+    verdict: str,
 ) -> tuple[str, tuple[str, ...]]:
     """The content of a text file other than JSON, and what it does not hold."""
     from ovita.io.geodesy import MISSION
@@ -195,7 +216,10 @@ def _text(
     file, ending = file_name(path), suffix(path)
     if ending in (".plan", *_MISSIONS) or (ending == ".txt" and MISSION in scene.extra):
         mission, notes = mission_from(trajectory, scene, choices.home)
-        return (dumps_plan(mission, file) if ending == ".plan" else dumps_wpl(mission)), notes
+        if ending == ".plan":
+            return dumps_plan(mission, file, verdict), notes
+        unsaid = (f"QGC WPL text has no room for the verdict ({verdict.partition(':')[0]})",) if verdict else ()
+        return dumps_wpl(mission), notes + unsaid
     lost: tuple[str, ...] = ()
     if scene.frame.name != "rfu":
         name = "a CSV file" if ending == ".csv" else "TUM text"
@@ -204,12 +228,12 @@ def _text(
         lost += (f"{Path(path).name} holds no objects; keep them in a scene file (--scene)",)
     if ending == ".csv":
         if file.lower().endswith(_POSES):
-            content, notes = dumps_poses(trajectory)
+            content, notes = dumps_poses(trajectory, verdict)
             return content, notes + lost
-        return dumps_csv(trajectory), lost
+        return dumps_csv(trajectory, verdict), lost
     if ending in (".tum", ".txt"):
         start = extra.get(START, 0.0)
-        content, notes = dumps_tum(trajectory, start if isinstance(start, int | float) else 0.0)
+        content, notes = dumps_tum(trajectory, start if isinstance(start, int | float) else 0.0, verdict)
         return content, notes + lost
     raise _unknown_suffix(path, WRITTEN)
 

@@ -7,7 +7,7 @@ import re
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +29,9 @@ SUFFIXES = (".mcap", ".db3", ".bag")
 TOPIC = "/path"
 """Topic that is written where nothing else is said."""
 
+VERDICT_TOPIC, STRING = "/verdict", "std_msgs/msg/String"
+"""Where a bag carries the verdict on its trajectory."""
+
 _KINDS: Mapping[str, Kind] = {name: kind for kind, name in TYPES.items()}
 _VERSION = 8
 _STORAGE = {".mcap": "MCAP", ".db3": "SQLITE3"}
@@ -47,7 +50,8 @@ def load(path: str | os.PathLike[str], choices: Choices) -> Task:
         MissingExtra: If rosbags is not installed.
     """
     file = file_name(path)
-    topic, kind, message, notes = read_message(path, choices, list(_KINDS))
+    read = read_message(path, choices, list(_KINDS))
+    topic, kind, message = read.topic, read.type, read.message
     if kind == JOINTS:
         joints = listing(map(str, message.joint_names))
         raise FormatError(
@@ -57,7 +61,7 @@ def load(path: str | os.PathLike[str], choices: Choices) -> Task:
         )
     with errors_of(f"{file} {topic}"):
         task = task_of(_KINDS[kind], message, topic=topic)
-    return replace(task, path=file, notes=notes + task.notes)
+    return replace(task, path=file, notes=read.notes + task.notes, verdict=read.verdict)
 
 
 def task_of(kind: Kind, message: Any, *, topic: str) -> Task:
@@ -106,7 +110,7 @@ def message_of(
 
 
 def dumps(
-    path: str | os.PathLike[str], trajectory: Trajectory, scene: Scene, choices: Choices
+    path: str | os.PathLike[str], trajectory: Trajectory, scene: Scene, choices: Choices, verdict: str = ""
 ) -> tuple[bytes, tuple[str, ...]]:
     """The content of a bag with one message, by the ending of its name, and what it does not hold, each a sentence.
 
@@ -115,11 +119,11 @@ def dumps(
         MissingExtra: If rosbags is not installed.
     """
     topic, kind, message, notes = message_of(trajectory, scene, choices, bag_maker())
-    return bag_of(path, topic, TYPES[kind], message), notes
+    return bag_of(path, topic, TYPES[kind], message, verdict), notes
 
 
 def save_folder(
-    path: str | os.PathLike[str], trajectory: Trajectory, scene: Scene, choices: Choices
+    path: str | os.PathLike[str], trajectory: Trajectory, scene: Scene, choices: Choices, verdict: str = ""
 ) -> tuple[str, ...]:
     """Write a bag as a folder with metadata, as `ros2 bag record` does, and say what it does not hold.
 
@@ -133,14 +137,14 @@ def save_folder(
     topic, kind, message, notes = message_of(trajectory, scene, choices, bag_maker())
     try:
         with tempfile.TemporaryDirectory(prefix=".ovita-", dir=target.parent) as folder:
-            os.rename(_written(Path(folder, target.name), file, topic, TYPES[kind], message), target)
+            os.rename(_written(Path(folder, target.name), file, topic, TYPES[kind], message, verdict), target)
     except OSError as error:
         raise FormatError(file, f"cannot be written: {(error.strerror or str(error)).lower()}") from None
     return notes
 
 
-def bag_of(path: str | os.PathLike[str], topic: str, name: str, message: Any) -> bytes:
-    """The content of a bag file that holds one message at time 0, by the ending of its name.
+def bag_of(path: str | os.PathLike[str], topic: str, name: str, message: Any, verdict: str = "") -> bytes:
+    """The content of a bag file that holds one message at time 0 and the verdict, by the ending of its name.
 
     Raises:
         FormatError: If the name is not that of a ROS 2 bag.
@@ -149,12 +153,12 @@ def bag_of(path: str | os.PathLike[str], topic: str, name: str, message: Any) ->
     if suffix(path) not in _STORAGE:
         raise FormatError(file, "bags are written as .mcap or .db3; ROS 1 bags are only read")
     with tempfile.TemporaryDirectory(prefix="ovita-") as folder:
-        inside = _written(Path(folder, Path(path).name), file, topic, name, message)
+        inside = _written(Path(folder, Path(path).name), file, topic, name, message, verdict)
         written = [entry for entry in os.listdir(inside) if entry.endswith(suffix(path))]
         return Path(inside, written[0]).read_bytes()
 
 
-def _written(folder: Path, file: str, topic: str, name: str, message: Any) -> Path:
+def _written(folder: Path, file: str, topic: str, name: str, message: Any, verdict: str) -> Path:
     """The folder after a bag was written into it: MCAP, or sqlite3 where its name ends in .db3."""
     rosbag2 = _import("rosbags.rosbag2")
     store = _typestore()
@@ -162,13 +166,25 @@ def _written(folder: Path, file: str, topic: str, name: str, message: Any) -> Pa
     with _damage(file, "cannot be written"), rosbag2.Writer(folder, version=_VERSION, storage_plugin=plugin) as bag:
         connection = bag.add_connection(topic, name, typestore=store)
         bag.write(connection, 0, store.serialize_cdr(message, name))
+        if verdict:
+            connection = bag.add_connection(VERDICT_TOPIC, STRING, typestore=store)
+            bag.write(connection, 0, store.serialize_cdr(store.types[STRING](data=verdict), STRING))
     return folder
 
 
-def read_message(
-    path: str | os.PathLike[str], choices: Choices, names: Sequence[str]
-) -> tuple[str, str, Any, tuple[str, ...]]:
-    """The chosen message of a bag: its topic, its type, itself, and remarks.
+@dataclass(frozen=True)
+class BagMessage:
+    """A message of a bag: its topic and type, itself, what a person should know, and the verdict that comes with it."""
+
+    topic: str
+    type: str
+    message: Any
+    notes: tuple[str, ...] = ()
+    verdict: str = ""
+
+
+def read_message(path: str | os.PathLike[str], choices: Choices, names: Sequence[str]) -> BagMessage:
+    """The chosen message of a bag.
 
     Args:
         path: A bag file or a bag's folder.
@@ -203,9 +219,12 @@ def read_message(
                 problem = f"the {len(raw)} messages on {topic} are in different frames ({listing(sorted(frames))})"
                 raise FormatError(file, f"{problem}; choose one with --message")
         message = bag.deserialize(raw[chosen], name)
+        verdict = ""
+        for spoken in (c for c in bag.connections if c.topic == VERDICT_TOPIC and c.msgtype == STRING):
+            verdict = str(next((bag.deserialize(d, STRING).data for _, _, d in bag.messages(connections=[spoken])), ""))
     several = choices.message is None and len(raw) > 1
     notes = (f"{topic} holds {len(raw)} messages; read the last (--message picks another)",) if several else ()
-    return topic, name, message, notes
+    return BagMessage(topic, name, message, notes, verdict)
 
 
 def bag_maker() -> Maker:

@@ -13,13 +13,16 @@ from numpy.typing import ArrayLike
 from ovita.errors import FormatError, TrajectoryError
 from ovita.io.bags import bag_maker, bag_of, read_message, topic_named
 from ovita.io.files import atomic_write, errors_of, file_name
-from ovita.io.messages import JOINTS, Maker
+from ovita.io.messages import JOINTS, Maker, frame_of
 from ovita.io.task import NONE, Choices
 from ovita.io.times import speeds_from_times
+from ovita.paths.frame import Frame
 from ovita.paths.trajectory import Array, Trajectory, first_bad
 
 TOPIC = "/joint_trajectory"
 """Topic that is written where nothing else is said."""
+
+_FLU = Frame("flu")
 
 Forward = Callable[[Array], tuple[ArrayLike, ArrayLike]]
 """Forward kinematics: joint positions (J,) to a position (3,) [m] and an orientation (4,) wxyz."""
@@ -34,6 +37,7 @@ class JointMotion:
         positions: (N, J) [rad, or m where a joint slides].
         times: (N,) [s], increasing strictly.
         velocities: (N, J) [rad/s or m/s], or None.
+        frame: The axes in which the place of the arm's base is given.
 
     Raises:
         TrajectoryError: On shapes that do not fit, a value that is not finite, or times that do not increase.
@@ -43,6 +47,7 @@ class JointMotion:
     positions: Array
     times: Array
     velocities: Array | None = None
+    frame: Frame = _FLU
 
     def __post_init__(self) -> None:
         shape = (len(self.times), len(self.names))
@@ -77,6 +82,7 @@ class JointMotion:
 
 def build_joints(motion: JointMotion, maker: Maker, *, frame_id: str = "") -> Any:
     """A JointTrajectory message of a motion, which begins at once (its stamp is 0)."""
+    frame_id = frame_id or ("" if motion.frame == _FLU else f"base_{motion.frame.name}")
     points = [
         maker.new(
             "trajectory_msgs/msg/JointTrajectoryPoint",
@@ -108,6 +114,7 @@ def parse_joints(message: Any) -> JointMotion:
         np.array([point.positions for point in points], dtype=float).reshape(len(points), len(names)),
         np.array([int(p.time_from_start.sec) + int(p.time_from_start.nanosec) / 1e9 for p in points]),
         np.array([point.velocities for point in points], dtype=float) if moving else None,
+        frame_of(str(message.header.frame_id)),
     )
 
 
@@ -139,8 +146,8 @@ def load_joint_motion(path: str | os.PathLike[str], choices: Choices = NONE) -> 
         FormatError: If there is no JointTrajectory or it is malformed; names topic and point.
         MissingExtra: If rosbags is not installed.
     """
-    topic, name, message, _ = read_message(path, choices, [])
-    if name != JOINTS:
-        raise FormatError(file_name(path), f"{topic} is a {name}, not a JointTrajectory")
-    with errors_of(f"{file_name(path)} {topic}"):
-        return parse_joints(message)
+    read = read_message(path, choices, [])
+    if read.type != JOINTS:
+        raise FormatError(file_name(path), f"{read.topic} is a {read.type}, not a JointTrajectory")
+    with errors_of(f"{file_name(path)} {read.topic}"):
+        return parse_joints(read.message)

@@ -24,7 +24,7 @@ from ovita.io.documents import (
     show,
 )
 from ovita.io.files import atomic_write, errors_of, examine, file_name, read_text, suffix
-from ovita.io.task import Task
+from ovita.io.task import VERDICT, Task
 from ovita.io.waypoints import read_rows, trajectory_rows
 from ovita.paths.robot import PRESETS
 from ovita.paths.scene import Scene
@@ -78,8 +78,14 @@ def parse(content: str, file: str) -> Task:
     kept = {} if adaptation else {k: v for k, v in others.items() if k not in TASK_KEYS}
     if named:
         kept.pop("robot", None)
+    verdict = _verdict_of(document) if adaptation else kept.pop(VERDICT, "")
+    if not isinstance(verdict, str):
+        kept[VERDICT], verdict = verdict, ""
     fixed = any(key in scene.extra for key in _CARRIED)
-    return Task(trajectory, scene, _instruction(others, file), kept, file, robot if named else None, notes, fixed)
+    name = robot if named else None
+    return Task(
+        trajectory, scene, _instruction(others, file), kept, file, name, notes, fixed, " ".join(verdict.split())
+    )
 
 
 def parse_scene(content: str, file: str) -> tuple[Scene, bool]:
@@ -251,6 +257,12 @@ def _robot_of_adaptation(robot: object) -> tuple[str | None, tuple[str, ...]]:
     if name in PRESETS and plain(asdict(PRESETS[name])) == robot:
         return name, ()
     return None, (f"the limits of the robot {brief(name)!r} are not taken over; name its file again",)
+
+
+def _verdict_of(adaptation: Mapping[str, Any]) -> str:
+    """What a saved adaptation says of its result, unless it is simply done."""
+    status, message = adaptation.get("status"), adaptation.get("message")
+    return f"{status}: {message}" if status in ("limited", "not_as_meant", "infeasible") else ""
 
 
 def _timestep(document: Mapping[str, Any], file: str) -> float:

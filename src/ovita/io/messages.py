@@ -1,7 +1,7 @@
 """ROS messages that hold a path, read from and built for any library that names their fields as ROS does.
 
 rosbags, cyclonedds and rclpy all do. Positions are in metres, quaternions xyzw, times whole nanoseconds. Axes are those
-of REP-103 (x forward, y left, z up: `flu`), or north, east, down where the frame's name ends in `_ned`.
+of REP-103 (x forward, y left, z up: `flu`), or what the frame's name ends in: `_ned`, `_rfu`.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ def listed_names(names: Iterable[str]) -> str:
 
 
 def frame_of(frame_id: str) -> Frame:
-    """The axes of a ROS frame: those of REP-103, or NED where its name says so.
+    """The axes of a ROS frame: those of REP-103, or those that its name ends in, _ned or _rfu.
 
     Raises:
         TrajectoryError: If it is a camera's optical frame, whose z axis looks forward.
@@ -96,7 +96,7 @@ def frame_of(frame_id: str) -> Frame:
             f"is in {brief(frame_id)!r}, a camera's optical frame (z forward); transform it to a fixed frame first"
         )
         raise TrajectoryError(problem, key="header.frame_id")
-    return Frame("ned" if frame_id.endswith("_ned") else "flu")
+    return Frame(next((name for name in ("ned", "rfu") if frame_id.endswith(f"_{name}")), "flu"))
 
 
 def build(
@@ -254,7 +254,10 @@ def _built(
     unset = bool(len(rotations)) and bool((rotations == 0).all() or (rotations == (1.0, 0.0, 0.0, 0.0)).all())
     if not unset:
         table |= dict(zip(("qw", "qx", "qy", "qz"), rotations.T, strict=True))
-    return from_columns(table, key=key, timestep=None)
+    built, notes = from_columns(table, key=key, timestep=None)
+    if len(rotations) and (rotations == 0).all():
+        notes += ("every quaternion has length zero, so the orientations were left out",)
+    return built, notes
 
 
 def _nanoseconds(stamp: Any) -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Annotated, Any
 
 from pydantic import BaseModel, Field
@@ -15,7 +16,7 @@ from ovita.io.geodesy import Home
 from ovita.io.json_ import check_values, parse_object
 from ovita.io.json_ import dumps as json_dumps
 from ovita.io.missions import CHANGE_SPEED, DEFAULT_SPEED, GLOBAL, WAYPOINT, Item, Mission, numbered, task_of
-from ovita.io.task import Task
+from ovita.io.task import VERDICT, Task
 
 _MULTIROTOR = 2
 _WITH_ALTITUDE = "Altitude"
@@ -54,15 +55,17 @@ def parse_plan(content: str, file: str, home: Home | None = None) -> Task:
     if speed <= 0:
         raise FormatError(file, f"is {speed:g}, expected a speed > 0 m/s", key=f"mission.{speed_key}")
     items = tuple(_plan_item(item, i, file) for i, item in enumerate(mission["items"]))
-    rest = {**document, "mission": {**mission, "items": []}}
+    verdict = document.get(VERDICT)
+    rest = {**{k: v for k, v in document.items() if k != VERDICT}, "mission": {**mission, "items": []}}
     with errors_of(file):
         read = Mission(home or _home(mission, file), items, None, speed, rest)
         commanded = any(item.command == CHANGE_SPEED for item in items)
         said = () if commanded else (f"no speed is commanded; assumed {speed_key} {speed:g} m/s",)
-        return task_of(read, file, said)
+        task = task_of(read, file, said)
+    return replace(task, verdict=verdict) if isinstance(verdict, str) else task
 
 
-def dumps_plan(mission: Mission, file: str) -> str:
+def dumps_plan(mission: Mission, file: str, verdict: str = "") -> str:
     """Write a mission as a plan; what it was read from is kept."""
     rest = mission.rest if mission.rest.get("fileType") == "Plan" else _EMPTY
     used = [i for item in mission.items for i in item.ids]
@@ -74,7 +77,7 @@ def dumps_plan(mission: Mission, file: str) -> str:
     home = [mission.home.latitude, mission.home.longitude, mission.home.altitude]
     body = rest.get("mission")
     body = {**(body if isinstance(body, Mapping) else {}), "plannedHomePosition": home, "items": items}
-    return json_dumps({**rest, "mission": body}, file)
+    return json_dumps({**rest, "mission": body, **({VERDICT: verdict} if verdict else {})}, file)
 
 
 def _home(mission: Mapping[str, Any], file: str) -> Home:

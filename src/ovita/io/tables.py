@@ -18,6 +18,7 @@ from ovita.paths.trajectory import TIMESTEP, Array, Trajectory
 
 _DELIMITERS = ",;\t"
 _POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
+_VERDICT = re.compile(r"^#[ \t]*verdict:(.+)$", re.MULTILINE)
 _TIMESTEP = re.compile(r"#\s*timestep\s*[:=]\s*(\S+)\s*", re.IGNORECASE)
 
 
@@ -56,19 +57,20 @@ def parse_csv(content: str, file: str) -> Task:
     columns = _columns(rows, names, file)
     with errors_of(file):
         trajectory, notes = from_columns(columns, timestep=timestep)
-    return Task(trajectory, path=file, notes=remarks + notes)
+    return Task(trajectory, path=file, notes=remarks + notes, verdict=_verdict(content[:start]))
 
 
-def dumps_csv(trajectory: Trajectory) -> str:
+def dumps_csv(trajectory: Trajectory, verdict: str = "") -> str:
     """Write the waypoints as CSV text that `parse_csv` turns back exactly; a scene has no place in it."""
     width = 4 if trajectory.orientations is None else 8
-    lines = [] if trajectory.timestep == TIMESTEP else [f"# timestep: {float(trajectory.timestep)!r}"]
+    lines = _comment(verdict)
+    lines += [] if trajectory.timestep == TIMESTEP else [f"# timestep: {float(trajectory.timestep)!r}"]
     lines.append(",".join(COLUMNS[:width]))
     lines.extend(",".join(map(repr, row)) for row in trajectory_rows(trajectory))
     return "\n".join(lines) + "\n"
 
 
-def dumps_poses(trajectory: Trajectory) -> tuple[str, tuple[str, ...]]:
+def dumps_poses(trajectory: Trajectory, verdict: str = "") -> tuple[str, tuple[str, ...]]:
     """Write poses x, y, z, qx, qy, qz, qw as CSV text, and say what it does not hold."""
     notes = ["a pose file holds no speeds and no times"]
     turns = trajectory.orientations
@@ -76,8 +78,17 @@ def dumps_poses(trajectory: Trajectory) -> tuple[str, tuple[str, ...]]:
         turns = np.tile([1.0, 0.0, 0.0, 0.0], (len(trajectory), 1))
         notes.append("there are no orientations; every row got the identity 0, 0, 0, 1")
     table = np.column_stack([trajectory.positions, turns[:, [1, 2, 3, 0]]])
-    lines = [",".join(_POSE), *(",".join(map(repr, row)) for row in table.tolist())]
+    lines = [*_comment(verdict), ",".join(_POSE), *(",".join(map(repr, row)) for row in table.tolist())]
     return "\n".join(lines) + "\n", tuple(notes)
+
+
+def _comment(verdict: str) -> list[str]:
+    return [f"# verdict: {verdict}"] if verdict else []
+
+
+def _verdict(comments: str) -> str:
+    found = _VERDICT.search(comments)
+    return found[1].strip() if found else ""
 
 
 def _with_header(content: str) -> tuple[str, tuple[str, ...]]:
@@ -200,10 +211,11 @@ def parse_tum(content: str, file: str) -> Task:
     columns = {name: columns[name] for name in ("x", "y", "z", "t", "qw", "qx", "qy", "qz")}
     with errors_of(file):
         trajectory, notes = from_columns(columns, timestep=None)
-    return Task(trajectory, extra={START: start} if start else {}, path=file, notes=notes)
+    kept = {START: start} if start else {}
+    return Task(trajectory, extra=kept, path=file, notes=notes, verdict=_verdict(content))
 
 
-def dumps_tum(trajectory: Trajectory, start: float = 0.0) -> tuple[str, tuple[str, ...]]:
+def dumps_tum(trajectory: Trajectory, start: float = 0.0, verdict: str = "") -> tuple[str, tuple[str, ...]]:
     """Write a trajectory as TUM text whose first line is at `start` [s], and say what it does not hold."""
     trajectory, times, notes = timed(trajectory)
     said = [*notes, "TUM text holds times instead of speeds; reading it derives the speeds from them"]
@@ -213,7 +225,7 @@ def dumps_tum(trajectory: Trajectory, start: float = 0.0) -> tuple[str, tuple[st
         said.append("there are no orientations; every line got the identity 0 0 0 1")
     table = np.column_stack([times + start, trajectory.positions, turns[:, [1, 2, 3, 0]]])
     lines = [" ".join(map(repr, row)) for row in table.tolist()]
-    return "# time x y z qx qy qz qw\n" + "\n".join(lines) + "\n", tuple(said)
+    return "\n".join([*_comment(verdict), "# time x y z qx qy qz qw", *lines]) + "\n", tuple(said)
 
 
 def looks_like_tum(content: str) -> bool:

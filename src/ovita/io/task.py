@@ -10,6 +10,9 @@ from ovita.io.geodesy import Home
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 
+VERDICT = "verdict"
+"""What a file calls the verdict on its trajectory, in one line."""
+
 
 @dataclass(frozen=True)
 class Task:
@@ -23,6 +26,7 @@ class Task:
         path: The file as it was named.
         robot: Name of a robot preset or path of a robot file, or None.
         notes: What had to be assumed or ignored, each a sentence for a person.
+        verdict: What the file says of its own trajectory, such as "infeasible: ...", or "".
         fixed_frame: Whether the format itself fixes the axes (a ROS bag, a mission), so that another frame means
             turning the waypoints rather than reading them otherwise.
     """
@@ -35,6 +39,7 @@ class Task:
     robot: str | None = None
     notes: tuple[str, ...] = ()
     fixed_frame: bool = False
+    verdict: str = ""
 
 
 Kind = Literal["path", "poses", "multidof"]

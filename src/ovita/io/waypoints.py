@@ -11,7 +11,7 @@ import numpy as np
 from ovita.errors import TrajectoryError
 from ovita.io.documents import LARGEST, listing, number_problem, show
 from ovita.io.times import speeds_from_times
-from ovita.paths.trajectory import TIMESTEP, Array, Trajectory
+from ovita.paths.trajectory import TIMESTEP, Array, Trajectory, first_bad
 
 DEFAULT_SPEED = 0.1
 """Speed of every waypoint of a file that gives neither speeds nor times [m/s]."""
@@ -100,6 +100,10 @@ def from_columns(
             f"has only {', '.join(turns)} of the quaternion qw, qx, qy, qz; give all or none", key=key
         )
     positions = np.column_stack([columns[name] for name in COLUMNS[:3]])
+    for name in [name for name in (*COLUMNS, "t") if name in columns]:
+        bad = first_bad(columns[name])
+        if bad is not None:
+            raise TrajectoryError(f"{name} is {columns[name][bad]}, not a finite number", key=key or name, index=bad)
     if len(positions) < 2:
         raise TrajectoryError(f"has {len(positions) or 'no'} waypoint; a trajectory needs at least 2", key=key)
     notes = []

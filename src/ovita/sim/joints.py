@@ -53,11 +53,11 @@ def joint_motion(
     positions = done.states[:, [_address(done.stage, name) for name in names]]
     velocities = np.gradient(positions, done.motion.times, axis=0)
     velocities[[0, -1]] = 0.0
-    return JointMotion(names, positions, done.motion.times, velocities), report.sentences()
+    return JointMotion(names, positions, done.motion.times, velocities, scene.frame), report.sentences()
 
 
 def tool_path(motion: JointMotion, arm: str = "iiwa", *, base: Base | None = None) -> Trajectory:
-    """The path of an arm's tip through a motion of its joints, x forward, y left, z up of where the base is given.
+    """The path of an arm's tip through a motion of its joints, in the axes in which the base is given (`motion.frame`).
 
     Args:
         motion: Of all joints of the arm, by the names of its model.

@@ -156,13 +156,9 @@ def exported(kind: str, session: Session) -> tuple[str, bytes]:
         return "ovita.html", _page(session).encode()
     if kind == "adaptation" and session.adaptation is None:
         raise FormatError("adaptation", "there is no result yet; say what should change first")
-    name = {"adaptation": "adaptation.json", "json": "trajectory.json", "csv": "trajectory.csv"}.get(
-        kind, "session.json"
-    )
-    status = "done" if session.adaptation is None else session.adaptation.status
-    if kind in ("adaptation", "json", "csv") and status != "done":
-        stem, _, suffix = name.partition(".")
-        name = f"{stem}-{status.replace('_', '-')}.{suffix}"
+    mark, verdict = ("", "") if session.adaptation is None else (session.adaptation.mark, session.adaptation.verdict)
+    names = {"adaptation": f"adaptation{mark}.json", "json": f"trajectory{mark}.json", "csv": f"trajectory{mark}.csv"}
+    name = names.get(kind, "session.json")
     with tempfile.TemporaryDirectory(prefix="ovita-export-") as folder:
         path = str(Path(folder) / name)
         if kind == "adaptation" and session.adaptation is not None:
@@ -171,7 +167,7 @@ def exported(kind: str, session: Session) -> tuple[str, bytes]:
             session.save(path)
         else:
             said = session.adaptation.instruction if session.adaptation is not None else ""
-            save_trajectory(path, session.current, session.scene, said)
+            save_trajectory(path, session.current, session.scene, said, verdict=verdict)
         return name, Path(path).read_bytes()
 
 

@@ -81,6 +81,7 @@ def deliver(
     instruction: str = "",
     extra: Mapping[str, Any] | None = None,
     choices: Choices = NONE,
+    verdict: str = "",
 ) -> Receipt:
     """Send a trajectory to an address, or write it to a file.
 
@@ -90,7 +91,7 @@ def deliver(
         MissingExtra: If a package is not installed.
     """
     if not is_address(place):
-        content, notes = rendered(place, trajectory, scene, instruction, extra, choices=choices)
+        content, notes = rendered(place, trajectory, scene, instruction, extra, choices=choices, verdict=verdict)
         atomic_write(place, content)
         data = content.encode() if isinstance(content, str) else content
         return Receipt(sha256(data).hexdigest(), len(data), notes)
