@@ -104,7 +104,7 @@ def test_convert_warns_of_what_the_gate_would_refuse(tmp_path):
     save_trajectory(tmp_path / "t.json", slow)
     done = CliRunner().invoke(cli, ["convert", str(tmp_path / "t.json"), str(tmp_path / "o.csv")])
     assert done.exit_code == 0
-    assert "ovita send would refuse it: From waypoint 1 it goes on at speed 0" in done.output
+    assert "ovita send would refuse it: From waypoint 2 it goes on at speed 0" in done.output
     save_trajectory(tmp_path / "t.json", Trajectory(PATH.positions, [9.0, 9.0, 9.0]), Scene(), extra={"robot": "drone"})
     done = CliRunner().invoke(cli, ["convert", str(tmp_path / "t.json"), str(tmp_path / "o.csv")])
     assert "ovita send would refuse it: Measured again, the speed limit is broken" in done.output
