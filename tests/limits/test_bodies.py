@@ -91,6 +91,22 @@ def test_an_assumed_size_is_named():
         assert np.linalg.norm(p[:-1] + t * np.diff(p, axis=0), axis=-1).min() >= least - 1e-6
 
 
+@pytest.mark.parametrize("shape", ["box", "sphere"])
+@pytest.mark.parametrize("aside", [0.012, 0.023, 0.034, 0.054])
+def test_an_assumed_size_does_not_push_away_a_path_that_passes_inside_it(aside, shape):
+    things, original = scene("cup", size=None), line(y=aside)
+    slightly = line(y=0.01 + 0.6 * (aside - 0.01))
+    found = constrain(slightly, things, OPEN, original=original, options=ConstraintOptions(obstacle_shape=shape))
+    assert found.verdict.status == "satisfied"
+    assert "as the path passes so near" in found.verdict.checks[0].limit
+    into = constrain(line(y=0.001), things, OPEN, original=original, options=ConstraintOptions(obstacle_shape=shape))
+    assert into.verdict.status == "repaired"
+    t, p = np.linspace(0, 1, 200)[:, None, None], into.trajectory.positions
+    assert np.linalg.norm(p[:-1] + t * np.diff(p, axis=0), axis=-1).min() > 0.01
+    strict = ConstraintOptions(obstacle_shape=shape, repair_original=True)
+    assert constrain(original, things, OPEN, original=original, options=strict).verdict.checks[0].limit.count("0.05 m")
+
+
 def test_what_is_to_be_touched_is_no_obstacle_even_for_a_body():
     found = constrain(line(), scene(), Robot("b", None, radius=0.2), original=line(y=1), contacts=["cup"])
     assert found.verdict.status == "satisfied" and found.verdict.exempt == ("cup",)

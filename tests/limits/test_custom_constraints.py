@@ -142,7 +142,7 @@ def test_what_is_no_constraint_is_refused():
 
 def test_constraints_that_packages_offer(monkeypatch):
     offered = EntryPoints([EntryPoint("tank", "ovita.limits.custom:KeepOut", custom_module.GROUP)])
-    monkeypatch.setattr(custom_module, "entry_points", lambda group: offered.select(group=group))
+    monkeypatch.setattr("importlib.metadata.entry_points", lambda group: offered.select(group=group))
     assert custom_module.load("tank", lower=(0, 0, 0), upper=(1, 1, 1)) == KeepOut((0, 0, 0), (1, 1, 1))
     with pytest.raises(ConstraintDefinitionError, match="on offer: tank"):
         custom_module.load("well")

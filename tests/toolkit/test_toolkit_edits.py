@@ -6,6 +6,7 @@ from toolkit_paths import amounts, bending, distances, modest, paths, paths_and_
 
 from ovita.paths.frame import RFU, Frame
 from ovita.paths.geometry import closest_to_point
+from ovita.paths.robot import Robot
 from ovita.paths.scene import SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.toolkit import (
@@ -163,10 +164,19 @@ def test_farther_never_comes_near_and_more_is_more(drawn, point, a, b):
 
 def test_closer_stops_before_the_surface_and_keeps_what_is_out_of_reach(line, cup):
     out = closer(line, cup, 5.0, reach=0.05)
-    assert cup.cuboid.closest(out[:, :3])[0] == pytest.approx(0.05, abs=1e-3)
+    assert cup.cuboid.closest(out[:, :3])[0] == pytest.approx(Robot().obstacle_margin, abs=1e-3)
     assert cup.cuboid.closest(closer(line, cup, 5.0, gap=0.1)[:, :3])[0] >= 0.1 - 1e-9
     assert np.array_equal(out[:4], line[:4])
     assert np.allclose(closer(out, cup, 1.0, reach=1e-6)[10], out[10], atol=1e-9)
+
+
+@pytest.mark.parametrize("aside", [0.015, 0.023, 0.04, 0.054, 0.2])
+def test_an_assumed_size_leaves_room_to_come_closer(line, aside):
+    thing = SceneObject("panda", np.array([0.5, aside, 0.0]))
+    for _ in range(3):
+        before = closest_to_point(line[:, :3], thing.position)[0]
+        line = closer(line, thing, 0.3)
+        assert Robot().obstacle_margin < closest_to_point(line[:, :3], thing.position)[0] < before - (before - 0.01) / 3
 
 
 @modest
@@ -174,7 +184,7 @@ def test_closer_stops_before_the_surface_and_keeps_what_is_out_of_reach(line, cu
 def test_closer_never_comes_into_an_object_between_waypoints(rows, point, size, by):
     table = SceneObject("table", point, [size, size, 0.05], [0.9, 0.1, 0.3, 0.2])
     before, after = (table.cuboid.along(r[:-1, :3], r[1:, :3])[0] for r in (rows, closer(rows, table, by)))
-    assert (after >= np.minimum(before, 0.05) - 1e-6).all()
+    assert (after >= np.minimum(before, Robot().obstacle_margin) - 1e-6).all()
 
 
 @modest

@@ -6,7 +6,8 @@ the distance that is really kept). Its signed distance is convex: for every unit
 {x : n.x >= support(n)} is free of it, and imposed on both ends of a segment it keeps the whole segment out.
 
 The distance kept is the robot's body radius and a margin. The margin is larger for people and animals (`kinds.toml`);
-where the original path passes nearer to them than that, the change may come no nearer than the original does.
+where the original path passes nearer to them than that, the change may come no nearer than the original does. The size
+assumed for an object without dimensions is smaller where the original path passes that near to its centre.
 """
 
 from __future__ import annotations
@@ -82,6 +83,7 @@ def build(
     contacts: Sequence[str] = (),
     shape: Literal["box", "sphere"] = "box",
     original: Array | None = None,
+    granted: bool = True,
 ) -> tuple[Obstacle, ...]:
     """The scene's objects as obstacles, without those in `contacts`.
 
@@ -90,17 +92,22 @@ def build(
         robot: Its radius and margins are the distance to keep, its `object_size` the edge of an object of unknown size.
         contacts: Names of objects that are meant to be touched.
         shape: "box" keeps the cuboid, "sphere" replaces it by its bounding sphere (the paper).
-        original: Waypoints (N, 3) [m] of a path that may pass people as near as it does; None asks for the margin.
+        original: Waypoints (N, 3) [m] of the path before the change, which limits the sizes assumed.
+        granted: Whether the change may pass people as near as the original does; otherwise the margin is asked for.
 
     Raises:
         UnknownObject: If a contact is not in the scene.
     """
     touched = {scene[name].name for name in contacts}
-    return tuple(from_object(item, robot, shape, original) for item in scene if item.name not in touched)
+    return tuple(from_object(item, robot, shape, original, granted) for item in scene if item.name not in touched)
 
 
 def from_object(
-    item: SceneObject, robot: Robot, shape: Literal["box", "sphere"], original: Array | None = None
+    item: SceneObject,
+    robot: Robot,
+    shape: Literal["box", "sphere"],
+    original: Array | None = None,
+    granted: bool = True,
 ) -> Obstacle:
     """One object as an obstacle; see `build`."""
     kind = kind_of(item.name, item.extra)
@@ -108,17 +115,20 @@ def from_object(
     keep = least if kind is None else max(least, robot.radius + kind.share * robot.person_margin)
     notes = [] if kind is None else [kind.name]
     if item.dimensions is None:
-        size = np.full(3, robot.object_size)
-        edge = robot.object_size if kind is None or kind.size is None else max(kind.size, robot.object_size)
-        keep += (edge - robot.object_size) / 2.0
-        notes.append(f"its size was assumed: {edge:g} m")
+        own = robot.object_size if original is None else item.assumed_edge(original, least, robot.object_size)
+        size = np.full(3, own)
+        edge = own if kind is None or kind.size is None else max(kind.size, robot.object_size)
+        keep += (edge - own) / 2.0
+        notes.append(
+            f"its size was assumed: {edge:.3g} m" + (", as the path passes so near" if edge < robot.object_size else "")
+        )
     else:
         size = np.asarray(item.dimensions)
     half, core = size / 2.0, 0.0
     if shape == "sphere":
         half, core = np.zeros(3), float(np.linalg.norm(half))
     body = Obstacle(np.asarray(item.position), item.rotation, half, core + keep, item.name, keep=keep)
-    if original is not None and kind is not None:
+    if original is not None and granted and kind is not None:
         nearest = keep + body.closest(original)[0]
         if nearest < keep:
             body = replace(body, radius=core + max(nearest, least), keep=max(nearest, least))

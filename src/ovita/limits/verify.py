@@ -205,8 +205,9 @@ def _outside(positions: Array, robot: Robot) -> Array:
 
 
 def _obstacle(item: SceneObject, robot: Robot, original: Trajectory, options: ConstraintOptions) -> Measure:
-    body = from_object(item, robot, options.obstacle_shape)
-    near = body if options.repair_original else from_object(item, robot, options.obstacle_shape, original.positions)
+    path = None if options.repair_original else original.positions
+    body = from_object(item, robot, options.obstacle_shape, path, granted=False)
+    near = from_object(item, robot, options.obstacle_shape, path)
     distance: Callable[[Array], Array]
     if options.obstacle_shape == "sphere":
         distance, what = item.distance, "its bounding sphere"

@@ -155,7 +155,7 @@ def _object_change(item: SceneObject, original: Trajectory, adapted: Trajectory)
     """How both paths pass one object, along their segments."""
     neighbourhood = item.radius + NEIGHBOURHOOD * extent(original.positions)
     (d0, i0), (d1, i1) = (closest_to_point(t.positions, item.position) for t in (original, adapted))
-    (c0, j0), (c1, j1) = (item.cuboid.closest(t.positions) for t in (original, adapted))
+    (c0, j0), (c1, j1) = (item.body(original.positions).closest(t.positions) for t in (original, adapted))
     speeds: list[float | None] = []
     for trajectory in (original, adapted):
         near = within(trajectory.positions, item.position, neighbourhood) & ~trajectory.dwells

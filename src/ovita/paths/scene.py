@@ -13,11 +13,14 @@ import numpy as np
 
 from ovita.errors import SceneError, UnknownObject
 from ovita.paths.frame import RFU, Frame, matrix, product, quaternion, rotation
-from ovita.paths.geometry import Cuboid
+from ovita.paths.geometry import Cuboid, closest_to_point
 from ovita.paths.trajectory import Array
 
 DEFAULT_SIZE = 0.05
 """Edge of the cube that stands for an object without dimensions [m]."""
+
+ASSUMED_SHARE = 0.5
+"""Share of the room beside a path that an object of assumed size takes up at most."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,6 +107,22 @@ class SceneObject:
     def cuboid(self) -> Cuboid:
         """The body in space, for exact distances; an object without dimensions is a 5 cm cube."""
         return Cuboid(self.position, self.rotation, self.size / 2.0)
+
+    def assumed_edge(self, path: Array, keep: float, edge: float = DEFAULT_SIZE) -> float:
+        """Edge [m] to assume where the scene gives no dimensions: less than `edge` where a path shows that it is less.
+
+        A path (N, 3) [m] leaves some room between the distance to keep [m] and the centre. The cube's bounding sphere
+        takes at most `ASSUMED_SHARE` of it, so that an assumption neither calls that path too near nor rules out
+        coming nearer.
+        """
+        room = max(closest_to_point(path, self.position)[0] - keep, 0.0)
+        return float(min(edge, 2.0 * ASSUMED_SHARE * room / np.sqrt(3.0)))
+
+    def body(self, path: Array, keep: float = 0.0) -> Cuboid:
+        """As `cuboid`; without dimensions of the edge that a path (N, 3) [m] leaves, see `assumed_edge`."""
+        if self.dimensions is not None:
+            return self.cuboid
+        return Cuboid(self.position, self.rotation, np.full(3, self.assumed_edge(path, keep) / 2.0))
 
     def distance(self, points: Array) -> Array:
         """Distance of points (N, 3) [m] to the centre, (N,) [m]."""

@@ -24,8 +24,8 @@ from ovita.toolkit.weights import ROUNDING, followed, headings, perpendicular, s
 STEEPEST = 1.125
 """Reach per metre of push above which no waypoint overtakes the nearest: the maximum of smoothstep(x) / x."""
 
-SURFACE_GAP = 0.05
-"""How near "closer" comes to an object's surface, unless another gap is asked for [m]."""
+SURFACE_GAP = 0.01
+"""How near "closer" comes to an object's surface, unless another gap is asked for [m]: the limits' standard margin."""
 
 LEVEL = 0.01
 """A path whose heights differ by no more than this share of its extent is level."""
@@ -62,7 +62,8 @@ def closer(
 
     Args:
         traj: (N, 4).
-        obj: Object or point (3,) [m]; an object without dimensions is a cube of 5 cm.
+        obj: Object or point (3,) [m]; an object without dimensions is a cube of 5 cm, or less where the path
+            passes so near.
         by: [m], >= 0.
         reach: [m], > 0; by default half of the spread of the waypoints' distances.
         gap: Least distance to the object's surface [m], >= 0; to touch it, use go_through, move_goal or continue_to.
@@ -84,7 +85,7 @@ def closer(
     shift[aim >= distance] = 0.0
     shift = _held(shift, hold, frame)
     if isinstance(obj, SceneObject):
-        shift *= _short_of(obj.cuboid, rows[:, :3], shift, space)
+        shift *= _short_of(obj.body(rows[:, :3], space), rows[:, :3], shift, space)
     return followed(rows, rows[:, :3] + shift, selected, arguments.share(ease, "ease"))
 
 

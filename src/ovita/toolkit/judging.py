@@ -159,7 +159,7 @@ def _approach(case: _Case, sign: float) -> Outcome:
     if "by" in case.values:
         by = float(case.values["by"])
         # Nothing comes closer than the gap at which closer() ends.
-        arrived = sign < 0 and _surface(case, case.adapted) <= SURFACE_GAP + SLACK
+        arrived = sign < 0 and _arrived(case)
         held = gain >= by - max(SLACK, SLACK_RELATIVE * by) - TINY and gain > 0
         held |= arrived and gain > noticed
         asked = f" (asked for {by:g} m)"
@@ -168,6 +168,14 @@ def _approach(case: _Case, sign: float) -> Outcome:
         f"the average from {means[0]:.3f} to {means[1]:.3f} m"
     )
     return Outcome(bool(held), sentence, gain)
+
+
+def _arrived(case: _Case) -> bool:
+    """Whether the path now passes the target at the gap at which closer() ends."""
+    if not isinstance(case.target, SceneObject):
+        return _surface(case, case.adapted) <= SLACK
+    body = case.target.body(case.original[:, :3], SURFACE_GAP)
+    return body.closest(case.adapted[:, :3])[0] <= SURFACE_GAP + SLACK
 
 
 def _surface(case: _Case, rows: Array, part: Mask | None = None) -> float:
