@@ -92,6 +92,12 @@ def symbol(word: str) -> str:
     return "" if unit is None else unit.symbol
 
 
+def dimension(word: str) -> str:
+    """The SI unit that a unit is converted to: "m" for "cm"; "" if the word means no unit."""
+    unit = find(word)
+    return "" if unit is None else unit.dimension
+
+
 def to_si(value: float, word: str) -> tuple[float, str]:
     """A value in a unit as (value, SI unit): `to_si(5, "cm")` is `(0.05, "m")`.
 

@@ -78,3 +78,11 @@ def test_feedback_goes_on_after_a_session_was_saved(tmp_path):
     assert again.current.speeds[[10, 30]] == pytest.approx([0.168, 0.168])
     again.say("undo the last two")
     assert again.current == session.original
+
+
+def test_an_objects_name_does_not_say_what_a_knob_does():
+    path = Trajectory.from_array(np.column_stack([np.linspace(0, 1, 20), np.zeros((20, 2)), np.full(20, 0.4)]))
+    session = Session(path, Scene((SceneObject("approach light", [0.5, 0.3, 0.4]),)), writer="builtin")
+    session.say("go away from the approach light by 0.1")
+    session.say("further away")
+    assert session.adaptation.parameters[0].value > 0.1

@@ -113,7 +113,8 @@ def hover(d: PolicyBuilder, intent: Intent) -> None:
     if intent.unit == "s" and intent.count is not None:
         steps = intent.count / d.trajectory.timestep
     name = d.over("height", height, "centre", item)
-    count = d.knob("steps", max(1, round(steps)), "count", f"timesteps to wait ({d.trajectory.timestep:g} s each)")
+    meaning = f"timesteps to wait ({d.trajectory.timestep:g} s each)"
+    count = d.knob("steps", max(1, round(steps)), "count", meaning, direction="longer")
     d.body.append(f"traj = hover(traj, {d.ref(item)}, {name}, steps={count})")
     d.plan.append(f"Hover {height:g} m above {item.name} for {max(1, round(steps))} timesteps.")
 
@@ -215,7 +216,7 @@ def noise(d: PolicyBuilder, intent: Intent) -> None:
     """Random displacements."""
     where, part = mask(d, intent.region)
     amount = _size(d, intent, "the noise", 0.15)
-    name = d.knob("noise_amount", amount, "by", "standard deviation", unit="m")
+    name = d.knob("noise_amount", amount, "to", "standard deviation", unit="m")
     d.body.append(f"traj = noise(traj, {name}{argument(where)})")
     d.plan.append(f"Add random displacements of {amount:g} m{suffix(part)}.")
 

@@ -299,7 +299,8 @@ def _keep_distance(d: PolicyBuilder, intent: Intent) -> None:
     role: Role = "at_most" if bound == "at_most" else "at_least"
     about = intent.items[0].name if len(intent.items) == 1 else ""
     meaning = f"distance to keep, {bound.replace('_', ' ')}"
-    name = d.knob("distance", intent.amount, role, meaning, unit="m", about=about)
+    way = "closer" if bound == "at_most" else "away"
+    name = d.knob("distance", intent.amount, role, meaning, unit="m", about=about, direction=way)
     refs = [d.ref(item) for item in intent.items]
     target = refs[0] if len(refs) == 1 else f"[{', '.join(refs)}]"
     where, part = mask(d, intent.region)
@@ -419,7 +420,7 @@ def _wait(d: PolicyBuilder, intent: Intent) -> None:
     if intent.unit == "s":
         steps = steps / d.trajectory.timestep
     count = max(1, round(steps))
-    name = d.knob("steps", count, "count", f"timesteps to wait ({d.trajectory.timestep:g} s each)")
+    name = d.knob("steps", count, "count", f"timesteps to wait ({d.trajectory.timestep:g} s each)", direction="longer")
     d.body.append(f"traj = dwell(traj, {at}, steps={name})")
     if intent.items:
         d.promise(f"expect_stop(near={at})")
@@ -430,7 +431,7 @@ def _smooth(d: PolicyBuilder, intent: Intent) -> None:
     strength = {"slight": 0.3, "moderate": 1.0, "large": 3.0}[intent.degree]
     while strength < STRONGEST and not _is_smoother(d.trajectory.to_array(), strength):
         strength *= 2.0
-    name = d.knob("smoothing", strength, "by", "strength of the smoothing")
+    name = d.knob("smoothing", strength, "to", "strength of the smoothing")
     d.body.append(f"traj = smooth(traj, {name})")
     d.plan.append("Smooth the path; start and goal stay.")
 

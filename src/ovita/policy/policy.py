@@ -40,7 +40,7 @@ class Parameter:
         meaning: One phrase for a person, or "".
         role: What the value is to its operation, or None where that is not known.
         about: Name of the object that it concerns, or "".
-        direction: The direction word that it acts in, such as "left", "closer" or "slower", or "".
+        direction: The word for what more of it does, such as "left", "closer", "slower" or "longer", or "".
     """
 
     name: str

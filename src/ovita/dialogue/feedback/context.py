@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from ovita.dialogue.feedback.resolution import Reference, Resolution, read_reference
@@ -14,28 +14,25 @@ from ovita.paths.frame import OPPOSITE
 from ovita.paths.scene import Scene, SceneObject, canonical
 from ovita.paths.trajectory import Trajectory
 from ovita.policy import Parameter
+from ovita.policy.policy import Role
 from ovita.request import Turn
-
-SECONDARY = re.compile(
-    r"\b(radius|within|reach|ease|easing|blend|fade|share|fraction|portion|window|tolerance|margin|sigma|width|range|"
-    r"threshold|falloff|influence|iterations|waypoints?|index|count\w* as|how far around)\b"
-)
-"""Words of knobs that say where or how smoothly, not how much."""
-
-FACTOR = re.compile(r"\b(factor|times|ratio|multipl\w*|scale|slowdown|speedup|fraction of)\b")
+from ovita.units import dimension
 
 SLOWEST = 0.05
 """Factor on the speed below which "more" slows nothing down any further."""
 
-_BY_WORDS = (
-    ("speed", re.compile(r"\b(speed|speedup|slow\w*|fast\w*|velocity|brake|acceler\w*|decel\w*|cruise)\b")),
-    (
-        "distance",
-        re.compile(r"\b(closer|nearer|farther|further|away|distance|clearance|gap|approach|push|pull|keep)\b"),
-    ),
-    ("wait", re.compile(r"\b(wait|dwell|pause|stop)\b")),
-    ("shift", re.compile(r"\b(shift|offset|move|displace\w*|lift|translate|translation|height|lateral|raise)\b")),
-)
+PLACING = ("at", "radius", "share", "of", "other")
+"""Roles of knobs that say where or how smoothly, not how much."""
+
+_FAMILY = {
+    **dict.fromkeys(OPPOSITE, "shift"),
+    "slower": "speed",
+    "faster": "speed",
+    "closer": "distance",
+    "away": "distance",
+    "longer": "wait",
+}
+"""Directions of knobs to the families of changes that they belong to."""
 
 
 @dataclass(frozen=True)
@@ -71,14 +68,9 @@ class Knob:
         return value
 
     @property
-    def words(self) -> str:
-        """Name, meaning and unit, for looking words up."""
-        return f"{self.name.replace('_', ' ')} {self.parameter.meaning} {self.parameter.unit}".lower()
-
-    @property
     def is_factor(self) -> bool:
         """Whether it multiplies something, so that 1 changes nothing."""
-        return self.parameter.unit in ("", "x", "factor", "ratio") and bool(FACTOR.search(self.words))
+        return self.parameter.role == "factor"
 
     @property
     def slows(self) -> bool:
@@ -91,7 +83,7 @@ class Knob:
         if self.family == "speed":
             return "slower" if self.slows else "faster"
         if self.family == "distance":
-            return "closer" if re.search(r"\b(closer|nearer|toward\w*|approach|at most)\b", self.words) else "away"
+            return "closer" if self.parameter.direction == "closer" else "away"
         return ""
 
     @property
@@ -99,12 +91,12 @@ class Knob:
         """The value with which it does nothing, or None where there is none."""
         if self.is_factor:
             return 1.0
-        return None if self.family == "speed" and "added" not in self.words and self.value > 0 else 0.0
+        return None if self.family == "speed" and self.parameter.role != "by" and self.value > 0 else 0.0
 
     def fits(self, reference: Reference) -> bool:
         """Whether a reference can mean it."""
         if reference.names:
-            named = reference.names <= set(re.findall(r"[a-z]+", self.words))
+            named = reference.names <= set(self.name.lower().split("_"))
             return named and (not reference.items or self._about(reference))
         return self.primary and (not reference or reference.fits(self.family, self.directions, self.items))
 
@@ -141,12 +133,15 @@ class Knob:
 def knobs_of(past: Turn, parts: Sequence[SpokenClause] | None, scene: Scene) -> list[Knob]:
     """The numeric knobs of a turn, with what each is about.
 
-    Where the built-in writer wrote the policy, that is known from the clauses of the instruction; of any other policy,
-    names, units and meanings tell.
+    Where the built-in writer wrote the policy, the clauses of the instruction tell which knobs go together.
     """
-    numeric = [p for p in past.parameters if isinstance(p.value, int | float) and not isinstance(p.value, bool)]
+    numeric = [
+        p if p.role is not None else _of_a_model(p, scene)
+        for p in past.parameters
+        if isinstance(p.value, int | float) and not isinstance(p.value, bool)
+    ]
     if parts is None:
-        return [_by_words(p, i, scene) for i, p in enumerate(numeric)]
+        return [_alone(p, i, scene) for i, p in enumerate(numeric)]
     found = {p.name: p for p in numeric}
     knobs: list[Knob] = []
     group = 0
@@ -154,42 +149,70 @@ def knobs_of(past: Turn, parts: Sequence[SpokenClause] | None, scene: Scene) -> 
         for piece in part.pieces:
             group += 1
             names = [n for n in piece.knobs if n in found]
-            main = [n for n in names if not _is_secondary(found[n], piece.family)]
+            main = [n for n in names if found[n].role not in PLACING]
             if piece.family not in ("shift", "start", "goal", "extend"):
                 main = main[-1:] if piece.family == "speed" else main[:1]
             for name in names:
-                direction = _direction_in(name.split("_"))
-                about = frozenset({direction}) if direction else piece.directions
+                about = _headings(found[name]) or piece.directions
                 knobs.append(Knob(found[name], piece.family, about, piece.items, group, name in main))
     return knobs
 
 
-def _is_secondary(parameter: Parameter, family: str) -> bool:
-    text = f"{parameter.name.replace('_', ' ')} {'' if family else parameter.meaning}".lower()
-    if parameter.name in ("spiral_radius", "circle_radius", "waypoints"):
-        return False
-    return bool(SECONDARY.search(text))
+def _headings(parameter: Parameter) -> frozenset[str]:
+    return frozenset({parameter.direction} & OPPOSITE.keys())
 
 
-def _by_words(parameter: Parameter, group: int, scene: Scene) -> Knob:
-    """A knob of a policy that someone else wrote."""
-    text = f"{parameter.name.replace('_', ' ')} {parameter.meaning}".lower()
-    words = re.findall(r"[a-z]+", text)
-    direction = _direction_in(words)
-    family = next((name for name, pattern in _BY_WORDS if pattern.search(text)), "")
-    if parameter.unit in ("m/s", "cm/s", "mm/s", "km/h"):
+def _alone(parameter: Parameter, group: int, scene: Scene) -> Knob:
+    """A knob of a policy whose clauses are not known."""
+    family, measured = _FAMILY.get(parameter.direction, ""), dimension(parameter.unit)
+    if measured == "m/s":
         family = "speed"
-    elif direction and family in ("", "shift"):
-        family = "shift"
-    items = tuple(item for item in scene if set(canonical(item.name).split()) <= set(words))
+    elif parameter.role in ("at_least", "at_most") and parameter.about:
+        family = "distance"
+    elif parameter.role == "by" and measured in ("", "m"):
+        family = family or "shift"
     return Knob(
         parameter,
         family,
-        frozenset({direction}) if direction else frozenset(),
-        items,
+        _headings(parameter),
+        tuple(item for item in scene if item.name == parameter.about),
         0 if family == "shift" else group + 1,
-        not SECONDARY.search(text),
+        parameter.role not in PLACING,
     )
+
+
+_MODEL_PLACING = re.compile(
+    r"\b(radius|within|reach|ease|easing|blend|fade|share|fraction|portion|window|tolerance|margin|sigma|width|range|"
+    r"threshold|falloff|influence|iterations|waypoints?|index|count\w* as|how far around)\b"
+)
+_MODEL_FACTOR = re.compile(r"\b(factor|times|ratio|multipl\w*|scale|slowdown|speedup|fraction of)\b")
+_MODEL_WORDS = (
+    ("faster", re.compile(r"\b(speedup|fast\w*|acceler\w*)\b")),
+    ("slower", re.compile(r"\b(speed|slow\w*|velocity|brake|decel\w*|cruise)\b")),
+    ("closer", re.compile(r"\b(closer|nearer|toward\w*|approach|at most)\b")),
+    ("away", re.compile(r"\b(farther|further|away|distance|clearance|gap|push|pull|keep)\b")),
+    ("longer", re.compile(r"\b(wait|dwell|pause|stop)\b")),
+)
+_MODEL_SHIFT = re.compile(r"\b(shift|offset|move|displace\w*|lift|translate|translation|height|lateral|raise)\b")
+
+
+def _of_a_model(parameter: Parameter, scene: Scene) -> Parameter:
+    """A parameter of a policy that someone else wrote, with what its unit, its name and their words for it say."""
+    text = f"{parameter.name.replace('_', ' ')} {parameter.meaning}".lower()
+    words = re.findall(r"[a-z]+", text)
+    heading = _direction_in(words)
+    direction = next((word for word, pattern in _MODEL_WORDS if pattern.search(text)), "")
+    speed = _FAMILY.get(direction) == "speed" or dimension(parameter.unit) == "m/s"
+    role: Role = "by" if direction or heading or _MODEL_SHIFT.search(text) else "to"
+    if _MODEL_PLACING.search(text):
+        role = "other"
+    elif parameter.unit in ("", "x", "factor", "ratio") and _MODEL_FACTOR.search(f"{text} {parameter.unit}"):
+        role = "factor"
+    elif speed and "added" not in words:
+        role = "to"
+    names = [item.name for item in scene if set(canonical(item.name).split()) <= set(words)]
+    about = max(names, key=len, default="")
+    return replace(parameter, role=role, about=about, direction=direction or heading)
 
 
 _TURNED = {"forward": "front", "backward": "back", "upward": "up", "downward": "down", "height": "up", "lift": "up"}
