@@ -189,3 +189,12 @@ def test_how_far_closer_goes_is_said():
     near = Scene((SceneObject("plate", [0.45, 0.36, 0.2], [0.2, 0.2, 0.02]),))
     result = adapt(Request("Halve your distance to the plate", PATH, near), writer="builtin", isolation="degraded")
     assert any("ends at its surface" in assumption for assumption in result.assumptions)
+
+
+@pytest.mark.parametrize("size", [None, [0.06, 0.06, 0.1]])
+def test_near_an_object_that_is_kept_at_a_distance_still_means_some_of_the_path(size):
+    scene = Scene((SceneObject("vase", [0.4, 0.2, 0.26], size),))
+    sentence = "Keep at least 0.35 m from the vase and go faster near the vase"
+    result = adapt(Request(sentence, PATH, scene), writer="builtin", isolation="degraded")
+    assert result.status == "done"
+    assert (result.adapted.speeds > 1.2 * PATH.speeds).any()

@@ -253,7 +253,10 @@ def _in_waypoints(draft: PolicyBuilder, region: Region) -> Region:
 def _near(draft: PolicyBuilder, item: SceneObject, radius: float | None) -> tuple[str, str]:
     value = radius
     if value is None:
-        value = draft.scale.near(draft.positions, item)
+        bounds = [p.value for p in draft.parameters.values() if p.role == "at_least" and p.about == item.name]
+        kept = max((float(v) for v in bounds if isinstance(v, int | float)), default=0.0)
+        body = item.radius if kept and item.dimensions is not None else 0.0
+        value = draft.scale.near(draft.positions, item, kept + body)
         draft.assume(f'"near {item.name}" is within {value:g} m of its centre')
     elif draft.distance(item) > value:
         draft.assume(

@@ -58,7 +58,7 @@ class Scale:
         )
         return f"slightly/plain/much: {shift} m, slower x{slower}, faster x{faster}."
 
-    def near(self, positions: Array, item: SceneObject) -> float:
+    def near(self, positions: Array, item: SceneObject, kept: float = 0.0) -> float:
         """Distance to the object's centre that counts as near a path [m].
 
         On a straight path that passes at distance d, the sphere of radius sqrt(d^2 + h^2) holds a stretch of length 2h;
@@ -67,8 +67,9 @@ class Scale:
         Args:
             positions: The path, (N, 3) [m].
             item: The object.
+            kept: Distance [m] to its centre to which the path is pushed out before it is asked what is near.
         """
-        distances = np.sort(item.distance(positions))
+        distances = np.maximum(np.sort(item.distance(positions)), kept)
         few = distances[min(math.ceil(NEAR_WAYPOINTS * len(distances)), len(distances)) - 1]
         return nice(max(math.hypot(float(distances[0]), NEAR_SHARE * self.extent), float(few)))
 
