@@ -91,7 +91,7 @@ def adapt(
     Raises:
         InputError: If the request or an option cannot be used.
         MissingExtra: If the writer's packages are not installed.
-        IsolationUnavailable: If this machine cannot isolate a policy as asked.
+        IsolationUnavailable: If this machine cannot provide the requested isolation.
     """
     if repairs < 0 or (time_limit is not None and not 0.0 < time_limit < math.inf):
         raise RequestError("repairs must be 0 or more, and the time limit a positive number of seconds")
@@ -120,7 +120,7 @@ def rerun(
     constraints: ConstraintOptions | None = None,
     isolation: Isolation = "auto",
 ) -> Adaptation:
-    """Run an adaptation's policy again with other parameters; no writer is asked.
+    """Run an adaptation's policy again with other parameters, without calling a writer.
 
     Args:
         adaptation: With a policy.
@@ -173,7 +173,7 @@ def enforced(
     """Enforce the limits on a trajectory that a person edited by hand; its policy changes nothing.
 
     Args:
-        said: What was done, as the instruction.
+        said: The change in words, recorded as the instruction.
         trajectory: As edited.
         scene: Its surroundings.
         robot: The limits.

@@ -18,7 +18,7 @@
     │   └── UnusableReply          it answered, but not with an answer; asking again may help
     ├── DownloadError              a model's file cannot be fetched
     ├── LinkError                  a robot or a bus does not answer, or does not take what is sent
-    ├── IsolationUnavailable       this machine cannot run a policy as isolated as asked
+    ├── IsolationUnavailable       this machine cannot provide the requested isolation
     ├── ConstraintDefinitionError  limits that contradict themselves
     ├── NoRenderer                 no offscreen OpenGL for a video (in `sim.gl`)
     └── MissingExtra               an optional package is not installed
@@ -192,11 +192,11 @@ class DownloadError(OvitaError):
 
 
 class LinkError(OvitaError):
-    """A robot or a bus does not answer, or does not take what is sent to it."""
+    """A robot or a bus does not answer, or rejects what is sent to it."""
 
 
 class IsolationUnavailable(OvitaError):
-    """This machine cannot run a policy as isolated as was asked."""
+    """This machine cannot provide the requested isolation of a policy."""
 
 
 class ConstraintDefinitionError(OvitaError):

@@ -47,7 +47,7 @@ class Request:
     """One instruction about one trajectory.
 
     Args:
-        instruction: What the person said.
+        instruction: The person's instruction.
         trajectory: The trajectory that the instruction is about.
         scene: Its surroundings.
         robot: The limits that will be enforced.

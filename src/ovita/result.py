@@ -104,7 +104,7 @@ class LostPostcondition:
     turns_ago: int
 
     def sentence(self) -> str:
-        """What was lost, and when it was asked for."""
+        """What was lost, and in which turn it was requested."""
         ago = "one turn ago" if self.turns_ago == 1 else f"{self.turns_ago} turns ago"
         return f"No longer as asked {ago} by '{self.instruction}': now {self.outcome}."
 
@@ -114,7 +114,7 @@ class Adaptation:
     """One adaptation, from the instruction to the verdict.
 
     Args:
-        instruction: What the person said.
+        instruction: The person's instruction.
         status: "done"; "limited" (done, but the limits changed it or are not all kept: see `warnings`);
             "not_as_meant" (a postcondition does not hold, nothing changed, or the path comes to a standstill);
             "infeasible" (the limits cannot all hold, `adapted` is the best effort); "needs_clarification" (see
@@ -186,7 +186,7 @@ class Adaptation:
 
     @property
     def usable(self) -> bool:
-        """Whether there is a new trajectory, whatever its verdict."""
+        """Whether there is a new trajectory, even one that breaks limits."""
         return self.status in ("done", "limited", "not_as_meant", "infeasible")
 
     @property
@@ -196,7 +196,7 @@ class Adaptation:
 
     @property
     def cautions(self) -> tuple[str, ...]:
-        """What a person should look at: the warnings, and what earlier turns asked for and is lost."""
+        """What a person should check: warnings, and postconditions of earlier turns that no longer hold."""
         return (*self.warnings, *(loss.sentence() for loss in self.lost))
 
     @property

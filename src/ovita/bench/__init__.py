@@ -1,1 +1,1 @@
-"""The benchmark: checks that decide by computation whether an adaptation did what was asked, and its cases."""
+"""The benchmark: cases, and checks that compute whether an adaptation follows its instruction."""

@@ -1,4 +1,4 @@
-"""Conditions: what is switched off, or varied, to see what it is worth."""
+"""Ablation conditions: what is switched off or varied in a run."""
 
 from __future__ import annotations
 

@@ -201,7 +201,7 @@ def _document(file: Path) -> dict[str, object]:
 
 
 class FetchError(OvitaError):
-    """A dataset could not be downloaded; the message says what to put where instead."""
+    """A dataset could not be downloaded; the message says how to supply it by hand."""
 
 
 @dataclass(frozen=True)

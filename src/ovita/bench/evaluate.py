@@ -32,7 +32,7 @@ Answering = RecordingWriter | ReplayingWriter
 
 @dataclass(frozen=True)
 class Protocol:
-    """How every sample of a run is put to every writer.
+    """The evaluation protocol shared by all samples and writers of a run.
 
     Args:
         feedback: How often a failed check's sentence goes back as feedback, at most.
@@ -68,7 +68,7 @@ def evaluate(sample: Sample, writer: Answering, condition: Condition, protocol: 
     """Put a sample to a writer and judge every answer.
 
     Raises:
-        IsolationUnavailable: If this machine cannot isolate a policy as asked.
+        IsolationUnavailable: If this machine cannot provide the requested isolation.
         InputError: If the robot cannot be used.
     """
     task, robot = sample.task, robot_for(sample, protocol.robot)
@@ -85,7 +85,7 @@ def evaluate(sample: Sample, writer: Answering, condition: Condition, protocol: 
         replies = tuple(writer.replies[taken:])
         tokens = {key: sum(r["reply"]["writer"][key] for r in replies if "reply" in r) for key in _TOKENS}
         rounds.append(replace(done, ms=round(max(ms, 0.0), 3), replies=replies, **tokens))
-        talk.hear(said, result)
+        talk.record(said, result)
         if done.passed or any(reply.get("unreached") for reply in rounds[-1].replies):
             break
         said = done.sentence
@@ -132,7 +132,7 @@ def _asker(writer: Answering, condition: Condition, isolation: Isolation) -> Cal
 
 
 class _Conversation:
-    """What was said so far, and what the next request is about."""
+    """The conversation on one sample so far, from which the next request is built."""
 
     def __init__(self, sample: Sample, robot: Robot, on: Literal["original", "current"]) -> None:
         self.sample, self.robot, self.on = sample, robot, on
@@ -147,7 +147,7 @@ class _Conversation:
         everything = ". ".join([*(s.strip().rstrip(".") for s in self.said), said.strip()])
         return Request(everything[:MAX_INSTRUCTION], task.trajectory, task.scene, self.robot, tuple(self.turns))
 
-    def hear(self, said: str, result: Adaptation) -> None:
+    def record(self, said: str, result: Adaptation) -> None:
         self.said.append(said)
         self.turns.append(Turn(said, result.original, feedback_on=self.on, plan=result.plan, code=result.code))
         if result.usable:

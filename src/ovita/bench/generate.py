@@ -155,7 +155,7 @@ _SCALE_OF: Mapping[Amount | None, Degree] = {None: "moderate", "little": "slight
 
 @dataclass(frozen=True)
 class Clause:
-    """One wish.
+    """A clause of an instruction.
 
     Args:
         name: A key of `MAKERS`.

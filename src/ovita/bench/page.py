@@ -25,7 +25,7 @@ BEFORE, AFTER, THING = "#8a8a8a", "#0072b2", "#d55e00"
 def html(
     title: str, tables: Sequence[tuple[str, Sequence[Sequence[str]]]], panel: str, records: Sequence[Record]
 ) -> str:
-    """Build the page; whatever comes from the data is escaped.
+    """Build the page; all values from the data are escaped.
 
     Args:
         title: Its heading.

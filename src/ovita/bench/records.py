@@ -30,7 +30,7 @@ class Round:
     """One answer to the instruction (the first round) or to feedback.
 
     Args:
-        said: What the person said.
+        said: The utterance.
         status: Of the adaptation.
         passed: Whether the check holds after it.
         score: Share of the check's clauses that hold, 0..1.
@@ -82,7 +82,7 @@ class Record:
         kind: Its kind of instruction.
         writer: The writer's name.
         condition: The condition's name.
-        instruction: What was asked.
+        instruction: The instruction.
         robot: Whose limits were enforced.
         idle: Whether doing nothing passes the check.
         original: The waypoints that it was about.
@@ -123,7 +123,7 @@ class Record:
 
     @property
     def unreached(self) -> bool:
-        """Whether the writer could not be asked, so that it says nothing about it."""
+        """Whether the writer could not be reached, so the record says nothing about its quality."""
         return any(reply.get("unreached") for item in self.rounds for reply in item.replies)
 
     @property

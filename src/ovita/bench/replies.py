@@ -45,14 +45,14 @@ class Limiter:
 
 
 class RecordingWriter:
-    """Asks another writer and keeps every reply and every failure.
+    """A writer that delegates to another and records every reply and failure.
 
     It has no explanations of its own, so that a benchmark never pays for them: the template explains.
 
     Args:
-        inner: The writer that is asked.
+        inner: The writer to delegate to.
         condition: What is left out of its prompts.
-        limiter: When it may be asked.
+        limiter: Rate limiter for its requests.
         retries: How often a request that failed in transport is sent again.
         pause: Before the first such retry [s].
     """

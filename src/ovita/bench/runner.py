@@ -194,7 +194,7 @@ def run(
     Raises:
         RequestError: If the folder holds another run, or a writer or option cannot be used.
         MissingExtra: If a writer's packages are not installed.
-        IsolationUnavailable: If this machine cannot isolate policies as asked.
+        IsolationUnavailable: If this machine cannot provide the requested isolation.
     """
     recorded = {r.key: r for r in read_records(replay)} if replay is not None else None
     if recorded is not None:
@@ -385,5 +385,5 @@ def _end_with_parent() -> None:
 
 
 def default_jobs() -> int:
-    """Samples at a time unless asked otherwise: one a core, four at most."""
+    """Default number of samples evaluated in parallel: one per core, four at most."""
     return min(4, os.cpu_count() or 1)

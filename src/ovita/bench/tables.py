@@ -39,7 +39,7 @@ class Tally:
         limits: How often each verdict on the limits occurred.
         statuses: How often each status occurred.
         lost_to_limits: Records whose policy's own output passes, but not the result once limits were enforced.
-        unreached: Records whose writer could not be asked; they count as failures.
+        unreached: Records whose writer could not be reached; they count as failures.
     """
 
     writer: str

@@ -125,7 +125,7 @@ def _write(
     task: Task,
     choices: Choices,
 ) -> tuple[list[str], tuple[str, ...]]:
-    """Write what was asked for: the files that were written, and what the trajectory's format does not hold."""
+    """Write the requested files; return their names and notes on what the trajectory's format cannot hold."""
     written: list[str] = []
     lost: tuple[str, ...] = ()
     if out:

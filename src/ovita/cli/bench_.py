@@ -21,7 +21,7 @@ EVERY = 5.0
 
 @click.group()
 def group() -> None:
-    """Measure how often writers do what was asked, over a dataset with checks.
+    """Measure how often writers follow instructions, on a dataset with checks.
 
     Start with `ovita bench generate --out scenes --n 60`, then `ovita bench run scenes`.
     """

@@ -49,7 +49,7 @@ def command(
     base: str | None,
     **options: Any,
 ) -> None:
-    """Convert the trajectory in IN to the format that the ending of OUT says; what it cannot hold is told.
+    """Convert the trajectory in IN to the format of OUT's file extension; notes say what it cannot hold.
 
     IN may also be live: ros2:/topic?domain=0 or mavlink:udp:127.0.0.1:14550.
     """

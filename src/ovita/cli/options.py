@@ -99,7 +99,7 @@ def choices_from(options: dict[str, Any]) -> Choices:
 
 
 def robot_from(task: Task, robot: str | None, max_speed: float | None) -> Robot:
-    """The robot that was asked for, else the scene's, else none."""
+    """The robot chosen on the command line, else the scene's, else none."""
     if robot == "scene":
         limits = parse_text(task.scene.constraints_text)
         if not limits.understood:

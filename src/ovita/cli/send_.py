@@ -108,7 +108,7 @@ def _confirm(place: str) -> None:
     """Ask a person at a terminal.
 
     Raises:
-        RequestError: If nobody can be asked.
+        RequestError: If there is no terminal to ask on.
         Abort: If the answer is no.
     """
     if not sys.stdin.isatty():

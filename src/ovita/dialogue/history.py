@@ -1,4 +1,4 @@
-"""The turns of a session: what was said or done, in which situation, and how the turns branch."""
+"""The turns of a session: utterance or edit, situation, result, and how the turns branch."""
 
 from __future__ import annotations
 

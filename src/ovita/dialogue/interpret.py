@@ -1,4 +1,4 @@
-"""One turn of a session: what is said is feedback on the turns before it, or an instruction for the chain."""
+"""Interpret an utterance as feedback on earlier turns or as a new instruction for the chain."""
 
 from __future__ import annotations
 
@@ -145,7 +145,7 @@ class DialogueState:
         return found if found is not None and (found.certain or name in OFFLINE) else None
 
     def _instructed(self, said: str, on: FeedbackOn, past: Sequence[Turn]) -> Interpretation:
-        """An instruction for the chain; on the original, together with everything said before."""
+        """An instruction for the chain; on the original it includes all earlier utterances."""
         wording = together(past, said, self.now.scene, self.now.original) if on == "original" else None
         if wording is None:
             result = self._adapt(said, self.current, past)  # which is what all turns before made of the original

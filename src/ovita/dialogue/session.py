@@ -131,7 +131,7 @@ class Session:
         return result
 
     def tune(self, parameters: Mapping[str, Any], *, merge: bool = False) -> Adaptation:
-        """Turn knobs of the last turn's policy, values by name, and run it again; no writer is asked.
+        """Set parameters of the last turn's policy by name and run it again, without calling a writer.
 
         Args:
             parameters: New values by name.
@@ -201,7 +201,7 @@ class Session:
         robot: Robot | None = None,
         constraints: ConstraintOptions | None = None,
     ) -> Adaptation:
-        """Change what the session is about, and run every policy in force again; no writer is asked.
+        """Change the session's trajectory, scene, robot or options and rerun every active policy, without a writer.
 
         Args:
             said: What was done, for the history.
@@ -266,7 +266,7 @@ class Session:
         return copy
 
     def adopt(self, draft: Session) -> None:
-        """Take over what was said to a draft of this session as it stands.
+        """Take over the new turns of a draft of this session.
 
         Raises:
             RequestError: If the session has gone on since the draft was made.

@@ -143,7 +143,7 @@ def _before_deed(tokens: tuple[Token, ...], i: int) -> bool:
 
 
 def _before_kept(tokens: tuple[Token, ...], i: int) -> bool:
-    """Whether a "keeping" or "without" opens a wish that something stays: "keeping the start and the goal fixed"."""
+    """Whether a "keeping" or "without" introduces an invariant: "keeping the start and the goal fixed"."""
     if i == 0 or tokens[i].text.lower() not in (*KEEPING, "without"):
         return False
     rest = tokens[i + 1 :]
@@ -242,14 +242,14 @@ T = TypeVar("T")
 
 
 class Reader:
-    """Hands out a clause's tokens one meaning at a time and remembers what was taken."""
+    """A cursor over a clause's tokens that records which ones were consumed."""
 
     def __init__(self, clause: Clause) -> None:
         self.tokens = clause
         self.taken = [t.kind in ("filler", "join", "break") for t in clause]
 
     def attempt(self, rule: Callable[[Reader], list[T]]) -> list[T]:
-        """What a rule reads; a rule that reads nothing gives back every token that it took."""
+        """The result of a rule; a rule that finds nothing releases every token it consumed."""
         before = list(self.taken)
         found = rule(self)
         if not found:
@@ -262,7 +262,7 @@ class Reader:
         return " ".join(t.text for t in self.tokens)
 
     def peek(self, *concepts: str) -> bool:
-        """Whether one of these concepts is in the clause and not yet taken."""
+        """Whether one of these concepts is in the clause and not yet consumed."""
         return any(self.find(c) is not None for c in concepts)
 
     def find(self, concept: str) -> int | None:
@@ -273,7 +273,7 @@ class Reader:
         return None
 
     def consume(self, *concepts: str) -> bool:
-        """Take every free token of these concepts; say whether there was one."""
+        """Consume every free token of these concepts; return whether there was one."""
         found = False
         for i, token in enumerate(self.tokens):
             if token.kind == "concept" and token.value in concepts and not self.taken[i]:
@@ -281,12 +281,12 @@ class Reader:
         return found
 
     def release(self, concept: str) -> None:
-        """Give back the tokens of a concept."""
+        """Release the tokens of a concept."""
         for i, token in enumerate(self.tokens):
             self.taken[i] = self.taken[i] and token.value != concept
 
     def consume_at(self, i: int) -> Token:
-        """Take the token at i."""
+        """Consume the token at i."""
         self.taken[i] = True
         return self.tokens[i]
 
@@ -299,11 +299,11 @@ class Reader:
         return next((j for j in range(i - 1, -1, -1) if self.tokens[j].kind not in ("filler", "join")), None)
 
     def peek_word(self, *texts: str) -> bool:
-        """Whether one of these words stands in the clause as written, not yet taken."""
+        """Whether one of these words is in the clause, as written, and not yet consumed."""
         return any(t.text.lower() in texts and not self.taken[i] for i, t in enumerate(self.tokens))
 
     def any_word(self, *texts: str) -> bool:
-        """Whether one of these words stands in the clause as written, taken or not."""
+        """Whether one of these words is in the clause, as written, consumed or not."""
         return any(t.text.lower() in texts for t in self.tokens)
 
     def peek_phrase(self, opening: str) -> bool:
@@ -379,7 +379,7 @@ class Reader:
         return "slight" if slight else "large" if large else "moderate"
 
     def directions(self) -> tuple[tuple[str, float | None], ...]:
-        """Take the direction words, each with the length that stands next to it."""
+        """Consume the direction words, each with the length next to it."""
         found: list[tuple[str, float | None]] = []
         for i, token in enumerate(self.tokens):
             if token.kind != "concept" or token.value not in DIRECTIONS or self.taken[i]:

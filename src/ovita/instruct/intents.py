@@ -85,7 +85,7 @@ WHOLE = Region()
 
 @dataclass(frozen=True)
 class Intent:
-    """One thing to do.
+    """One action to take.
 
     Args:
         action: What.

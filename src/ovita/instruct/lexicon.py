@@ -157,7 +157,7 @@ def stems(word: str) -> tuple[str, ...]:
 
 @cache
 def known_words() -> frozenset[str]:
-    """Every word that stands in a phrase or asks for nothing."""
+    """Every word of a phrase, and every filler word."""
     return filler() | {word for phrase in phrases() for word in phrase}
 
 

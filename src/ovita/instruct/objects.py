@@ -1,4 +1,4 @@
-"""Which objects a person means: by name, kind, colour or shape, by a superlative, as a group, or as "it"."""
+"""Object references: by name, kind, colour or shape, by a superlative, as a group, or as "it"."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ SAME: tuple[frozenset[str], ...] = tuple(
 
 
 def traits(scene: Scene, words: Mapping[str, tuple[str, ...]]) -> dict[str, set[str]]:
-    """What is said of each object: by its name, by a line "name: ..." of the description, and by its phrases."""
+    """The descriptive words of each object: from its name, a line "name: ..." of the description, and its phrases."""
     found = {item.name: set(words[item.name][:-1]) for item in scene}
     for line in scene.environment.lower().splitlines():
         subject, colon, told = line.partition(":")
@@ -289,7 +289,7 @@ class Catalog:
 
 
 class _Phrase:
-    """A noun phrase being read: quantifier, superlative, traits, noun, and what is said behind it."""
+    """A noun phrase: quantifier, superlative, traits, noun, and postmodifiers."""
 
     def __init__(self, catalog: Catalog, words: Sequence[str], i: int) -> None:
         self.catalog, self.words, self.at = catalog, words, i

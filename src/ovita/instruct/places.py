@@ -1,4 +1,4 @@
-"""Reading clauses about where the path goes: shifts, its ends, what it passes, where it stops, what stays as it is."""
+"""Clauses about the path: shifts, endpoints, via points, stops and invariants."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ def _keeps_pace(r: Reader) -> bool:
 
 
 def changes(intents: Sequence[Intent]) -> bool:
-    """Whether anything at all is asked to change."""
+    """Whether the clause requests any change."""
     return not intents or any(intent.action != "same" for intent in intents)
 
 

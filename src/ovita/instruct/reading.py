@@ -1,4 +1,4 @@
-"""From an instruction to intents: clause by clause, with what a clause leaves to the one before it."""
+"""From an instruction to intents, clause by clause, with ellipsis."""
 
 from __future__ import annotations
 
@@ -217,7 +217,7 @@ def _bound_of(intent: Intent, side: Literal["least", "most"]) -> tuple[object, f
 
 
 def standing(intents: Sequence[Intent], trajectory: Trajectory) -> str:
-    """A question where a change relative to the speed is asked of a robot that has none, or ""."""
+    """The question to ask when a relative speed change meets a trajectory without speeds, or ""."""
     relative = any(i.action == "speed" and i.mode in ("slower", "faster", "factor", "turns") for i in intents)
     if relative and not (trajectory.speeds > 0).any():
         return "All speeds of this trajectory are 0, so slower or faster means nothing here: how many m/s should it be?"
@@ -236,7 +236,7 @@ def read_instruction(instruction: str, scene: Scene, path: Array | None = None) 
     Args:
         instruction: As written.
         scene: Whose objects it may name.
-        path: Positions (N, 3) [m], from which "the object nearest to the goal" is told.
+        path: Positions (N, 3) [m], for phrases such as "the object nearest to the goal".
 
     Returns:
         The intents in the order of the sentence, notes on corrected spellings, and every word without a place.

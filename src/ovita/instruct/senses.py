@@ -1,4 +1,4 @@
-"""Words that mean different things in different company: "lower the speed" and "go lower"."""
+"""Word-sense disambiguation by context: "lower the speed" and "go lower"."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ WORDS = tuple(
 
 @dataclass(frozen=True)
 class _SpeedClause:
-    """What a clause says about speed, before it is decided what it asks for."""
+    """The speed words of a clause, before they are combined into intents."""
 
     region: Region
     slower: bool
@@ -56,9 +56,9 @@ def read_speed(r: Reader, *, implied: bool = False) -> list[Intent]:
     if both:
         return both
     moves = _shift_first(r)
-    heard = _hear(r, inverse=inverse)
+    clause = _speed_clause(r, inverse=inverse)
     for reading in (_turning, _bounded, _between_speeds, _by_law, _reaching, _relative):
-        intent = reading(r, heard)
+        intent = reading(r, clause)
         if intent is not None:
             return [*moves, intent]
     return []
@@ -83,7 +83,7 @@ def _is_otherwise(r: Reader) -> bool:
     return r.peek("constant") and not r.peek("speed", "faster", "slower") and r.peek("distance", "away")
 
 
-def _hear(r: Reader, *, inverse: bool) -> _SpeedClause:
+def _speed_clause(r: Reader, *, inverse: bool) -> _SpeedClause:
     """Take the words of a clause about speed."""
     law = next((law for law in LAWS if r.consume(law)), "acceleration" if r.numbers(("m/s2",)) else "")
     turns = r.peek("turn")
@@ -101,47 +101,47 @@ def _hear(r: Reader, *, inverse: bool) -> _SpeedClause:
     return _SpeedClause(region, slower, faster, constant, gradual, turns, law, inverse, compared, factor, r.degree())
 
 
-def _turning(r: Reader, heard: _SpeedClause) -> Intent | None:
+def _turning(r: Reader, clause: _SpeedClause) -> Intent | None:
     """Slow down before the turns."""
-    return heard.intent("turns", _factor(r), "") if heard.turns else None
+    return clause.intent("turns", _factor(r), "") if clause.turns else None
 
 
-def _between_speeds(r: Reader, heard: _SpeedClause) -> Intent | None:
+def _between_speeds(r: Reader, clause: _SpeedClause) -> Intent | None:
     """From 0.1 to 0.5 m/s."""
     numbers = r.numbers(("", "m/s"))
     if len(numbers) != 2 or r.word_before(numbers[0]) != "from" or r.word_before(numbers[1]) != "to":
         return None
     first, last = r.consume_at(numbers[0]).number, r.consume_at(numbers[1]).number
-    return heard.intent("ramp", last, count=first)
+    return clause.intent("ramp", last, count=first)
 
 
-def _by_law(r: Reader, heard: _SpeedClause) -> Intent | None:
+def _by_law(r: Reader, clause: _SpeedClause) -> Intent | None:
     """A trapezoidal profile; accelerate exponentially."""
-    if not heard.law:
+    if not clause.law:
         return None
-    set_to = _target(r, changed=heard.slower or heard.faster)
+    set_to = _target(r, changed=clause.slower or clause.faster)
     amount = set_to if set_to is not None else r.number("m/s2", "m/s", "")
-    return heard.intent(f"{heard.law}_down" if heard.slower and not heard.faster else heard.law, amount)
+    return clause.intent(f"{clause.law}_down" if clause.slower and not clause.faster else clause.law, amount)
 
 
-def _reaching(r: Reader, heard: _SpeedClause) -> Intent | None:
+def _reaching(r: Reader, clause: _SpeedClause) -> Intent | None:
     """A speed to reach, at once or steadily, or one speed everywhere."""
-    if heard.factor is not None:
-        return heard.intent("factor", heard.factor, "x")
+    if clause.factor is not None:
+        return clause.intent("factor", clause.factor, "x")
     if _from_rest(r):
         r.consume("stop", "wait", "start", "faster")
-        return heard.intent("ramp_from", unit="")
+        return clause.intent("ramp_from", unit="")
     stops = r.consume("stop")
-    set_to = _target(r, changed=heard.slower or heard.faster)
-    if heard.constant or set_to is not None:
+    set_to = _target(r, changed=clause.slower or clause.faster)
+    if clause.constant or set_to is not None:
         r.consume("same")
     set_to = 0.0 if stops else set_to
     if set_to is not None:
-        braked = set_to == 0.0 and heard.slower and (stops or heard.region.kind == "last")
-        return heard.intent("ramp" if heard.gradual or braked else "set", set_to)
-    if heard.gradual and (heard.slower or heard.faster):
-        return heard.intent("ramp_down" if heard.slower else "ramp_up", unit="")
-    return heard.intent("constant", unit="") if heard.constant and not (heard.slower or heard.faster) else None
+        braked = set_to == 0.0 and clause.slower and (stops or clause.region.kind == "last")
+        return clause.intent("ramp" if clause.gradual or braked else "set", set_to)
+    if clause.gradual and (clause.slower or clause.faster):
+        return clause.intent("ramp_down" if clause.slower else "ramp_up", unit="")
+    return clause.intent("constant", unit="") if clause.constant and not (clause.slower or clause.faster) else None
 
 
 def _from_rest(r: Reader) -> bool:
@@ -152,26 +152,26 @@ def _from_rest(r: Reader) -> bool:
     )
 
 
-def _relative(r: Reader, heard: _SpeedClause) -> Intent | None:
+def _relative(r: Reader, clause: _SpeedClause) -> Intent | None:
     """A change relative to the speed as it is."""
-    changed = heard.slower or heard.faster or r.peek("double", *(w for w, _ in FRACTIONS)) or r.numbers(("%", "x"))
-    return _change(r, heard) if changed else None
+    changed = clause.slower or clause.faster or r.peek("double", *(w for w, _ in FRACTIONS)) or r.numbers(("%", "x"))
+    return _change(r, clause) if changed else None
 
 
-def _bounded(r: Reader, heard: _SpeedClause) -> Intent | None:
+def _bounded(r: Reader, clause: _SpeedClause) -> Intent | None:
     """A bound on the speed: "at most 0.3 m/s", "keep the speed below 0.3", "don't exceed 0.5 m/s"."""
     numbers = r.numbers(("m/s",)) or r.numbers(("",))
     never = r.peek("never")
-    below = r.peek("under", "at_most") or (heard.compared and heard.slower)
-    above = r.peek("over", "at_least", "no_closer") or (heard.compared and heard.faster)
+    below = r.peek("under", "at_most") or (clause.compared and clause.slower)
+    above = r.peek("over", "at_least", "no_closer") or (clause.compared and clause.faster)
     capped = (above if never else below) or r.peek("limit", "beyond")
     floored = below if never else above
     peak = r.consume("peak")
-    capped, floored = (True, False) if peak and heard.slower else (capped, floored)
+    capped, floored = (True, False) if peak and clause.slower else (capped, floored)
     if not numbers or capped == floored:
         return None
     r.consume("under", "over", "at_most", "at_least", "limit", "no_closer", "stay", "beyond", "never")
-    return heard.intent("cap" if capped else "floor", r.consume_at(numbers[0]).number)
+    return clause.intent("cap" if capped else "floor", r.consume_at(numbers[0]).number)
 
 
 def _between_bounds(r: Reader) -> list[Intent]:
@@ -271,19 +271,19 @@ def _factor(r: Reader) -> float | None:
     return None if share is None else max(0.0, 1 - share)
 
 
-def _change(r: Reader, heard: _SpeedClause) -> Intent:
+def _change(r: Reader, clause: _SpeedClause) -> Intent:
     """A relative change: by half, two times, by 20 %, by 0.2 m/s, or a word of degree; or that of the time taken."""
-    factor = _stated_factor(r, heard)
+    factor = _stated_factor(r, clause)
     if factor is not None:
-        return heard.intent("factor", 1 / factor if heard.inverse and factor else factor, "x")
+        return clause.intent("factor", 1 / factor if clause.inverse and factor else factor, "x")
     steps = [i for i in r.numbers(("m/s", "")) if r.word_before(i) == "by" or r.tokens[i].unit == "m/s"]
     if steps:
         step = r.consume_at(steps[0]).number
-        return heard.intent("add", -step if heard.slower else step)
-    return heard.intent("slower" if heard.slower != heard.inverse else "faster", unit="")
+        return clause.intent("add", -step if clause.slower else step)
+    return clause.intent("slower" if clause.slower != clause.inverse else "faster", unit="")
 
 
-def _stated_factor(r: Reader, heard: _SpeedClause) -> float | None:
+def _stated_factor(r: Reader, clause: _SpeedClause) -> float | None:
     """The factor that a clause states, or None."""
     by = any(_stated_by(r, word) for word, _ in FRACTIONS)
     fraction = next((f for w, f in FRACTIONS if r.consume(w)), None)
@@ -293,12 +293,12 @@ def _stated_factor(r: Reader, heard: _SpeedClause) -> float | None:
     if kept is not None:
         return kept
     if fraction is not None:
-        return fraction if not by else 1 - fraction if heard.slower else 1 + fraction
-    slower = heard.slower and not heard.inverse
+        return fraction if not by else 1 - fraction if clause.slower else 1 + fraction
+    slower = clause.slower and not clause.inverse
     if double:
         return 0.5 if slower else 2.0
     if times is not None and times > 0:
         return min(times, 1 / times) if slower else times
     if share is not None:
-        return max(0.0, 1 - share) if heard.slower else 1 + share
+        return max(0.0, 1 - share) if clause.slower else 1 + share
     return None

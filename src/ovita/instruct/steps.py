@@ -536,7 +536,7 @@ def compose(
 
 
 def intents_once(intents: tuple[Intent, ...]) -> list[Intent]:
-    """Drop a second smoothing, which would do nothing new; whatever else is said twice is meant twice."""
+    """Drop a second smoothing, which would change nothing; any other repetition is intended."""
     kept: list[Intent] = []
     for intent in intents:
         if intent.action != "smooth" or not any(k.action == "smooth" for k in kept):

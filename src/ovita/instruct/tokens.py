@@ -150,7 +150,7 @@ def tokenize(sentence: str, scene: Scene, path: Array | None = None) -> tuple[tu
     Args:
         sentence: As written.
         scene: Whose objects may be named.
-        path: Positions (N, 3) [m], from which "the object nearest to the goal" is told.
+        path: Positions (N, 3) [m], for phrases such as "the object nearest to the goal".
     """
     words = _without_hyphens([m.group() for m in WORD.finditer(sentence.replace("’", "'"))])
     catalog = Catalog(scene, path)

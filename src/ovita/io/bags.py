@@ -65,7 +65,7 @@ def load(path: str | os.PathLike[str], choices: Choices) -> Task:
 
 
 def task_of(kind: Kind, message: Any, *, topic: str) -> Task:
-    """The task that a ROS message stands for; its scene keeps topic, type and frame.
+    """The task in a ROS message; its scene keeps topic, type and frame.
 
     Raises:
         TrajectoryError: If the message holds no usable path.
@@ -279,7 +279,7 @@ def _import(name: str) -> Any:
 
 @contextmanager
 def _damage(file: str, what: str = "cannot be read as a bag; it may be cut off or damaged") -> Iterator[None]:
-    """Turn whatever the libraries raise on bytes that are no bag into one sentence."""
+    """Turn any library error on a damaged bag into one sentence."""
     try:
         yield
     except OvitaError:

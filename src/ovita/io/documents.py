@@ -105,7 +105,7 @@ def plain(value: Any) -> Any:
 
 
 def show(value: object) -> str:
-    """A value in a few words, for a message; never long, whatever the value is."""
+    """A short representation of any value for a message."""
     if value is None:
         return "null"
     if isinstance(value, bool):

@@ -1,4 +1,4 @@
-"""Motions of joints as trajectory_msgs/JointTrajectory in a bag: what an arm's controller takes, after IK."""
+"""Joint motions as trajectory_msgs/JointTrajectory in a bag, for an arm's controller."""
 
 from __future__ import annotations
 

@@ -192,7 +192,7 @@ def check_values(document: Mapping[str, Any], file: str) -> None:
 
 
 def is_adaptation(document: Mapping[str, Any]) -> bool:
-    """Whether a parsed document says that it is a saved adaptation, of whatever version."""
+    """Whether a parsed document is marked as a saved adaptation, of any version."""
     schema = document.get("schema")
     return isinstance(schema, str) and schema.startswith("ovita.adaptation/")
 

@@ -137,7 +137,7 @@ def build(
 
 
 def parse(kind: Kind, message: Any) -> tuple[Trajectory, str, str, tuple[str, ...]]:
-    """The trajectory of a message, its frame_id, the body that it moves ("" if not said), and remarks.
+    """The trajectory of a message, its frame_id, the body that it moves ("" if absent), and notes.
 
     Raises:
         TrajectoryError: If it holds no usable path; names the pose.

@@ -197,7 +197,7 @@ def asked_speed(item: Item, default: float) -> float | None:
 
 
 def task_of(mission: Mission, file: str, notes: Sequence[str] = ()) -> Task:
-    """The task that a mission stands for; its scene keeps the mission.
+    """The task in a mission file; its scene keeps the mission.
 
     Raises:
         TrajectoryError: If it has fewer than two stations, or one that cannot be read.
@@ -394,7 +394,7 @@ def _changed(item: Item, was: Station, now: Station, home: Home) -> Item:
 
 
 def _matched(old: Sequence[Station], new: Sequence[Station]) -> tuple[list[int], set[int]]:
-    """For every old station the new one that stands for it, ascending; and the old ones that are still in place.
+    """Match each old mission waypoint to its new one, in ascending order, and mark those that did not move.
 
     Stations whose place is unchanged pair up first, the others by path length between these.
     """

@@ -1,4 +1,4 @@
-"""A task: what a file asks for."""
+"""A task read from a file."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ VERDICT = "verdict"
 
 @dataclass(frozen=True)
 class Task:
-    """What a file holds: a trajectory, and what is to be done with it.
+    """A trajectory, its scene and an instruction, read from a file.
 
     Args:
         trajectory: The waypoints.
@@ -48,7 +48,7 @@ Kind = Literal["path", "poses", "multidof"]
 
 @dataclass(frozen=True)
 class Choices:
-    """What is not said by a file's name.
+    """Options that a file's name does not determine.
 
     Args:
         topic: The topic of a bag, or None for the only one that fits.

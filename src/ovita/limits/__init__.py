@@ -1,4 +1,4 @@
-"""Constraints: what a robot may do, and the nearest trajectory that it may follow.
+"""Constraints: a robot's limits, and the nearest trajectory that satisfies them.
 
 `constrain` is the whole module; `verify` measures without changing anything; `parse_text` reads the constraint text of
 a scene file. The solver is imported on first use of `constrain`.

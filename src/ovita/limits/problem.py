@@ -1,4 +1,4 @@
-"""What the constraint module is asked, and what it answers.
+"""Input and output of the constraint solver.
 
 The problem is that of the paper (OVITA, arXiv 2508.17260): with the waypoints x_i = (x, y, z, v) stacked
 waypoint-major and x_ref what the policy proposed,
@@ -177,7 +177,7 @@ class ConstraintCheck:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What became of every limit.
+    """The outcome of every limit check.
 
     Args:
         status: "satisfied" (every limit held as proposed), "repaired" (every limit holds now), "preexisting" (only

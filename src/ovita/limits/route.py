@@ -1,4 +1,4 @@
-"""A way around, and a legal path to start from, wherever the reference runs through something.
+"""Detours around obstacles: a feasible initial path where the reference runs through one.
 
 Each blocked stretch is replaced by a route around (`legal_path`), from the last legal waypoint before it to the first
 one behind it, with the waypoints spread along the route so that whole segments are legal; `sequential` then pulls the

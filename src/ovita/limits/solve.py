@@ -169,7 +169,7 @@ class _Task:
         )
 
     def speeds(self, positions: Array, weights: Weights) -> Array:
-        """Speeds smoothed as asked, then lowered to every limit."""
+        """Speeds after the requested smoothing, lowered to every limit."""
         top = np.inf if self.robot.max_speed is None else self.robot.max_speed
         speeds = self.proposed.speeds
         if weights.smooth:

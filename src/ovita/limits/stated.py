@@ -126,7 +126,7 @@ class TextLimits:
 
         Args:
             robot: Whose limits to replace.
-            base: Where the robot stands (3,) [m]; by default the centre of its shell, or the origin.
+            base: Position of the robot's base (3,) [m]; by default the centre of its shell, or the origin.
         """
         changed = robot
         if self.ranges:

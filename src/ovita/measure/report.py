@@ -30,7 +30,7 @@ class Span:
 
 @dataclass(frozen=True)
 class Displacement:
-    """How far the waypoints that were taken over lie from where they were.
+    """Displacement of the corresponding waypoints.
 
     Args:
         max: Largest displacement [m], at waypoint `index` and share `fraction` (0..1) of the path length.
@@ -56,7 +56,7 @@ class Displacement:
 
 @dataclass(frozen=True)
 class Insertion:
-    """Waypoints `first` to `last` that were put in, up to `off` [m] away from the original path."""
+    """Inserted waypoints `first` to `last`, up to `off` [m] from the original path."""
 
     first: int
     last: int
@@ -213,8 +213,8 @@ class Changes:
         duration: Time from start to goal [s].
         displacement: How far the path moved.
         shape: Its turns and steps.
-        start: What became of the start.
-        goal: What became of the goal.
+        start: Change of the start.
+        goal: Change of the goal.
         speed: How speeds changed.
         objects: How each object is passed, in the scene's order.
     """

@@ -1,1 +1,1 @@
-"""What a trajectory is, where it lies, and how two of them compare: numpy only, in the sandbox too."""
+"""Trajectories, scenes, frames and their geometry: numpy only, in the sandbox too."""

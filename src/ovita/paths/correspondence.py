@@ -1,4 +1,4 @@
-"""Which waypoint of an adapted trajectory came from which of the original, whatever was done to it."""
+"""Correspondence between the waypoints of an adapted trajectory and those of the original."""
 
 from __future__ import annotations
 

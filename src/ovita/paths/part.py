@@ -90,7 +90,7 @@ class PathPart:
         return np.asarray(_MASKS[self.kind](self, trajectory, scene), dtype=bool)
 
     def words(self) -> str:
-        """The part as it stands in a sentence, such as "in the first 10 waypoints"; "" for the whole path."""
+        """The part as a phrase, such as "in the first 10 waypoints"; "" for the whole path."""
         return _WORDS[self.kind](self) if self.kind in _WORDS else ""
 
     def to_json(self) -> dict[str, Any]:

@@ -77,7 +77,7 @@ def interactive(
         adapted: After (red).
         scene: Objects are drawn as cuboids with their names, the frame names the axes.
         robot: Whose workspace to outline, where it lies in the picture.
-        proposed: What was asked for before the limits had their say (grey, dotted).
+        proposed: The policy's proposal before the limits were enforced (grey, dotted).
         title: Heading, such as the instruction.
         notes: Lines listed below, such as the plan or the explanation.
         view: First look: "3d", "top" (from above), or "auto": from above if the paths lie in one horizontal plane.

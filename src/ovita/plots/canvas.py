@@ -1,4 +1,4 @@
-"""The two ways to look at a scene with matplotlib: from above, and in space. Both draw the same things."""
+"""The two matplotlib views of a scene, from above and in 3-D, with the same drawing operations."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ class _Canvas:
 
 
 class TopCanvas(_Canvas):
-    """The scene from above: right is right and front is up, whatever the frame."""
+    """Top view of the scene, right to the right and front up, for any frame."""
 
     def __init__(self, figure: Figure, shown: Extent, frame: Frame) -> None:
         super().__init__(figure, shown, frame)
@@ -177,7 +177,7 @@ class TopCanvas(_Canvas):
 
 
 class SpaceCanvas(_Canvas):
-    """The scene in space, seen from behind, from the right and from above, whatever the frame."""
+    """3-D view of the scene from behind, right and above, for any frame."""
 
     def __init__(self, figure: Figure, shown: Extent, frame: Frame) -> None:
         super().__init__(figure, shown, frame)

@@ -51,7 +51,7 @@ def figure(
         adapted: After (red).
         scene: Objects are drawn as cuboids with their names, the frame names the axes.
         robot: Whose workspace to outline, where it lies in the picture.
-        proposed: What was asked for before the limits had their say (grey, dotted).
+        proposed: The policy's proposal before the limits were enforced (grey, dotted).
         title: Written above, such as the instruction.
         violations: Limits that do not hold are marked where the adapted trajectory breaks them most.
         view: "3d", "top" (from above), or "auto": from above if the paths lie in one horizontal plane.

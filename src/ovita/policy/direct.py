@@ -163,7 +163,7 @@ def _is_text(node: ast.stmt) -> bool:
 
 
 def run_proven(tree: ast.Module, given: Array, scene: Scene) -> tuple[Any, Recorder]:
-    """Run a proven policy; its result, whatever that is, and what it stated.
+    """Run a proven policy; return its unchecked result and its postconditions.
 
     Args:
         tree: Of the policy.

@@ -296,7 +296,7 @@ class Prints:
 
 
 class PolicyRun:
-    """A policy that is ready to run, and then what came of it."""
+    """A policy prepared to run, and its outcome afterwards."""
 
     def __init__(self) -> None:
         self.source = ""

@@ -70,7 +70,7 @@ _MACHINES = {
 
 
 class LockFailed(Exception):
-    """A lock that was asked for could not be closed."""
+    """A requested restriction could not be applied."""
 
 
 def landlock_version() -> int:

@@ -1,4 +1,4 @@
-"""From what a policy left behind to rows of numbers (in the sandbox), and from rows to a trajectory (outside)."""
+"""Convert a policy's result to rows of numbers (in the sandbox), and rows to a trajectory (outside)."""
 
 from __future__ import annotations
 

@@ -168,7 +168,7 @@ class Pool:
                 self._discard(kind)
 
     def end(self) -> None:
-        """Kill all workers at once, whatever they are doing, and start no other."""
+        """Kill all workers immediately and start no more."""
         self._ended = True
         for worker in list(self._workers.values()):
             worker.process.kill()

@@ -216,7 +216,7 @@ _COMMENT = re.compile(r"(\s*)#")
 
 @dataclass(frozen=True)
 class Cleaned:
-    """Source without what it does not need.
+    """Policy source without surplus statements.
 
     Args:
         source: What is left.

@@ -46,12 +46,12 @@ HEADER_SIZE, END_SIZE = _HEADER.size, _END.size
 
 
 class BadFrame(Exception):
-    """The bytes are not what was agreed upon."""
+    """The bytes violate the protocol."""
 
 
 @dataclass(frozen=True)
 class JobHeader:
-    """What a worker is asked to run; the body follows and only the child reads it.
+    """Header of a job for a worker; the body follows and only the child reads it.
 
     Args:
         wall_ms: Time for the policy [ms].

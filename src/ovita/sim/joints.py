@@ -31,7 +31,7 @@ def joint_motion(
         trajectory: In the scene's coordinates.
         scene: What the arm must not touch.
         arm: A shipped arm's name or a .toml file.
-        base: Where the arm stands, in the scene's coordinates; None lets the simulation place it.
+        base: Pose of the arm's base in scene coordinates; None lets the simulation choose it.
         limits: The limits that the trajectory was adapted to.
         contacts: Objects that are meant to be touched.
 
@@ -62,7 +62,7 @@ def tool_path(motion: JointMotion, arm: str = "iiwa", *, base: Base | None = Non
     Args:
         motion: Of all joints of the arm, by the names of its model.
         arm: A shipped arm's name or a .toml file.
-        base: Where the arm stands; None for the origin.
+        base: Pose of the arm's base; None for the origin.
 
     Raises:
         RobotError: If there is no such arm, or it has other joints.

@@ -1,4 +1,4 @@
-"""The motion of a robot as arrays, so that anything can draw it without a simulator."""
+"""The motion of a robot as arrays, to be drawn without a simulator."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a robot stands, and the way between a scene's coordinates and the simulator's, whose z points up."""
+"""Base poses of robots, and the transform between scene and simulator coordinates (z up)."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ TOUCH = 0.01
 
 @dataclass(frozen=True)
 class Base:
-    """Where a robot stands, in the scene's coordinates.
+    """Pose of a robot's base in scene coordinates.
 
     Args:
         x: [m].

@@ -66,7 +66,7 @@ class Report:
         tolerance: Tracking error, root mean square over time, that counts as followed [m].
         peak_tolerance: Largest tracking error that counts as followed [m].
         tracking: On the part of the trajectory that can be reached.
-        orientation_error: Largest [rad], or None where no orientation was asked for.
+        orientation_error: Largest [rad], or None without reference orientations.
         unreachable: By waypoint.
         limits: That were reached.
         contacts: By object.
@@ -91,7 +91,7 @@ class Report:
 
     @property
     def slowdown(self) -> float:
-        """Duration achieved by duration asked; 1 where nothing was asked."""
+        """Ratio of achieved to planned duration; 1 if none was planned."""
         return self.achieved / self.asked if self.asked > 0 else 1.0
 
     def to_dict(self) -> dict[str, Any]:
@@ -211,7 +211,7 @@ def assess(
         log: What it did.
         path: The trajectory, in the simulator's coordinates; a rover is measured along the ground.
         base: In the scene's coordinates.
-        oriented: Whether the trajectory's orientations were asked for.
+        oriented: Whether orientations were to be tracked.
         meant: Names of objects that are meant to be touched.
     """
     plan = intent.plan
@@ -286,7 +286,7 @@ def _reached(where: Array, unreachable: tuple[Unreachable, ...], n: int) -> np.n
 
 
 def _orientation_error(path: Trajectory, where: Array, turns: Array) -> float | None:
-    """Largest angle between the orientations asked for and the rotation matrices (K, 9) of the tip [rad]."""
+    """Largest angle between the reference orientations and the tool's rotation matrices (K, 9) [rad]."""
     asked = path.orientations_at(where)
     if asked is None:
         return None

@@ -86,7 +86,7 @@ def simulate(
         trajectory: In the scene's coordinates.
         scene: Its objects become bodies.
         robot: A shipped robot's name, a .toml file, or a model.
-        base: Where the robot stands, in the scene's coordinates; None places it, see `place`.
+        base: Pose of the robot's base in scene coordinates; None chooses it, see `place`.
         limits: The robot limits that the trajectory was adapted to; their workspace is shown, and where it is a shell
             an arm is placed in its centre if that suits.
         orientation: Of an arm's tip: "auto" follows the trajectory's orientations if there are any, "free" leaves it

@@ -143,7 +143,7 @@ LONGEST = 7200.0
 
 @dataclass(frozen=True)
 class MotionPlan:
-    """What a robot means to do, at times that are evenly spaced.
+    """The planned motion, sampled at uniform times.
 
     Args:
         step: Between two times [s].
@@ -193,7 +193,7 @@ class Piece:
 
 
 def still(duration: float, where: tuple[float, float], coordinates: Array) -> Piece:
-    """A piece that stands still at `coordinates` (D,) while the place moves on from where[0] to where[1]."""
+    """A stationary piece at `coordinates` (D,) whose path parameter runs from where[0] to where[1]."""
     ends = np.array([0.0, duration])
     return Piece(ends, np.zeros(2), np.zeros(2), np.array(where, dtype=float), np.tile(coordinates, (2, 1)))
 
@@ -329,7 +329,7 @@ class Touched:
 
 @dataclass(frozen=True)
 class ControlPlan:
-    """What a controller means to do.
+    """What a controller plans to track.
 
     Args:
         plan: At every step of the simulation.

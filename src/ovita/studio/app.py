@@ -1,4 +1,4 @@
-"""The server: it starts viser behind the gate, and gives every browser its view and its desk."""
+"""The server: runs viser behind the access gate and gives each browser its view and session."""
 
 from __future__ import annotations
 

@@ -150,7 +150,7 @@ def exported(kind: str, session: Session) -> tuple[str, bytes]:
 
     Raises:
         FormatError: If there is nothing of that kind yet.
-        MissingExtra: If "html" is asked for and plotly is not installed.
+        MissingExtra: If "html" is requested and plotly is not installed.
     """
     if kind == "html":
         return "ovita.html", _page(session).encode()

@@ -102,7 +102,7 @@ def header(desk: SessionController, writer: str) -> str:
 
 
 def welcome(scene: Scene) -> str:
-    """What to do, for a person who sees the page for the first time."""
+    """The introduction for a first-time user."""
     objects = ", ".join(f"<b>{e(name)}</b>" for name in scene.names[:6]) or "no objects"
     return block(
         '<div class="card"><b>Change how the robot moves by saying so.</b><ol>'
@@ -201,7 +201,7 @@ def changes(before: Trajectory, session: Session) -> str:
 
 
 def verdict(session: Session) -> str:
-    """The limits and what became of each."""
+    """The limits and whether each holds."""
     result = session.adaptation
     limits = f'<p class="soft">{e(limits_of(session.robot))}</p>'
     if result is None or result.constraints is None:

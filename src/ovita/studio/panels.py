@@ -1,4 +1,4 @@
-"""The panels on the right: knobs, plan, explanation, changes, code, limits, and who writes the policies."""
+"""The panels on the right: parameters, plan, explanation, changes, code, limits and writers."""
 
 from __future__ import annotations
 
@@ -366,7 +366,7 @@ class LimitsPanel:
         self.apply.on_click(lambda _: self._apply())
 
     def refresh(self) -> None:
-        """Show the limits of the session and what became of each."""
+        """Show the session's limits and whether each holds."""
         session = self._desk().session
         self.verdict.content = html.verdict(session)
         if self._filled == (session.robot, session.constraints):

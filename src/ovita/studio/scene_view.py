@@ -379,7 +379,7 @@ def broken(path: Trajectory, scene: Scene, robot: Robot, exempt: set[str]) -> ND
 
 @dataclass
 class Shown:
-    """What a person wants to see."""
+    """What is shown."""
 
     speeds: bool = False
     waypoints: bool = False

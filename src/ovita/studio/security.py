@@ -33,7 +33,7 @@ _HOST = re.compile(r"[A-Za-z0-9.\-_:\[\]]{1,255}")
 
 
 class StudioUnsafe(OvitaError):
-    """The studio was asked to serve in a way that would let strangers in."""
+    """The requested server settings would give strangers access."""
 
 
 @dataclass(frozen=True)

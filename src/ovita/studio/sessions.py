@@ -54,7 +54,7 @@ class PendingTurn:
 
 @dataclass(frozen=True)
 class LastUtterance:
-    """What was said last, and what came of it where that is no turn of the session.
+    """The last utterance, with its result or error if it did not become a turn.
 
     Args:
         text: What the person said.
@@ -99,7 +99,7 @@ class SessionController:
         self._turning = False
 
     def watch(self, watcher: Callable[[News], None]) -> Callable[[], None]:
-        """Call `watcher` with what changed, from whatever thread it changed on; call the result to end that."""
+        """Call `watcher` on every change, on the thread that changed it; the returned function unsubscribes."""
         with self.lock:
             self._watchers.append(watcher)
 
@@ -137,7 +137,7 @@ class SessionController:
         return worker
 
     def answer(self, text: str) -> threading.Thread:
-        """Answer the question that came back; where the session cannot place it, all is said again with it.
+        """Answer the pending question; if the session cannot apply the answer, restate the instruction with it.
 
         Raises:
             RequestError: If nothing was asked or the answer is empty.
@@ -153,7 +153,7 @@ class SessionController:
         return self.say(f"{self.said.text.rstrip('.')}. {text.strip()}", self.said.on)
 
     def cancel(self) -> None:
-        """Give up the turn that is being written; whatever its writer still answers is thrown away."""
+        """Cancel the pending turn and discard any late reply of its writer."""
         with self.lock:
             busy = self.busy
             if busy is None:
@@ -174,7 +174,7 @@ class SessionController:
         threading.Thread(target=self._turn_all, name="ovita-knobs", daemon=True).start()
 
     def act(self, work: Callable[[Session], object]) -> bool:
-        """Do something to the session at once; say whether it went well. A failure is told, nothing changes then."""
+        """Apply an edit to the session and return whether it succeeded; a failure is shown and changes nothing."""
         try:
             with self.lock:
                 if self.busy is not None:
@@ -225,7 +225,7 @@ class SessionController:
                     self._tell("error")
 
     def _turn_all(self) -> None:
-        """Turn knobs as long as there are wishes; then, after a rest, write down what came of it."""
+        """Apply pending parameter values until none are left; after a pause, record the result as a turn."""
         while True:
             with self._knobs:
                 if not self._wanted and not self._knobs.wait_for(lambda: bool(self._wanted), timeout=SETTLE_S):

@@ -173,7 +173,7 @@ class Tab:
         ))  # fmt: skip
 
     def refresh(self, news: News) -> None:
-        """Show what changed; called from whatever thread it changed on."""
+        """Show what changed; called on the thread that changed it."""
         with self._lock:
             if self._closed:
                 return

@@ -100,7 +100,7 @@ class Expectation:
 
 @dataclass
 class Recorder:
-    """Collects what a running policy states.
+    """Collects a running policy's postconditions.
 
     Args:
         contacts: Names of the objects that it means to touch or to pass through, each once.

@@ -1,4 +1,4 @@
-"""New waypoints: how densely they lie along a curve, how fast they are passed, and where they are put in."""
+"""New waypoints: their spacing along a curve, their speeds, and their insertion."""
 
 from __future__ import annotations
 

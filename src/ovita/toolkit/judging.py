@@ -1,4 +1,4 @@
-"""Did the adapted trajectory keep what the policy promised?"""
+"""Judge postconditions on the adapted trajectory."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ AT_REST = 1e-3
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of one expectation.
+    """The outcome of one postcondition.
 
     Args:
         held: Whether it was kept.

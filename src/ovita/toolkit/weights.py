@@ -1,4 +1,4 @@
-"""Weights along a path: how strongly each waypoint takes part in an edit."""
+"""Weights of waypoints in an edit."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ MODEL_VARIABLE = "OVITA_MODEL"
 """Environment variable that names the configured model, such as "openai:gpt-5", or a line of them with commas."""
 
 MAX_TOLD = 200
-"""Longest step, or run of words, that one writer is told of another [characters]."""
+"""Longest step, or run of words, passed from one writer to the next [characters]."""
 
 PROVIDERS = ("llamacpp", "openai", "anthropic", "google", "ollama")
 
@@ -37,7 +37,7 @@ class WriterInfo:
         input_tokens: Tokens read over all attempts.
         output_tokens: Tokens written over all attempts.
         reason: Why this writer was chosen.
-        tried: Every writer that was asked, in order, with what came of it.
+        tried: Every writer tried, in order, with its outcome.
     """
 
     kind: str
@@ -88,7 +88,7 @@ a postcondition. "unused": it does not use a number of the instruction.
 
 @dataclass(frozen=True)
 class Attempt:
-    """One answer of a writer, and what became of it.
+    """One reply of a writer and its outcome.
 
     Args:
         reply: The answer.
@@ -124,7 +124,7 @@ class Attempt:
 
     @property
     def summary(self) -> str:
-        """What came of it, in a few words."""
+        """The outcome in a few words."""
         if self.failure or self.policy is not None:
             first = (self.error or "its policy ran as meant").splitlines()[0]
             expectations = self.rollout.expectations if self.rollout is not None else ()
@@ -179,13 +179,13 @@ class _Chosen:
 
 @dataclass(frozen=True)
 class WriterChain:
-    """Writers in line: each one is asked where those before it had no answer.
+    """A chain of writers, each tried when those before it had no answer.
 
-    The chain asks the writers of a line itself, since it also sees whether a policy runs and keeps its promises.
+    Generation calls the members itself, since it also sees whether a policy runs and meets its postconditions.
 
     Args:
-        writers: In the order in which they are asked; at least one.
-        name: How the line was named, such as "auto".
+        writers: In the order in which they are tried; at least one.
+        name: Name of the chain, such as "auto".
     """
 
     writers: tuple[PolicyWriter, ...]
@@ -219,7 +219,7 @@ class WriterChain:
 
 
 def flatten(writer: PolicyWriter) -> tuple[PolicyWriter, ...]:
-    """Return the writers of a line, or the one writer."""
+    """Return the members of a chain, or the one writer."""
     return writer.writers if isinstance(writer, WriterChain) else (writer,)
 
 

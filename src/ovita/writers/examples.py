@@ -36,9 +36,9 @@ class Example:
     """An instruction and the answer to it.
 
     Args:
-        family: The file it stands in, such as "distance".
+        family: The file it is in, such as "distance".
         say: The instruction.
-        also: Other wordings of the same wish; they help to find the example and are not shown.
+        also: Other wordings of the same request; they help to find the example and are not shown.
         plan: One step a line.
         code: The policy; "" where the answer is a question or words that cannot be placed.
         assumptions: As in a reply.
@@ -112,7 +112,7 @@ def similar(instruction: str, count: int, objects: Sequence[str] = ()) -> tuple[
     Args:
         instruction: What a person asks.
         count: How many, at most; fewer if no others share a word with it.
-        objects: Names of the scene's objects: these count as objects, whatever they are called.
+        objects: Names of the scene's objects: these count as objects even if named like an ordinary word.
     """
     index, owners = _wordings()
     query = terms(instruction, objects)

@@ -47,12 +47,12 @@ _OPPOSITE = dict(zip(_DIRECTIONS, (_DIRECTIONS[i ^ 1] for i in range(len(_DIRECT
 
 
 def reworded(writer: PolicyWriter, facts: Mapping[str, str], *, budget: WritingBudget | None = None) -> str:
-    """Return a short explanation in plain words for a person who is no expert, written by a language model.
+    """Return a language model's short explanation for a lay person.
 
     Args:
         writer: A model, or a writer that wraps one.
         facts: What is known, by title: plan, parameters with values, assumptions, what changed.
-        budget: Who looks on, and when it must end.
+        budget: Deadline, cancellation and progress.
 
     Raises:
         WriterError: If the writer is no language model, no answer could be had, or the explanation holds a number, a

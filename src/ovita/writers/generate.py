@@ -1,4 +1,4 @@
-"""Phase two: writers are asked in line, their policies run, and a failing one goes back with what came out.
+"""Phase two: try the writers in order, run their policies, and send failures back for repair.
 
 writer 1 -> policy -> run -> judge -> repair ... -> writer 2 -> ... -> the best of what there is
 """
@@ -35,17 +35,17 @@ Lap = Callable[[str], None]
 
 
 def write(prompt: Prompt, writer: PolicyWriter, *, isolation: Isolation, repairs: int, lap: Lap) -> Attempt:
-    """Ask the writers in line until a policy ran and kept its promises, or one asks a question back.
+    """Try the writers in order until a policy meets its postconditions or a writer asks a question.
 
     Args:
-        prompt: The grounded request; its budget bounds the time, tells what goes on, and may stop it all.
-        writer: A writer, or a line of them.
+        prompt: The grounded request; its budget bounds the time, reports progress and carries cancellation.
+        writer: A writer, or a chain of them.
         isolation: How policies must be isolated while they run.
         repairs: How often a failing policy goes back to its writer.
         lap: Books the time of the stages.
 
     Returns:
-        The best that came of it, with every writer that was asked in `reply.writer.tried`.
+        The best result, with every writer tried in `reply.writer.tried`.
     """
     line = flatten(writer)
     done: list[Attempt] = []
@@ -73,7 +73,7 @@ def judged(request: Request, rollout: Rollout, result: Array) -> tuple[Outcome, 
 
 
 def _ask(prompt: Prompt, writer: PolicyWriter, isolation: Isolation, repairs: int, lap: Lap) -> Attempt:
-    """Ask one writer, and show it what is wrong with its policy until it is right or the repairs are used up."""
+    """Ask one writer, and return failures to it until its policy is right or the repairs are used up."""
     nothing = Reply("not_understood", writer=WriterInfo(writer.name))
     last = Attempt(nothing, failure="unusable", error="it was not asked")
     tokens_in = tokens_out = 0

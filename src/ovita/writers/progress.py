@@ -1,4 +1,4 @@
-"""Who looks on while a policy is written: what they are told, and when they want an end."""
+"""Deadline, cancellation and progress reports while a policy is being written."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ Progress = Callable[[str], None]
 
 @dataclass
 class WritingBudget:
-    """Who looks on while a policy is written.
+    """Deadline, cancellation and progress.
 
     Args:
-        progress: Told what goes on, or None.
+        progress: Called with each progress line, or None.
         cancel: Once it is set, writers stop as soon as they can; None never stops them.
         deadline: When the time for writing is over, on the clock of `time.monotonic` [s].
     """
@@ -36,17 +36,17 @@ class WritingBudget:
     def lasting(
         cls, seconds: float | None, progress: Progress | None = None, cancel: Event | None = None
     ) -> WritingBudget:
-        """Return a budget that ends in so many seconds, or never for None."""
+        """Return a budget with a deadline in so many seconds; None for no deadline."""
         return cls(progress, cancel, math.inf if seconds is None else time.monotonic() + seconds)
 
     def say(self, text: str) -> None:
-        """Tell what goes on."""
+        """Report progress."""
         if self.progress is not None:
             self.progress(text)
 
     @property
     def cancelled(self) -> bool:
-        """Whether someone asked for an end."""
+        """Whether writing was cancelled."""
         return self.cancel is not None and self.cancel.is_set()
 
     @property
@@ -56,7 +56,7 @@ class WritingBudget:
 
     @contextmanager
     def pause(self) -> Iterator[None]:
-        """Let no time pass while a writer gets ready, as it must once only: the deadline moves by what that takes."""
+        """Stop the clock during one-time preparation: extend the deadline by the time spent in this context."""
         started = time.monotonic()
         self._paused = True
         try:
@@ -72,13 +72,13 @@ class WritingBudget:
         return "" if self.left > 0.0 else "no time was left"
 
     def wait_for(self, work: Callable[[], T], stop: Callable[[], None], seconds: float, waiting: str = "") -> T | None:
-        """Run `work` in a thread of its own until it is done, the time is up, or someone asked for an end.
+        """Run `work` in its own thread until it returns, the time is up or writing is cancelled.
 
         Args:
             work: Runs to its end, or until `stop` was called.
             stop: Makes `work` end soon; called from another thread.
             seconds: Longest wait [s].
-            waiting: Told every second with the time that has passed, unless it is "".
+            waiting: Progress text reported each second with the elapsed time; "" for none.
 
         Returns:
             What `work` returned, or None if it was stopped.

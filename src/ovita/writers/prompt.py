@@ -94,7 +94,7 @@ class Prompt:
         style: What the text shows.
         hints: What earlier writers in line made of the instruction.
         attempts: Failed attempts so far, oldest first.
-        budget: The time that is left for writing, who is told of progress, and whether to stop.
+        budget: Deadline, cancellation and progress reports.
     """
 
     request: Request

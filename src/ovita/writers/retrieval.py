@@ -101,7 +101,7 @@ class Index:
 
 
 def _telling(name: str) -> bool:
-    """Whether a name has a word that means nothing else: a thing called "near" does not hide where it is said."""
+    """Whether a name has a word that is neither a concept nor a filler, so that an object "near" masks nothing."""
     words = name.split()
     return any(not word.isdigit() and not concept_at([word], 0)[1] and not is_filler(word) for word in words)
 

@@ -145,7 +145,7 @@ def _along(knob: Knob, wanted: Reference) -> bool:
 
 
 def _changed(knob: Knob, amount: MoreOrLess) -> float | int | None:
-    """The value of a knob once it is changed as said, or None if the unit does not suit it."""
+    """The new value of a parameter after the requested change, or None if the unit does not fit it."""
     along = _along(knob, amount.wanted)
     more = amount.more == along
     if amount.added is not None:

@@ -225,7 +225,7 @@ def _direction_in(words: Sequence[str]) -> str:
 
 @dataclass(frozen=True)
 class Context:
-    """Where a conversation stands.
+    """The state of a conversation.
 
     Args:
         said: The sentence as the person wrote it.

@@ -1,4 +1,4 @@
-"""What feedback refers to, and what it can come to."""
+"""References in feedback, and the results of resolving it."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Resolution:
 
     @property
     def certain(self) -> bool:
-        """Whether it holds whatever language model writes the policies: all but other words and questions."""
+        """Whether it is valid with any writer: everything except rewordings and questions."""
         return self.kind not in ("rewrite", "ask")
 
 
@@ -73,7 +73,7 @@ VAGUE = frozenset("it that this these those them the a an of to in by is was wer
 
 @dataclass(frozen=True)
 class Reference:
-    """What is referred to; empty parts say nothing, and all others must hold.
+    """The referent of feedback: a conjunction of its non-empty fields.
 
     Args:
         families: Families of changes.

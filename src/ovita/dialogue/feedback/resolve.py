@@ -86,7 +86,7 @@ def clarified(asked: str, said: str, scene: Scene) -> str:
 
 
 def together(history: Sequence[Turn], instruction: str, scene: Scene, original: Trajectory) -> Wording | None:
-    """Everything said so far and a new instruction, as one for the original, with the knobs turned so far.
+    """All utterances so far plus a new instruction as one instruction on the original, keeping tuned parameters.
 
     Returns:
         The instruction; or None where it would not be read as its parts were, such as "left" and then "right".

@@ -1,4 +1,4 @@
-"""Turns as clauses that can be dropped, moved, turned round, and put together again into one instruction."""
+"""Split turns into clauses, drop, move or reverse these, and join them into one instruction."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class TunedIntent:
 
 @dataclass(frozen=True)
 class SpokenClause:
-    """A clause: its words, and what was read in them."""
+    """A clause: its words and its intents."""
 
     text: str
     pieces: tuple[TunedIntent, ...] = ()
@@ -84,7 +84,7 @@ class SpokenClause:
 
 @dataclass(frozen=True)
 class Wording:
-    """An instruction put together from parts, and the values of knobs that were turned before."""
+    """A composed instruction, and the parameter values tuned earlier."""
 
     instruction: str
     values: dict[str, Number]
@@ -184,7 +184,7 @@ def following(past: Turn, scene: Scene, values: Mapping[str, Number]) -> dict[st
 
 
 def _with_amounts(intent: Intent, names: Sequence[str], values: Mapping[str, object]) -> Intent:
-    """A shift by what its knobs say."""
+    """A shift with its current amounts."""
     present = [values.get(name) for name in names]
     if intent.action != "move" or len(names) < len(intent.directions):
         return intent
@@ -205,7 +205,7 @@ def spans(text: str, clauses: Sequence[Sequence[Token]]) -> list[str]:
 
 
 def places_of(text: str, tokens: Sequence[Token], at: int = 0) -> list[tuple[int, int]]:
-    """Where each of some consecutive tokens stands in a text, from a place on; empty if one cannot be found."""
+    """The span of each of some consecutive tokens in a text, searched from an offset; empty if one is missing."""
     places: list[tuple[int, int]] = []
     for token in tokens:
         words = [re.escape(word) for word in token.text.split()]
@@ -266,7 +266,7 @@ _WORD_OF = {"front": "forward", "back": "backward"}
 
 
 def moved(part: SpokenClause, words: str, scene: Scene) -> SpokenClause | None:
-    """A clause on another part of the path, or None if it cannot be said so."""
+    """A clause moved to another part of the path, or None if it has no such wording."""
     if len(part.pieces) != 1:
         return None
     piece = part.pieces[0]

@@ -1,4 +1,4 @@
-"""Feedback that takes something back, repeats, or accepts: "undo that", "forget the shift", "again", "perfect"."""
+"""Feedback that undoes, repeats or accepts: "undo that", "forget the shift", "again", "perfect"."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The words of feedback: spelt right, without courtesies, and what they say about how much."""
+"""Normalise feedback: correct spelling, drop courtesies, read degrees and amounts."""
 
 from __future__ import annotations
 

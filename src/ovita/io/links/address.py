@@ -91,7 +91,7 @@ class Address:
 
     @property
     def local(self) -> bool:
-        """Whether ROS 2 must stay on this machine: the option, else as ROS itself is told to."""
+        """Whether ROS 2 traffic must stay on this machine: the option, else ROS's own environment variables."""
         if "local" in self.options:
             return self.options["local"] not in ("0", "no", "false", "")
         alone = os.environ.get("ROS_LOCALHOST_ONLY") == "1"

@@ -31,7 +31,7 @@ def send(
     Args:
         address: Topic, domain and message type.
         trajectory: In the scene's frame.
-        scene: Its frame, and what a ROS message said before.
+        scene: Its frame, and the fields of the ROS message it was read from.
         choices: Overridden by the address.
         start: Time stamp [ns].
 

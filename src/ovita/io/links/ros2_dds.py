@@ -149,7 +149,7 @@ def _qos(reliable: bool, latched: bool) -> Any:
 
 @contextmanager
 def _participant(address: Address) -> Iterator[Any]:
-    """A participant of the address's domain, on this machine only where asked."""
+    """A DDS participant in the address's domain, restricted to this machine if requested."""
     try:
         from cyclonedds.core import DDSException
         from cyclonedds.domain import Domain, DomainParticipant

@@ -35,7 +35,7 @@ class Receipt:
 
 
 def open_task(place: str, *, scene_file: str | None = None, frame: str | None = None, choices: Choices = NONE) -> Task:
-    """Read a task from a file or an address, with the objects of a scene file and in a frame where asked.
+    """Read a task from a file or an address, optionally with objects of a scene file and in another frame.
 
     Where the format fixes the axes (a ROS bag, a mission), another frame means turning the waypoints into it; a scene
     file that states no frame is taken to be in that of the waypoints. Elsewhere the frame says how to read the file.

@@ -1,4 +1,4 @@
-"""Checks: predicates over (original, adapted, scene) that decide whether an adaptation did what was asked.
+"""Checks: predicates over (original, adapted, scene) that decide whether an adaptation follows its instruction.
 
 Each name builds a `Check`, which is JSON-able data with `judge`; `all_of`, `any_of` and `not_` combine them. The
 functions near, first, last, middle, after, before, between, turns, outside and both build the `where` of a check.

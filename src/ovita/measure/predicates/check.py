@@ -22,7 +22,7 @@ P = ParamSpec("P")
 
 @dataclass(frozen=True)
 class CheckResult:
-    """What became of a check.
+    """The outcome of a check.
 
     Args:
         passed: Whether the adaptation did what was asked.
@@ -139,7 +139,7 @@ def predicate(judge: Callable[Concatenate[Pair, P], CheckResult]) -> Callable[P,
 
 
 def say(passed: bool, wish: str, fact: str) -> CheckResult:
-    """A verdict: the fact if it passed, else the wish as a request followed by the fact."""
+    """A check result whose sentence is the fact, preceded by the request if it failed."""
     return CheckResult(bool(passed), fact[:1].upper() + fact[1:] + "." if passed else f"Please {wish}: {fact}.")
 
 

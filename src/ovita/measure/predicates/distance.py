@@ -1,4 +1,4 @@
-"""Checks of how near the path comes to objects, and of what it passes."""
+"""Checks of clearance from objects and of via points."""
 
 from __future__ import annotations
 

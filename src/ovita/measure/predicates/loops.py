@@ -1,4 +1,4 @@
-"""Checks of what is drawn around or after a path: extensions, spirals, circles, zigzags."""
+"""Checks of figures around or after a path: extensions, spirals, circles, zigzags."""
 
 from __future__ import annotations
 

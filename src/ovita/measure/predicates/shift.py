@@ -223,7 +223,7 @@ def _spoken(words: dict[str, float | None]) -> str:
 
 
 def _stray(pair: Pair, words: dict[str, float | None], mask: Any) -> tuple[float, str]:
-    """The largest average shift along a direction whose axis was not asked for, and its word."""
+    """The largest mean shift along an axis that was not requested, and its direction word."""
     frame = pair.scene.frame
     free = [w for w in DIRECTIONS if not any(abs(frame.direction(w) @ frame.direction(o)) > 0.5 for o in words)]
     shifts = {word: float(pair.along(word)[mask].mean()) for word in free}

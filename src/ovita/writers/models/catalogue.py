@@ -1,4 +1,4 @@
-"""Local models by name: which are known, which are here, where they lie, and fetching them."""
+"""Local models by name: the catalogue, installed files and downloads."""
 
 from __future__ import annotations
 

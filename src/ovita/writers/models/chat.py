@@ -64,15 +64,15 @@ class LLMWriter(ModelWriter):
         self._timeout, self._retries = timeout, retries
 
     def shown(self, text: str) -> str:
-        """Return what a model said as it may be shown to a person: on one line, shortened, without any key."""
+        """Return a model's text on one line, shortened and without keys, for a message."""
         return self._endpoint.scrubbed(text, "")
 
     def exchange(self, ask: ModelRequest, budget: WritingBudget) -> Exchange:
-        """Put a question to the model and return whatever it answers.
+        """Send a request to the model and return its raw answer.
 
         Raises:
             MissingKey: If the provider needs a key and none is set; nothing was sent.
-            WriterError: If nothing was answered, also because the budget is over.
+            WriterError: If there was no answer, for example because the time was up.
         """
         key = self._endpoint.key(self._name)
         import pydantic_ai.direct  # noqa: F401  (2 s, not part of the time that an answer may take)

@@ -106,7 +106,7 @@ class ModelEndpoint:
 
     @property
     def local(self) -> bool:
-        """Whether the server is this machine, which no proxy stands before."""
+        """Whether the server is on this machine, where no proxy applies."""
         host = urlsplit(self.base_url or "").hostname or ""
         try:
             return ipaddress.ip_address(host).is_loopback
@@ -156,7 +156,7 @@ class ModelEndpoint:
 
 
 def ollama_url(host: str) -> str:
-    """Return the address that OLLAMA_HOST stands for: HOST, HOST:PORT, :PORT or a URL."""
+    """Return the URL given by OLLAMA_HOST as HOST, HOST:PORT, :PORT or a URL."""
     host = host.strip().rstrip("/")
     if "://" in host:
         return _checked(host) + ("" if host.endswith("/v1") else "/v1")

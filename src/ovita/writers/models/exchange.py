@@ -1,4 +1,4 @@
-"""One exchange with a language model: what is asked, reading whatever it answers, and the writer that does both.
+"""One exchange with a language model: the request, the parser of its reply, and the base writer.
 
 Models that follow a JSON schema answer with an `Answer`. All others answer in the paper's own format, a plan and a
 fenced block of code in prose, or with JSON somewhere in prose; `read_answer` makes an `Answer` of these too.
@@ -45,12 +45,12 @@ _FORM_NOTES: dict[Form, str] = {
 
 @dataclass(frozen=True)
 class ModelRequest:
-    """One question to a model.
+    """One request to a model.
 
     Args:
         instructions: The system prompt.
         turns: Person, model, person, ...; the last one is the person's.
-        form: How the answer is asked for.
+        form: The requested form of the answer.
         structured: Whether an `Answer` is wanted, not plain text.
         temperature: Sampling temperature, or None for the model's own.
         max_tokens: Longest answer [tokens].
@@ -74,7 +74,7 @@ class ModelRequest:
 
 @dataclass(frozen=True)
 class Exchange:
-    """What a model answered to a question, and how it was asked in the end."""
+    """A model's raw answer, with the request that was finally sent."""
 
     ask: ModelRequest
     model: str
@@ -91,7 +91,7 @@ class ModelWriter(ABC):
 
     Args:
         name: As on the command line, such as "openai:gpt-5".
-        form: How answers are asked for at first.
+        form: The form of answers requested first.
         temperature: Sampling temperature.
         max_tokens: Longest answer [tokens].
     """
@@ -109,10 +109,10 @@ class ModelWriter(ABC):
 
     @abstractmethod
     def exchange(self, ask: ModelRequest, budget: WritingBudget) -> Exchange:
-        """Put a question to the model and return whatever it answers.
+        """Send a request to the model and return its raw answer.
 
         Raises:
-            WriterError: If nothing was answered, also because the budget is over.
+            WriterError: If there was no answer, for example because the time was up.
         """
 
     def write(self, prompt: Prompt) -> Reply:
@@ -172,7 +172,7 @@ class ModelWriter(ABC):
         raise self._unusable(done)
 
     def shown(self, text: str) -> str:
-        """Return what a model said as it may be shown to a person: on one line, shortened."""
+        """Return a model's text on one line and shortened, for a message."""
         line = " ".join(text.split())
         return line if len(line) <= 200 else line[:197] + "..."
 

@@ -60,7 +60,7 @@ class Heartbeat:
 
 @dataclass(frozen=True)
 class Generated:
-    """What a model wrote, and what it took.
+    """A generated text, with its token counts and time.
 
     Args:
         text: What it wrote.
@@ -140,11 +140,11 @@ class Engine:
             del self._server
 
     def read_once(self, rules: str, beat: Beat) -> None:
-        """Have the model stand right after the rules, from a file where there is one, else by reading them.
+        """Fill the KV cache with the rules, from the saved cache if there is one.
 
         Args:
             rules: The part of the prompt that is the same for every request.
-            beat: Looks on.
+            beat: Called with the progress.
         """
         with self._lock:
             state = self._state(rules)
@@ -168,7 +168,7 @@ class Engine:
 
         Args:
             messages: Each with a role and a content.
-            beat: Looks on.
+            beat: Called with the progress.
             max_tokens: Longest answer [tokens].
             temperature: Sampling temperature; 0 always takes the likeliest token.
             grammar: GBNF grammar that the answer is held to; "" leaves it free.
@@ -248,7 +248,7 @@ class Engine:
 
 
 class _Stream:
-    """Collects what a model writes, chunk by chunk."""
+    """Collects a model's output chunk by chunk."""
 
     def __init__(self, beat: Beat) -> None:
         self._beat, self._started = beat, time.monotonic()
@@ -326,7 +326,7 @@ TOLD_EVERY = 0.2
 class LocalWriter(ModelWriter):
     """A GGUF model in this process as a policy writer.
 
-    The model is loaded and reads the rules when it is first asked; both are kept for the next time, the latter in a
+    The model is loaded and reads the rules at the first request; both are kept for the next time, the latter in a
     file, so that it also holds for the next process. Neither counts as time for writing.
 
     Args:
@@ -373,10 +373,10 @@ class LocalWriter(ModelWriter):
         return self._path
 
     def exchange(self, ask: ModelRequest, budget: WritingBudget) -> Exchange:
-        """Put a question to the model and return whatever it answers.
+        """Send a request to the model and return its raw answer.
 
         Raises:
-            WriterError: If nothing was answered, also because the budget is over.
+            WriterError: If there was no answer, for example because the time was up.
         """
         ended = False
 
@@ -431,7 +431,7 @@ class LocalWriter(ModelWriter):
         )
 
     def _goes_on(self, ask: ModelRequest) -> bool:
-        """Whether this is a repair, for which the model goes on from where it stands, with the request still known."""
+        """Whether this is a repair that can continue from the model's current KV cache."""
         before, self._asked = self._asked, ask.turns[0]
         return len(ask.turns) > 1 or (before != "" and before != ask.turns[0] and ask.turns[0].startswith(before))
 
