@@ -84,7 +84,7 @@ def knobs(folder: Path, n: int, count: int) -> bool:
     print(
         f"N={n:5d}  {count} changes: median {p50:6.1f} ms  p95 {p95:6.1f} ms (limit {limit})  memory {grown:+.1f} MiB"
         f"  descriptors {more:+d}  threads {threading.active_count() - threads:+d}"
-        f"  turns kept {len(studio.views[0].desk.session.history.steps)}"
+        f"  turns kept {len(studio.views[0].controller.session.history.steps)}"
     )
     tab.close()
     studio.stop()

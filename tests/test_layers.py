@@ -74,7 +74,8 @@ MAY_MATCH_TEXT = {
     "writers/prompt.py",
     "writers/retrieval.py",
     "writers/unused_numbers.py",
-    # What models wrote: replies, policies, explanations.
+    # What models wrote: replies, policies and the exceptions these raise, explanations.
+    "errors.py",
     "policy/check.py",
     "policy/policy.py",
     "policy/reading.py",

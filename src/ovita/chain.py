@@ -186,7 +186,7 @@ def enforced(
 
 
 def _declined(request: Request, last: Attempt, clock: _Clock) -> Adaptation:
-    """The adaptation where no policy could be run: the trajectory stays as it was."""
+    """The adaptation if no policy ran: the trajectory is unchanged."""
     reply = last.reply
     status: Status = "failed"
     error = last.error
@@ -302,14 +302,14 @@ def _finish(
 
 
 def _first_stall(trajectory: Trajectory) -> int | None:
-    """The first waypoint from which the path goes on without any speed, or None."""
+    """The first waypoint of a stretch with length but no speed, or None."""
     moves = np.diff(trajectory.arc_length) > 0
     stuck = moves & (trajectory.speeds[:-1] == 0) & (trajectory.speeds[1:] == 0)
     return int(np.argmax(stuck)) if stuck.any() else None
 
 
 def _explained_by_model(result: Adaptation, writer: PolicyWriter, budget: WritingBudget, clock: _Clock) -> Adaptation:
-    """Let the model explain in its own words; the template's explanation stays where it cannot."""
+    """Have the model write the explanation; the template's remains if it cannot."""
     budget.say("explaining")
     try:
         text = reworded(writer, {topic: "\n".join(lines) for topic, lines in facts(result).items()}, budget=budget)

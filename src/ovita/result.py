@@ -67,7 +67,7 @@ class Postcondition:
 
     @property
     def lost(self) -> bool:
-        """Whether the policy's own output kept the promise and the limits left nothing of it."""
+        """Whether the policy's output met the postcondition and the limits undid it completely."""
         return self.held_before and not self.held and self.undone is not None and self.undone >= TAKEN_BACK
 
     @property
@@ -191,7 +191,7 @@ class Adaptation:
 
     @property
     def assumed(self) -> tuple[str, ...]:
-        """What feedback was taken to mean, and what was assumed."""
+        """Interpretation of the feedback, and assumptions."""
         return (self.taken, *self.assumptions) if self.taken else self.assumptions
 
     @property
@@ -359,7 +359,7 @@ def explain(result: Adaptation) -> str:
 
 @cache
 def _kinds() -> dict[str, Any]:
-    """The fields that a document holds as they are, with their types."""
+    """The fields stored unchanged in a document, with their types."""
     kinds = get_type_hints(Adaptation)
     return {item.name: kinds[item.name] for item in fields(Adaptation) if item.name not in _BUILT}
 

@@ -48,12 +48,12 @@ def tab(page, name):
 
 def left(page):
     """How far the red line's start is to the left of the blue line's [m]."""
-    session = page.view.desk.session
+    session = page.view.controller.session
     return float(session.original.positions[0, 0] - session.current.positions[0, 0])
 
 
 def turns(page):
-    return len(page.view.desk.session.steps)
+    return len(page.view.controller.session.steps)
 
 
 def test_a_person_adapts_a_trajectory(studio, browser):
@@ -83,7 +83,7 @@ def test_a_person_adapts_a_trajectory(studio, browser):
     say(page, "go up by 0.1")
     until(lambda: turns(page) == 4)
     assert left(page) == pytest.approx(0.35)
-    assert page.view.desk.session.steps[-1].feedback_on == "original"
+    assert page.view.controller.session.steps[-1].feedback_on == "original"
 
     for number in (3, 2, 1, 0):
         page.get_by_role("button", name="Undo").click()
@@ -118,7 +118,7 @@ def test_reload_a_bad_upload_and_a_restart(start, browser):
     page.wait_for_selector("text=Multiply the speed by 0.5")
     page.reload()
     page.wait_for_selector("text=Multiply the speed by 0.5")
-    until(lambda: [round(view.desk.session.current.positions[0, 0], 9) for view in studio.views] == [-0.55])
+    until(lambda: [round(view.controller.session.current.positions[0, 0], 9) for view in studio.views] == [-0.55])
 
     tab(page, "Files")
     page.locator("input[type=file]").first.set_input_files(
@@ -148,7 +148,7 @@ def free_of_panels(page):
 
 
 def turns_of(studio):
-    return sorted(len(view.desk.session.steps) for view in studio.views)
+    return sorted(len(view.controller.session.steps) for view in studio.views)
 
 
 def test_two_persons_do_not_see_each_other_and_nothing_is_cut_off(studio, browser):

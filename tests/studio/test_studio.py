@@ -186,7 +186,7 @@ def test_two_browsers_do_not_see_each_other_and_two_tabs_of_one_do(start, visit)
     yours.wait(lambda: adapted(yours) is not None)
     assert offset(yours) == pytest.approx(0.0) and "go left by 0.1" not in yours.text()
     assert "go up by 0.1" not in mine.text()
-    assert len(studio.desks) == 2
+    assert len(studio.controllers) == 2
 
 
 def test_uploads_are_read_and_bad_ones_are_refused_in_a_sentence(start, visit):
@@ -326,9 +326,9 @@ def test_dragging_shows_what_comes_and_dropping_makes_it_a_turn(start, visit):
     tab.send("TransformControlsDragStartMessage", **common)
     drag(0.1)
     tab.wait(lambda: abs(adapted(tab)[-1, 1, 2] - goal[2] - 0.1) < 1e-6)
-    assert len(studio.views[0].desk.session.steps) == 1
+    assert len(studio.views[0].controller.session.steps) == 1
     drag(0.2)
     tab.send("TransformControlsDragEndMessage", **common)
     tab.wait(lambda: "moved the goal 0.20 m up" in tab.text())
     tab.wait(lambda: abs(adapted(tab)[-1, 1, 2] - goal[2] - 0.2) < 1e-6)
-    assert len(studio.views[0].desk.session.steps) == 2
+    assert len(studio.views[0].controller.session.steps) == 2

@@ -63,29 +63,29 @@ def test_a_slow_writer_blocks_only_its_own_desk():
 
 def test_a_cancelled_turn_never_arrives():
     writer = SlowWriter()
-    desk = SessionController(Session(PATH, SCENE, writer=writer))
-    worker = desk.say("up", "current")
+    controller = SessionController(Session(PATH, SCENE, writer=writer))
+    worker = controller.say("up", "current")
     assert writer.asked.wait(10)
-    desk.cancel()
-    assert desk.busy is None and "Cancelled" in desk.said.message
-    desk.session.writer = "builtin"
-    desk.say("go left by 0.1", "current").join(10)
+    controller.cancel()
+    assert controller.busy is None and "Cancelled" in controller.said.message
+    controller.session.writer = "builtin"
+    controller.say("go left by 0.1", "current").join(10)
     writer.go.set()
     worker.join(10)
-    assert [s.said for s in desk.session.steps] == ["go left by 0.1"]
+    assert [s.said for s in controller.session.steps] == ["go left by 0.1"]
 
 
 def test_of_many_values_of_a_knob_the_last_one_stays():
-    desk = SessionController(Session(PATH, SCENE, writer="builtin"))
-    desk.say("go left by 0.1", "current").join(10)
+    controller = SessionController(Session(PATH, SCENE, writer="builtin"))
+    controller.say("go left by 0.1", "current").join(10)
     news = []
-    desk.watch(news.append)
+    controller.watch(news.append)
     for value in np.linspace(0.1, 0.5, 300):
-        desk.turn("left", float(value))
-    until(lambda: desk.session.current.positions[0, 0] == pytest.approx(-0.5))
-    assert len(desk.session.steps) == 2 and news.count("knobs") < 300
-    desk.turn("sideways", 1.0)
-    until(lambda: "sideways" in desk.error)
+        controller.turn("left", float(value))
+    until(lambda: controller.session.current.positions[0, 0] == pytest.approx(-0.5))
+    assert len(controller.session.steps) == 2 and news.count("knobs") < 300
+    controller.turn("sideways", 1.0)
+    until(lambda: "sideways" in controller.error)
 
 
 def test_a_question_is_answered_together_with_what_was_said():
@@ -100,64 +100,72 @@ def test_a_question_is_answered_together_with_what_was_said():
             return Reply("question", question="Which cup?", writer=WriterInfo("test"))
 
     writer = Asking()
-    desk = SessionController(Session(PATH, SCENE, writer=writer))
+    controller = SessionController(Session(PATH, SCENE, writer=writer))
     with pytest.raises(RequestError):
-        desk.answer("the red one")
-    desk.say("go over the cup", "current").join(10)
-    assert desk.said.question == "Which cup?" and desk.session.adaptation is None
-    desk.answer("the red one").join(10)
-    assert writer.heard == "go over the cup. the red one" and desk.said is None and len(desk.session.steps) == 1
+        controller.answer("the red one")
+    controller.say("go over the cup", "current").join(10)
+    assert controller.said.question == "Which cup?" and controller.session.adaptation is None
+    controller.answer("the red one").join(10)
+    assert (
+        writer.heard == "go over the cup. the red one"
+        and controller.said is None
+        and len(controller.session.steps) == 1
+    )
 
 
 def test_desks_are_put_away_and_come_back(tmp_path):
-    desks = Sessions(tmp_path, lambda: (Session(PATH, SCENE, writer="builtin"), "scene"), writer="builtin")
-    name, desk = desks.new()
-    desk.say("go left by 0.1", "current").join(10)
-    desk.session.writer = writer = SlowWriter()
-    desks.leave(name)
-    assert len(desks) == 0
-    again = desks.find(name)
-    assert again.session.writer is writer and again is not desk and again.session.current == desk.session.current
-    assert desks.find(name) is again
+    controllers = Sessions(tmp_path, lambda: (Session(PATH, SCENE, writer="builtin"), "scene"), writer="builtin")
+    name, controller = controllers.new()
+    controller.say("go left by 0.1", "current").join(10)
+    controller.session.writer = writer = SlowWriter()
+    controllers.leave(name)
+    assert len(controllers) == 0
+    again = controllers.find(name)
+    assert (
+        again.session.writer is writer
+        and again is not controller
+        and again.session.current == controller.session.current
+    )
+    assert controllers.find(name) is again
     for other in ("../" + name, "0" * 32, "", name[:-1], name.upper() + "x"):
-        assert desks.find(other) is None
+        assert controllers.find(other) is None
     assert [oct(p.stat().st_mode & 0o777) for p in tmp_path.iterdir()] == ["0o600"]
 
 
 def test_journals_that_nobody_opened_for_long_are_deleted(tmp_path):
-    def desks():
+    def controllers():
         return Sessions(tmp_path, lambda: (Session(PATH, SCENE, writer="builtin"), "scene"), writer="builtin")
 
-    names = [desks().new()[0] for _ in range(3)]
+    names = [controllers().new()[0] for _ in range(3)]
     (tmp_path / "notes.jsonl").write_text("mine")
     for path in (*(tmp_path / f"{name}.jsonl" for name in names[:2]), tmp_path / "notes.jsonl"):
         os.utime(path, (time.time() - 29 * 86_400.0,) * 2)
-    assert desks().find(names[0]) is not None
+    assert controllers().find(names[0]) is not None
     for name in names[1:]:
         os.utime(tmp_path / f"{name}.jsonl", (time.time() - 31 * 86_400.0,) * 2)
-    later = desks()
+    later = controllers()
     assert [later.find(name) is not None for name in names] == [True, False, False]
     assert time.time() - (tmp_path / f"{names[0]}.jsonl").stat().st_mtime < 3_600.0
     assert (tmp_path / "notes.jsonl").exists()
 
 
 def test_a_journal_that_cannot_be_written_costs_no_turn(tmp_path):
-    desks = Sessions(tmp_path / "s", lambda: (Session(PATH, SCENE, writer="builtin"), "scene"), writer="builtin")
-    _, desk = desks.new()
+    controllers = Sessions(tmp_path / "s", lambda: (Session(PATH, SCENE, writer="builtin"), "scene"), writer="builtin")
+    _, controller = controllers.new()
     for file in (tmp_path / "s").iterdir():
         file.unlink()
     (tmp_path / "s").rmdir()
     news = []
-    desk.watch(news.append)
-    desk.say("go left by 0.1", "current").join(10)
-    assert len(desk.session.steps) == 1 and "cannot be written" in desk.error and news[-1] == "error"
-    assert not desk.act(lambda s: s.undo()) and desk.session.steps == ()
+    controller.watch(news.append)
+    controller.say("go left by 0.1", "current").join(10)
+    assert len(controller.session.steps) == 1 and "cannot be written" in controller.error and news[-1] == "error"
+    assert not controller.act(lambda s: s.undo()) and controller.session.steps == ()
     (tmp_path / "s").mkdir()
-    assert desk.act(lambda s: s.redo())
-    desk.say("go up by 0.1", "current").join(10)
+    assert controller.act(lambda s: s.redo())
+    controller.say("go up by 0.1", "current").join(10)
     (journal,) = (tmp_path / "s").iterdir()
     assert oct(journal.stat().st_mode & 0o777) == "0o600"
-    assert Session.resume(str(journal)).current == desk.session.current
+    assert Session.resume(str(journal)).current == controller.session.current
 
 
 KILLED = """
@@ -170,17 +178,17 @@ from ovita.studio.sessions import SessionController
 if __name__ == "__main__":
     session = Session(PATH, SCENE, writer="builtin")
     session.keep(sys.argv[1])
-    desk = SessionController(session)
-    desk.say("go left by 0.1", "current").join()
+    controller = SessionController(session)
+    controller.say("go left by 0.1", "current").join()
     if sys.argv[3] == "writing":
         session.writer = writer = SlowWriter()
-        desk.say("go up", "current")
+        controller.say("go up", "current")
         writer.asked.wait()
         print("now", flush=True)
         time.sleep(60)
     print("now", flush=True)
     while True:
-        desk.say("go up by 0.01", "current").join()
+        controller.say("go up by 0.01", "current").join()
 """
 
 

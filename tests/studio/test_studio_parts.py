@@ -15,7 +15,7 @@ from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.plots.geometry import corners
 from ovita.studio import editor, files, html, panels, scene_view
-from ovita.studio.scene_view import SceneView, Stage
+from ovita.studio.scene_view import SceneView, ViewBounds
 
 CUP = SceneObject("cup", [0.5, 0.3, 0.1], [0.1, 0.1, 0.2])
 
@@ -77,7 +77,7 @@ def test_what_broke_a_limit_is_marked():
 @pytest.mark.parametrize("aspect", [0.4, 1.0, 2.0])
 def test_the_first_camera_sees_everything(frame, aspect):
     path, scene = straight([1, 1]), Scene((CUP,), Frame(frame))
-    stage = Stage.of([path], scene)
+    stage = ViewBounds.of([path], scene)
     position, target = stage.camera(scene.frame, aspect, 0.75)
     view = (target - position) / np.linalg.norm(target - position)
     up = scene.frame.direction("up")

@@ -60,7 +60,7 @@ class Condition:
         return self == DEFAULT or writer != "builtin" or self.without in WITHOUT_MODEL
 
     def rewrite(self, prompt: Prompt) -> Prompt:
-        """The prompt without what the condition switches off."""
+        """The prompt with the ablation applied."""
         if self.without not in ("toolkit", "grounding"):
             return prompt
         toolkit, scene = self.without != "toolkit", self.without != "grounding"

@@ -228,7 +228,7 @@ def fetch(
     timeout: float = 30.0,
     progress: Callable[[int, int], None] | None = None,
 ) -> Fetched:
-    """Download what is missing in a folder, and verify every file.
+    """Download missing files to a folder, and verify all.
 
     Args:
         folder: Where to; files that are there and whole are kept.

@@ -107,7 +107,7 @@ def evaluate(sample: Sample, writer: Answering, condition: Condition, protocol: 
 
 
 def robot_for(sample: Sample, robot: str | None) -> Robot:
-    """The robot whose limits a sample's answers must keep."""
+    """The robot whose limits apply to a sample."""
     if robot == BY_SUBSET:
         words = f"{sample.subset} {sample.id}".lower()
         return Robot.preset(next((preset for word, preset in _WORDS.items() if word in words), "none"))
@@ -180,5 +180,5 @@ def _round(sample: Sample, said: str, result: Adaptation, idle: Judged) -> Round
 
 
 def waypoints(trajectory: Trajectory) -> Rows:
-    """The rows x, y, z, speed of a trajectory, as a record holds them."""
+    """The rows x, y, z, speed of a trajectory, for a record."""
     return tuple(tuple(row) for row in trajectory.to_array().tolist())

@@ -210,12 +210,12 @@ def ordered(records: Iterable[Record]) -> list[Record]:
 
 
 def write_manifest(folder: str | os.PathLike[str], manifest: Mapping[str, Any]) -> None:
-    """Write what a run was made of."""
+    """Write the run's manifest."""
     atomic_write(Path(folder) / MANIFEST, json.dumps(dict(manifest), ensure_ascii=False, indent=1) + "\n")
 
 
 def read_manifest(folder: str | os.PathLike[str]) -> dict[str, Any]:
-    """Read it; {} where there is none.
+    """Read the manifest; {} if there is none.
 
     Raises:
         FormatError: If it is no JSON object.

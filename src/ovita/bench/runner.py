@@ -179,7 +179,7 @@ def run(
     replay: str | os.PathLike[str] | None = None,
     progress: Progress | None = None,
 ) -> RunResult:
-    """Run what is not yet in the folder, and return everything that then is.
+    """Run the samples missing in the folder, and return all records.
 
     A record is on disk before the next progress is shown, so that a run that was killed goes on where it was.
     Samples whose writer could not be reached are asked again.
@@ -327,7 +327,7 @@ def _fill(
 def _executor(
     todo: Sequence[_Cell], plan: RunPlan, replaying: bool
 ) -> tuple[Callable[[_Cell], Future[Record]], Executor]:
-    """Processes where the work is this machine's, threads where it is a server's."""
+    """Processes for local work, threads for remote writers."""
     local = replaying or all(cell.writer == "builtin" for cell in todo)
     if local and plan.jobs > 1 and len(todo) > 2 * plan.jobs:
         context = multiprocessing.get_context("spawn")

@@ -136,7 +136,7 @@ class DialogueState:
         return lost(turns[:-1], before, turns[-1], scene=parent.scene)
 
     def _resolved(self, said: str, past: Sequence[Turn]) -> Resolution | None:
-        """What a sentence comes to as feedback; with a language model only what is certain."""
+        """Resolve an utterance as feedback; with a language model only if certain."""
         if not self.history.steps:
             return None
         found = answer(self.asked, said, past, self.now.scene, self.current) if self.asked else None
@@ -185,7 +185,7 @@ class DialogueState:
         )
 
     def _tuned(self, result: Adaptation, values: Mapping[str, float | int]) -> Adaptation:
-        """A result with knobs turned as they were turned before, where its policy still has them."""
+        """A result with earlier tuned values for the parameters it still has."""
         known = {p.name: p.value for p in result.parameters}
         kept = {name: value for name, value in values.items() if name in known and known[name] != value}
         return self._rerun(result, kept) if kept and result.usable else result
@@ -231,5 +231,5 @@ class DialogueState:
 
 
 def _noted(result: Adaptation, found: Resolution) -> Adaptation:
-    """A result that says what the words were taken to mean."""
+    """A result with its interpretation noted."""
     return replace(result, taken=found.taken, explanation=f"{sentence(found.taken)}\n{result.explanation}")

@@ -158,7 +158,7 @@ class Session:
         return result
 
     def _base_of_knobs(self, names: set[str]) -> Step:
-        """The turn whose knobs to turn: the last, or the one before if the last turned nothing but these."""
+        """The turn whose parameters are tuned: the last, or the one before if the last only tuned these."""
         last = self.steps[-1]
         if not last.tuned or len(self.steps) < 2:
             return last
@@ -260,7 +260,7 @@ class Session:
         self._go(turn)
 
     def draft(self) -> Session:
-        """A copy whose turns do not count until `adopt`, so that a slow turn can be given up while it runs."""
+        """A copy whose turns do not count until `adopt`, so that a slow turn can be cancelled."""
         copy = Session(self.original, self.scene, self.robot, self.writer, self.constraints, self.isolation)
         copy._first, copy._history, copy._asked = self._first, self._history.copy(), self._asked
         return copy

@@ -42,7 +42,7 @@ class Loss:
     report: LostPostcondition
 
     def restoring(self, current: Trajectory) -> Adaptation:
-        """A result whose policy makes it hold again on `current` once it is rerun."""
+        """A result whose policy restores it on `current` when rerun."""
         promise = self.postcondition
         asked = replace(self.turn, original=current, taken="")
         if promise.kind not in ("start", "goal") or promise.arguments:

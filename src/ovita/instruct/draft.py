@@ -130,7 +130,7 @@ class PolicyBuilder:
             self.assumptions.append(text)
 
     def do(self, sentence: str, *, holds: bool = False) -> None:
-        """Add a sentence to the plan; say whether the path does already what it says."""
+        """Add a sentence to the plan; return whether the path already does it."""
         self.plan.append(sentence)
         self.held += [sentence] if holds else []
 
@@ -236,7 +236,7 @@ def _range(draft: PolicyBuilder, region: Region) -> tuple[str, str]:
 
 
 def _in_waypoints(draft: PolicyBuilder, region: Region) -> Region:
-    """A stretch given in metres or seconds as so many waypoints."""
+    """Convert a length in metres or seconds to a number of waypoints."""
     if region.unit not in ("m", "s"):
         return region
     trajectory = draft.trajectory

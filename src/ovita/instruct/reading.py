@@ -159,7 +159,7 @@ def spared(intents: list[Intent]) -> list[Intent]:
 
 
 def contradiction(intents: Sequence[Intent]) -> str:
-    """A question about two wishes that cannot both be meant, or "".
+    """A question about two contradictory requests, or "".
 
     Shifts count only where both are about the same part of the path.
     """
@@ -290,7 +290,7 @@ def _clause(r: Reader, earlier: list[Intent]) -> list[Intent]:
 
 
 def _choice(tokens: tuple[Token, ...]) -> str:
-    """A question back where words fit several objects: "Which box: 'red box' or 'blue box'?"."""
+    """A clarification question where words fit several objects: "Which box: 'red box' or 'blue box'?"."""
     for token in tokens:
         if token.value == CHOICE and len(token.items) > 1:
             noun = token.text.split()[-1].lower()

@@ -233,7 +233,7 @@ BODY = frozenset("gripper hand tool camera wrist effector head nose body".split(
 
 
 def by_neighbours(place: TokenContext) -> str | None:
-    """The sense that the words beside give to a token, or None where they say nothing."""
+    """The sense of a token given its neighbours, or None."""
     token = place.clause[place.i]
     if token.kind == "object":
         return UNKNOWN if is_handled(place.clause, place.i) else None
@@ -245,7 +245,7 @@ def by_neighbours(place: TokenContext) -> str | None:
 
 
 def is_handled(clause: Sequence[Token], i: int) -> bool:
-    """Whether the object at i is what a verb is to be done to: "move the cup", "rotate the box"."""
+    """Whether the object at i is a verb's direct object: "move the cup", "rotate the box"."""
     j = i - 1
     while j >= 0 and clause[j].text.lower() in ARTICLES:
         j -= 1

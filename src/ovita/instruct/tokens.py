@@ -189,7 +189,7 @@ def _named_last(tokens: list[Token]) -> tuple[SceneObject, ...]:
 
 
 def _replaced(tokens: list[Token]) -> slice | None:
-    """The words, up to the next mark, that say what something is done instead of: "instead of around it"."""
+    """The words up to the next mark of an "instead of" phrase: "instead of around it"."""
     for i in range(1, len(tokens) - 1):
         pair = tokens[i].text.lower(), tokens[i + 1].text.lower()
         if pair in (("instead", "of"), ("rather", "than")) or pair[0] in ("instead of", "rather than"):

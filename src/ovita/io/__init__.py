@@ -60,7 +60,7 @@ READ = (*WRITTEN, ".bag")
 
 
 def load_task(path: str | os.PathLike[str], choices: Choices = NONE) -> Task:
-    """Read a trajectory, and the scene and instruction where the format has them, from a file of any known format.
+    """Read a trajectory, with scene and instruction if present, from a file of any known format.
 
     A saved adaptation gives its adapted trajectory, so that a result can be adapted again.
 
@@ -108,7 +108,7 @@ def load_scene(path: str | os.PathLike[str]) -> tuple[Scene, bool]:
 
 
 def save_task(path: str | os.PathLike[str], task: Task, choices: Choices = NONE) -> tuple[str, ...]:
-    """Write a task so that `load_task` reads it back, exactly where the format holds it all; say what it does not.
+    """Write a task so that `load_task` reads it back, and return notes on what the format cannot hold.
 
     Raises:
         FormatError: As `save_trajectory` does.
@@ -168,7 +168,7 @@ def rendered(
     choices: Choices = NONE,
     verdict: str = "",
 ) -> tuple[str | bytes, tuple[str, ...]]:
-    """What `save_trajectory` writes, and what it returns, without writing it.
+    """The output and notes of `save_trajectory`, without writing a file.
 
     Raises:
         FormatError: As `save_trajectory` does.
@@ -208,7 +208,7 @@ def _text(
     choices: Choices,
     verdict: str,
 ) -> tuple[str, tuple[str, ...]]:
-    """The content of a text file other than JSON, and what it does not hold."""
+    """The content of a text file other than JSON, and notes on what is lost."""
     from ovita.io.geodesy import MISSION
     from ovita.io.mission_files import dumps_plan, dumps_wpl
     from ovita.io.missions import mission_from

@@ -38,7 +38,7 @@ _STORAGE = {".mcap": "MCAP", ".db3": "SQLITE3"}
 
 
 def is_bag(path: str | os.PathLike[str]) -> bool:
-    """Whether a path is named like a bag file, or is a folder that holds one."""
+    """Whether a path has a bag's file extension or is a bag folder."""
     return suffix(path) in SUFFIXES or os.path.isfile(os.path.join(path, "metadata.yaml"))
 
 
@@ -92,7 +92,7 @@ def topic_named(text: str) -> str:
 def message_of(
     trajectory: Trajectory, scene: Scene, choices: Choices, maker: Maker, *, start: int = 0
 ) -> tuple[str, Kind, Any, tuple[str, ...]]:
-    """Topic, kind and message for a trajectory, and what the message does not hold, each a sentence."""
+    """Topic, kind and message for a trajectory, and notes on what is lost."""
     kept = scene.extra.get(ROS)
     kept = kept if isinstance(kept, Mapping) else {}
     topic = topic_named(choices.topic) if choices.topic else str(kept.get("topic") or TOPIC)
@@ -112,7 +112,7 @@ def message_of(
 def dumps(
     path: str | os.PathLike[str], trajectory: Trajectory, scene: Scene, choices: Choices, verdict: str = ""
 ) -> tuple[bytes, tuple[str, ...]]:
-    """The content of a bag with one message, by the ending of its name, and what it does not hold, each a sentence.
+    """The content of a bag with one message, by file extension, and notes on what is lost.
 
     Raises:
         FormatError: If the name is not that of a ROS 2 bag.
@@ -125,7 +125,7 @@ def dumps(
 def save_folder(
     path: str | os.PathLike[str], trajectory: Trajectory, scene: Scene, choices: Choices, verdict: str = ""
 ) -> tuple[str, ...]:
-    """Write a bag as a folder with metadata, as `ros2 bag record` does, and say what it does not hold.
+    """Write a bag as a folder with metadata, as `ros2 bag record` does; return notes on what is lost.
 
     Raises:
         FormatError: If there is something of that name already, or it cannot be written there.
@@ -144,7 +144,7 @@ def save_folder(
 
 
 def bag_of(path: str | os.PathLike[str], topic: str, name: str, message: Any, verdict: str = "") -> bytes:
-    """The content of a bag file that holds one message at time 0 and the verdict, by the ending of its name.
+    """The content of a bag file that holds one message at time 0 and the verdict, by file extension.
 
     Raises:
         FormatError: If the name is not that of a ROS 2 bag.

@@ -380,7 +380,7 @@ def _adapter(kind: Any) -> TypeAdapter[Any]:
 
 
 def _located(error: ErrorDetails, value: object, file: str, key: str) -> FormatError:
-    """The error with its place in the document: the keys before the first index, the index, what is inside it."""
+    """The error located in the document: keys before the first index, the index, the keys inside."""
     loc = [part for part in error["loc"] if part != "[key]"]
     place: list[int | str] = [key] if key else []
     for i, part in enumerate(loc):

@@ -81,7 +81,7 @@ class JointMotion:
 
 
 def build_joints(motion: JointMotion, maker: Maker, *, frame_id: str = "") -> Any:
-    """A JointTrajectory message of a motion, which begins at once (its stamp is 0)."""
+    """A JointTrajectory message for a motion that starts immediately (stamp 0)."""
     frame_id = frame_id or ("" if motion.frame == _FLU else f"base_{motion.frame.name}")
     points = [
         maker.new(
@@ -98,7 +98,7 @@ def build_joints(motion: JointMotion, maker: Maker, *, frame_id: str = "") -> An
 
 
 def parse_joints(message: Any) -> JointMotion:
-    """The motion that a JointTrajectory message holds.
+    """The motion in a JointTrajectory message.
 
     Raises:
         TrajectoryError: If it holds none; names the point.

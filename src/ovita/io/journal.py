@@ -55,7 +55,7 @@ class Journal:
         atomic_write(self.path, content)
 
     def read(self) -> list[dict[str, Any]]:
-        """Every event, oldest first; a last line that was not finished is left out.
+        """All events, oldest first; an incomplete last line is skipped.
 
         Raises:
             FormatError: If the file cannot be read, or a finished line is not a JSON object.

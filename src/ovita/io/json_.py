@@ -235,7 +235,7 @@ def _only(document: Mapping[str, Any], keys: Collection[str]) -> dict[str, Any]:
 
 
 def _is_carried(document: Mapping[str, Any], key: str) -> bool:
-    """Whether a key holds what ovita keeps of a mission or a ROS message, rather than something of the user's own."""
+    """Whether a key was added by ovita for a mission or ROS message, not by the user."""
     value = document.get(key)
     return isinstance(value, dict) and _CARRIED[key] in value
 
@@ -334,7 +334,7 @@ _SEALED = (
 
 
 def seal(document: Mapping[str, Any]) -> str:
-    """SHA-256 of what a robot would be sent and why: trajectories, scene, limits and verdict.
+    """SHA-256 of trajectories, scene, limits and verdict.
 
     It tells whether a saved adaptation was edited; it is no signature, since anyone can compute it.
 
@@ -373,7 +373,7 @@ def load_document(path: str | os.PathLike[str]) -> dict[str, Any]:
 
 
 def is_adaptation_file(path: str | os.PathLike[str]) -> bool:
-    """Whether a file says that it holds an adaptation; any other JSON object or format does not.
+    """Whether a file is marked as a saved adaptation; False for any other JSON or format.
 
     Raises:
         FormatError: If the file cannot be read, or ends in .json but holds no JSON object.

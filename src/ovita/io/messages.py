@@ -102,7 +102,7 @@ def frame_of(frame_id: str) -> Frame:
 def build(
     kind: Kind, trajectory: Trajectory, maker: Maker, *, frame_id: str = FRAME_ID, start: int = 0, body: str = BODY
 ) -> tuple[Any, tuple[str, ...]]:
-    """A message from a trajectory in the axes of `frame_id`, and what it does not hold, each a sentence.
+    """A message from a trajectory in the axes of `frame_id`, and notes on what is lost.
 
     Args:
         kind: Which message.
@@ -237,7 +237,7 @@ def _with_dwell(trajectory: Trajectory, times: Array) -> tuple[Trajectory, tuple
 
 
 def _times(stamps: list[int]) -> tuple[dict[str, Array], tuple[str, ...]]:
-    """Stamps [ns] as the column t [s] from 0, or none where they do not tell times."""
+    """Stamps [ns] as the column t [s] from 0, or None if they are not usable."""
     if len(set(stamps)) <= 1:
         return {}, ()
     if any(b <= a for a, b in pairwise(stamps)):

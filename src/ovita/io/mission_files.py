@@ -66,7 +66,7 @@ def parse_plan(content: str, file: str, home: Home | None = None) -> Task:
 
 
 def dumps_plan(mission: Mission, file: str, verdict: str = "") -> str:
-    """Write a mission as a plan; what it was read from is kept."""
+    """Write a mission as a QGroundControl plan, keeping unread keys."""
     rest = mission.rest if mission.rest.get("fileType") == "Plan" else _EMPTY
     used = [i for item in mission.items for i in item.ids]
     fresh = max(used, default=0) + 1
@@ -176,7 +176,7 @@ def dumps_wpl(mission: Mission) -> str:
 
 
 def looks_like_wpl(content: str) -> bool:
-    """Whether a text begins as such a file does."""
+    """Whether a text starts with the file's header."""
     return content.lstrip().startswith(MAGIC)
 
 
@@ -206,7 +206,7 @@ def _is_number(cell: str) -> bool:
 
 
 def _cell(value: float | None) -> str:
-    """A parameter so that it reads back exactly; what is not set is 0, as ground stations write it."""
+    """A parameter that reads back exactly; unset is 0, as ground stations write it."""
     if value is None:
         return "0"
     return str(int(value)) if value == int(value) and abs(value) < 1e15 else repr(value)

@@ -294,7 +294,7 @@ _FRESH = Item(WAYPOINT, RELATIVE, (0.0, 0.0, 0.0, None, 0.0, 0.0, 0.0))
 
 
 def mission_from(trajectory: Trajectory, scene: Scene, home: Home | None) -> tuple[Mission, tuple[str, ...]]:
-    """The mission of a trajectory, and what it does not hold, each a sentence.
+    """The mission for a trajectory, and notes on what is lost.
 
     Args:
         trajectory: In the scene's frame.
@@ -340,7 +340,7 @@ def _fresh(stations: Sequence[Station], home: Home) -> list[Item]:
 
 
 def _merged(stations: Sequence[Station], before: Mission) -> tuple[list[Item], list[str]]:
-    """The items with the stations' positions, speeds and holds; everything else in its place."""
+    """The items with the stations' positions, speeds and holds; all else unchanged."""
     old, chosen = stations_of(before)
     places, same = _matched(old, stations)
     notes = []

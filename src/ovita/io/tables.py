@@ -71,7 +71,7 @@ def dumps_csv(trajectory: Trajectory, verdict: str = "") -> str:
 
 
 def dumps_poses(trajectory: Trajectory, verdict: str = "") -> tuple[str, tuple[str, ...]]:
-    """Write poses x, y, z, qx, qy, qz, qw as CSV text, and say what it does not hold."""
+    """Write poses x, y, z, qx, qy, qz, qw as CSV text, with notes on what is lost."""
     notes = ["a pose file holds no speeds and no times"]
     turns = trajectory.orientations
     if turns is None:
@@ -92,7 +92,7 @@ def _verdict(comments: str) -> str:
 
 
 def _with_header(content: str) -> tuple[str, tuple[str, ...]]:
-    """The text with the header of a pose file put in where it begins with seven numbers instead of names."""
+    """The text with a pose header inserted if it starts with seven numbers."""
     offset, first = 0, ""
     for line in content.splitlines(keepends=True):
         if line.strip() and not line.lstrip().startswith("#"):
@@ -216,7 +216,7 @@ def parse_tum(content: str, file: str) -> Task:
 
 
 def dumps_tum(trajectory: Trajectory, start: float = 0.0, verdict: str = "") -> tuple[str, tuple[str, ...]]:
-    """Write a trajectory as TUM text whose first line is at `start` [s], and say what it does not hold."""
+    """Write a trajectory as TUM text starting at `start` [s], with notes on what is lost."""
     trajectory, times, notes = timed(trajectory)
     said = [*notes, "TUM text holds times instead of speeds; reading it derives the speeds from them"]
     turns = trajectory.orientations

@@ -21,7 +21,7 @@ _ROUNDS = 50
 
 
 def speeds_from_times(positions: Array, times: Array, key: str = "t") -> tuple[Array, float, tuple[str, ...]]:
-    """Find speeds that make a trajectory reach its waypoints at given times.
+    """Find speeds with which a trajectory reaches its waypoints at given times.
 
     Times that came from a trajectory give its speeds back, see `timelaw.chained_speeds`. For others the time law
     v_i + v_i+1 = 2 ds_i / dt_i, a chain, would turn noise into oscillation. So their speeds minimise

@@ -64,10 +64,10 @@ class Constraint(Protocol):
         """The limit in words."""
 
     def margin(self, trajectory: Trajectory) -> Array:
-        """By how much each waypoint (N,) or each segment (N-1,) keeps the limit; negative where it does not."""
+        """Margin of each waypoint (N,) or segment (N-1,) to the limit; negative where violated."""
 
     def rows(self, path: Array) -> Rows:
-        """Linear limits that stand for it near a path (N, 3) [m]."""
+        """Linearised limits near a path (N, 3) [m]."""
 
 
 def load(name: str, **values: Any) -> Constraint:
@@ -117,7 +117,7 @@ class ConvexSet(Protocol):
         """The nearest points of the set, (M, 3) [m]."""
 
     def cut(self, points: Array) -> tuple[Array, Array]:
-        """For each point a half-space n.x >= c that contains the set and ends at its nearest border, (M, 3), (M,)."""
+        """Supporting half-space n.x >= c at the border nearest to each point, (M, 3), (M,)."""
 
     def shrunk(self, by: float) -> Self:
         """The set without a border of that width [m]."""

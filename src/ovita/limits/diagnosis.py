@@ -128,7 +128,7 @@ def _blocked_stretch(problem: PathProblem, robot: Robot, stretch: Blocked, optio
 
 
 def _minimal(problem: PathProblem, stretch: Blocked) -> tuple[Obstacle, ...]:
-    """Bodies that block a stretch together, none of which can be left out: each is dropped if it does not matter."""
+    """A minimal set of bodies that together block a stretch (deletion filter)."""
     start, goal = problem.reference[stretch.first], problem.reference[stretch.last]
     room = stretch.last - stretch.first - 1 if stretch.why == "too few waypoints" else None
     kept = list(problem.bodies)

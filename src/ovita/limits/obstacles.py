@@ -65,7 +65,7 @@ def kinds() -> tuple[Kind, ...]:
 
 
 def kind_of(name: str, extra: Mapping[str, object] | None = None) -> Kind | None:
-    """The kind of an object by the head noun of its name, or by the key "kind" of the scene file; None for a thing."""
+    """The kind of an object by its name's head noun or the scene file's "kind"; None for an ordinary object."""
     told = (extra or {}).get("kind")
     if isinstance(told, str):
         return next((kind for kind in kinds() if kind.name == told.strip().lower()), None)

@@ -169,7 +169,7 @@ def flatten(bodies: Sequence[Obstacle], lower: Array, upper: Array) -> tuple[Obs
 
 
 def _slice(body: Obstacle, axis: int, level: float) -> Obstacle | None:
-    """A body that cuts the plane x[axis] = level where the given one does, but upright; None if it does not."""
+    """An upright body with the same section in the plane x[axis] = level; None if there is none."""
     own = np.abs(body.rotation[axis])
     if body.half.any() and own.max() < 1.0 - 1e-12:
         return body

@@ -179,14 +179,14 @@ class _Task:
         return limit_speeds(speeds, positions, dynamics(self.robot, self.options, granted))
 
     def judge(self, result: Trajectory) -> tuple[ConstraintCheck, ...]:
-        """Measure every limit, without looking at how the result came about."""
+        """Measure every limit, independently of the solver."""
         measures, before = self.measured
         after = before if result is self.proposed else [m.worst(result) for m in measures]
         return compare(measures, self.original, before, after)
 
     @cached_property
     def measured(self) -> tuple[list[Measure], list[Violation]]:
-        """Every limit, and its violation by what was proposed."""
+        """Every limit, and its violation by the proposal."""
         measures = measure_all(self.scene, self.robot, self.proposed, self.original, self.contacts, self.options)
         return measures, [m.worst(self.proposed) for m in measures]
 

@@ -100,7 +100,7 @@ def too_slow(trajectory: Trajectory, limits: Dynamics) -> Array:
 
 
 def too_quick(trajectory: Trajectory, limit: float) -> Array:
-    """By how much the faster end of each segment exceeds what the slower end allows (N-1,) [m/s]."""
+    """Excess of the faster end's speed of each segment over what the slower end allows (N-1,) [m/s]."""
     reachable = 2.0 * limit * np.diff(arc_length(trajectory.positions))
     v = trajectory.speeds
     return np.maximum(v[1:] - np.sqrt(v[:-1] ** 2 + reachable), v[:-1] - np.sqrt(v[1:] ** 2 + reachable))

@@ -120,7 +120,7 @@ class TextLimits:
     ignored: tuple[str, ...] = ()
 
     def apply(self, robot: Robot, base: Vector | None = None) -> Robot:
-        """The robot with these limits in place of its own; what the text leaves open stays as it is.
+        """The robot with these limits replacing its own; unstated ones are unchanged.
 
         An axis that must keep one value is given the robot's margin on both sides, so that the margin leaves it.
 

@@ -72,7 +72,7 @@ def verify(
     contacts: Sequence[str] = (),
     options: ConstraintOptions | None = None,
 ) -> tuple[ConstraintCheck, ...]:
-    """Measure every limit on the result and on what was proposed, and on the original where one of them breaks it.
+    """Measure every limit on result and proposal, and on the original where either violates it.
 
     Args:
         result: Trajectory to judge.
@@ -91,7 +91,7 @@ def verify(
 def compare(
     measures: Sequence[Measure], original: Trajectory, before: Sequence[Violation], after: Sequence[Violation]
 ) -> tuple[ConstraintCheck, ...]:
-    """One check per measure, from its violations by what was proposed and by the result.
+    """One check per measure, from its violations by proposal and result.
 
     The original is measured where one of those breaks the limit.
     """
@@ -120,7 +120,7 @@ def measure_all(
     contacts: Sequence[str],
     options: ConstraintOptions,
 ) -> list[Measure]:
-    """Every limit that the robot, the scene and the options put on a trajectory."""
+    """Every limit that robot, scene and options impose on a trajectory."""
     found: list[Measure] = []
     if robot.workspace is not None:
         text = f"{robot.workspace.describe()}, {robot.margin:g} m from its border"

@@ -260,7 +260,7 @@ class Changes:
 
 
 def _rebuilt(kind: Any, value: Any) -> Any:
-    """Plain data as the type that it was: dataclasses, tuples of these, and what JSON holds."""
+    """Rebuild a value of a type from JSON data: dataclasses, tuples of these, and plain values."""
     if isinstance(kind, type) and is_dataclass(kind):
         hints = get_type_hints(kind)
         return kind(**{key: _rebuilt(hints.get(key), item) for key, item in dict(value).items()})

@@ -45,7 +45,7 @@ def sentences(changes: Changes) -> list[str]:
 
 
 def directions(words: Mapping[str, float]) -> str:
-    """Direction words with metres, largest first: "0.20 m left and 0.05 m up"; parts that hardly count are left out."""
+    """Direction words with metres, largest first: "0.20 m left and 0.05 m up"; negligible parts are omitted."""
     least = max(_VISIBLE, 0.05 * max(words.values(), default=0.0))
     parts = [
         f"{number(v)} m {_PHRASES.get(k, k)}" for k, v in sorted(words.items(), key=lambda kv: -kv[1]) if v >= least
@@ -109,7 +109,7 @@ def _waypoints(count: int) -> str:
 
 
 def _moved(changes: Changes, cut: bool, grown: bool) -> list[str]:
-    """How the waypoints that were taken over moved, and the ends unless something was taken out or put in there."""
+    """How the corresponding waypoints moved, and the ends unless waypoints were removed or inserted there."""
     moved = changes.displacement
     ends = [("start", changes.start, cut), ("goal", changes.goal, grown)]
     shifted = [(name, end) for name, end, other in ends if end.shift >= _VISIBLE and not other]

@@ -63,7 +63,7 @@ class Correspondence:
 
     @property
     def added(self) -> tuple[tuple[int, int], ...]:
-        """Runs (first, last) of adapted waypoints that were put in."""
+        """Runs (first, last) of inserted waypoints."""
         return tuple(runs(~self.old))
 
     def of_original(self, adapted: Array) -> Array:
@@ -75,13 +75,13 @@ class Correspondence:
         return _rows(original, self.backward)
 
     def carried(self, mask: Mask) -> Mask:
-        """A mask of original waypoints (N,) as one of adapted waypoints (M,); what was put in is left out."""
+        """A mask of original waypoints (N,) as one of adapted waypoints (M,); insertions are excluded."""
         chosen = np.zeros(len(self.backward), dtype=bool)
         chosen[self.old] = mask[np.rint(self.backward[self.old]).astype(int)]
         return chosen
 
     def carried_back(self, mask: Mask) -> Mask:
-        """A mask of adapted waypoints (M,) as one of original waypoints (N,); what was taken out is left out."""
+        """A mask of adapted waypoints (M,) as one of original waypoints (N,); removals are excluded."""
         chosen = np.zeros(len(self.forward), dtype=bool)
         chosen[self.kept] = mask[np.rint(self.forward[self.kept]).astype(int)]
         return chosen
@@ -161,7 +161,7 @@ def _by_length(old: Array, new: Array) -> Array:
 
 
 def _kept(old: Array, new: Array, small: float) -> tuple[Array, Array] | None:
-    """A match held by waypoints that are exactly where they were; None if these are too few."""
+    """A match anchored at unmoved waypoints; None if these are too few."""
     here, there = ([row.tobytes() for row in np.round(rows, 9) + 0.0] for rows in (old, new))
     blocks = SequenceMatcher(None, here, there, autojunk=False).get_matching_blocks()
     if sum(block.size for block in blocks) < max(2.0, UNTOUCHED * min(len(old), len(new))):
@@ -188,7 +188,7 @@ def _fill(
     there: tuple[int, int],
     small: float,
 ) -> None:
-    """Match what lies between two kept stretches: original waypoints a..b-1 and adapted waypoints c..d-1."""
+    """Match the gap between two kept stretches: original waypoints a..b-1 and adapted waypoints c..d-1."""
     (a, b), (c, d) = here, there
     old, new = paths[0][a:b], paths[1][c:d]
     inner = 0 < a and b < len(forward) and 0 < c and d < len(backward)
@@ -208,7 +208,7 @@ def _fill(
 
 
 def _between(into: Array, segment: Array, points: Array, span: tuple[int, int], first: int, small: float) -> None:
-    """Place points (K, 3) on the segment (2, 3) that they lie on, if all do: a waypoint put into it, or taken out."""
+    """Place points (K, 3) on the segment (2, 3) if all lie on it: waypoints inserted into it or removed."""
     distance, place = project(segment, points)
     if distance.max() <= small:
         into[slice(*span)] = first + np.maximum.accumulate(place)
@@ -235,7 +235,7 @@ def _unequal(old: Array, new: Array, small: float) -> tuple[Array, Array]:
 
 
 def _inverse(forward: Array, old: Array, new: Array, small: float) -> Array:
-    """The original place (m,) of each new waypoint; NaN beyond the ends and where a stretch was drawn anew."""
+    """The original place (m,) of each new waypoint; NaN beyond the ends and in redrawn stretches."""
     backward = np.interp(np.arange(len(new)), forward, np.arange(len(old)), left=np.nan, right=np.nan)
     s = arc_length(new)
     along_new = np.interp(forward, np.arange(len(new)), s)

@@ -60,7 +60,7 @@ def runs(mask: Mask) -> Iterator[tuple[int, int]]:
 
 
 def repeats(positions: Array) -> Mask:
-    """Which waypoints (N, 3) lie where the one before them lies, (N,)."""
+    """Mask (N,) of waypoints (N, 3) that repeat the position before them."""
     return np.concatenate([[False], lengths(np.diff(positions[:, :3], axis=0)) <= SAME_PLACE])
 
 

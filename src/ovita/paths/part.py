@@ -143,7 +143,7 @@ WHOLE = PathPart()
 
 
 def near(place: Place, within: float | None = None) -> PathPart:
-    """What comes within so many metres of a place's centre; without them, the nearest 15 % of the waypoints."""
+    """The part within a radius [m] of a place's centre; by default the nearest 15 % of the waypoints."""
     return PathPart("near", (place,), within)
 
 

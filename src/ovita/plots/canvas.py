@@ -62,7 +62,7 @@ class _Canvas:
             self.handles[label] = Line2D([], [], **{**style, "lw": min(style.get("lw", 1.0), 6.0)})
 
     def pixels(self, points: Array) -> Array:
-        """Where points (K, 3) [m] lie in the picture, (K, 2)."""
+        """Image coordinates (K, 2) of points (K, 3) [m]."""
         raise NotImplementedError
 
     def _scatter(self, points: Array, **style: Any) -> None:
@@ -149,7 +149,7 @@ class TopCanvas(_Canvas):
         self._remember(label, **style)
 
     def pixels(self, points: Array) -> Array:
-        """Where points (K, 3) [m] lie in the picture, (K, 2)."""
+        """Image coordinates (K, 2) of points (K, 3) [m]."""
         return np.asarray(self.axes.transData.transform(self._flat(points)))
 
     def _scatter(self, points: Array, **style: Any) -> None:
@@ -202,7 +202,7 @@ class SpaceCanvas(_Canvas):
         self._remember(label, **style)
 
     def pixels(self, points: Array) -> Array:
-        """Where points (K, 3) [m] lie in the picture, (K, 2); valid once the figure was laid out."""
+        """Image coordinates (K, 2) of points (K, 3) [m]; valid once the figure was laid out."""
         seen = np.column_stack([points, np.ones(len(points))]) @ self.axes.get_proj().T
         return np.asarray(self.axes.transData.transform(seen[:, :2] / seen[:, 3:]))
 

@@ -240,7 +240,7 @@ def _run(head: JobHeader, body: bytearray, writing: int, environment: Environmen
 
 
 def _lock(head: JobHeader, writing: int, *, strict: bool) -> None:
-    """Close what the kernel can close; outside strict isolation, as much as there is."""
+    """Apply the kernel's restrictions; outside strict isolation, those available."""
     memory, cpu_s = head.memory_mb << 20, head.wall_ms // 1000 + 2
     base = lockdown.address_space()
     if sys.platform == "linux" and (strict or head.flags & LOCKED):

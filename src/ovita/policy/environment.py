@@ -361,7 +361,7 @@ class Environment:
         make_deterministic()
 
     def warm_up(self) -> None:
-        """Do what can be done before there is a policy, since nothing can be imported behind the locked door."""
+        """Import everything in advance, since nothing can be imported after lockdown."""
         warm_up()
         for name in FRAMES:
             self.toolkit(Frame(name))
@@ -512,7 +512,7 @@ def _freeze() -> None:
 
 
 def watch_memory(limit: int) -> None:
-    """End the process when it has taken more memory than allowed, where the kernel does not see to it."""
+    """End the process when it has taken more memory than allowed, where the kernel does not enforce it."""
     if sys.platform != "darwin":
         return
     import os

@@ -125,7 +125,7 @@ def drop_privileges() -> None:
 
 
 def die_with(parent: int) -> None:
-    """End this process when its parent does, however that ends."""
+    """End this process whenever its parent ends."""
     _must("pdeathsig", _prctl(_PR_SET_PDEATHSIG, _SIGKILL))
     if os.getppid() != parent:
         os._exit(0)

@@ -284,7 +284,7 @@ class Policy:
         return replace(self, source=source, parameters=parameters)
 
     def described_by(self, parameters: Iterable[Parameter]) -> Policy:
-        """Return the policy with what is known of parameters of the same names, whose values stay as in the source."""
+        """Return the policy with the descriptions of equally named parameters; values stay as in the source."""
         known = {p.name: p for p in parameters}
         return replace(
             self,
@@ -302,7 +302,7 @@ class Policy:
 
     @cached_property
     def toolkit_only(self) -> bool:
-        """Whether it is proven to be nothing but toolkit calls, scene look-ups and arithmetic."""
+        """Whether it is proven to contain only toolkit calls, scene look-ups and arithmetic."""
         return proven(self.tree)
 
     @property

@@ -251,7 +251,7 @@ def end(process: subprocess.Popen[bytes]) -> None:
 
 
 def _paths() -> Sequence[str]:
-    """Where the worker finds ovita, numpy and scipy: where this process found them."""
+    """Import paths of ovita, numpy and scipy for the worker."""
     found = []
     for package in ("ovita", "numpy", "scipy"):
         spec = find_spec(package)

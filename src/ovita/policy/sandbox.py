@@ -137,7 +137,7 @@ def close() -> None:
 
 
 def missing() -> tuple[str, ...]:
-    """What this machine lacks for strict isolation; empty where nothing is missing."""
+    """What this machine lacks for strict isolation; empty if nothing."""
     from ovita.policy.lockdown import missing_locks
 
     return missing_locks()
@@ -182,7 +182,7 @@ def _run(
 def _in_a_process(
     policy: Policy, table: Array, scene: Scene, limits: SandboxLimits, where: str, flags: int
 ) -> tuple[Array, dict[str, Any]]:
-    """The rows that a policy returns in a process of its own, and what it states."""
+    """Rows and postconditions of a policy run in its own process."""
     from ovita.policy.check import scipy_parts
     from ovita.policy.environment import scene_to_json
     from ovita.policy.processes import POOL, once

@@ -79,7 +79,7 @@ class Arm:
         return self._intent
 
     def pose(self, data: Any, step: int) -> None:
-        """Put the joints where the plan has them."""
+        """Set the joints to the plan."""
         data.qpos[:] = self._intent.plan.coordinates[step]
 
     def act(self, data: Any, step: int) -> bool:

@@ -46,7 +46,7 @@ class Drone:
         return self._intent
 
     def pose(self, data: Any, step: int) -> None:
-        """Hover where the plan has it."""
+        """Hover at the plan's pose."""
         data.qpos[:3] = self._intent.plan.coordinates[step]
         data.qpos[3:7] = np.cos(self._yaw / 2), 0.0, 0.0, np.sin(self._yaw / 2)
 

@@ -197,5 +197,5 @@ def visual_model(stage: SimWorld) -> Any:
 
 
 def visual_state(model: Any, stage: SimWorld, state: Array) -> Array:
-    """Positions of a visual_model model: those of the stage's model, given to both robots."""
+    """Joint positions of the visual model: those of the simulated robot, copied to both robots."""
     return state if model.nq == stage.model.nq else np.concatenate([state, state])

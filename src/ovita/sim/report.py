@@ -203,7 +203,7 @@ def assess(
     oriented: bool,
     meant: set[str],
 ) -> Report:
-    """Compare what was recorded with what the trajectory asks for.
+    """Compare the recorded motion with the trajectory.
 
     Args:
         model: The robot.

@@ -56,7 +56,7 @@ class Rover:
         return self._intent
 
     def pose(self, data: Any, step: int) -> None:
-        """Put the rover on the ground where the plan has it."""
+        """Set the rover on the ground at the plan's pose."""
         x, y, yaw = self._intent.plan.coordinates[step]
         data.qpos[:3] = x, y, self.stage.ground + self.stage.model.qpos0[2]
         data.qpos[3:7] = np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2)

@@ -97,7 +97,7 @@ class SimWorld:
             raise RobotError(f"{robot.model}: has no actuator {name!r}") from None
 
     def shapes(self) -> tuple[Shape, ...]:
-        """What the robot's bodies look like; meshes stand as the boxes around them."""
+        """The robot's visual shapes; meshes become bounding boxes."""
         return tuple(
             _shape(self.model, g, self.bodies.index(int(b)))
             for g, b in enumerate(self.model.geom_bodyid)

@@ -73,7 +73,7 @@ class Studio:
         self._template, self._offered = settings.template, offered_files(settings.paths)
         self._first = self._offered[next(iter(self._offered))] if self._offered else ""
         self._open_first()
-        self.desks = Sessions(
+        self.controllers = Sessions(
             settings.folder, self._open_first, writer=settings.template.writer, isolation=settings.template.isolation
         )
         self._key = f"ovita-session-{_digest(self._first)}"
@@ -124,9 +124,9 @@ class Studio:
         note, had = "", self._remembered(client)
         if self._gone(client):
             return
-        used, desk = [had[0][0]] if had else [], None
+        used, controller = [had[0][0]] if had else [], None
         try:
-            desk = self.desks.find(*had[0]) if had else None
+            controller = self.controllers.find(*had[0]) if had else None
         except OvitaError as error:
             note = f"The session that this browser had cannot be read, so this is a new one: {error}"
 
@@ -135,25 +135,25 @@ class Studio:
             had = self._remember(client, name, title)
 
         def new(session: Session | None = None, title: str = "") -> SessionController:
-            name, fresh = self.desks.new(session, title)
+            name, fresh = self.controllers.new(session, title)
             used.append(name)
             remember(name, fresh.title)
             return fresh
 
         def returned(name: str) -> SessionController:
-            found = self.desks.find(name, dict(self._remembered(client)).get(name, ""))
+            found = self.controllers.find(name, dict(self._remembered(client)).get(name, ""))
             if found is None:
                 raise RequestError("that session is not on this machine any more")
             used.append(name)
             remember(name, found.title)
             return found
 
-        if desk is None:
-            desk = new()
-            note = note or desk.error
+        if controller is None:
+            controller = new()
+            note = note or controller.error
         view = Tab(
             client,
-            desk,
+            controller,
             offered=self._offered,
             opened=lambda opened: new(opened.session, opened.title),
             again=new,
@@ -180,9 +180,9 @@ class Studio:
 
     def _put_away(self, view: Tab, used: list[str]) -> None:
         view.close()
-        view.desk.close()
+        view.controller.close()
         for name in used:
-            self.desks.leave(name)
+            self.controllers.leave(name)
 
     def _remembered(self, client: Any) -> list[tuple[str, str]]:
         """Name and title of the sessions that a browser had, the last first; its own storage keeps them."""

@@ -21,12 +21,12 @@ class Conversation:
 
     Args:
         gui: viser's GUI of the tab; the parts are added to the container that is open.
-        desk: Gives the desk, which changes when another file is opened.
+        controller: Gives the controller, which changes when another file is opened.
         complain: Shows a sentence to the person.
     """
 
-    def __init__(self, gui: Any, desk: Callable[[], SessionController], complain: Callable[[str], None]) -> None:
-        self.gui, self._desk, self._complain = gui, desk, complain
+    def __init__(self, gui: Any, controller: Callable[[], SessionController], complain: Callable[[str], None]) -> None:
+        self.gui, self._controller, self._complain = gui, controller, complain
         self._suggested: tuple[str, ...] = ()
         self._tries: list[Any] = []
         self._clock: threading.Thread | None = None
@@ -50,15 +50,15 @@ class Conversation:
         self.form.on_submit(lambda _: self._say())
         self.send.on_click(lambda _: self.form.submit())
         self.on.on_update(lambda _: self._explain())
-        self.cancel.on_click(lambda _: self._desk().cancel())
+        self.cancel.on_click(lambda _: self._controller().cancel())
         self.back.on_click(lambda _: self.step(self.back.value))
         self.branch.on_update(self._branch)
         self._explain()
 
     def refresh(self, news: News) -> None:
-        """Show what the desk holds."""
-        desk = self._desk()
-        busy = desk.busy
+        """Show the session."""
+        controller = self._controller()
+        busy = controller.busy
         for node in (self.stage, self.bar, self.cancel):
             node.visible = busy is not None
         self.send.disabled = busy is not None
@@ -67,15 +67,15 @@ class Conversation:
             if news == "busy" and (self._clock is None or not self._clock.is_alive()):
                 self._clock = threading.Thread(target=self._tick, name="ovita-clock", daemon=True)
                 self._clock.start()
-        asked = desk.said.question if desk.said is not None else ""
+        asked = controller.said.question if controller.said is not None else ""
         title = "Your answer" if asked else "What should change?"
         self.ask.content = html.block(f"<h4>{title}</h4>")
-        self.outcome.content = html.outcome(desk)
+        self.outcome.content = html.outcome(controller)
         if news in ("turn", "said", "knobs"):
-            self._suggest(desk)
+            self._suggest(controller)
         if news == "turn" or news == "knobs":
-            self.past.content = html.history(desk.session)
-            self._list_turns(desk)
+            self.past.content = html.history(controller.session)
+            self._list_turns(controller)
 
     def close(self) -> None:
         """Stop the clock."""
@@ -85,13 +85,13 @@ class Conversation:
         self.send_words(self.text.value, answering=True)
 
     def send_words(self, text: str, *, answering: bool) -> None:
-        """Say something, or answer the question that came back."""
-        desk = self._desk()
+        """Send an utterance, or the answer to a pending question."""
+        controller = self._controller()
         try:
-            if answering and desk.said is not None and desk.said.question:
-                desk.answer(text)
+            if answering and controller.said is not None and controller.said.question:
+                controller.answer(text)
             else:
-                desk.say(text, self._about())
+                controller.say(text, self._about())
         except OvitaError as error:
             self._complain(str(error))
             return
@@ -105,9 +105,9 @@ class Conversation:
 
     def step(self, which: str) -> None:
         """Undo or redo a turn."""
-        desk = self._desk()
+        controller = self._controller()
         did: list[bool] = []
-        if desk.act(lambda s: did.append(s.undo() if which == "Undo" else s.redo())) and not did[0]:
+        if controller.act(lambda s: did.append(s.undo() if which == "Undo" else s.redo())) and not did[0]:
             self._complain(f"There is nothing to {which.lower()}.")
 
     async def _branch(self, event: Any) -> None:
@@ -115,20 +115,20 @@ class Conversation:
             return
         number = str(self.branch.value).partition(".")[0]
         turn = int(number) - 1 if number.isdecimal() else ROOT
-        threading.Thread(target=lambda: self._desk().act(lambda s: s.branch(turn)), daemon=True).start()
+        threading.Thread(target=lambda: self._controller().act(lambda s: s.branch(turn)), daemon=True).start()
 
-    def _list_turns(self, desk: SessionController) -> None:
-        history = desk.session.history
-        names = tuple(html.turn_name(desk.session, i) for i in (ROOT, *range(len(history.steps))))
+    def _list_turns(self, controller: SessionController) -> None:
+        history = controller.session.history
+        names = tuple(html.turn_name(controller.session, i) for i in (ROOT, *range(len(history.steps))))
         if self.branch.options != names:
             self.branch.options = names
-        now = html.turn_name(desk.session, history.head)
+        now = html.turn_name(controller.session, history.head)
         if self.branch.value != now:
             self.branch.value = now
         self.branch.visible = self.back.visible = len(names) > 1
 
-    def _suggest(self, desk: SessionController) -> None:
-        session = desk.session
+    def _suggest(self, controller: SessionController) -> None:
+        session = controller.session
         said = {step.said.lower() for step in session.steps}
         wanted = tuple(s for s in html.suggestions(session.current, session.scene) if s.lower() not in said)
         if wanted == self._suggested:
@@ -147,12 +147,12 @@ class Conversation:
 
     def _tick(self) -> None:
         done = threading.Event()
-        while not self._closed and self._desk().busy is not None:
+        while not self._closed and self._controller().busy is not None:
             self._show_stage()
             done.wait(_TICK_S)
 
     def _show_stage(self) -> None:
-        busy = self._desk().busy
+        busy = self._controller().busy
         if busy is not None:
             said = html.e(html.clipped(busy.said))
             self.stage.content = html.block(

@@ -29,14 +29,14 @@ class DragEditor:
     Args:
         gui: viser's GUI of the tab; the controls are added to the container that is open.
         space: The scene of the tab.
-        desk: Gives the desk.
+        controller: Gives the controller.
         peek: Shows the lines of a session that does not count yet.
     """
 
     def __init__(
-        self, gui: Any, space: SceneView, desk: Callable[[], SessionController], peek: Callable[[Session], None]
+        self, gui: Any, space: SceneView, controller: Callable[[], SessionController], peek: Callable[[Session], None]
     ) -> None:
-        self._space, self._desk, self._peek = space, desk, peek
+        self._space, self._controller, self._peek = space, controller, peek
         self._wanted: tuple[str, Array] | None = None
         self._peeking, self.dragging = False, False
         self._lock = threading.Lock()
@@ -65,7 +65,7 @@ class DragEditor:
 
     def refresh(self) -> None:
         """Fit the controls to the session."""
-        session = self._desk().session
+        session = self._controller().session
         names = (_NOTHING, _START, _GOAL, *session.scene.names)
         if self.what.options != names:
             self.what.options = names
@@ -88,7 +88,7 @@ class DragEditor:
 
     def move(self, what: str, place: Array) -> bool:
         """Move an object, the start or the goal to a place (3,) [m], as one turn."""
-        return self._desk().act(lambda session: self._moved(session, what, place))
+        return self._controller().act(lambda session: self._moved(session, what, place))
 
     def _moved(self, session: Session, what: str, place: Array) -> None:
         by = np.asarray(place, dtype=float) - self._place(session, what)
@@ -99,16 +99,16 @@ class DragEditor:
             session.change(said, scene=with_object_at(session.scene, what, place))
 
     def _preview(self) -> None:
-        """Show what a move would come to while it is being made; of several places only the last counts."""
+        """Preview a drag; of several positions only the last counts."""
         while True:
             with self._lock:
                 wanted, self._wanted = self._wanted, None
                 if wanted is None:
                     self._peeking = False
                     return
-            desk = self._desk()
-            with desk.lock:
-                draft = None if desk.busy is not None else desk.session.draft()
+            controller = self._controller()
+            with controller.lock:
+                draft = None if controller.busy is not None else controller.session.draft()
             if draft is not None:
                 with contextlib.suppress(OvitaError):
                     self._moved(draft, *wanted)
@@ -123,7 +123,7 @@ class DragEditor:
             self._grip()
 
     def _grip(self) -> None:
-        """Put the arrows on what was chosen."""
+        """Attach the drag arrows to the selection."""
         if self._gizmo is not None:
             self._gizmo.remove()
             self._gizmo = None
@@ -132,7 +132,7 @@ class DragEditor:
             return
         self._gizmo = self._space.api.add_transform_controls(
             "/gizmo", 0.17 * self._space.stage.size, disable_rotations=True, depth_test=False, line_width=3.0,
-            position=self._place(self._desk().session, what),
+            position=self._place(self._controller().session, what),
         )  # fmt: skip
         self._gizmo.on_update(self._dragged)
 
@@ -155,7 +155,7 @@ class DragEditor:
         threading.Thread(target=self._drop, args=(what, place), daemon=True).start()
 
     def _drop(self, what: str, place: Array) -> None:
-        session = self._desk().session
+        session = self._controller().session
         there = self._place(session, what)
         if np.linalg.norm(place - there) < 1e-6:
             self._peek(session)
@@ -176,22 +176,22 @@ class DragEditor:
 
     async def _ring(self, event: Any) -> None:
         if event.client is not None:
-            path = self._desk().session.current
+            path = self._controller().session.current
             self._space.mark(path.positions[min(int(self.index.value), len(path) - 1)])
 
     def _pin(self) -> None:
-        session = self._desk().session
+        session = self._controller().session
         index = min(int(self.index.value), len(session.current) - 1)
         self._change_pins(tuple(sorted({*session.constraints.pinned, index})))
 
     def _change_pins(self, pins: tuple[int, ...]) -> None:
-        session = self._desk().session
+        session = self._controller().session
         if pins == session.constraints.pinned:
             return
         new = [str(i) for i in pins if i not in session.constraints.pinned]
         said = f"pinned waypoint {', '.join(new)}" if new else "took all pins out"
         options = replace(session.constraints, pinned=pins)
-        self._desk().act(lambda s: s.change(said, constraints=options))
+        self._controller().act(lambda s: s.change(said, constraints=options))
 
 
 def with_object_at(scene: Scene, name: str, place: Array) -> Scene:

@@ -214,7 +214,7 @@ class FilesPanel:
     Args:
         client: viser's handle of the tab.
         gui: Its GUI; the controls are added to the container that is open.
-        desk: Gives the desk.
+        controller: Gives the controller.
         opened: Called with a session that was opened.
         again: Called to begin again with the file that the studio was started with.
         offered: Files that can be opened without an upload: shown name to path.
@@ -229,7 +229,7 @@ class FilesPanel:
         self,
         client: Any,
         gui: Any,
-        desk: Callable[[], SessionController],
+        controller: Callable[[], SessionController],
         *,
         opened: Callable[[Opened], None],
         again: Callable[[], None],
@@ -240,7 +240,7 @@ class FilesPanel:
         tell: Callable[[str], None],
         complain: Callable[[str], None],
     ) -> None:
-        self._client, self._gui, self._desk, self._opened = client, gui, desk, opened
+        self._client, self._gui, self._controller, self._opened = client, gui, controller, opened
         self._limits, self._tell_note, self._complain = limits, tell, complain
         self._offered, self._earlier = offered, earlier
         size = MAX_UPLOAD // 2**20
@@ -285,7 +285,7 @@ class FilesPanel:
         file = self.upload.value
         self._place_upload()
         try:
-            self._opened(open_upload(file.name, file.content, self._desk().session, limits=self._limits))
+            self._opened(open_upload(file.name, file.content, self._controller().session, limits=self._limits))
         except OvitaError as error:
             self._complain(str(error))
 
@@ -293,18 +293,18 @@ class FilesPanel:
         if not path:
             return
         try:
-            self._opened(open_file(path, self._desk().session, limits=self._limits))
+            self._opened(open_file(path, self._controller().session, limits=self._limits))
         except OvitaError as error:
             self._complain(str(error))
 
     def _export(self, kind: str) -> None:
         try:
-            name, content = exported(kind, self._desk().session)
+            name, content = exported(kind, self._controller().session)
         except OvitaError as error:
             self._complain(str(error))
             return
         self._client.send_file_download(name, content, save_immediately=True)
-        result = self._desk().session.adaptation
+        result = self._controller().session.adaptation
         if result is not None and result.status != "done" and kind != "session":
             self._tell_note(f"Saved as {name}: {result.message}")
 

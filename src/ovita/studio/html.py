@@ -89,12 +89,12 @@ def suggestions(trajectory: Trajectory, scene: Scene) -> list[str]:
     return said[:3]
 
 
-def header(desk: SessionController, writer: str) -> str:
-    """Name of the studio, of what is open, and of who writes."""
-    session = desk.session
+def header(controller: SessionController, writer: str) -> str:
+    """Name of the studio, the open session and its writer."""
+    session = controller.session
     told = f"{len(session.current)} waypoints, {session.current.duration:.1f} s"
     return block(
-        f'<div class="brand">{e(desk.title)} <small>{told}</small></div>'
+        f'<div class="brand">{e(controller.title)} <small>{told}</small></div>'
         f'<div class="soft"><span class="key" style="background:var(--blue)"></span>original'
         f' &nbsp;<span class="key" style="background:var(--red)"></span>adapted &nbsp;&middot;&nbsp;'
         f" writer: {e(writer)}</div>"
@@ -114,20 +114,20 @@ def welcome(scene: Scene) -> str:
     )
 
 
-def outcome(desk: SessionController) -> str:
+def outcome(controller: SessionController) -> str:
     """How the last words went; "" before any."""
-    if desk.busy is not None:
+    if controller.busy is not None:
         return ""
-    if desk.said is not None:
-        said = desk.said
+    if controller.said is not None:
+        said = controller.said
         kind, word = _chip(said.result) if said.result else ("bad", "not done")
         return block(
             f'<div class="card">&ldquo;{e(clipped(said.text))}&rdquo; <span class="chip {kind}">{word}</span>'
             f"<p>{e(said.message)}</p></div>"
         )
-    result = desk.session.adaptation
+    result = controller.session.adaptation
     if result is None:
-        return welcome(desk.session.scene)
+        return welcome(controller.session.scene)
     kind, word = _chip(result)
     clean = result.status == "done" and not result.lost
     text = " ".join(result.plan[-4:]) or "Done." if clean else result.message

@@ -27,40 +27,40 @@ _AGAINST = ("the original", "the turn before")
 class PlanPanel:
     """Plan and explanation."""
 
-    def __init__(self, gui: Any, desk: Callable[[], SessionController]) -> None:
-        self._desk = desk
+    def __init__(self, gui: Any, controller: Callable[[], SessionController]) -> None:
+        self._controller = controller
         self.text = gui.add_html("")
 
     def refresh(self) -> None:
-        """Show what the desk holds."""
-        self.text.content = html.plan(self._desk().session.adaptation)
+        """Show the session."""
+        self.text.content = html.plan(self._controller().session.adaptation)
 
 
 class ExplanationPanel:
     """The explanation in plain words."""
 
-    def __init__(self, gui: Any, desk: Callable[[], SessionController]) -> None:
-        self._desk = desk
+    def __init__(self, gui: Any, controller: Callable[[], SessionController]) -> None:
+        self._controller = controller
         self.text = gui.add_html("")
 
     def refresh(self) -> None:
-        """Show what the desk holds."""
-        self.text.content = html.explanation(self._desk().session.adaptation)
+        """Show the session."""
+        self.text.content = html.explanation(self._controller().session.adaptation)
 
 
 class ChangesPanel:
     """The measured difference, as charts and sentences."""
 
-    def __init__(self, gui: Any, desk: Callable[[], SessionController]) -> None:
-        self._desk = desk
+    def __init__(self, gui: Any, controller: Callable[[], SessionController]) -> None:
+        self._controller = controller
         self.against = gui.add_dropdown("compared with", _AGAINST, hint="Charts and sentences use this one")
         self.charts = gui.add_html("")
         self.text = gui.add_html("")
         self.against.on_update(lambda _: self.refresh())
 
     def refresh(self) -> None:
-        """Show what the desk holds."""
-        session = self._desk().session
+        """Show the session."""
+        session = self._controller().session
         adapted = session.current if session.steps else None
         before = session.original
         if self.against.value == _AGAINST[1] and len(session.steps) > 1:
@@ -76,8 +76,8 @@ class ChangesPanel:
 class CodePanel:
     """The program, to read, to edit and to run again in the sandbox."""
 
-    def __init__(self, gui: Any, desk: Callable[[], SessionController], complain: Callable[[str], None]) -> None:
-        self._desk, self._complain = desk, complain
+    def __init__(self, gui: Any, controller: Callable[[], SessionController], complain: Callable[[str], None]) -> None:
+        self._controller, self._complain = controller, complain
         self._shown = ""
         self.note = gui.add_html("")
         self.listing = gui.add_html("")
@@ -90,7 +90,7 @@ class CodePanel:
 
     def refresh(self) -> None:
         """Show the program in force; edits that were not run stay as long as it is the same program."""
-        result = self._desk().session.adaptation
+        result = self._controller().session.adaptation
         source = result.code if result is not None else ""
         if source == self._shown and source:
             return
@@ -124,7 +124,7 @@ class CodePanel:
 
         self.run.disabled, self.run.label = True, "Running\u2026"
         try:
-            if self._desk().act(work):
+            if self._controller().act(work):
                 return
         finally:
             self.run.disabled, self.run.label = False, _RUN
@@ -148,11 +148,11 @@ class KnobsPanel:
 
     Args:
         gui: viser's GUI of the tab; the knobs are added to the container that is open.
-        desk: Gives the desk.
+        controller: Gives the controller.
     """
 
-    def __init__(self, gui: Any, desk: Callable[[], SessionController]) -> None:
-        self.gui, self._desk = gui, desk
+    def __init__(self, gui: Any, controller: Callable[[], SessionController]) -> None:
+        self.gui, self._controller = gui, controller
         self.note = gui.add_html("")
         self.box = gui.add_folder(None)
         self.handles: dict[str, Any] = {}
@@ -165,7 +165,7 @@ class KnobsPanel:
         Args:
             turned: Whether knobs were turned, so that those under the hand are left alone.
         """
-        result = self._desk().session.adaptation
+        result = self._controller().session.adaptation
         knobs = result.parameters if result is not None else ()
         made = tuple((p.name, type(p.value), p.meaning) for p in knobs)
         if turned and made == self._made:
@@ -193,7 +193,7 @@ class KnobsPanel:
                 self._make(knob)
 
     def _fits(self, knobs: tuple[Parameter, ...]) -> bool:
-        """Whether every value lies within its slider."""
+        """Whether every value is within its slider's range."""
         for knob in knobs:
             high, low = getattr(self.handles[knob.name], "max", None), getattr(self.handles[knob.name], "min", None)
             if high is not None and low is not None and isinstance(knob.value, int | float):
@@ -221,7 +221,7 @@ class KnobsPanel:
 
         async def turned(event: Any, name: str = knob.name, like: Any = value) -> None:
             if event.client is not None:
-                self._desk().turn(name, _read(handle_of(name).value, like))
+                self._controller().turn(name, _read(handle_of(name).value, like))
 
         def handle_of(name: str) -> Any:
             return self.handles[name]
@@ -249,7 +249,7 @@ class WritersPanel:
 
     Args:
         gui: viser's GUI of the tab; the controls are added to the container that is open.
-        desk: Gives the desk.
+        controller: Gives the controller.
         complain: Shows a sentence to the person.
         chosen: Called when another writer was chosen.
         local: Whether only this machine can reach the studio. Others may not name servers, which would be sent the
@@ -259,15 +259,17 @@ class WritersPanel:
     def __init__(
         self,
         gui: Any,
-        desk: Callable[[], SessionController],
+        controller: Callable[[], SessionController],
         *,
         complain: Callable[[str], None],
         chosen: Callable[[], None],
         local: bool,
     ) -> None:
-        self._desk, self._complain, self._chosen, self._local = desk, complain, chosen, local
+        self._controller, self._complain, self._chosen, self._local = controller, complain, chosen, local
         self.note = gui.add_html("")
-        self.name = gui.add_text("writer", writer_name(desk().session.writer), hint="builtin, auto or PROVIDER:MODEL")
+        self.name = gui.add_text(
+            "writer", writer_name(controller().session.writer), hint="builtin, auto or PROVIDER:MODEL"
+        )
         self.address = gui.add_text("server", "", hint="Address of an OpenAI-compatible server", visible=local)
         gui.add_html('<div class="secret"></div>')
         self.key = gui.add_text(
@@ -282,8 +284,9 @@ class WritersPanel:
             "<h4>Writer</h4><p class='soft'>The built-in writer needs no model. A model is named as PROVIDER:MODEL with"
             f" {html.e(providers)}. What you say, the scene and a summary of the path are sent to it.</p>"
         )
+        wanted = html.e(controller().session.isolation)
         gui.add_html(html.block(
-            f"<h4>Isolation</h4><p class='soft'>Programs run in a sandbox: <b>{html.e(desk().session.isolation)}</b>"
+            f"<h4>Isolation</h4><p class='soft'>Programs run in a sandbox: <b>{wanted}</b>"
             f" is asked for; this machine offers <b>{html.e(level)}</b>.</p>"
         ))  # fmt: skip
 
@@ -298,9 +301,9 @@ class WritersPanel:
         except OvitaError as error:
             self._complain(str(error))
             return
-        desk = self._desk()
-        with desk.lock:
-            desk.session.writer = writer
+        controller = self._controller()
+        with controller.lock:
+            controller.session.writer = writer
         self._chosen()
 
 
@@ -336,12 +339,12 @@ class LimitsPanel:
 
     Args:
         gui: viser's GUI of the tab; the controls are added to the container that is open.
-        desk: Gives the desk.
+        controller: Gives the controller.
         complain: Shows a sentence to the person.
     """
 
-    def __init__(self, gui: Any, desk: Callable[[], SessionController], complain: Callable[[str], None]) -> None:
-        self._desk, self._complain = desk, complain
+    def __init__(self, gui: Any, controller: Callable[[], SessionController], complain: Callable[[str], None]) -> None:
+        self._controller, self._complain = controller, complain
         self._filled: tuple[Robot, ConstraintOptions] | None = None
         self.verdict = gui.add_html("")
         self.apply = gui.add_button("Apply the limits below", icon="check")
@@ -367,7 +370,7 @@ class LimitsPanel:
 
     def refresh(self) -> None:
         """Show the session's limits and whether each holds."""
-        session = self._desk().session
+        session = self._controller().session
         self.verdict.content = html.verdict(session)
         if self._filled == (session.robot, session.constraints):
             return
@@ -409,19 +412,19 @@ class LimitsPanel:
         threading.Thread(target=self._take, args=(name,), daemon=True).start()
 
     def _take(self, name: str) -> None:
-        session = self._desk().session
+        session = self._controller().session
         if name == session.robot.name:
             return
         self._filled = None
-        self._desk().act(lambda s: s.change(f"limits: {name}", robot=_limits(name, s.scene)))
+        self._controller().act(lambda s: s.change(f"limits: {name}", robot=_limits(name, s.scene)))
 
     def _apply(self) -> None:
         try:
-            robot, options = self._read(self._desk().session)
+            robot, options = self._read(self._controller().session)
         except OvitaError as error:
             self._complain(str(error))
             return
-        self._desk().act(lambda s: s.change("changed the limits", robot=robot, constraints=options))
+        self._controller().act(lambda s: s.change("changed the limits", robot=robot, constraints=options))
 
     def _read(self, session: Session) -> tuple[Robot, ConstraintOptions]:
         space: Box | Shell | None = None

@@ -37,12 +37,12 @@ class SceneView:
     def __init__(self, client: Any, covered: float = 0.0) -> None:
         self.client, self.api, self.covered = client, client.scene, covered
         self.shown = Shown()
-        self.stage: Stage | None = None
+        self.stage: ViewBounds | None = None
         self.objects: dict[str, Any] = {}
         self._drawn: tuple[Any, ...] = ()
         self._looked: tuple[Array, float] | None = None
         self._arrived = False
-        self._seen: Stage | None = None
+        self._seen: ViewBounds | None = None
         self._lines: dict[str, Any] = {}
         self._labels: list[Any] = []
         self._end_labels: list[Any] = []
@@ -95,8 +95,8 @@ class SceneView:
         return float(speeds.min()), float(speeds.max())
 
     def look(self, session: Session) -> None:
-        """Put the camera where everything is seen."""
-        self._seen = stage = Stage.of([session.original, session.current], session.scene)
+        """Frame everything with the camera."""
+        self._seen = stage = ViewBounds.of([session.original, session.current], session.scene)
         camera = self.client.camera
         frame = session.scene.frame
         aspect = self._aspect()
@@ -116,7 +116,7 @@ class SceneView:
             self._looked = None
             return
         self._arrived = self._arrived or there  # until then the browser tells of the camera as it was before
-        now = Stage.of([session.original, session.current], session.scene)
+        now = ViewBounds.of([session.original, session.current], session.scene)
         grown = np.abs(np.stack([now.lower - self._seen.lower, now.upper - self._seen.upper])).max()
         if abs(self._aspect() / aspect - 1.0) > 0.02 or grown > 0.08 * self._seen.size:
             self.look(session)
@@ -136,7 +136,7 @@ class SceneView:
         self._points("pins", places if len(places) else None, colour=(255, 140, 0), scale=2.4)
 
     def update_shown(self, session: Session) -> None:
-        """Show or hide what a person switched on or off."""
+        """Apply the visibility switches."""
         for node in (*self._labels, *self._end_labels):
             node.visible = self.shown.labels
         for node in self._margins:
@@ -155,7 +155,7 @@ class SceneView:
             return 0.8
 
     def _build(self, paths: list[Trajectory], scene: Scene, robot: Robot, *, fresh: bool) -> None:
-        self.stage = stage = Stage.of(paths, scene)
+        self.stage = stage = ViewBounds.of(paths, scene)
         up = scene.frame.direction("up")
         if fresh:
             self.api.set_up_direction(tuple(up))
@@ -202,7 +202,7 @@ class SceneView:
             name, short, position=place, anchor="bottom-center", font_screen_scale=scale, visible=self.shown.labels
         )
 
-    def _axes(self, scene: Scene, stage: Stage) -> None:
+    def _axes(self, scene: Scene, stage: ViewBounds) -> None:
         corner = stage.corner(scene.frame)
         length = 0.14 * stage.size
         for word, colour in (("right", (198, 40, 40)), ("front", (46, 125, 50)), ("up", (21, 101, 192))):
@@ -214,7 +214,7 @@ class SceneView:
             beyond = tip + 0.03 * stage.size * scene.frame.direction(word)
             self._labels.append(self._label(f"/axis-names/{word}", word, beyond, 0.8))
 
-    def _workspace(self, robot: Robot, stage: Stage) -> None:
+    def _workspace(self, robot: Robot, stage: ViewBounds) -> None:
         reach = 8.0 * stage.size
         found = []
         if robot.workspace is not None:
@@ -390,7 +390,7 @@ class Shown:
 
 
 @dataclass(frozen=True)
-class Stage:
+class ViewBounds:
     """The part of the world that the page shows.
 
     Args:
@@ -404,7 +404,7 @@ class Stage:
     up: Array
 
     @classmethod
-    def of(cls, paths: list[Trajectory], scene: Scene) -> Stage:
+    def of(cls, paths: list[Trajectory], scene: Scene) -> ViewBounds:
         """The paths, and the objects that are not far away from them."""
         shown = geometry.extent(paths, scene)
         points = [path.positions for path in paths] + [geometry.corners(item) for item in shown.shown]
@@ -423,12 +423,12 @@ class Stage:
 
     @property
     def ground(self) -> float:
-        """Height of the floor: that of the lowest thing, or 0 where that is just below [m]."""
+        """Height of the floor [m]: that of the lowest object, or 0 if that is just below."""
         lowest = float(self.lower[2]) if self.up[2] > 0 else float(self.upper[2])
         return 0.0 if 0.0 < lowest * float(self.up[2]) < 0.3 * self.size else lowest
 
     def corner(self, frame: Frame) -> Array:
-        """Where the axes stand: on the floor, behind and to the left of everything, (3,) [m]."""
+        """Position (3,) [m] of the axes: on the floor, behind and left of everything."""
         front, right = frame.direction("front"), frame.direction("right")
         back = min(float(self.lower @ front), float(self.upper @ front))
         left = min(float(self.lower @ right), float(self.upper @ right))
@@ -437,7 +437,7 @@ class Stage:
         return np.asarray(place)
 
     def camera(self, frame: Frame, aspect: float, fov: float) -> tuple[Array, Array]:
-        """Where a camera sees everything from behind the robot, somewhat from the right and above; and its target.
+        """Position and target of a camera that sees everything from behind, right and above.
 
         Args:
             frame: Which way is front.

@@ -83,7 +83,7 @@ class SessionController:
     """A session and what happens to it.
 
     Args:
-        session: The session; from now on only the desk touches it.
+        session: The session; from now on only the controller changes it.
         title: What it is about, such as the name of the file.
     """
 
@@ -112,7 +112,7 @@ class SessionController:
 
     @property
     def watched(self) -> bool:
-        """Whether any tab looks at this desk."""
+        """Whether a tab shows this session."""
         return bool(self._watchers)
 
     def say(self, text: str, on: FeedbackOn) -> threading.Thread:
@@ -288,9 +288,9 @@ def default_folder() -> Path:
 
 
 class Sessions:
-    """The desks of one studio.
+    """The sessions of one studio.
 
-    A desk is named by 128 random bits that only its browser knows; the journal bears that name. Journals that nobody
+    A session is named by 128 random bits that only its browser knows; the journal bears that name. Journals that nobody
     opened for `KEPT_DAYS` are deleted when the studio starts.
 
     Args:
@@ -314,7 +314,7 @@ class Sessions:
         self.folder, self.writer, self.isolation = folder, writer, isolation
         self._first = first
         self._lock = threading.Lock()
-        self._desks: dict[str, SessionController] = {}
+        self._controllers: dict[str, SessionController] = {}
         self._writers: dict[str, PolicyWriter | str] = {}
         try:
             folder.mkdir(parents=True, exist_ok=True, mode=0o700)
@@ -323,7 +323,7 @@ class Sessions:
         self._clear()
 
     def find(self, name: str, title: str = "") -> SessionController | None:
-        """The desk of that name, from memory or from its journal, or None.
+        """The session of that name, from memory or from its journal, or None.
 
         Raises:
             OvitaError: If there is a journal that cannot be read.
@@ -331,8 +331,8 @@ class Sessions:
         if not _NAME.fullmatch(name):
             return None
         with self._lock:
-            if name in self._desks:
-                return self._desks[name]
+            if name in self._controllers:
+                return self._controllers[name]
             path = self._path(name)
             if not path.exists():
                 return None
@@ -340,36 +340,36 @@ class Sessions:
             session = Session.resume(str(path), writer=writer, isolation=self.isolation)
             with contextlib.suppress(OSError):
                 os.utime(path)
-            desk = self._desks[name] = SessionController(session, title)
-            return desk
+            controller = self._controllers[name] = SessionController(session, title)
+            return controller
 
     def new(self, session: Session | None = None, title: str = "") -> tuple[str, SessionController]:
-        """A new desk and its name; without a session it is the one that newcomers get."""
+        """A new session and its name; without a session it is the one that newcomers get."""
         if session is None:
             session, title = self._first()
         name = secrets.token_hex(16)
-        desk = SessionController(session, title)
+        controller = SessionController(session, title)
         try:
             session.keep(str(self._path(name)))
         except OvitaError as error:
-            desk.error = f"This session is not kept on disk: {error}"
+            controller.error = f"This session is not kept on disk: {error}"
         with self._lock:
-            self._desks[name] = desk
-        return name, desk
+            self._controllers[name] = controller
+        return name, controller
 
     def leave(self, name: str) -> None:
-        """Put a desk away that nobody looks at any more; its journal stays, and its writer as long as this lives."""
+        """Close a session that no tab shows; its journal stays, and its writer as long as this lives."""
         with self._lock:
-            desk = self._desks.get(name)
-            if desk is None or desk.watched or desk.busy is not None:
+            controller = self._controllers.get(name)
+            if controller is None or controller.watched or controller.busy is not None:
                 return
-            del self._desks[name]
-            if desk.session.writer is not self.writer:
-                self._writers[name] = desk.session.writer
-        desk.close()
+            del self._controllers[name]
+            if controller.session.writer is not self.writer:
+                self._writers[name] = controller.session.writer
+        controller.close()
 
     def __len__(self) -> int:
-        return len(self._desks)
+        return len(self._controllers)
 
     def _clear(self) -> None:
         """Delete the journals that nobody opened for long; no other file of the folder is touched."""

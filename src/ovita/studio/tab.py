@@ -37,12 +37,12 @@ class Tab:
 
     Args:
         client: viser's handle of the tab.
-        desk: What it shows.
+        controller: What it shows.
         offered: Files that can be opened without an upload.
-        opened: Makes a desk of a session that was opened, and has the browser remember it.
-        again: Makes a desk of the file that the studio was started with, likewise.
+        opened: Makes a controller for an opened session and has the browser remember it.
+        again: Makes one for the file that the studio was started with, likewise.
         earlier: Gives the sessions that this browser had before: shown name to name.
-        returned: The desk of one of them, likewise.
+        returned: The controller of one of them, likewise.
         limits: Of scenes whose file names no robot.
         local: Whether only this machine can reach the studio.
     """
@@ -50,7 +50,7 @@ class Tab:
     def __init__(
         self,
         client: Any,
-        desk: SessionController,
+        controller: SessionController,
         *,
         offered: dict[str, str],
         opened: Callable[[Opened], SessionController],
@@ -60,7 +60,7 @@ class Tab:
         limits: Robot,
         local: bool,
     ) -> None:
-        self.client, self.desk = client, desk
+        self.client, self.controller = client, controller
         self._opened, self._again, self._returned = opened, again, returned
         self._limits = limits
         self._lock = threading.RLock()
@@ -71,9 +71,9 @@ class Tab:
         self.puppet = playback.RobotView(client.scene, self.complain)
         with client.atomic():
             self._build(client.gui, offered, earlier, local)
-        self._leave = desk.watch(self.refresh)
+        self._leave = controller.watch(self.refresh)
         self.refresh("turn")
-        self.space.look(desk.session)
+        self.space.look(controller.session)
         client.camera.on_update(lambda _: self._camera_moved())
 
     def _build(self, gui: Any, offered: dict[str, str], earlier: Callable[[], dict[str, str]], local: bool) -> None:
@@ -84,37 +84,37 @@ class Tab:
         self.header = gui.add_html("")
         tabs = gui.add_tab_group()
         with tabs.add_tab("Say", "message"):
-            self.conversation = Conversation(gui, self._desk, self.complain)
+            self.conversation = Conversation(gui, self._controller, self.complain)
         with tabs.add_tab("Edit", "hand-move"):
-            self.hand = DragEditor(gui, self.space, self._desk, self._peek)
+            self.hand = DragEditor(gui, self.space, self._controller, self._peek)
         with tabs.add_tab("View", "eye"):
             self._build_view(gui)
         with tabs.add_tab("Files", "folder"):
             self.filing = FilesPanel(
-                self.client, gui, self._desk, opened=self.open, again=self.begin_again, offered=offered,
+                self.client, gui, self._controller, opened=self.open, again=self.begin_again, offered=offered,
                 earlier=earlier, returned=self.go_back, limits=self._limits, tell=self.tell, complain=self.complain,
             )  # fmt: skip
         with tabs.add_tab("Set up", "settings"):
             self.writers = WritersPanel(
-                gui, self._desk, complain=self.complain, chosen=self._writer_chosen, local=local
+                gui, self._controller, complain=self.complain, chosen=self._writer_chosen, local=local
             )
         top = gui.add_panel()
         with top.add_tab("Parameters", "adjustments"):
-            self.knobs = KnobsPanel(gui, self._desk)
+            self.knobs = KnobsPanel(gui, self._controller)
         with top.add_tab("Plan", "list-numbers"):
-            self.plan = PlanPanel(gui, self._desk)
+            self.plan = PlanPanel(gui, self._controller)
         with top.add_tab("Explanation", "bulb"):
-            self.explanation = ExplanationPanel(gui, self._desk)
+            self.explanation = ExplanationPanel(gui, self._controller)
         top.dock_right()
         top.set_width(_RIGHT)
         self._right = top
         below = gui.add_panel()
         with below.add_tab("Changes", "chart-line"):
-            self.changes = ChangesPanel(gui, self._desk)
+            self.changes = ChangesPanel(gui, self._controller)
         with below.add_tab("Constraints", "shield-check"):
-            self.limits = LimitsPanel(gui, self._desk, self.complain)
+            self.limits = LimitsPanel(gui, self._controller, self.complain)
         with below.add_tab("Code", "code"):
-            self.code = CodePanel(gui, self._desk, self.complain)
+            self.code = CodePanel(gui, self._controller, self.complain)
         below.dock_below(top)
         bar = gui.add_panel()
         with bar.add_tab("Play", "player-play"):
@@ -124,7 +124,7 @@ class Tab:
             ("Play or pause", "space", None, self.player.toggle),
             ("Undo", "Z", "cmd/ctrl", lambda: self.conversation.step("Undo")),
             ("Redo", "Z", "cmd/ctrl+shift", lambda: self.conversation.step("Redo")),
-            ("Look at everything", "H", None, lambda: self.space.look(self.desk.session)),
+            ("Look at everything", "H", None, lambda: self.space.look(self.controller.session)),
         ):
             gui.add_command(name, hotkey=key, modifier=held).on_trigger(lambda _, work=work: work())
 
@@ -133,7 +133,7 @@ class Tab:
         if not self._narrow and float(self.client.camera.image_width) < _NARROW:
             self._narrow = True
             self._right.set_width(_RIGHT_NARROW)
-        self.space.look_again(self.desk.session)
+        self.space.look_again(self.controller.session)
 
     def _build_view(self, gui: Any) -> None:
         shown = self.space.shown
@@ -154,15 +154,15 @@ class Tab:
         def switched(_: Any) -> None:
             for name, box in boxes.items():
                 setattr(self.space.shown, name, box.value)
-            with self._lock, self.desk.lock:
-                self.space.update_shown(self.desk.session)
+            with self._lock, self.controller.lock:
+                self.space.update_shown(self.controller.session)
             self._show_ramp()
 
         for box in boxes.values():
             box.on_update(switched)
         self.robot.on_update(lambda _: self._take_robot(str(self.robot.value)))
         look = gui.add_button("Look at everything", icon="camera", hint="Puts the camera back (key H)")
-        look.on_click(lambda _: self.space.look(self.desk.session))
+        look.on_click(lambda _: self.space.look(self.controller.session))
         gui.add_html(html.block(
             "<h4>Colours</h4><p><span class='key' style='background:var(--blue)'></span>original<br>"
             "<span class='key' style='background:var(--red)'></span>adapted<br>"
@@ -177,17 +177,17 @@ class Tab:
         with self._lock:
             if self._closed:
                 return
-            with self.desk.lock, self.client.atomic():
+            with self.controller.lock, self.client.atomic():
                 self._refresh(news)
 
     def _refresh(self, news: News) -> None:
-        session = self.desk.session
+        session = self.controller.session
         self.conversation.refresh(news)
-        if news == "error" and self.desk.error:
-            self.complain(self.desk.error)
+        if news == "error" and self.controller.error:
+            self.complain(self.controller.error)
         if news not in ("turn", "knobs"):
             return
-        self.header.content = html.header(self.desk, writer_name(session.writer))
+        self.header.content = html.header(self.controller, writer_name(session.writer))
         self.space.draw(session)
         self.knobs.refresh(turned=news == "knobs")
         for part in (self.plan, self.explanation, self.changes, self.code, self.limits):
@@ -200,7 +200,7 @@ class Tab:
         self._show_ramp()
 
     def _take_robot(self, name: str) -> None:
-        session = self.desk.session
+        session = self.controller.session
         self.puppet.choose(name)
         self.puppet.follow(session.current, session.scene, session.robot)
 
@@ -237,49 +237,49 @@ class Tab:
 
     def _peek(self, session: Session) -> None:
         with self._lock:
-            if not self._closed and (self.hand.dragging or session is self.desk.session):
+            if not self._closed and (self.hand.dragging or session is self.controller.session):
                 with self.client.atomic():
                     self.space.draw_lines(session)
 
-    def _desk(self) -> SessionController:
-        return self.desk
+    def _controller(self) -> SessionController:
+        return self.controller
 
     def _change_desk(self, make: Callable[[], SessionController]) -> None:
-        if self.desk.busy is not None:
+        if self.controller.busy is not None:
             self.complain("An instruction is being worked on; wait for it or cancel it.")
             return
         try:
-            desk = make()
+            controller = make()
         except OvitaError as error:
             self.complain(str(error))
             return
         with self._lock:
             self._leave()
-            self.desk = desk
+            self.controller = controller
             self.hand.let_go()
             self.heads.place([])
             self.puppet.choose(str(self.robot.value))
             self.space.reset()
-            self._leave = desk.watch(self.refresh)
+            self._leave = controller.watch(self.refresh)
             self.refresh("turn")
-            self.space.look(desk.session)
+            self.space.look(controller.session)
         self.filing.refresh()
 
     def _writer_chosen(self) -> None:
         self.refresh("turn")
-        self.tell(f"From now on {writer_name(self.desk.session.writer)} writes the programs.")
+        self.tell(f"From now on {writer_name(self.controller.session.writer)} writes the programs.")
 
     def _notify(self, title: str, text: str, colour: Any) -> None:
         self.client.add_notification(title, text, auto_close_seconds=9.0, color=colour)
 
     def _show_moment(self, at: float) -> None:
-        session = self.desk.session
+        session = self.controller.session
         paths: list[Trajectory] = [session.original, *([session.current] if session.steps else [])]
         self.heads.place([path.at(at).positions[0] for path in paths] if at > 0.0 else [])
         self.puppet.show(at)
 
     def _show_ramp(self) -> None:
-        session = self.desk.session
+        session = self.controller.session
         self.ramp.visible = self.space.shown.speeds
         low, high = self.space.pace(session)
         self.ramp.content = html.block(

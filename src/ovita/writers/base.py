@@ -117,7 +117,7 @@ class Attempt:
 
     @property
     def rank(self) -> int:
-        """How much it is worth: a policy that is as meant, another policy, a question, a refusal, a failure."""
+        """Rank of an outcome: policy as meant, other policy, question, refusal, failure."""
         if self.policy is not None:
             return 3 if self.failure else 4
         return 0 if self.failure else {"question": 2, "not_understood": 1}[self.reply.kind]
@@ -136,7 +136,7 @@ class Attempt:
 
 
 def broken_promise(text: str, outcome: Outcome) -> str:
-    """A postcondition next to what was measured."""
+    """A postcondition with its measurement."""
     return f"promised: {text}; {'kept' if outcome.held else 'broken'}, measured: {outcome.sentence}"
 
 
@@ -224,7 +224,7 @@ def flatten(writer: PolicyWriter) -> tuple[PolicyWriter, ...]:
 
 
 def with_hint(prompt: Prompt, reply: Reply) -> Prompt:
-    """Return the prompt for the next writer in line: it ends with what the last one understood and what not."""
+    """Return the prompt for the next writer, ending with what the last one did and did not understand."""
     if reply.kind != "not_understood" or not (reply.plan or reply.unplaced):
         return prompt
     placed = ", ".join(as_data(step, MAX_TOLD) for step in reply.plan) or "nothing"

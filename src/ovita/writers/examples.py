@@ -175,7 +175,7 @@ def use_of(name: str) -> tuple[str, str] | None:
 
 @cache
 def _wordings() -> tuple[Index, Any]:
-    """Every wording of every example, and whose it is."""
+    """Every wording of every example, and its example."""
     pairs = [(i, terms(w, e.objects)) for i, e in enumerate(examples()) for w in (e.say, *e.also)]
     return Index([text for _, text in pairs]), np.array([i for i, _ in pairs])
 

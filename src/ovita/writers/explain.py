@@ -76,7 +76,7 @@ def reworded(writer: PolicyWriter, facts: Mapping[str, str], *, budget: WritingB
 
 
 def _invented(said: str, given: str) -> str:
-    """Name the first thing in a text that no fact says: a number, a number in another unit, a direction; or ""."""
+    """Name the first item in a text that no fact supports: a number, a number in another unit, a direction; or ""."""
     facts = _numbers(given)
     known = {value for value, _ in facts}
     for value, unit in sorted(_numbers(said)):

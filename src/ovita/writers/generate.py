@@ -150,7 +150,7 @@ def _read(code: str) -> Policy:
 
 
 def _broken(request: Request, rollout: Rollout, outcomes: Sequence[Outcome]) -> str:
-    """Each postcondition next to what was measured, and what did change."""
+    """The postconditions with their measurements, and the measured changes."""
     stated = zip(rollout.expectations, outcomes, strict=True)
     lines = [f"- {broken_promise(promise.text, outcome)}" for promise, outcome in stated]
     changes = sentences(compare(request.trajectory, rollout.trajectory, request.scene))

@@ -290,6 +290,6 @@ def point(position: Array) -> str:
 
 
 def short(value: float) -> str:
-    """A number with three digits, and no more than two behind the point unless it is tiny."""
+    """A number with three digits and at most two decimals unless it is tiny."""
     value = float(value)
     return f"{round(value, 2) + 0.0 if abs(value) >= 0.02 else value:.3g}" if abs(value) >= 5e-4 else "0"

@@ -287,7 +287,7 @@ class Context:
         return named_objects(words, self.scene)
 
     def took(self, meaning: str) -> str:
-        """The sentence that says what the words were taken to mean."""
+        """The sentence that states an interpretation."""
         return f"took {' '.join(self.said.split())!r} as: {meaning}"
 
     def rewritten(

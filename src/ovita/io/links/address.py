@@ -123,5 +123,5 @@ class Address:
 
 
 def is_address(text: str) -> bool:
-    """Whether a text is meant as an address rather than as a file."""
+    """Whether a text is a link address rather than a file name."""
     return text.partition(":")[0] in _BUSES

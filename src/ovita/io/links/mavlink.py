@@ -45,7 +45,7 @@ _MOST_ITEMS = 65535
 
 
 def upload(address: Address, trajectory: Trajectory, scene: Scene, home: Home | None) -> tuple[bytes, tuple[str, ...]]:
-    """Send a trajectory to a vehicle as its mission; its items as bytes, and what a mission does not hold.
+    """Upload a trajectory as a mission; return its items as bytes and notes on what is lost.
 
     Raises:
         FormatError: If no home is known.
@@ -192,7 +192,7 @@ def _item(message: Any) -> Item:
 
 
 def _compare(address: Address, sent: Sequence[Any], held: Sequence[Any], *, skip_home: bool) -> tuple[str, ...]:
-    """Check what the vehicle holds; the parameters that it keeps otherwise, which some round or drop, as a sentence.
+    """Verify the uploaded mission; return a note on parameters that the vehicle rounded or dropped.
 
     Raises:
         LinkError: If it would fly another path, or at another speed.
@@ -242,7 +242,7 @@ def _refusal(dialect: Any, code: int) -> str:
 
 
 def _single(value: float) -> float:
-    """The value as single precision holds it."""
+    """The value rounded to single precision."""
     return float(struct.unpack("<f", struct.pack("<f", value))[0])
 
 
@@ -305,7 +305,7 @@ class Vehicle:
         self._send(message.pack(self._codec))
 
     def wait(self, names: tuple[str, ...], timeout: float, *, any_sender: bool = False) -> Any | None:
-        """The next message of these names from the vehicle, or None if none comes in time.
+        """The next message of these types from the vehicle, or None on timeout.
 
         Raises:
             LinkError: If the connection is gone.

@@ -26,7 +26,7 @@ Build = Callable[[Maker], tuple[str, Any]]
 def send(
     address: Address, trajectory: Trajectory, scene: Scene, choices: Choices, *, start: int
 ) -> tuple[bytes, tuple[str, ...]]:
-    """Publish a trajectory on a topic once a subscriber is there; its bytes, and what the message does not hold.
+    """Publish a trajectory once a subscriber is there; return its bytes and notes on what is lost.
 
     Args:
         address: Topic, domain and message type.

@@ -59,7 +59,7 @@ def publish(address: Address, build: Any) -> bytes:
 
 
 def subscribe(address: Address) -> tuple[str, Any]:
-    """The name of the type and the message that comes first on a topic.
+    """The type name and the first message on a topic.
 
     Raises:
         LinkError: If none comes in time, or the topic carries no path.
@@ -101,7 +101,7 @@ def ros_type(name: str) -> str:
 
 
 def plain_type(name: str) -> str:
-    """The ROS name of a DDS type, or the name as it is where it is none of ROS."""
+    """The ROS name of a DDS type, or the name itself if it is not a ROS type."""
     package, found, kind = name.partition("::msg::dds_::")
     return f"{package}/msg/{kind.removesuffix('_')}" if found else name
 
@@ -191,7 +191,7 @@ def _discovered(participant: Any, publications: bool) -> list[Any]:
 
 
 def _wait(ready: Any, timeout: float) -> Any:
-    """What `ready` returns as soon as it is true, or what it returned last."""
+    """Poll `ready` until it returns a true value or time is up; return its last value."""
     end = time.monotonic() + timeout
     while True:
         found = ready()

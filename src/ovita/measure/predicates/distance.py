@@ -222,7 +222,7 @@ def _distances(
 
 
 def _rival(pair: Pair, rows: Array, centre: Array, mask: Mask, sign: float, *, whole: bool) -> tuple[str, float]:
-    """The other object, not next to the meant place, whose distance changed most in the same sense, and by how much."""
+    """The other, non-adjacent object with the largest distance change of the same sign, and that change."""
     gains = {"": 0.0}
     for item in pair.scene:
         if np.linalg.norm(item.position - centre) > 3 * EDGE * pair.extent:

@@ -135,7 +135,7 @@ def _wound(points: Array) -> tuple[Array, float]:
 
 
 def _local_loop(pair: Pair, centre: Array) -> tuple[Array, float]:
-    """What leaves the original near where it is nearest to a centre (K, 3), and the turns that were added there."""
+    """The part (K, 3) that departs from the original at its closest approach to a centre, and its added turns."""
     old, new = pair.original[:, :3], pair.adapted[:, :3]
     nearest, around = old[int(np.argmin(np.linalg.norm(old - centre, axis=1)))], 0.3 * pair.extent
     inside = np.linalg.norm(new - nearest, axis=1) <= around

@@ -79,7 +79,7 @@ class Pair:
 
     @cached_property
     def tail(self) -> Array:
-        """The adapted rows from the old goal on (K, 4), K >= 1: what was added after it."""
+        """The adapted rows from the old goal on (K, 4), K >= 1."""
         if self.found[-1] and len(self.adapted) != len(self.original):
             begin = round(float(self.source[-1]))
         else:

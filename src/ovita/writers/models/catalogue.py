@@ -139,7 +139,7 @@ def default_model() -> str:
 
 
 def model_file(model: str) -> Path:
-    """Return the file of a model given as a file, as a name, or as the beginning of one name of those that are here.
+    """Return a model's file, given the file, its name, or a unique prefix of an installed name.
 
     Raises:
         RequestError: If there is no such model.
@@ -193,7 +193,7 @@ def check_file(path: Path) -> None:
 
 
 def pull(name: str) -> tuple[Path, str]:
-    """Fetch a known model from its hub, going on where an earlier download broke off.
+    """Download a known model from its hub, resuming an interrupted download.
 
     Until it is complete and its checksum is right, it lies next to its place as .part.
 

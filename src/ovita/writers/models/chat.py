@@ -117,7 +117,7 @@ class LLMWriter(ModelWriter):
             return writer_error(error, self._endpoint, self._name, key)
 
     async def _persist(self, model: Model, ask: ModelRequest, key: str, seconds: float) -> Exchange | WriterError:
-        """Ask until there is an answer, more simply where the server refuses an option, within the retries."""
+        """Retry until there is an answer, dropping options that the server refuses."""
         from pydantic_ai.exceptions import ModelAPIError
 
         ask, tries = _suited(ask, model), 0
@@ -141,7 +141,7 @@ class LLMWriter(ModelWriter):
 
 
 async def _first_model(client: httpx2.AsyncClient, endpoint: ModelEndpoint, key: str) -> str:
-    """Return the first model that a server lists, or "default" where it lists none."""
+    """Return the first model a server lists, or "default"."""
     answer = await client.get(f"{endpoint.base_url}/models", headers={"Authorization": f"Bearer {key}"})
     try:
         return str(answer.json()["data"][0]["id"])
@@ -150,7 +150,7 @@ async def _first_model(client: httpx2.AsyncClient, endpoint: ModelEndpoint, key:
 
 
 def _suited(ask: ModelRequest, model: Model) -> ModelRequest:
-    """Fit a question to what is known of a model: its form of answer, temperature, and room for thoughts."""
+    """Fit a request to a model: form of answer, temperature, and reasoning budget."""
     profile: Mapping[str, Any] = model.profile
     if ask.form == "native" and not profile.get("supports_json_schema_output", False):
         ask = replace(ask, form="text")

@@ -67,7 +67,7 @@ class ModelRequest:
 
     @property
     def system(self) -> str:
-        """The instructions, with what the form of the answer needs."""
+        """The instructions, with the notes for the form of the answer."""
         notes = (self.instructions, _FORM_NOTES[self.form]) if self.structured else (self.instructions,)
         return "\n".join(note.rstrip() for note in notes)
 
@@ -177,7 +177,7 @@ class ModelWriter(ABC):
         return line if len(line) <= 200 else line[:197] + "..."
 
     def _no_answer(self, why: str, budget: WritingBudget) -> WriterError:
-        """The failure of an exchange that came to no answer in time, or was stopped."""
+        """The error for an exchange that timed out or was cancelled."""
         if budget.cancelled:
             return WriterError(f"{self._name}: stopped on request")
         return WriterError(f"{self._name}: {why}", "no_answer")

@@ -215,7 +215,7 @@ class Engine:
         return stream.result()
 
     def _state(self, rules: str) -> Path | None:
-        """The file of the state after these rules, or None where no file can be kept."""
+        """The saved KV cache for these rules, or None if none can be kept."""
         if self._states is None:
             return None
         about = self._path.stat()
@@ -436,7 +436,7 @@ class LocalWriter(ModelWriter):
         return len(ask.turns) > 1 or (before != "" and before != ask.turns[0] and ask.turns[0].startswith(before))
 
     def _beat(self, budget: WritingBudget, ended: Callable[[], bool], what: str) -> Beat:
-        """Look on while the model works: tell what it does, and say whether it must stop."""
+        """A callback that reports progress and returns whether the model must stop."""
         told = 0.0
 
         def beat(now: Heartbeat) -> bool:
@@ -457,6 +457,6 @@ class LocalWriter(ModelWriter):
 
 @cache
 def _grammar(*, repair: bool) -> str:
-    """The grammar that holds answers to the form of the examples; small models give up on a repair too easily."""
+    """The grammar that constrains answers to the form of the examples; small models give up on repairs easily."""
     text = (files("ovita.writers") / "prompts" / "answer.gbnf").read_text(encoding="utf-8")
     return text.replace("root ::= answer | refusal", "root ::= answer") if repair else text
