@@ -345,3 +345,12 @@ def test_any_text_is_read_without_an_error(said):
 )
 def test_signs_and_instructions_take_nothing_back(said):
     assert resolve(said, [LEFT], SCENE, PATH) is None
+
+
+def test_a_models_knob_called_a_distance_is_still_known_by_its_direction():
+    code = (
+        "def adapt(traj, scene, *, distance=0.2):  # distance to shift left [m]\n    return move(traj, left=distance)\n"
+    )
+    past = Turn("frobnicate", PATH, parameters=parse(code).parameters)
+    found = resolve("slightly more to the left", [past], SCENE, PATH)
+    assert found is not None and found.values == {"distance": 0.25}

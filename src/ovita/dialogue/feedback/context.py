@@ -135,14 +135,10 @@ def knobs_of(past: Turn, parts: Sequence[SpokenClause] | None, scene: Scene) -> 
 
     Where the built-in writer wrote the policy, the clauses of the instruction tell which knobs go together.
     """
-    numeric = [
-        p if p.role is not None else _of_a_model(p, scene)
-        for p in past.parameters
-        if isinstance(p.value, int | float) and not isinstance(p.value, bool)
-    ]
+    numeric = [p for p in past.parameters if isinstance(p.value, int | float) and not isinstance(p.value, bool)]
     if parts is None:
         return [_alone(p, i, scene) for i, p in enumerate(numeric)]
-    found = {p.name: p for p in numeric}
+    found = {p.name: p if p.role is not None else _of_a_model(p, scene) for p in numeric}
     knobs: list[Knob] = []
     group = 0
     for part in parts:
@@ -164,6 +160,10 @@ def _headings(parameter: Parameter) -> frozenset[str]:
 
 def _alone(parameter: Parameter, group: int, scene: Scene) -> Knob:
     """A knob of a policy whose clauses are not known."""
+    heading = ""
+    if parameter.role is None:
+        heading = _direction_in(_words(parameter))
+        parameter = _of_a_model(parameter, scene)
     family, measured = _FAMILY.get(parameter.direction, ""), dimension(parameter.unit)
     if measured == "m/s":
         family = "speed"
@@ -174,7 +174,7 @@ def _alone(parameter: Parameter, group: int, scene: Scene) -> Knob:
     return Knob(
         parameter,
         family,
-        _headings(parameter),
+        _headings(parameter) or _headings(replace(parameter, direction=heading)),
         tuple(item for item in scene if item.name == parameter.about),
         0 if family == "shift" else group + 1,
         parameter.role not in PLACING,
@@ -196,10 +196,13 @@ _MODEL_WORDS = (
 _MODEL_SHIFT = re.compile(r"\b(shift|offset|move|displace\w*|lift|translate|translation|height|lateral|raise)\b")
 
 
+def _words(parameter: Parameter) -> list[str]:
+    return re.findall(r"[a-z]+", f"{parameter.name.replace('_', ' ')} {parameter.meaning}".lower())
+
+
 def _of_a_model(parameter: Parameter, scene: Scene) -> Parameter:
     """A parameter of a policy that someone else wrote, with what its unit, its name and their words for it say."""
-    text = f"{parameter.name.replace('_', ' ')} {parameter.meaning}".lower()
-    words = re.findall(r"[a-z]+", text)
+    text, words = f"{parameter.name.replace('_', ' ')} {parameter.meaning}".lower(), _words(parameter)
     heading = _direction_in(words)
     direction = next((word for word, pattern in _MODEL_WORDS if pattern.search(text)), "")
     speed = _FAMILY.get(direction) == "speed" or dimension(parameter.unit) == "m/s"
