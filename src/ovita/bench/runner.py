@@ -373,7 +373,7 @@ def _asked(cell: _Cell, plan: RunPlan, inner: PolicyWriter | None, limiter: Limi
 
 
 def _end_with_parent() -> None:
-    """End a worker process when its parent was killed; it would wait for work for ever."""
+    """End a worker process if its parent was killed, instead of waiting forever."""
     parent = multiprocessing.parent_process()
 
     def watch() -> None:
