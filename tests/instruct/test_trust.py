@@ -190,3 +190,17 @@ def test_a_policy_of_the_built_in_writer_that_fails_says_so_in_words_of_its_plan
 def test_a_knob_that_cannot_be_turned_so_far_is_named():
     with pytest.raises(PolicyError, match=r"^spiral_radius = 0.0 cannot be used: radius must be > 0$"):
         rerun(done("make a spiral of radius 0.1 at the goal"), {"spiral_radius": 0.0})
+
+
+def test_a_path_on_the_ground_stays_there_whatever_it_comes_close_to_or_passes():
+    n = 40
+    course = np.column_stack([np.linspace(0, 4, n), 0.3 * np.sin(np.linspace(0, 3, n)), np.zeros(n)])
+    path = Trajectory(course, np.full(n, 0.5))
+    scene = Scene((SceneObject("dog", [2, 1.0, 0.25], [0.6, 0.3, 0.5]),))
+    for sentence in ("go much closer to the dog", "pass the dog on the left side", "keep 0.9 m from the dog"):
+        result = adapt(Request(sentence, path, scene), writer="builtin")
+        assert result.usable and np.abs(result.adapted.positions[:, 2]).max() < 1e-9, sentence
+
+
+def test_a_place_alone_asks_for_nothing():
+    assert said("only near the cup").status == "not_understood"

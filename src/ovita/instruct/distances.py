@@ -190,7 +190,7 @@ def read_approach(r: Reader) -> list[Intent]:
     nearer = nearer or _brought_to(r)
     lone = (
         r.peek("near")
-        and not r.peek("goal", "start", "stop", "wait")
+        and not r.peek("goal", "start", "stop", "wait", "only")
         and not (distance or changed or r.peek(*DIRECTIONS) or denied or spared)
     )
     if sum(t.text.lower() == "as" for t in r.tokens) > 1:

@@ -272,7 +272,11 @@ def _pass_by(d: PolicyBuilder, item: SceneObject, word: str, gap: float, words: 
     meaning = f"distance {words}, from its centre"
     aside = float(f"{half + gap:.4g}")
     name = d.knob("aside", aside, "to", meaning, unit="m", about=item.name, direction=word)
-    d.body.append(f"traj = go_through(traj, {d.ref(item)}, {word}={name})")
+    up = d.scene.frame.direction("up")
+    nearest = d.positions[int(np.argmin(item.distance(d.positions)))]
+    rise = float((nearest - item.position) @ up)
+    height = "" if abs(rise) < 1e-9 or word in ("up", "down") else f", {'up' if rise > 0 else 'down'}={abs(rise)!r}"
+    d.body.append(f"traj = go_through(traj, {d.ref(item)}, {word}={name}{height})")
     d.plan.append(f"Bend the path so that it passes {words}, {gap:g} m from its side; start and goal stay.")
 
 

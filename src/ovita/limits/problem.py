@@ -221,8 +221,6 @@ class Verdict:
             said.append(f"The limits moved the path by up to {_amount(self.max_shift)} m.")
         said += [sentence for check in self.checks for sentence in _tell(check, self.status, moved)]
         said += [f"'{name}' is meant to be touched and was no obstacle." for name in self.exempt]
-        if self.undone is not None and self.undone > 0.005:
-            said.append(f"{self.undone:.0%} of the requested displacement was taken back by the limits.")
         return said + list(self.conflicts) + list(self.notes)
 
 

@@ -27,6 +27,9 @@ STEEPEST = 1.125
 SURFACE_GAP = 0.01
 """How near "closer" comes to an object's surface, unless another gap is asked for [m]: the limits' standard margin."""
 
+GROUND = 0.01
+"""Heights up to this are on the ground [m]."""
+
 LEVEL = 0.01
 """A path whose heights differ by no more than this share of its extent is level."""
 
@@ -57,8 +60,8 @@ def closer(
 
     The pull is `by` at the nearest waypoint and fades to 0 where the distance to the centre is `reach` larger. If a
     segment would come nearer to an object's surface than the gap, the whole pull is less. A level path stays level as
-    long as it can come so close in its plane. Start and goal move if they are near. On a part, the waypoints beside it
-    follow, over 3 times the shift at its edge.
+    long as it can come so close in its plane, and always on the ground. Start and goal move if they are near. On a
+    part, the waypoints beside it follow, over 3 times the shift at its edge.
 
     Args:
         traj: (N, 4).
@@ -77,7 +80,10 @@ def closer(
     away, distance = _polar(rows, centre)
     aim = np.maximum(distance - pull * _nearness(distance, selected, reach), 0.0)
     up = frame.direction("up")
-    if not is_level(rows[:, :3], up) or (aim < np.abs(away @ up)).any():
+    across = np.abs(away @ up)
+    if isinstance(obj, SceneObject) and _on_the_ground(rows[:, :3], up):
+        aim = np.maximum(aim, np.minimum(across, distance))
+    if not is_level(rows[:, :3], up) or (aim < across).any():
         ratio = np.divide(aim, distance, out=np.ones_like(aim), where=distance > 0.0)
         shift = away * (ratio - 1.0)[:, None]
     else:
@@ -229,6 +235,11 @@ def _kept_out(positions: Array, centres: ArrayLike, radii: Array, selected: Mask
 def is_level(positions: Array, up: Array) -> bool:
     """Whether a path (N, 3) [m] keeps its height, but for 1 % of its extent, as on a floor."""
     return bool(np.ptp(positions @ up) <= LEVEL * extent_of(positions))
+
+
+def _on_the_ground(positions: Array, up: Array) -> bool:
+    """Whether a path (N, 3) [m] is level at the height of the ground, where only a robot that rolls can be."""
+    return is_level(positions, up) and bool(np.abs(positions @ up).max() <= GROUND)
 
 
 def _level_shift(away: Array, aim: Array, up: Array, rows: Array) -> Array:
