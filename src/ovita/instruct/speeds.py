@@ -137,7 +137,8 @@ def _reaching(r: Reader, clause: _SpeedClause) -> Intent | None:
         r.consume("same")
     set_to = 0.0 if stops else set_to
     if set_to is not None:
-        braked = set_to == 0.0 and clause.slower and (stops or clause.region.kind == "last")
+        steadily = stops or clause.region.kind == "last" or any(t.text.lower().startswith("decel") for t in r.tokens)
+        braked = set_to == 0.0 and clause.slower and steadily
         return clause.intent("ramp" if clause.gradual or braked else "set", set_to)
     if clause.gradual and (clause.slower or clause.faster):
         return clause.intent("ramp_down" if clause.slower else "ramp_up", unit="")
