@@ -338,3 +338,20 @@ def test_nothing_is_half_written(written, tmp_path):
     before = sorted(os.listdir(tmp_path))
     ovita("adapt", written(scene()), "go left", "--out", tmp_path)
     assert sorted(set(os.listdir(tmp_path)) - {"scene.json"}) == before
+
+
+def test_a_robot_that_is_not_known_is_noted_where_no_limits_are_asked_for(tmp_path):
+    for name, said in (("kuka", "unknown robot 'kuka'"), (5, "robot is 5")):
+        (tmp_path / "s.json").write_text(json.dumps(scene(robot=name)))
+        done = ovita("adapt", "s.json", "go left by 0.1", cwd=tmp_path)
+        assert done.returncode == 0 and said in done.stderr, done.stderr
+    assert ovita("adapt", "s.json", "go left", "--robot", "kuka", cwd=tmp_path).returncode == 2
+
+
+def test_pins_count_from_1(tmp_path):
+    (tmp_path / "s.json").write_text(json.dumps(scene()))
+    assert "--pin 1" in ovita("adapt", "s.json", "go left by 0.1", "--pin", "0", cwd=tmp_path).stderr
+    assert ovita("adapt", "s.json", "go left by 0.1", "--pin", 3, "--out", "r.json", cwd=tmp_path).returncode == 0
+    assert Adaptation.load(str(tmp_path / "r.json")).options.pinned == (2,)
+    over = ovita("adapt", "s.json", "go left by 0.1", "--pin", 4, cwd=tmp_path)
+    assert over.returncode == 2 and "waypoint 4" in over.stderr and "there are 3" in over.stderr

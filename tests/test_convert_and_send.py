@@ -2,17 +2,24 @@
 
 import io
 import json
+import random
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from ovita.chain import adapt
 from ovita.cli.main import main
+from ovita.errors import ConstraintDefinitionError, RobotError
 from ovita.io import load_task, save_trajectory
+from ovita.limits import ConstraintOptions
 from ovita.paths.frame import Frame
-from ovita.paths.scene import Scene
+from ovita.paths.robot import Robot
+from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
+from ovita.request import Request
+from ovita.result import seal
 
 TABLETOP = Path(__file__).parents[1] / "src" / "ovita" / "data" / "tabletop.json"
 HOME = "47.3977,8.5456,488"
@@ -211,3 +218,45 @@ def test_a_mission_keeps_its_items_on_the_whole_way(ovita):
     after = json.loads(Path("b.plan").read_text())["mission"]["items"]
     assert [after[i] for i in (0, 2, 4)] == [items[i] for i in (0, 2, 4)]
     assert after[1]["params"][6] == pytest.approx(35, abs=1e-6)
+
+
+WILD = (None, True, -1, 0, 1e308, 10**400, "", "x" * 50, [], {}, [[]], [None], {"x": 1}, "\x00", "../x")
+
+
+def _places(value, path=()):
+    yield path
+    inner = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for key, item in inner:
+        yield from _places(item, (*path, key))
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_a_mangled_result_is_used_or_refused_in_a_sentence(ovita, tmp_path, seed):
+    path = Trajectory(np.column_stack([np.linspace(0, 1, 6), np.zeros((6, 2))]), np.full(6, 0.2))
+    cup = Scene((SceneObject("cup", [0.5, 0.3, 0]),))
+    document = adapt(Request("go left by 0.1 and slow down near the cup", path, cup), writer="builtin").to_document()
+    rng = random.Random(seed)
+    top = rng.choice(sorted(document))
+    *way, last = rng.choice([place for place in _places(document) if place[:1] == (top,)])
+    holder = document
+    for key in way:
+        holder = holder[key]
+    holder[last] = rng.choice(WILD)
+    if top != "sha256":
+        document["sha256"] = seal(document)
+    (tmp_path / "r.json").write_text(json.dumps(document))
+    for command in (
+        ["send", "r.json", "--to", "x.csv", "--robot", "drone", "--yes", "--log", "x.log"],
+        ["explain", "--code", "r.json"],
+        ["convert", "r.json", "y.csv"],
+        ["plot", "r.json", "--out", "x.html"],
+    ):
+        code, _, said = ovita(*command)
+        assert code in (0, 2, 4) and len(said.strip().splitlines()) < 3, (command, top, way, last, said)
+
+
+def test_a_huge_number_among_the_limits_is_no_traceback():
+    with pytest.raises(ConstraintDefinitionError, match="max_acceleration"):
+        ConstraintOptions(max_acceleration=10**400)
+    with pytest.raises(RobotError):
+        Robot(name="x", max_speed=None, radius=10**400)

@@ -215,10 +215,18 @@ def _declined(request: Request, last: Attempt, clock: _Clock) -> Adaptation:
 
 
 def _not_understood(reply: Reply, request: Request) -> str:
-    words = quoted(reply.unplaced) or "the instruction"
-    known = ", ".join(repr(name) for name in request.scene.names) or "none"
+    names = request.scene.names
+    strange = [word for word in reply.unplaced if word not in names]
+    what = quoted(strange) or (f"what to do with {quoted(reply.unplaced)}" if reply.unplaced else "the instruction")
+    known = ", ".join(map(repr, names)) or "none"
+    place = f" near the {names[0]}" if names else " in the second half"
+    hint = f" Try 'go left by 0.2' or 'slow down{place}'"
+    if reply.writer.kind == "builtin" and len(reply.writer.tried) < 2:
+        hint += (
+            "; a language model understands more: 'ovita models' gets a local one, --writer or OVITA_MODEL names one"
+        )
     others = "".join(f" Also asked: {said.rstrip('.')}." for said in reply.writer.tried[1:])
-    return f"I could not place {words}; the trajectory is unchanged. The scene's objects are: {known}.{others}"
+    return f"I could not place {what}; the trajectory is unchanged. The scene's objects are: {known}.{hint}.{others}"
 
 
 def _finish(

@@ -283,7 +283,7 @@ class Adaptation:
             values[key] = built(key, lambda array: Trajectory.from_array(array, timestep=timestep), rows)
         values["scene"] = built("scene", scene_from_dict, dict[str, Any])
         report = read("changes", dict[str, Any] | None)
-        if report is not None and not {"shape", "removed", "added"} & set(report):  # as version 0.1.0 wrote it
+        if report and "matching" in report and "shape" not in report:  # as version 0.1.0 wrote it
             values["changes"] = compare(values["original"], values["adapted"], values["scene"])
         else:
             values["changes"] = built("changes", Changes.from_dict, dict[str, Any] | None)

@@ -106,3 +106,19 @@ def test_limits_take_the_place_of_the_robots():
     assert arm.workspace == Shell((-0.5, 0.0, 0.6), 0.15, 0.9)
     assert parse_text("a sphere of radius 0.9 m").apply(drone, base=(1, 2, 3)).workspace == Shell((1, 2, 3), 0.0, 0.9)
     assert parse_text("nothing at all").apply(drone) == drone
+
+
+@pytest.mark.parametrize(
+    ("text", "rest"),
+    [
+        ("Keep 0.1 m from obstacles and never go near the kitchen.", ("never go near the kitchen",)),
+        ("The speed is at most 0.3 m/s and the jerk at most 2", ("the jerk at most 2",)),
+        ("the speed is at least 0.1 and at most 0.3 m/s", ("at most 0.3 m/s",)),
+        ("z >= 0.1, do not touch the cup", ("do not touch the cup",)),
+        ("The workspace is x -1 to 1, y -1 to 1, z 0 to 2, all in metres.", ()),
+        ("x between 0 and 1, y from -1 to 2, and z is at least 0.1", ()),
+    ],
+)
+def test_a_sentence_that_states_one_limit_and_asks_for_more_hands_the_rest_back(text, rest):
+    limits = parse_text(text)
+    assert limits.understood and limits.ignored == rest

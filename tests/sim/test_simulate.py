@@ -126,7 +126,7 @@ def test_waypoints_out_of_reach_are_named_with_the_reason():
     assert [item.waypoint for item in report.unreachable] == list(range(9, 21))
     assert "m from the shoulder and the arm is 0.946 m long" in report.unreachable[-1].reason
     assert report.tracking.rms < 0.002
-    assert "12 waypoints cannot be reached (9-20)" in report.sentences()[1]
+    assert "12 waypoints cannot be reached (10-21); the worst is waypoint 21," in report.sentences()[1]
 
 
 def test_a_base_out_of_reach_of_everything_is_refused_with_the_distance():

@@ -6,6 +6,7 @@ import json
 import math
 import threading
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ import pytest
 
 from ovita.chain import adapt
 from ovita.cli.main import cli
+from ovita.cli.options import notes_on_writer
 from ovita.dialogue.session import Session
 from ovita.errors import MissingExtra, RequestError, WriterError
 from ovita.io import save_trajectory
@@ -414,3 +416,31 @@ def test_the_report_says_who_was_asked_and_why(scene_file: str, monkeypatch: pyt
     stub.script(stub.answers(plan=["Go left."], code=LEFT))
     shown = ovita("adapt", scene_file, "frobnicate", "--writer", "builtin,openai:m").output
     assert "Writers\n  builtin: could not place" in shown and "openai:m: its policy ran as meant" in shown
+
+
+@pytest.mark.parametrize("name", ["nonsense", "openai:gpt", "builtin,mars:x"])
+def test_a_configured_model_that_cannot_be_used_leaves_the_built_in_writer(
+    monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    def missing(*_: Any, **__: Any) -> None:
+        raise MissingExtra("language models", "llm")
+
+    monkeypatch.setenv("OVITA_MODEL", name)
+    monkeypatch.setattr("ovita.writers.models.chat.LLMWriter.__init__", missing)
+    assert adapt(request()).status == "done"
+    refused = adapt(request("Moonwalk around"))
+    assert refused.status == "not_understood" and len(refused.writer.tried) == 2
+    asked = name.split(",")[-1]
+    assert f"Also asked: {asked}: " in refused.message
+    assert [line.split(", which")[0] for line in notes_on_writer(writer_named("auto"))] == [
+        f"OVITA_MODEL names {asked!r}"
+    ]
+
+
+def test_what_is_not_understood_names_next_steps() -> None:
+    refused = adapt(request("Moonwalk around"))
+    assert "Try 'go left by 0.2'" in refused.message and "OVITA_MODEL" in refused.message
+    scene = Scene((SceneObject("cup", [0.5, 0.3, 0.4]),))
+    named = adapt(replace(request("frobnicate the cup"), scene=scene))
+    assert "I could not place 'frobnicate'; " in named.message
+    assert "what to do with 'cup'" in adapt(replace(request("cup"), scene=scene)).message

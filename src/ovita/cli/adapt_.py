@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from ovita.chain import REPAIRS, TIME_LIMIT, adapt
-from ovita.cli.options import choices_from, constraints_from, notes_on, robot_from, shared
+from ovita.cli.options import choices_from, constraints_from, notes_on, notes_on_writer, robot_from, shared
 from ovita.cli.report import EXIT_OF, plain, show, waiting
 from ovita.cli.results_ import check_picture, draw
 from ovita.errors import FormatError, RequestError
@@ -87,7 +87,7 @@ def command(
         click.echo(json.dumps(result.to_document(), ensure_ascii=False))
     else:
         show(result, code=code)
-        for note in notes_on(task, options["robot"]):
+        for note in (*notes_on(task, options["robot"]), *notes_on_writer(writer)):
             click.echo(f"note: {plain(note)}", err=True)
         for path in written:
             click.echo(f"wrote {path}")

@@ -10,7 +10,7 @@ from typing import Any
 
 import click
 
-from ovita.cli.options import choices_from, constraints_from, notes_on, robot_from, shared
+from ovita.cli.options import choices_from, constraints_from, notes_on, notes_on_writer, robot_from, shared
 from ovita.cli.report import LABELS, plain, show, waiting
 from ovita.dialogue.session import Session
 from ovita.errors import OvitaError, RequestError
@@ -60,7 +60,7 @@ def command(file: str, journal: str | None, **options: Any) -> None:
         session.keep(journal)
     names = ", ".join(task.scene.names) or "none"
     click.echo(plain(f"{file}: {len(task.trajectory)} waypoints; objects: {names}."))
-    for note in notes_on(task, options["robot"]):
+    for note in (*notes_on(task, options["robot"]), *notes_on_writer(session.writer)):
         click.echo(f"note: {plain(note)}", err=True)
     click.echo("Say what should change, or /help.")
     for line in _lines():

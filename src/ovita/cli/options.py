@@ -8,11 +8,12 @@ from typing import Any, TypeVar
 
 import click
 
-from ovita.errors import FormatError, RobotError
+from ovita.errors import RequestError, RobotError
 from ovita.io import Choices, Task, load_robot
 from ovita.io.geodesy import Home
 from ovita.limits import ConstraintOptions, parse_text
 from ovita.paths.robot import Robot
+from ovita.writers.base import MODEL_VARIABLE, PolicyWriter, UnavailableWriter, flatten
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -70,7 +71,9 @@ _OPTIONS = (
         show_default=True,
         help="Constraint module: ours, or the paper's single QP.",
     ),
-    click.option("--pin", "pinned", type=int, multiple=True, metavar="N", help="Waypoint N of the result must stay."),
+    click.option(
+        "--pin", "pinned", type=int, multiple=True, metavar="N", help="Waypoint N, from 1, must stay; -1 is the last."
+    ),
     click.option("--fix-start", is_flag=True, help="The first waypoint must stay where the policy put it."),
     click.option("--fix-goal", is_flag=True, help="The last waypoint must stay where the policy put it."),
     click.option("--smooth", type=click.FloatRange(0), default=0.0, metavar="WEIGHT", help="Smoothing weight. [0]"),
@@ -104,21 +107,32 @@ def robot_from(task: Task, robot: str | None, max_speed: float | None) -> Robot:
         limits = parse_text(task.scene.constraints_text)
         if not limits.understood:
             raise RobotError(f"{task.path} states no limits that are understood; name a robot: --robot drone")
-        chosen = limits.apply(load_robot(task.robot or "none"))
+        chosen = limits.apply(own_robot(task)[0])
     else:
-        try:
-            chosen = load_robot(robot or task.robot or "none")
-        except RobotError as error:
-            if robot:
-                raise
-            raise FormatError(task.path, str(error), key="robot") from None
+        chosen = load_robot(robot) if robot else own_robot(task)[0]
     return chosen if max_speed is None else replace(chosen, max_speed=max_speed)
+
+
+def own_robot(task: Task) -> tuple[Robot, tuple[str, ...]]:
+    """The robot that a file names; one that is not known sets no limits, and a note says so."""
+    try:
+        return load_robot(task.robot or "none"), ()
+    except RobotError as error:
+        note = f"the file names an {error}; no limits of a robot are enforced"
+        return Robot.preset("none"), (note,)
+
+
+def notes_on_writer(writer: PolicyWriter | str) -> list[str]:
+    """What a person should know about the writers: which configured model cannot be used."""
+    line = () if isinstance(writer, str) else flatten(writer)
+    absent = [one for one in line if isinstance(one, UnavailableWriter)]
+    return [f"{MODEL_VARIABLE} names {one.name!r}, which cannot be used: {one.problem}" for one in absent]
 
 
 def notes_on(task: Task, robot: str | None) -> list[str]:
     """What a person should know about the file: what was assumed, and which limits it states."""
     limits = parse_text(task.scene.constraints_text)
-    said = list(task.notes)
+    said = [*task.notes, *(own_robot(task)[1] if robot in (None, "scene") else ())]
     if robot == "scene":
         said += [f"limit of the file: {text}" for text in limits.understood]
         said += [f"limit of the file that is not understood and not enforced: {text}" for text in limits.ignored]
@@ -129,10 +143,12 @@ def notes_on(task: Task, robot: str | None) -> list[str]:
 
 def constraints_from(options: dict[str, Any]) -> ConstraintOptions:
     """How limits are enforced."""
+    if 0 in options["pinned"]:
+        raise RequestError("--pin 0: waypoints are counted from 1; the first is --pin 1, the last --pin -1")
     return ConstraintOptions(
         method=options["method"],
         lambda_smooth=options["smooth"],
-        pinned=options["pinned"],
+        pinned=tuple(n - 1 if n > 0 else n for n in options["pinned"]),
         max_acceleration=options["max_acceleration"],
         max_lateral_acceleration=options["max_lateral_acceleration"],
         fix_start=options["fix_start"],

@@ -12,7 +12,7 @@ from typing import Any, Literal
 import click
 
 from ovita.chain import adapt
-from ovita.cli.options import choices_from, source
+from ovita.cli.options import choices_from, own_robot, source
 from ovita.cli.report import plain, show
 from ovita.errors import FormatError
 from ovita.io import atomic_write, is_adaptation, load_robot, load_task, save_task
@@ -41,7 +41,10 @@ def plot(file: str, out: str | None, robot: str | None, view: View, **options: A
     else:
         task = open_task(file, scene_file=options["scene_file"], frame=options["frame"], choices=choices_from(options))
         shown = Adaptation(task.instruction, "done", task.trajectory, task.trajectory, scene=task.scene)
-        draw(shown, out, robot=drawn or load_robot(task.robot or "none"), view=view)
+        named, notes = own_robot(task)
+        draw(shown, out, robot=drawn or named, view=view)
+        for note in notes if drawn is None else ():
+            click.echo(f"note: {plain(note)}", err=True)
     click.echo(f"wrote {out}")
 
 

@@ -78,6 +78,8 @@ def parse(content: str, file: str) -> Task:
     kept = {} if adaptation else {k: v for k, v in others.items() if k not in TASK_KEYS}
     if named:
         kept.pop("robot", None)
+    elif robot is not None and not adaptation:
+        notes += (f"robot is {show(robot)}, which names no robot; no limits of a robot are enforced",)
     verdict = _verdict_of(document) if adaptation else kept.pop(VERDICT, "")
     if not isinstance(verdict, str):
         kept[VERDICT], verdict = verdict, ""

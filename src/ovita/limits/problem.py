@@ -15,10 +15,9 @@ ovita asks more: the limits hold along whole segments, not only at waypoints, an
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass, field
 from typing import Any, Literal
-
-import numpy as np
 
 from ovita.errors import ConstraintDefinitionError
 from ovita.paths.trajectory import Trajectory
@@ -104,7 +103,8 @@ class ConstraintOptions:
         chosen = set()
         for i in self.pinned:
             if not -n <= i < n:
-                raise ConstraintDefinitionError(f"pinned waypoint {i} does not exist; there are {n} waypoints")
+                which = f"{i + 1} (index {i})" if i >= 0 else f"{i}"
+                raise ConstraintDefinitionError(f"pinned waypoint {which} does not exist; there are {n} waypoints")
             chosen.add(i % n)
         return tuple(sorted(chosen | ({0} if self.fix_start else set()) | ({n - 1} if self.fix_goal else set())))
 
@@ -265,4 +265,4 @@ def _amount(value: float) -> str:
 
 
 def _number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and bool(np.isfinite(value))
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= sys.float_info.max

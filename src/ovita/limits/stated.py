@@ -106,7 +106,7 @@ class TextLimits:
         max_acceleration: Along the path [m/s^2], or None.
         person_margin: Distance to keep from people [m], or None.
         understood: Sentences on what was understood.
-        ignored: Sentences of the text that ask for something that was not understood.
+        ignored: Sentences and clauses of the text that ask for something that was not understood.
     """
 
     ranges: dict[str, tuple[float, float]] = field(default_factory=dict)
@@ -164,8 +164,9 @@ def parse_text(text: str) -> TextLimits:
             found, words = read(clean, found)
             said += words
             known += bool(words)
-        if not known and _asks(clean):
-            ignored.append(clean)
+        for part in _clauses(clean) if known else [clean]:
+            if _asks(part) and not any(read(part, found)[1] for read in _READERS):
+                ignored.append(part)
     return replace(found, understood=tuple(dict.fromkeys(said)), ignored=tuple(ignored))
 
 
@@ -255,7 +256,20 @@ def _acceleration(sentence: str, found: TextLimits) -> tuple[TextLimits, list[st
     return found, []
 
 
+_JOINT = r",\s*(?:and\s+|but\s+)?|\s+(?:and|but|while)\s+"
+_PATTERNS = (
+    *(_RANGES, _SANDWICH, _ONE_SIDED, _AROUND, _FIXED, _COMPARED, _TURNED, _RADIUS, _TOLERANCE),
+    *(_DISTANCE, _PEOPLE, _SPEED, _V_MAX, _V, _SLOWEST, _V_MIN, _ACCELERATION),
+)
 _READERS: tuple[_Read, ...] = (_ranges, _reach, _distance, _speed, _acceleration)
+
+
+def _clauses(sentence: str) -> list[str]:
+    """A sentence cut at its commas and conjunctions, except inside what a pattern reads as one limit."""
+    taken = [m.span() for pattern in _PATTERNS for m in _each(pattern, sentence)]
+    cuts = [m for m in re.finditer(_JOINT, sentence) if not any(a < m.end() and m.start() < b for a, b in taken)]
+    ends = [*(m.start() for m in cuts), len(sentence)]
+    return [sentence[a:b].strip() for a, b in zip([0, *(m.end() for m in cuts)], ends, strict=True)]
 
 
 def _asks(sentence: str) -> bool:

@@ -107,7 +107,7 @@ class Report:
         where = " where it can be reached" if self.unreachable else ""
         said.append(
             f"Tracking error {_length(t.rms)} rms{where} ({_within(t.rms, self.tolerance)}), at most {_length(t.max)} "
-            f"near waypoint {t.waypoint} ({_within(t.max, self.peak_tolerance)})."
+            f"near waypoint {t.waypoint + 1} ({_within(t.max, self.peak_tolerance)})."
         )
         if self.orientation_error is not None:
             said.append(f"The orientation is off by at most {np.degrees(self.orientation_error):.1f} degrees.")
@@ -131,10 +131,10 @@ def _within(error: float, tolerance: float) -> str:
 
 def _unreachable(items: tuple[Unreachable, ...]) -> str:
     worst = max(items, key=lambda item: item.distance)
-    indices = [item.waypoint for item in items]
+    indices = [item.waypoint + 1 for item in items]
     return (
         f"{len(items)} waypoint{'s' if len(items) > 1 else ''} cannot be reached ({_ranges(indices)}); the worst is "
-        f"waypoint {worst.waypoint}, {_length(worst.distance)} away: {worst.reason}."
+        f"waypoint {worst.waypoint + 1}, {_length(worst.distance)} away: {worst.reason}."
     )
 
 
@@ -157,7 +157,7 @@ def _ranges(indices: list[int]) -> str:
 
 
 def _waypoints(first: int, last: int) -> str:
-    return f"waypoint {first}" if first == last else f"waypoints {first} to {last}"
+    return f"waypoint {first + 1}" if first == last else f"waypoints {first + 1} to {last + 1}"
 
 
 def _length(metres: float) -> str:

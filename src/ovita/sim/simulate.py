@@ -197,7 +197,7 @@ def _ready(
         nearest = min(missed, key=lambda item: item.distance)
         raise RequestError(
             f"no waypoint is within reach of the {model.title} at {world.base(stood).describe()}; the nearest is "
-            f"waypoint {nearest.waypoint}, {nearest.distance:.2f} m away: {nearest.reason}; choose another --base"
+            f"waypoint {nearest.waypoint + 1}, {nearest.distance:.2f} m away: {nearest.reason}; choose another --base"
         )
     return _Ready(model, path, world, world.base(stood), stage, controller)
 

@@ -54,7 +54,7 @@ class DragEditor:
                 "</p>"
             )
         )
-        self.index = gui.add_slider("waypoint", 0, 1, 1, 0)
+        self.index = gui.add_slider("waypoint", 1, 2, 1, 1)
         self.pin = gui.add_button("Pin this waypoint", icon="pin")
         self.unpin = gui.add_button("Take all pins out", color="gray", icon="pinned-off")
         space.picked = self._choose
@@ -71,9 +71,9 @@ class DragEditor:
             self.what.options = names
             self._grip()
         last = len(session.current) - 1
-        if self.index.max != last:
-            self.index.value = min(self.index.value, last)
-            self.index.max = last
+        if self.index.max != last + 1:
+            self.index.value = min(self.index.value, last + 1)
+            self.index.max = last + 1
         pinned = [i for i in session.constraints.pinned if -len(session.current) <= i <= last]
         self.unpin.visible = bool(session.constraints.pinned)
         self._space.pins(session.current.positions[pinned])
@@ -177,18 +177,18 @@ class DragEditor:
     async def _ring(self, event: Any) -> None:
         if event.client is not None:
             path = self._controller().session.current
-            self._space.mark(path.positions[min(int(self.index.value), len(path) - 1)])
+            self._space.mark(path.positions[min(int(self.index.value), len(path)) - 1])
 
     def _pin(self) -> None:
         session = self._controller().session
-        index = min(int(self.index.value), len(session.current) - 1)
+        index = min(int(self.index.value), len(session.current)) - 1
         self._change_pins(tuple(sorted({*session.constraints.pinned, index})))
 
     def _change_pins(self, pins: tuple[int, ...]) -> None:
         session = self._controller().session
         if pins == session.constraints.pinned:
             return
-        new = [str(i) for i in pins if i not in session.constraints.pinned]
+        new = [str(i + 1) for i in pins if i not in session.constraints.pinned]
         said = f"pinned waypoint {', '.join(new)}" if new else "took all pins out"
         options = replace(session.constraints, pinned=pins)
         self._controller().act(lambda s: s.change(said, constraints=options))

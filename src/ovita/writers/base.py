@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Literal, Protocol, runtime_checkable
 
-from ovita.errors import RequestError, WriterError, WriterFailure
+from ovita.errors import MissingExtra, RequestError, WriterError, WriterFailure
 from ovita.policy import Policy
 from ovita.policy.sandbox import Rollout
 from ovita.text import quoted
@@ -218,6 +218,27 @@ class WriterChain:
         return replace(refusal, writer=replace(refusal.writer, tried=tuple(tried)))
 
 
+@dataclass(frozen=True)
+class UnavailableWriter:
+    """A configured model that cannot be used; it says why whenever it is asked.
+
+    Args:
+        name: As configured.
+        problem: Why not, as a sentence.
+    """
+
+    name: str
+    problem: str
+
+    def write(self, prompt: Prompt) -> Reply:
+        """Refuse.
+
+        Raises:
+            WriterError: Always.
+        """
+        raise WriterError(self.problem, "no_access")
+
+
 def flatten(writer: PolicyWriter) -> tuple[PolicyWriter, ...]:
     """Return the members of a chain, or the one writer."""
     return writer.writers if isinstance(writer, WriterChain) else (writer,)
@@ -271,11 +292,19 @@ def _auto(temperature: float) -> tuple[PolicyWriter, ...]:
     else:
         reason = f"no model is configured ({MODEL_VARIABLE} is not set) and no local one is present (ovita models)"
     names = [part.strip() for part in (configured or present).split(",") if part.strip()]
-    models = [_Chosen(_one(part, None, temperature), reason) for part in names if part != "builtin"]
+    models = [_model(part, temperature, reason) for part in names if part != "builtin"]
     builtin = _one("builtin", None, temperature)
     if not models:
         return (_Chosen(builtin, reason),)
     return (_Chosen(builtin, "it understood every clause", "no model had a better answer"), *models)
+
+
+def _model(name: str, temperature: float, reason: str) -> PolicyWriter:
+    """A configured model, or why it cannot be used: the built-in writer serves all the same."""
+    try:
+        return _Chosen(_one(name, None, temperature), reason)
+    except (MissingExtra, RequestError) as problem:
+        return UnavailableWriter(name, str(problem))
 
 
 def _local_model() -> str:
