@@ -209,3 +209,16 @@ def test_a_place_alone_asks_for_nothing():
 def test_decelerating_to_zero_brakes_steadily_and_is_no_question():
     result = done("decelerate to zero")
     assert result.adapted.speeds[-1] == 0 and (np.diff(result.adapted.speeds) <= 1e-12).all()
+
+
+@pytest.mark.parametrize(
+    ("sentence", "promised"),
+    [
+        ("end 0.1 above the cup", "the goal is 0.1 m up of cup"),
+        ("start 0.2 left of the cup", "the start is 0.2 m left of cup"),
+        ("move waypoint 25 to the cup", "the path comes within"),
+    ],
+)
+def test_a_step_to_a_place_promises_it(sentence, promised):
+    found = said(sentence).postconditions
+    assert any(p.text.startswith(promised) and p.held for p in found), found

@@ -56,6 +56,7 @@ def carry(d: PolicyBuilder, intent: Intent) -> None:
     if offset:
         d.contacts.append(item.name)
         d.body.append(f"traj = move(traj, {offset}, where={name})")
+    d.promise(f"expect_visits({d.ref(item)}, within={_tolerance(d)})")
     d.plan.append(f"Bring the path to {item.name}{suffix(part)}.")
 
 
@@ -192,8 +193,7 @@ def _endpoint(d: PolicyBuilder, intent: Intent) -> None:
         beside = _offset(d, intent, f"{end}_")
         offset, words = f", {beside.code}", f"{beside.words} of {words}"
     d.body.append(f"traj = move_{end}(traj, {target}{offset}, blend={blend})")
-    if not offset:
-        d.promise(f"expect_{end}({target})", about=end)
+    d.promise(f"expect_{end}({target}{offset})", about=end)
     d.plan.append(f"Move the {end} to {words}; the path bends towards it.")
 
 
