@@ -11,11 +11,10 @@ import pytest
 
 from ovita.chain import adapt
 from ovita.cli.main import main
-from ovita.errors import ConstraintDefinitionError, RobotError
+from ovita.errors import ConstraintDefinitionError
 from ovita.io import load_task, save_trajectory
 from ovita.limits import ConstraintOptions
 from ovita.paths.frame import Frame
-from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
@@ -258,5 +257,3 @@ def test_a_mangled_result_is_used_or_refused_in_a_sentence(ovita, tmp_path, seed
 def test_a_huge_number_among_the_limits_is_no_traceback():
     with pytest.raises(ConstraintDefinitionError, match="max_acceleration"):
         ConstraintOptions(max_acceleration=10**400)
-    with pytest.raises(RobotError):
-        Robot(name="x", max_speed=None, radius=10**400)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass
 from numbers import Real
 from typing import Literal
@@ -145,7 +144,7 @@ class Robot:
 
 
 def _real(value: object) -> bool:
-    return isinstance(value, Real) and not isinstance(value, bool) and bool(abs(value) <= sys.float_info.max)
+    return isinstance(value, Real) and not isinstance(value, bool) and bool(np.isfinite(float(value)))
 
 
 def _vector(key: str, value: object) -> Vector:
