@@ -55,7 +55,7 @@ def test_what_no_arm_can_do(motion):
     with pytest.raises(RequestError, match="no waypoint is within reach"):
         joint_motion(PATH, Scene(frame=FLU), "iiwa", base=Base(5, 5, 0))
     far = Trajectory([[0.45, 0, 0.5], [0.45, 2.0, 0.5]], [0.2, 0.2])
-    with pytest.raises(RequestError, match=r"cannot follow this trajectory: 1 waypoint cannot be reached \(1\)"):
+    with pytest.raises(RequestError, match=r"cannot follow this trajectory: 1 waypoint cannot be reached \(2\)"):
         joint_motion(far, Scene(frame=FLU), "iiwa", base=Base())
     inside = Scene((SceneObject("box", [0.45, 0, 0.5], [0.1, 0.1, 0.1]),), FLU)
     with pytest.raises(RequestError, match="would touch box"):
