@@ -101,11 +101,6 @@ def closest_to_point(path: Array, point: Array) -> tuple[float, float]:
     return float(distance[0]), float(place[0])
 
 
-def farthest_from_point(path: Array, point: Array) -> float:
-    """Largest distance [m] of a polyline (N, 3) to a point (3,): distance is convex, so it lies at a waypoint."""
-    return float(lengths(path - point).max())
-
-
 def within(path: Array, point: Array, radius: float) -> Mask:
     """Which waypoints (N,) of a polyline (N, 3) come within a radius [m] of a point (3,), or whose segment does.
 
