@@ -66,6 +66,7 @@ MAY_MATCH_TEXT = {
     "dialogue/feedback/taking_back.py",
     "dialogue/feedback/utterance.py",
     "instruct/draft.py",
+    "instruct/notation.py",
     "instruct/numbers.py",
     "instruct/objects.py",
     "limits/obstacles.py",

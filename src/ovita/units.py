@@ -41,6 +41,9 @@ LENGTHS = (
     _unit("in", "m", 0.0254, "inch, inches, in."),
     _unit("ft", "m", 0.3048, "ft, foot, feet"),
     _unit("yd", "m", 0.9144, "yard, yd"),
+    _unit("thou", "m", 2.54e-5, "thou"),
+    _unit("hand", "m", 0.1, "hand, hand's width, hands width, handwidth, hand width, palm"),
+    _unit("finger", "m", 0.02, "finger, finger's width, fingers width, finger width"),
 )
 
 _RATES = ("{}/s", "{} per second", "{} a second", "{} per sec", "{} / s", "{} per s", "{} / second", "{} each second")
@@ -56,6 +59,10 @@ SPEEDS = (
         for u in LENGTHS
     ),
     _unit("m/s", "m/s", 1.0, "mps, m s"),
+    _unit("kt", "m/s", 0.514444, "kt, knot, kts"),
+    _unit("mph", "m/s", 0.44704, "mph, mile per hour, mile an hour"),
+    _unit("m/min", "m/s", 1 / 60, "m/min, metre per minute, meter per minute, metre a minute, meter a minute"),
+    _unit("mm/min", "m/s", 1e-3 / 60, "mm/min, millimetre per minute, millimeter per minute"),
     _unit("km/h", "m/s", 1 / 3.6, "km/h, kph, kmh, kilometre per hour, kilometer per hour, km per hour"),
 )
 
@@ -63,6 +70,9 @@ TABLE: tuple[Unit, ...] = (
     *LENGTHS,
     *SPEEDS,
     _unit("m/s^2", "m/s2", 1.0, "m/s2, m/s^2, m/s²"),
+    _unit("cm/s^2", "m/s2", 0.01, "cm/s2, cm/s^2, cm/s²"),
+    _unit("mm/s^2", "m/s2", 0.001, "mm/s2, mm/s^2, mm/s²"),
+    _unit("ft/s^2", "m/s2", 0.3048, "ft/s2, ft/s^2, ft/s²"),
     _unit("%", "%", 0.01, "%, percent, per cent, percentage, pct"),
     _unit("times", "x", 1.0, "time, x, fold"),
     _unit("timesteps", "step", 1.0, _STEPS),

@@ -1,196 +1,99 @@
-"""Check the notation of the corpus: counts by voice, and every line that cannot be read."""
+"""Check the notation of the corpus: counts by voice, and every line that cannot be read.
+
+`python training/corpus/check.py [FOLDER]`
+"""
 
 from __future__ import annotations
 
-import re
 import sys
 from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
+from ovita.errors import InputError
+from ovita.instruct.edits import Edit
+from ovita.instruct.frames import SemanticFrame
+from ovita.instruct.notation import name_of, parse, parse_edits
+
 FOLDER = Path(__file__).parent / "voices"
-DIRECTIONS = {"left", "right", "front", "back", "up", "down", "x", "-x", "y", "-y", "z", "-z"}
-QUANTITY = re.compile(r"[-+~]?[0-9.]+(?:-[0-9.]+)?[A-Za-z%/'\"0-9]*")
-FLAGS = {
-    "more",
-    "fewer",
-    "larger",
-    "smaller",
-    "cw",
-    "ccw",
-    "faster",
-    "slower",
-    "set",
-    "constant",
-    "rampup",
-    "rampdown",
-    "turns",
-    "accelerate",
-    "start",
-    "goal",
-    "ends",
-    "speed",
-    "path",
-    "height",
-    "rest",
-    "shape",
-    "x",
-    "y",
-    "less",
-}
-SLOTS = {
-    "by",
-    "to",
-    "toward",
-    "away",
-    "at",
-    "for",
-    "deg",
-    "at_least",
-    "at_most",
-    "of",
-    "about",
-    "turns",
-    "radius",
-    "size",
-    "waves",
-    "rise",
-    "over",
-    "under",
-    "between",
-    "first",
-    "last",
-    "after",
-    "before",
-    "merge",
-    "speed",
-}
-FRAMES = {
-    "move",
-    "end",
-    "closer",
-    "farther",
-    "clearance",
-    "via",
-    "side",
-    "pace",
-    "keep",
-    "stop",
-    "wait",
-    "extend",
-    "smooth",
-    "waypoints",
-    "circle",
-    "spiral",
-    "eight",
-    "zigzag",
-    "wave",
-    "shake",
-    "hop",
-    "hover",
-    "mirror",
-    "rotate",
-    "tilt",
-    "resize",
-    "curve",
-    "straighten",
-    "height",
-    "bound",
-    "reverse",
-    "return",
-    "trim",
-    "quadrant",
-}
-PARTS = {
-    "near",
-    "first",
-    "last",
-    "middle",
-    "between",
-    "after",
-    "before",
-    "range",
-    "rising",
-    "falling",
-    "start",
-    "goal",
-    "every",
-    "beyond",
-    "turns",
-    "selection",
-}
-EDITS = {
-    "scale",
-    "set",
-    "flip",
-    "replace",
-    "restrict",
-    "except",
-    "drop",
-    "again",
-    "also",
-    "undo",
-    "redo",
-    "restart",
-    "accept",
-    "explain",
-}
 
 
-def problem(frame: str, objects: set[str]) -> str:
-    """What is wrong with one frame or edit, or ""."""
-    name, *words = frame.split()
-    if name not in FRAMES | EDITS:
-        return f"unknown frame {name!r}"
-    if name in EDITS:
-        return ""
-    for word in words:
-        key, _, value = word.lstrip("@!").partition("=")
-        if word.startswith("@"):
-            if key not in PARTS:
-                return f"unknown part {word!r}"
-        elif value and key not in SLOTS | DIRECTIONS:
-            return f"unknown slot {word!r}"
-        elif not value and key not in FLAGS | DIRECTIONS | objects and not QUANTITY.fullmatch(key):
-            if not set(key.split("+")) <= objects:
-                return f"{key!r} is neither an object of the scene nor a word of the notation"
-    return ""
+@dataclass(frozen=True)
+class Example:
+    """A line of a voice.
+
+    Args:
+        voice: Who says it.
+        number: The line.
+        objects: The scene's objects.
+        sentence: What is said.
+        before: Frames of the turn before it, or None for a first request.
+        reading: What is meant, in the notation.
+        frames: The frames of a first request.
+        edits: The edits of feedback.
+        outcome: "do", "ask" or "improper".
+        problem: Why the notation cannot be read, or "".
+    """
+
+    voice: str
+    number: int
+    objects: tuple[str, ...]
+    sentence: str
+    before: tuple[SemanticFrame, ...] | None
+    reading: str
+    frames: tuple[SemanticFrame, ...] = ()
+    edits: tuple[Edit, ...] = ()
+    outcome: str = "do"
+    problem: str = ""
 
 
-def read(path: Path) -> tuple[list[tuple[str, str]], list[str]]:
-    """The sentences of a voice with their readings, and what is wrong with its lines."""
-    pairs, wrong, objects = [], [], set[str]()
+def examples(path: Path) -> Iterator[Example]:
+    """The lines of a voice, in order."""
+    objects: tuple[str, ...] = ()
     for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1):
         if line.startswith("# scene:"):
-            objects = {name.strip().replace(" ", "_") for name in line.partition(":")[2].split(",")}
+            objects = tuple(name.strip() for name in line.partition(":")[2].split(","))
         if not line.strip() or line.startswith("#"):
             continue
-        sentence, bar, reading = line.rpartition(" | ")
+        said, bar, reading = line.rpartition(" | ")
+        before, arrow, sentence = said.partition(" => ")
+        sentence = sentence if arrow else said
+        common = (path.stem, number, objects, sentence.strip())
         if not bar:
-            wrong.append(f"{path.name}:{number}: no ' | '")
+            yield Example(*common, None, reading, problem="no ' | '")
             continue
-        pairs.append((sentence, reading))
-        if reading[:1] in "?!":
-            continue
-        found = [problem(frame.strip(), objects) for frame in reading.split(";") if frame.strip()]
-        wrong += [f"{path.name}:{number}: {said}" for said in found if said]
-    return pairs, wrong
+        try:
+            earlier = parse(before, objects) if arrow else None
+            if reading[:1] in "?!":
+                yield Example(*common, earlier, reading, outcome="ask" if reading[0] == "?" else "improper")
+            elif arrow:
+                yield Example(*common, earlier, reading, edits=parse_edits(reading, objects))
+            else:
+                yield Example(*common, None, reading, frames=parse(reading, objects))
+        except InputError as error:
+            yield Example(*common, None, reading, problem=str(error))
 
 
-def main() -> int:
+def main(folder: Path = FOLDER) -> int:
     """Print the counts and what is wrong; 1 if anything is."""
-    frames: Counter[str] = Counter()
+    counts: Counter[str] = Counter()
     wrong: list[str] = []
     total = 0
-    for path in sorted(FOLDER.glob("*.txt")):
-        pairs, bad = read(path)
+    for path in sorted(folder.glob("*.txt")):
+        lines = list(examples(path))
+        bad = [f"{path.name}:{line.number}: {line.problem}" for line in lines if line.problem]
+        print(f"{path.stem:16} {len(lines):5} sentences, {len(bad)} to look at")
+        total += len(lines)
         wrong += bad
-        total += len(pairs)
-        print(f"{path.stem:16} {len(pairs):5} sentences, {len(bad)} to look at")
-        frames.update(frame.split()[0] for _, reading in pairs for frame in reading.split(";") if frame.strip())
-    print(f"{total} sentences; " + ", ".join(f"{name} {count}" for name, count in frames.most_common()))
+        for line in lines:
+            counts.update(name_of(frame) for frame in line.frames)
+            counts.update(edit.NAME for edit in line.edits)
+            counts[line.outcome] += line.outcome != "do"
+    print(f"{total} sentences; " + ", ".join(f"{name} {count}" for name, count in counts.most_common()))
     print("\n".join(wrong))
     return bool(wrong)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(*map(Path, sys.argv[1:])))

@@ -1,0 +1,473 @@
+"""Typed frames: what a sentence asks for, as data, before any of it becomes code.
+
+A reader makes frames, a dialogue edits them, `realise` turns them into a policy, and an adaptation keeps them.
+Quantities are in SI units; directions are words of the scene's frame; objects go by their scene names.
+`notation` prints and reads them as text.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, ClassVar, Literal, TypeAlias
+
+from ovita.instruct.scale import Degree
+from ovita.paths.part import WHOLE, PathPart
+
+Span: TypeAlias = tuple[int, int]
+"""First character and one past the last of a phrase in the utterance."""
+
+Direction = Literal["left", "right", "front", "back", "up", "down", "x", "-x", "y", "-y", "z", "-z"]
+Role = Literal["by", "to", "at", "at_least", "at_most", "of"]
+End = Literal["start", "goal", "ends"]
+Sense = Literal["cw", "ccw"]
+Axis = Literal["left", "front", "up", "x", "y", "z"]
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number with its unit and the role that it plays.
+
+    Args:
+        value: In `unit`; angles in degrees, shares and percentages as fractions (30 % is 0.3).
+        unit: SI dimension as in `ovita.units` ("m", "m/s", "m/s2", "s", "deg", "%", "x", "step"), "waypoints",
+            "turns", or "" where the sentence names none.
+        role: A change by it, a target, a bound, or a share of something.
+        said: As the person gave it, such as "10cm"; "" where it was worked out.
+        words: Where it stands in the utterance.
+    """
+
+    value: float
+    unit: str = ""
+    role: Role = "by"
+    said: str = field(default="", compare=False)
+    words: Span | None = field(default=None, compare=False)
+
+
+Place: TypeAlias = "str | Quantity | tuple[str, str]"
+"""An object's name, "start", "goal" or "middle"; a waypoint (from 1) or a share of the path; the midpoint of two
+objects."""
+
+Offset: TypeAlias = tuple[tuple[Direction, Quantity | None], ...]
+"""Directions, each with its distance, or None where the sentence leaves it open."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SemanticFrame:
+    """One thing that a sentence asks for.
+
+    Args:
+        part: Which part of the path it is about.
+        degree: "slight" or "large" where a word says so and no number does.
+        words: The phrases of the utterance that it was read from.
+        confidence: How likely the reader thinks that it is meant (0..1).
+    """
+
+    NAME: ClassVar[str] = ""
+    part: PathPart = WHOLE
+    degree: Degree | None = None
+    words: tuple[Span, ...] = field(default=(), compare=False)
+    confidence: float = field(default=1.0, compare=False)
+
+    @property
+    def quantities(self) -> dict[str, Quantity]:
+        """The quantities that the frame holds, by slot: the field's name, or a direction of its offset."""
+        found: dict[str, Quantity] = {}
+        for slot in fields(self):
+            value: Any = getattr(self, slot.name)
+            if isinstance(value, Quantity):
+                found[slot.name] = value
+            elif slot.name == "offset":
+                found |= {direction: quantity for direction, quantity in value if quantity is not None}
+        return found
+
+    @property
+    def named(self) -> tuple[str, ...]:
+        """The objects that the frame is about, those of its part of the path included."""
+        found: list[str] = []
+        for slot in fields(self):
+            value: Any = getattr(self, slot.name)
+            if slot.name == "objects":
+                found += value
+            elif slot.name in PLACES:
+                found += value if isinstance(value, tuple) else [value] if isinstance(value, str) else []
+        found += _of_part(self.part)
+        return tuple(dict.fromkeys(name for name in found if name not in ("", *SPOTS)))
+
+
+SPOTS = ("start", "goal", "middle")
+PLACES = ("place", "about", "of", "toward")
+
+
+def _of_part(part: PathPart) -> list[str]:
+    inner = [name for inner in part.parts for name in _of_part(inner)]
+    return [place for place in part.places if isinstance(place, str)] + inner
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shift(SemanticFrame):
+    """Shift the path or a part of it."""
+
+    NAME = "move"
+    offset: Offset
+
+
+@dataclass(frozen=True, kw_only=True)
+class MoveEnd(SemanticFrame):
+    """Shift an end of the path, or bring it to, toward or away from a place."""
+
+    NAME = "end"
+    end: End
+    offset: Offset = ()
+    relation: Literal["", "to", "toward", "away"] = ""
+    place: Place = ""
+    by: Quantity | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Approach(SemanticFrame):
+    """Pass nearer to objects, or farther from them; a `by` in "x" or "%" is of the distance."""
+
+    NAME = "closer"
+    sense: Literal["closer", "farther"]
+    objects: tuple[str, ...]
+    by: Quantity | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Clearance(SemanticFrame):
+    """Keep a distance to objects all along; its role is at_least, at_most or at."""
+
+    NAME = "clearance"
+    objects: tuple[str, ...]
+    distance: Quantity
+
+
+@dataclass(frozen=True, kw_only=True)
+class Visit(SemanticFrame):
+    """Visit objects in their order, pass between two, over one or under one (by so much)."""
+
+    NAME = "via"
+    objects: tuple[str, ...]
+    relation: Literal["at", "between", "over", "under"] = "at"
+    by: Quantity | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Side(SemanticFrame):
+    """Pass an object on one side of it."""
+
+    NAME = "side"
+    objects: tuple[str, ...]
+    direction: Direction
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pace(SemanticFrame):
+    """Change the speed: by a factor, an amount, to a value, within a bound, or along a law.
+
+    `amount` has the role by, to, at_least ("floor") or at_most ("cap"); for "accelerate" it is in m/s2.
+    """
+
+    NAME = "pace"
+    change: Literal["faster", "slower", "set", "cap", "floor", "constant", "rampup", "rampdown", "turns", "accelerate"]
+    amount: Quantity | None = None
+
+    @property
+    def factor(self) -> float | None:
+        """The factor on the speed that a share or a multiple amounts to, or None."""
+        q = self.amount
+        if q is None or q.unit not in ("x", "%") or self.change not in ("faster", "slower", "set"):
+            return None
+        if q.role == "to" or self.change == "set":
+            return q.value
+        if q.unit == "x":
+            return 1 / q.value if self.change == "slower" and q.value > 1 else q.value
+        return 1 - q.value if self.change == "slower" else 1 + q.value
+
+
+@dataclass(frozen=True, kw_only=True)
+class Keep(SemanticFrame):
+    """Leave something as it is; "part" is the part of the path."""
+
+    NAME = "keep"
+    what: Literal["start", "goal", "ends", "speed", "path", "height", "rest", "part"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class StopAt(SemanticFrame):
+    """Come to rest at a place and end there."""
+
+    NAME = "stop"
+    place: Place = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wait(SemanticFrame):
+    """Stand still at a place, then go on."""
+
+    NAME = "wait"
+    place: Place = ""
+    duration: Quantity | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Extend(SemanticFrame):
+    """Go on beyond the goal: by a length, in a direction, or to a place."""
+
+    NAME = "extend"
+    by: Quantity | None = None
+    offset: Offset = ()
+    place: Place = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Smooth(SemanticFrame):
+    """Fewer kinks, less jitter."""
+
+    NAME = "smooth"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Resample(SemanticFrame):
+    """Another number of waypoints: to so many, by so many or a factor, more, fewer, or averages of k."""
+
+    NAME = "waypoints"
+    change: Literal["to", "by", "more", "fewer", "merge"]
+    amount: Quantity | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Figure(SemanticFrame):
+    """A figure on the way: a circle around an object, or a spiral, eight, zigzag, wave or shaking at a place."""
+
+    NAME = "circle"
+    shape: Literal["circle", "spiral", "eight", "zigzag", "wave", "shake"]
+    place: Place = ""
+    radius: Quantity | None = None
+    size: Quantity | None = None
+    turns: Quantity | None = None
+    waves: Quantity | None = None
+    rise: Quantity | None = None
+    sense: Sense | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Hop(SemanticFrame):
+    """Jump over an object."""
+
+    NAME = "hop"
+    objects: tuple[str, ...]
+    by: Quantity | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Hover(SemanticFrame):
+    """Wait above an object."""
+
+    NAME = "hover"
+    objects: tuple[str, ...]
+    by: Quantity | None = None
+    duration: Quantity | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mirror(SemanticFrame):
+    """Swap left and right, front and back, or up and down."""
+
+    NAME = "mirror"
+    axis: Axis
+    about: Place = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rotate(SemanticFrame):
+    """Turn the path about the vertical."""
+
+    NAME = "rotate"
+    angle: Quantity | None = None
+    sense: Sense | None = None
+    about: Place = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tilt(SemanticFrame):
+    """Lift the path on one side."""
+
+    NAME = "tilt"
+    direction: Direction
+    angle: Quantity | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Resize(SemanticFrame):
+    """Make the path larger or smaller as a whole."""
+
+    NAME = "resize"
+    change: Literal["", "larger", "smaller"] = ""
+    by: Quantity | None = None
+    about: Place = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Curve(SemanticFrame):
+    """Bend the path more or less."""
+
+    NAME = "curve"
+    change: Literal["more", "less"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Straighten(SemanticFrame):
+    """Go straight."""
+
+    NAME = "straighten"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Height(SemanticFrame):
+    """Come to a height above the ground, or stay above or below one (role to, at_least, at_most)."""
+
+    NAME = "height"
+    level: Quantity
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bound(SemanticFrame):
+    """Stay within a distance to one side of the origin or of an object."""
+
+    NAME = "bound"
+    offset: Offset
+    of: Place = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reverse(SemanticFrame):
+    """Run the path backwards."""
+
+    NAME = "reverse"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Return(SemanticFrame):
+    """Come back to the start at the end."""
+
+    NAME = "return"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trim(SemanticFrame):
+    """Cut off the first or last so much, or what comes before or after a place."""
+
+    NAME = "trim"
+    cut: Literal["first", "last", "before", "after"]
+    amount: Quantity | None = None
+    place: Place = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Quadrant(SemanticFrame):
+    """Bring the path into a quadrant of the plane (1 to 4)."""
+
+    NAME = "quadrant"
+    number: int
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What a reader made of an utterance.
+
+    Args:
+        frames: What it asks for, in the order of the sentence.
+        edits: What it changes about the frames of earlier turns (`instruct.edits`), in order.
+        unread: Content words that no frame was read from.
+        aside: Words that were understood to ask for nothing: reasons, politeness, asides.
+        question: What has to be asked back, or "".
+        improper: Why there is nothing that a path could do about it, or "".
+        confidence: How likely all of it is meant (0..1).
+        notes: What was corrected or assumed on the way, for people.
+        asked: Where the question has alternatives, what could be meant.
+    """
+
+    frames: tuple[SemanticFrame, ...] = ()
+    edits: tuple[Any, ...] = ()
+    unread: tuple[str, ...] = ()
+    aside: tuple[str, ...] = ()
+    question: str = ""
+    improper: str = ""
+    confidence: float = 1.0
+    notes: tuple[str, ...] = ()
+    asked: tuple[str, ...] = ()
+
+
+_AXES: dict[str, Axis] = {"x": "front", "y": "left", "z": "up"}
+
+
+def canonical(frame: SemanticFrame) -> SemanticFrame:
+    """A frame in the one form that frames of the same meaning share, so that two readings can be compared.
+
+    Factors on the speed become "set"; single-object figures and stops at the goal lose what they imply; numbers are
+    rounded to six digits.
+    """
+    frame = replace(frame, part=canonical_part(frame.part))
+    match frame:
+        case Pace(factor=float() as factor):
+            frame = replace(frame, change="set", amount=Quantity(factor, "x", "to"))
+        case Resize(by=Quantity(unit="x" | "%" as unit, value=value), change=change):
+            factor = value if unit == "x" else 1 - value if change == "smaller" else 1 + value if change else value
+            factor = 1 / factor if change == "smaller" and factor > 1 else factor
+            frame = replace(frame, change="", by=Quantity(factor, "x"))
+        case Trim(place="goal", cut="after") | StopAt(place=""):
+            frame = StopAt(place="goal", part=frame.part)
+        case Trim(cut="after", place=str() as place):
+            frame = StopAt(place=place, part=frame.part)
+        case Mirror(axis=axis):
+            frame = replace(frame, axis=_AXES.get(axis, axis))
+        case Approach(objects=objects) | Clearance(objects=objects) if len(objects) > 1:
+            frame = replace(frame, objects=tuple(sorted(objects)))
+        case Figure(shape="wave", waves=None, turns=Quantity() as turns):
+            frame = replace(frame, waves=turns, turns=None)
+        case Shift(offset=offset) | MoveEnd(offset=offset) | Extend(offset=offset) if len(offset) > 1:
+            frame = replace(frame, offset=tuple(sorted(offset, key=lambda pair: pair[0])))
+    if frame.quantities:
+        frame = replace(frame, degree=None)
+    return _rounded(frame)
+
+
+def canonical_part(part: PathPart) -> PathPart:
+    """A part of the path in the one form that equal parts share."""
+    if part.kind == "range" and part.until is None and part.unit == "share" and part.amount is not None:
+        part = PathPart("last", amount=1 - part.amount, unit="share")
+    if part.kind == "range" and not part.amount and part.until is not None:
+        amount = part.until + 1 if part.unit == "waypoints" else part.until
+        part = PathPart("first", amount=amount, unit=part.unit)
+    if part.kind == "between" and len(part.places) == 2:
+        part = replace(part, places=tuple(sorted(part.places, key=str)))
+    if part.kind == "near" and part.places and part.places[0] in ("start", "goal") and part.amount is None:
+        part = PathPart("first" if part.places[0] == "start" else "last")
+    if part.parts:
+        part = replace(part, parts=tuple(sorted((canonical_part(p) for p in part.parts), key=repr)))
+    unit = "waypoints" if part.amount is None and part.until is None else part.unit
+    return replace(part, amount=_six(part.amount), until=_six(part.until), unit=unit)
+
+
+def same(one: tuple[SemanticFrame, ...], other: tuple[SemanticFrame, ...]) -> bool:
+    """Whether two lists of frames mean the same, in any order."""
+    left = sorted(repr(canonical(frame)) for frame in one)
+    return left == sorted(repr(canonical(frame)) for frame in other)
+
+
+def _six(value: float | None) -> float | None:
+    return None if value is None else float(f"{value:.6g}")
+
+
+def _rounded(frame: SemanticFrame) -> SemanticFrame:
+    changed: dict[str, Any] = {"words": (), "confidence": 1.0}
+    for slot in fields(frame):
+        value: Any = getattr(frame, slot.name)
+        if isinstance(value, Quantity):
+            changed[slot.name] = Quantity(_six(value.value) or 0.0, value.unit, value.role)
+        elif slot.name == "offset":
+            changed["offset"] = tuple(
+                (d, None if q is None else Quantity(_six(q.value) or 0.0, q.unit)) for d, q in value
+            )
+    return replace(frame, **changed)
