@@ -11,23 +11,26 @@ import ovita.toolkit
 from ovita.paths.frame import DIRECTIONS, RFU, Frame
 from ovita.toolkit import CATALOGUE, Recorder, describe, namespace
 from ovita.toolkit.arguments import Offset, OffsetLimits
-from ovita.toolkit.catalogue import HIDDEN, core_names, operation, signature
+from ovita.toolkit.catalogue import HIDDEN, as_text, core_names, operation, reference, signature
 
 
 @pytest.mark.parametrize("name", CATALOGUE)
 def test_every_function_is_exported_and_documents_each_parameter(name):
     function = CATALOGUE[name]
     assert getattr(ovita.toolkit, name) is function
-    doc = inspect.getdoc(function)
-    assert doc.splitlines()[0].endswith(".")
-    for parameter in set(inspect.signature(function).parameters) - set(HIDDEN):
-        assert f"    {parameter}: " in doc, parameter
+    assert inspect.getdoc(function).splitlines()[0].endswith(".")
+    (entry,) = reference([name])
+    expected = {p.replace("offset", "OFFSET") for p in inspect.signature(function).parameters} - set(HIDDEN)
+    assert set(entry.parameters) == expected and all(entry.parameters.values())
+    assert all(
+        word in expected for word in re.findall(r"^    (\w+): ", inspect.getdoc(function), re.M) if word != "offset"
+    )
 
 
 @pytest.mark.parametrize("name", [n for n in CATALOGUE if "where" in inspect.signature(CATALOGUE[n]).parameters])
 def test_an_edit_of_a_part_says_what_happens_at_its_edges(name):
     if not name.startswith("expect_"):
-        assert re.search(r"\b(jumps?|blends?|beside it follow)\b", inspect.getdoc(CATALOGUE[name])), name
+        assert re.search(r"\b(jumps?|blends?|beside it follow)\b", as_text(*reference([name]))), name
 
 
 def test_the_description_is_short_and_complete():

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ovita.paths.frame import RFU, Frame
-from ovita.paths.geometry import Cuboid, Mask, closest_to_point, fractions, lengths, runs
+from ovita.paths.geometry import Cuboid, Mask, closest_to_point, dots, fractions, lengths, path_distances, runs
 from ovita.paths.geometry import extent as extent_of
 from ovita.paths.scene import SceneObject
 from ovita.paths.trajectory import Array, arc_length
 from ovita.toolkit import arguments
 from ovita.toolkit.arguments import Offset, Target
-from ovita.toolkit.around import cleared, pushed_out, pushed_out_of_all
 from ovita.toolkit.catalogue import Recorder, note_contact, operation
 from ovita.toolkit.insertion import densified
 from ovita.toolkit.speed import dwell, stop_at
@@ -64,15 +63,11 @@ def closer(
     part, the waypoints beside it follow, over 3 times the shift at its edge.
 
     Args:
-        traj: (N, 4).
         obj: Object or point (3,) [m]; an object without dimensions is a cube of 5 cm, or less where the path
             passes so near.
         by: [m], >= 0.
         reach: [m], > 0; by default half of the spread of the waypoints' distances.
         gap: Least distance to the object's surface [m], >= 0; to touch it, use go_through, move_goal or continue_to.
-        where: Mask (N,), or None for all waypoints.
-        ease: Length of the soft edge outside a part as a fraction (0..1) of the path's length; 0 for a jump.
-        hold: Direction word or words along which nothing moves, such as "up" after an exact shift upwards.
     """
     rows = arguments.waypoints(traj)
     centre, pull = arguments.point(obj), arguments.number(by, "by", low=0.0)
@@ -115,15 +110,11 @@ def farther(
     shift at its edge.
 
     Args:
-        traj: (N, 4).
         obj: Object or point (3,) [m]; distances are to its centre.
         by: [m], >= 0.
         times: Factor >= 1 on the distance of every selected waypoint; exactly one of by and times is given.
         reach: [m], > 0; by default half of the spread of the waypoints' distances, but no less than 1.125 `by`, so
             that no waypoint ends up nearer than `by` beyond the nearest.
-        where: Mask (N,), or None for all waypoints.
-        ease: Length of the soft edge outside a part as a fraction (0..1) of the path's length; 0 for a jump.
-        hold: Direction word or words along which nothing moves, such as "up" after an exact shift upwards.
     """
     rows = arguments.waypoints(traj)
     centre, selected = arguments.point(obj), arguments.mask(where, len(rows))
@@ -172,12 +163,10 @@ def keep_distance(
     near moves too. On a part, the waypoints beside it follow, over 3 times the shift at its edge.
 
     Args:
-        traj: (N, 4).
         obj: Object or point (3,) [m], or a list of them.
         at_least: [m], >= 0, from the bounding sphere of an object with dimensions, else from the centre.
         at_most: [m], >= 0, from the centre.
         where: Mask (N,), or None for all waypoints; waypoints that already comply stay as they are.
-        ease: Length of the soft edge outside a part as a fraction (0..1) of the path's length; 0 for a jump.
     """
     rows = arguments.waypoints(traj)
     targets = _targets(obj)
@@ -304,7 +293,6 @@ def go_through(
     """Bend the path through an object or point plus OFFSET; start and goal stay.
 
     Args:
-        traj: (N, 4).
         at: Object or point (3,) [m].
         offset: Direction words and metres of it, such as left=0.2.
         width: Fraction (0..1) of the path's length on either side that is bent.
@@ -314,19 +302,12 @@ def go_through(
     target = arguments.point(at, "at") + shift
     window = arguments.number(width, "width", low=0.0, high=1.0)
     note_contact(recorder, at, shift)
-    fraction = fractions(rows[:, :3])
-    inner = np.flatnonzero((fraction > 0.0) & (fraction < 1.0))
-    if not len(inner):
-        raise ValueError("no waypoint lies between start and goal; call resample(traj, 20) before go_through")
-    i = int(inner[np.argmin(np.linalg.norm(rows[inner, :3] - target, axis=1))])
-    gap = fraction - fraction[i]
-    reach = np.where(gap < 0, min(window, float(fraction[i])), min(window, float(1.0 - fraction[i])))
-    weights = smoothstep(1.0 - np.divide(np.abs(gap), reach, out=np.ones_like(gap), where=reach > 0))
-    weights[gap == 0.0] = 1.0
-    weights[(fraction == 0.0) | (fraction == 1.0)] = 0.0
+    i, weights = _jump(rows, target, window, 0.0, "go_through")
     touched = weights > 0.0
+    fraction = fractions(rows[:, :3])
+    same = fraction == fraction[i]
     rows[touched, :3] += weights[touched, None] * (target - rows[i, :3])
-    rows[gap == 0.0, :3] = target
+    rows[same, :3] = target
     return rows
 
 
@@ -353,12 +334,7 @@ def hop(traj: ArrayLike, obj: Target, height: float, *, width: float = 0.2, fram
     if length > 0.0:
         step = float(np.clip((share + level) / PER_SLOPE, SHORTEST, 0.25)) * length
         rows, _ = densified(rows, _window(rows, centre, share + level), step)
-    fraction = fractions(rows[:, :3])
-    inner = np.flatnonzero((fraction > 0.0) & (fraction < 1.0))
-    if not len(inner):
-        raise ValueError("no waypoint lies between start and goal; call resample(traj, 20) before hop")
-    i = int(inner[np.argmin(np.linalg.norm(rows[inner, :3] - centre, axis=1))])
-    weights = _jump(fraction, i, share, level)
+    i, weights = _jump(rows, centre, share, level, "hop")
     sideways = centre - rows[i, :3]
     sideways -= (sideways @ up) * up
     missing = np.maximum(top - rows[:, :3] @ up, 0.0)
@@ -384,7 +360,6 @@ def hover(
 
     Args:
         traj: (N, 4); the result is (N + steps, 4).
-        obj: Object or point (3,) [m].
         height: [m]; negative: below.
         steps: Timesteps of 0.1 s to wait, >= 1.
     """
@@ -438,8 +413,16 @@ def _window(rows: Array, centre: Array, share: float) -> Mask:
     return np.asarray((index >= inside[0] - 1) & (index <= inside[-1] + 1))
 
 
-def _jump(fraction: Array, i: int, share: float, level: float) -> Array:
-    """Weights (N,) of a jump: 1 within `level` of waypoint i, 0 beyond `share` more and at both ends of the path."""
+def _jump(rows: Array, centre: Array, share: float, level: float, name: str) -> tuple[int, Array]:
+    """The waypoint nearest to a point, ends aside, and the weights (N,) of a jump there.
+
+    They are 1 within `level` of that waypoint, and 0 beyond `share` more and at both ends of the path.
+    """
+    fraction = fractions(rows[:, :3])
+    inner = np.flatnonzero((fraction > 0.0) & (fraction < 1.0))
+    if not len(inner):
+        raise ValueError(f"no waypoint lies between start and goal; call resample(traj, 20) before {name}")
+    i = int(inner[np.argmin(lengths(rows[inner, :3] - centre))])
     gap = fraction - fraction[i]
     reach = np.minimum(share + level, np.where(gap < 0.0, fraction[i], 1.0 - fraction[i]))
     flat = np.minimum(level, reach / 2.0)
@@ -447,4 +430,154 @@ def _jump(fraction: Array, i: int, share: float, level: float) -> Array:
     weights = smoothstep(np.divide(reach - np.abs(gap), slope, out=np.zeros_like(gap), where=slope > ROUNDING))
     weights[gap == 0.0] = 1.0
     weights[(fraction == 0.0) | (fraction == 1.0)] = 0.0
-    return weights
+    return i, weights
+
+
+SHALLOW = 0.05
+"""How deep a path may dip into a sphere between its waypoints, in radii, before another way out is tried."""
+
+ROUNDS = 60
+"""How often segments are moved out of a sphere at most; each move may bring a neighbour in."""
+
+
+def pushed_out(away: Array, a: int, b: int, radius: float) -> Array:
+    """Where waypoints a..b inside a sphere go: points (b - a + 1, 3) on it, from its centre [m].
+
+    The sideways push is the rule; if the path then dips into the sphere between waypoints, the first of a radial
+    push and an arc from entry to exit that does not is taken, or the one that dips least.
+
+    Args:
+        away: All waypoints (N, 3) from the centre [m].
+        a: First waypoint inside.
+        b: Last waypoint inside, with everything between.
+        radius: [m].
+    """
+    before, after = away[max(a - 1, 0) : a], away[b + 1 : b + 2]
+    best, deepest = away[a : b + 1], np.inf
+    for points in _ways_out(away, a, b, radius):
+        path = np.concatenate([before, points, after])
+        depth = radius - float(path_distances(path, np.zeros((1, 3)))[0]) if len(path) > 1 else 0.0
+        if depth < deepest:
+            best, deepest = points, depth
+        if depth <= SHALLOW * radius:
+            break
+    return best
+
+
+def pushed_out_of_all(positions: Array, centres: Array, radii: Array, selected: Mask, level: bool) -> Array:
+    """Positions (N, 3) [m] with each stretch inside one of several spheres pushed aside until it is outside all.
+
+    A stretch moves along one direction, as a ray leaves each sphere once: of eight directions around it, or of the two
+    level ones, the one that needs the shortest push is taken.
+
+    Args:
+        positions: (N, 3) [m].
+        centres: (K, 3) [m].
+        radii: (K,) [m].
+        selected: Mask (N,) of the waypoints that may move.
+        level: Only to the left and to the right.
+    """
+    result = positions.copy()
+    inside = (np.linalg.norm(positions[:, None] - centres, axis=2) < radii).any(axis=1) & selected
+    for a, b in runs(inside):
+        part = positions[a : b + 1]
+        chord = positions[min(b + 1, len(positions) - 1)] - positions[max(a - 1, 0)]
+        first = perpendicular(chord[None])[0]
+        second = np.cross(chord, first) / max(float(np.linalg.norm(chord)), 1e-12)
+        angles = np.array([0.0, np.pi]) if level else np.arange(8) * np.pi / 4
+        directions = np.cos(angles)[:, None] * first + np.sin(angles)[:, None] * second
+        pushes = [_exit(part, centres, radii, direction) for direction in directions]
+        best = int(np.argmin([push.max() for push in pushes]))
+        result[a : b + 1] = part + pushes[best][:, None] * directions[best]
+    return result
+
+
+def _exit(points: Array, centres: Array, radii: Array, direction: Array) -> Array:
+    """How far each point (M, 3) must go along a direction to be outside all spheres, (M,) [m]."""
+    t = np.zeros(len(points))
+    for _ in range(len(centres)):
+        away = (points + t[:, None] * direction)[:, None] - centres
+        deep = np.linalg.norm(away, axis=2) < radii * (1.0 - 1e-12)
+        along = away @ direction
+        leave = -along + np.sqrt(np.maximum(along**2 - (away**2).sum(axis=2) + radii**2, 0.0))
+        step = np.where(deep, leave, 0.0).max(axis=1)
+        if not step.any():
+            break
+        t += step
+    return t
+
+
+def cleared(positions: Array, centres: Array, radii: Array, selected: Mask, fixed: Mask) -> Array:
+    """Positions (N, 3) [m] of which no selected segment comes into a sphere any more.
+
+    A segment that does is shifted aside with both its waypoints until it touches the sphere; as that may bring a
+    neighbour in, it is repeated. Where waypoints are dense this moves them by the sagitta of their chord; where they
+    are sparse it takes a whole segment aside. Where one waypoint is fixed, the other moves farther.
+
+    Args:
+        positions: (N, 3) [m].
+        centres: (K, 3) [m].
+        radii: (K,) [m].
+        selected: Mask (N,) of the waypoints that may move; a segment counts if both its ends may.
+        fixed: Mask (N,) of those that stay all the same, such as a start that is far enough away.
+    """
+    result, counts, free = positions.copy(), selected[:-1] & selected[1:], selected & ~fixed
+    for turn in range(ROUNDS):
+        cut = False
+        for centre, radius in zip(centres, radii, strict=True):
+            closest, share = _closest(result - centre)
+            distance = lengths(closest)
+            deep = np.flatnonzero(counts & (distance < radius * (1.0 - 1e-9)))
+            if not len(deep):
+                continue
+            cut = True
+            away = distance[deep, None]
+            side = perpendicular(result[deep + 1] - result[deep])
+            aside = np.where(away > 1e-9, closest[deep] / np.maximum(away, 1e-9), side)
+            # Between overlapping spheres a segment would go to and fro without growing strides.
+            shift = (radius * (1.0 + 1e-9) - away) * (1.0 + 0.1 * max(turn - 10, 0)) * aside
+            moves = np.zeros((2, *result.shape))
+            for k, (ends, others) in enumerate(((deep, deep + 1), (deep + 1, deep))):
+                lever = np.abs(1.0 - k - share[deep])
+                moves[k, ends] = shift * np.where(free[others], 1.0, 1.0 / np.maximum(lever, 0.1))[:, None]
+            longer = lengths(moves[1]) > lengths(moves[0])
+            result[free] += np.where(longer[:, None], moves[1], moves[0])[free]
+        if not cut:
+            break
+    return result
+
+
+def _closest(path: Array) -> tuple[Array, Array]:
+    """The point of each segment (M, 3) of a path (M + 1, 3) that is closest to the origin, and its share of it (M,)."""
+    start, step = path[:-1], np.diff(path, axis=0)
+    share = np.clip(-dots(start, step) / np.maximum(dots(step, step), 1e-300), 0.0, 1.0)
+    return start + share[:, None] * step, share
+
+
+def _ways_out(away: Array, a: int, b: int, radius: float) -> Iterator[Array]:
+    q = away[a : b + 1]
+    lateral = _lateral(away[max(a - 1, 0) : b + 2])
+    along = q @ lateral
+    t = -along + np.sqrt(np.maximum(along**2 - (q**2).sum(axis=1) + radius**2, 0.0))
+    yield q + t[:, None] * lateral
+    distance = np.linalg.norm(q, axis=1, keepdims=True)
+    outward = np.divide(q, distance, out=np.tile(lateral, (len(q), 1)), where=distance > 1e-9)
+    yield radius * outward
+    start, end = outward[0], outward[-1]
+    angle = float(np.arccos(np.clip(start @ end, -1.0, 1.0)))
+    side = end - (end @ start) * start
+    length = float(np.linalg.norm(side))
+    side = side / length if length > 1e-6 else perpendicular(start[None])[0]
+    turn = (fractions(q) * angle)[:, None] if len(q) > 1 else np.zeros((1, 1))
+    yield radius * (np.cos(turn) * start + np.sin(turn) * side)
+
+
+def _lateral(path: Array) -> Array:
+    """Unit vector (3,) from the origin to the closest approach of a path (M, 3), perpendicular to the path there."""
+    closest, _ = _closest(path)
+    i = int(np.argmin(dots(closest, closest)))
+    step = path[i + 1] - path[i]
+    heading = step / max(float(np.linalg.norm(step)), 1e-12)
+    side = closest[i] - (closest[i] @ heading) * heading
+    length = float(np.linalg.norm(side))
+    return np.asarray(side / length) if length > 1e-9 else np.asarray(perpendicular(heading[None])[0])

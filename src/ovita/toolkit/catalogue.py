@@ -43,7 +43,34 @@ NOTES = {
     "OFFSET": f"{', '.join(f'{word}=' for word in DIRECTIONS)} in metres, such as left=0.2, up=0.1",
     "PLACE": 'object, point, index (int), share of the path (float), "start" or "goal"',
 }
-"""What the words in capitals stand for."""
+"""The meaning of the words in capitals."""
+
+MEANINGS = {
+    "traj": "(N, 4).",
+    "obj": "Object or point (3,) [m].",
+    "to": "Object or point (3,) [m], or None to move by the offset alone.",
+    "at": "The place of a waypoint; an object or point (3,) [m] means the waypoint nearest to it.",
+    "offset": "Direction words and metres, such as left=0.2.",
+    "where": "Mask (N,), or None for all waypoints.",
+    "where (Draw figures)": "Mask (N,), or None for all waypoints; the others stay as they are. It blends, as the "
+    "swing begins at 0.",
+    "where (Speed)": "Mask (N,), or None for all waypoints, ends included; at its edges the speed jumps from one "
+    "waypoint to the next.",
+    "where (State what is meant)": "Mask (N,) over the original waypoints, or None.",
+    "ease": "Length of the soft edge outside a part as a fraction (0..1) of the path's length; 0 for a jump.",
+    "ease (Reshape the whole)": "Length of the soft edge inside a part as a fraction (0..1) of the path's length; 0 "
+    "for a jump.",
+    "blend": "Fraction (0..1) of the path's length over which the shift fades; 0 moves one waypoint.",
+    "hold": 'Direction word or words along which nothing moves, such as "up" after an exact shift upwards.',
+    "degrees": "Counter-clockwise as seen from the tip of the axis; negative: clockwise.",
+    "start": "[m/s], >= 0, or None for the present speed at the first selected waypoint.",
+    "end": "[m/s], >= 0, or None for the present speed at the last selected waypoint.",
+    "amplitude": "[m], >= 0, to either side.",
+    "waves": "Number of whole waves, > 0, on each unbroken run of the mask; its ends stay if this is a multiple of one "
+    "half.",
+    "direction": 'A direction word, such as "up" to go up first and then down; None for sideways.',
+}
+"""Parameters of which an operation's docstring says nothing; "name (group)" goes before "name"."""
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 _registry: dict[str, Callable[..., Any]] = {}
@@ -336,14 +363,14 @@ def _entry(name: str) -> OperationDoc:
     text = inspect.cleandoc(CATALOGUE[name].__doc__ or "")
     body, _, arguments = text.partition("\nArgs:\n")
     details = body.partition("\n")[2].strip()
-    return OperationDoc(name, _group[name], signature(name), summary(name), details, _parameters(arguments))
-
-
-def _parameters(text: str) -> dict[str, str]:
-    """The meanings by parameter; the direction words are one, OFFSET."""
-    chunks = re.split(r"\n(?=    \w)", "\n" + text.rstrip())
-    found = [match for chunk in chunks if (match := _ENTRY.match(" ".join(chunk.split())))]
-    return {"OFFSET" if match[1] == "offset" else match[1]: match[2] for match in found}
+    chunks = re.split(r"\n(?=    \w)", "\n" + arguments.rstrip())
+    own = {match[1]: match[2] for chunk in chunks if (match := _ENTRY.match(" ".join(chunk.split())))}
+    all_of_them = inspect.signature(CATALOGUE[name]).parameters.values()
+    parameters = {}
+    for key in [p.name for p in sorted(all_of_them, key=lambda p: p.kind is p.KEYWORD_ONLY) if p.name not in HIDDEN]:
+        meaning = own.get(key) or MEANINGS.get(f"{key} ({_group[name]})") or MEANINGS.get(key, "")
+        parameters["OFFSET" if key == "offset" else key] = meaning
+    return OperationDoc(name, _group[name], signature(name), summary(name), details, parameters)
 
 
 def _shown(text: str) -> str:

@@ -56,7 +56,6 @@ def spiral(
     Args:
         traj: (N, 4); the result has the new waypoints inserted, no farther apart than the mean spacing
             and 24 a turn at least.
-        at: The place of a waypoint; an object or point (3,) [m] means the waypoint nearest to it.
         radius: Distance of the spiral's end from that waypoint [m], > 0.
         turns: > 0, whole or not.
         height: How far the spiral rises [m]; negative: sinks.
@@ -100,7 +99,6 @@ def circle(
     Args:
         traj: (N, 4); the result has the new waypoints inserted, no farther apart than the mean spacing
             and 24 a turn at least.
-        obj: Object or point (3,) [m].
         radius: [m], > 0; None for the waypoint's horizontal distance, but 5 cm beyond the object's bounding sphere
             at least.
         turns: > 0.
@@ -146,7 +144,6 @@ def figure_eight(traj: ArrayLike, at: Place, *, size: float, frame: Frame = RFU)
     Args:
         traj: (N, 4); the result has the new waypoints inserted, no farther apart than the mean spacing
             and 48 at least.
-        at: The place of a waypoint; an object or point (3,) [m] means the waypoint nearest to it.
         size: From tip to tip [m], > 0.
     """
     rows = arguments.waypoints(traj)
@@ -184,11 +181,6 @@ def zigzag(
 
     Args:
         traj: (N, 4); where the waypoints are too sparse for the waves, more are inserted.
-        amplitude: [m], >= 0, to either side.
-        waves: Number of whole waves, > 0, on each unbroken run of the mask; its ends stay if this is a multiple of
-            one half.
-        where: Mask (N,), or None for all waypoints; the others stay as they are. It blends, as the swing begins at 0.
-        direction: A direction word, such as "up" to go up first and then down; None for sideways.
     """
     return _rippled(traj, amplitude, waves, where, direction, frame, _triangle, PER_ZIGZAG)
 
@@ -207,11 +199,6 @@ def wave(
 
     Args:
         traj: (N, 4); where the waypoints are too sparse for the waves, more are inserted.
-        amplitude: [m], >= 0, to either side.
-        waves: Number of whole waves, > 0, on each unbroken run of the mask; its ends stay if this is a multiple of
-            one half.
-        where: Mask (N,), or None for all waypoints; the others stay as they are. It blends, as the swing begins at 0.
-        direction: A direction word, such as "up" to go up first and then down; None for sideways.
     """
     return _rippled(traj, amplitude, waves, where, direction, frame, np.sin, PER_SINUSOID)
 
@@ -223,7 +210,6 @@ def noise(traj: ArrayLike, amount: float, *, seed: int = 0, where: ArrayLike | N
     The displacements are uniform in a ball; the same seed shakes in the same directions, whatever the amount.
 
     Args:
-        traj: (N, 4).
         amount: [m], >= 0.
         seed: Of the random numbers, >= 0.
         where: Mask (N,), or None for all waypoints, start and goal included; it jumps at its edges.

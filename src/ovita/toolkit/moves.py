@@ -37,9 +37,6 @@ def move(
     full there; the others stay as they are. Ends in the part move, unless they are kept.
 
     Args:
-        traj: (N, 4).
-        offset: Direction words and metres, such as left=0.2.
-        where: Mask (N,), or None for all waypoints.
         ease: Length of the soft edge inside the part as a fraction (0..1) of the path's length; 0 for a jump.
         keep: End that stays where it is; the shift sets in over `ease`, or a quarter of the path if that is not given.
     """
@@ -75,17 +72,9 @@ def move_start(
     """Move the start to an object or point plus OFFSET, or just by OFFSET; the path follows.
 
     OFFSET stands for the six direction words; the other end stays exactly where it is.
-
-    Args:
-        traj: (N, 4).
-        to: Object or point (3,) [m], or None to move by the offset alone.
-        offset: Direction words and metres, such as left=0.2.
-        blend: Fraction (0..1) of the path's length over which the shift fades out; 0 moves one waypoint.
     """
     rows = arguments.waypoints(traj)
-    shift = arguments.offset(frame, offset)
-    note_contact(recorder, to, shift)
-    _move_first(rows, (rows[0, :3] if to is None else arguments.point(to, "to")) + shift, blend)
+    _move_first(rows, to, arguments.offset(frame, offset), blend, recorder)
     return rows
 
 
@@ -102,17 +91,9 @@ def move_goal(
     """Move the goal to an object or point plus OFFSET, or just by OFFSET; the path follows.
 
     OFFSET stands for the six direction words; the other end stays exactly where it is.
-
-    Args:
-        traj: (N, 4).
-        to: Object or point (3,) [m], or None to move by the offset alone.
-        offset: Direction words and metres, such as left=0.2.
-        blend: Fraction (0..1) of the path's length over which the shift fades in; 0 moves one waypoint.
     """
     rows = arguments.waypoints(traj)
-    shift = arguments.offset(frame, offset)
-    note_contact(recorder, to, shift)
-    _move_first(rows[::-1], (rows[-1, :3] if to is None else arguments.point(to, "to")) + shift, blend)
+    _move_first(rows[::-1], to, arguments.offset(frame, offset), blend, recorder)
     return rows
 
 
@@ -142,7 +123,6 @@ def extend(
     Args:
         traj: (N, 4); the result is (N + M, 4) with new waypoints at the mean spacing.
         by: [m], >= 0; None if an offset is given.
-        offset: Direction words and metres, such as left=0.2.
     """
     rows = arguments.waypoints(traj)
     shift = arguments.offset(frame, offset)
@@ -231,7 +211,6 @@ def straighten(traj: ArrayLike, a: Place = "start", b: Place = "goal") -> Array:
     The waypoints between keep their number and their speeds and lie evenly on the line; a dwell stays one.
 
     Args:
-        traj: (N, 4).
         a: The place of a waypoint; an object or point (3,) [m] means the waypoint nearest to it.
         b: The other end, in any order; not the same waypoint.
     """
@@ -248,8 +227,10 @@ def straighten(traj: ArrayLike, a: Place = "start", b: Place = "goal") -> Array:
     return rows
 
 
-def _move_first(rows: Array, target: Array, blend: float) -> None:
-    """Move the first row of a view onto a target; the shift fades out along the path and never reaches its end."""
+def _move_first(rows: Array, to: Target | None, shift: Array, blend: float, recorder: Recorder | None) -> None:
+    """Move the first row of a view to a target plus a shift, which fades out along the path, before its end."""
+    note_contact(recorder, to, shift)
+    target = (rows[0, :3] if to is None else arguments.point(to, "to")) + shift
     share = arguments.number(blend, "blend", low=0.0, high=1.0)
     fraction = fractions(rows[:, :3])
     if share == 0.0:

@@ -25,9 +25,7 @@ def expect_closer(
     The nearest distance to the centre decides, between waypoints too; only if that stays, the average does.
 
     Args:
-        obj: Object or point (3,) [m].
         by: At least so much at the nearest point [m], or None for any amount.
-        where: Mask (N,) over the original waypoints, or None.
     """
     return _approach("closer", "closer to", obj, by, where, recorder)
 
@@ -41,9 +39,7 @@ def expect_farther(
     The nearest distance to the centre decides, between waypoints too; only if that stays, the average does.
 
     Args:
-        obj: Object or point (3,) [m].
         by: At least so much at the nearest point [m], or None for any amount.
-        where: Mask (N,) over the original waypoints, or None.
     """
     return _approach("farther", "farther from", obj, by, where, recorder)
 
@@ -60,10 +56,8 @@ def expect_distance(
     """The path keeps metres at_least from the surface, at_most from the centre.
 
     Args:
-        obj: Object or point (3,) [m].
         at_least: [m] from the surface of an object with dimensions, else from the centre; between waypoints too.
         at_most: [m] from the centre.
-        where: Mask (N,) over the original waypoints, or None.
     """
     if at_least is None and at_most is None:
         raise ValueError("give at_least or at_most in metres")
@@ -85,12 +79,7 @@ def expect_moved(
     recorder: Recorder | None = None,
     **offset: Unpack[Offset],
 ) -> Expectation:
-    """Moved by OFFSET, within 10 % or 1 cm.
-
-    Args:
-        offset: Direction words and metres, such as left=0.2.
-        where: Mask (N,) over the original waypoints, or None.
-    """
+    """Moved by OFFSET, within 10 % or 1 cm."""
     moved = frame.words(arguments.offset(frame, offset))
     if not moved:
         raise ValueError("give a direction and metres, such as left=0.2")
@@ -142,7 +131,6 @@ def expect_visits(obj: Target, within: float = 0.05, *, recorder: Recorder | Non
     """Comes within metres of a centre.
 
     Args:
-        obj: Object or point (3,) [m].
         within: [m], >= 0.
     """
     radius = arguments.number(within, "within", low=0.0)
@@ -152,21 +140,13 @@ def expect_visits(obj: Target, within: float = 0.05, *, recorder: Recorder | Non
 
 @operation("State what is meant", core=True)
 def expect_slower(where: ArrayLike | None = None, *, recorder: Recorder | None = None) -> Expectation:
-    """The robot is slower.
-
-    Args:
-        where: Mask (N,) over the original waypoints, or None.
-    """
+    """The robot is slower."""
     return _note("slower", _where(where), f"the robot moves slower{_part(where)}", recorder)
 
 
 @operation("State what is meant", core=True)
 def expect_faster(where: ArrayLike | None = None, *, recorder: Recorder | None = None) -> Expectation:
-    """The robot is faster.
-
-    Args:
-        where: Mask (N,) over the original waypoints, or None.
-    """
+    """The robot is faster."""
     return _note("faster", _where(where), f"the robot moves faster{_part(where)}", recorder)
 
 
@@ -176,7 +156,6 @@ def expect_speed(value: float, where: ArrayLike | None = None, *, recorder: Reco
 
     Args:
         value: [m/s], >= 0.
-        where: Mask (N,) over the original waypoints, or None.
     """
     speed = arguments.number(value, "value", low=0.0)
     return _note("speed", {"value": speed, **_where(where)}, f"the speed is {speed:g} m/s{_part(where)}", recorder)

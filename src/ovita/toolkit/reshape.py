@@ -38,7 +38,6 @@ def curve(traj: ArrayLike, factor: float) -> Array:
     Each waypoint's distance from that line is multiplied by the factor; what lies on the line stays there.
 
     Args:
-        traj: (N, 4).
         factor: 0 makes the path straight, a negative factor bends it to the other side.
     """
     rows = arguments.waypoints(traj)
@@ -73,13 +72,9 @@ def rotate(
     Ends turn with the rest.
 
     Args:
-        traj: (N, 4).
-        degrees: Counter-clockwise as seen from the tip of the axis; negative: clockwise.
         about: Object or point (3,) [m] that stays where it is, or a waypoint: "start", "goal", its index (int) or
             fraction of the path (float). None for the mean of the selected waypoints.
         axis: Direction word; "up" turns in the horizontal plane.
-        where: Mask (N,), or None for all waypoints.
-        ease: Length of the soft edge inside a part as a fraction (0..1) of the path's length; 0 for a jump.
     """
     rows = arguments.waypoints(traj)
     angle = arguments.number(degrees, "degrees")
@@ -101,8 +96,6 @@ def tilt(
     """Turn about a level axis: "front" lifts the left side, "right" the front.
 
     Args:
-        traj: (N, 4).
-        degrees: Counter-clockwise as seen from the tip of the axis; negative: clockwise.
         axis: "left", "right", "front" or "back".
         about: What stays where it is, as for rotate; None for the mean of the waypoints.
     """
@@ -127,12 +120,9 @@ def mirror(
     Ends flip with the rest.
 
     Args:
-        traj: (N, 4).
         axis: "x": in the vertical plane along the x axis, so that y changes; "y": along the y axis, so that x changes;
             "z": in the level plane, so that z changes. Or a direction word: what lay that way lies the opposite way.
         about: What lies in the mirror plane, as for rotate; None for the mean of the selected waypoints.
-        where: Mask (N,), or None for all waypoints.
-        ease: Length of the soft edge inside a part as a fraction (0..1) of the path's length; 0 for a jump.
     """
     rows = arguments.waypoints(traj)
     selected = arguments.mask(where, len(rows))
@@ -161,11 +151,8 @@ def scale(
     Ends move with the rest.
 
     Args:
-        traj: (N, 4).
         factor: > 0; 2 doubles all distances from `about`, and speeds stay.
         about: What stays where it is, as for rotate; None for the mean of the selected waypoints.
-        where: Mask (N,), or None for all waypoints.
-        ease: Length of the soft edge inside a part as a fraction (0..1) of the path's length; 0 for a jump.
     """
     rows = arguments.waypoints(traj)
     times = positive(factor, "factor")
@@ -193,11 +180,8 @@ def bound(
     beside it follow, over 3 times the shift at its edge.
 
     Args:
-        traj: (N, 4).
         offset: The farthest allowed along a direction word [m], such as up=0.3.
         of: What the metres count from: object or point (3,) [m], or the place of a waypoint; None for the origin.
-        where: Mask (N,), or None for all waypoints.
-        ease: Length of the soft edge outside a part as a fraction (0..1) of the path's length; 0 for a jump.
     """
     rows = arguments.waypoints(traj)
     limits = {word: arguments.number(value, word) for word, value in offset.items() if value is not None}
@@ -228,8 +212,6 @@ def stay_on(traj: ArrayLike, obj: Target, side: str, *, gap: float = 0.05, frame
     of the path that does not cross the limit stays as it is, and so do a start and a goal that comply.
 
     Args:
-        traj: (N, 4).
-        obj: Object or point (3,) [m].
         side: "left", "right", "front", "back", "up", "down", "above", "below" or "behind".
         gap: [m], >= 0, from the surface of an object with dimensions, else from the centre.
     """
@@ -260,7 +242,6 @@ def quadrant(traj: ArrayLike, which: int = 1, *, frame: Frame = RFU) -> Array:
     Of the horizontal plane, by the smallest shift that does; the shape stays.
 
     Args:
-        traj: (N, 4).
         which: 1 (right and front coordinates >= 0), 2 (left, front), 3 (left, back) or 4 (right, back).
     """
     rows = arguments.waypoints(traj)
@@ -286,10 +267,7 @@ def at_height(
     On a part, the waypoints beside it follow, over 3 times the shift at its edge; start and goal only if in it.
 
     Args:
-        traj: (N, 4).
         height: [m], up from the horizontal plane through the origin.
-        where: Mask (N,), or None for all waypoints.
-        ease: Length of the soft edge outside a part as a fraction (0..1) of the path's length; 0 for a jump.
     """
     rows = arguments.waypoints(traj)
     axis, sign = _axis(frame.direction("up"))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -31,7 +33,6 @@ def scale_speed(traj: ArrayLike, factor: float, *, where: ArrayLike | None = Non
     """Multiply the speed: 0.5 is half as fast.
 
     Args:
-        traj: (N, 4).
         factor: >= 0.
         where: Mask (N,), or None for all waypoints, ends included; at its edges the speed jumps from one waypoint to
             the next unless it is eased.
@@ -52,10 +53,7 @@ def shift_speed(traj: ArrayLike, by: float, *, where: ArrayLike | None = None) -
     Waypoints at rest stay at rest, so that starts, stops and dwells survive.
 
     Args:
-        traj: (N, 4).
         by: [m/s].
-        where: Mask (N,), or None for all waypoints, ends included; at its edges the speed jumps from one waypoint to
-            the next.
     """
     rows = arguments.waypoints(traj)
     moving = arguments.mask(where, len(rows)) & (rows[:, 3] > 0.0)
@@ -68,10 +66,7 @@ def set_speed(traj: ArrayLike, speed: float, *, where: ArrayLike | None = None) 
     """Set the speed to so many m/s.
 
     Args:
-        traj: (N, 4).
         speed: [m/s], >= 0.
-        where: Mask (N,), or None for all waypoints, ends included; at its edges the speed jumps from one waypoint to
-            the next.
     """
     rows = arguments.waypoints(traj)
     rows[arguments.mask(where, len(rows)), 3] = arguments.number(speed, "speed", low=0.0)
@@ -85,23 +80,10 @@ def ramp_speed(
     """Change speed steadily from start to end in m/s; None keeps that end's speed.
 
     Args:
-        traj: (N, 4).
-        start: [m/s], >= 0, or None for the present speed at the first selected waypoint.
-        end: [m/s], >= 0, or None for the present speed at the last selected waypoint.
         where: Mask (N,), or None for all waypoints, ends included; at its edges the speed jumps from one waypoint to
             the next. Each unbroken run of it gets its own ramp.
     """
-    rows = arguments.waypoints(traj)
-    if start is None and end is None:
-        raise ValueError("give start, end or both in m/s")
-    begin = None if start is None else arguments.number(start, "start", low=0.0)
-    finish = None if end is None else arguments.number(end, "end", low=0.0)
-    for a, b in runs(arguments.mask(where, len(rows))):
-        low = rows[a, 3] if begin is None else begin
-        high = rows[b, 3] if finish is None else finish
-        share = fractions(rows[a : b + 1, :3]) if b > a else np.full(1, float(begin is None))
-        rows[a : b + 1, 3] = low * (1.0 - share) + high * share
-    return rows
+    return _from_to(traj, start, end, where, lambda low, high, u: low * (1.0 - u) + high * u)
 
 
 @operation("Speed")
@@ -114,26 +96,17 @@ def exponential_speed(
     hundredth of the other's speed counts as that. A dwell stays at rest.
 
     Args:
-        traj: (N, 4).
-        start: [m/s], >= 0, or None for the present speed at the first selected waypoint.
-        end: [m/s], >= 0, or None for the present speed at the last selected waypoint.
         where: Mask (N,), or None for all waypoints, ends included; at its edges the speed jumps from one waypoint to
             the next. Each unbroken run of it gets its own law.
     """
-    rows = arguments.waypoints(traj)
-    if start is None and end is None:
-        raise ValueError("give start, end or both in m/s")
-    begin = None if start is None else arguments.number(start, "start", low=0.0)
-    finish = None if end is None else arguments.number(end, "end", low=0.0)
-    resting = _resting(rows)
-    for a, b in runs(arguments.mask(where, len(rows))):
-        low = rows[a, 3] if begin is None else begin
-        high = rows[b, 3] if finish is None else finish
-        share = fractions(rows[a : b + 1, :3]) if b > a else np.full(1, float(begin is None))
+
+    def law(low: float, high: float, u: Array) -> Array:
         first, final = max(low, SMALLEST * high), max(high, SMALLEST * low)
-        law = first * (final / first) ** share if first > 0.0 else np.zeros_like(share)
-        law = np.where(share == 0.0, low, np.where(share == 1.0, high, law))
-        rows[a : b + 1, 3] = np.where(resting[a : b + 1], 0.0, law)
+        between = first * (final / first) ** u if first > 0.0 else np.zeros_like(u)
+        return np.where(u == 0.0, low, np.where(u == 1.0, high, between))
+
+    rows = _from_to(traj, start, end, where, law)
+    rows[_resting(arguments.waypoints(traj)) & arguments.mask(where, len(rows)), 3] = 0.0
     return rows
 
 
@@ -145,7 +118,6 @@ def accelerate(traj: ArrayLike, rate: float, *, where: ArrayLike | None = None) 
     waypoint, for a negative rate at the first that moves. A dwell stays at rest.
 
     Args:
-        traj: (N, 4).
         rate: [m/s^2].
         where: Mask (N,), or None for all waypoints, ends included; at its edges the speed jumps from one waypoint to
             the next. Each unbroken run of it starts anew.
@@ -200,7 +172,6 @@ def slow_turns(traj: ArrayLike, factor: float = 0.5, *, angle: float = 30.0) -> 
     5 % after it.
 
     Args:
-        traj: (N, 4).
         factor: 0..1.
         angle: [degrees], from 0 to 180.
     """
@@ -227,8 +198,6 @@ def stop_at(traj: ArrayLike, at: Place, *, brake: float = 0.15, resume: bool = F
     The speed falls as under constant deceleration, by sqrt(distance left / braking distance).
 
     Args:
-        traj: (N, 4).
-        at: The place of a waypoint; an object or point (3,) [m] means the waypoint nearest to it.
         brake: Braking distance as a fraction (0..1) of the path's length.
         resume: Speed up again in the same way after the stop.
     """
@@ -254,7 +223,6 @@ def dwell(traj: ArrayLike, at: Place, steps: int = 10) -> Array:
 
     Args:
         traj: (N, 4); the result is (N + steps, 4).
-        at: The place of a waypoint; an object or point (3,) [m] means the waypoint nearest to it.
         steps: Timesteps to wait, >= 1.
     """
     rows = arguments.waypoints(traj)
@@ -262,6 +230,27 @@ def dwell(traj: ArrayLike, at: Place, steps: int = 10) -> Array:
     i = arguments.locate(rows, at)
     rows[i, 3] = 0.0
     return np.insert(rows, i + 1, np.repeat(rows[i : i + 1], count, axis=0), axis=0)
+
+
+def _from_to(
+    traj: ArrayLike,
+    start: float | None,
+    end: float | None,
+    where: ArrayLike | None,
+    law: Callable[[float, float, Array], Array],
+) -> Array:
+    """A trajectory with a law of the end speeds and the share of the length on each run of a mask."""
+    rows = arguments.waypoints(traj)
+    if start is None and end is None:
+        raise ValueError("give start, end or both in m/s")
+    begin = None if start is None else arguments.number(start, "start", low=0.0)
+    finish = None if end is None else arguments.number(end, "end", low=0.0)
+    for a, b in runs(arguments.mask(where, len(rows))):
+        low = rows[a, 3] if begin is None else begin
+        high = rows[b, 3] if finish is None else finish
+        share = fractions(rows[a : b + 1, :3]) if b > a else np.full(1, float(begin is None))
+        rows[a : b + 1, 3] = law(low, high, share)
+    return rows
 
 
 def _bends(positions: Array, s: Array, look: float) -> Array:
