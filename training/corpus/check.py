@@ -1,6 +1,6 @@
 """Check the notation of the corpus: counts by voice, and every line that cannot be read.
 
-`python training/corpus/check.py [FOLDER]`
+`python training/corpus/check.py [FOLDER ...]`
 """
 
 from __future__ import annotations
@@ -16,7 +16,9 @@ from ovita.instruct.edits import Edit
 from ovita.instruct.frames import SemanticFrame
 from ovita.instruct.notation import name_of, parse, parse_edits
 
-FOLDER = Path(__file__).parent / "voices"
+HERE = Path(__file__).parent
+FOLDERS = (HERE / "voices", HERE / "held_out")
+"""Voices to train and tune on, and those that nothing is trained or tuned on."""
 
 
 @dataclass(frozen=True)
@@ -75,12 +77,12 @@ def examples(path: Path) -> Iterator[Example]:
             yield Example(*common, None, reading, problem=str(error))
 
 
-def main(folder: Path = FOLDER) -> int:
+def main(*folders: Path) -> int:
     """Print the counts and what is wrong; 1 if anything is."""
     counts: Counter[str] = Counter()
     wrong: list[str] = []
     total = 0
-    for path in sorted(folder.glob("*.txt")):
+    for path in sorted(path for folder in folders or FOLDERS for path in folder.glob("*.txt")):
         lines = list(examples(path))
         bad = [f"{path.name}:{line.number}: {line.problem}" for line in lines if line.problem]
         print(f"{path.stem:16} {len(lines):5} sentences, {len(bad)} to look at")
