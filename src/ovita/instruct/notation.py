@@ -120,9 +120,12 @@ def _place(word: str, objects: Collection[str]) -> F.Place:
     if "+" in word:
         first, second = word.split("+", 1)
         return _object(first, objects), _object(second, objects)
-    if word[:1].isdigit() and _NUMBER.fullmatch(word) and word.replace("_", " ") not in objects:
-        return quantity(word, "at")
-    return _object(word, objects)
+    try:
+        return _object(word, objects)
+    except InputError:
+        if word[:1].isdigit() and _NUMBER.fullmatch(word):
+            return quantity(word, "at")
+        raise
 
 
 def _frame(words: list[str], objects: Collection[str]) -> F.SemanticFrame:
