@@ -6,8 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from ovita.errors import InputError
-from ovita.measure import Changes, Insertion, Kink, Span, compare, sentences, shape_warnings
+from ovita.errors import FormatError
+from ovita.io.documents import plain, validated
+from ovita.measure import Changes, compare, sentences, shape_warnings
+from ovita.measure.changes import Insertion, Kink, Span
 from ovita.paths.frame import Frame
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
@@ -268,15 +270,15 @@ def test_a_path_without_length_is_measured() -> None:
     changes = compare(still, moved, SCENE)
     assert changes.displacement.max == pytest.approx(np.sqrt(3.0))
     assert sentences(changes)[0] == "The whole path moved 1.00 m right, 1.00 m forward and 1.00 m up."
-    json.dumps(changes.to_dict(), allow_nan=False)
+    json.dumps(plain(changes), allow_nan=False)
 
 
 @pytest.mark.parametrize("spoil", ["displacement", "speed", "objects"])
 def test_a_report_that_lacks_keys_is_refused(spoil: str) -> None:
-    data = compare(line(), line(), SCENE).to_dict()
+    data = plain(compare(line(), line(), SCENE))
     del data[spoil]
-    with pytest.raises(InputError, match="not a report of changes"):
-        Changes.from_dict(data)
+    with pytest.raises(FormatError, match=f"has no {spoil}"):
+        validated(Changes, data, "r.json")
 
 
 speeds = st.just(0.0) | st.floats(0.01, 2.0)
@@ -313,7 +315,7 @@ def test_a_translation_measures_as_itself(path: Trajectory, offset: np.ndarray) 
 @given(paths, paths)
 def test_any_pair_is_measured_told_and_goes_through_json(one: Trajectory, other: Trajectory) -> None:
     changes = compare(one, other, SCENE)
-    assert Changes.from_dict(json.loads(json.dumps(changes.to_dict()))) == changes
+    assert validated(Changes, json.loads(json.dumps(plain(changes))), "r.json") == changes
     told = sentences(changes)
     assert told and all(s.endswith(".") and "nan" not in s for s in told)
 

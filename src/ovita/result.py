@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cache
 from typing import Any, Literal, get_type_hints
 
-from ovita.errors import FormatError, OvitaError
-from ovita.io import load_document, save_document, scene_dict, scene_from_dict, trajectory_rows
-from ovita.io.documents import plain, validated
+from ovita.errors import FormatError, TrajectoryError
+from ovita.io import load_document, save_document, scene_dict, trajectory_rows
+from ovita.io.documents import SceneField, plain, validated
 from ovita.io.json_ import ADAPTATION_SCHEMA as SCHEMA
 from ovita.io.json_ import seal
 from ovita.limits import ConstraintOptions, Verdict
@@ -25,8 +25,7 @@ Status = Literal["done", "limited", "not_as_meant", "infeasible", "needs_clarifi
 """How an adaptation ended, best first; only the first four hold a trajectory that differs from the original."""
 
 _TRAJECTORIES = ("original", "adapted", "proposed")
-_BUILT = (*_TRAJECTORIES, "changes", "scene")
-"""Fields that documents hold in a form of their own."""
+"""Fields that documents hold as rows of numbers."""
 
 TAKEN_BACK = 0.95
 """Share of a change that the limits may take back before the result no longer counts as what was meant."""
@@ -237,11 +236,10 @@ class Adaptation:
         saved = replace(self, options=replace(self.options, custom=()))
         document: dict[str, Any] = {
             "schema": SCHEMA,
-            **{key: plain(getattr(saved, key)) for key in _kinds()},
+            **{key: plain(getattr(saved, key)) for key in _kinds() if key != "scene"},
             "message": self.message,
             **{key: _rows(getattr(self, key)) for key in _TRAJECTORIES},
             "timestep": self.original.timestep,
-            "changes": None if self.changes is None else self.changes.to_dict(),
             "scene": scene_dict(self.scene),
         }
         document["writer"]["attempts"] = document.pop("attempts")
@@ -260,33 +258,28 @@ class Adaptation:
                 raise FormatError(file, "is missing; is this a result of 'ovita adapt'?", key=key)
             return validated(kind, given[key], file, key)
 
-        def built(key: str, build: Callable[[Any], Any], kind: Any) -> Any:
-            value = read(key, kind)
+        def path(key: str) -> Trajectory | None:
+            rows = read(key, list[list[float]] | None if key == "proposed" else list[list[float]])
             try:
-                return None if value is None else build(value)
-            except OvitaError as error:
+                return None if rows is None else Trajectory.from_array(rows, timestep=timestep)
+            except TrajectoryError as error:
                 raise FormatError(file, str(error), key=key) from None
 
         given = dict(document)
         writer = dict(read("writer", dict[str, Any]))
         given |= {"attempts": writer.pop("attempts", 0), "writer": writer}
         timestep = read("timestep", float)
-        added = {"options", "taken", "lost", *_TRAJECTORIES} - set(given)
-        kinds = {key: kind for key, kind in _kinds().items() if key not in added}
+        report = given.get("changes")
+        of_0_1_0 = isinstance(report, Mapping) and "matching" in report and "shape" not in report
+        added = {"options", "taken", "lost"} - set(given) | ({"changes"} if of_0_1_0 else set())
         if earlier := given.get("status") == "ok":
             given["status"] = "done"
-        values = {key: read(key, kind) for key, kind in kinds.items()}
+        values = {key: read(key, kind) for key, kind in _kinds().items() if key not in added}
+        values |= {key: path(key) for key in _TRAJECTORIES}
         if earlier:
             values["status"] = judged_status(values["constraints"], values["postconditions"])
-        for key in _TRAJECTORIES:
-            rows = list[list[float]] if key != "proposed" else list[list[float]] | None
-            values[key] = built(key, lambda array: Trajectory.from_array(array, timestep=timestep), rows)
-        values["scene"] = built("scene", scene_from_dict, dict[str, Any])
-        report = read("changes", dict[str, Any] | None)
-        if report and "matching" in report and "shape" not in report:  # as version 0.1.0 wrote it
+        if of_0_1_0:
             values["changes"] = compare(values["original"], values["adapted"], values["scene"])
-        else:
-            values["changes"] = built("changes", Changes.from_dict, dict[str, Any] | None)
         return cls(**values)
 
     def save(self, path: str) -> None:
@@ -359,9 +352,10 @@ def explain(result: Adaptation) -> str:
 
 @cache
 def _kinds() -> dict[str, Any]:
-    """The fields stored unchanged in a document, with their types."""
+    """The fields of a document other than its trajectories, with their types."""
     kinds = get_type_hints(Adaptation)
-    return {item.name: kinds[item.name] for item in fields(Adaptation) if item.name not in _BUILT}
+    kept = {item.name: kinds[item.name] for item in fields(Adaptation) if item.name not in _TRAJECTORIES}
+    return {**kept, "scene": SceneField}
 
 
 def _rows(trajectory: Trajectory | None) -> list[list[float]] | None:

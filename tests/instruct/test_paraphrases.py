@@ -38,7 +38,7 @@ ROWS = np.column_stack(
     ]
 )
 TRAJECTORY = Trajectory.from_array(np.round(ROWS, 4))
-NAMES = {name: getattr(checks, name) for name in checks.__all__}
+NAMES = {name: value for name, value in vars(checks).items() if callable(value)}
 
 
 HONEST = ("question", "honest")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ovita.measure.report import Changes, Endpoint, ObjectChange, Span, SpeedRange
+from ovita.measure.changes import Changes, Endpoint, ObjectChange, Span, SpeedRange
 from ovita.text import counted, listed, number, the, waypoints
 
 _VISIBLE = 1e-3

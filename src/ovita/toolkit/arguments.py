@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import inspect
 from typing import Any, TypeAlias, TypedDict
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ovita.errors import SceneError
-from ovita.paths.frame import Frame
+from ovita.paths.frame import DIRECTIONS, Frame
 from ovita.paths.geometry import Mask, fractions
 from ovita.paths.scene import SceneObject
 from ovita.paths.trajectory import Array, first_bad
@@ -40,6 +41,16 @@ class OffsetLimits(TypedDict, total=False):
     back: float | None
     up: float | None
     down: float | None
+
+
+def spelled_out(signature: inspect.Signature) -> inspect.Signature:
+    """A signature with its `**offset: Unpack[Offset]` (or `OffsetLimits`) replaced by the six direction words."""
+    shown = [p for p in signature.parameters.values() if p.kind is not p.VAR_KEYWORD]
+    for words in set(signature.parameters.values()) - set(shown):
+        default = None if "OffsetLimits" in str(words.annotation) else 0.0
+        first = next((i for i, p in enumerate(shown) if p.kind is p.KEYWORD_ONLY), len(shown))
+        shown[first:first] = [inspect.Parameter(w, inspect.Parameter.KEYWORD_ONLY, default=default) for w in DIRECTIONS]
+    return signature.replace(parameters=shown)
 
 
 MOST_WAYPOINTS = 10_000

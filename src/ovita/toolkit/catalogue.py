@@ -17,7 +17,7 @@ from typing import Any, TypeVar
 from ovita.paths.frame import DIRECTIONS, Frame
 from ovita.paths.scene import SceneObject
 from ovita.paths.trajectory import Array
-from ovita.toolkit.arguments import Target
+from ovita.toolkit.arguments import Target, spelled_out
 
 GROUPS = (
     "Choose waypoints",
@@ -236,14 +236,8 @@ def public_signature(name: str) -> inspect.Signature:
 
 @functools.cache
 def _public(function: Callable[..., Any]) -> inspect.Signature:
-    whole = inspect.signature(function)
-    shown = [p for p in whole.parameters.values() if p.name not in HIDDEN and p.kind is not p.VAR_KEYWORD]
-    words = next((p for p in whole.parameters.values() if p.kind is p.VAR_KEYWORD), None)
-    if words is not None:
-        default = None if "OffsetLimits" in str(words.annotation) else 0.0
-        first = next((i for i, p in enumerate(shown) if p.kind is p.KEYWORD_ONLY), len(shown))
-        shown[first:first] = [inspect.Parameter(w, inspect.Parameter.KEYWORD_ONLY, default=default) for w in DIRECTIONS]
-    return whole.replace(parameters=shown)
+    whole = spelled_out(inspect.signature(function))
+    return whole.replace(parameters=[p for p in whole.parameters.values() if p.name not in HIDDEN])
 
 
 def _plain(default: Any) -> str:

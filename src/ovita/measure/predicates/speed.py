@@ -6,9 +6,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ovita.measure.predicates.check import CheckResult, predicate, say
-from ovita.measure.predicates.distance import Amount
-from ovita.measure.predicates.pair import Pair, Where, said, selected
+from ovita.measure.predicates.check import CheckResult, Pair, Where, predicate, said, say, selected
+from ovita.measure.predicates.places import Amount
 from ovita.paths.geometry import SAME_PLACE, Mask, fractions
 from ovita.paths.part import PathPart, outside
 from ovita.paths.trajectory import Array
@@ -40,7 +39,6 @@ def slower(
     """The average speed is lower, by at least 5 %.
 
     Args:
-        pair: What is compared.
         where: Only these waypoints.
         factor: New over old speed, below 1, within 10 % of it.
         amount: "little": no slower than 0.4 times; "much": at most 0.8 times as fast.
@@ -61,7 +59,6 @@ def faster(
     """The average speed is higher, by at least 5 %.
 
     Args:
-        pair: What is compared.
         where: Only these waypoints.
         factor: New over old speed, above 1, within 10 % of it.
         amount: "little": at most 2 times as fast; "much": at least 1.25 times.
@@ -105,7 +102,6 @@ def monotone_speed(
     """The speed only rises, or only falls, by at least a tenth of its maximum; its wrong changes sum to at most 10 %.
 
     Args:
-        pair: What is compared.
         sense: "rising" or "falling".
         to: The last speed [m/s], within 5 % of the highest.
         where: Only these waypoints.
@@ -204,7 +200,6 @@ def dwells(pair: Pair, steps: int, *, near: Any = None) -> CheckResult:
     """The robot waits for so many timesteps: repeated waypoints, or waypoints at rest, in one place; one may differ.
 
     Args:
-        pair: What is compared.
         steps: Timesteps.
         near: The place where it waits; None for anywhere.
     """
