@@ -15,9 +15,10 @@ from ovita.chain import adapt
 from ovita.cli.convert_ import command
 from ovita.cli.send_ import command as send
 from ovita.errors import MissingExtra, RequestError, RobotError
-from ovita.io import load_task, save_trajectory
-from ovita.io.joints import JointMotion, load_joint_motion
-from ovita.io.links import deliver_joints, ros2
+from ovita.io import load_task, ros2, save_trajectory
+from ovita.io.bags import load_joint_motion
+from ovita.io.links import deliver_joints
+from ovita.io.messages import JointMotion
 from ovita.paths.frame import Frame, transformed
 from ovita.paths.robot import Box, Robot
 from ovita.paths.scene import Scene, SceneObject
@@ -70,15 +71,13 @@ def test_joints_go_to_topics_but_not_to_drones(motion, monkeypatch):
     joints, _ = motion
     sent = {}
 
-    class Backend:
-        @staticmethod
-        def publish(address, build):
-            from ovita.io.messages import Maker
+    def publish(address, build):
+        from ovita.io.messages import Maker
 
-            sent["name"], sent["message"] = build(Maker(lambda name, **fields: (name, fields)))
-            return b"bytes"
+        sent["name"], sent["message"] = build(Maker(lambda name, **fields: (name, fields)))
+        return b"bytes"
 
-    monkeypatch.setattr(ros2, "_backend", lambda: Backend)
+    monkeypatch.setattr(ros2, "_backend", lambda: (publish, None))
     assert deliver_joints("ros2:/arm/joint_trajectory", joints).size == 5
     assert sent["name"] == "trajectory_msgs/msg/JointTrajectory"
     assert sent["message"][1]["joint_names"] == list(joints.names)

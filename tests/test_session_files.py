@@ -8,7 +8,7 @@ import pytest
 from ovita.dialogue.history import ROOT
 from ovita.dialogue.session import Session
 from ovita.errors import FormatError, PolicyError, RequestError
-from ovita.io.journal import Journal
+from ovita.io.files import Journal
 from ovita.limits import ConstraintOptions
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene, SceneObject

@@ -20,8 +20,7 @@ import numpy as np
 
 from ovita.errors import FormatError
 from ovita.io import load_document
-from ovita.io.files import file_name
-from ovita.io.journal import Journal
+from ovita.io.files import Journal, file_name
 from ovita.io.json_ import seal
 from ovita.limits import ConstraintCheck, ConstraintOptions, verify
 from ovita.limits.problem import at

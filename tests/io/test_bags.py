@@ -17,8 +17,8 @@ from rosbags.typesys import Stores, get_typestore
 
 from ovita.errors import FormatError, MissingExtra, TrajectoryError
 from ovita.io import Choices, bags, load_task, save_trajectory
-from ovita.io.joints import JointMotion, load_joint_motion, save_joint_motion
-from ovita.io.messages import TYPES, Maker, build, parse
+from ovita.io.bags import load_joint_motion, save_joint_motion
+from ovita.io.messages import TYPES, JointMotion, Maker, build, parse
 from ovita.paths.frame import Frame, transformed
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory

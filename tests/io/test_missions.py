@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ovita.errors import FormatError, TrajectoryError
-from ovita.io import Choices, load_task, mission_files, save_task, save_trajectory
+from ovita.io import Choices, load_task, missions, save_task, save_trajectory
 from ovita.io.geodesy import Home, to_geodetic, to_local
 from ovita.io.missions import Item, Mission, mission_from, numbered
 from ovita.paths.frame import Frame
@@ -250,9 +250,9 @@ def test_round_trips(stations, text):
     path = Trajectory(positions, speeds)
     mission, _ = mission_from(path, Scene(), HOME)
     back = (
-        mission_files.parse_wpl(mission_files.dumps_wpl(mission), "f")
+        missions.parse_wpl(missions.dumps_wpl(mission), "f")
         if text
-        else mission_files.parse_plan(mission_files.dumps_plan(mission, "f"), "f")
+        else missions.parse_plan(missions.dumps_plan(mission, "f"), "f")
     )
     np.testing.assert_allclose(back.trajectory.positions, positions, atol=1e-6)
     assert (back.trajectory.speeds == speeds).all()
@@ -261,7 +261,7 @@ def test_round_trips(stations, text):
 @given(st.data())
 @settings(derandomize=True, deadline=None, max_examples=120)
 def test_whatever_is_edited_comes_out_and_the_rest_stays(data):
-    task = mission_files.parse_plan(json.dumps(PLAN), "f")
+    task = missions.parse_plan(json.dumps(PLAN), "f")
     stations = [list(s) for s in zip(*_stations(task.trajectory), strict=True)]
     for _ in range(data.draw(st.integers(1, 5))):
         k = data.draw(st.integers(0, len(stations) - 1))
@@ -281,8 +281,8 @@ def test_whatever_is_edited_comes_out_and_the_rest_stays(data):
     path = Trajectory(np.repeat([p for p, _, _ in stations], repeats, axis=0), speeds)
     if (np.diff([p for p, _, _ in stations], axis=0) == 0).all(axis=1).any():
         return
-    written = json.loads(mission_files.dumps_plan(mission_from(path, task.scene, None)[0], "f"))
-    back = mission_files.parse_plan(json.dumps(written), "f").trajectory
+    written = json.loads(missions.dumps_plan(mission_from(path, task.scene, None)[0], "f"))
+    back = missions.parse_plan(json.dumps(written), "f").trajectory
     np.testing.assert_allclose(back.positions, path.positions, atol=1e-6)
     assert (back.speeds == path.speeds).all() and back.timestep == 0.1
     others = [[i for i in d["mission"]["items"] if i.get("command") not in (16, 178)] for d in (PLAN, written)]
@@ -366,7 +366,7 @@ def set_at(*path_and_value):
 )
 def test_plans_that_cannot_be_read(content, problem):
     with pytest.raises(FormatError, match=problem) as caught:
-        mission_files.parse_plan(content, "f.plan")
+        missions.parse_plan(content, "f.plan")
     assert "\n" not in str(caught.value)
 
 
@@ -386,7 +386,7 @@ def test_plans_that_cannot_be_read(content, problem):
 )
 def test_waypoint_text_that_cannot_be_read(content, problem):
     with pytest.raises(FormatError, match=problem):
-        mission_files.parse_wpl(content, "f.wpl")
+        missions.parse_wpl(content, "f.wpl")
 
 
 @given(st.data())
@@ -408,7 +408,7 @@ def test_nothing_but_a_format_error_comes_out_of_a_changed_file(data):
         break
     cells = data.draw(st.integers(0, len(WPL)))
     text = WPL[:cells] + data.draw(st.text(alphabet="0.9e-\tn\n", max_size=4)) + WPL[cells:]
-    for parse, content in ((mission_files.parse_plan, json.dumps(document)), (mission_files.parse_wpl, text)):
+    for parse, content in ((missions.parse_plan, json.dumps(document)), (missions.parse_wpl, text)):
         try:
             parse(content, "f")
         except FormatError as error:

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from ovita.io.times import speeds_from_times
+from ovita.io.waypoints import speeds_from_times
 from ovita.paths.trajectory import Trajectory
 
 

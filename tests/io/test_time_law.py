@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ovita.io.times import chained_speeds, speeds_from_times, timed
+from ovita.io.waypoints import chained_speeds, speeds_from_times, timed
 from ovita.paths.trajectory import Trajectory
 
 

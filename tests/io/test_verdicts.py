@@ -10,8 +10,7 @@ from ovita.cli.main import cli
 from ovita.errors import TrajectoryError
 from ovita.io import Choices, load_task, save_task, save_trajectory
 from ovita.io.geodesy import Home
-from ovita.io.joints import JointMotion, build_joints, parse_joints
-from ovita.io.messages import parse
+from ovita.io.messages import JointMotion, build_joints, parse, parse_joints
 from ovita.paths.frame import Frame
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory

@@ -14,9 +14,9 @@ pytest.importorskip("pymavlink")
 from responder import Responder
 
 from ovita.errors import FormatError, LinkError, MissingExtra, RequestError
-from ovita.io import Choices
+from ovita.io import Choices, mavlink, open_task
 from ovita.io.geodesy import Home
-from ovita.io.links import Address, deliver, mavlink, open_task
+from ovita.io.links import Address, deliver
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 

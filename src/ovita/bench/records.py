@@ -17,7 +17,7 @@ from pydantic import TypeAdapter, ValidationError
 from ovita.bench.dataset import natural
 from ovita.errors import FormatError, OvitaError, RequestError
 from ovita.io import atomic_write
-from ovita.io.journal import Journal
+from ovita.io.files import Journal
 
 RECORDS, MANIFEST, RATINGS = "records.jsonl", "run.json", "ratings.csv"
 

@@ -13,8 +13,7 @@ from ovita.cli.options import choices_from, constraints_from, notes_on, notes_on
 from ovita.cli.report import EXIT_OF, plain, show, waiting
 from ovita.cli.results_ import check_picture, draw
 from ovita.errors import FormatError, RequestError
-from ovita.io import WRITTEN, Choices, Task, rendered, save_trajectory
-from ovita.io.links import open_task
+from ovita.io import WRITTEN, Choices, Task, open_task, rendered, save_trajectory
 from ovita.request import Request
 from ovita.result import Adaptation
 from ovita.writers.base import writer_named

@@ -14,8 +14,7 @@ from ovita.cli.options import choices_from, constraints_from, notes_on, notes_on
 from ovita.cli.report import LABELS, plain, show, waiting
 from ovita.dialogue.session import Session
 from ovita.errors import OvitaError, RequestError
-from ovita.io import WRITTEN, save_trajectory
-from ovita.io.links import open_task
+from ovita.io import WRITTEN, open_task, save_trajectory
 from ovita.request import FeedbackOn
 from ovita.text import counted, point
 from ovita.writers.base import writer_named

@@ -12,10 +12,9 @@ from ovita.cli.options import choices_from, source
 from ovita.cli.report import plain
 from ovita.errors import RequestError
 from ovita.gate import against
-from ovita.io import READ, Choices, Task, save_task
-from ovita.io.joints import JointMotion, load_joint_motion, save_joint_motion
-from ovita.io.links import is_address, open_task
-from ovita.io.messages import TYPES
+from ovita.io import READ, Choices, Task, is_address, open_task, save_task
+from ovita.io.bags import load_joint_motion, save_joint_motion
+from ovita.io.messages import TYPES, JointMotion
 from ovita.paths.frame import Frame, transformed
 from ovita.paths.robot import PRESETS, Robot
 from ovita.paths.scene import Scene

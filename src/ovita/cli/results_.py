@@ -15,8 +15,7 @@ from ovita.chain import adapt
 from ovita.cli.options import choices_from, own_robot, source
 from ovita.cli.report import plain, show
 from ovita.errors import FormatError
-from ovita.io import atomic_write, is_adaptation, load_robot, load_task, save_task
-from ovita.io.links import is_address, open_task
+from ovita.io import atomic_write, is_adaptation, is_address, load_robot, load_task, open_task, save_task
 from ovita.paths.robot import Robot
 from ovita.request import Request
 from ovita.result import Adaptation

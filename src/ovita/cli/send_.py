@@ -13,10 +13,9 @@ from ovita.cli.options import choices_from
 from ovita.cli.report import plain, waiting
 from ovita.errors import RequestError
 from ovita.gate import Review, default_log, record, review
-from ovita.io import load_robot, rendered
-from ovita.io.joints import JointMotion
-from ovita.io.links import Address, deliver, deliver_joints, is_address
-from ovita.io.messages import TYPES
+from ovita.io import is_address, load_robot, rendered
+from ovita.io.links import Address, deliver, deliver_joints
+from ovita.io.messages import TYPES, JointMotion
 from ovita.measure import sentences
 from ovita.paths.robot import Robot
 

@@ -14,8 +14,7 @@ from ovita import sim
 from ovita.cli.options import choices_from, source
 from ovita.cli.report import EXIT_OF, plain
 from ovita.errors import FormatError
-from ovita.io import is_adaptation
-from ovita.io.links import is_address, open_task
+from ovita.io import is_adaptation, is_address, open_task
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory

@@ -12,7 +12,7 @@ from ovita.dialogue.history import ROOT, History, Kind, Situation, Step, in_forc
 from ovita.dialogue.interpret import DialogueState, interpret
 from ovita.dialogue.standing import lost
 from ovita.errors import RequestError
-from ovita.io.journal import Journal
+from ovita.io.files import Journal
 from ovita.limits import ConstraintOptions
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene

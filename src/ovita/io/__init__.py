@@ -18,13 +18,14 @@ from typing import Any
 
 from ovita.errors import FormatError
 from ovita.io import json_
-from ovita.io.documents import load_robot, scene_dict, scene_from_dict
-from ovita.io.files import atomic_write, errors_of, examine, file_name, read_text, suffix
+from ovita.io.documents import NONE, VERDICT, Choices, Task, load_robot, scene_dict, scene_from_dict
+from ovita.io.files import atomic_write, errors_of, examine, file_name, is_address, is_bag, read_text, suffix
+from ovita.io.geodesy import MISSION, ROS
 from ovita.io.json_ import is_adaptation_file as is_adaptation
 from ovita.io.json_ import load_document, save_document
 from ovita.io.tables import START, dumps_csv, dumps_poses, dumps_tum, looks_like_tum, parse_csv, parse_tum
-from ovita.io.task import NONE, VERDICT, Choices, Task
 from ovita.io.waypoints import trajectory_from_rows, trajectory_rows
+from ovita.paths.frame import Frame, transformed
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 
@@ -35,10 +36,12 @@ __all__ = [
     "Task",
     "atomic_write",
     "is_adaptation",
+    "is_address",
     "load_document",
     "load_robot",
     "load_scene",
     "load_task",
+    "open_task",
     "rendered",
     "save_document",
     "save_task",
@@ -47,6 +50,7 @@ __all__ = [
     "scene_from_dict",
     "trajectory_from_rows",
     "trajectory_rows",
+    "with_scene",
 ]
 
 _MISSIONS = (".waypoints", ".wpl")
@@ -79,9 +83,9 @@ def load_task(path: str | os.PathLike[str], choices: Choices = NONE) -> Task:
 
 
 def _load(path: str | os.PathLike[str], choices: Choices) -> Task:
-    from ovita.io import bags
+    if is_bag(path):
+        from ovita.io import bags
 
-    if bags.is_bag(path):
         return bags.load(path, choices)
     examine(path)
     ending = suffix(path)
@@ -93,6 +97,57 @@ def _load(path: str | os.PathLike[str], choices: Choices) -> Task:
     if ending == ".csv":
         return parse_csv(content, file)
     return _parse_text(ending, content, file, choices)
+
+
+def open_task(place: str, *, scene_file: str | None = None, frame: str | None = None, choices: Choices = NONE) -> Task:
+    """Read a task from a file or an address, optionally with objects of a scene file and in another frame.
+
+    Where the format fixes the axes (a ROS bag, a mission), another frame means turning the waypoints into it; a scene
+    file that states no frame is taken to be in that of the waypoints. Elsewhere the frame says how to read the file.
+
+    Raises:
+        FormatError: If a file cannot be read.
+        LinkError: If the other side of an address does not answer.
+        MissingExtra: If a package is not installed.
+    """
+    task = _receive(place, choices) if is_address(place) else load_task(place, choices)
+    if scene_file is not None:
+        task = with_scene(task, *load_scene(scene_file), frame)
+    if frame is None or task.scene.frame == Frame(frame):
+        return task
+    if not task.fixed_frame:
+        return replace(task, scene=replace(task.scene, frame=Frame(frame)))
+    said = f"turned from {task.scene.frame.name} into {frame} ({Frame(frame).describe()})"
+    moved = transformed(task.trajectory, task.scene.frame, Frame(frame))
+    return replace(task, trajectory=moved, scene=task.scene.in_frame(Frame(frame)), notes=(*task.notes, said))
+
+
+def _receive(place: str, choices: Choices) -> Task:
+    from ovita.io.links import Address, receive
+
+    return receive(Address.parse(place), choices)
+
+
+def with_scene(task: Task, scene: Scene, stated: bool = True, frame: str | None = None) -> Task:
+    """The task with the objects of another scene; what its own keeps of a bag or a mission stays.
+
+    Args:
+        task: Whose waypoints are turned into the scene's frame where their format fixes their axes.
+        scene: With the objects.
+        stated: Whether the scene states its frame; if not, it is taken to be in `frame`, or that of the waypoints.
+        frame: A frame's name, or None.
+    """
+    if not task.fixed_frame:
+        return replace(task, scene=scene)
+    others = {key: value for key, value in scene.extra.items() if key not in (MISSION, ROS)}
+    kept, notes, trajectory = others | dict(task.scene.extra), task.notes, task.trajectory
+    if not stated:
+        scene = replace(scene, frame=task.scene.frame if frame is None else Frame(frame))
+        notes += (f"the scene file states no frame; its objects were taken to be in {scene.frame.name}",)
+    if scene.frame != task.scene.frame:
+        trajectory = transformed(trajectory, task.scene.frame, scene.frame)
+        notes += (f"turned from {task.scene.frame.name} into the scene's frame {scene.frame.name}",)
+    return replace(task, trajectory=trajectory, scene=replace(scene, extra=kept), notes=notes)
 
 
 def load_scene(path: str | os.PathLike[str]) -> tuple[Scene, bool]:
@@ -189,7 +244,7 @@ def rendered(
 
 
 def _parse_text(ending: str, content: str, file: str, choices: Choices) -> Task:
-    from ovita.io.mission_files import looks_like_wpl, parse_plan, parse_wpl
+    from ovita.io.missions import looks_like_wpl, parse_plan, parse_wpl
 
     if ending == ".plan":
         return parse_plan(content, file, choices.home)
@@ -210,8 +265,7 @@ def _text(
 ) -> tuple[str, tuple[str, ...]]:
     """The content of a text file other than JSON, and notes on what is lost."""
     from ovita.io.geodesy import MISSION
-    from ovita.io.mission_files import dumps_plan, dumps_wpl
-    from ovita.io.missions import mission_from
+    from ovita.io.missions import dumps_plan, dumps_wpl, mission_from
 
     file, ending = file_name(path), suffix(path)
     if ending in (".plan", *_MISSIONS) or (ending == ".txt" and MISSION in scene.extra):

@@ -14,20 +14,29 @@ from typing import Any
 import numpy as np
 
 from ovita.errors import FormatError, MissingExtra, OvitaError, RequestError
-from ovita.io.documents import listing
-from ovita.io.files import errors_of, file_name, suffix
+from ovita.io.documents import NONE, Choices, Kind, Task, listing
+from ovita.io.files import BAGS, atomic_write, errors_of, file_name, is_bag, suffix
 from ovita.io.geodesy import MISSION, ROS, on_earth
-from ovita.io.messages import BODY, FRAME_ID, JOINTS, TYPES, Maker, build, frame_of, listed_names, parse
-from ovita.io.task import Choices, Kind, Task
+from ovita.io.messages import (
+    BODY,
+    FRAME_ID,
+    JOINTS,
+    TYPES,
+    JointMotion,
+    Maker,
+    build,
+    build_joints,
+    frame_of,
+    listed_names,
+    parse,
+    parse_joints,
+)
 from ovita.paths.frame import Frame, transformed
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 
-SUFFIXES = (".mcap", ".db3", ".bag")
-"""Endings of bag files; the last is ROS 1, which is only read."""
-
-TOPIC = "/path"
-"""Topic that is written where nothing else is said."""
+TOPIC, JOINT_TOPIC = "/path", "/joint_trajectory"
+"""Topics of paths and of joint motions where none is named."""
 
 VERDICT_TOPIC, STRING = "/verdict", "std_msgs/msg/String"
 """Where a bag carries the verdict on its trajectory."""
@@ -35,11 +44,6 @@ VERDICT_TOPIC, STRING = "/verdict", "std_msgs/msg/String"
 _KINDS: Mapping[str, Kind] = {name: kind for kind, name in TYPES.items()}
 _VERSION = 8
 _STORAGE = {".mcap": "MCAP", ".db3": "SQLITE3"}
-
-
-def is_bag(path: str | os.PathLike[str]) -> bool:
-    """Whether a path has a bag's file extension or is a bag folder."""
-    return suffix(path) in SUFFIXES or os.path.isfile(os.path.join(path, "metadata.yaml"))
 
 
 def load(path: str | os.PathLike[str], choices: Choices) -> Task:
@@ -198,9 +202,7 @@ def read_message(path: str | os.PathLike[str], choices: Choices, names: Sequence
     if not os.path.exists(path):
         raise FormatError(file, "there is no such file")
     if not is_bag(path):
-        raise FormatError(
-            file, f"this is no bag; those end in {', '.join(SUFFIXES)}, or are folders with metadata.yaml"
-        )
+        raise FormatError(file, f"this is no bag; those end in {', '.join(BAGS)}, or are folders with metadata.yaml")
     if os.path.isdir(path) and suffix(path) == ".bag":
         raise FormatError(file, "this is a folder; name a ROS 1 bag file in it")
     anyreader = _import("rosbags.highlevel")
@@ -287,3 +289,38 @@ def _damage(file: str, what: str = "cannot be read as a bag; it may be cut off o
     except Exception as error:
         reason = " ".join(str(error).split()) or type(error).__name__
         raise FormatError(file, f"{what} ({reason[:120]})") from None
+
+
+def save_joint_motion(path: str | os.PathLike[str], motion: JointMotion, choices: Choices = NONE) -> None:
+    """Write a motion of joints as a bag with one JointTrajectory message.
+
+    Raises:
+        FormatError: If the bag cannot be written there.
+        MissingExtra: If rosbags is not installed.
+    """
+    atomic_write(path, dumps_joints(path, motion, choices))
+
+
+def dumps_joints(path: str | os.PathLike[str], motion: JointMotion, choices: Choices = NONE) -> bytes:
+    """What `save_joint_motion` writes, by the ending of the file's name.
+
+    Raises:
+        FormatError: If the name is not that of a ROS 2 bag.
+        MissingExtra: If rosbags is not installed.
+    """
+    message = build_joints(motion, bag_maker(), frame_id=choices.frame_id or "")
+    return bag_of(path, topic_named(choices.topic or JOINT_TOPIC), JOINTS, message)
+
+
+def load_joint_motion(path: str | os.PathLike[str], choices: Choices = NONE) -> JointMotion:
+    """Read a motion of joints from a bag.
+
+    Raises:
+        FormatError: If there is no JointTrajectory or it is malformed; names topic and point.
+        MissingExtra: If rosbags is not installed.
+    """
+    read = read_message(path, choices, [])
+    if read.type != JOINTS:
+        raise FormatError(file_name(path), f"{read.topic} is a {read.type}, not a JointTrajectory")
+    with errors_of(f"{file_name(path)} {read.topic}"):
+        return parse_joints(read.message)

@@ -14,6 +14,8 @@ from typing import Any
 from ovita.errors import FormatError
 from ovita.io.documents import (
     SCENE_KEYS,
+    VERDICT,
+    Task,
     brief,
     listing,
     nearest,
@@ -24,7 +26,6 @@ from ovita.io.documents import (
     show,
 )
 from ovita.io.files import atomic_write, errors_of, examine, file_name, read_text, suffix
-from ovita.io.task import VERDICT, Task
 from ovita.io.waypoints import read_rows, trajectory_rows
 from ovita.paths.robot import PRESETS
 from ovita.paths.scene import Scene

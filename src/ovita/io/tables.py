@@ -9,11 +9,9 @@ import re
 import numpy as np
 
 from ovita.errors import FormatError
-from ovita.io.documents import LARGEST, brief, listing, number_problem, show
+from ovita.io.documents import LARGEST, Task, brief, listing, number_problem, show
 from ovita.io.files import errors_of
-from ovita.io.task import Task
-from ovita.io.times import timed
-from ovita.io.waypoints import COLUMNS, column_name, from_columns, trajectory_rows
+from ovita.io.waypoints import COLUMNS, column_name, from_columns, timed, trajectory_rows
 from ovita.paths.trajectory import TIMESTEP, Array, Trajectory
 
 _DELIMITERS = ",;\t"

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ovita.errors import RequestError, RobotError
-from ovita.io.joints import JointMotion
+from ovita.io.messages import JointMotion
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory

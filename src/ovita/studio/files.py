@@ -13,10 +13,9 @@ from typing import Any
 from ovita.dialogue.history import SCHEMA
 from ovita.dialogue.session import Session
 from ovita.errors import FormatError, OvitaError, RobotError
-from ovita.io import is_adaptation, load_robot, load_task, save_trajectory
+from ovita.io import is_adaptation, load_robot, load_task, save_trajectory, with_scene
 from ovita.io.files import read_text
 from ovita.io.json_ import parse_object
-from ovita.io.links import with_scene
 from ovita.limits import ConstraintOptions
 from ovita.paths.robot import PRESETS, Robot
 from ovita.paths.trajectory import Trajectory

@@ -1,4 +1,4 @@
-"""Addresses of live links.
+"""Live links to robots: ROS 2 topics over DDS, and MAVLink vehicles, by their addresses.
 
 ros2:/TOPIC[?domain=N&type=path|poses|multidof&frame_id=NAME&local=1&timeout=SECONDS]
 mavlink:udp:HOST:PORT[?timeout=SECONDS]        also udpin (the same: listen), udpout and tcp (connect)
@@ -8,18 +8,22 @@ from __future__ import annotations
 
 import os
 import re
+import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from hashlib import sha256
+from typing import Any
 from urllib.parse import parse_qsl
 
 from ovita.errors import RequestError
-from ovita.io.documents import listing
+from ovita.io import Choices, Task, atomic_write, bags, rendered
+from ovita.io.documents import NONE, listing
+from ovita.io.files import is_address
+from ovita.io.messages import JointMotion
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Trajectory
 
-Bus = Literal["ros2", "mavlink"]
-
-_BUSES: tuple[Bus, ...] = ("ros2", "mavlink")
-_OPTIONS: Mapping[Bus, tuple[str, ...]] = {
+_OPTIONS: Mapping[str, tuple[str, ...]] = {
     "ros2": ("domain", "type", "frame_id", "local", "timeout"),
     "mavlink": ("timeout",),
 }
@@ -43,7 +47,7 @@ class Address:
         RequestError: If a part of it makes no sense.
     """
 
-    bus: Bus
+    bus: str
     target: str
     options: Mapping[str, str] = field(default_factory=dict)
 
@@ -70,7 +74,7 @@ class Address:
         """
         bus, _, rest = text.partition(":")
         target, _, query = rest.partition("?")
-        if bus not in _BUSES:
+        if not is_address(text):
             raise RequestError(f"{text!r} is no address; write ros2:/topic or mavlink:udp:HOST:PORT")
         pairs = parse_qsl(query, keep_blank_values=True)
         if query and len(dict(pairs)) != query.count("&") + 1:
@@ -122,6 +126,88 @@ class Address:
         return way, host.strip("[]"), int(port)
 
 
-def is_address(text: str) -> bool:
-    """Whether a text is a link address rather than a file name."""
-    return text.partition(":")[0] in _BUSES
+@dataclass(frozen=True)
+class Receipt:
+    """What was delivered.
+
+    Args:
+        sha256: Of the bytes that were sent or written.
+        size: Their number.
+        notes: What a person should know about it, each a sentence.
+    """
+
+    sha256: str
+    size: int
+    notes: tuple[str, ...] = ()
+
+
+def receive(address: Address, choices: Choices = NONE) -> Task:
+    """Read one trajectory from a live link.
+
+    Raises:
+        LinkError: If nothing comes within the address's timeout.
+        MissingExtra: If a package is not installed.
+    """
+    if address.bus == "ros2":
+        from ovita.io import ros2
+
+        return ros2.receive(address)
+    from ovita.io import mavlink
+
+    return mavlink.download(address, choices.home)
+
+
+def deliver(
+    place: str,
+    trajectory: Trajectory,
+    scene: Scene,
+    *,
+    instruction: str = "",
+    extra: Mapping[str, Any] | None = None,
+    choices: Choices = NONE,
+    verdict: str = "",
+) -> Receipt:
+    """Send a trajectory to an address, or write it to a file.
+
+    Raises:
+        FormatError: If a file cannot be written.
+        LinkError: If the other side does not take it.
+        MissingExtra: If a package is not installed.
+    """
+    if not is_address(place):
+        content, notes = rendered(place, trajectory, scene, instruction, extra, choices=choices, verdict=verdict)
+        atomic_write(place, content)
+        data = content.encode() if isinstance(content, str) else content
+        return Receipt(sha256(data).hexdigest(), len(data), notes)
+    address = Address.parse(place)
+    if address.bus == "ros2":
+        from ovita.io import ros2
+
+        data, notes = ros2.send(address, trajectory, scene, choices, start=time.time_ns())
+    else:
+        from ovita.io import mavlink
+
+        data, notes = mavlink.upload(address, trajectory, scene, choices.home)
+    return Receipt(sha256(data).hexdigest(), len(data), notes)
+
+
+def deliver_joints(place: str, motion: JointMotion, choices: Choices = NONE) -> Receipt:
+    """Send a motion of joints to a ROS 2 topic, or write it to a bag.
+
+    Raises:
+        FormatError: If the bag cannot be written.
+        LinkError: If the other side does not take it.
+        RequestError: If the address is none of ROS 2.
+        MissingExtra: If a package is not installed.
+    """
+    if not is_address(place):
+        data = bags.dumps_joints(place, motion, choices)
+        atomic_write(place, data)
+    else:
+        address = Address.parse(place)
+        if address.bus != "ros2":
+            raise RequestError(f"{place}: motions of joints go to ROS 2 topics or bags only")
+        from ovita.io import ros2
+
+        data = ros2.send_joints(address, motion, choices)
+    return Receipt(sha256(data).hexdigest(), len(data))

@@ -19,12 +19,11 @@ from dataclasses import replace
 from typing import Any
 
 from ovita.errors import LinkError, MissingExtra
-from ovita.io.documents import listing
+from ovita.io.documents import Task, listing
 from ovita.io.files import errors_of
 from ovita.io.geodesy import Home
-from ovita.io.links.address import Address
+from ovita.io.links import Address
 from ovita.io.missions import CHANGE_SPEED, DEFAULT_SPEED, STATIONS, Item, Mission, mission_from, numbered, task_of
-from ovita.io.task import Task
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 
