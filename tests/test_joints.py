@@ -12,8 +12,7 @@ pytest.importorskip("toppra")
 pytest.importorskip("rosbags")
 
 from ovita.chain import adapt
-from ovita.cli.convert_ import command
-from ovita.cli.send_ import command as send
+from ovita.cli.transfer_ import convert, send
 from ovita.errors import MissingExtra, RequestError, RobotError
 from ovita.io import load_task, ros2, save_trajectory
 from ovita.io.bags import load_joint_motion
@@ -25,7 +24,7 @@ from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
 from ovita.sim import Base
-from ovita.sim.joints import joint_motion, tool_path
+from ovita.sim.simulate import joint_motion, tool_path
 
 PATH = Trajectory([[0.45, 0.1 * i - 0.2, 0.5] for i in range(5)], [0.1, 0.2, 0.2, 0.2, 0.1])
 FLU = Frame("flu")
@@ -97,10 +96,10 @@ def test_the_commands(tmp_path, capsys):
     task, bag, back = (str(tmp_path / name) for name in ("a.json", "j.mcap", "b.json"))
     save_trajectory(task, PATH, Scene(frame=FLU))
     arm = ["--arm", "iiwa", "--base", "0,0,0,0"]
-    command.main([task, bag, "--type", "joints", "--to-topic", "/arm", *arm], standalone_mode=False)
+    convert.main([task, bag, "--type", "joints", "--to-topic", "/arm", *arm], standalone_mode=False)
     said = capsys.readouterr()
     assert "points of the joints a1, a2" in said.out and "Tracking error" in said.err
-    command.main([bag, back, *arm], standalone_mode=False)
+    convert.main([bag, back, *arm], standalone_mode=False)
     assert "the path of the tip of iiwa" in capsys.readouterr().err
     there = load_task(back)
     assert there.scene.frame == FLU

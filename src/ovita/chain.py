@@ -28,11 +28,10 @@ from ovita.policy.sandbox import Rollout, known_isolation, run
 from ovita.request import Request
 from ovita.result import Adaptation, Postcondition, Status, explain, facts, judged_status
 from ovita.text import quoted
-from ovita.writers.base import Attempt, PolicyWriter, Reply, WriterInfo, writer_named
+from ovita.writers.base import Attempt, PolicyWriter, Progress, Reply, WriterInfo, WritingBudget, writer_named
 from ovita.writers.explain import reworded
 from ovita.writers.generate import Isolation as Isolation
 from ovita.writers.generate import judged, write
-from ovita.writers.progress import Progress, WritingBudget
 from ovita.writers.prompt import ExampleMode, ground
 
 REPAIRS = 2

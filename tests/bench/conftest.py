@@ -7,9 +7,8 @@ from types import SimpleNamespace
 import bench_writers
 import pytest
 
-from ovita.bench.conditions import conditions_from
 from ovita.bench.dataset import load_dataset
-from ovita.bench.evaluate import Protocol
+from ovita.bench.evaluate import Protocol, conditions_from
 from ovita.bench.runner import RunPlan, run
 from ovita.measure.predicates import all_of, moved, near, slower, speeds_kept
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ovita.bench.conditions import ABLATIONS, DEFAULT, PAPER_EXAMPLES, Condition, conditions_from
+from ovita.bench.evaluate import ABLATIONS, DEFAULT, PAPER_EXAMPLES, Condition, conditions_from
 from ovita.chain import REPAIRS
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory

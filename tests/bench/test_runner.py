@@ -12,10 +12,9 @@ from pathlib import Path
 import bench_writers
 import pytest
 
-from ovita.bench import replies
-from ovita.bench.conditions import DEFAULT, conditions_from
+from ovita.bench import evaluate as evaluation
 from ovita.bench.dataset import load_dataset, natural
-from ovita.bench.evaluate import BY_SUBSET, Protocol, robot_for
+from ovita.bench.evaluate import BY_SUBSET, DEFAULT, Protocol, conditions_from, robot_for
 from ovita.bench.generate import write_dataset
 from ovita.bench.records import RecordLog, read_records
 from ovita.bench.runner import RunPlan, run
@@ -182,7 +181,7 @@ def test_ablations_of_a_prompt_are_left_out_for_a_writer_that_reads_none(dataset
 
 
 def test_failures_in_transport_are_sent_again(dataset, tmp_path, monkeypatch):
-    monkeypatch.setattr(replies.time, "sleep", lambda seconds: None)
+    monkeypatch.setattr(evaluation.time, "sleep", lambda seconds: None)
     done = run(toys(dataset, limit=2), tmp_path / "out", replace(asked("Flaky"), retries=1))
     assert [r.last.executable for r in done.records] == [True, True]
     assert len(bench_writers.Flaky.prompts) == 4
@@ -216,8 +215,8 @@ def test_a_budget_ends_the_run_early_and_says_so(dataset, tmp_path):
 
 def test_a_limiter_spaces_requests(monkeypatch):
     slept = []
-    monkeypatch.setattr(replies.time, "sleep", slept.append)
-    limiter = replies.Limiter(60)
+    monkeypatch.setattr(evaluation.time, "sleep", slept.append)
+    limiter = evaluation.Limiter(60)
     for _ in range(3):
         limiter.wait()
     assert slept[0] == 0 and slept[1] == pytest.approx(1, abs=0.1) and slept[2] == pytest.approx(2, abs=0.1)

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import binomtest, wilcoxon
 
-from ovita.bench.stats import mcnemar, percentile, signed_rank, wilson
+from ovita.bench.tables import mcnemar, percentile, signed_rank, wilson
 
 
 @given(st.integers(1, 400).flatmap(lambda n: st.tuples(st.integers(0, n), st.just(n))))

@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 from ovita.cli.main import main
-from ovita.cli.studio_ import command
+from ovita.cli.sessions_ import studio
 
 
 def error_of(monkeypatch, capsys, *arguments):
@@ -40,7 +40,7 @@ def test_without_viser_the_extra_is_named(monkeypatch, capsys, tmp_path):
 
 
 def test_help_names_the_token():
-    told = CliRunner().invoke(command, ["--help"]).output
+    told = CliRunner().invoke(studio, ["--help"]).output
     assert "--token" in told and "makes one" in told
 
 
@@ -50,7 +50,7 @@ def test_only_a_token_that_was_made_is_told(monkeypatch, tmp_path, token, shown)
 
     monkeypatch.setattr(Studio, "wait", lambda self: None)
     asked = ["--port", "0", "--sessions", str(tmp_path), "--writer", "builtin", "--token", token]
-    told = CliRunner().invoke(command, asked).output
+    told = CliRunner().invoke(studio, asked).output
     assert ("?token=" in told) == shown and "a-token-of-mine" not in told
 
 

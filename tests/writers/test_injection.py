@@ -18,11 +18,10 @@ from ovita.paths.robot import Box, Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
-from ovita.writers.base import Reply, WriterInfo
+from ovita.writers.base import CUT, Reply, WriterInfo, as_data, one_line
 from ovita.writers.builtin import BuiltinWriter
 from ovita.writers.models.exchange import ModelWriter
 from ovita.writers.prompt import MAX_ENVIRONMENT, MAX_NAME, Prompt, ground
-from ovita.writers.safe_text import CUT, one_line, quoted
 
 T = np.linspace(0, 1, 30)
 PATH = Trajectory.from_array(np.column_stack([T, 0.2 * np.sin(3 * T), 0.3 + 0 * T, 0.3 + 0 * T]))
@@ -95,7 +94,7 @@ def test_in_the_prompt_it_stays_one_quoted_line(text):
 
 @pytest.mark.parametrize("text", titled(ATTEMPTS))
 def test_quoted_text_is_a_python_string_that_says_the_same(text):
-    shown = quoted(text, 200)
+    shown = as_data(text, 200)
     read = ast.literal_eval(shown)
     whole = " ".join(text.split())
     assert read == whole if len(whole) <= 200 else read.endswith(CUT) and whole.startswith(read.removesuffix(CUT))

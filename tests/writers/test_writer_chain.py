@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 
 from ovita.chain import adapt
+from ovita.cli.common import notes_on_writer
 from ovita.cli.main import cli
-from ovita.cli.options import notes_on_writer
 from ovita.dialogue.session import Session
 from ovita.errors import MissingExtra, RequestError, WriterError
 from ovita.io import save_trajectory
@@ -25,9 +25,9 @@ from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
 from ovita.result import Adaptation
 from ovita.writers.base import PolicyWriter, Reply, WriterChain, WriterInfo, writer_named
+from ovita.writers.generate import unused
 from ovita.writers.models.chat import LLMWriter
 from ovita.writers.prompt import Prompt
-from ovita.writers.unused_numbers import unused
 
 PATH = Trajectory.from_array(
     np.column_stack([np.linspace(0, 1, 20), np.zeros(20), np.zeros(20), np.full(20, 0.4)]), timestep=0.2
@@ -371,7 +371,7 @@ def test_temperatures_that_cannot_be_used(name: str, temperature: float) -> None
 
 
 def test_a_missing_package_is_said_when_the_line_is_chosen(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("ovita.writers.models.endpoint.find_spec", lambda name: None)
+    monkeypatch.setattr("ovita.writers.models.chat.find_spec", lambda name: None)
     with pytest.raises(MissingExtra):
         writer_named("builtin,openai:m")
 

@@ -1,16 +1,24 @@
-"""One sample, one writer, one condition: ask, judge, give feedback, judge again."""
+"""One sample, one writer, one condition: ask, judge, give feedback, judge again.
+
+The writer is one that records every reply, or that answers from a record; the condition is what an ablation leaves out.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Literal
+import json
+import threading
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from importlib import import_module
+from typing import Any, Literal
 
-from ovita.bench.conditions import Condition
+from pydantic import TypeAdapter, ValidationError
+
 from ovita.bench.dataset import Sample
 from ovita.bench.records import Record, Round, Rows
-from ovita.bench.replies import RecordingWriter, ReplayingWriter
-from ovita.chain import Isolation, adapt
+from ovita.chain import REPAIRS, Isolation, adapt
+from ovita.errors import RequestError, UnusableReply, WriterError, WriterFailure
 from ovita.io import load_robot, scene_dict
 from ovita.limits import ConstraintOptions
 from ovita.measure.predicates import Check
@@ -19,6 +27,263 @@ from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 from ovita.request import MAX_INSTRUCTION, FeedbackOn, Request, Turn
 from ovita.result import Adaptation
+from ovita.writers.base import PolicyWriter, Reply, writer_named
+from ovita.writers.prompt import ExampleMode, Prompt
+
+ABLATIONS: dict[str, str] = {
+    "examples": "the prompt without examples, and with the paper's two instead of those that are like the instruction",
+    "toolkit": "the paper's prompt for scripts, without any function to edit with",
+    "grounding": "the prompt with the objects' names only, as in the paper: no positions, extents, speeds or limits",
+    "repair": "a failing policy does not go back to its writer",
+    "constraints": "limits are measured but not enforced",
+}
+"""What `--ablate` can switch off."""
+
+PAPER_EXAMPLES = "paper examples"
+"""The condition in which the prompt shows the paper's way of two fixed examples."""
+
+WITHOUT_MODEL = ("repair", "constraints")
+"""The ablations that mean something for a writer that reads no prompt."""
+
+
+@dataclass(frozen=True)
+class Condition:
+    """One setting of the chain.
+
+    Args:
+        name: "default", or what differs from it.
+        without: What is switched off, a key of `ABLATIONS`, or "".
+        temperature: Sampling temperature of a model, or None for the run's own.
+    """
+
+    name: str = "default"
+    without: str = ""
+    temperature: float | None = None
+
+    @property
+    def examples(self) -> ExampleMode:
+        """Which examples the prompt shows."""
+        if self.name == PAPER_EXAMPLES or self.without == "toolkit":
+            return "paper"
+        return "none" if self.without == "examples" else "retrieved"
+
+    @property
+    def constraints(self) -> bool:
+        """Whether limits are enforced."""
+        return self.without != "constraints"
+
+    @property
+    def repairs(self) -> int:
+        """How often a failing policy goes back."""
+        return 0 if self.without == "repair" else REPAIRS
+
+    def applies_to(self, writer: str) -> bool:
+        """Whether the condition can make a difference to a writer."""
+        return self == DEFAULT or writer != "builtin" or self.without in WITHOUT_MODEL
+
+    def rewrite(self, prompt: Prompt) -> Prompt:
+        """The prompt with the ablation applied."""
+        if self.without not in ("toolkit", "grounding"):
+            return prompt
+        toolkit, scene = self.without != "toolkit", self.without != "grounding"
+        return replace(prompt, style=replace(prompt.style, examples=self.examples, toolkit=toolkit, scene=scene))
+
+
+DEFAULT = Condition()
+
+
+def conditions_from(text: str) -> tuple[Condition, ...]:
+    """The default condition and those that an option such as "examples,temperature=0,0.5" names.
+
+    Raises:
+        RequestError: If a name is no ablation, or a temperature is out of range.
+    """
+    found = [DEFAULT]
+    varied = ""
+    for part in (p.strip() for p in text.split(",") if p.strip()):
+        name, equals, value = part.partition("=")
+        if equals:
+            varied = name.strip()
+        elif varied and _is_number(part):
+            value = part
+        else:
+            varied = ""
+            if part not in ABLATIONS:
+                raise _unsupported(part)
+            found.append(Condition(f"no {part}", without=part))
+            if part == "examples":
+                found.append(Condition(PAPER_EXAMPLES))
+            continue
+        if varied != "temperature":
+            raise _unsupported(varied)
+        found.append(_at(value))
+    return tuple(dict.fromkeys(found))
+
+
+def _at(value: str) -> Condition:
+    if not _is_number(value) or not 0.0 <= float(value) <= 2.0:
+        raise RequestError(f"the temperature {value!r} is out of range; write --ablate temperature=0,0.2,0.5,0.7")
+    return Condition(f"temperature {float(value):g}", temperature=float(value))
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _unsupported(name: str) -> RequestError:
+    return RequestError(
+        f"{name!r} cannot be switched off; --ablate takes {', '.join(ABLATIONS)} and temperature=0,0.2,..."
+    )
+
+
+PAUSE = 5.0
+"""Pause before a request that failed in transport is sent again; it doubles with each one [s]."""
+
+
+class Limiter:
+    """Spaces requests evenly; safe to share between threads.
+
+    Args:
+        per_minute: Most requests in a minute, or None for no limit.
+    """
+
+    def __init__(self, per_minute: float | None = None) -> None:
+        self._gap = 60.0 / per_minute if per_minute else 0.0
+        self._next = 0.0
+        self._lock = threading.Lock()
+
+    def wait(self) -> None:
+        """Sleep until the next request may be sent."""
+        if not self._gap:
+            return
+        with self._lock:
+            now = time.monotonic()
+            turn = max(now, self._next)
+            self._next = turn + self._gap
+        time.sleep(max(0.0, turn - now))
+
+
+class RecordingWriter:
+    """A writer that delegates to another and records every reply and failure.
+
+    It has no explanations of its own, so that a benchmark never pays for them: the template explains.
+
+    Args:
+        inner: The writer to delegate to.
+        condition: What is left out of its prompts.
+        limiter: Rate limiter for its requests.
+        retries: How often a request that failed in transport is sent again.
+        pause: Before the first such retry [s].
+    """
+
+    def __init__(
+        self,
+        inner: PolicyWriter,
+        condition: Condition,
+        limiter: Limiter | None = None,
+        *,
+        retries: int = 2,
+        pause: float = PAUSE,
+    ) -> None:
+        self._inner, self._condition, self._limiter = inner, condition, limiter or Limiter()
+        self._retries, self._pause = retries, pause
+        self.replies: list[dict[str, Any]] = []
+        self.waited = 0.0
+
+    @property
+    def name(self) -> str:
+        """As the inner writer is named."""
+        return self._inner.name
+
+    def write(self, prompt: Prompt) -> Reply:
+        """Answer as the inner writer does.
+
+        Raises:
+            WriterError: As the inner writer does, once no retry is left.
+        """
+        prompt = self._condition.rewrite(prompt)
+        for tries in range(self._retries + 1):
+            started = time.perf_counter()
+            self._limiter.wait()
+            self.waited += time.perf_counter() - started
+            asked = time.perf_counter()
+            try:
+                reply = self._inner.write(prompt)
+            except WriterError as error:
+                if tries < self._retries and error.passing:
+                    time.sleep(self._pause * 2**tries)
+                    self.waited += time.perf_counter() - asked
+                    continue
+                again = {"again": True} if isinstance(error, UnusableReply) else {}
+                self.replies.append({"error": str(error), "unreached": error.unreached, **again})
+                raise
+            self.replies.append({"reply": json.loads(json.dumps(asdict(reply)))})
+            return reply
+        raise AssertionError("unreachable")
+
+
+class ReplayingWriter:
+    """Answers with recorded replies, in their order.
+
+    Args:
+        name: Of the writer that gave them.
+        replies: As `RecordingWriter.replies` holds them.
+    """
+
+    def __init__(self, name: str, replies: Sequence[Mapping[str, Any]]) -> None:
+        self._name, self._left = name, list(replies)
+        self.replies: list[dict[str, Any]] = []
+        self.waited = 0.0
+
+    @property
+    def name(self) -> str:
+        """The recorded writer's name."""
+        return self._name
+
+    def write(self, prompt: Prompt) -> Reply:
+        """Give the next recorded reply.
+
+        Raises:
+            WriterError: If that was a failure, or there is none left.
+        """
+        if not self._left:
+            message = f"{self._name}: the record holds no further reply; run it again without --replay"
+            self.replies.append({"error": message, "unreached": False})
+            raise WriterError(message)
+        kept = dict(self._left.pop(0))
+        self.replies.append(kept)
+        if "reply" not in kept:
+            failure: WriterFailure = "no_answer" if kept.get("unreached") else "other"
+            raise (UnusableReply if kept.get("again") else WriterError)(str(kept.get("error", "")), failure)
+        try:
+            return TypeAdapter(Reply).validate_python(kept["reply"])
+        except ValidationError:
+            raise WriterError(f"{self._name}: the recorded reply cannot be read; run it again") from None
+
+
+def open_writer(name: str, *, base_url: str | None = None, temperature: float = 0.1) -> PolicyWriter:
+    """The writer of that name; "python:MODULE:NAME" calls NAME of an importable module to make one.
+
+    Raises:
+        RequestError: If there is no such writer.
+        MissingExtra: If its packages are not installed.
+    """
+    if not name.startswith("python:"):
+        return writer_named(name, base_url=None if name == "builtin" else base_url, temperature=temperature)
+    _, _, rest = name.partition(":")
+    module, _, attribute = rest.partition(":")
+    try:
+        made = getattr(import_module(module), attribute)()
+    except (ImportError, AttributeError, ValueError, TypeError) as error:
+        raise RequestError(f"{name!r} makes no writer: {error}; write python:MODULE:CLASS") from None
+    if not isinstance(made, PolicyWriter):
+        raise RequestError(f"{name!r} makes no writer: it needs a name and a method write(prompt)")
+    return made
+
 
 BY_SUBSET = "by-subset"
 """The robot of a sample is told by the words of its subset: drone, ground robot, arm or manipulator."""

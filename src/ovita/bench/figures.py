@@ -8,8 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 from ovita.bench.records import Record
-from ovita.bench.stats import Interval
-from ovita.bench.tables import By, Column, Tally, columns, named, rounds, tallies
+from ovita.bench.tables import By, Column, Interval, Tally, columns, named, rounds, tallies
 from ovita.errors import MissingExtra
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from typing import Any
 from ovita.bench import tables
 from ovita.bench.page import html
 from ovita.bench.records import Record
-from ovita.bench.stats import Interval
+from ovita.bench.tables import Interval
 from ovita.errors import MissingExtra, RequestError
 from ovita.io import atomic_write
 

@@ -21,11 +21,20 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import ovita
-from ovita.bench.conditions import DEFAULT, Condition
 from ovita.bench.dataset import Dataset, Sample
-from ovita.bench.evaluate import Protocol, evaluate, robot_for, waypoints
+from ovita.bench.evaluate import (
+    DEFAULT,
+    Condition,
+    Limiter,
+    Protocol,
+    RecordingWriter,
+    ReplayingWriter,
+    evaluate,
+    open_writer,
+    robot_for,
+    waypoints,
+)
 from ovita.bench.records import Record, RecordLog, ordered, read_manifest, read_records, write_manifest
-from ovita.bench.replies import Limiter, RecordingWriter, ReplayingWriter, open_writer
 from ovita.errors import OvitaError, RequestError
 from ovita.writers.base import PolicyWriter
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ovita.cli.report import waiting
+from ovita.cli.common import waiting
 from ovita.errors import RequestError
 
 if TYPE_CHECKING:
@@ -133,8 +133,7 @@ def fetch(out: str, base_url: str | None) -> None:
 
 
 def _plan(options: dict[str, Any], replay: str | None) -> RunPlan:
-    from ovita.bench.conditions import conditions_from
-    from ovita.bench.evaluate import BY_SUBSET, Protocol
+    from ovita.bench.evaluate import BY_SUBSET, Protocol, conditions_from
     from ovita.bench.records import read_manifest
     from ovita.bench.runner import RunPlan, default_jobs
     from ovita.io import load_robot
@@ -222,7 +221,7 @@ def _report(
 
     from ovita.bench.records import read_ratings
     from ovita.bench.report import success_table, write_report
-    from ovita.cli.report import plain
+    from ovita.cli.common import plain
 
     ratings = read_ratings(ratings_from or folder)
     written = write_report(

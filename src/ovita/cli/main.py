@@ -17,16 +17,16 @@ EXIT_INPUT, EXIT_WRITER, EXIT_INFEASIBLE = 2, 3, 4
 COMMANDS: dict[str, tuple[str, str]] = {
     "adapt": ("ovita.cli.adapt_:command", "Adapt a trajectory to an instruction."),
     "bench": ("ovita.cli.bench_:group", "Measure writers over a dataset with machine-checkable outcomes."),
-    "chat": ("ovita.cli.chat_:command", "Adapt in a conversation: feedback, undo, save."),
-    "convert": ("ovita.cli.convert_:command", "Convert a trajectory: ROS bags, drone missions, TUM, CSV, JSON."),
-    "demo": ("ovita.cli.results_:demo", "Adapt a shipped scene three times and save the pictures."),
-    "explain": ("ovita.cli.results_:explain", "Explain a result in plain words."),
+    "chat": ("ovita.cli.sessions_:chat", "Adapt in a conversation: feedback, undo, save."),
+    "convert": ("ovita.cli.transfer_:convert", "Convert a trajectory: ROS bags, drone missions, TUM, CSV, JSON."),
+    "demo": ("ovita.cli.adapt_:demo", "Adapt a shipped scene three times and save the pictures."),
+    "explain": ("ovita.cli.adapt_:explain", "Explain a result in plain words."),
     "models": ("ovita.cli.models_:group", "Local models: list them, fetch one, add a file, try one."),
-    "plot": ("ovita.cli.results_:plot", "Draw a result or a scene: PNG, SVG, PDF, or an interactive page."),
+    "plot": ("ovita.cli.adapt_:plot", "Draw a result or a scene: PNG, SVG, PDF, or an interactive page."),
     "policy": ("ovita.cli.policy_:group", "Check or run policy files in the sandbox."),
-    "send": ("ovita.cli.send_:command", "Verify a result once more and send it to a robot."),
+    "send": ("ovita.cli.transfer_:send", "Verify a result once more and send it to a robot."),
     "simulate": ("ovita.cli.simulate_:command", "Let a robot follow a result or a trajectory in simulation; video."),
-    "studio": ("ovita.cli.studio_:command", "See it, say it, turn the knobs, in the browser."),
+    "studio": ("ovita.cli.sessions_:studio", "See it, say it, turn the knobs, in the browser."),
 }
 
 

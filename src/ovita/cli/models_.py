@@ -74,7 +74,7 @@ def test(name: str, time_limit: float, threads: int | None) -> None:
     NAME may also be a file that ends in .gguf. Says what the model wrote and how long it took.
     """
     from ovita.chain import adapt
-    from ovita.cli.report import EXIT_OF, plain, waiting
+    from ovita.cli.common import EXIT_OF, plain, waiting
     from ovita.io import load_task
     from ovita.request import Request
     from ovita.writers.models.local import LocalWriter

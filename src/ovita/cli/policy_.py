@@ -10,7 +10,7 @@ from typing import Any
 
 import click
 
-from ovita.cli.report import plain
+from ovita.cli.common import plain
 from ovita.errors import IsolationUnavailable, PolicyError
 from ovita.io import Task, atomic_write, load_task
 from ovita.io.files import read_text

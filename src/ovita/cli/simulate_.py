@@ -11,8 +11,7 @@ from typing import Any
 import click
 
 from ovita import sim
-from ovita.cli.options import choices_from, source
-from ovita.cli.report import EXIT_OF, plain
+from ovita.cli.common import EXIT_OF, choices_from, plain, source
 from ovita.errors import FormatError
 from ovita.io import is_adaptation, is_address, open_task
 from ovita.paths.robot import Robot

@@ -16,9 +16,8 @@ from ovita.paths.trajectory import Trajectory
 from ovita.request import FeedbackOn, Request, Turn
 from ovita.result import Adaptation
 from ovita.text import sentence
-from ovita.writers.base import PolicyWriter, WriterInfo
+from ovita.writers.base import PolicyWriter, Progress, WriterInfo
 from ovita.writers.generate import Isolation
-from ovita.writers.progress import Progress
 
 CODE_TURNS = 2
 """How many of the last turns a writer is shown the code of."""

@@ -21,8 +21,7 @@ from ovita.policy.reading import parse
 from ovita.policy.sandbox import Isolation, known_isolation
 from ovita.request import FeedbackOn
 from ovita.result import Adaptation
-from ovita.writers.base import PolicyWriter
-from ovita.writers.progress import Progress
+from ovita.writers.base import PolicyWriter, Progress
 
 
 @dataclass

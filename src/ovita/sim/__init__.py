@@ -27,12 +27,12 @@ to add a robot.
 from __future__ import annotations
 
 from ovita.sim.models import SHIPPED, STAND_INS, RobotModel, load_model
-from ovita.sim.motion import Motion, Shape
 from ovita.sim.placement import Base, WorldTransform
 from ovita.sim.report import FAILED, Contact, Report, Tracking
 from ovita.sim.simulate import Simulation, place, preview, require, simulate
 from ovita.sim.timing import Touched, Unreachable
 from ovita.sim.video import Pane, check_video, save_video
+from ovita.sim.world import Motion, Shape
 
 __all__ = [
     "FAILED",

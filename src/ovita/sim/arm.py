@@ -69,24 +69,19 @@ class Arm:
         pieces = route(trajectory, corner=robot.corner, stop_angle=STOP_ANGLE, spacing=SPACING)
         self.kinematics = Kinematics(stage, robot.limits, trajectory, orientation)
         first, unreachable = self.kinematics.choose()
-        self._intent = self._plan(pieces, trajectory, first, unreachable)
+        self.intent = self._plan(pieces, trajectory, first, unreachable)
         self._torque = np.zeros(stage.model.nv)
         self._low, self._high = stage.model.actuator_ctrlrange.T
 
-    @property
-    def intent(self) -> ControlPlan:
-        """The plan."""
-        return self._intent
-
     def pose(self, data: Any, step: int) -> None:
         """Set the joints to the plan."""
-        data.qpos[:] = self._intent.plan.coordinates[step]
+        data.qpos[:] = self.intent.plan.coordinates[step]
 
     def act(self, data: Any, step: int) -> bool:
         """Computed torque: M(q) (q'' + kp e + kd e') + bias."""
         import mujoco
 
-        plan = self._intent.plan
+        plan = self.intent.plan
         wanted = plan.accelerations[step] + STIFFNESS * (plan.coordinates[step] - data.qpos)
         wanted += DAMPING * (plan.rates[step] - data.qvel)
         mujoco.mj_mulM(self.stage.model, data, self._torque, wanted)

@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+import math
 import os
+import re
+import time
+import unicodedata
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, wait
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Literal, Protocol, runtime_checkable
+from threading import Event, Thread
+from typing import TYPE_CHECKING, Literal, Protocol, TypeVar, runtime_checkable
 
 from ovita.errors import MissingExtra, RequestError, WriterError, WriterFailure
 from ovita.policy import Policy
 from ovita.policy.sandbox import Rollout
 from ovita.text import quoted
 from ovita.toolkit import Outcome
-from ovita.writers.safe_text import quoted as as_data
 
 if TYPE_CHECKING:
     from ovita.writers.prompt import Prompt
@@ -331,3 +338,145 @@ def _one(name: str, base_url: str | None, temperature: float) -> PolicyWriter:
     from ovita.writers.models.chat import LLMWriter
 
     return LLMWriter(name, base_url=base_url, temperature=temperature)
+
+
+T = TypeVar("T")
+
+Progress = Callable[[str], None]
+"""Called with one short line, such as "llamacpp:qwen writes: 40 tokens"; it may be called from another thread."""
+
+
+@dataclass
+class WritingBudget:
+    """Deadline, cancellation and progress.
+
+    Args:
+        progress: Called with each progress line, or None.
+        cancel: Once it is set, writers stop as soon as they can; None never stops them.
+        deadline: When the time for writing is over, on the clock of `time.monotonic` [s].
+    """
+
+    progress: Progress | None = None
+    cancel: Event | None = None
+    deadline: float = math.inf
+    _paused: bool = field(default=False, init=False)
+
+    @classmethod
+    def lasting(
+        cls, seconds: float | None, progress: Progress | None = None, cancel: Event | None = None
+    ) -> WritingBudget:
+        """Return a budget with a deadline in so many seconds; None for no deadline."""
+        return cls(progress, cancel, math.inf if seconds is None else time.monotonic() + seconds)
+
+    def say(self, text: str) -> None:
+        """Report progress."""
+        if self.progress is not None:
+            self.progress(text)
+
+    @property
+    def cancelled(self) -> bool:
+        """Whether writing was cancelled."""
+        return self.cancel is not None and self.cancel.is_set()
+
+    @property
+    def left(self) -> float:
+        """Seconds until the time for writing is over, at least 0."""
+        return max(0.0, self.deadline - time.monotonic())
+
+    @contextmanager
+    def pause(self) -> Iterator[None]:
+        """Stop the clock during one-time preparation: extend the deadline by the time spent in this context."""
+        started = time.monotonic()
+        self._paused = True
+        try:
+            yield
+        finally:
+            self.deadline += time.monotonic() - started
+            self._paused = False
+
+    def over(self) -> str:
+        """Return why writing must end now, or ""."""
+        if self.cancelled:
+            return "stopped on request"
+        return "" if self.left > 0.0 else "no time was left"
+
+    def wait_for(self, work: Callable[[], T], stop: Callable[[], None], seconds: float, waiting: str = "") -> T | None:
+        """Run `work` in its own thread until it returns, the time is up or writing is cancelled.
+
+        Args:
+            work: Runs to its end, or until `stop` was called.
+            stop: Makes `work` end soon; called from another thread.
+            seconds: Longest wait [s].
+            waiting: Progress text reported each second with the elapsed time; "" for none.
+
+        Returns:
+            What `work` returned, or None if it was stopped.
+        """
+        outcome: Future[T] = Future()
+
+        def run() -> None:
+            try:
+                outcome.set_result(work())
+            except BaseException as error:
+                outcome.set_exception(error)
+
+        started = time.monotonic()
+        Thread(target=run, name="ovita-writer", daemon=True).start()
+        said = 0
+        try:
+            while not wait([outcome], timeout=0.05).done:
+                now = time.monotonic()
+                if self.cancelled or (now >= min(started + seconds, self.deadline) and not self._paused):
+                    stop()
+                    return None
+                if waiting and int(now - started) > said:
+                    said = int(now - started)
+                    self.say(f"{waiting}, {said} s")
+        except KeyboardInterrupt:
+            stop()
+            wait([outcome], timeout=2.0)
+            raise
+        return outcome.result()
+
+
+CUT = "…"
+"""What shows that a text was cut."""
+
+_SPECIAL = frozenset("<>[]`")
+_HIDDEN = ("C", "Zl", "Zp")
+_TURN = re.compile(r"<(?=[|/!a-zA-Z\uff5c])|```|~~~")
+
+
+def as_data(text: str, limit: int) -> str:
+    """Text as one string as Python writes it.
+
+    Args:
+        text: Whatever a file says.
+        limit: Longest text that is shown [characters]; the mark that it was cut comes on top.
+    """
+    text = " ".join(text.split())
+    if len(text) > limit:
+        head = text[:limit]
+        text = (head.rpartition(" ")[0] or head) + CUT
+    return '"' + "".join(_escaped(character) for character in text) + '"'
+
+
+def one_line(text: str) -> str:
+    """Text of the person at the keyboard: on one line, and harmless."""
+    return harmless(" ".join(text.split()))
+
+
+def harmless(text: str) -> str:
+    """Text without hidden characters, fences and the words of chat templates; line breaks stay."""
+    return _TURN.sub(lambda found: " ".join(found[0]) + " ", "".join(c for c in text if c == "\n" or not _hidden(c)))
+
+
+def _escaped(character: str) -> str:
+    if character in _SPECIAL or _hidden(character):
+        code = ord(character)
+        return f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}"
+    return "\\" + character if character in '"\\' else character
+
+
+def _hidden(character: str) -> bool:
+    return unicodedata.category(character).startswith(_HIDDEN)

@@ -13,9 +13,7 @@ from typing import Any
 from ovita.errors import WriterError
 from ovita.policy import Parameter
 from ovita.units import symbol
-from ovita.writers.base import PolicyWriter
-from ovita.writers.progress import WritingBudget
-from ovita.writers.safe_text import harmless
+from ovita.writers.base import PolicyWriter, WritingBudget, harmless
 
 TEMPERATURE = 0.3
 """Sampling temperature of explanations, as in the paper."""

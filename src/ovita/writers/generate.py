@@ -5,6 +5,8 @@ writer 1 -> policy -> run -> judge -> repair ... -> writer 2 -> ... -> the best 
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
@@ -28,7 +30,6 @@ from ovita.writers.base import (
     with_hint,
 )
 from ovita.writers.prompt import Prompt
-from ovita.writers.unused_numbers import unused
 
 Lap = Callable[[str], None]
 """Books the time since the last call on a stage: "write" or "run"."""
@@ -156,3 +157,26 @@ def _broken(request: Request, rollout: Rollout, outcomes: Sequence[Outcome]) -> 
     changes = sentences(compare(request.trajectory, rollout.trajectory, request.scene))
     lines += [f"- measured change: {said}" for said in changes]
     return "\n".join(["it ran, but does not do what it promises:", *lines])
+
+
+_NUMBER = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?|\.\d+)")
+_SCALES = (1.0, 0.01, 0.001, 0.3048, 0.0254, 1 / 3.6, math.pi / 180)
+"""What a number may be multiplied by: cm and %, mm, feet, inches, km/h, degrees."""
+
+
+def unused(instruction: str, code: str) -> tuple[str, ...]:
+    """Return the numbers of an instruction that do not occur in a policy in any unit, as they are written.
+
+    0 and 1 are left out, since they are so often no amounts; so are numbers in words.
+    """
+    used = {float(number) for number in _NUMBER.findall(code)}
+    said = dict.fromkeys(_NUMBER.findall(instruction))
+    return tuple(number for number in said if float(number) > 1e-9 and float(number) != 1.0 and not _in(number, used))
+
+
+def _in(number: str, used: set[float]) -> bool:
+    """Whether a number is used: converted, as its inverse, as more or less by that share, or as the index beside it."""
+    n = float(number)
+    meant = [n * scale for scale in _SCALES]
+    meant += [1 / n, 1 + n / 100, 1 - n / 100, 1 + n, 1 - n, n - 1]
+    return any(math.isclose(abs(value), other, rel_tol=0.01, abs_tol=1e-6) for value in meant for other in used)

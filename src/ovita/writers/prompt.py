@@ -20,9 +20,7 @@ from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.request import Request, Turn
 from ovita.units import to_si
-from ovita.writers.base import Attempt, Failure, Reply
-from ovita.writers.progress import WritingBudget
-from ovita.writers.safe_text import one_line, quoted
+from ovita.writers.base import Attempt, Failure, Reply, WritingBudget, as_data, one_line
 
 if TYPE_CHECKING:
     from ovita.instruct.scale import Scale
@@ -210,7 +208,7 @@ def _length(parts: Sequence[str]) -> int:
 
 
 def _names(scene: Scene) -> list[str]:
-    names = ", ".join(quoted(name, MAX_NAME) for name in scene.names) or "none"
+    names = ", ".join(as_data(name, MAX_NAME) for name in scene.names) or "none"
     return [f"Frame: {scene.frame.describe()}. Units: metres, m/s, seconds.", f"Objects: {names}."]
 
 
@@ -230,7 +228,7 @@ def _scene_lines(request: Request) -> list[str]:
         ("Limits", scene.constraints_text, MAX_LIMITS),
     ):
         if text.strip():
-            lines.append(f"{title} (data): {quoted(text, limit)}")
+            lines.append(f"{title} (data): {as_data(text, limit)}")
     return lines
 
 
@@ -265,7 +263,7 @@ def _object_lines(scene: Scene, trajectory: Trajectory, scale: Scale) -> Sequenc
         i = int(np.argmin(d))
         size = "?" if item.dimensions is None else " ".join(short(s) for s in item.size)
         near = scale.near(trajectory.positions, item)
-        lines.append(f"{quoted(item.name, MAX_NAME)}: {point(item.position)}; {size}; {short(d[i])} at {i}; {near:g}")
+        lines.append(f"{as_data(item.name, MAX_NAME)}: {point(item.position)}; {size}; {short(d[i])} at {i}; {near:g}")
     return lines
 
 

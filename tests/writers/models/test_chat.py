@@ -18,8 +18,7 @@ from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
 from ovita.writers.base import PolicyWriter
 from ovita.writers.explain import reworded
-from ovita.writers.models.chat import LLMWriter
-from ovita.writers.models.endpoint import ollama_url
+from ovita.writers.models.chat import LLMWriter, ollama_url
 from ovita.writers.models.exchange import read_answer
 from ovita.writers.prompt import Prompt
 
@@ -29,7 +28,7 @@ CODE = 'def adapt(traj, scene, *, left=0.2):\n    """Shift left."""\n    return 
 
 @pytest.fixture(autouse=True)
 def _quick_retries(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("ovita.writers.models.endpoint.BACKOFF", 0.01)
+    monkeypatch.setattr("ovita.writers.models.chat.BACKOFF", 0.01)
 
 
 @pytest.fixture
@@ -421,7 +420,7 @@ def test_options_that_cannot_be_used(name: str, options: dict[str, Any], message
 
 
 def test_missing_package_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("ovita.writers.models.endpoint.find_spec", lambda name: None)
+    monkeypatch.setattr("ovita.writers.models.chat.find_spec", lambda name: None)
     with pytest.raises(MissingExtra, match=r"pydantic-ai-slim: pip install 'ovita\[llm\]'"):
         LLMWriter("openai:gpt-5")
 

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import asyncio
+import ipaddress
+import os
+import re
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, field, replace
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any, Literal
+from urllib.parse import urlsplit, urlunsplit
 
-from ovita.errors import RequestError, WriterError
-from ovita.writers.models.endpoint import ModelEndpoint, rejects_schema, rejects_temperature, retry_delay, writer_error
+from ovita.errors import MissingExtra, MissingKey, RequestError, WriterError, WriterFailure
+from ovita.writers.base import WritingBudget
 from ovita.writers.models.exchange import Answer, Exchange, Form, ModelRequest, ModelWriter
-from ovita.writers.progress import WritingBudget
 
 if TYPE_CHECKING:
     import httpx2
+    from pydantic_ai.exceptions import ModelHTTPError
     from pydantic_ai.messages import ModelMessage, ModelResponse
     from pydantic_ai.models import Model, ModelRequestParameters
     from pydantic_ai.settings import ModelSettings
@@ -230,3 +235,289 @@ def _exchange(response: ModelResponse, ask: ModelRequest, model: str) -> Exchang
         input_tokens=response.usage.input_tokens,
         output_tokens=response.usage.output_tokens,
     )
+
+
+OLLAMA_PORT = 11434
+NO_KEY = "no-key-needed"
+
+Provider = Literal["openai", "anthropic", "google", "ollama", "compatible"]
+
+_PREFIXES: dict[str, Provider] = {"openai": "openai", "anthropic": "anthropic", "google": "google", "ollama": "ollama"}
+_KEYS: dict[Provider, tuple[str, ...]] = {
+    "openai": ("OPENAI_API_KEY",),
+    "anthropic": ("ANTHROPIC_API_KEY",),
+    "google": ("GOOGLE_API_KEY", "GEMINI_API_KEY"),
+    "ollama": ("OLLAMA_API_KEY",),
+    "compatible": ("OPENAI_API_KEY",),
+}
+_PACKAGES: dict[Provider, str] = {
+    "openai": "openai",
+    "anthropic": "anthropic",
+    "google": "google.genai",
+    "ollama": "openai",
+    "compatible": "openai",
+}
+_LOOKS_LIKE_KEY = re.compile(r"\b(?:sk|pk|key|AIza)[-_]?[A-Za-z0-9_*-]{12,}")
+
+
+@dataclass(frozen=True)
+class ModelEndpoint:
+    """Where a model is reached.
+
+    Args:
+        provider: Which protocol is spoken; "compatible" is any OpenAI-compatible server.
+        model: Model name; "" asks a compatible server for the first model that it lists.
+        base_url: Address of the server; None is the provider's own.
+        given_key: Key given by the caller; None takes it from the environment when a request is made.
+    """
+
+    provider: Provider
+    model: str
+    base_url: str | None
+    given_key: str | None = field(default=None, repr=False)
+
+    @classmethod
+    def named(cls, name: str, base_url: str | None = None, api_key: str | None = None) -> ModelEndpoint:
+        """Return the endpoint that a writer's name and an address stand for.
+
+        Raises:
+            RequestError: If the name or the address cannot be used.
+            MissingExtra: If the packages that speak to it are not installed.
+        """
+        prefix, separator, rest = name.strip().partition(":")
+        provider = _PREFIXES.get(prefix) if separator else None
+        model = rest.strip() if provider else name.strip()
+        if base_url is None and provider == "openai":
+            base_url = os.environ.get("OPENAI_BASE_URL") or None
+        if base_url is not None:
+            base_url = _checked(base_url)
+            provider = "compatible" if provider in (None, "openai") else provider
+            model = "" if model == "auto" else model
+        elif provider == "ollama":
+            base_url = ollama_url(os.environ.get("OLLAMA_HOST", ""))
+        if provider is None or not (model or provider == "compatible"):
+            raise RequestError(f"{name!r} names no model; write PROVIDER:MODEL, such as openai:gpt-5 or ollama:qwen3")
+        if find_spec("pydantic_ai") is None:
+            raise MissingExtra("pydantic-ai-slim", "llm")
+        if not _installed(_PACKAGES[provider]):
+            raise MissingExtra(_PACKAGES[provider], "llm")
+        return cls(provider, model, base_url, api_key)
+
+    @property
+    def key_variable(self) -> str:
+        """The environment variable that holds the key."""
+        return _KEYS[self.provider][0]
+
+    @property
+    def needs_key(self) -> bool:
+        """Whether nothing is answered without a key."""
+        return self.provider in ("openai", "anthropic", "google")
+
+    @property
+    def address(self) -> str:
+        """The server as it may be shown: without user, password and query."""
+        if self.base_url is None:
+            return f"the {self.provider} service"
+        parts = urlsplit(self.base_url)
+        return urlunsplit((parts.scheme, parts.netloc.rpartition("@")[2], parts.path, "", ""))
+
+    @property
+    def local(self) -> bool:
+        """Whether the server is on this machine, where no proxy applies."""
+        host = urlsplit(self.base_url or "").hostname or ""
+        try:
+            return ipaddress.ip_address(host).is_loopback
+        except ValueError:
+            return host == "localhost" or host.endswith(".localhost")
+
+    def key(self, writer: str) -> str:
+        """Return the key, or a placeholder where none is needed.
+
+        Raises:
+            MissingKey: If one is needed and none is set.
+        """
+        candidates = (self.given_key, *(os.environ.get(variable) for variable in _KEYS[self.provider]))
+        key = next((candidate.strip() for candidate in candidates if candidate and candidate.strip()), "")
+        if not key and self.needs_key:
+            raise MissingKey(writer, self.key_variable)
+        return key or NO_KEY
+
+    def open(self, model: str, key: str, client: httpx2.AsyncClient) -> Model:
+        """Return the pydantic-ai model that sends its requests through `client`."""
+        from pydantic_ai.models import infer_model
+        from pydantic_ai.providers import infer_provider_class
+
+        if self.provider != "compatible":
+            maker: Any = infer_provider_class(self.provider)
+            kind = "openai-chat" if self.provider == "openai" else self.provider
+            return infer_model(
+                f"{kind}:{model}", lambda _: maker(api_key=key, base_url=self.base_url, http_client=client)
+            )
+        from pydantic_ai.models.openai import OpenAIChatModel
+        from pydantic_ai.profiles.openai import OpenAIModelProfile
+        from pydantic_ai.providers.openai_compatible import OpenAICompatibleProvider
+
+        server = OpenAICompatibleProvider("compatible", base_url=self.base_url or "", api_key=key, http_client=client)
+        # Older servers know only the older name of this setting.
+        return OpenAIChatModel(
+            model, provider=server, profile=OpenAIModelProfile(openai_chat_supports_max_completion_tokens=False)
+        )
+
+    def scrubbed(self, text: str, key: str) -> str:
+        """Return the text on one line, shortened, without the key and without anything that looks like one."""
+        line = " ".join(text.split())
+        if key and key != NO_KEY:
+            line = line.replace(key, "***")
+        line = _LOOKS_LIKE_KEY.sub("***", line)
+        return line if len(line) <= 200 else line[:197] + "..."
+
+
+def ollama_url(host: str) -> str:
+    """Return the URL given by OLLAMA_HOST as HOST, HOST:PORT, :PORT or a URL."""
+    host = host.strip().rstrip("/")
+    if "://" in host:
+        return _checked(host) + ("" if host.endswith("/v1") else "/v1")
+    name, _, port = host.rpartition(":") if ":" in host and not host.endswith("]") else (host, "", "")
+    name = "127.0.0.1" if name in ("", "0.0.0.0", "[::]") else name
+    return _checked(f"http://{name}:{port or OLLAMA_PORT}/v1")
+
+
+def _checked(url: str) -> str:
+    url = url.strip().rstrip("/")
+    try:
+        parts = urlsplit(url)
+        usable = parts.scheme in ("http", "https") and bool(parts.hostname) and (parts.port or 1) > 0
+    except ValueError:
+        usable = False
+    if not usable:
+        raise RequestError("the address of the model's server cannot be used; write it as http://HOST:PORT/v1")
+    return url
+
+
+def _installed(package: str) -> bool:
+    try:
+        return find_spec(package) is not None
+    except ModuleNotFoundError:
+        return False
+
+
+# What can go wrong there
+
+BACKOFF = 0.5
+"""Wait before the first retry when the server names none; it doubles with each one [s]."""
+
+_SCHEMA_WORDS = ("response_format", "json_schema", "schema", "grammar", "structured", "tool", "json mode")
+
+# What a client raises when an answer lacks what it takes for granted, such as a first choice.
+_UNCONNECTED = ("ConnectError", "ConnectTimeout")
+_MISREAD = LookupError | TypeError | ValueError | AttributeError
+
+
+def rejects_temperature(error: Exception) -> bool:
+    """Whether the server refused the request because of its temperature."""
+    return _status(error) in (400, 422) and "temperature" in _details(error)
+
+
+def rejects_schema(error: Exception) -> bool:
+    """Whether the server refused the request because of the JSON schema or the tool that goes with it."""
+    return _status(error) in (400, 404, 422, 500, 501) and any(word in _details(error) for word in _SCHEMA_WORDS)
+
+
+def retry_delay(error: Exception, tries: int) -> float | None:
+    """Return how long to wait before the request is sent again [s], or None if that would not help.
+
+    Args:
+        error: What the request failed with.
+        tries: How many times it was sent so far.
+    """
+    from pydantic_ai import exceptions as failures
+
+    if isinstance(error, failures.ModelQuotaExceededError):
+        return None
+    if isinstance(error, failures.ModelHTTPError):
+        hint = error.provider_retry_hint
+        again = error.status_code in (408, 409, 429) or error.status_code >= 500
+        if not (again if hint is None else hint and error.status_code not in (401, 403)):
+            return None
+        return float(BACKOFF * 2 ** (tries - 1)) if error.retry_after is None else max(0.0, error.retry_after)
+    if isinstance(error, failures.ModelConnectionError) and error.phase != "connect":
+        return float(BACKOFF * 2 ** (tries - 1))
+    return None
+
+
+def writer_error(error: Exception, endpoint: ModelEndpoint, name: str, key: str, *, tries: int = 1) -> WriterError:
+    """Return what went wrong as a sentence that names the writer and the remedy, and never the key."""
+    failure, sentence = _diagnosis(error, endpoint, key, tries)
+    return WriterError(f"{name}: {sentence}", failure)
+
+
+def _diagnosis(error: Exception, endpoint: ModelEndpoint, key: str, tries: int) -> tuple[WriterFailure, str]:
+    from pydantic_ai import exceptions as failures
+
+    # The last two are those of whichever client library asked.
+    unconnected = isinstance(error, failures.ModelConnectionError) or type(error).__name__ in _UNCONNECTED
+    if isinstance(error, failures.ModelHTTPError):
+        return _http_diagnosis(error, endpoint, key, tries)
+    if unconnected:
+        return (
+            "no_answer",
+            f"no answer from {endpoint.address}: start the server, or check the address and the connection",
+        )
+    if isinstance(error, failures.ModelAPIError | failures.UnexpectedModelBehavior | _MISREAD):
+        return "other", (
+            f"{endpoint.address} answered with something that no chat model answers with;"
+            " check that the address is that of an OpenAI-compatible server, with its /v1"
+            if endpoint.base_url
+            else f"{endpoint.address} answered with something unreadable; try again"
+        )
+    detail = endpoint.scrubbed(str(error), key)
+    if isinstance(error, failures.UserError):
+        return "other", f"it cannot be used as a writer: {detail}"
+    return "other", f"the request failed ({type(error).__name__}{f': {detail}' if detail else ''}); try again"
+
+
+def _http_diagnosis(error: ModelHTTPError, endpoint: ModelEndpoint, key: str, tries: int) -> tuple[WriterFailure, str]:
+    from pydantic_ai import exceptions as failures
+
+    status, where = error.status_code, endpoint.address
+    times = "" if tries == 1 else f" {tries} times"
+    if isinstance(error, failures.ModelAuthenticationError) or status in (401, 403):
+        if key == NO_KEY:
+            return "no_access", f"{where} wants an API key ({status}): set {endpoint.key_variable}"
+        return "no_access", f"{where} refused the API key ({status}): check {endpoint.key_variable}"
+    if isinstance(error, failures.ModelNotFoundError) or status == 404:
+        meant = f"; did it mean {error.suggested_model_id}?" if error.suggested_model_id else ""
+        address = ", and that the address ends as the server wants it, often in /v1" if endpoint.base_url else ""
+        return "no_access", f"{where} knows no such model (404){meant}: check the model's name{address}"
+    if isinstance(error, failures.ModelQuotaExceededError):
+        sentence = f"the account at {where} has no quota left ({status}): check its plan, or use --writer builtin"
+        return "no_access", sentence
+    if status == 429:
+        wait = f", and asks to wait {error.retry_after:.0f} s" if error.retry_after else ""
+        sentence = f"{where} limits the rate of requests (429){times}{wait}: try again later, or use --writer builtin"
+        return "overloaded", sentence
+    if isinstance(error, failures.ModelContextWindowExceededError):
+        return "other", (
+            "the prompt is longer than this model can read: use a model, or a server setting, with a longer context"
+        )
+    if status >= 500:
+        return "overloaded", f"{where} failed{times} with status {status}: try again later, or use --writer builtin"
+    detail = endpoint.scrubbed(_message(error.body), key)
+    about = f": {detail}" if detail else ""
+    return "other", f"{where} refused the request ({status}){about}; check the model's name and options"
+
+
+def _status(error: Exception) -> int:
+    status = getattr(error, "status_code", 0)
+    return status if isinstance(status, int) else 0
+
+
+def _details(error: Exception) -> str:
+    return str(getattr(error, "body", "")).lower()
+
+
+def _message(body: object) -> str:
+    if isinstance(body, dict):
+        inner = body.get("error", body)
+        body = inner.get("message", "") if isinstance(inner, dict) else inner
+    return body if isinstance(body, str) else ""

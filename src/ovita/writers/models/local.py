@@ -25,9 +25,9 @@ from typing import Any
 from weakref import WeakSet
 
 from ovita.errors import MissingExtra, RequestError, WriterError
+from ovita.writers.base import WritingBudget
 from ovita.writers.models.catalogue import check_file, model_file, models_dir
 from ovita.writers.models.exchange import Exchange, ModelRequest, ModelWriter
-from ovita.writers.progress import WritingBudget
 
 CONTEXT = 12288
 """How much a model reads and writes at most in one exchange [tokens]."""

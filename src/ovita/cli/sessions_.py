@@ -1,4 +1,4 @@
-"""`ovita chat`: the feedback loop in the terminal."""
+"""TODO."""
 
 from __future__ import annotations
 
@@ -6,15 +6,30 @@ import ast
 import os
 from collections.abc import Callable, Iterator
 from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
 import click
 
-from ovita.cli.options import choices_from, constraints_from, notes_on, notes_on_writer, robot_from, shared
-from ovita.cli.report import LABELS, plain, show, waiting
+from ovita.cli.common import (
+    LABELS,
+    choices_from,
+    constraints_from,
+    notes_on,
+    notes_on_writer,
+    plain,
+    robot_from,
+    shared,
+    show,
+    waiting,
+)
 from ovita.dialogue.session import Session
 from ovita.errors import OvitaError, RequestError
-from ovita.io import WRITTEN, open_task, save_trajectory
+from ovita.io import WRITTEN, load_robot, open_task, save_trajectory
+from ovita.limits import ConstraintOptions
+from ovita.paths.robot import Robot
+from ovita.paths.trajectory import Trajectory
+from ovita.policy.sandbox import known_isolation
 from ovita.request import FeedbackOn
 from ovita.text import counted, point
 from ovita.writers.base import writer_named
@@ -41,7 +56,7 @@ Where a later turn loses what an earlier one asked for, it says so; answer "keep
 @click.argument("file", metavar="FILE")
 @click.option("--journal", metavar="FILE", help="Keep every turn in FILE (.jsonl), and go on from it if it exists.")
 @shared
-def command(file: str, journal: str | None, **options: Any) -> None:
+def chat(file: str, journal: str | None, **options: Any) -> None:
     """Adapt the trajectory in FILE in a conversation; type /help for what you can say."""
     task = open_task(file, scene_file=options["scene_file"], frame=options["frame"], choices=choices_from(options))
     session = Session(
@@ -171,7 +186,7 @@ def _code(session: Session, rest: str) -> None:
 def _plot(session: Session, rest: str) -> None:
     from dataclasses import replace
 
-    from ovita.cli.results_ import draw
+    from ovita.cli.adapt_ import draw
 
     path = rest or "ovita.png"
     draw(replace(_last(session), original=session.original), path)
@@ -208,3 +223,61 @@ _COMMANDS: dict[str, Callable[[Session, str], None]] = {
     "save": _save,
     "help": _help,
 }
+
+
+@click.command()
+@click.argument("files", metavar="[FILE|FOLDER]...", nargs=-1)
+@click.option("--host", default="127.0.0.1", show_default=True, help="Address to listen on.")
+@click.option("--port", type=click.IntRange(0, 65535), default=8765, show_default=True, help="0 takes any free one.")
+@click.option(
+    "--token",
+    default="",
+    envvar="OVITA_STUDIO_TOKEN",
+    metavar="TEXT",
+    help="What a browser must bring; 'auto' makes one. Needed where other machines can reach the studio.",
+)
+@click.option("--writer", "--llm", "writer", default="auto", show_default=True, metavar="NAME", help="As for adapt.")
+@click.option("--base-url", metavar="URL", help="An OpenAI-compatible server; --writer then names its model.")
+@click.option(
+    "--robot", metavar="NAME|FILE", help="Limits to begin with: drone, arm, ground, none, or a file. [scene's]"
+)
+@click.option("--sessions", type=click.Path(path_type=Path), help="Folder where sessions are kept.")
+@click.option(
+    "--isolation",
+    type=click.Choice(["auto", "strict", "degraded"]),
+    default="auto",
+    show_default=True,
+    help="How policies are isolated.",
+)
+def studio(
+    files: tuple[str, ...],
+    host: str,
+    port: int,
+    token: str,
+    writer: str,
+    base_url: str | None,
+    robot: str | None,
+    sessions: Path | None,
+    isolation: str,
+) -> None:
+    """Adapt trajectories in the browser; begins with the first FILE, or with a shipped scene."""
+    from ovita.studio import Studio, StudioSettings
+    from ovita.studio.sessions import default_folder
+
+    limits = load_robot(robot) if robot else Robot.preset("none")
+    template = Session(
+        Trajectory([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], [0.1, 0.1]),  # type: ignore[arg-type]
+        robot=limits,
+        writer=writer_named(writer, base_url=base_url, temperature=0.1),
+        constraints=ConstraintOptions(),
+        isolation=known_isolation(isolation),
+    )
+    server = Studio(StudioSettings(template, files, host, port, token, sessions or default_folder()))
+    made = token == "auto"
+    told = "" if made or not token else "; it asks for the token"
+    click.echo(f"The studio is open at {server.url if made else server.url.partition('?')[0]}{told}")
+    click.echo("Ctrl-C ends it; every session is kept and goes on when it starts again.")
+    try:
+        server.wait()
+    finally:
+        server.stop()
