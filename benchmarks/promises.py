@@ -213,6 +213,10 @@ def moved(d: Draw, right: bool) -> Case:
 
 def same_path(d: Draw, right: bool) -> Case:
     """Other speeds only."""
+    part = d.part(d.i)
+    if d.rng.random() < 0.3 and not part.all():
+        promise, shift = expect("same_path", part), unit(d.rng.normal(size=3)) * (0.05 + 0.05 * d.size)
+        return promise, d.rows, d.shifted(shift, ~part if right else d.bump(d.i)), d.scene
     if right:
         return expect("same_path"), d.rows, d.disturbed(d.faster(d.rng.uniform(0.3, 2.0)), 0.004), d.scene
     size = 0.03 + 0.03 * d.size
@@ -261,6 +265,11 @@ def visits(d: Draw, right: bool) -> Case:
     if not right and closest_to_point(rows[:, :3], d.place)[0] < 1.2 * within + 0.015:
         rows = d.rows.copy()
         within = min(within, 0.7 * d.nearest)
+    if d.rng.random() < 0.4:  # a place beside an object, or above it
+        offset = RFU.words(d.rng.normal(size=3) * 0.1)
+        other = SceneObject("post", d.place - RFU.offset(**offset))
+        scene = Scene((other,))
+        return expect("visits", other, within, **offset), d.rows, d.disturbed(rows) if not right else rows, scene
     return expect("visits", d.target, within), d.rows, d.disturbed(rows) if not right else rows, d.scene
 
 
@@ -322,18 +331,96 @@ def stop(d: Draw, right: bool) -> Case:
     return expect("stop") if at_end else expect("stop", d.target), d.rows, rows, d.scene
 
 
+def same_speed(d: Draw, right: bool) -> Case:
+    """Another path, passed as fast as before."""
+    part = d.part() if d.rng.random() < 0.5 else None
+    promise = expect("same_speed", part)
+    if right:
+        elsewhere = d.faster(1.5, ~part) if part is not None else d.rows
+        elsewhere[:, :3] += np.outer(d.bump(d.i), unit(d.rng.normal(size=3)) * 0.1)
+        return promise, d.rows, elsewhere, d.scene
+    factor = float(d.rng.uniform(1.12, 2.0)) ** d.rng.choice([-1.0, 1.0])
+    return promise, d.rows, d.disturbed(d.faster(factor, part)), d.scene
+
+
+def side(d: Draw, right: bool) -> Case:
+    """On one side of the origin or of an object, all along, on a part, or where the path passes it."""
+    rng, word = d.rng, str(d.rng.choice(DIRECTIONS))
+    axis = RFU.offset(**{word: 1.0})
+    of = d.target if rng.random() < 0.6 else None
+    centre = d.place if of is not None else np.zeros(3)
+    box = d.target.dimensions
+    half = float(np.abs(axis) @ box) / 2.0 if of is not None and box is not None else 0.0
+    how = str(rng.choice(["at_least", "at_most", "over"] if of is not None else ["at_least", "at_most", "exact"]))
+    amount, slack = float(rng.uniform(0.0, 0.3) * d.size), 0.02 + 0.03 * d.size
+    rows = d.rows.copy()
+    along = (rows[:, :3] - centre) @ axis
+    if how == "over":
+        # Somewhere it passes the centre within the radius aside; there it lies high enough, elsewhere anywhere.
+        radius = float(rng.uniform(0.03, 0.15) * d.size)
+        aside = (centre - rows[d.i, :3]) - ((centre - rows[d.i, :3]) @ axis) * axis
+        rows[:, :3] += np.outer(d.bump(d.i, 0.4), aside)
+        near = d.bump(d.i, 0.05) > 0.0
+        off = (rows[:, :3] - centre) - np.outer((rows[:, :3] - centre) @ axis, axis)
+        near |= np.linalg.norm(off, axis=1) <= 1.5 * radius + 2.0 * d.size / d.n
+        height = half + amount if right else half + amount - slack
+        rows[near, :3] += np.outer(height - (rows[near, :3] - centre) @ axis, axis)
+        return expect("side", word, amount, of=of, within=radius), d.rows, rows, d.scene
+    part = d.part() if rng.random() < 0.4 else None
+    chosen = np.ones(d.n, dtype=bool) if part is None else part
+    if how == "exact":
+        wanted = np.full(d.n, amount) if right else along + np.sign(along - amount) * slack
+        off = 0.9 * slack * np.sign(rng.normal()) if right else 0.0
+        rows[chosen, :3] += np.outer((wanted - along)[chosen], axis)
+        rows[:, :3] += off * 0.2 * axis if slack * 0.18 < 0.01 else 0.0
+        return expect("side", word, amount, amount, where=part), d.rows, rows, d.scene
+    inner = np.flatnonzero(chosen)
+    if how == "at_least":
+        limit = half + amount
+        wanted = np.maximum(along, limit) if right else along
+        wanted[inner] += 0.0 if right else min(limit - slack - along[inner].min(), 0.0)
+    else:
+        limit = amount
+        wanted = np.minimum(along, limit) if right else along
+        wanted[inner] += 0.0 if right else max(limit + slack - along[inner].max(), 0.0)
+    rows[chosen, :3] += np.outer((wanted - (rows[:, :3] - centre) @ axis)[chosen], axis)
+    return expect("side", word, **{how: amount}, of=of, where=part), d.rows, rows, d.scene
+
+
+def speed_bound(d: Draw, right: bool) -> Case:
+    """Never faster or never slower than so many metres a second."""
+    rows, most = d.rows.copy(), bool(d.rng.random() < 0.5)
+    part = d.part() if d.rng.random() < 0.4 else None
+    chosen = np.ones(d.n, dtype=bool) if part is None else part
+    speeds = rows[chosen, 3]
+    asked = float(np.median(speeds) * d.rng.uniform(0.6, 1.4))
+    promise = expect("speed", where=part, **{"at_most" if most else "at_least": asked})
+    if right:
+        rows[chosen, 3] = np.minimum(speeds, asked) if most else np.maximum(speeds, asked)
+        if not most and d.rng.random() < 0.5:  # with a stop, braked for and left again
+            s = arc_length(rows[:, :3])
+            rows[:, 3] *= np.sqrt(np.clip(np.abs(s - s[d.i]) / (0.15 * d.size), 0.0, 1.0))
+        return promise, d.rows, rows, d.scene
+    k = int(d.rng.choice(np.flatnonzero(chosen)))
+    rows[k, 3] = asked * 1.2 + 0.01 if most else max(asked * 0.8 - 0.01, 0.01)
+    return promise, d.rows, rows, d.scene
+
+
 KINDS: dict[str, Callable[[Draw, bool], Case]] = {
     "closer": approach(-1.0),
     "farther": approach(1.0),
     "distance": distance,
     "moved": moved,
     "same_path": same_path,
+    "same_speed": same_speed,
+    "side": side,
     "start": end("start"),
     "goal": end("goal"),
     "visits": visits,
     "slower": pace(-1.0),
     "faster": pace(1.0),
     "speed": speed,
+    "speed at_most/at_least": speed_bound,
     "stop": stop,
 }
 

@@ -8,6 +8,7 @@ from ovita.errors import PolicyError, RequestError
 from ovita.paths.robot import Box, Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
+from ovita.writers.base import Reply
 
 PATH = Trajectory.from_array(np.column_stack([np.linspace(0, 1, 20), np.zeros((20, 2)), np.full(20, 0.4)]))
 
@@ -83,6 +84,31 @@ def test_what_a_later_turn_asks_for_itself_is_not_lost(session):
     assert not session.say("go closer to the cup by 0.1").lost
     session.say("slow down near the cup")
     assert not session.say("move at a constant speed of 0.3").lost
+
+
+def test_a_speed_bound_or_a_side_that_a_later_turn_breaks_is_lost():
+    policies = (
+        "expect_speed(at_most=0.3); return bound_speed(traj, at_most=0.3)",
+        "expect_side('up', at_most=0.5); return bound(traj, up=0.5)",
+        "expect_faster(); return scale_speed(traj, 2)",
+        "expect_moved(up=1.0); return move(traj, up=1.0)",
+    )
+    answers = [Reply("policy", code=f"def adapt(traj, scene):\n    {body}\n") for body in policies]
+
+    class Scripted:
+        name = "scripted"
+
+        def write(self, prompt):
+            return answers.pop(0)
+
+    session = Session(PATH, Scene(), writer=Scripted())
+    results = [session.say(words) for words in ("cap it", "keep low", "be quick", "rise")]
+    assert [[loss.text for loss in result.lost] for result in results] == [
+        [],
+        [],
+        ["the speed is at most 0.3 m/s"],
+        ["the path stays at most 0.5 m above the ground"],
+    ]
 
 
 def test_an_end_that_was_to_stay_is_brought_back(session):

@@ -62,7 +62,7 @@ class Postcondition:
     def states(self) -> bool:
         """Whether it describes the result by itself, such as a distance, rather than a change or what stays."""
         ends = self.kind in ("start", "goal") and bool(self.arguments)
-        return ends or self.kind in ("distance", "visits", "speed", "stop")
+        return ends or self.kind in ("distance", "side", "visits", "speed", "stop")
 
     @property
     def lost(self) -> bool:

@@ -13,13 +13,18 @@ from ovita.toolkit import (
     at_height,
     bound,
     circle,
+    dwell,
     expect_moved,
+    expect_same_path,
+    expect_same_speed,
     extend,
     figure_eight,
     hover,
     judge,
+    keep_unchanged,
     mirror,
     move,
+    resample,
     rotate,
     scale,
     spiral,
@@ -119,3 +124,49 @@ def test_hovering_brakes_and_speeds_up_again(line, cup):
     rest = np.flatnonzero(out[:, 3] == 0.0)
     assert len(rest) == 6 and np.ptp(rest) == 5
     assert out[rest[0] - 3, 3] == out[rest[-1] + 3, 3] == 0.5
+
+
+@modest
+@given(paths_and_masks(smallest=4, extra=2))
+def test_a_part_that_is_kept_is_as_it_was_and_the_rest_keeps_the_edit(drawn):
+    rows, mask = drawn
+    edited = scale(rows, 1.2)
+    out = keep_unchanged(edited, rows, mask, ease=0)
+    assert np.array_equal(out[mask], rows[mask]) and np.array_equal(out[~mask], edited[~mask])
+    assert np.array_equal(keep_unchanged(edited, rows), rows)
+
+
+def long_line(n):
+    """A straight level path, 3 m along x."""
+    return np.column_stack([np.linspace(0.0, 3.0, n), np.zeros((n, 2)), np.full(n, 0.5)])
+
+
+def test_the_rest_of_an_edit_blends_into_the_part_that_is_kept():
+    rows = long_line(101)
+    kept = np.arange(101) >= 70
+    out = keep_unchanged(move(rows, left=0.1), rows, kept)
+    assert np.array_equal(out[kept], rows[kept])
+    assert sharpest(out) < 30 and np.allclose((out - rows)[:30, :3], [-0.1, 0.0, 0.0])
+
+
+@pytest.mark.parametrize(
+    "edit",
+    [
+        lambda t: dwell(move(t, up=0.2), 0.2, 8),
+        lambda t: circle(move(t, up=0.2), [1.5, 0.3, 0.2], radius=0.2),
+        lambda t: extend(move(t, up=0.2), 0.5),
+        lambda t: resample(move(t, up=0.2), 57),
+        lambda t: move(t, up=0.2)[:-30],
+    ],
+)
+def test_a_part_is_kept_where_an_edit_puts_waypoints_in_or_takes_them_out(edit):
+    rows = long_line(101)
+    kept = (np.arange(101) >= 40) & (np.arange(101) <= 60)
+    out = keep_unchanged(edit(rows), rows, kept)
+    begin = next(i for i in range(len(out)) if np.array_equal(out[i], rows[40]))
+    assert np.array_equal(out[begin : begin + 21], rows[40:61])
+    steps = np.linalg.norm(np.diff(out[:, :3], axis=0), axis=1)
+    assert steps.max() < 0.2 and sharpest(out) < 30
+    for promise in (expect_same_path(where=kept), expect_same_speed(where=kept)):
+        outcome = judge(promise, rows, out, Scene())
+        assert outcome.held, outcome.sentence

@@ -5,6 +5,9 @@ from ovita.paths.frame import Frame
 from ovita.paths.scene import Scene
 from ovita.toolkit import (
     Expectation,
+    at_height,
+    bound,
+    bound_speed,
     closer,
     continue_to,
     dwell,
@@ -15,6 +18,8 @@ from ovita.toolkit import (
     expect_goal,
     expect_moved,
     expect_same_path,
+    expect_same_speed,
+    expect_side,
     expect_slower,
     expect_speed,
     expect_start,
@@ -23,8 +28,11 @@ from ovita.toolkit import (
     extend,
     farther,
     go_through,
+    hop,
+    hover,
     judge,
     keep_distance,
+    keep_unchanged,
     last,
     move,
     move_goal,
@@ -33,6 +41,7 @@ from ovita.toolkit import (
     resample,
     scale_speed,
     set_speed,
+    stay_on,
     stop_at,
 )
 
@@ -65,11 +74,40 @@ KEPT = {
     ),
     "same path": (lambda t, cup: scale_speed(t, 0.5), lambda t, cup: expect_same_path()),
     "same path, resampled": (lambda t, cup: resample(t, 33), lambda t, cup: expect_same_path()),
+    "same path there": (
+        lambda t, cup: keep_unchanged(move(t, up=0.1), t, first_ten(t)),
+        lambda t, cup: expect_same_path(where=first_ten(t)),
+    ),
+    "same speed": (lambda t, cup: move(t, up=0.1), lambda t, cup: expect_same_speed()),
+    "same speed there": (
+        lambda t, cup: keep_unchanged(scale_speed(t, 0.5), t, first_ten(t)),
+        lambda t, cup: expect_same_speed(first_ten(t)),
+    ),
     "start": (lambda t, cup: move_start(t, cup, up=0.1), lambda t, cup: expect_start(cup, up=0.1)),
     "start stays": (lambda t, cup: move_goal(t, cup), lambda t, cup: expect_start()),
     "goal": (lambda t, cup: move_goal(t, cup), lambda t, cup: expect_goal(cup)),
     "goal by": (lambda t, cup: move_goal(t, up=0.1), lambda t, cup: expect_goal(up=0.1)),
     "visits": (lambda t, cup: go_through(t, SPOT), lambda t, cup: expect_visits(SPOT, within=0.01)),
+    "hover over": (lambda t, cup: hover(t, cup, 0.2), lambda t, cup: expect_visits(cup, up=0.2)),
+    "way under": (lambda t, cup: go_through(t, cup, down=0.2), lambda t, cup: expect_visits(cup, 0.02, down=0.2)),
+    "hop": (lambda t, cup: hop(t, cup, 0.1), lambda t, cup: expect_side("above", 0.1, of=cup, within=0.02)),
+    "side": (lambda t, cup: stay_on(t, cup, "left"), lambda t, cup: expect_side("left", 0.05, of=cup)),
+    "bound": (lambda t, cup: bound(t, right=0.4), lambda t, cup: expect_side("right", at_most=0.4)),
+    "bound beside": (
+        lambda t, cup: bound(t, right=-0.1, of=cup),
+        lambda t, cup: expect_side("right", None, -0.1, of=cup),
+    ),
+    "height": (lambda t, cup: at_height(t, 0.2), lambda t, cup: expect_side("up", 0.2, 0.2)),
+    "height there": (
+        lambda t, cup: at_height(t, at_least=0.2, where=first_ten(t)),
+        lambda t, cup: expect_side("up", 0.2, where=first_ten(t)),
+    ),
+    "cap": (lambda t, cup: bound_speed(t, 0.4), lambda t, cup: expect_speed(at_most=0.4)),
+    "floor": (lambda t, cup: bound_speed(t, at_least=0.6), lambda t, cup: expect_speed(at_least=0.6)),
+    "floor with a stop": (
+        lambda t, cup: stop_at(bound_speed(t, at_least=0.6), 0.5, resume=True),
+        lambda t, cup: expect_speed(at_least=0.6),
+    ),
     "slower": (
         lambda t, cup: scale_speed(t, 0.5, where=near(t, cup, 0.4)),
         lambda t, cup: expect_slower(near(t, cup, 0.4)),
@@ -98,7 +136,7 @@ def test_a_promise_kept_is_held_and_the_unchanged_trajectory_breaks_it(case, lin
     outcome = judge(expectation, line, edit(line, cup), scene)
     assert outcome.held, outcome.sentence
     assert any(c.isdigit() for c in outcome.sentence)
-    if not case.startswith(("same path", "start stays")):
+    if not case.startswith(("same", "start stays")):
         assert not judge(expectation, line, line, scene).held
 
 
@@ -118,6 +156,35 @@ BROKEN = {
     ),
     "cut off": (lambda t, cup: stop_at(t, 0.5), lambda t, cup: expect_slower(last(t, 5))),
     "stopped too early": (lambda t, cup: stop_at(t, 0.1), lambda t, cup: expect_stop(near=cup)),
+    "hop too low": (
+        lambda t, cup: hop(t, cup, 0.05),
+        lambda t, cup: expect_side("above", 0.1, of=cup, within=0.02),
+    ),
+    "hop beside": (
+        lambda t, cup: move(hop(t, cup, 0.1), back=0.2),
+        lambda t, cup: expect_side("above", 0.1, of=cup, within=0.02),
+    ),
+    "over instead of under": (
+        lambda t, cup: go_through(t, cup, up=0.2),
+        lambda t, cup: expect_visits(cup, down=0.2),
+    ),
+    "too low at one waypoint": (
+        lambda t, cup: at_height(t, 0.2, where=~near(t, [0.5, 0, 0], 0.01), ease=0),
+        lambda t, cup: expect_side("up", 0.2),
+    ),
+    "too fast at one waypoint": (
+        lambda t, cup: bound_speed(t, 0.4, where=~near(t, [0.5, 0, 0], 0.01)),
+        lambda t, cup: expect_speed(at_most=0.4),
+    ),
+    "creeping between stops": (
+        lambda t, cup: np.column_stack([t[:, :3], 0.1 + np.abs(np.sin(np.arange(21)))]),
+        lambda t, cup: expect_speed(at_least=0.6),
+    ),
+    "path there": (
+        lambda t, cup: move(t, up=0.1, where=first_ten(t)),
+        lambda t, cup: expect_same_path(where=first_ten(t)),
+    ),
+    "speed there": (lambda t, cup: scale_speed(t, 0.8), lambda t, cup: expect_same_speed(where=first_ten(t))),
     "between waypoints": (lambda t, cup: t[::10], lambda t, cup: expect_distance([0.25, 0.0, 0.0], 0.2)),
 }
 
@@ -154,6 +221,25 @@ def test_a_distance_kept_at_waypoints_only_is_not_kept(line):
 def test_the_sentence_gives_the_numbers(line, scene):
     outcome = judge(expect_moved(left=0.2), line, move(line, left=0.2), scene)
     assert outcome.sentence == "the path moved 0.200 m left on average (asked 0.2 m)"
+
+
+@pytest.mark.parametrize(
+    ("promise", "text"),
+    [
+        (lambda cup: expect_side("up", 0.3), "the path stays at least 0.3 m above the ground"),
+        (lambda cup: expect_side("right", at_most=-0.1), "the path stays at least 0.1 m left of the origin"),
+        (lambda cup: expect_side("behind", 0.1, of=cup), "the path stays at least 0.1 m behind cup"),
+        (lambda cup: expect_side("up", 0.2, 0.2), "the path stays 0.2 m above the ground"),
+        (
+            lambda cup: expect_side("above", 0.1, of=cup, within=0.05),
+            "the path stays at least 0.1 m above cup where it passes within 0.05 m of it",
+        ),
+        (lambda cup: expect_visits(cup, up=0.2), "the path comes within 0.05 m of the place 0.2 m up of cup"),
+        (lambda cup: expect_speed(at_least=0.1, at_most=0.4), "the speed is at least 0.1 m/s and at most 0.4 m/s"),
+    ],
+)
+def test_a_promise_of_a_side_or_a_bound_reads_as_it_is_meant(promise, text, cup):
+    assert promise(cup).text == text
 
 
 def test_directions_are_those_of_the_scene(line):

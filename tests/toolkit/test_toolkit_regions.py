@@ -30,6 +30,25 @@ def test_no_selected_waypoint_is_beyond_a_bound(drawn, word, limit, of, frame):
     assert np.array_equal(bound(out, **{word: limit}, of=of if of is None else origin, where=mask, frame=frame), out)
 
 
+@modest
+@given(paths_and_masks(extra=2), st.floats(0, 0.5), st.floats(0, 0.5), frames)
+def test_heights_are_kept_at_least_and_at_most_on_a_part(drawn, low, more, frame):
+    rows, mask = drawn
+    out = at_height(rows, at_least=low, at_most=low + more, where=mask, ease=0, frame=frame)
+    old, new = (r[:, :3] @ frame.direction("up") for r in (rows, out))
+    assert np.allclose(new[mask], np.clip(old, low, low + more)[mask], atol=1e-12)
+    assert np.array_equal(out[~mask], rows[~mask])
+
+
+@modest
+@given(paths_and_masks(), points, sides, st.floats(0, 0.5))
+def test_a_part_stays_on_a_side_and_the_others_stay(drawn, point, side, gap):
+    rows, mask = drawn
+    out = stay_on(rows, point, side, gap=gap, where=mask, ease=0)
+    assert np.array_equal(out[mask], stay_on(rows, point, side, gap=gap)[mask])
+    assert np.array_equal(out[~mask], rows[~mask])
+
+
 def test_bounds_combine_and_count_from_an_object(line, cup):
     line[:, 1:3] = np.random.default_rng(0).normal(size=(21, 2))
     out = bound(line, up=0.3, down=-0.1, right=0.6)

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from toolkit_paths import modest, paths, paths_and_masks, shares
 
 from ovita.paths.trajectory import Trajectory
-from ovita.toolkit import dwell, ramp_speed, scale_speed, set_speed, shift_speed, stop_at
+from ovita.toolkit import bound_speed, dwell, ramp_speed, scale_speed, set_speed, shift_speed, stop_at
 
 OPERATIONS = {
     "scale": lambda t, m: scale_speed(t, 0.5, where=m),
@@ -13,6 +13,7 @@ OPERATIONS = {
     "set": lambda t, m: set_speed(t, 0.3, where=m),
     "shift": lambda t, m: shift_speed(t, -0.1, where=m),
     "ramp": lambda t, m: ramp_speed(t, 0.1, 0.4, where=m),
+    "cap": lambda t, m: bound_speed(t, 0.4, where=m),
     "slow": lambda t, m: ramp_speed(t, end=0.0, where=m),
 }
 
@@ -35,6 +36,19 @@ def test_a_larger_factor_is_faster(rows, a, b, ease):
     mask = np.arange(len(rows)) < len(rows) / 2
     slow, fast = (scale_speed(rows, f, where=mask, ease=ease)[:, 3] for f in sorted((a, b)))
     assert (slow <= fast + 1e-12).all()
+
+
+@modest
+@given(paths_and_masks(), st.floats(0.01, 1), st.floats(0, 1))
+def test_speeds_are_bounded_but_rest_stays_rest(drawn, most, share):
+    rows, mask = drawn
+    rows[::4, 3] = 0.0
+    out = bound_speed(rows, most, share * most, where=mask)[:, 3]
+    moving = mask & (rows[:, 3] > 0)
+    assert ((out >= share * most) & (out <= most))[moving].all()
+    assert np.array_equal(out[~moving], rows[~moving, 3])
+    inside = moving & (rows[:, 3] >= share * most) & (rows[:, 3] <= most)
+    assert np.array_equal(out[inside], rows[inside, 3])
 
 
 def test_exact_factors_and_soft_edges(line):

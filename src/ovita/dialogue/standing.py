@@ -1,7 +1,7 @@
 """Postconditions over a conversation: what earlier turns promised is measured again after every later one.
 
-Only what a later turn can lose by accident stands: distances, places passed, ends and speeds. A turn that promises
-something of its own about the same object, end or speed replaces what stood before.
+Only what a later turn can lose by accident stands: distances, sides, places passed, ends, speeds and their bounds. A
+turn that promises something of its own about the same object, end or speed replaces what stood before.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from ovita.paths.frame import OPPOSITE
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 from ovita.policy.reading import parse
@@ -99,4 +100,10 @@ def _expectation(promise: Postcondition) -> Expectation:
 def _subject(promise: Postcondition) -> str:
     """What a postcondition is about, or "" if it does not stand."""
     kind, about = _SUBJECTS.get(promise.kind, ""), promise.arguments
+    bounds = [name for name in ("at_least", "at_most") if name in about]
+    if promise.kind == "side":
+        axis = min(about["side"], OPPOSITE[about["side"]])
+        return f"side {axis} {about.get('object') or about.get('point')}"
+    if promise.kind == "speed" and bounds:
+        return f"speed {bounds}"
     return f"{kind} {about.get('object') or about.get('point')}" if kind == "place" else kind

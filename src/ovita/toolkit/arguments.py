@@ -148,6 +148,25 @@ def positive(value: Any, name: str, high: float | None = None) -> float:
     return result
 
 
+def bounds(value: Any, at_least: Any, at_most: Any, name: str, unit: str, low: float = -np.inf) -> tuple[float, float]:
+    """The least and the greatest allowed amount: one exact value, or bounds of which the missing is infinite.
+
+    Raises:
+        ValueError: If a value is given next to bounds, nothing is given, or the bounds contradict each other.
+    """
+    given = {
+        key: number(amount, key, low=low)
+        for key, amount in ((name, value), ("at_least", at_least), ("at_most", at_most))
+        if amount is not None
+    }
+    if not given or (name in given and len(given) > 1):
+        raise ValueError(f"give {name + ', or ' if name else ''}at_least or at_most, in {unit}")
+    least, most = (given.get(key, given.get(name, end)) for key, end in (("at_least", low), ("at_most", np.inf)))
+    if least > most:
+        raise ValueError(f"at_least {least:g} {unit} contradicts at_most {most:g} {unit}")
+    return least, most
+
+
 def share(value: Any, name: str) -> float | None:
     """A fraction from 0 to 1, or None.
 

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from ovita.paths.correspondence import Correspondence, correspond
-from ovita.paths.geometry import Mask, lengths, path_distances, spacing
+from ovita.paths.geometry import Mask, lengths, path_distances, runs, spacing
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array, arc_length
-from ovita.toolkit.approach import SURFACE_GAP, nearest
+from ovita.toolkit.approach import SURFACE_GAP, extent, nearest
 from ovita.toolkit.arguments import Target, point
 from ovita.toolkit.catalogue import Expectation
 from ovita.toolkit.postconditions import say
@@ -112,6 +112,11 @@ class _Case:
     @property
     def target(self) -> Target:
         return self.scene[self.values["object"]] if "object" in self.values else self.values["point"]
+
+    @property
+    def named(self) -> bool:
+        """Whether the expectation is about an object or a point."""
+        return "object" in self.values or "point" in self.values
 
     @property
     def name(self) -> str:
@@ -249,23 +254,100 @@ def _lies_there(case: _Case) -> bool:
 
 def _same_path(case: _Case) -> Outcome:
     old, new = case.original[:, :3], case.adapted[:, :3]
+    part = old[case.old]
     if len(old) == len(new):
-        off = float(np.linalg.norm(new - old, axis=1).max())
+        off = float(lengths(new[case.old] - part).max())
     else:
-        off = max(path_distances(old, new).max(), path_distances(new, old).max())
-    allowed = 0.005 + 0.005 * float(arc_length(old)[-1])
-    return Outcome(
-        bool(off <= allowed), f"the path deviates by at most {off:.3f} m (up to {allowed:.3f} m is the same)"
+        back = path_distances(old, new[case.new]) if case.new.any() else np.zeros(1)
+        off = max(path_distances(new, part).max(), back.max())
+    allowed = 0.005 + 0.005 * float(arc_length(part)[-1])
+    where = "" if case.whole else " there"
+    sentence = f"the path deviates by at most {off:.3f} m{where} (up to {allowed:.3f} m is the same)"
+    return Outcome(bool(off <= allowed), sentence)
+
+
+def _same_speed(case: _Case) -> Outcome:
+    if not case.paired.any():
+        return Outcome(False, "none of the selected waypoints is left")
+    old, new = case.original[case.paired, 3], case.matched[case.paired, 3]
+    usual, off = max(float(old.mean()), AT_REST), np.abs(new - old)
+    # A ramp from rest that limits demand touches a few waypoints only.
+    held = abs(float(new.mean() - old.mean())) <= 0.05 * usual and float((off <= 0.1 * usual).mean()) >= 0.9
+    sentence = f"the average speed went from {old.mean():.3f} to {new.mean():.3f} m/s, by up to {off.max():.3f} m/s"
+    return Outcome(bool(held), sentence, unit="m/s")
+
+
+def _side(case: _Case) -> Outcome:
+    """How far on one side the path lies: from the surface for at_least, from the centre for at_most."""
+    word, within = case.values["side"], case.values.get("within")
+    axis = case.scene.frame.direction(word)
+    centre = point(case.target) if case.named else np.zeros(3)
+    half = extent(case.target, axis) if case.named else 0.0
+    masks = (case.paired, case.new) if case.paired.any() and case.new.any() else (None, None)
+    old, new = (
+        _reaches(rows[:, :3] - centre, None if case.whole else part, axis, within)
+        for rows, part in zip((case.original, case.adapted), masks, strict=True)
     )
+    place = case.name if case.named else "the origin"
+    if new is None:
+        return Outcome(
+            False, f"the path does not pass within {float(within or 0.0):g} m of {case.name}, seen along that side"
+        )
+    at_least, at_most = (case.values.get(name) for name in ("at_least", "at_most"))
+    exact = at_least is not None and at_least == at_most
+    shortfalls, held, parts = np.zeros(2), True, []
+    for name, asked, reach in (("at_least", at_least, 0), ("at_most", at_most, 1)):
+        if asked is None:
+            continue
+        sign, inset = (1.0, 0.0 if exact else half) if reach == 0 else (-1.0, 0.0)
+        reached = [(new if reaches is None else reaches)[reach] - inset for reaches in (old, new)]
+        misses = [max(sign * (asked - value), 0.0) for value in reached]
+        shortfalls += misses
+        loose = exact or within is not None
+        slack = max(SLACK, SLACK_RELATIVE * abs(asked)) if loose else max(KEPT_SLACK, KEPT_RELATIVE * abs(asked))
+        held &= misses[1] <= slack
+        surface = "the surface of " if inset else ""
+        parts.append(f"{name.replace('_', ' ')} {reached[1]:.3f} m {word} of {surface}{place}")
+    asked_for = " to ".join(f"{value:g}" for value in dict.fromkeys((at_least, at_most)) if value is not None)
+    change = None if old is None else float(shortfalls[0] - shortfalls[1])
+    return Outcome(bool(held), f"the path is {' and '.join(parts)} (asked {asked_for} m)", change)
+
+
+def _reaches(away: Array, part: Mask | None, axis: Array, within: float | None) -> tuple[float, float] | None:
+    """The least and the greatest coordinate along an axis of a path (N, 3) [m], or of a part of it.
+
+    With `within`, only of what lies at most so far from the axis, between waypoints too; None if nothing does.
+    """
+    along = away @ axis
+    if within is None:
+        chosen = along if part is None else along[part]
+        return float(chosen.min()), float(chosen.max())
+    aside = away - along[:, None] * axis
+    start, step = aside[:-1], np.diff(aside, axis=0)
+    # |start + t step| = within
+    a, b, c = (step**2).sum(axis=1), (start * step).sum(axis=1), (start**2).sum(axis=1) - within**2
+    root = np.sqrt(np.maximum(b**2 - a * c, 0.0))
+    moving = a > 1e-18
+    safe = np.where(moving, a, 1.0)
+    low = np.where(moving, np.clip((-b - root) / safe, 0.0, 1.0), 0.0)
+    high = np.where(moving, np.clip((-b + root) / safe, 0.0, 1.0), 1.0)
+    middle = start + ((low + high) / 2.0)[:, None] * step
+    inside = lengths(middle) <= within + 1e-9
+    if part is not None:
+        inside &= part[:-1] & part[1:]
+    if not inside.any():
+        return None
+    rise = np.diff(along)
+    ends = np.concatenate([(along[:-1] + share * rise)[inside] for share in (low, high)])
+    return float(ends.min()), float(ends.max())
 
 
 def _end(case: _Case, row: int, kind: str) -> Outcome:
-    named = "object" in case.values or "point" in case.values
-    base = point(case.target) if named else case.original[row, :3]
+    base = point(case.target) if case.named else case.original[row, :3]
     old, miss = (float(np.linalg.norm(rows[row, :3] - base - case.offset)) for rows in (case.original, case.adapted))
     held = miss <= max(END_SLACK, SLACK_RELATIVE * float(np.linalg.norm(case.offset)))
     offset = say(case.values["offset"]) if "offset" in case.values else ""
-    if named:
+    if case.named:
         place = f"{offset} of {case.name}" if offset else case.name
     else:
         place = f"the place {offset} of the old {kind}" if offset else f"the old {kind}"
@@ -273,11 +355,12 @@ def _end(case: _Case, row: int, kind: str) -> Outcome:
 
 
 def _visits(case: _Case) -> Outcome:
-    within = float(case.values["within"])
-    distance = _path_distance(case.adapted, point(case.target))
+    within, place = float(case.values["within"]), point(case.target) + case.offset
+    old, distance = (_path_distance(rows, place) for rows in (case.original, case.adapted))
     held = distance <= within + max(SLACK / 2.0, SLACK_RELATIVE * within)
-    change = max(_path_distance(case.original, point(case.target)) - within, 0.0) - max(distance - within, 0.0)
-    return Outcome(held, f"the path comes within {distance:.3f} m of {case.name} (asked {within:g} m)", change)
+    change = max(old - within, 0.0) - max(distance - within, 0.0)
+    beside = f"the place {say(case.values['offset'])} of " if "offset" in case.values else ""
+    return Outcome(held, f"the path comes within {distance:.3f} m of {beside}{case.name} (asked {within:g} m)", change)
 
 
 def _pace(case: _Case, sign: float) -> Outcome:
@@ -292,6 +375,45 @@ def _pace(case: _Case, sign: float) -> Outcome:
 
 
 def _speed(case: _Case) -> Outcome:
+    return _speed_bounds(case) if "value" not in case.values else _speed_value(case)
+
+
+def _speed_bounds(case: _Case) -> Outcome:
+    held, parts, shortfalls = True, [], np.zeros(2)
+    for name, sign in (("at_least", 1.0), ("at_most", -1.0)):
+        if name not in case.values:
+            continue
+        asked = float(case.values[name])
+        extremes = []
+        for rows, part in ((case.original, case.old), (case.adapted, case.new)):
+            speeds = sign * rows[:, 3]
+            moving = part & (rows[:, 3] > AT_REST)
+            counted = part & ~_stopping(np.where(part, rows[:, 3], np.inf), asked) if sign > 0 else part
+            counted = counted if counted.any() else moving
+            extremes.append(sign * float(speeds[counted].min()) if counted.any() else asked)
+        misses = [max(sign * (asked - value), 0.0) for value in extremes]
+        shortfalls += misses
+        held &= misses[1] <= max(AT_REST, KEPT_RELATIVE * asked)
+        which = "lowest" if sign > 0 else "highest"
+        parts.append(f"the {which} speed is {extremes[1]:.3f} m/s (asked {name.replace('_', ' ')} {asked:g} m/s)")
+    return Outcome(bool(held), " and ".join(parts), float(shortfalls[0] - shortfalls[1]), "m/s")
+
+
+def _stopping(speeds: Array, least: float) -> Mask:
+    """Which waypoints (N,) are at rest, or slower than a least speed on the steady way to rest or away from it."""
+    found = speeds <= AT_REST
+    for a, b in runs(speeds < least):
+        rest = a + np.flatnonzero(found[a : b + 1])
+        if not len(rest) or (a == 0 and b == len(speeds) - 1):
+            continue
+        if (np.diff(speeds[a : rest[0] + 1]) <= TINY).all():
+            found[a : rest[0]] = True
+        if (np.diff(speeds[rest[-1] : b + 1]) >= -TINY).all():
+            found[rest[-1] : b + 1] = True
+    return found
+
+
+def _speed_value(case: _Case) -> Outcome:
     asked = float(case.values["value"])
     speeds = case.adapted[case.new, 3] if case.new.any() else case.matched[case.paired, 3]
     mean = float(speeds.mean())
@@ -306,7 +428,7 @@ def _speed(case: _Case) -> Outcome:
 
 def _stop(case: _Case) -> Outcome:
     speeds = case.adapted[:, 3]
-    if not ("object" in case.values or "point" in case.values):
+    if not case.named:
         return Outcome(bool(speeds[-1] <= AT_REST), f"the speed at the end is {speeds[-1]:.3f} m/s")
     stopped = speeds <= AT_REST
     if not stopped.any():
@@ -336,6 +458,8 @@ _CHECKS: dict[str, Callable[[_Case], Outcome]] = {
     "goal": lambda case: _end(case, -1, "goal"),
     "moved": _moved,
     "same_path": _same_path,
+    "same_speed": _same_speed,
+    "side": _side,
     "slower": lambda case: _pace(case, -1.0),
     "speed": _speed,
     "start": lambda case: _end(case, 0, "start"),

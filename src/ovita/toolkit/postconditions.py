@@ -7,13 +7,18 @@ from typing import Any, Unpack
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ovita.paths.frame import RFU, Frame
+from ovita.paths.frame import DIRECTIONS, OPPOSITE, RFU, Frame
 from ovita.paths.geometry import runs
 from ovita.paths.scene import SceneObject
 from ovita.paths.trajectory import Array
 from ovita.toolkit import arguments
 from ovita.toolkit.arguments import Offset, Target
 from ovita.toolkit.catalogue import Expectation, Recorder, operation
+
+SIDES = {"above": "up", "below": "down", "behind": "back"}
+"""Sides of an object to the direction words that they lie in."""
+
+_BESIDE = dict(zip(DIRECTIONS, ("left of", "right of", "in front of", "behind", "above", "below"), strict=True))
 
 
 @operation("State what is meant", core=True)
@@ -87,9 +92,69 @@ def expect_moved(
 
 
 @operation("State what is meant")
-def expect_same_path(*, recorder: Recorder | None = None) -> Expectation:
-    """The path is as before."""
-    return _note("same_path", {}, "the path stays where it was", recorder)
+def expect_same_path(where: ArrayLike | None = None, *, recorder: Recorder | None = None) -> Expectation:
+    """The path is as before, or a part of it."""
+    return _note("same_path", _where(where), f"the path stays where it was{_part(where)}", recorder)
+
+
+@operation("State what is meant")
+def expect_same_speed(where: ArrayLike | None = None, *, recorder: Recorder | None = None) -> Expectation:
+    """The speed is as before, or that on a part of the path."""
+    return _note("same_speed", _where(where), f"the speed stays as it was{_part(where)}", recorder)
+
+
+@operation("State what is meant")
+def expect_side(
+    side: str,
+    at_least: float | None = None,
+    at_most: float | None = None,
+    *,
+    of: Target | None = None,
+    within: float | None = None,
+    where: ArrayLike | None = None,
+    frame: Frame = RFU,
+    recorder: Recorder | None = None,
+) -> Expectation:
+    """The path lies metres at_least or at_most on one side of the origin or of=cup; of=None and "up": a height.
+
+    What stay_on, bound and at_height do is promised by the same numbers: expect_side("left", gap, of=dog) after
+    stay_on, expect_side("up", at_most=1.0) after bound(up=1.0), expect_side("up", h, h) after at_height. For a way
+    over or under an object, `within` says where it counts: expect_side("above", 0.1, of=vase, within=0.02)
+    after hop. Where the path only has to come by at a place beside or above an object, as after go_through and hover,
+    use expect_visits with an offset.
+
+    Args:
+        side: "left", "right", "front", "back", "up", "down", "above", "below" or "behind".
+        at_least: [m] from the surface of an object with dimensions, else from the centre; between waypoints too.
+        at_most: [m] from the centre; both the same: just so far, within 1 cm or 10 %.
+        of: Object or point (3,) [m], or None for the origin, so that "up" is the height above the ground.
+        within: Only where the path passes the centre at most so far aside [m], seen along the side; it has to pass
+            there, and may miss 1 cm or 10 %. None for the whole path.
+    """
+    if at_least is None and at_most is None:
+        raise ValueError("give at_least or at_most in metres")
+    if within is not None and of is None:
+        raise ValueError("within is a distance aside of an object or point; give of=, too")
+    word = SIDES.get(side, side) if isinstance(side, str) else side
+    arguments.direction(frame, word)
+    limits = {
+        name: arguments.number(value, name)
+        for name, value in (("at_least", at_least), ("at_most", at_most))
+        if value is not None
+    }
+    low, high = limits.get("at_least", -np.inf), limits.get("at_most", np.inf)
+    if of is None and low > high:
+        raise ValueError(f"at_least {low:g} m contradicts at_most {high:g} m")
+    values: dict[str, Any] = {"side": word, **({} if of is None else _target(of, "of")), **limits}
+    if within is not None:
+        values["within"] = arguments.number(within, "within", low=0.0)
+    place = ("the ground" if word in ("up", "down") else "the origin") if of is None else _name(of)
+    asked = [_bound(name, value, word, place) for name, value in limits.items()]
+    if low == high:
+        asked = [_bound("", low, word, place)]
+    passing = "" if within is None else f" where it passes within {values['within']:g} m of it"
+    text = f"the path stays {' and '.join(asked)}{passing}{_part(where)}"
+    return _note("side", {**values, **_where(where)}, text, recorder)
 
 
 @operation("State what is meant")
@@ -127,15 +192,28 @@ def expect_goal(
 
 
 @operation("State what is meant")
-def expect_visits(obj: Target, within: float = 0.05, *, recorder: Recorder | None = None) -> Expectation:
-    """Comes within metres of a centre.
+def expect_visits(
+    obj: Target,
+    within: float = 0.05,
+    *,
+    frame: Frame = RFU,
+    recorder: Recorder | None = None,
+    **offset: Unpack[Offset],
+) -> Expectation:
+    """Comes within metres of a centre plus OFFSET.
+
+    What go_through and hover do is promised by the same offset: expect_visits(cup, up=height) after hover or a way
+    over, expect_visits(cup, down=depth) after a way under.
 
     Args:
         within: [m], >= 0.
+        offset: Direction words and metres of it, such as up=0.2.
     """
     radius = arguments.number(within, "within", low=0.0)
-    text = f"the path comes within {radius:g} m of {_name(obj)}"
-    return _note("visits", {**_target(obj), "within": radius}, text, recorder)
+    beside = frame.words(arguments.offset(frame, offset))
+    place = f"the place {say(beside)} of {_name(obj)}" if beside else _name(obj)
+    values = {**_target(obj), "within": radius, **({"offset": beside} if beside else {})}
+    return _note("visits", values, f"the path comes within {radius:g} m of {place}", recorder)
 
 
 @operation("State what is meant", core=True)
@@ -151,14 +229,27 @@ def expect_faster(where: ArrayLike | None = None, *, recorder: Recorder | None =
 
 
 @operation("State what is meant")
-def expect_speed(value: float, where: ArrayLike | None = None, *, recorder: Recorder | None = None) -> Expectation:
-    """The speed is so many m/s, within 10 %.
+def expect_speed(
+    value: float | None = None,
+    where: ArrayLike | None = None,
+    *,
+    at_least: float | None = None,
+    at_most: float | None = None,
+    recorder: Recorder | None = None,
+) -> Expectation:
+    """The speed is so many m/s, within 10 %, or at_least or at_most so many everywhere, but for stops.
 
     Args:
         value: [m/s], >= 0.
+        at_least: [m/s], >= 0; braking to rest and starting from it do not count.
+        at_most: [m/s], >= 0.
     """
-    speed = arguments.number(value, "value", low=0.0)
-    return _note("speed", {"value": speed, **_where(where)}, f"the speed is {speed:g} m/s{_part(where)}", recorder)
+    given = (("value", value), ("at_least", at_least), ("at_most", at_most))
+    limits = {name: arguments.number(amount, name, low=0.0) for name, amount in given if amount is not None}
+    if not limits or (value is not None and len(limits) > 1):
+        raise ValueError("give value, or at_least or at_most, in m/s")
+    asked = " and ".join(f"{name.replace('_', ' ')} {v:g} m/s".removeprefix("value ") for name, v in limits.items())
+    return _note("speed", {**limits, **_where(where)}, f"the speed is {asked}{_part(where)}", recorder)
 
 
 @operation("State what is meant")
@@ -170,6 +261,13 @@ def expect_stop(near: Target | None = None, *, recorder: Recorder | None = None)
     """
     place = "at the end" if near is None else f"near {_name(near)}"
     return _note("stop", {} if near is None else _target(near), f"the robot stops {place}", recorder)
+
+
+def _bound(name: str, value: float, word: str, place: str) -> str:
+    """A bound on one side in words; a negative one is said of the other side."""
+    if value < 0.0:
+        name, value, word = {"at_least": "at_most", "at_most": "at_least"}.get(name, name), -value, OPPOSITE[word]
+    return f"{name.replace('_', ' ')} {value:g} m {_BESIDE[word]} {place}".strip()
 
 
 def say(offset: dict[str, float]) -> str:

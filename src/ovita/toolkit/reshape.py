@@ -15,6 +15,7 @@ from ovita.toolkit.approach import extent
 from ovita.toolkit.arguments import OffsetLimits, Place, Target, positive
 from ovita.toolkit.catalogue import operation
 from ovita.toolkit.insertion import anchor
+from ovita.toolkit.postconditions import SIDES
 from ovita.toolkit.weights import blended, followed, smoothstep
 
 FLIPPED = {"x": 1, "y": 0, "z": 2}
@@ -25,8 +26,6 @@ ROUNDED = 0.02
 
 END_SHARE = 0.1
 """Fraction of the path near each end where it gives way less, so that a start or goal that complies stays."""
-
-SIDES = {"above": "up", "below": "down", "behind": "back"}
 
 QUADRANTS = {1: ("right", "front"), 2: ("left", "front"), 3: ("left", "back"), 4: ("right", "back")}
 
@@ -204,18 +203,29 @@ def bound(
 
 
 @operation("Keep to a region")
-def stay_on(traj: ArrayLike, obj: Target, side: str, *, gap: float = 0.05, frame: Frame = RFU) -> Array:
+def stay_on(
+    traj: ArrayLike,
+    obj: Target,
+    side: str,
+    *,
+    gap: float = 0.05,
+    where: ArrayLike | None = None,
+    ease: float | None = None,
+    frame: Frame = RFU,
+) -> Array:
     """Keep to one side of an object: left, right, front, back, above or below.
 
     Waypoints on the wrong side are shifted onto the limit. So that there is no corner, the path gives way already where
     it comes near: a waypoint e before the limit is shifted by (m - e)^2 / 4m, with m the gap but 2 cm at least. A part
     of the path that does not cross the limit stays as it is, and so do a start and a goal that comply.
+    On a part, those beside it follow, over 3 times the shift at its edge.
 
     Args:
         side: "left", "right", "front", "back", "up", "down", "above", "below" or "behind".
         gap: [m], >= 0, from the surface of an object with dimensions, else from the centre.
     """
     rows = arguments.waypoints(traj)
+    selected, result = arguments.mask(where, len(rows)), rows[:, :3].copy()
     centre, space = arguments.point(obj), arguments.number(gap, "gap", low=0.0)
     direction = arguments.direction(frame, SIDES.get(side, side) if isinstance(side, str) else side)
     axis, sign = _axis(direction)
@@ -231,8 +241,8 @@ def stay_on(traj: ArrayLike, obj: Target, side: str, *, gap: float = 0.05, frame
         if (missing[a : b + 1] > 0.0).any():
             part = slice(a, b + 1)
             moved = wanted[part] > coordinate[part]
-            rows[part, axis] = np.where(moved, sign * wanted[part], rows[part, axis])
-    return rows
+            result[part, axis] = np.where(moved, sign * wanted[part], rows[part, axis])
+    return followed(rows, result, selected, arguments.share(ease, "ease"))
 
 
 @operation("Keep to a region")
@@ -256,23 +266,28 @@ def quadrant(traj: ArrayLike, which: int = 1, *, frame: Frame = RFU) -> Array:
 @operation("Keep to a region")
 def at_height(
     traj: ArrayLike,
-    height: float,
+    height: float | None = None,
     *,
+    at_least: float | None = None,
+    at_most: float | None = None,
     where: ArrayLike | None = None,
     ease: float | None = None,
     frame: Frame = RFU,
 ) -> Array:
-    """Set the height above the ground.
+    """Set the height above the ground, or keep it at_least or at_most so many metres.
 
     On a part, the waypoints beside it follow, over 3 times the shift at its edge; start and goal only if in it.
 
     Args:
         height: [m], up from the horizontal plane through the origin.
+        at_least: Waypoints below are lifted to it [m].
+        at_most: Waypoints above are lowered to it [m].
     """
     rows = arguments.waypoints(traj)
+    low, high = arguments.bounds(height, at_least, at_most, "height", "m")
     axis, sign = _axis(frame.direction("up"))
     level = rows[:, :3].copy()
-    level[:, axis] = sign * arguments.number(height, "height")
+    level[:, axis] = sign * np.clip(sign * level[:, axis], low, high)
     return followed(rows, level, arguments.mask(where, len(rows)), arguments.share(ease, "ease"))
 
 

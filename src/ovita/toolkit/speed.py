@@ -74,6 +74,27 @@ def set_speed(traj: ArrayLike, speed: float, *, where: ArrayLike | None = None) 
 
 
 @operation("Speed")
+def bound_speed(
+    traj: ArrayLike, at_most: float | None = None, at_least: float | None = None, *, where: ArrayLike | None = None
+) -> Array:
+    """Never faster than at_most m/s, never slower than at_least.
+
+    Waypoints at rest stay at rest, so that starts, stops and dwells survive; promise it by expect_speed with the same
+    at_most or at_least.
+
+    Args:
+        at_most: [m/s], > 0.
+        at_least: [m/s], >= 0.
+    """
+    rows = arguments.waypoints(traj)
+    low, high = arguments.bounds(None, at_least, at_most, "", "m/s", 0.0)
+    arguments.positive(min(high, 1.0), "at_most")
+    moving = arguments.mask(where, len(rows)) & (rows[:, 3] > 0.0)
+    rows[moving, 3] = np.clip(rows[moving, 3], low, high)
+    return rows
+
+
+@operation("Speed")
 def ramp_speed(
     traj: ArrayLike, start: float | None = None, end: float | None = None, *, where: ArrayLike | None = None
 ) -> Array:

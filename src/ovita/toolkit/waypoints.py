@@ -10,6 +10,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ovita.paths.correspondence import correspond
 from ovita.paths.frame import RFU, Frame
 from ovita.paths.geometry import Mask, runs
 from ovita.paths.geometry import within as passing
@@ -17,6 +18,7 @@ from ovita.paths.trajectory import Array, interpolate, source_indices
 from ovita.toolkit import arguments
 from ovita.toolkit.arguments import Place, Target
 from ovita.toolkit.catalogue import operation
+from ovita.toolkit.weights import followed
 
 
 @operation("Choose waypoints", core=True)
@@ -188,6 +190,46 @@ def reverse(traj: ArrayLike, *, where: ArrayLike | None = None) -> Array:
     for a, b in runs(arguments.mask(where, len(rows))):
         rows[a : b + 1] = rows[a : b + 1][::-1].copy()
     return rows
+
+
+@operation("Waypoints")
+def keep_unchanged(
+    traj: ArrayLike, original: ArrayLike, where: ArrayLike | None = None, *, ease: float | None = None
+) -> Array:
+    """Put a part back as it was in the original, speeds included; call it last.
+
+    The waypoints beside the part follow, over 3 times the shift at its edge, so that the rest of the edit blends into
+    it; waits and curves that were put into the part go. Promise it by expect_same_path and expect_same_speed.
+
+    Args:
+        traj: (M, 4).
+        original: (N, 4), before the edit, such as the policy was given it.
+        where: Mask (N,) over the original waypoints, or None for all.
+    """
+    rows, before = arguments.waypoints(traj), arguments.waypoints(original)
+    if rows.shape[1] != before.shape[1]:
+        raise ValueError(f"traj has {rows.shape[1]} columns but original {before.shape[1]}; pass the given trajectory")
+    selected = arguments.mask(where, len(before))
+    match = correspond(before, rows)
+    there = match.of_original(rows)
+    there[~match.kept] = before[~match.kept]
+    parts, kept, restored, done = [], [], [], 0
+    for a, b in runs(selected):
+        places = match.forward[: b + 1]
+        inside = places[a:][np.isfinite(places[a:])]
+        # Of a part that was taken out, the place is behind what is left of the path before it.
+        earlier = places[:a][np.isfinite(places[:a])]
+        begin = int(np.ceil(inside[0])) if len(inside) else int(earlier[-1]) + 1 if len(earlier) else 0
+        end = int(np.floor(inside[-1])) + 1 if len(inside) else begin
+        parts += [rows[done:begin], there[a : b + 1]]
+        restored += [rows[done:begin], before[a : b + 1]]
+        kept += [np.zeros(max(begin - done, 0), dtype=bool), np.ones(b + 1 - a, dtype=bool)]
+        done = max(end, done)
+    result, moved = (np.concatenate([*some, rows[done:]]) for some in (parts, restored))
+    mask = np.concatenate([*kept, np.zeros(len(rows) - done, dtype=bool)])
+    result = followed(result, moved[:, :3], mask, arguments.share(ease, "ease"))
+    result[mask] = moved[mask]
+    return result
 
 
 def _sine(values: Array) -> Array:
