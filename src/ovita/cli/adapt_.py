@@ -206,22 +206,13 @@ def plot(file: str, out: str | None, robot: str | None, view: View, **options: A
 
 
 def check_picture(out: str) -> None:
-    """Refuse a file name that says no picture format.
-
-    Raises:
-        FormatError: If it ends in none of .png, .svg, .pdf and .html.
-    """
+    """Refuse a file name that says no picture format."""
     if os.path.splitext(out)[1].lower() not in SUFFIXES:
         raise FormatError(out, f"pictures are written as {', '.join(SUFFIXES)}")
 
 
 def draw(result: Adaptation, out: str, *, robot: Robot | None = None, view: View = "auto") -> None:
-    """Draw an adaptation into a file, by its suffix.
-
-    Raises:
-        FormatError: If the suffix is unknown or the file cannot be written.
-        MissingExtra: If the plotting packages are not installed.
-    """
+    """Draw an adaptation into a file, by its suffix."""
     from ovita import plots
 
     check_picture(out)

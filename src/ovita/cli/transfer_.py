@@ -88,11 +88,7 @@ def convert(
 
 
 def only_for_ros(place: str, **options: str | None) -> None:
-    """Refuse options on ROS messages for a place that takes none.
-
-    Raises:
-        RequestError: If one was given; names it.
-    """
+    """Refuse options on ROS messages for a place that takes none."""
     if place.startswith("ros2:") or place.lower().endswith((".mcap", ".db3", ".bag", "/")):
         return
     for name, value in options.items():
@@ -109,11 +105,7 @@ def joints_of(
     limits: Robot | None = None,
     contacts: Sequence[str] = (),
 ) -> tuple[JointMotion, tuple[str, ...]]:
-    """The joints' motion of an arm along a path, and how well it follows, in sentences.
-
-    Raises:
-        RequestError: If the arm or its place is not given, or it cannot follow the path.
-    """
+    """The joints' motion of an arm along a path, and how well it follows, in sentences."""
     if arm is None or base is None:
         raise RequestError("joints need an arm and its place: --arm iiwa --base x,y,z,yaw, in the scene's coordinates")
     from ovita.sim import Base
@@ -225,12 +217,7 @@ def send(file: str, place: str, robot: str | None, log: str | None, **options: A
 
 
 def _confirm(place: str) -> None:
-    """Ask a person at a terminal.
-
-    Raises:
-        RequestError: If there is no terminal to ask on.
-        Abort: If the answer is no.
-    """
+    """Ask a person at a terminal."""
     if not sys.stdin.isatty():
         raise RequestError("there is no terminal to ask for confirmation; say --yes to send without asking")
     click.confirm(plain(f"\nSend it to {place}?"), abort=True)

@@ -6,12 +6,16 @@
 .mcap, .db3, .bag         ROS bags (extra `ros`)
 .plan                     QGroundControl plans
 .waypoints, .wpl, .txt    QGC WPL 110 missions
+
+Whatever cannot be read or written, here or in a module of this package, is a `FormatError` with the file, the key and
+the index at fault (a `TrajectoryError` or `SceneError` where no file is known), a link that fails is a `LinkError`, and
+a package that is not installed a `MissingExtra`; each says what to do.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -19,7 +23,7 @@ from typing import Any
 from ovita.errors import FormatError
 from ovita.io import json_
 from ovita.io.documents import NONE, VERDICT, Choices, Task, load_robot, scene_dict, scene_from_dict
-from ovita.io.files import atomic_write, errors_of, examine, file_name, is_address, is_bag, read_text, suffix
+from ovita.io.files import BAGS, atomic_write, errors_of, examine, file_name, is_address, is_bag, read_text, suffix
 from ovita.io.geodesy import MISSION, ROS
 from ovita.io.json_ import is_adaptation_file as is_adaptation
 from ovita.io.json_ import load_document, save_document
@@ -62,6 +66,8 @@ WRITTEN = (".json", ".csv", ".pose.csv", ".tum", ".txt", ".plan", *_MISSIONS, ".
 READ = (*WRITTEN, ".bag")
 """Endings of the files that trajectories are read from; a folder that holds a ROS 2 bag is read as well."""
 
+_PARSED: Mapping[str, Callable[[str, str], Task]] = {".json": json_.parse, ".csv": parse_csv, ".tum": parse_tum}
+
 
 def load_task(path: str | os.PathLike[str], choices: Choices = NONE) -> Task:
     """Read a trajectory, with scene and instruction if present, from a file of any known format.
@@ -77,9 +83,8 @@ def load_task(path: str | os.PathLike[str], choices: Choices = NONE) -> Task:
         MissingExtra: If the format needs a package that is not installed.
     """
     task = _load(path, choices)
-    if not task.verdict:
-        return task
-    return replace(task, notes=(*task.notes, f"the file says of its trajectory: {task.verdict}"))
+    said = (f"the file says of its trajectory: {task.verdict}",) if task.verdict else ()
+    return replace(task, notes=(*task.notes, *said)) if said else task
 
 
 def _load(path: str | os.PathLike[str], choices: Choices) -> Task:
@@ -88,15 +93,21 @@ def _load(path: str | os.PathLike[str], choices: Choices) -> Task:
 
         return bags.load(path, choices)
     examine(path)
-    ending = suffix(path)
+    ending, file = suffix(path), file_name(path)
     if ending not in READ:
         raise _unknown_suffix(path, READ)
-    file, content = file_name(path), read_text(path)
-    if ending == ".json":
-        return json_.parse(content, file)
-    if ending == ".csv":
-        return parse_csv(content, file)
-    return _parse_text(ending, content, file, choices)
+    content = read_text(path)
+    if ending in _PARSED:
+        return _PARSED[ending](content, file)
+    from ovita.io.missions import looks_like_wpl, parse_plan, parse_wpl
+
+    if ending == ".plan":
+        return parse_plan(content, file, choices.home)
+    if ending != ".txt" or looks_like_wpl(content):
+        return parse_wpl(content, file, choices.home)
+    if not looks_like_tum(content):
+        raise FormatError(file, "this is neither TUM text (time x y z qx qy qz qw) nor a QGC WPL 110 mission")
+    return parse_tum(content, file)
 
 
 def open_task(place: str, *, scene_file: str | None = None, frame: str | None = None, choices: Choices = NONE) -> Task:
@@ -202,12 +213,13 @@ def save_trajectory(
         FormatError: If the file cannot be written there, something has no place in JSON, or a mission has no home.
         MissingExtra: If the format needs a package that is not installed.
     """
-    verdict = " ".join(verdict.split())
     if os.fspath(path).endswith(("/", os.sep)):
         from ovita.io import bags
 
         with errors_of(path):
-            return bags.save_folder(path, trajectory, Scene() if scene is None else scene, choices, verdict)
+            return bags.save_folder(
+                path, trajectory, Scene() if scene is None else scene, choices, " ".join(verdict.split())
+            )
     content, notes = rendered(path, trajectory, scene, instruction, extra, choices=choices, verdict=verdict)
     atomic_write(path, content)
     return notes
@@ -223,83 +235,38 @@ def rendered(
     choices: Choices = NONE,
     verdict: str = "",
 ) -> tuple[str | bytes, tuple[str, ...]]:
-    """The output and notes of `save_trajectory`, without writing a file.
-
-    Raises:
-        FormatError: As `save_trajectory` does.
-        MissingExtra: As `save_trajectory` does.
-    """
+    """What `save_trajectory` writes, and its notes, without writing a file."""
     file, ending = file_name(path), suffix(path)
     scene = Scene() if scene is None else scene
     verdict = " ".join(verdict.split())
     if ending == ".json":
         carried = {**(extra or {}), VERDICT: verdict} if verdict else extra
-        return _json(file, trajectory, scene, instruction, carried), ()
+        try:
+            return json_.dumps(json_.document_of(trajectory, scene, instruction, carried), file), ()
+        except (TypeError, ValueError, RecursionError) as error:
+            raise FormatError(file, f"cannot be written as JSON: {error}") from None
     with errors_of(path):
-        if ending in (".mcap", ".db3", ".bag"):
+        if ending in BAGS:
             from ovita.io import bags
 
             return bags.dumps(path, trajectory, scene, choices, verdict)
-        return _text(path, trajectory, scene, extra or {}, choices, verdict)
+        if ending in (".plan", *_MISSIONS) or (ending == ".txt" and MISSION in scene.extra):
+            from ovita.io import missions
 
-
-def _parse_text(ending: str, content: str, file: str, choices: Choices) -> Task:
-    from ovita.io.missions import looks_like_wpl, parse_plan, parse_wpl
-
-    if ending == ".plan":
-        return parse_plan(content, file, choices.home)
-    if ending in _MISSIONS or (ending == ".txt" and looks_like_wpl(content)):
-        return parse_wpl(content, file, choices.home)
-    if ending == ".txt" and not looks_like_tum(content):
-        raise FormatError(file, "this is neither TUM text (time x y z qx qy qz qw) nor a QGC WPL 110 mission")
-    return parse_tum(content, file)
-
-
-def _text(
-    path: str | os.PathLike[str],
-    trajectory: Trajectory,
-    scene: Scene,
-    extra: Mapping[str, Any],
-    choices: Choices,
-    verdict: str,
-) -> tuple[str, tuple[str, ...]]:
-    """The content of a text file other than JSON, and notes on what is lost."""
-    from ovita.io.geodesy import MISSION
-    from ovita.io.missions import dumps_plan, dumps_wpl, mission_from
-
-    file, ending = file_name(path), suffix(path)
-    if ending in (".plan", *_MISSIONS) or (ending == ".txt" and MISSION in scene.extra):
-        mission, notes = mission_from(trajectory, scene, choices.home)
-        if ending == ".plan":
-            return dumps_plan(mission, file, verdict), notes
-        unsaid = (f"QGC WPL text has no room for the verdict ({verdict.partition(':')[0]})",) if verdict else ()
-        return dumps_wpl(mission), notes + unsaid
-    lost: tuple[str, ...] = ()
+            return missions.dumps(file, trajectory, scene, choices.home, verdict, plan=ending == ".plan")
+        if ending not in WRITTEN:
+            raise _unknown_suffix(path, WRITTEN)
+        start = (extra or {}).get(START, 0.0)
+        if ending == ".csv":
+            content, notes = (dumps_poses if file.lower().endswith(_POSES) else dumps_csv)(trajectory, verdict)
+        else:
+            content, notes = dumps_tum(trajectory, start if isinstance(start, int | float) else 0.0, verdict)
     if scene.frame.name != "rfu":
         name = "a CSV file" if ending == ".csv" else "TUM text"
-        lost += (f"{name} holds no frame; say --frame {scene.frame.name} when you read {file}",)
+        notes += (f"{name} holds no frame; say --frame {scene.frame.name} when you read {file}",)
     if len(scene):
-        lost += (f"{Path(path).name} holds no objects; keep them in a scene file (--scene)",)
-    if ending == ".csv":
-        if file.lower().endswith(_POSES):
-            content, notes = dumps_poses(trajectory, verdict)
-            return content, notes + lost
-        return dumps_csv(trajectory, verdict), lost
-    if ending in (".tum", ".txt"):
-        start = extra.get(START, 0.0)
-        content, notes = dumps_tum(trajectory, start if isinstance(start, int | float) else 0.0, verdict)
-        return content, notes + lost
-    raise _unknown_suffix(path, WRITTEN)
-
-
-def _json(
-    file: str, trajectory: Trajectory, scene: Scene, instruction: str | None, extra: Mapping[str, Any] | None
-) -> str:
-    try:
-        document = json_.document_of(trajectory, scene, instruction, extra)
-    except (TypeError, ValueError, RecursionError) as error:
-        raise FormatError(file, f"cannot be written as JSON: {error}") from None
-    return json_.dumps(document, file)
+        notes += (f"{Path(path).name} holds no objects; keep them in a scene file (--scene)",)
+    return content, notes
 
 
 def _unknown_suffix(path: str | os.PathLike[str], known: tuple[str, ...]) -> FormatError:

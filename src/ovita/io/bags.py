@@ -69,11 +69,7 @@ def load(path: str | os.PathLike[str], choices: Choices) -> Task:
 
 
 def task_of(kind: Kind, message: Any, *, topic: str) -> Task:
-    """The task in a ROS message; its scene keeps topic, type and frame.
-
-    Raises:
-        TrajectoryError: If the message holds no usable path.
-    """
+    """The task in a ROS message; its scene keeps topic, type and frame."""
     trajectory, frame_id, body, notes = parse(kind, message)
     frame = frame_of(frame_id)
     kept = {"topic": topic, "type": TYPES[kind], "frame_id": frame_id} | ({"body": body} if body else {})
@@ -82,11 +78,7 @@ def task_of(kind: Kind, message: Any, *, topic: str) -> Task:
 
 
 def topic_named(text: str) -> str:
-    """A topic's name with its slash.
-
-    Raises:
-        RequestError: If no topic may be named like this.
-    """
+    """A topic's name with its slash."""
     name = text if text.startswith("/") else f"/{text}"
     if not re.fullmatch(r"(/[A-Za-z_][A-Za-z0-9_]*)+", name):
         raise RequestError(f"{text!r} is no name for a topic; write letters, digits, _ and /, such as /plan")
@@ -116,12 +108,7 @@ def message_of(
 def dumps(
     path: str | os.PathLike[str], trajectory: Trajectory, scene: Scene, choices: Choices, verdict: str = ""
 ) -> tuple[bytes, tuple[str, ...]]:
-    """The content of a bag with one message, by file extension, and notes on what is lost.
-
-    Raises:
-        FormatError: If the name is not that of a ROS 2 bag.
-        MissingExtra: If rosbags is not installed.
-    """
+    """The content of a bag with one message, by file extension, and notes on what is lost."""
     topic, kind, message, notes = message_of(trajectory, scene, choices, bag_maker())
     return bag_of(path, topic, TYPES[kind], message, verdict), notes
 
@@ -129,12 +116,7 @@ def dumps(
 def save_folder(
     path: str | os.PathLike[str], trajectory: Trajectory, scene: Scene, choices: Choices, verdict: str = ""
 ) -> tuple[str, ...]:
-    """Write a bag as a folder with metadata, as `ros2 bag record` does; return notes on what is lost.
-
-    Raises:
-        FormatError: If there is something of that name already, or it cannot be written there.
-        MissingExtra: If rosbags is not installed.
-    """
+    """Write a bag as a folder with metadata, as `ros2 bag record` does; return notes on what is lost."""
     file, target = file_name(path), Path(os.path.abspath(path))
     if target.exists():
         raise FormatError(file, "there is something of this name already; a bag's folder must be new")
@@ -148,11 +130,7 @@ def save_folder(
 
 
 def bag_of(path: str | os.PathLike[str], topic: str, name: str, message: Any, verdict: str = "") -> bytes:
-    """The content of a bag file that holds one message at time 0 and the verdict, by file extension.
-
-    Raises:
-        FormatError: If the name is not that of a ROS 2 bag.
-    """
+    """The content of a bag file that holds one message at time 0 and the verdict, by file extension."""
     file = file_name(path)
     if suffix(path) not in _STORAGE:
         raise FormatError(file, "bags are written as .mcap or .db3; ROS 1 bags are only read")
@@ -194,9 +172,6 @@ def read_message(path: str | os.PathLike[str], choices: Choices, names: Sequence
         path: A bag file or a bag's folder.
         choices: Topic and message.
         names: Types that fit; a JointTrajectory is found as well, or only that where there are none.
-
-    Raises:
-        FormatError: If the bag is damaged, no topic fits, or several do and none is chosen.
     """
     file = file_name(path)
     if not os.path.exists(path):
@@ -230,11 +205,7 @@ def read_message(path: str | os.PathLike[str], choices: Choices, names: Sequence
 
 
 def bag_maker() -> Maker:
-    """How rosbags builds messages.
-
-    Raises:
-        MissingExtra: If rosbags is not installed.
-    """
+    """How rosbags builds messages."""
     types = _typestore().types
     return Maker(lambda name, **fields: types[name](**fields), floats=np.ascontiguousarray)
 
@@ -302,12 +273,7 @@ def save_joint_motion(path: str | os.PathLike[str], motion: JointMotion, choices
 
 
 def dumps_joints(path: str | os.PathLike[str], motion: JointMotion, choices: Choices = NONE) -> bytes:
-    """What `save_joint_motion` writes, by the ending of the file's name.
-
-    Raises:
-        FormatError: If the name is not that of a ROS 2 bag.
-        MissingExtra: If rosbags is not installed.
-    """
+    """What `save_joint_motion` writes, by the ending of the file's name."""
     message = build_joints(motion, bag_maker(), frame_id=choices.frame_id or "")
     return bag_of(path, topic_named(choices.topic or JOINT_TOPIC), JOINTS, message)
 

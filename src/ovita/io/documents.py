@@ -66,9 +66,6 @@ def validated(kind: object, value: object, file: str, key: str = "") -> Any:
         value: Lists, dicts and scalars, as parsed from a file.
         file: The file's name, for messages.
         key: Where the value stands in the file; "" at the top.
-
-    Raises:
-        FormatError: If the value is something else; one sentence with the key and the index at fault.
     """
     try:
         return _adapter(kind).validate_json(json.dumps(value, default=str), strict=True)
@@ -82,11 +79,7 @@ def validated(kind: object, value: object, file: str, key: str = "") -> Any:
 
 
 def plain(value: Any) -> Any:
-    """A copy of a value in lists, dicts and scalars that JSON knows: tuples, arrays and dataclasses are taken apart.
-
-    Raises:
-        TypeError: If something in it has no place in JSON.
-    """
+    """A copy of a value in lists, dicts and scalars that JSON knows: tuples, arrays and dataclasses are taken apart."""
     if value is None or isinstance(value, str | bool):
         return value
     if isinstance(value, int | float):
@@ -153,6 +146,14 @@ def number_problem(value: object) -> str:
     except ValidationError as error:
         return _sentence(error.errors()[0])
     return ""
+
+
+def timestep_of(value: Any, file: str, text: str | None = None) -> float:
+    """The duration of a dwell waypoint [s] that a file gives, checked; `text` is how it stands there."""
+    if number_problem(value) or value <= 0:
+        problem = f"is {show(value if text is None else text)}, expected a time > 0 in seconds"
+        raise FormatError(file, problem, key="timestep")
+    return float(value)
 
 
 def _filled(name: str) -> str:
@@ -309,11 +310,7 @@ def load_robot(name_or_path: str | os.PathLike[str]) -> Robot:
 
 
 def robot_from_dict(document: Mapping[str, Any], file: str) -> Robot:
-    """Build a robot from the parsed content of a robot file: the fields of `Robot`, its workspace a table.
-
-    Raises:
-        FormatError: On an unknown key or a malformed value; names the key.
-    """
+    """Build a robot from the parsed content of a robot file: the fields of `Robot`, its workspace a table."""
     given = {"name": Path(file).stem, "max_speed": None, **document}
     _check_keys(given, [item.name for item in fields(Robot)], "", file)
     workspace = given.pop("workspace", None)
@@ -327,11 +324,7 @@ def robot_from_dict(document: Mapping[str, Any], file: str) -> Robot:
 
 
 def parse_toml(content: str, file: str) -> dict[str, Any]:
-    """Parse the text of a TOML file.
-
-    Raises:
-        FormatError: If it is not TOML.
-    """
+    """Parse the text of a TOML file."""
     try:
         return tomllib.loads(content)
     except RecursionError:

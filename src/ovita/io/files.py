@@ -39,11 +39,7 @@ def file_name(path: str | os.PathLike[str]) -> str:
 
 
 def examine(path: str | os.PathLike[str]) -> None:
-    """Check that a path is a regular file of at most `MAX_BYTES`, without reading it.
-
-    Raises:
-        FormatError: If it is missing, a folder, a device, out of reach, or too large.
-    """
+    """Check that a path is a regular file of at most `MAX_BYTES`, without reading it."""
     file = file_name(path)
     try:
         status = os.stat(path)
@@ -59,11 +55,7 @@ def examine(path: str | os.PathLike[str]) -> None:
 
 
 def read_text(path: str | os.PathLike[str]) -> str:
-    """Read a UTF-8 text file of at most `MAX_BYTES`, with or without a byte order mark.
-
-    Raises:
-        FormatError: If the file cannot be read, is too large, is not UTF-8, or holds nothing but blanks.
-    """
+    """Read a UTF-8 text file of at most `MAX_BYTES`, with or without a byte order mark."""
     examine(path)
     file = file_name(path)
     try:
@@ -78,11 +70,7 @@ def read_text(path: str | os.PathLike[str]) -> str:
 
 
 def decode(data: bytes, file: str) -> str:
-    """Decode the content of a file as UTF-8 text.
-
-    Raises:
-        FormatError: If it is not UTF-8, or holds nothing but blanks.
-    """
+    """Decode the content of a file as UTF-8 text."""
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -208,11 +196,7 @@ class Journal:
         self.path = Path(path)
 
     def add(self, event: Mapping[str, Any]) -> None:
-        """Write one event; it is on disk when this returns.
-
-        Raises:
-            FormatError: If the file cannot be written, or the event has no place in JSON.
-        """
+        """Write one event; it is on disk when this returns."""
         line = self._line(event)
         handle = self._open()
         try:
@@ -226,21 +210,13 @@ class Journal:
             raise FormatError(file_name(self.path), f"cannot be written: {error.strerror}") from None
 
     def rewrite(self, events: Iterable[Mapping[str, Any]]) -> None:
-        """Put these events in the place of all there are, in one step.
-
-        Raises:
-            FormatError: If the file cannot be written; the old events are then still there.
-        """
+        """Put these events in the place of all there are, in one step."""
         content = "".join(map(self._line, events))
         os.close(self._open())  # so that a new file, too, is for its owner's eyes only
         atomic_write(self.path, content)
 
     def read(self) -> list[dict[str, Any]]:
-        """All events, oldest first; an incomplete last line is skipped.
-
-        Raises:
-            FormatError: If the file cannot be read, or a finished line is not a JSON object.
-        """
+        """All events, oldest first; an incomplete last line is skipped."""
         examine(self.path)
         try:
             lines = self.path.read_bytes().split(b"\n")

@@ -55,11 +55,7 @@ class Home:
 
     @classmethod
     def parse(cls, text: str) -> Home:
-        """A home from "latitude,longitude,altitude" in degrees and metres; the altitude may be left out.
-
-        Raises:
-            RequestError: If the text is something else.
-        """
+        """A home from "latitude,longitude,altitude" in degrees and metres; the altitude may be left out."""
         try:
             values = [float(part) for part in text.split(",")]
         except ValueError:

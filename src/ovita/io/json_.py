@@ -7,7 +7,7 @@ import math
 import os
 import re
 from collections.abc import Collection, Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from hashlib import sha256
 from typing import Any
 
@@ -19,11 +19,12 @@ from ovita.io.documents import (
     brief,
     listing,
     nearest,
-    number_problem,
     plain,
     scene_dict,
     scene_from_dict,
     show,
+    timestep_of,
+    validated,
 )
 from ovita.io.files import atomic_write, errors_of, examine, file_name, read_text, suffix
 from ovita.io.waypoints import read_rows, trajectory_rows
@@ -49,54 +50,61 @@ def parse(content: str, file: str) -> Task:
     """Read a task from the text of a JSON file.
 
     A file that holds an adaptation gives its adapted trajectory, its scene and its instruction.
-
-    Args:
-        content: The text.
-        file: The file's name, for messages.
-
-    Raises:
-        FormatError: If something in it is malformed; names the key and the index.
     """
     document = parse_object(content, file)
-    adaptation = is_adaptation(document)
-    key = "adapted" if adaptation else "trajectory"
-    others = {k: v for k, v in document.items() if k != key}
-    if adaptation:
-        check_schema(document, file)
-        others = {k: others[k] for k in ("scene", "instruction", "timestep", "robot") if k in others}
+    task = _adaptation(document, file) if is_adaptation(document) else _task(document, file)
+    return replace(task, path=file, verdict=" ".join(task.verdict.split()))
+
+
+def _task(document: Mapping[str, Any], file: str) -> Task:
+    others = {k: v for k, v in document.items() if k != "trajectory"}
     check_values(others, file)
-    if document.get(key) is None:
-        raise FormatError(file, _no_trajectory(document, key))
+    trajectory, notes = _trajectory(document, "trajectory", file)
+    carried = {k: others.pop(k) for k in _CARRIED if _is_carried(others, k)}
     with errors_of(file):
-        trajectory, notes = read_rows(document[key], key=key, timestep=_timestep(others, file))
-        carried = {} if adaptation else {k: others.pop(k) for k in _CARRIED if _is_carried(others, k)}
-        scene = scene_from_dict(_scene_part(others, file) if adaptation else _only(others, SCENE_KEYS) | carried)
-    robot = others.get("robot")
-    if adaptation:
-        robot, remarks = _robot_of_adaptation(robot)
-        notes += remarks
+        scene = scene_from_dict(_only(others, SCENE_KEYS) | carried)
+    kept = {k: v for k, v in others.items() if k not in TASK_KEYS}
+    robot, verdict = others.get("robot"), kept.get(VERDICT)
     named = isinstance(robot, str) and bool(robot.strip())
-    kept = {} if adaptation else {k: v for k, v in others.items() if k not in TASK_KEYS}
     if named:
-        kept.pop("robot", None)
-    elif robot is not None and not adaptation:
+        del kept["robot"]
+    elif robot is not None:
         notes += (f"robot is {show(robot)}, which names no robot; no limits of a robot are enforced",)
-    verdict = _verdict_of(document) if adaptation else kept.pop(VERDICT, "")
-    if not isinstance(verdict, str):
-        kept[VERDICT], verdict = verdict, ""
-    fixed = any(key in scene.extra for key in _CARRIED)
-    name = robot if named else None
+    if isinstance(verdict, str):
+        del kept[VERDICT]
     return Task(
-        trajectory, scene, _instruction(others, file), kept, file, name, notes, fixed, " ".join(verdict.split())
+        trajectory,
+        scene,
+        _instruction(others, file),
+        kept,
+        robot=robot if named else None,
+        notes=notes,
+        fixed_frame=any(key in scene.extra for key in _CARRIED),
+        verdict=verdict if isinstance(verdict, str) else "",
+    )
+
+
+def _adaptation(document: Mapping[str, Any], file: str) -> Task:
+    check_schema(document, file)
+    check_values(_only(document, ("scene", "instruction", "timestep", "robot")), file)
+    trajectory, notes = _trajectory(document, "adapted", file)
+    with errors_of(file):
+        scene = scene_from_dict(_scene_part(document, file))
+    robot, remarks = _robot_of_adaptation(document.get("robot"))
+    status = document.get("status")
+    return Task(
+        trajectory,
+        scene,
+        _instruction(document, file),
+        robot=robot if robot and robot.strip() else None,
+        notes=notes + remarks,
+        fixed_frame=any(key in scene.extra for key in _CARRIED),
+        verdict=f"{status}: {document.get('message')}" if status in ("limited", "not_as_meant", "infeasible") else "",
     )
 
 
 def parse_scene(content: str, file: str) -> tuple[Scene, bool]:
-    """Read only the scene from the text of a JSON file, and whether it states its frame.
-
-    Raises:
-        FormatError: If something in it is malformed; names the key and the index.
-    """
+    """Read only the scene from the text of a JSON file, and whether it states its frame."""
     document = parse_object(content, file)
     if is_adaptation(document):
         document = dict(_scene_part(document, file))
@@ -112,12 +120,7 @@ def document_of(
     instruction: str | None = None,
     extra: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
-    """The document of the public OVITA layout that `parse` turns back exactly.
-
-    Raises:
-        ValueError: If `extra` holds a key that the layout itself uses.
-        TypeError: If `extra` or the scene holds something that has no place in JSON.
-    """
+    """The document of the public OVITA layout that `parse` turns back exactly."""
     clash = [key for key in extra or {} if key in TASK_KEYS]
     if clash:
         raise ValueError(f"extra may not hold {clash[0]!r}, which the file already has")
@@ -130,11 +133,7 @@ def document_of(
 
 
 def dumps(document: Mapping[str, Any], file: str) -> str:
-    """Write a document as canonical JSON: one waypoint or object a line, floats so that they read back exactly.
-
-    Raises:
-        FormatError: If something in it has no place in JSON, such as NaN.
-    """
+    """Write a document as canonical JSON: one waypoint or object a line, floats so that they read back exactly."""
     try:
         return _layout(plain(document), "") + "\n"
     except (TypeError, ValueError, OverflowError) as error:
@@ -147,9 +146,6 @@ def parse_object(content: str, file: str) -> dict[str, Any]:
     """Parse the text of a JSON file whose top level is an object.
 
     Unlike Python's parser it refuses an object that repeats a key, and text that is not valid Unicode.
-
-    Raises:
-        FormatError: If it is not such a file.
     """
     try:
         document = json.loads(content, object_pairs_hook=_unique)
@@ -176,11 +172,7 @@ def parse_object(content: str, file: str) -> dict[str, Any]:
 
 
 def check_values(document: Mapping[str, Any], file: str) -> None:
-    """Check that every number in a parsed document is finite, and that it is not nested too deeply.
-
-    Raises:
-        FormatError: Naming the path of the value at fault, such as objects[2].x.
-    """
+    """Check that every number in a parsed document is finite, and that it is not nested too deeply."""
     stack: list[tuple[Any, str, int]] = [(document, "", 0)]
     while stack:
         value, path, depth = stack.pop()
@@ -201,11 +193,7 @@ def is_adaptation(document: Mapping[str, Any]) -> bool:
 
 
 def check_schema(document: Mapping[str, Any], file: str) -> None:
-    """Check that a parsed document is an adaptation of the version that ovita reads.
-
-    Raises:
-        FormatError: If it is not.
-    """
+    """Check that a parsed document is an adaptation of the version that ovita reads."""
     schema = document.get("schema")
     if schema == ADAPTATION_SCHEMA:
         return
@@ -262,26 +250,16 @@ def _robot_of_adaptation(robot: object) -> tuple[str | None, tuple[str, ...]]:
     return None, (f"the limits of the robot {brief(name)!r} are not taken over; name its file again",)
 
 
-def _verdict_of(adaptation: Mapping[str, Any]) -> str:
-    """What a saved adaptation says of its result, unless it is simply done."""
-    status, message = adaptation.get("status"), adaptation.get("message")
-    return f"{status}: {message}" if status in ("limited", "not_as_meant", "infeasible") else ""
-
-
-def _timestep(document: Mapping[str, Any], file: str) -> float:
-    if document.get("timestep") is None:
-        return TIMESTEP
-    value = document["timestep"]
-    if number_problem(value) or value <= 0:
-        raise FormatError(file, f"is {show(value)}, expected a time > 0 in seconds", key="timestep")
-    return float(value)
+def _trajectory(document: Mapping[str, Any], key: str, file: str) -> tuple[Trajectory, tuple[str, ...]]:
+    if document.get(key) is None:
+        raise FormatError(file, _no_trajectory(document, key))
+    given = document.get("timestep")
+    with errors_of(file):
+        return read_rows(document[key], key=key, timestep=TIMESTEP if given is None else timestep_of(given, file))
 
 
 def _instruction(document: Mapping[str, Any], file: str) -> str:
-    value = document.get("instruction") or ""
-    if not isinstance(value, str):
-        raise FormatError(file, f"is {show(value)}, expected text", key="instruction")
-    return value
+    return str(validated(str, document.get("instruction") or "", file, "instruction"))
 
 
 def _no_trajectory(document: Mapping[str, Any], key: str) -> str:
@@ -322,17 +300,8 @@ def _compact(value: Any) -> str:
 
 
 _SEALED = (
-    "schema",
-    "instruction",
-    "status",
-    "original",
-    "adapted",
-    "timestep",
-    "scene",
-    "robot",
-    "contacts",
-    "constraints",
-    "options",
+    *("schema", "instruction", "status", "original", "adapted", "timestep"),
+    *("scene", "robot", "contacts", "constraints", "options"),
 )
 
 
@@ -340,9 +309,6 @@ def seal(document: Mapping[str, Any]) -> str:
     """SHA-256 of trajectories, scene, limits and verdict.
 
     It tells whether a saved adaptation was edited; it is no signature, since anyone can compute it.
-
-    Raises:
-        TypeError: If something in it has no place in JSON.
     """
     content = {key: plain(document.get(key)) for key in _SEALED}
     return sha256(json.dumps(content, sort_keys=True, allow_nan=False).encode()).hexdigest()
@@ -376,11 +342,7 @@ def load_document(path: str | os.PathLike[str]) -> dict[str, Any]:
 
 
 def is_adaptation_file(path: str | os.PathLike[str]) -> bool:
-    """Whether a file is marked as a saved adaptation; False for any other JSON or format.
-
-    Raises:
-        FormatError: If the file cannot be read, or ends in .json but holds no JSON object.
-    """
+    """Whether a file is marked as a saved adaptation; False for any other JSON or format."""
     if suffix(path) != ".json" and os.path.exists(path):
         return False
     examine(path)

@@ -67,11 +67,7 @@ class Address:
 
     @classmethod
     def parse(cls, text: str) -> Address:
-        """An address from its text.
-
-        Raises:
-            RequestError: If it is none.
-        """
+        """An address from its text."""
         bus, _, rest = text.partition(":")
         target, _, query = rest.partition("?")
         if not is_address(text):
@@ -142,12 +138,7 @@ class Receipt:
 
 
 def receive(address: Address, choices: Choices = NONE) -> Task:
-    """Read one trajectory from a live link.
-
-    Raises:
-        LinkError: If nothing comes within the address's timeout.
-        MissingExtra: If a package is not installed.
-    """
+    """Read one trajectory from a live link."""
     if address.bus == "ros2":
         from ovita.io import ros2
 
@@ -167,13 +158,7 @@ def deliver(
     choices: Choices = NONE,
     verdict: str = "",
 ) -> Receipt:
-    """Send a trajectory to an address, or write it to a file.
-
-    Raises:
-        FormatError: If a file cannot be written.
-        LinkError: If the other side does not take it.
-        MissingExtra: If a package is not installed.
-    """
+    """Send a trajectory to an address, or write it to a file."""
     if not is_address(place):
         content, notes = rendered(place, trajectory, scene, instruction, extra, choices=choices, verdict=verdict)
         atomic_write(place, content)
@@ -192,14 +177,7 @@ def deliver(
 
 
 def deliver_joints(place: str, motion: JointMotion, choices: Choices = NONE) -> Receipt:
-    """Send a motion of joints to a ROS 2 topic, or write it to a bag.
-
-    Raises:
-        FormatError: If the bag cannot be written.
-        LinkError: If the other side does not take it.
-        RequestError: If the address is none of ROS 2.
-        MissingExtra: If a package is not installed.
-    """
+    """Send a motion of joints to a ROS 2 topic, or write it to a bag."""
     if not is_address(place):
         data = bags.dumps_joints(place, motion, choices)
         atomic_write(place, data)

@@ -44,13 +44,7 @@ _MOST_ITEMS = 65535
 
 
 def upload(address: Address, trajectory: Trajectory, scene: Scene, home: Home | None) -> tuple[bytes, tuple[str, ...]]:
-    """Upload a trajectory as a mission; return its items as bytes and notes on what is lost.
-
-    Raises:
-        FormatError: If no home is known.
-        LinkError: If the vehicle does not answer, refuses, or holds something else afterwards.
-        MissingExtra: If pymavlink is not installed.
-    """
+    """Upload a trajectory as a mission; return its items as bytes and notes on what is lost."""
     with errors_of(str(address)):
         mission, notes = mission_from(trajectory, scene, home)
         numbered(mission, with_home=True)
@@ -67,13 +61,7 @@ def upload(address: Address, trajectory: Trajectory, scene: Scene, home: Home | 
 
 
 def download(address: Address, home: Home | None) -> Task:
-    """Read a vehicle's mission; `home` replaces the vehicle's own.
-
-    Raises:
-        LinkError: If the vehicle does not answer, or knows no home.
-        FormatError: If its mission holds no waypoints that can be read.
-        MissingExtra: If pymavlink is not installed.
-    """
+    """Read a vehicle's mission; `home` replaces the vehicle's own."""
     with vehicle_at(address) as vehicle:
         items = [_item(message) for message in _fetch_all(vehicle)]
         listed = items.pop(0) if items and vehicle.autopilot == ARDUPILOT else None
@@ -191,11 +179,7 @@ def _item(message: Any) -> Item:
 
 
 def _compare(address: Address, sent: Sequence[Any], held: Sequence[Any], *, skip_home: bool) -> tuple[str, ...]:
-    """Verify the uploaded mission; return a note on parameters that the vehicle rounded or dropped.
-
-    Raises:
-        LinkError: If it would fly another path, or at another speed.
-    """
+    """Verify the uploaded mission; return a note on parameters that the vehicle rounded or dropped."""
     if len(held) != len(sent):
         raise LinkError(f"{address}: {len(sent)} items were sent, but the vehicle holds {len(held)}; do not fly it")
     otherwise = []
@@ -295,20 +279,12 @@ class Vehicle:
         self._socket.close()
 
     def send(self, message: Any) -> None:
-        """Send a message.
-
-        Raises:
-            LinkError: If the connection is gone.
-        """
+        """Send a message."""
         self._beat()
         self._send(message.pack(self._codec))
 
     def wait(self, names: tuple[str, ...], timeout: float, *, any_sender: bool = False) -> Any | None:
-        """The next message of these types from the vehicle, or None on timeout.
-
-        Raises:
-            LinkError: If the connection is gone.
-        """
+        """The next message of these types from the vehicle, or None on timeout."""
         end = time.monotonic() + timeout
         while True:
             while self._waiting:
@@ -391,12 +367,7 @@ class Vehicle:
 
 @contextlib.contextmanager
 def vehicle_at(address: Address) -> Iterator[Vehicle]:
-    """The vehicle at an address, for the time of a block.
-
-    Raises:
-        LinkError: If there is none.
-        MissingExtra: If pymavlink is not installed.
-    """
+    """The vehicle at an address, for the time of a block."""
     vehicle = Vehicle(address)
     try:
         yield vehicle

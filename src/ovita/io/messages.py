@@ -85,11 +85,7 @@ def listed_names(names: Iterable[str]) -> str:
 
 
 def frame_of(frame_id: str) -> Frame:
-    """The axes of a ROS frame: those of REP-103, or those that its name ends in, _ned or _rfu.
-
-    Raises:
-        TrajectoryError: If it is a camera's optical frame, whose z axis looks forward.
-    """
+    """The axes of a ROS frame: those of REP-103, or those that its name ends in, _ned or _rfu."""
     if frame_id.endswith(("_optical", "_optical_frame")):
         problem = (
             f"is in {brief(frame_id)!r}, a camera's optical frame (z forward); transform it to a fixed frame first"
@@ -136,11 +132,7 @@ def build(
 
 
 def parse(kind: Kind, message: Any) -> tuple[Trajectory, str, str, tuple[str, ...]]:
-    """The trajectory of a message, its frame_id, the body that it moves ("" if absent), and notes.
-
-    Raises:
-        TrajectoryError: If it holds no usable path; names the pose.
-    """
+    """The trajectory of a message, its frame_id, the body that it moves ("" if absent), and notes."""
     frame_id = str(message.header.frame_id)
     if kind == "multidof":
         trajectory, body, remarks = _parse_points(message)
@@ -157,8 +149,7 @@ def parse(kind: Kind, message: Any) -> tuple[Trajectory, str, str, tuple[str, ..
             frame_id = frame_id or own
         columns, notes = _times([_nanoseconds(p.header.stamp) for p in poses])
         poses = [stamped.pose for stamped in poses]
-    places = [p.position for p in poses]
-    built, said = _built(places, [p.orientation for p in poses], columns, "poses")
+    built, said = _built([p.position for p in poses], [p.orientation for p in poses], columns, "poses")
     return built, frame_id, "", notes + said
 
 
@@ -184,18 +175,11 @@ def _points(trajectory: Trajectory, turns: Array, stamps: list[int], maker: Make
 def _velocities(trajectory: Trajectory) -> Array:
     """Velocities (N, 3) [m/s]: the speeds, along the path ahead (at its end, behind)."""
     steps = np.diff(trajectory.positions, axis=0)
-    lengths = np.linalg.norm(steps, axis=1)
-    directions = np.zeros_like(trajectory.positions)
-    heading = np.array([1.0, 0.0, 0.0])
-    moving = np.flatnonzero(lengths > 0)
-    if len(moving):
-        heading = steps[moving[-1]] / lengths[moving[-1]]
-    directions[-1] = heading
-    for i in range(len(steps) - 1, -1, -1):
-        if lengths[i] > 0:
-            heading = steps[i] / lengths[i]
-        directions[i] = heading
-    return np.asarray(directions * trajectory.speeds[:, None])
+    moving = np.flatnonzero(np.linalg.norm(steps, axis=1) > 0)
+    if not len(moving):
+        return np.outer(trajectory.speeds, [1.0, 0.0, 0.0])
+    ahead = steps[moving[np.searchsorted(moving, np.arange(len(trajectory))).clip(max=len(moving) - 1)]]
+    return np.asarray(ahead * (trajectory.speeds / np.linalg.norm(ahead, axis=1))[:, None])
 
 
 def _parse_points(message: Any) -> tuple[Trajectory, str, tuple[str, ...]]:
@@ -205,20 +189,17 @@ def _parse_points(message: Any) -> tuple[Trajectory, str, tuple[str, ...]]:
             what = f"moves {len(point.transforms)} bodies ({listing(map(str, message.joint_names))})"
             raise TrajectoryError(f"{what}; a path is the motion of one", key="points", index=i)
     columns, notes = _times([_nanoseconds(p.time_from_start) for p in points])
+    times = None
     if points and all(len(point.velocities) == 1 for point in points):
-        linear = [point.velocities[0].linear for point in points]
-        speeds = np.linalg.norm(np.array([[v.x, v.y, v.z] for v in linear], dtype=float).reshape(-1, 3), axis=1)
-        times = columns.get("t")
-        columns, notes = {"speed": speeds}, ()
-    else:
-        times = None
-    places = [point.transforms[0].translation for point in points]
-    built, said = _built(places, [point.transforms[0].rotation for point in points], columns, "points")
+        linear = [[v.x, v.y, v.z] for v in (point.velocities[0].linear for point in points)]
+        times, notes = columns.get("t"), ()
+        columns = {"speed": np.linalg.norm(np.array(linear, dtype=float), axis=1)}
+    transforms = [point.transforms[0] for point in points]
+    built, said = _built([t.translation for t in transforms], [t.rotation for t in transforms], columns, "points")
     if times is not None and built.duration > 0:
         built, more = _with_dwell(built, times)
         said += more
-    names = [str(name) for name in message.joint_names]
-    return built, names[0] if names else "", notes + said
+    return built, next((str(name) for name in message.joint_names), ""), notes + said
 
 
 def _with_dwell(trajectory: Trajectory, times: Array) -> tuple[Trajectory, tuple[str, ...]]:
@@ -228,10 +209,8 @@ def _with_dwell(trajectory: Trajectory, times: Array) -> tuple[Trajectory, tuple
         timestep = round(float(np.diff(times)[dwell].mean()), 9)
         trajectory = Trajectory(trajectory.positions, trajectory.speeds, trajectory.orientations, timestep)
     if abs(trajectory.duration - times[-1]) > _UNEVEN * max(times[-1], 1e-9):
-        said = (
-            f"its times end at {times[-1]:.3g} s, its velocities at {trajectory.duration:.3g} s; the velocities count"
-        )
-        return trajectory, (said,)
+        ends = f"its times end at {times[-1]:.3g} s, its velocities at {trajectory.duration:.3g} s"
+        return trajectory, (f"{ends}; the velocities count",)
     return trajectory, ()
 
 
@@ -310,11 +289,7 @@ class JointMotion:
             raise TrajectoryError("is not after the time before it; times must increase strictly", key="times", index=i)
 
     def through(self, forward: Forward) -> Trajectory:
-        """The path of the tool by a kinematic model; its speeds follow from the times.
-
-        Raises:
-            TrajectoryError: If the model's poses make no trajectory.
-        """
+        """The path of the tool by a kinematic model; its speeds follow from the times."""
         poses = [forward(row) for row in self.positions]
         places = np.array([place for place, _ in poses], dtype=float)
         speeds, timestep, _ = speeds_from_times(places, self.times, "times")
@@ -324,26 +299,23 @@ class JointMotion:
 def build_joints(motion: JointMotion, maker: Maker, *, frame_id: str = "") -> Any:
     """A JointTrajectory message for a motion that starts immediately (stamp 0)."""
     frame_id = frame_id or ("" if motion.frame == _FLU else f"base_{motion.frame.name}")
+    none = maker.floats(np.zeros(0))
     points = [
         maker.new(
             "trajectory_msgs/msg/JointTrajectoryPoint",
             positions=maker.floats(motion.positions[i]),
-            velocities=maker.floats(np.zeros(0) if motion.velocities is None else motion.velocities[i]),
-            accelerations=maker.floats(np.zeros(0)),
-            effort=maker.floats(np.zeros(0)),
-            time_from_start=maker.stamp(round((motion.times[i] - motion.times[0]) * 1e9), "Duration"),
+            velocities=none if motion.velocities is None else maker.floats(motion.velocities[i]),
+            accelerations=none,
+            effort=none,
+            time_from_start=maker.stamp(round((time - motion.times[0]) * 1e9), "Duration"),
         )
-        for i in range(len(motion.times))
+        for i, time in enumerate(motion.times)
     ]
     return maker.new(JOINTS, header=maker.header(frame_id), joint_names=list(motion.names), points=points)
 
 
 def parse_joints(message: Any) -> JointMotion:
-    """The motion in a JointTrajectory message.
-
-    Raises:
-        TrajectoryError: If it holds none; names the point.
-    """
+    """The motion in a JointTrajectory message."""
     points, names = list(message.points), tuple(str(name) for name in message.joint_names)
     for i, point in enumerate(points):
         if len(point.positions) != len(names):

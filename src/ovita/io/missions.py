@@ -97,11 +97,7 @@ class Mission:
 
     @classmethod
     def from_dict(cls, document: Any) -> Mission:
-        """A mission from `to_dict`'s output.
-
-        Raises:
-            TrajectoryError: If it is something else.
-        """
+        """A mission from `to_dict`'s output."""
         try:
             home = dict(zip(("latitude", "longitude", "altitude"), document["home"], strict=True))
             read = validated(cls, {**document, "home": home}, MISSION)
@@ -119,9 +115,6 @@ def numbered(mission: Mission, *, with_home: bool) -> list[Item]:
     Args:
         mission: Its items.
         with_home: Whether number 0 is home, as ArduPilot and QGC WPL files have it.
-
-    Raises:
-        TrajectoryError: If there is a pattern, which only QGroundControl can unfold.
     """
     items = list(mission.items)
     for i, item in enumerate(items):
@@ -170,11 +163,7 @@ class Station:
 
 
 def stations_of(mission: Mission) -> tuple[list[Station], list[int]]:
-    """The stations of a mission, and the item of each.
-
-    Raises:
-        TrajectoryError: If an item's position or height cannot be read; names the item, counted from 1.
-    """
+    """The stations of a mission, and the item of each."""
     chosen = [i for i, item in enumerate(mission.items) if item.command in STATIONS]
     for i in chosen:
         _check(mission.items[i], i)
@@ -200,11 +189,7 @@ def asked_speed(item: Item, default: float) -> float | None:
 
 
 def task_of(mission: Mission, file: str, notes: Sequence[str] = ()) -> Task:
-    """The task in a mission file; its scene keeps the mission.
-
-    Raises:
-        TrajectoryError: If it has fewer than two stations, or one that cannot be read.
-    """
+    """The task in a mission file; its scene keeps the mission."""
     stations, chosen = stations_of(mission)
     if len(stations) < 2:
         known = listing(NAMES[command] for command in STATIONS)
@@ -303,9 +288,6 @@ def mission_from(trajectory: Trajectory, scene: Scene, home: Home | None) -> tup
         trajectory: In the scene's frame.
         scene: Keeps the mission that the trajectory came from, if there was one.
         home: Where the local metres have their origin, for a trajectory that came from none.
-
-    Raises:
-        TrajectoryError: If no home is known, or the mission that the scene keeps is damaged.
     """
     kept = scene.extra.get(MISSION)
     before = None if kept is None else Mission.from_dict(kept)
@@ -467,11 +449,7 @@ _EMPTY: Mapping[str, Any] = {
 
 
 def parse_plan(content: str, file: str, home: Home | None = None) -> Task:
-    """Read a task from the text of a plan; `home` replaces the plan's own.
-
-    Raises:
-        FormatError: If something in it is malformed; names the key and the item.
-    """
+    """Read a task from the text of a plan; `home` replaces the plan's own."""
     document = parse_object(content, file)
     check_values(document, file)
     if document.get("fileType") != "Plan":
@@ -492,6 +470,17 @@ def parse_plan(content: str, file: str, home: Home | None = None) -> Task:
         said = () if commanded else (f"no speed is commanded; assumed {speed_key} {speed:g} m/s",)
         task = task_of(read, file, said)
     return replace(task, verdict=verdict) if isinstance(verdict, str) else task
+
+
+def dumps(
+    file: str, trajectory: Trajectory, scene: Scene, home: Home | None, verdict: str = "", *, plan: bool
+) -> tuple[str, tuple[str, ...]]:
+    """The content of a plan or a WPL file for a trajectory in the scene's frame, and notes on what is lost."""
+    mission, notes = mission_from(trajectory, scene, home)
+    if plan:
+        return dumps_plan(mission, file, verdict), notes
+    unsaid = (f"QGC WPL text has no room for the verdict ({verdict.partition(':')[0]})",) if verdict else ()
+    return dumps_wpl(mission), notes + unsaid
 
 
 def dumps_plan(mission: Mission, file: str, verdict: str = "") -> str:
@@ -565,11 +554,7 @@ _COLUMNS = 12
 
 
 def parse_wpl(content: str, file: str, home: Home | None = None) -> Task:
-    """Read a task from QGC WPL text; `home` replaces the file's own.
-
-    Raises:
-        FormatError: If something in it is malformed; names the line.
-    """
+    """Read a task from QGC WPL text; `home` replaces the file's own."""
     lines = [(line.split(), i) for i, line in enumerate(content.splitlines(), start=1) if line.strip()]
     version = lines[0][0][2:]
     if " ".join(lines[0][0][:2]) != MAGIC or version[:1] not in [[v] for v in _VERSIONS]:

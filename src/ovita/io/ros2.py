@@ -69,24 +69,13 @@ def send(
 
 
 def send_joints(address: Address, motion: JointMotion, choices: Choices) -> bytes:
-    """Publish a motion of joints on a topic once a subscriber is there, to begin at once; its bytes.
-
-    Raises:
-        LinkError: If nobody subscribes, or the message is not acknowledged.
-        MissingExtra: If neither rclpy nor cyclonedds is installed.
-    """
+    """Publish a motion of joints on a topic once a subscriber is there, to begin at once; its bytes."""
     frame_id = address.options.get("frame_id") or choices.frame_id or ""
     return _backend()[0](address, lambda maker: (JOINTS, build_joints(motion, maker, frame_id=frame_id)))
 
 
 def receive(address: Address) -> Task:
-    """Wait for one message with a path on a topic.
-
-    Raises:
-        LinkError: If none comes in time.
-        FormatError: If what comes holds no usable path.
-        MissingExtra: If neither rclpy nor cyclonedds is installed.
-    """
+    """Wait for one message with a path on a topic."""
     name, message = _backend()[1](address)
     kinds: dict[str, Kind] = {n: kind for kind, n in TYPES.items()}
     with errors_of(str(address)):
@@ -149,11 +138,7 @@ def _wait(ready: Callable[[], Any], timeout: float, rest: Callable[[], None] = l
 
 
 def publish_dds(address: Address, build: Build) -> bytes:
-    """Publish a message over DDS and wait until it has arrived; its bytes as CDR.
-
-    Raises:
-        LinkError: If nobody subscribes in time, or the message is not acknowledged.
-    """
+    """Publish a message over DDS and wait until it has arrived; its bytes as CDR."""
     from cyclonedds.pub import DataWriter
     from cyclonedds.topic import Topic
     from cyclonedds.util import duration
@@ -170,11 +155,7 @@ def publish_dds(address: Address, build: Build) -> bytes:
 
 
 def subscribe_dds(address: Address) -> tuple[str, Any]:
-    """The type name and the first message on a topic, over DDS.
-
-    Raises:
-        LinkError: If none comes in time, or the topic carries no path.
-    """
+    """The type name and the first message on a topic, over DDS."""
     from cyclonedds.sub import DataReader
     from cyclonedds.topic import Topic
 
@@ -207,11 +188,7 @@ def plain_type(name: str) -> str:
 
 @cache
 def idl_type(name: str) -> Any:
-    """The structure of a ROS message as cyclonedds describes it, from the definitions that rosbags brings.
-
-    Raises:
-        MissingExtra: If rosbags or cyclonedds is not installed.
-    """
+    """The structure of a ROS message as cyclonedds describes it, from the definitions that rosbags brings."""
     try:
         from cyclonedds.idl import annotations, make_idl_struct, types
         from rosbags.interfaces import Nodetype

@@ -9,9 +9,9 @@ import re
 import numpy as np
 
 from ovita.errors import FormatError
-from ovita.io.documents import LARGEST, Task, brief, listing, number_problem, show
+from ovita.io.documents import LARGEST, Task, brief, listing, number_problem, show, timestep_of
 from ovita.io.files import errors_of
-from ovita.io.waypoints import COLUMNS, column_name, from_columns, timed, trajectory_rows
+from ovita.io.waypoints import COLUMNS, column_name, from_columns, poses_of, timed, trajectory_rows
 from ovita.paths.trajectory import TIMESTEP, Array, Trajectory
 
 _DELIMITERS = ",;\t"
@@ -31,9 +31,6 @@ def parse_csv(content: str, file: str) -> Task:
     Args:
         content: The text.
         file: The file's name, for messages.
-
-    Raises:
-        FormatError: If something in it is malformed; names the column and the row, counted from 0.
     """
     content, remarks = _with_header(content)
     start, timestep = _header_offset(content, file)
@@ -58,26 +55,22 @@ def parse_csv(content: str, file: str) -> Task:
     return Task(trajectory, path=file, notes=remarks + notes, verdict=_verdict(content[:start]))
 
 
-def dumps_csv(trajectory: Trajectory, verdict: str = "") -> str:
+def dumps_csv(trajectory: Trajectory, verdict: str = "") -> tuple[str, tuple[str, ...]]:
     """Write the waypoints as CSV text that `parse_csv` turns back exactly; a scene has no place in it."""
     width = 4 if trajectory.orientations is None else 8
     lines = _comment(verdict)
     lines += [] if trajectory.timestep == TIMESTEP else [f"# timestep: {float(trajectory.timestep)!r}"]
     lines.append(",".join(COLUMNS[:width]))
     lines.extend(",".join(map(repr, row)) for row in trajectory_rows(trajectory))
-    return "\n".join(lines) + "\n"
+    return "\n".join(lines) + "\n", ()
 
 
 def dumps_poses(trajectory: Trajectory, verdict: str = "") -> tuple[str, tuple[str, ...]]:
     """Write poses x, y, z, qx, qy, qz, qw as CSV text, with notes on what is lost."""
-    notes = ["a pose file holds no speeds and no times"]
-    turns = trajectory.orientations
-    if turns is None:
-        turns = np.tile([1.0, 0.0, 0.0, 0.0], (len(trajectory), 1))
-        notes.append("there are no orientations; every row got the identity 0, 0, 0, 1")
-    table = np.column_stack([trajectory.positions, turns[:, [1, 2, 3, 0]]])
-    lines = [*_comment(verdict), ",".join(_POSE), *(",".join(map(repr, row)) for row in table.tolist())]
-    return "\n".join(lines) + "\n", tuple(notes)
+    poses, own = poses_of(trajectory)
+    notes = () if own else ("there are no orientations; every row got the identity 0, 0, 0, 1",)
+    lines = [*_comment(verdict), ",".join(_POSE), *(",".join(map(repr, row)) for row in poses.tolist())]
+    return "\n".join(lines) + "\n", ("a pose file holds no speeds and no times", *notes)
 
 
 def _comment(verdict: str) -> list[str]:
@@ -118,21 +111,11 @@ def _header_offset(content: str, file: str) -> tuple[int, float | None]:
             return offset, timestep
         found = _TIMESTEP.fullmatch(bare)
         if found:
-            timestep = _parse_timestep(found[1], file)
+            timestep = timestep_of(_cell_number(found[1]), file, found[1])
         elif bare and set(COLUMNS[:3]) <= {column_name(cell) for cell in re.split(r"[,;\t]", bare.lstrip("# "))}:
             return offset, timestep
         offset += len(line)
     raise FormatError(file, "there is no header, only comments; name the columns, such as x,y,z,speed")
-
-
-def _parse_timestep(cell: str, file: str) -> float:
-    try:
-        value = float(cell)
-    except ValueError:
-        value = 0.0
-    if number_problem(value) or value <= 0:
-        raise FormatError(file, f"is {show(cell)}, expected a time > 0 in seconds", key="timestep")
-    return value
 
 
 def _check_header(names: list[str], header: list[str], file: str) -> None:
@@ -177,11 +160,8 @@ def _cell_problem(cell: str) -> str:
     bare = cell.strip()
     if not bare:
         return "is empty, expected a number"
-    try:
-        value = float(bare)
-    except ValueError:
-        value = None
-    if value is None or "_" in bare:
+    value = _cell_number(bare)
+    if value is None:
         comma = "; write decimals with a point" if re.fullmatch(r"[-+]?\d+,\d+", bare) else ""
         return f"is {show(bare)}, not a number{comma}"
     return number_problem(value)
@@ -193,11 +173,7 @@ START = "start_time"
 
 
 def parse_tum(content: str, file: str) -> Task:
-    """Read a trajectory from TUM text; its speeds follow from the times.
-
-    Raises:
-        FormatError: If a line is malformed or the times do not increase; names the line.
-    """
+    """Read a trajectory from TUM text; its speeds follow from the times."""
     lines = [(line.split("#", 1)[0].split(), i) for i, line in enumerate(content.splitlines(), start=1)]
     rows = [(cells, i) for cells, i in lines if cells]
     if not rows:
@@ -217,11 +193,10 @@ def dumps_tum(trajectory: Trajectory, start: float = 0.0, verdict: str = "") -> 
     """Write a trajectory as TUM text starting at `start` [s], with notes on what is lost."""
     trajectory, times, notes = timed(trajectory)
     said = [*notes, "TUM text holds times instead of speeds; reading it derives the speeds from them"]
-    turns = trajectory.orientations
-    if turns is None:
-        turns = np.tile([1.0, 0.0, 0.0, 0.0], (len(trajectory), 1))
+    poses, own = poses_of(trajectory)
+    if not own:
         said.append("there are no orientations; every line got the identity 0 0 0 1")
-    table = np.column_stack([times + start, trajectory.positions, turns[:, [1, 2, 3, 0]]])
+    table = np.column_stack([times + start, poses])
     lines = [" ".join(map(repr, row)) for row in table.tolist()]
     return "\n".join([*_comment(verdict), "# time x y z qx qy qz qw", *lines]) + "\n", tuple(said)
 

@@ -21,6 +21,7 @@ COLUMNS = ("x", "y", "z", "speed", "qw", "qx", "qy", "qz")
 
 _ALIASES = {"velocity": "speed", "v": "speed", "time": "t"}
 _QUATERNION = COLUMNS[4:]
+_KNOWN = (*COLUMNS, "t")
 _WIDTHS = {3: COLUMNS[:3], 4: COLUMNS[:4], 8: COLUMNS}
 
 
@@ -52,9 +53,6 @@ def read_rows(
         rows: The list as parsed from JSON.
         key: What the list is called in its file.
         timestep: Duration of one dwell waypoint [s].
-
-    Raises:
-        TrajectoryError: If a row is malformed; names the row.
     """
     if not isinstance(rows, (list, tuple)):
         raise TrajectoryError(f"is {show(rows)}, expected a list of rows [x, y, z, speed]", key=key)
@@ -86,49 +84,60 @@ def from_columns(
         columns: x, y, z [m]; speed [m/s] or t [s] or neither; qw, qx, qy, qz or none of them. Others are ignored.
         key: What a message calls the waypoints; by default, the column at fault.
         timestep: Duration of one dwell waypoint [s]; None takes it from the dwells if there are times.
-
-    Raises:
-        TrajectoryError: If a column is missing or a value is illegal; names the waypoint.
     """
-    names = listing(columns)
-    missing = [name for name in COLUMNS[:3] if name not in columns]
-    if missing:
-        raise TrajectoryError(f"has no {', '.join(missing)}, only {names}; x, y and z are needed", key=key)
-    turns = [name for name in _QUATERNION if name in columns]
-    if turns and len(turns) < 4:
-        raise TrajectoryError(
-            f"has only {', '.join(turns)} of the quaternion qw, qx, qy, qz; give all or none", key=key
-        )
-    positions = np.column_stack([columns[name] for name in COLUMNS[:3]])
-    for name in [name for name in (*COLUMNS, "t") if name in columns]:
-        bad = first_bad(columns[name])
-        if bad is not None:
-            raise TrajectoryError(f"{name} is {columns[name][bad]}, not a finite number", key=key or name, index=bad)
-    if len(positions) < 2:
-        raise TrajectoryError(f"has {len(positions) or 'no'} waypoint; a trajectory needs at least 2", key=key)
-    notes = []
-    unknown = [name or "(without a name)" for name in columns if name not in (*COLUMNS, "t")]
-    if unknown:
-        notes.append(f"ignored what no trajectory can carry: {listing(unknown)}")
-    if "speed" in columns:
-        speeds = columns["speed"]
-        if "t" in columns:
-            notes.append("ignored the times t, because speeds are given")
-    elif "t" in columns:
-        speeds, dwell, remarks = speeds_from_times(positions, columns["t"], key or "t")
-        timestep = dwell if timestep is None else timestep
-        notes.append("derived the speeds from the times t")
-        notes.extend(remarks)
-    else:
-        speeds = np.full(len(positions), DEFAULT_SPEED)
-        notes.append(f"no speeds are given; assumed {DEFAULT_SPEED:g} m/s at every waypoint")
-    orientations = np.column_stack([columns[name] for name in _QUATERNION]) if turns else None
+    positions = _positions(columns, key)
+    turns = [columns[name] for name in _QUATERNION if name in columns]
+    unknown = [name or "(without a name)" for name in columns if name not in _KNOWN]
+    notes = (f"ignored what no trajectory can carry: {listing(unknown)}",) if unknown else ()
+    speeds, timestep, remarks = _speeds(columns, positions, key, timestep)
     try:
-        built = Trajectory(positions, speeds, orientations, TIMESTEP if timestep is None else timestep)
+        built = Trajectory(positions, speeds, np.column_stack(turns) if turns else None, timestep)
     except TrajectoryError as error:
         of_column = {"speeds": "speed", "orientations": "qw"}.get(error.key or "", error.key)
         raise TrajectoryError(error.problem, key=key or of_column, index=error.index) from None
-    return built, tuple(notes)
+    return built, notes + remarks
+
+
+def _positions(columns: Mapping[str, Array], key: str | None) -> Array:
+    """Positions (N, 3) [m], once all columns are complete and finite."""
+    missing = [name for name in COLUMNS[:3] if name not in columns]
+    if missing:
+        raise TrajectoryError(f"has no {', '.join(missing)}, only {listing(columns)}; x, y and z are needed", key=key)
+    turns = [name for name in _QUATERNION if name in columns]
+    if turns and len(turns) < 4:
+        problem = f"has only {', '.join(turns)} of the quaternion qw, qx, qy, qz; give all or none"
+        raise TrajectoryError(problem, key=key)
+    for name in _KNOWN:
+        bad = first_bad(columns[name]) if name in columns else None
+        if bad is not None:
+            raise TrajectoryError(f"{name} is {columns[name][bad]}, not a finite number", key=key or name, index=bad)
+    positions = np.column_stack([columns[name] for name in COLUMNS[:3]])
+    if len(positions) < 2:
+        raise TrajectoryError(f"has {len(positions) or 'no'} waypoint; a trajectory needs at least 2", key=key)
+    return positions
+
+
+def _speeds(
+    columns: Mapping[str, Array], positions: Array, key: str | None, timestep: float | None
+) -> tuple[Array, float, tuple[str, ...]]:
+    """Speeds (N,) [m/s], the timestep [s], and what was assumed for them."""
+    fixed = TIMESTEP if timestep is None else timestep
+    if "speed" in columns:
+        notes = ("ignored the times t, because speeds are given",) if "t" in columns else ()
+        return columns["speed"], fixed, notes
+    if "t" not in columns:
+        note = f"no speeds are given; assumed {DEFAULT_SPEED:g} m/s at every waypoint"
+        return np.full(len(positions), DEFAULT_SPEED), fixed, (note,)
+    speeds, dwell, remarks = speeds_from_times(positions, columns["t"], key or "t")
+    return speeds, dwell if timestep is None else timestep, ("derived the speeds from the times t", *remarks)
+
+
+def poses_of(trajectory: Trajectory) -> tuple[Array, bool]:
+    """Poses x, y, z, qx, qy, qz, qw (N, 7), and whether they are its own; without orientations, the identity."""
+    turns = trajectory.orientations
+    own = turns is not None
+    turns = np.tile([1.0, 0.0, 0.0, 0.0], (len(trajectory), 1)) if turns is None else turns
+    return np.column_stack([trajectory.positions, turns[:, [1, 2, 3, 0]]]), own
 
 
 def _of_lists(rows: Sequence[Any], key: str | None) -> tuple[tuple[str, ...], Iterable[Sequence[object]]]:
@@ -160,8 +169,8 @@ def _of_dicts(rows: Sequence[Any], key: str | None) -> tuple[tuple[str, ...], It
             lacks, more = sorted(expected - row.keys()), sorted(row.keys() - expected)
             what = f"lacks {listing(lacks)}" if lacks else f"has {listing(more)}"
             raise TrajectoryError(f"{what}, unlike the first row; give every row the same keys", key=key, index=i)
-    known = [(k, n) for k, n in zip(keys, names, strict=True) if n in (*COLUMNS, "t")]
-    ignored = [(k, n) for k, n in zip(keys, names, strict=True) if n not in (*COLUMNS, "t")]
+    known = [(k, n) for k, n in zip(keys, names, strict=True) if n in _KNOWN]
+    ignored = [(k, n) for k, n in zip(keys, names, strict=True) if n not in _KNOWN]
     # What is ignored may be anything, so it becomes a column of zeros that only lends its name to the note.
     zero = [0.0] * len(ignored)
     values = ([row[k] for k, _ in known] + zero for row in rows)
@@ -222,9 +231,6 @@ def speeds_from_times(positions: Array, times: Array, key: str = "t") -> tuple[A
     Returns:
         The speeds (N,) [m/s], the duration of one dwell waypoint [s] (the mean one; the default timestep if there
         is no dwell), and remarks on what could not be met.
-
-    Raises:
-        TrajectoryError: If a time does not increase or asks for an impossible speed; names the waypoint.
     """
     dt = np.diff(times)
     if (dt <= 0).any():
@@ -355,9 +361,8 @@ def timed(trajectory: Trajectory) -> tuple[Trajectory, Array, tuple[str, ...]]:
     if keep.sum() < 2:
         keep[-1] = True
     turns = trajectory.orientations
-    kept = Trajectory(
-        trajectory.positions[keep], trajectory.speeds[keep], None if turns is None else turns[keep], trajectory.timestep
-    )
+    turns = None if turns is None else turns[keep]
+    kept = Trajectory(trajectory.positions[keep], trajectory.speeds[keep], turns, trajectory.timestep)
     left = f"left out {int((~keep).sum())} of {len(keep)} waypoints, which repeat the one before and take no time"
     return kept, kept.times, (left,)
 

@@ -58,9 +58,6 @@ def open_file(path: str, template: Session, *, limits: Robot | None = None, uplo
         template: Whose writer and isolation, and for a bare trajectory whose scene and limits, the session gets.
         limits: What a scene whose file names no robot is limited to; the template's limits where left out.
         upload: Whether it came from a browser; then it may not name files of this machine.
-
-    Raises:
-        FormatError: If the file is none of these, or longer than the studio takes.
     """
     name = Path(path).name
     if path.lower().endswith(".json") and parse_object(read_text(path), path).get("schema") == SCHEMA:
@@ -98,11 +95,7 @@ def open_file(path: str, template: Session, *, limits: Robot | None = None, uplo
 
 
 def open_upload(name: str, content: bytes, template: Session, *, limits: Robot | None = None) -> Opened:
-    """Open what a browser sent, as `open_file` does.
-
-    Raises:
-        FormatError: Also if the file is too large or of another kind.
-    """
+    """Open what a browser sent, as `open_file` does."""
     suffix = Path(name).suffix.lower()
     shown = Path(name).name or "upload"
     shown = shown if len(shown) <= 80 else f"{shown[:70]}\u2026{suffix[:9]}"
@@ -128,11 +121,7 @@ def too_large(size: int) -> str:
 
 
 def in_folder(folder: str) -> list[str]:
-    """The files of a folder that the studio can open, by name.
-
-    Raises:
-        FormatError: If the folder cannot be read.
-    """
+    """The files of a folder that the studio can open, by name."""
     try:
         names = sorted(p.name for p in Path(folder).iterdir() if p.suffix.lower() in SUFFIXES and p.is_file())
     except OSError as error:
@@ -146,10 +135,6 @@ def exported(kind: str, session: Session) -> tuple[str, bytes]:
     Args:
         kind: "adaptation", "json", "csv", "html" or "session".
         session: What to write. A result that is not simply done bears its verdict in the file's name.
-
-    Raises:
-        FormatError: If there is nothing of that kind yet.
-        MissingExtra: If "html" is requested and plotly is not installed.
     """
     if kind == "html":
         return "ovita.html", _page(session).encode()
@@ -324,11 +309,7 @@ class FilesPanel:
 
 
 def offered_files(paths: Sequence[str]) -> dict[str, str]:
-    """The files that a studio offers, from the files and folders it was started with: shown name to path.
-
-    Raises:
-        FormatError: If a folder cannot be read.
-    """
+    """The files that a studio offers, from the files and folders it was started with: shown name to path."""
     found: dict[str, str] = {}
     for path in paths:
         inside = [os.path.join(path, name) for name in in_folder(path)] if os.path.isdir(path) else [path]

@@ -314,9 +314,6 @@ def keyed_writer(name: str, key: str, address: str) -> PolicyWriter:
         name: As on the command line.
         key: The key, or "" for the one in the environment.
         address: Of an OpenAI-compatible server, or "".
-
-    Raises:
-        OvitaError: If there is no such writer or it cannot be made.
     """
     if not key:
         return writer_named(name, base_url=address or None)

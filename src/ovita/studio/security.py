@@ -134,11 +134,7 @@ def policy(host: str) -> str:
 
 
 def gate_for(host: str, token: str, page: Callable[[], bytes], port: int = 0) -> Gate:
-    """The gate of a studio that is bound to an address and a port, of which each has a cookie of its own.
-
-    Raises:
-        StudioUnsafe: If others than this machine could reach it and there is no token.
-    """
+    """The gate of a studio that is bound to an address and a port, of which each has a cookie of its own."""
     if is_local(host):
         return Gate(token, frozenset({*LOCAL, host.lower()}), page, f"ovita-studio-{port}")
     if not token:
@@ -160,11 +156,7 @@ def is_local(host: str) -> bool:
 
 @contextmanager
 def guarded(gate: Gate) -> Iterator[None]:
-    """Put a gate before every server that viser starts inside the block.
-
-    Raises:
-        StudioUnsafe: If viser started none in the way that is known, so that it would stand open.
-    """
+    """Put a gate before every server that viser starts inside the block."""
     import websockets.asyncio.server as sockets
 
     genuine = sockets.serve
