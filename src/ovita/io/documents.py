@@ -148,6 +148,14 @@ def number_problem(value: object) -> str:
     return ""
 
 
+def cell_number(cell: str, odd: float | None = None) -> float | None:
+    """The number in a cell of a table; None for other text, and `odd` for 1_000, which Python alone takes for one."""
+    try:
+        return odd if "_" in cell else float(cell)
+    except ValueError:
+        return None
+
+
 def timestep_of(value: Any, file: str, text: str | None = None) -> float:
     """The duration of a dwell waypoint [s] that a file gives, checked; `text` is how it stands there."""
     if number_problem(value) or value <= 0:

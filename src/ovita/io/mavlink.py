@@ -23,7 +23,7 @@ from ovita.io.documents import Task, listing
 from ovita.io.files import errors_of
 from ovita.io.geodesy import Home
 from ovita.io.links import Address
-from ovita.io.missions import CHANGE_SPEED, DEFAULT_SPEED, STATIONS, Item, Mission, mission_from, numbered, task_of
+from ovita.io.missions import CHANGE_SPEED, WAYPOINTS, Item, Mission, mission_from, numbered, task_of
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 
@@ -71,11 +71,8 @@ def download(address: Address, home: Home | None) -> Task:
         home = home or _home(vehicle)
     if home is None:
         raise LinkError(f"{address}: the vehicle knows no home position; say --home latitude,longitude,altitude")
-    said: tuple[str, ...] = ()
-    if not any(item.command == CHANGE_SPEED for item in items):
-        said = (f"no speed is commanded; assumed {DEFAULT_SPEED:g} m/s",)
     with errors_of(str(address)):
-        return task_of(Mission(home, tuple(items), listed), str(address), said)
+        return task_of(Mission(home, tuple(items), listed), str(address))
 
 
 def _send_all(vehicle: Vehicle, messages: Sequence[Any]) -> None:
@@ -203,7 +200,7 @@ def _same(mine: Item, theirs: Item) -> bool:
         return False
     if mine.command == CHANGE_SPEED:
         return math.isclose(mine.params[1] or 0.0, theirs.params[1] or 0.0, rel_tol=1e-3, abs_tol=0.01)
-    if mine.command not in STATIONS:
+    if mine.command not in WAYPOINTS:
         return True
     pairs = zip(mine.params[4:], theirs.params[4:], _RESOLUTION, strict=True)
     return mine.frame == theirs.frame and all(abs((a or 0.0) - (b or 0.0)) <= most for a, b, most in pairs)

@@ -15,7 +15,7 @@ import numpy as np
 from pydantic import BaseModel, Field
 
 from ovita.errors import FormatError, TrajectoryError
-from ovita.io.documents import LARGEST, VERDICT, Number, Task, listing, plain, show, validated
+from ovita.io.documents import LARGEST, VERDICT, Number, Task, cell_number, listing, plain, show, validated
 from ovita.io.files import errors_of
 from ovita.io.geodesy import MISSION, ROS, Home, on_earth, to_geodetic, to_local
 from ovita.io.json_ import check_values, parse_object
@@ -27,7 +27,7 @@ from ovita.paths.trajectory import TIMESTEP, Array, Trajectory, arc_length
 WAYPOINT, LOITER_TIME, SPLINE = 16, 19, 82
 CHANGE_SPEED, JUMP = 178, 177
 
-STATIONS = (WAYPOINT, LOITER_TIME, SPLINE)
+WAYPOINTS = (WAYPOINT, LOITER_TIME, SPLINE)
 """Commands that are the waypoints of a trajectory; every other item is kept as it is, in its place."""
 
 NAMES: Mapping[int, str] = {
@@ -104,7 +104,7 @@ class Mission:
         except (KeyError, TypeError, ValueError, FormatError) as error:
             problem = f"is not a mission that ovita kept ({type(error).__name__}: {error})"
             raise TrajectoryError(problem, key=MISSION) from None
-        if not any(item.command in STATIONS for item in read.items):
+        if not any(item.command in WAYPOINTS for item in read.items):
             raise TrajectoryError("is not a mission that ovita kept (it has no waypoint)", key=MISSION)
         return read
 
@@ -125,20 +125,13 @@ def numbered(mission: Mission, *, with_home: bool) -> list[Item]:
         h = mission.home
         home = Item(WAYPOINT, GLOBAL, (0.0, 0.0, 0.0, 0.0, h.latitude, h.longitude, h.altitude))
         listed = mission.home_item
-        if listed is not None and listed.params[4:] != home.params[4:]:
-            listed = None
-        items.insert(0, listed or home)
+        items.insert(0, listed if listed is not None and listed.params[4:] == home.params[4:] else home)
     places = {i: seq for seq, item in enumerate(items) for i in item.ids}
-    return [_pointed(item, places) for item in items]
-
-
-def _pointed(item: Item, places: Mapping[int, int]) -> Item:
-    target = item.params[0]
-    if item.command != JUMP or target is None or int(target) not in places:
-        return item
-    return Item(
-        item.command, item.frame, (float(places[int(target)]), *item.params[1:]), item.autocontinue, item.ids, item.raw
-    )
+    for k, item in enumerate(items):
+        target = item.params[0]
+        if item.command == JUMP and target is not None and int(target) in places:
+            items[k] = replace(item, params=(float(places[int(target)]), *item.params[1:]))
+    return items
 
 
 def _pattern(item: Item) -> str:
@@ -154,7 +147,7 @@ _AIR_OR_GROUND = (0.0, 1.0)
 
 
 @dataclass(frozen=True)
-class Station:
+class MissionWaypoint:
     """One waypoint of a mission: position (3,) east, north, up [m], speed on the way to it [m/s], hold [s]."""
 
     position: Array
@@ -162,25 +155,21 @@ class Station:
     hold: float = 0.0
 
 
-def stations_of(mission: Mission) -> tuple[list[Station], list[int]]:
-    """The stations of a mission, and the item of each."""
-    chosen = [i for i, item in enumerate(mission.items) if item.command in STATIONS]
+def waypoints_of(mission: Mission) -> tuple[list[MissionWaypoint], list[int]]:
+    """The waypoints of a mission, and the item of each."""
+    chosen = [i for i, item in enumerate(mission.items) if item.command in WAYPOINTS]
     for i in chosen:
         _check(mission.items[i], i)
     positions = _positions([mission.items[i] for i in chosen], mission.home)
-    speeds, speed = {}, mission.speed
-    for i, item in enumerate(mission.items):
-        asked = asked_speed(item, mission.speed)
-        speed = speed if asked is None else asked
-        speeds[i] = speed
-    found = [
-        Station(position, speeds[i], max(mission.items[i].params[0] or 0.0, 0.0))
-        for i, position in zip(chosen, positions, strict=True)
-    ]
+    found, speed, place = [], mission.speed, iter(positions)
+    for item in mission.items:
+        speed = commanded_speed(item, mission.speed) or speed
+        if item.command in WAYPOINTS:
+            found.append(MissionWaypoint(next(place), speed, max(item.params[0] or 0.0, 0.0)))
     return found, chosen
 
 
-def asked_speed(item: Item, default: float) -> float | None:
+def commanded_speed(item: Item, default: float) -> float | None:
     """The speed along the path that an item commands [m/s], or None; -2 asks for the default again."""
     kind, speed = item.params[0], item.params[1]
     if item.command != CHANGE_SPEED or kind not in _AIR_OR_GROUND or speed is None:
@@ -188,43 +177,45 @@ def asked_speed(item: Item, default: float) -> float | None:
     return default if speed == -2.0 else speed if speed > 0 else None
 
 
-def task_of(mission: Mission, file: str, notes: Sequence[str] = ()) -> Task:
-    """The task in a mission file; its scene keeps the mission."""
-    stations, chosen = stations_of(mission)
-    if len(stations) < 2:
-        known = listing(NAMES[command] for command in STATIONS)
-        what = f"holds {len(stations)} waypoint{'s' * (len(stations) != 1)} ({known})"
+def task_of(mission: Mission, file: str, setting: str = "") -> Task:
+    """The task in a mission file; its scene keeps the mission. The file's `setting` gave the mission's speed."""
+    waypoints, chosen = waypoints_of(mission)
+    if len(waypoints) < 2:
+        known = listing(NAMES[command] for command in WAYPOINTS)
+        what = f"holds {len(waypoints)} waypoint{'s' * (len(waypoints) != 1)} ({known})"
         raise TrajectoryError(f"{what}; a trajectory needs at least 2", key="mission")
-    trajectory, remarks = expanded(stations)
-    said = [*notes, f"metres are east, north and up of home ({mission.home.describe()}); front is north", *remarks]
-    kept = [f"{item.name} (item {i + 1})" for i, item in enumerate(mission.items) if _other(item, i, chosen)]
+    trajectory, remarks = expanded(waypoints)
+    said = [] if _commands_speed(mission) else [f"no speed is commanded; assumed {setting}{mission.speed:g} m/s"]
+    said += [f"metres are east, north and up of home ({mission.home.describe()}); front is north", *remarks]
+    others = {i: item for i, item in enumerate(mission.items) if i not in chosen and commanded_speed(item, 1.0) is None}
+    kept = [f"{item.name} (item {i + 1})" for i, item in others.items()]
     if kept:
         said.append(f"kept untouched, in their places: {listing(kept)}")
     scene = Scene(frame=RFU, extra={MISSION: mission.to_dict()})
     return Task(trajectory, scene, path=file, notes=tuple(said), fixed_frame=True)
 
 
-def expanded(stations: Sequence[Station]) -> tuple[Trajectory, tuple[str, ...]]:
+def expanded(waypoints: Sequence[MissionWaypoint]) -> tuple[Trajectory, tuple[str, ...]]:
     """A trajectory with a dwell for every timestep of a hold, and remarks."""
-    holds = [station.hold for station in stations]
+    holds = [waypoint.hold for waypoint in waypoints]
     timestep = _timestep(holds)
     counts = [round(hold / timestep) for hold in holds]
     off = max(abs(n * timestep - hold) for n, hold in zip(counts, holds, strict=True))
     notes = (f"holds were rounded to {timestep:g} s",) if off > 1e-6 else ()
     repeats = [n + 1 for n in counts]
-    positions = np.repeat(np.array([station.position for station in stations]), repeats, axis=0)
-    speeds = np.concatenate([[s.speed, *[0.0] * n] for s, n in zip(stations, counts, strict=True)])
+    positions = np.repeat(np.array([waypoint.position for waypoint in waypoints]), repeats, axis=0)
+    speeds = np.concatenate([[s.speed, *[0.0] * n] for s, n in zip(waypoints, counts, strict=True)])
     return Trajectory(positions, speeds, None, timestep), notes
 
 
-def gathered(trajectory: Trajectory) -> list[Station]:
-    """The stations of a trajectory in metres east, north, up: every waypoint that is no dwell."""
+def gathered(trajectory: Trajectory) -> list[MissionWaypoint]:
+    """The waypoints of a trajectory in metres east, north, up: every waypoint that is no dwell."""
     ds = np.diff(trajectory.positions, axis=0)
     dwell = np.concatenate([[False], (ds == 0).all(axis=1) & (trajectory.speeds[1:] == 0)])
     starts = np.flatnonzero(~dwell)
     counts = np.diff(np.concatenate([starts, [len(trajectory)]])) - 1
     return [
-        Station(trajectory.positions[i], float(trajectory.speeds[i]), int(n) * trajectory.timestep)
+        MissionWaypoint(trajectory.positions[i], float(trajectory.speeds[i]), int(n) * trajectory.timestep)
         for i, n in zip(starts, counts, strict=True)
     ]
 
@@ -266,8 +257,8 @@ def _check(item: Item, i: int) -> None:
             raise TrajectoryError(f"{what} is at {latitude:g}, {longitude:g}, which is no place on earth")
 
 
-def _other(item: Item, i: int, chosen: Sequence[int]) -> bool:
-    return i not in chosen and asked_speed(item, 1.0) is None
+def _commands_speed(mission: Mission) -> bool:
+    return any(item.command == CHANGE_SPEED for item in mission.items)
 
 
 def _timestep(holds: Sequence[float]) -> float:
@@ -293,53 +284,42 @@ def mission_from(trajectory: Trajectory, scene: Scene, home: Home | None) -> tup
     before = None if kept is None else Mission.from_dict(kept)
     if before is None and home is None:
         raise TrajectoryError("there is no home position; say where it is: --home latitude,longitude,altitude")
-    stations = gathered(on_earth(trajectory, scene))
+    waypoints = gathered(on_earth(trajectory, scene))
     notes = ["a mission holds no objects and no instruction"] if len(scene) else []
     if trajectory.orientations is not None:
         notes.append("a mission holds no orientations")
-    if any(s.speed == 0.0 for s in stations[1:]):
+    if any(s.speed == 0.0 for s in waypoints[1:]):
         notes.append("no mission can command a speed of 0; a leg that ends at rest got its mean speed")
     if before is None:
         assert home is not None
         axes = "x of the ROS frame is east, y north" if ROS in scene.extra else "front is north, right is east"
         notes.append(f"metres are those about home ({home.describe()}): {axes}")
         notes.append("it holds waypoints only; add takeoff and landing in the ground station")
-        return Mission(home, tuple(_fresh(stations, home))), tuple(notes)
-    if home is not None and home != before.home:
+        before = Mission(home)
+    elif home is not None and home != before.home:
         before = replace(before, home=home)
         notes.append(f"home was moved to {home.describe()}, and the waypoints with it; other items stay where they are")
-    merged, said_too = _merged(stations, before)
+    merged, said_too = _merged(waypoints, before)
     return replace(before, items=tuple(merged)), (*notes, *said_too)
 
 
-def _fresh(stations: Sequence[Station], home: Home) -> list[Item]:
-    items: list[Item] = []
-    in_force: float | None = None
-    for j, station in enumerate(stations):
-        speed = _commanded(stations, j) or in_force or next((s.speed for s in stations if s.speed > 0), DEFAULT_SPEED)
-        if speed != in_force:
-            items.append(_speed_item(speed))
-            in_force = speed
-        items.append(_with_hold(moved(_FRESH, station.position, home), station.hold))
-    return items
-
-
-def _merged(stations: Sequence[Station], before: Mission) -> tuple[list[Item], list[str]]:
-    """The items with the stations' positions, speeds and holds; all else unchanged."""
-    old, chosen = stations_of(before)
-    places, same = _matched(old, stations)
+def _merged(waypoints: Sequence[MissionWaypoint], before: Mission) -> tuple[list[Item], list[str]]:
+    """The items with the waypoints' positions, speeds and holds; all else unchanged."""
+    old, chosen = waypoints_of(before)
+    places, same = _matched(old, waypoints)
     notes = []
-    if len(old) != len(stations):
-        notes.append(f"the mission has {len(stations)} waypoints instead of {len(old)}; other items moved along")
-    others = _others(before, places, len(stations))
+    if old and len(old) != len(waypoints):
+        notes.append(f"the mission has {len(waypoints)} waypoints instead of {len(old)}; other items moved along")
+    others = _others(before, places, len(waypoints))
     kept = {places[k]: k for k in reversed(range(len(old)))} | {places[k]: k for k in same}
     items: list[Item] = []
-    in_force, frame = before.speed, before.items[chosen[0]].frame
-    for j, station in enumerate(stations):
-        speed = _commanded(stations, j) or in_force
-        asks = [k for k, item in enumerate(others[j]) if asked_speed(item, before.speed) is not None]
+    in_force, frame = (before.speed, before.items[chosen[0]].frame) if chosen else (None, RELATIVE)
+    first = next((s.speed for s in waypoints if s.speed > 0), DEFAULT_SPEED)
+    for j, waypoint in enumerate(waypoints):
+        speed = _commanded(waypoints, j) or in_force or first
+        asks = [k for k, item in enumerate(others[j]) if commanded_speed(item, before.speed) is not None]
         for k, item in enumerate(others[j]):
-            asked = asked_speed(item, before.speed)
+            asked = commanded_speed(item, before.speed)
             if asks and k == asks[-1] and asked != speed:
                 item = replace(item, params=(item.params[0], speed, *item.params[2:]))
                 asked = speed
@@ -351,44 +331,44 @@ def _merged(stations: Sequence[Station], before: Mission) -> tuple[list[Item], l
         if j in kept:
             ids = tuple(i for k, place in enumerate(places) if place == j for i in before.items[chosen[k]].ids)
             item = replace(before.items[chosen[kept[j]]], ids=ids)
-            items.append(_changed(item, old[kept[j]], station, before.home))
+            items.append(_changed(item, old[kept[j]], waypoint, before.home))
             frame = item.frame
         else:
-            fresh = moved(replace(_FRESH, frame=frame), station.position, before.home)
-            items.append(_with_hold(fresh, station.hold))
-    return [*items, *others[len(stations)]], notes
+            fresh = moved(replace(_FRESH, frame=frame), waypoint.position, before.home)
+            items.append(_with_hold(fresh, waypoint.hold))
+    return [*items, *others[len(waypoints)]], notes
 
 
 def _others(before: Mission, places: Sequence[int], n: int) -> list[list[Item]]:
-    """The items that are no stations: those before each of n new stations, and those after the last."""
+    """The items that are no waypoints: those before each of n new ones, and those after the last."""
     found: list[list[Item]] = [[] for _ in range(n + 1)]
     passed = 0
     for item in before.items:
-        if item.command in STATIONS:
+        if item.command in WAYPOINTS:
             passed += 1
         else:
             found[places[passed] if passed < len(places) else n].append(item)
     return found
 
 
-def _changed(item: Item, was: Station, now: Station, home: Home) -> Item:
-    """The item with what differs between two stations."""
+def _changed(item: Item, was: MissionWaypoint, now: MissionWaypoint, home: Home) -> Item:
+    """The item with what differs between two waypoints."""
     if not np.array_equal(was.position, now.position):
         item = moved(item, now.position, home)
     return item if abs(was.hold - now.hold) < 1e-6 else _with_hold(item, now.hold)
 
 
-def _matched(old: Sequence[Station], new: Sequence[Station]) -> tuple[list[int], set[int]]:
+def _matched(old: Sequence[MissionWaypoint], new: Sequence[MissionWaypoint]) -> tuple[list[int], set[int]]:
     """Match each old mission waypoint to its new one, in ascending order, and mark those that did not move.
 
     Stations whose place is unchanged pair up first, the others by path length between these.
     """
-    if len(old) == len(new):
-        return list(range(len(new))), set(range(len(old)))
-    before, after = ([tuple(s.position.tolist()) for s in stations] for stations in (old, new))
+    if not old or len(old) == len(new):
+        return list(range(len(old))), set(range(len(old)))
+    before, after = ([tuple(s.position.tolist()) for s in waypoints] for waypoints in (old, new))
     blocks = SequenceMatcher(None, before, after, autojunk=False).get_matching_blocks()
     same = {block.a + i: block.b + i for block in blocks for i in range(block.size)}
-    shares = [_shares(stations) for stations in (old, new)]
+    shares = [_shares(waypoints) for waypoints in (old, new)]
     places: list[int] = []
     last = len(new) - 1
     for k in range(len(old)):
@@ -401,23 +381,23 @@ def _matched(old: Sequence[Station], new: Sequence[Station]) -> tuple[list[int],
     return places, set(same)
 
 
-def _shares(stations: Sequence[Station]) -> Array:
-    """Share of the path length at each station, 0..1."""
-    s = arc_length(np.array([station.position for station in stations]))
+def _shares(waypoints: Sequence[MissionWaypoint]) -> Array:
+    """Share of the path length at each waypoint, 0..1."""
+    s = arc_length(np.array([waypoint.position for waypoint in waypoints]))
     return np.asarray(s / max(float(s[-1]), 1e-12))
 
 
-def _commanded(stations: Sequence[Station], j: int) -> float | None:
-    """The speed to command on the way to a station [m/s]: its own, or the leg's mean where it ends at rest.
+def _commanded(waypoints: Sequence[MissionWaypoint], j: int) -> float | None:
+    """The speed to command on the way to a waypoint [m/s]: its own, or the leg's mean where it ends at rest.
 
     None keeps the speed in force, where a leg is at rest at both ends.
     """
-    speed = stations[j].speed
+    speed = waypoints[j].speed
     if speed > 0.0:
         return speed
     if j == 0:
-        return stations[1].speed if len(stations) > 1 and stations[1].speed > 0.0 else None
-    return stations[j - 1].speed / 2.0 if stations[j - 1].hold == 0.0 and stations[j - 1].speed > 0.0 else None
+        return waypoints[1].speed if len(waypoints) > 1 and waypoints[1].speed > 0.0 else None
+    return waypoints[j - 1].speed / 2.0 if waypoints[j - 1].hold == 0.0 and waypoints[j - 1].speed > 0.0 else None
 
 
 def _speed_item(speed: float) -> Item:
@@ -466,9 +446,7 @@ def parse_plan(content: str, file: str, home: Home | None = None) -> Task:
     rest = {**{k: v for k, v in document.items() if k != VERDICT}, "mission": {**mission, "items": []}}
     with errors_of(file):
         read = Mission(home or _home(mission, file), items, None, speed, rest)
-        commanded = any(item.command == CHANGE_SPEED for item in items)
-        said = () if commanded else (f"no speed is commanded; assumed {speed_key} {speed:g} m/s",)
-        task = task_of(read, file, said)
+        task = task_of(read, file, f"{speed_key} ")
     return replace(task, verdict=verdict) if isinstance(verdict, str) else task
 
 
@@ -559,23 +537,18 @@ def parse_wpl(content: str, file: str, home: Home | None = None) -> Task:
     version = lines[0][0][2:]
     if " ".join(lines[0][0][:2]) != MAGIC or version[:1] not in [[v] for v in _VERSIONS]:
         raise FormatError(file, "the first line is not 'QGC WPL 110'; this is not a waypoint file that ovita reads")
-    items = []
-    for i, (cells, line) in enumerate(lines[1:]):
-        items.append(_wpl_item(cells, i, line, file))
-    listed = items[0] if items and items[0].command == WAYPOINT and items[0].frame == GLOBAL else None
-    if listed is not None:
-        items = items[1:]
+    items = [_wpl_item(cells, line, file) for cells, line in lines[1:]]
+    listed = None
+    if items and items[0].command == WAYPOINT and items[0].frame == GLOBAL:
+        listed = items.pop(0)
         place = [value for value in listed.params[4:] if value is not None]
         with errors_of(file):
             home = home or (Home(*place) if place[:2] != [0.0, 0.0] else None)
     if home is None:
         problem = "there is no home position (item 0); say where it is: --home latitude,longitude,altitude"
         raise FormatError(file, problem)
-    said: tuple[str, ...] = ()
-    if not any(item.command == CHANGE_SPEED for item in items):
-        said = (f"no speed is commanded; assumed {DEFAULT_SPEED:g} m/s",)
     with errors_of(file):
-        return task_of(Mission(home, tuple(items), listed, DEFAULT_SPEED, {"format": "wpl"}), file, said)
+        return task_of(Mission(home, tuple(items), listed, DEFAULT_SPEED, {"format": "wpl"}), file)
 
 
 def dumps_wpl(mission: Mission) -> str:
@@ -594,14 +567,13 @@ def looks_like_wpl(content: str) -> bool:
     return content.lstrip().startswith(MAGIC)
 
 
-def _wpl_item(cells: list[str], i: int, line: int, file: str) -> Item:
+def _wpl_item(cells: list[str], line: int, file: str) -> Item:
     if len(cells) != _COLUMNS:
         raise FormatError(file, f"line {line} holds {len(cells)} values, expected {_COLUMNS}")
-    try:
-        values = [math.nan if "_" in cell else float(cell) for cell in cells]
-    except ValueError:
-        bad = next(cell for cell in cells if not _is_number(cell))
-        raise FormatError(file, f"line {line}: {show(bad)} is not a number") from None
+    numbers = [cell_number(cell, math.nan) for cell in cells]
+    values = [number for number in numbers if number is not None]
+    if len(values) < _COLUMNS:
+        raise FormatError(file, f"line {line}: {show(cells[numbers.index(None)])} is not a number")
     whole = [values[k] for k in (0, 1, 2, 3, 11)]
     if any(not math.isfinite(v) or v != int(v) for v in whole):
         raise FormatError(file, f"line {line}: index, current, frame, command and autocontinue are whole numbers")
@@ -609,14 +581,6 @@ def _wpl_item(cells: list[str], i: int, line: int, file: str) -> Item:
     if any(v is not None and abs(v) > LARGEST for v in params):
         raise FormatError(file, f"line {line} holds a number beyond the largest magnitude {LARGEST:g}")
     return Item(int(values[3]), int(values[2]), params, values[11] != 0, (int(values[0]),))
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
 
 
 def _cell(value: float | None) -> str:

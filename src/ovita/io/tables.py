@@ -9,7 +9,7 @@ import re
 import numpy as np
 
 from ovita.errors import FormatError
-from ovita.io.documents import LARGEST, Task, brief, listing, number_problem, show, timestep_of
+from ovita.io.documents import LARGEST, Task, brief, cell_number, listing, number_problem, show, timestep_of
 from ovita.io.files import errors_of
 from ovita.io.waypoints import COLUMNS, column_name, from_columns, poses_of, timed, trajectory_rows
 from ovita.paths.trajectory import TIMESTEP, Array, Trajectory
@@ -111,7 +111,7 @@ def _header_offset(content: str, file: str) -> tuple[int, float | None]:
             return offset, timestep
         found = _TIMESTEP.fullmatch(bare)
         if found:
-            timestep = timestep_of(_cell_number(found[1]), file, found[1])
+            timestep = timestep_of(cell_number(found[1]), file, found[1])
         elif bare and set(COLUMNS[:3]) <= {column_name(cell) for cell in re.split(r"[,;\t]", bare.lstrip("# "))}:
             return offset, timestep
         offset += len(line)
@@ -160,7 +160,7 @@ def _cell_problem(cell: str) -> str:
     bare = cell.strip()
     if not bare:
         return "is empty, expected a number"
-    value = _cell_number(bare)
+    value = cell_number(bare)
     if value is None:
         comma = "; write decimals with a point" if re.fullmatch(r"[-+]?\d+,\d+", bare) else ""
         return f"is {show(bare)}, not a number{comma}"
@@ -206,7 +206,7 @@ def looks_like_tum(content: str) -> bool:
     for line in content.splitlines():
         cells = line.split("#", 1)[0].split()
         if cells:
-            return len(cells) == len(_NAMES) and _cell_number(cells[0]) is not None
+            return len(cells) == len(_NAMES) and cell_number(cells[0]) is not None
     return False
 
 
@@ -214,16 +214,9 @@ def _row(cells: list[str], line: int, file: str) -> Array:
     if len(cells) != len(_NAMES):
         problem = f"holds {len(cells)} values, expected 8: time x y z qx qy qz qw"
         raise FormatError(file, f"line {line} {problem}")
-    values = [_cell_number(cell) for cell in cells]
+    values = [cell_number(cell) for cell in cells]
     for name, cell, value in zip(_NAMES, cells, values, strict=True):
         largest = LARGEST * (1000.0 if name == "t" else 1.0)
         if value is None or not abs(value) <= largest:
             raise FormatError(file, f"line {line}: {name} is {show(cell)}, not a finite number of at most {largest:g}")
     return np.array(values, dtype=float)
-
-
-def _cell_number(cell: str) -> float | None:
-    try:
-        return None if "_" in cell else float(cell)
-    except ValueError:
-        return None
