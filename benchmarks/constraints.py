@@ -215,7 +215,7 @@ def solvers(repeat: int) -> None:
 
 
 def by_piqp(reference: Array, rows: Any, lower: Array, upper: Array) -> Array:
-    found = solve_qp(reference, Weights(1.0, 0.01), lower=lower, upper=upper, rows=rows).x
+    found = solve_qp(reference, Weights(1.0, 0.01), lower=lower, upper=upper, rows=rows)
     return np.full_like(reference, np.nan) if found is None else found
 
 

@@ -43,7 +43,7 @@ def test_same_optimum_as_piqp(seed):
     reference, weights, lower, upper, fixed, shape, *limits = random_window(seed)
     rows = Rows(*limits)
     quick = ShortWindow(reference, weights, lower, upper, fixed, shape).solve(rows, PRICE)
-    slow = solve_qp(reference, weights, lower=lower, upper=upper, rows=rows, shape=shape).x
+    slow = solve_qp(reference, weights, lower=lower, upper=upper, rows=rows, shape=shape)
     assert quick is not None
     assert np.array_equal(quick[fixed], lower[fixed])
     assert (quick >= lower).all() and (quick <= upper).all()

@@ -26,6 +26,7 @@ solver approaches the set by cuts, half-spaces n.x >= c that contain it.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Protocol, Self, runtime_checkable
@@ -35,6 +36,7 @@ import numpy as np
 from ovita.errors import ConstraintDefinitionError
 from ovita.limits.obstacles import Obstacle
 from ovita.limits.qp import Rows
+from ovita.paths.geometry import lengths
 from ovita.paths.trajectory import Array, Trajectory
 
 GROUP = "ovita.limits"
@@ -106,40 +108,39 @@ def check(candidate: object) -> Constraint:
 Vector = tuple[float, float, float]
 
 
-@runtime_checkable
-class ConvexSet(Protocol):
+class ConvexSet(ABC):
     """A convex set that every waypoint must be in."""
-
-    def excess(self, points: Array) -> Array:
-        """By how much points (M, 3) are outside, (M,) [m]; <= 0 inside."""
-
-    def project(self, points: Array) -> Array:
-        """The nearest points of the set, (M, 3) [m]."""
-
-    def cut(self, points: Array) -> tuple[Array, Array]:
-        """Supporting half-space n.x >= c at the border nearest to each point, (M, 3), (M,)."""
-
-    def shrunk(self, by: float) -> Self:
-        """The set without a border of that width [m]."""
-
-
-class _Convex:
-    """What every region does alike as a constraint (see `Constraint`)."""
 
     unit = "m"
 
-    def margin(self: Any, trajectory: Trajectory) -> Array:
+    @abstractmethod
+    def excess(self, points: Array) -> Array:
+        """By how much points (M, 3) are outside, (M,) [m]; <= 0 inside."""
+
+    @abstractmethod
+    def project(self, points: Array) -> Array:
+        """The nearest points of the set, (M, 3) [m]."""
+
+    @abstractmethod
+    def cut(self, points: Array) -> tuple[Array, Array]:
+        """Supporting half-space n.x >= c at the border nearest to each point, (M, 3), (M,)."""
+
+    @abstractmethod
+    def shrunk(self, by: float) -> Self:
+        """The set without a border of that width [m]."""
+
+    def margin(self, trajectory: Trajectory) -> Array:
         """Distance of each waypoint to the border, (N,) [m]; negative outside."""
         return np.asarray(-self.excess(trajectory.positions))
 
-    def rows(self: Any, path: Array) -> Rows:
+    def rows(self, path: Array) -> Rows:
         """The cuts at a path (N, 3)."""
         normals, offsets = self.cut(path)
         return Rows(np.arange(len(path)), normals, offsets)
 
 
 @dataclass(frozen=True)
-class Ball(_Convex):
+class Ball(ConvexSet):
     """Stay within `radius` [m] of `center` [m]: for a manipulator, its reach."""
 
     center: Vector
@@ -156,33 +157,34 @@ class Ball(_Convex):
 
     def excess(self, points: Array) -> Array:
         """See `ConvexSet`."""
-        return np.asarray(np.linalg.norm(points - np.asarray(self.center), axis=1) - self.radius)
+        return np.asarray(lengths(self.away(points)) - self.radius)
 
     def project(self, points: Array) -> Array:
         """See `ConvexSet`."""
-        offset = points - np.asarray(self.center)
-        distance = np.linalg.norm(offset, axis=1, keepdims=True)
-        return np.where(
-            distance > self.radius, self.center + offset * (self.radius / np.maximum(distance, 1e-300)), points
-        )
+        away = self.away(points)
+        distance = lengths(away)[:, None]
+        inner = points - away * (1.0 - self.radius / np.maximum(distance, 1e-300))
+        return np.where(distance > self.radius, inner, points)
 
     def cut(self, points: Array) -> tuple[Array, Array]:
         """See `ConvexSet`."""
-        inward = np.asarray(self.center) - points
-        normals = inward / np.maximum(np.linalg.norm(inward, axis=1, keepdims=True), 1e-300)
+        away = self.away(points)
+        normals = -away / np.maximum(lengths(away)[:, None], 1e-300)
         return normals, normals @ np.asarray(self.center) - self.radius
 
-    def shrunk(self, by: float) -> Ball:
+    def shrunk(self, by: float) -> Self:
         """See `ConvexSet`."""
         return replace(self, radius=max(self.radius - by, 1e-9))
 
+    def away(self, points: Array) -> Array:
+        """Vectors (M, 3) [m] from the middle to points (M, 3)."""
+        return np.asarray(points - np.asarray(self.center))
+
 
 @dataclass(frozen=True)
-class Cylinder(_Convex):
+class Cylinder(Ball):
     """Stay within `radius` [m] of the straight line through `center` [m] along `axis`, endless."""
 
-    center: Vector
-    radius: float
     axis: Vector = (0.0, 0.0, 1.0)
     name: str = "cylinder"
 
@@ -194,35 +196,15 @@ class Cylinder(_Convex):
         """In words."""
         return f"within {self.radius:g} m of the line through {_point(self.center)} along {_point(self.axis)}"
 
-    def excess(self, points: Array) -> Array:
-        """See `ConvexSet`."""
-        return np.asarray(np.linalg.norm(self._across(points), axis=1) - self.radius)
-
-    def project(self, points: Array) -> Array:
-        """See `ConvexSet`."""
-        across = self._across(points)
-        distance = np.linalg.norm(across, axis=1, keepdims=True)
-        inner = points - across * (1.0 - self.radius / np.maximum(distance, 1e-300))
-        return np.where(distance > self.radius, inner, points)
-
-    def cut(self, points: Array) -> tuple[Array, Array]:
-        """See `ConvexSet`."""
-        across = self._across(points)
-        normals = -across / np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-300)
-        return normals, normals @ np.asarray(self.center) - self.radius
-
-    def shrunk(self, by: float) -> Cylinder:
-        """See `ConvexSet`."""
-        return replace(self, radius=max(self.radius - by, 1e-9))
-
-    def _across(self, points: Array) -> Array:
+    def away(self, points: Array) -> Array:
+        """Vectors (M, 3) [m] from the line to points (M, 3)."""
         along = np.asarray(self.axis) / np.linalg.norm(self.axis)
-        offset = points - np.asarray(self.center)
+        offset = super().away(points)
         return np.asarray(offset - (offset @ along)[:, None] * along)
 
 
 @dataclass(frozen=True)
-class Polytope(_Convex):
+class Polytope(ConvexSet):
     """Stay where normals[k] . x <= offsets[k] for every k, with normals (K, 3) and offsets (K,) [m]."""
 
     normals: tuple[Vector, ...]
@@ -245,11 +227,11 @@ class Polytope(_Convex):
         return f"inside {len(self.offsets)} planes"
 
     def excess(self, points: Array) -> Array:
-        """See `ConvexSet`; the distance to the plane that is exceeded most."""
+        """The distance to the plane that is exceeded most."""
         return np.asarray((points @ np.asarray(self.normals).T - np.asarray(self.offsets)).max(axis=1))
 
     def project(self, points: Array) -> Array:
-        """See `ConvexSet`; by Dykstra's alternating projections."""
+        """By Dykstra's alternating projections."""
         normals, offsets = np.asarray(self.normals), np.asarray(self.offsets)
         moved, memory = points.copy(), np.zeros((len(offsets), *points.shape))
         for _ in range(500):
@@ -262,12 +244,12 @@ class Polytope(_Convex):
         return moved
 
     def cut(self, points: Array) -> tuple[Array, Array]:
-        """See `ConvexSet`; the plane that is exceeded most, or that is nearest."""
+        """The plane that is exceeded most, or that is nearest."""
         normals, offsets = np.asarray(self.normals), np.asarray(self.offsets)
         worst = (points @ normals.T - offsets).argmax(axis=1)
         return -normals[worst], -offsets[worst]
 
-    def shrunk(self, by: float) -> Polytope:
+    def shrunk(self, by: float) -> Self:
         """See `ConvexSet`."""
         return replace(self, offsets=tuple(o - by for o in self.offsets))
 

@@ -10,10 +10,10 @@ import numpy as np
 
 from ovita.limits.obstacles import Obstacle
 from ovita.limits.path import PathProblem
-from ovita.limits.problem import TOLERANCE, ConstraintCheck, ConstraintOptions, at
+from ovita.limits.problem import TOLERANCE, ConstraintCheck, ConstraintOptions, amount, at
 from ovita.limits.route import Blocked, find_route, nearest_legal
 from ovita.paths.robot import Box, Robot
-from ovita.text import waypoints
+from ovita.text import sentence, waypoints
 
 
 def explain(
@@ -72,7 +72,7 @@ def _empty_workspace(robot: Robot) -> list[str]:
 
 
 def _illegal_pin(problem: PathProblem, robot: Robot, pin: int, options: ConstraintOptions) -> list[str]:
-    who = _capital(pin_name(problem, pin, options))
+    who = pin_name(problem, pin, options)
     point = problem.reference[pin][None]
     said = []
     beyond = [float(np.max(np.concatenate([problem.lower - point[0], point[0] - problem.upper])))]
@@ -80,16 +80,15 @@ def _illegal_pin(problem: PathProblem, robot: Robot, pin: int, options: Constrai
     if max(beyond) > 10.0 * TOLERANCE:
         where = "" if robot.workspace is None else f" ({robot.workspace.describe()}, margin {robot.margin:g} m)"
         said.append(
-            f"{who} lies {_length(max(beyond))} m outside the workspace{where}; free it, move it, or widen the "
-            f"workspace."
+            f"{who} lies {amount(max(beyond))} m outside the workspace{where}; free it, move it, or widen the workspace"
         )
     for body in problem.bodies:
         depth = -float(body.signed(point)[0][0])
         if depth > TOLERANCE:
             said.append(
-                f"{who} lies {_length(depth)} m inside {_name(body, robot)}; {_remedy(body, 'free it, move it')}."
+                f"{who} lies {amount(depth)} m inside {_name(body, robot)}; {_remedy(body, 'free it, move it')}"
             )
-    return said
+    return [sentence(text) for text in said]
 
 
 def _blocked_pair(problem: PathProblem, robot: Robot, first: int, second: int, options: ConstraintOptions) -> list[str]:
@@ -100,7 +99,7 @@ def _blocked_pair(problem: PathProblem, robot: Robot, first: int, second: int, o
         depth = -float(body.along(start, end)[0][0])
         if depth > TOLERANCE:
             said.append(
-                f"The straight line between {names} passes {_length(depth)} m inside {_name(body, robot)} and there is "
+                f"The straight line between {names} passes {amount(depth)} m inside {_name(body, robot)} and there is "
                 f"no waypoint between them; {_remedy(body, 'free one of them, add waypoints')}."
             )
     return said
@@ -156,7 +155,7 @@ def _unexplained(check: ConstraintCheck) -> str:
     subject = f" '{check.subject}'" if check.subject else ""
     where = at(check.place, check.where_after)
     return (
-        f"The {check.name} limit{subject} ({check.limit}) stays broken by {_length(check.violation_after)} "
+        f"The {check.name} limit{subject} ({check.limit}) stays broken by {amount(check.violation_after)} "
         f"{check.unit}{where}; relax it or ask for another path."
     )
 
@@ -172,11 +171,3 @@ def _remedy(body: Obstacle, first: str) -> str:
     if body.what == "workspace":
         return f"{first}, or reduce the inner radius"
     return f"{first}, reduce the margin, or say that '{body.name}' is to be touched"
-
-
-def _length(value: float) -> str:
-    return f"{value:.3f}" if value >= 0.001 else f"{value:.1g}"
-
-
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]

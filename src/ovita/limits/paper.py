@@ -52,7 +52,7 @@ def solve(
     lower, upper = _bounds(reference, robot, options)
 
     def at(dev: float, smooth: float) -> Array | None:
-        return solve_qp(reference, Weights(dev, smooth), lower=lower, upper=upper, rows=rows).x
+        return solve_qp(reference, Weights(dev, smooth), lower=lower, upper=upper, rows=rows)
 
     dev = options.lambda_dev
     smooth = 0.0 if options.lambda_smooth == "auto" else options.lambda_smooth

@@ -196,11 +196,11 @@ def bounds(robot: Robot) -> tuple[Array, Array]:
     return np.where(flat, middle, lower), np.where(flat, middle, upper)
 
 
-def ball(robot: Robot) -> Ball | None:
-    """The ball that the path must stay in: a manipulator's reach less the margin."""
+def ball(robot: Robot) -> tuple[Ball, ...]:
+    """The ball that the path must stay in, if there is one: a manipulator's reach less the margin."""
     if not isinstance(robot.workspace, Shell):
-        return None
-    return Ball(robot.workspace.center, robot.workspace.r_max - robot.margin, "reach")
+        return ()
+    return (Ball(robot.workspace.center, robot.workspace.r_max - robot.margin, "reach"),)
 
 
 def keep_out(robot: Robot) -> tuple[Obstacle, ...]:

@@ -21,6 +21,7 @@ from typing import Any, Literal
 
 from ovita.errors import ConstraintDefinitionError
 from ovita.paths.trajectory import Trajectory
+from ovita.text import sentence
 
 _CHOICES = (("method", ("verified", "paper")), ("obstacle_shape", ("box", "sphere")))
 
@@ -218,8 +219,8 @@ class Verdict:
             said.append("Not every limit can hold; this is the best effort.")
         moved = self.max_shift > 0
         if moved:
-            said.append(f"The limits moved the path by up to {_amount(self.max_shift)} m.")
-        said += [sentence for check in self.checks for sentence in _tell(check, self.status, moved)]
+            said.append(f"The limits moved the path by up to {amount(self.max_shift)} m.")
+        said += [line for check in self.checks for line in _tell(check, self.status, moved)]
         said += [f"'{name}' is meant to be touched and was no obstacle." for name in self.exempt]
         return said + list(self.conflicts) + list(self.notes)
 
@@ -245,11 +246,11 @@ def _tell(check: ConstraintCheck, status: Status, moved: bool) -> list[str]:
         return []
     subject = f"'{check.subject}'" if check.subject else f"the {check.name} limit ({check.limit})"
     if check.held:
-        text = f"{_amount(check.violation_before)} {check.unit}{at(check.place, check.where_before)}"
+        text = f"{amount(check.violation_before)} {check.unit}{at(check.place, check.where_before)}"
         if check.name == "obstacle":
             return [f"It had passed {text} too close to {subject}; now it keeps its distance."]
-        return [f"{subject[:1].upper()}{subject[1:]} holds now; the proposal had exceeded it by {text}."]
-    text = f"{_amount(check.violation_after)} {check.unit}"
+        return [sentence(f"{subject} holds now; the proposal had exceeded it by {text}")]
+    text = f"{amount(check.violation_after)} {check.unit}"
     where = at(check.place, check.where_after)
     if status == "preexisting":
         how = f"passes {text} too close to {subject}" if check.name == "obstacle" else f"breaks {subject} by {text}"
@@ -257,10 +258,11 @@ def _tell(check: ConstraintCheck, status: Status, moved: bool) -> list[str]:
         return [f"The original path already {how}{where}; this change leaves {kept}."]
     if check.name == "obstacle":
         return [f"The path passes {text} too close to {subject}{where}."]
-    return [f"{subject[:1].upper()}{subject[1:]} is exceeded by {text}{where}."]
+    return [sentence(f"{subject} is exceeded by {text}{where}")]
 
 
-def _amount(value: float) -> str:
+def amount(value: float) -> str:
+    """A violation for people: to the millimetre, smaller ones by their first digit."""
     return f"{value:.3f}" if value >= 0.001 else f"{value:.1g}"
 
 

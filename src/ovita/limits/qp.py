@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,19 +71,6 @@ class Weights:
     shape: float = 0.0
 
 
-@dataclass(frozen=True)
-class QPSolution:
-    """What the solver found.
-
-    Args:
-        x: (N, d); None unless solved.
-        status: "solved", "infeasible" or "failed" (iteration limit, numerics).
-    """
-
-    x: Array | None
-    status: Literal["solved", "infeasible", "failed"]
-
-
 def objective(x: Array, reference: Array, weights: Weights, shape: Array | None = None) -> float:
     """Value of the objective at x (N, d), with x_shape the reference unless given."""
     value = weights.dev * _square(x - reference)
@@ -117,8 +104,8 @@ def solve_qp(
     rows: Rows,
     shape: Array | None = None,
     slack: float | None = None,
-) -> QPSolution:
-    """Minimise the objective under bounds and linear limits.
+) -> Array | None:
+    """Minimise the objective under bounds and linear limits, by PIQP.
 
     Args:
         reference: x_ref (N, d).
@@ -129,13 +116,18 @@ def solve_qp(
         shape: x_shape (N, d), by default the reference.
         slack: If given, a limit may be broken at this price per unit (an exact penalty), so that there is always
             a solution.
+
+    Returns:
+        The optimum (N, d), or None if there is none or it was not found.
     """
+    import piqp
+
     n, dims = reference.shape
     fixed = (lower >= upper).ravel()
     free = np.flatnonzero(~fixed)
     x = np.where(fixed & np.isfinite(lower.ravel()), lower.ravel(), 0.0)
     if not len(free):
-        return QPSolution(x.reshape(n, dims), "solved")
+        return np.asarray(x.reshape(n, dims))
     position = np.full(n * dims, -1)
     position[free] = np.arange(len(free))
     at_fixed = x.reshape(n, dims)
@@ -149,27 +141,13 @@ def solve_qp(
     c = np.concatenate([gradient.ravel()[free], np.full(penalised, slack or 0.0)])
     bound_low = np.concatenate([lower.ravel()[free], np.zeros(penalised)])
     bound_high = np.concatenate([upper.ravel()[free], np.full(penalised, np.inf)])
-    solution, status = solve_sparse(p, c, g, low, bound_low, bound_high)
-    if status != "solved":
-        return QPSolution(None, status)
-    x[free] = solution[: len(free)]
-    return QPSolution(np.clip(x.reshape(n, dims), lower, np.maximum(lower, upper)), "solved")
-
-
-def solve_sparse(
-    p: Any, c: Array, g: Any, low: Array, bound_low: Array, bound_high: Array
-) -> tuple[Array, Literal["solved", "infeasible", "failed"]]:
-    """Minimise x'Px/2 + c'x subject to G x >= low and bounds, with PIQP; of P the upper triangle is enough."""
-    import piqp
-
     solver = piqp.SparseSolver()
     solver.settings.eps_abs, solver.settings.eps_rel = 1e-9, 1e-9
-    rows, floor = (None, None) if g.shape[0] == 0 else (g, low)
-    solver.setup(p, c, None, None, rows, floor, None, bound_low, bound_high)
-    status = solver.solve()
-    if status == piqp.PIQP_SOLVED:
-        return np.array(solver.result.x), "solved"
-    return np.zeros(len(c)), "infeasible" if status == piqp.PIQP_PRIMAL_INFEASIBLE else "failed"
+    solver.setup(p, c, None, None, g if len(rows) else None, low if len(rows) else None, None, bound_low, bound_high)
+    if solver.solve() != piqp.PIQP_SOLVED:
+        return None
+    x[free] = np.array(solver.result.x)[: len(free)]
+    return np.asarray(np.clip(x.reshape(n, dims), lower, np.maximum(lower, upper)))
 
 
 def _hessian(free: NDArray[np.intp], position: NDArray[np.intp], n: int, dims: int, weights: Weights, more: int) -> Any:
@@ -288,7 +266,7 @@ def _axis(ref: Array, weights: Weights, low: float, high: float, fixed: NDArray[
     bound_low = np.where(fixed, ref, low)[:, None]
     bound_high = np.where(fixed, ref, high)[:, None]
     found = solve_qp(ref[:, None], weights, lower=bound_low, upper=bound_high, rows=Rows.none(1))
-    return np.where(fixed, ref, np.clip(ref, low, high)) if found.x is None else found.x[:, 0]
+    return np.where(fixed, ref, np.clip(ref, low, high)) if found is None else found[:, 0]
 
 
 def solve_tridiagonal(diagonal: Array, link: float, pull: Array, held: NDArray[np.bool_], value: Array) -> Array:
@@ -309,8 +287,9 @@ def solve_tridiagonal(diagonal: Array, link: float, pull: Array, held: NDArray[n
 LONGEST = 256
 """Most waypoints of a window for which dense algebra is the quicker one."""
 
-MOST_ROWS = 64
-"""Most limits for which it is; measured, with 256 a shell at 200 waypoints took 20 times as long."""
+MOST_ROWS = 192
+"""Most limits for which it is; at 200 waypoints, 64 cost up to 1.5 times as much around an obstacle, 256 up to twice in
+a shell."""
 
 EXACT = 1e-9
 """By how much a limit may be missed [m], as with PIQP."""

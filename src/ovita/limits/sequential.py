@@ -182,7 +182,7 @@ class _Window:
             rows=rows,
             shape=self.shape,
             slack=price if soft else None,
-        ).x
+        )
 
     def _back_off(self, x: Array, new: Array) -> Array:
         """The furthest of a few points between a legal path and a new one that is legal."""

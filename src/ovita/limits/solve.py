@@ -10,7 +10,7 @@ import numpy as np
 
 from ovita.limits import custom, diagnosis, paper
 from ovita.limits.custom import ConvexSet, KeepOut
-from ovita.limits.obstacles import build
+from ovita.limits.obstacles import Obstacle, build
 from ovita.limits.path import PAD, PathProblem, ball, bounds, flatten, keep_out
 from ovita.limits.problem import (
     TOLERANCE,
@@ -83,57 +83,71 @@ class _Task:
             custom.check(candidate)
         if not self.options.enabled:
             return self.answer(self.proposed, self.judge(self.proposed), "off")
-        measures, before = self.measured
-        broken = [m for m, violation in zip(measures, before, strict=True) if violation.amount > TOLERANCE]
         if self.options.method == "paper":
-            return self.as_published("repaired" if broken else "satisfied")
-        pressing = [m for m in broken if not m.excused(self.proposed)]
-        if not pressing and not self.options.lambda_smooth:
-            status: Status = "preexisting" if broken else "satisfied"
+            return self.as_published()
+        if not self.pressing and not self.options.lambda_smooth:
+            status: Status = "preexisting" if self.broken else "satisfied"
             return self.answer(self.proposed, self.judge(self.proposed), status)
+        return self.repaired()
+
+    def repaired(self) -> Solution:
+        """The nearest trajectory that keeps the limits, or the best effort."""
         options = self.options
         notes: tuple[str, ...] = ()
         if options.lambda_smooth == "auto":
             options, notes = choose_smoothing(self.proposed, self.problem(options), options)
         untouched = np.array_equal(self.proposed.positions, self.original.positions)
         keep_path = untouched and not options.repair_original and not options.lambda_smooth
-        move = not keep_path and (bool(options.lambda_smooth) or any(m.geometric for m in pressing))
-        level = self.level
+        move = not keep_path and (bool(options.lambda_smooth) or any(m.geometric for m in self.pressing))
         blocked: tuple[Blocked, ...] = ()
-        for height in (level, None) if level is not None and move and not self.robot.planar else (level,):
-            problem = self.problem(options, height if move else None)
+        for height in self.heights if move else (None,):
+            problem = self.problem(options, height)
             positions = self.proposed.positions
             if move:
                 positions, blocked = solve_with_dwells(problem, SolverSettings(steps=int(options.steps)))
             result = self.proposed.with_(positions=positions, speeds=self.speeds(positions, problem.weights))
             after = self.judge(result)
-            left = [
-                m
-                for m, check in zip(measures, after, strict=True)
-                if not (check.held or m.excused(result) or (keep_path and check.geometric))
-            ]
+            left = [m for m, check in zip(self.measured[0], after, strict=True) if not check.held]
+            left = [m for m in left if not (m.excused(result) or (keep_path and m.geometric))]
             if not left:
                 break
         if all(check.held for check in after):
-            return self.answer(result, after, "repaired" if broken else "satisfied", notes=notes)
+            return self.answer(result, after, self.legal, notes=notes)
         if not left:
             return self.answer(result, after, "preexisting", notes=notes)
         conflicts = diagnosis.explain(problem, self.robot, after, blocked, self.options)
         return self.answer(result, after, "infeasible", conflicts, notes)
 
     @cached_property
-    def level(self) -> float | None:
-        """Height z [m] of the plane to stay on: that of a planar robot, or of a proposal that keeps the original's."""
+    def broken(self) -> list[Measure]:
+        """The limits that the proposal breaks."""
+        return [m for m, violation in zip(*self.measured, strict=True) if violation.amount > TOLERANCE]
+
+    @cached_property
+    def pressing(self) -> list[Measure]:
+        """Those of them that it breaks worse than the original path."""
+        return [m for m in self.broken if not m.excused(self.proposed)]
+
+    @property
+    def legal(self) -> Status:
+        """The status of a result that keeps every limit."""
+        return "repaired" if self.broken else "satisfied"
+
+    @property
+    def heights(self) -> tuple[float | None, ...]:
+        """Planes to try, each by its height z [m]: that of a planar robot, or of a level change, then none."""
         own = plane(self.robot, self.original)
         heights = np.concatenate([self.original.positions[:, 2], self.proposed.positions[:, 2]])
-        return float(heights[0]) if own is None and np.ptp(heights) <= FLAT else own
+        if own is None and np.ptp(heights) <= FLAT:
+            own = float(heights[0])
+        return (own,) if own is None or self.robot.planar else (own, None)
 
-    def as_published(self, legal: Status) -> Solution:
-        """The paper's module, judged by ours: `legal` if every limit holds."""
+    def as_published(self) -> Solution:
+        """The paper's module, judged by ours."""
         result, notes = paper.solve(self.proposed, self.scene, self.robot, self.contacts, self.options)
         after = self.judge(result)
         if all(check.held for check in after):
-            return self.answer(result, after, legal, notes=notes)
+            return self.answer(result, after, self.legal, notes=notes)
         left = ", ".join(dict.fromkeys(f"'{c.subject}'" if c.subject else c.name for c in after if not c.held))
         conflict = f"The published module leaves a limit broken ({left}); method 'verified' looks further."
         return self.answer(result, after, "infeasible", (conflict,), notes)
@@ -144,29 +158,28 @@ class _Task:
         if level is not None and lower[2] <= level <= upper[2]:
             lower[2] = upper[2] = level
         empty = lower > upper  # margins that eat the workspace up: its middle is the best effort
-        if empty.any():
-            lower[empty] = upper[empty] = (lower[empty] + upper[empty]) / 2.0
-        bodies = list(keep_out(self.robot))
-        if options.obstacles:
-            granted = None if options.repair_original else self.original.positions
-            bodies += build(
-                self.scene, self.robot, contacts=self.contacts, shape=options.obstacle_shape, original=granted
-            )
-        bodies += [c.body for c in options.custom if isinstance(c, KeepOut)]
-        reach = ball(self.robot)
-        regions = [*([reach] if reach else []), *(c for c in options.custom if isinstance(c, ConvexSet))]
-        others = [c for c in options.custom if not isinstance(c, KeepOut | ConvexSet)]
+        lower[empty] = upper[empty] = (lower[empty] + upper[empty]) / 2.0
         smooth = 0.0 if options.lambda_smooth == "auto" else options.lambda_smooth
+        regions = [*ball(self.robot), *(c for c in options.custom if isinstance(c, ConvexSet))]
         return PathProblem(
             reference=self.proposed.positions,
             weights=Weights(options.lambda_dev, smooth, options.lambda_shape),
             lower=lower,
             upper=upper,
-            bodies=flatten(bodies, lower, upper),
+            bodies=flatten(self.bodies(options), lower, upper),
             regions=tuple(region.shrunk(PAD) for region in regions),
             pins=options.pins(len(self.proposed)),
-            rows=tuple(c.rows for c in others),
+            rows=tuple(c.rows for c in options.custom if not isinstance(c, KeepOut | ConvexSet)),
         )
+
+    def bodies(self, options: ConstraintOptions) -> list[Obstacle]:
+        """What every segment must stay out of."""
+        bodies = [*keep_out(self.robot), *(c.body for c in options.custom if isinstance(c, KeepOut))]
+        if options.obstacles:
+            granted = None if options.repair_original else self.original.positions
+            shape = options.obstacle_shape
+            bodies += build(self.scene, self.robot, contacts=self.contacts, shape=shape, original=granted)
+        return bodies
 
     def speeds(self, positions: Array, weights: Weights) -> Array:
         """Speeds after the requested smoothing, lowered to every limit."""

@@ -8,8 +8,9 @@ Understood are ranges of axes ("x -2 to 2", "z >= 0.1", "the z-coordinate is alw
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from ovita.paths.robot import Box, Robot, Shell, Vector
 from ovita.units import LENGTHS, SPEEDS, Unit, to_si
 
 FAR = 1e3
-"""Stands for no bound on an axis [m]."""
+"""The bound of an axis that has none [m]."""
 
 _N = r"([-+\u2212]?\s?(?:\d+(?:\.\d+)?|\.\d+))"
 
@@ -173,34 +174,50 @@ def parse_text(text: str) -> TextLimits:
 _Read = Callable[[str, TextLimits], tuple[TextLimits, list[str]]]
 
 
+def _each(pattern: str, sentence: str) -> Iterable[re.Match[str]]:
+    return re.finditer(pattern, sentence.lower())
+
+
+def _number(text: str) -> float:
+    return float(text.replace(" ", "").replace("\u2212", "-"))
+
+
+def _si(text: str, unit: str | None) -> float:
+    return _number(text) * (1.0 if unit is None else to_si(1.0, unit)[0])
+
+
+def _within(axis: str, a: float, b: float) -> tuple[str, float, float]:
+    return axis, min(a, b), max(a, b)
+
+
+def _beyond(axis: str, value: float, *, least: bool) -> tuple[str, float, float]:
+    return (axis, value, np.inf) if least else (axis, -np.inf, value)
+
+
+_AXIS_LIMITS: tuple[tuple[str, Callable[[re.Match[str]], tuple[str, float, float]]], ...] = (
+    (_RANGES, lambda m: _within(m[1], _si(m[2], m[3] or m[5]), _si(m[4], m[5]))),
+    (_SANDWICH, lambda m: _within(m[2], _number(m[1]), _number(m[3]))),
+    (_AROUND, lambda m: _within(m[1], -_si(m[2], m[3]), _si(m[2], m[3]))),
+    (_ONE_SIDED, lambda m: _beyond(m[2], _number(m[3]), least=m[1].startswith("min"))),
+    (_FIXED, lambda m: _within(m[1], _si(m[2], m[3]), _si(m[2], m[3]))),
+    (_COMPARED, lambda m: _beyond(m[1], _si(m[4], m[5]), least=bool(m[2]))),
+    (_TURNED, lambda m: _beyond(m[5], _si(m[1], m[2]), least=bool(m[3]))),
+)
+"""Patterns of limits on one axis, and how each gives the axis and its lowest and highest coordinate [m]."""
+
+
 def _ranges(sentence: str, found: TextLimits) -> tuple[TextLimits, list[str]]:
-    ranges = dict(found.ranges)
     new: dict[str, tuple[float, float]] = {}
-    for m in _each(_RANGES, sentence):
-        new[m[1]] = _sorted(_si(m[2], m[3] or m[5]), _si(m[4], m[5]))
-    for m in _each(_SANDWICH, sentence):
-        new[m[2]] = _sorted(_number(m[1]), _number(m[3]))
-    for m in _each(_AROUND, sentence):
-        new[m[1]] = _sorted(-_si(m[2], m[3]), _si(m[2], m[3]))
-    for m in _each(_ONE_SIDED, sentence):
-        low, high = new.get(m[2], (-np.inf, np.inf))
-        value = _number(m[3])
-        new[m[2]] = (low, value) if m[1].startswith("max") else (value, high)
-    for m in _each(_FIXED, sentence):
-        new.setdefault(m[1], (_si(m[2], m[3]), _si(m[2], m[3])))
-    for m in _each(_COMPARED, sentence):
-        low, high = new.get(m[1], (-np.inf, np.inf))
-        value = _si(m[4], m[5])
-        new[m[1]] = (max(low, value), high) if m[2] else (low, min(high, value))
-    for m in _each(_TURNED, sentence):
-        low, high = new.get(m[5], (-np.inf, np.inf))
-        value = _si(m[1], m[2])
-        new[m[5]] = (max(low, value), high) if m[3] else (low, min(high, value))
-    for axis, (low, high) in new.items():
-        before = ranges.get(axis, (-np.inf, np.inf))
-        ranges[axis] = (max(before[0], low), min(before[1], high))
-    words = [_range(axis, *bounds) for axis, bounds in new.items()]
-    return replace(found, ranges=ranges), words
+    for pattern, read in _AXIS_LIMITS:
+        for axis, low, high in map(read, _each(pattern, sentence)):
+            if axis not in new or pattern is not _FIXED:
+                new[axis] = _narrowed(new.get(axis), low, high)
+    ranges = {**found.ranges, **{axis: _narrowed(found.ranges.get(axis), *limits) for axis, limits in new.items()}}
+    return replace(found, ranges=ranges), [_range(axis, *limits) for axis, limits in new.items()]
+
+
+def _narrowed(before: tuple[float, float] | None, low: float, high: float) -> tuple[float, float]:
+    return (low, high) if before is None else (max(before[0], low), min(before[1], high))
 
 
 def _range(axis: str, low: float, high: float) -> str:
@@ -224,44 +241,38 @@ def _reach(sentence: str, found: TextLimits) -> tuple[TextLimits, list[str]]:
     return found, []
 
 
-def _distance(sentence: str, found: TextLimits) -> tuple[TextLimits, list[str]]:
-    said: list[str] = []
-    for pattern, things, whom in ((_DISTANCE, True, "object"), (_PEOPLE, False, "person")):
-        for m in _each(pattern, sentence):
-            margin = _si(m[1], m[2])
-            if margin >= 0 and not said:
-                found = replace(found, obstacle_margin=margin) if things else replace(found, person_margin=margin)
-                said.append(f"the path keeps {margin:g} m from every {whom}")
-    return found, said
+_SINGLE: tuple[Mapping[str, tuple[str, ...]], ...] = (
+    {
+        "obstacle_margin": ("the path keeps {:g} m from every object", _DISTANCE),
+        "person_margin": ("the path keeps {:g} m from every person", _PEOPLE),
+    },
+    {
+        "min_speed": ("the speed is at least {:g} m/s while moving", _SLOWEST, _V_MIN),
+        "max_speed": ("the speed is at most {:g} m/s", _V_MAX, _V, _SPEED),
+    },
+    {"max_acceleration": ("the acceleration is at most {:g} m/s^2", _ACCELERATION)},
+)
+"""Limits with one value each, how they are confirmed, and their patterns; a sentence states one of each group."""
 
 
-def _speed(sentence: str, found: TextLimits) -> tuple[TextLimits, list[str]]:
-    for pattern in (_SLOWEST, _V_MIN):
-        for m in _each(pattern, sentence):
-            value = _si(m[1], m[2])
-            if value > 0:
-                return replace(found, min_speed=value), [f"the speed is at least {value:g} m/s while moving"]
-    for pattern in (_V_MAX, _V, _SPEED):
-        for m in _each(pattern, sentence):
-            value = _si(m[1], m[2])
-            if value > 0 and (m[2] or pattern is not _SPEED):
-                return replace(found, max_speed=value), [f"the speed is at most {value:g} m/s"]
-    return found, []
-
-
-def _acceleration(sentence: str, found: TextLimits) -> tuple[TextLimits, list[str]]:
-    for m in _each(_ACCELERATION, sentence):
-        if _number(m[1]) > 0:
-            return replace(found, max_acceleration=_number(m[1])), [f"the acceleration is at most {m[1]} m/s^2"]
+def _one_of(limits: Mapping[str, tuple[str, ...]], sentence: str, found: TextLimits) -> tuple[TextLimits, list[str]]:
+    for key, (words, *patterns) in limits.items():
+        for m in (m for pattern in patterns for m in _each(pattern, sentence)):
+            unit = m[2] if m.re.groups > 1 else None
+            value = _si(m[1], unit)
+            legal = value > 0 or (value == 0 and key.endswith("margin"))
+            if legal and (unit or m.re.pattern != _SPEED):
+                return replace(found, **{key: value}), [words.format(value)]  # type: ignore[arg-type]
     return found, []
 
 
 _JOINT = r",\s*(?:and\s+|but\s+)?|\s+(?:and|but|while)\s+"
+_READERS: tuple[_Read, ...] = (_ranges, _reach, *(partial(_one_of, limits) for limits in _SINGLE))
 _PATTERNS = (
-    *(_RANGES, _SANDWICH, _ONE_SIDED, _AROUND, _FIXED, _COMPARED, _TURNED, _RADIUS, _TOLERANCE),
-    *(_DISTANCE, _PEOPLE, _SPEED, _V_MAX, _V, _SLOWEST, _V_MIN, _ACCELERATION),
+    *(pattern for pattern, _ in _AXIS_LIMITS),
+    *(_RADIUS, _TOLERANCE),
+    *(pattern for limits in _SINGLE for _, *patterns in limits.values() for pattern in patterns),
 )
-_READERS: tuple[_Read, ...] = (_ranges, _reach, _distance, _speed, _acceleration)
 
 
 def _clauses(sentence: str) -> list[str]:
@@ -278,19 +289,3 @@ def _asks(sentence: str) -> bool:
     words += r"slower|least|most|below|above|more than|less than|\d\S*\s*[cm]?m\b"
     asks = re.search(rf"\b(?:{words})|[<>=\u2264\u2265]", sentence.lower())
     return not sentence.endswith(":") and asks is not None
-
-
-def _each(pattern: str, sentence: str) -> Iterable[re.Match[str]]:
-    return re.finditer(pattern, sentence.lower())
-
-
-def _number(text: str) -> float:
-    return float(text.replace(" ", "").replace("\u2212", "-"))
-
-
-def _si(text: str, unit: str | None) -> float:
-    return _number(text) * (1.0 if unit is None else to_si(1.0, unit)[0])
-
-
-def _sorted(a: float, b: float) -> tuple[float, float]:
-    return (a, b) if a <= b else (b, a)

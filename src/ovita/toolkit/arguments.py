@@ -13,6 +13,7 @@ from ovita.paths.frame import DIRECTIONS, Frame
 from ovita.paths.geometry import Mask, fractions
 from ovita.paths.scene import SceneObject
 from ovita.paths.trajectory import Array, first_bad
+from ovita.text import shortened
 
 Target: TypeAlias = SceneObject | ArrayLike
 """An object, meaning its centre, or a point (3,) [m]."""
@@ -113,7 +114,7 @@ def point(target: Target, name: str = "obj") -> Array:
     except (TypeError, ValueError):
         array = np.zeros(0)
     if array.shape != (3,):
-        raise ValueError(f"{name} must be an object of the scene or a point [x, y, z], not {_short(target)}")
+        raise ValueError(f"{name} must be an object of the scene or a point [x, y, z], not {shortened(target)}")
     if not np.isfinite(array).all():
         raise ValueError(f"{name} {array.tolist()} is not finite")
     return array
@@ -126,7 +127,7 @@ def number(value: Any, name: str, *, low: float | None = None, high: float | Non
         ValueError: If it is none.
     """
     if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, float, np.integer, np.floating)):
-        raise ValueError(f"{name} must be a number, not {_short(value)}")
+        raise ValueError(f"{name} must be a number, not {shortened(value)}")
     result = float(value)
     if not np.isfinite(result):
         raise ValueError(f"{name} must be finite, not {result}")
@@ -206,7 +207,7 @@ def direction(frame: Frame, word: Any) -> Array:
         ValueError: For any other word.
     """
     if not isinstance(word, str):
-        raise ValueError(f"direction must be a word such as 'up', not {_short(word)}")
+        raise ValueError(f"direction must be a word such as 'up', not {shortened(word)}")
     try:
         return frame.direction(word)
     except SceneError as error:
@@ -233,8 +234,3 @@ def locate(rows: Array, at: Place, name: str = "at") -> int:
         fraction = number(at, name, low=0.0, high=1.0)
         return int(np.argmin(np.abs(fractions(rows[:, :3]) - fraction)))
     return int(np.argmin(np.linalg.norm(rows[:, :3] - point(at, name), axis=1)))
-
-
-def _short(value: Any) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else f"{text[:57]}..."

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ovita import text
 from ovita.paths.correspondence import Correspondence, correspond
 from ovita.paths.geometry import Mask, lengths, path_distances, runs, spacing
 from ovita.paths.scene import Scene, SceneObject
@@ -122,7 +123,7 @@ class _Case:
     def name(self) -> str:
         if "object" in self.values:
             return str(self.values["object"])
-        return "[" + ", ".join(f"{value:g}" for value in self.values["point"]) + "]"
+        return text.point(self.values["point"])
 
     @property
     def offset(self) -> Array:

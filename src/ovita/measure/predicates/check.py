@@ -18,6 +18,7 @@ from ovita.paths.geometry import Mask, extent, path_distances, project
 from ovita.paths.part import PathPart, locate, named
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory, interpolate
+from ovita.text import sentence
 from ovita.toolkit.arguments import OffsetLimits, spelled_out
 
 NOTICEABLE = 0.01
@@ -291,7 +292,7 @@ def predicate(judge: Callable[Concatenate[Pair, P], CheckResult]) -> Callable[P,
 
 def say(passed: bool, wish: str, fact: str) -> CheckResult:
     """A check result whose sentence is the fact, preceded by the request if it failed."""
-    return CheckResult(bool(passed), fact[:1].upper() + fact[1:] + "." if passed else f"Please {wish}: {fact}.")
+    return CheckResult(bool(passed), sentence(fact) if passed else f"Please {wish}: {fact}.")
 
 
 def stated(metres: OffsetLimits) -> dict[str, float]:
