@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ovita.paths.trajectory import Trajectory
     from ovita.policy import Policy
     from ovita.request import Request
-    from ovita.result import Adaptation
+    from ovita.result import Adaptation, accept
     from ovita.writers.base import PolicyWriter, Reply, writer_named
     from ovita.writers.prompt import Prompt, ground
 
@@ -45,6 +45,7 @@ _HOMES = {
     "Session": "dialogue.session",
     "Trajectory": "paths.trajectory",
     "Verdict": "limits",
+    "accept": "result",
     "adapt": "chain",
     "compare": "measure",
     "constrain": "limits",
@@ -74,6 +75,7 @@ __all__ = [
     "Session",
     "Trajectory",
     "Verdict",
+    "accept",
     "adapt",
     "compare",
     "constrain",

@@ -107,6 +107,8 @@ def adapt(
         return _declined(request, last, clock)
     budget.say("enforcing the limits")
     result = _finish(request, last.policy, last.rollout, last, constraints, clock)
+    if last.reply.confirm:
+        return _to_confirm(result, last.reply)
     if explain_with_model and last.by is not None:
         result = _explained_by_model(result, last.by, budget, clock)
     return result
@@ -211,6 +213,27 @@ def _declined(request: Request, last: Attempt, clock: _Clock) -> Adaptation:
         error=error,
         timings_ms=clock.timings,
     )
+
+
+def _to_confirm(result: Adaptation, reply: Reply) -> Adaptation:
+    """A result that a person has to agree to: the trajectory stays, and the result waits as the proposal."""
+    unused = (f"Nothing is done about {quoted(reply.unplaced)}.",) if reply.unplaced else ()
+    waiting = Adaptation(
+        instruction=result.instruction,
+        status="needs_confirmation",
+        original=result.original,
+        adapted=result.original,
+        scene=result.scene,
+        robot=result.robot,
+        options=result.options,
+        unplaced=reply.unplaced,
+        proposal=replace(result, assumptions=(*result.assumptions, *unused)),
+        writer=result.writer,
+        attempts=result.attempts,
+        warnings=reply.doubts,
+        timings_ms=result.timings_ms,
+    )
+    return replace(waiting, explanation=waiting.message)
 
 
 def _not_understood(reply: Reply, request: Request) -> str:

@@ -143,7 +143,8 @@ def against(trajectory: Trajectory, scene: Scene, robot: Robot | None) -> list[s
 def _by_record(result: Adaptation) -> list[str]:
     """What the result itself says against it."""
     if not result.usable:
-        return [f"There is no result to send: its status is {result.status!r}."]
+        hint = " Accept its proposal first: ovita adapt RESULT --accept." if result.proposal is not None else ""
+        return [f"There is no result to send: its status is {result.status!r}.{hint}"]
     if result.status == "not_as_meant":
         return [f"{result.message} Correct it before it is sent."]
     verdict = result.constraints

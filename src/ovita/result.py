@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, fields, replace
 from functools import cache
 from typing import Any, Literal, get_type_hints
 
-from ovita.errors import FormatError, TrajectoryError
+from ovita.errors import FormatError, RequestError, TrajectoryError
 from ovita.io import load_document, save_document, scene_dict, trajectory_rows
 from ovita.io.documents import SceneField, plain, validated
 from ovita.io.json_ import ADAPTATION_SCHEMA as SCHEMA
@@ -18,10 +18,20 @@ from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 from ovita.policy import Parameter
+from ovita.text import quoted
 from ovita.writers.base import WriterInfo
 from ovita.writers.explain import knob
 
-Status = Literal["done", "limited", "not_as_meant", "infeasible", "needs_clarification", "not_understood", "failed"]
+Status = Literal[
+    "done",
+    "limited",
+    "not_as_meant",
+    "infeasible",
+    "needs_confirmation",
+    "needs_clarification",
+    "not_understood",
+    "failed",
+]
 """How an adaptation ended, best first; only the first four hold a trajectory that differs from the original."""
 
 _TRAJECTORIES = ("original", "adapted", "proposed")
@@ -116,8 +126,9 @@ class Adaptation:
         instruction: The person's instruction.
         status: "done"; "limited" (done, but the limits changed it or are not all kept: see `warnings`);
             "not_as_meant" (a postcondition does not hold, nothing changed, or the path comes to a standstill);
-            "infeasible" (the limits cannot all hold, `adapted` is the best effort); "needs_clarification" (see
-            `question`); "not_understood" (see `unplaced`); "failed" (see `error`).
+            "infeasible" (the limits cannot all hold, `adapted` is the best effort); "needs_confirmation" (see
+            `proposal`); "needs_clarification" (see `question`); "not_understood" (see `unplaced`); "failed" (see
+            `error`).
         original: The trajectory that the instruction was about.
         adapted: The result; equal to `original` where there is none.
         proposed: What the policy returned, before the constraints, or None.
@@ -138,7 +149,8 @@ class Adaptation:
         writer: Who wrote the policy.
         attempts: How many policies were written until one worked.
         question: The question back, or "".
-        unplaced: Words that could not be placed.
+        unplaced: Words that could not be placed, or that the proposal does not use.
+        proposal: For "needs_confirmation" the whole result of the reading that a person has to agree to (`accept`).
         error: Why it failed, or "".
         isolation: How the policy was isolated while it ran, or "".
         warnings: What a person should look at.
@@ -168,6 +180,7 @@ class Adaptation:
     attempts: int = 0
     question: str = ""
     unplaced: tuple[str, ...] = ()
+    proposal: Adaptation | None = None
     error: str = ""
     isolation: str = ""
     warnings: tuple[str, ...] = ()
@@ -216,6 +229,8 @@ class Adaptation:
             return "Not as meant: " + " ".join(broken or self.warnings)
         if self.status == "needs_clarification":
             return self.question
+        if self.proposal is not None:
+            return self._understood(self.proposal)
         if self.status == "infeasible":
             conflicts = self.constraints.conflicts if self.constraints else ()
             return "The limits cannot all hold, so this is the best effort: " + " ".join(conflicts)
@@ -231,6 +246,13 @@ class Adaptation:
             return f"Done, but changed by the limits: they took back {', '.join(taken)}."
         return "Done, but changed by the limits."
 
+    def _understood(self, proposal: Adaptation) -> str:
+        """The reading in plain words, what it leaves out, why it is not certain, and how it would come out."""
+        steps = [step.strip().rstrip(".") for step in proposal.plan]
+        said = [f"I understood: {'; '.join(step[:1].lower() + step[1:] for step in steps)}."]
+        said += [f"Not used: {quoted(self.unplaced)}."] if self.unplaced else []
+        return " ".join([*said, *self.warnings, *_COMES_OUT.get(proposal.status, ())])
+
     def to_document(self) -> dict[str, Any]:
         """The adaptation as JSON values; `from_document` reads it back to an equal adaptation."""
         saved = replace(self, options=replace(self.options, custom=()))
@@ -241,6 +263,7 @@ class Adaptation:
             **{key: _rows(getattr(self, key)) for key in _TRAJECTORIES},
             "timestep": self.original.timestep,
             "scene": scene_dict(self.scene),
+            "proposal": None if self.proposal is None else self.proposal.to_document(),
         }
         document["writer"]["attempts"] = document.pop("attempts")
         return {**document, "sha256": seal(document)}
@@ -280,6 +303,17 @@ class Adaptation:
             values["status"] = judged_status(values["constraints"], values["postconditions"])
         if of_0_1_0:
             values["changes"] = compare(values["original"], values["adapted"], values["scene"])
+        waits, held = values["status"] == "needs_confirmation", given.get("proposal")
+        if waits != (held is not None):
+            wanted = "is missing" if waits else f"has no place under the status {values['status']!r}"
+            raise FormatError(file, wanted, key="proposal")
+        if waits:
+            try:
+                values["proposal"] = cls.from_document(read("proposal", dict[str, Any]), file=file)
+            except FormatError as error:
+                raise FormatError(file, error.problem, key=f"proposal.{error.key}", index=error.index) from None
+            if not values["proposal"].usable:
+                raise FormatError(file, "holds no result of its own", key="proposal")
         return cls(**values)
 
     def save(self, path: str) -> None:
@@ -298,6 +332,28 @@ class Adaptation:
             FormatError: If the file is no adaptation; names the file and the key.
         """
         return cls.from_document(load_document(path), file=str(path))
+
+
+_COMES_OUT = {
+    "limited": ("The limits would change it.",),
+    "not_as_meant": ("It would not come out as meant.",),
+    "infeasible": ("The limits could not all hold.",),
+}
+"""What is said of a proposal that would not simply be done."""
+
+
+def accept(result: Adaptation) -> Adaptation:
+    """The result that was proposed, now that a person agrees to it.
+
+    Args:
+        result: With the status "needs_confirmation".
+
+    Raises:
+        RequestError: If nothing was proposed.
+    """
+    if result.proposal is None:
+        raise RequestError(f"there is no proposal to accept; the status is {result.status!r}")
+    return result.proposal
 
 
 def judged_status(verdict: Verdict | None, postconditions: Sequence[Postcondition], *, vain: bool = False) -> Status:
@@ -352,9 +408,10 @@ def explain(result: Adaptation) -> str:
 
 @cache
 def _kinds() -> dict[str, Any]:
-    """The fields of a document other than its trajectories, with their types."""
+    """The fields of a document other than its trajectories and proposal, with their types."""
     kinds = get_type_hints(Adaptation)
-    kept = {item.name: kinds[item.name] for item in fields(Adaptation) if item.name not in _TRAJECTORIES}
+    own = (*_TRAJECTORIES, "proposal")
+    kept = {item.name: kinds[item.name] for item in fields(Adaptation) if item.name not in own}
     return {**kept, "scene": SceneField}
 
 

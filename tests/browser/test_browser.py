@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ovita.writers.base import Reply
+
 IMAGES = Path(__file__).parents[2] / "docs" / "images"
 PICTURES = bool(os.environ.get("OVITA_PICTURES"))
 SAY = "Go left by 0.2 and slow down near the cup"
@@ -149,6 +151,34 @@ def free_of_panels(page):
 
 def turns_of(studio):
     return sorted(len(view.controller.session.steps) for view in studio.views)
+
+
+class Unsure:
+    """Is certain of nothing."""
+
+    name = "builtin"
+
+    def write(self, prompt):
+        code = "def adapt(traj, scene, *, left=0.2):\n    expect_moved(left=left)\n    return move(traj, left=left)\n"
+        return Reply("policy", ("Shift the path 0.2 m to the left.",), code, unplaced=("feed",), confirm=True)
+
+
+def test_a_proposal_is_amber_and_accept_does_it(studio, browser):
+    page = browser(studio)
+    page.view.controller.session.writer = Unsure()
+
+    def amber():
+        r, g, b = np.moveaxis(seen(page), 2, 0)
+        return int(((r > 220) & (g > 150) & (g < 210) & (b < 60)).sum())
+
+    before = amber()
+    say(page, "left 20 cm, feed 0.7")
+    page.wait_for_selector("text=Not used: 'feed'.")
+    until(lambda: amber() > before + 200)
+    assert turns(page) == 0 and red(page) == 0
+    page.get_by_role("button", name="Accept").click()
+    until(lambda: turns(page) == 1 and red(page) > 200)
+    assert left(page) == pytest.approx(0.2) and amber() < before + 200 and not page.broken
 
 
 def test_two_persons_do_not_see_each_other_and_nothing_is_cut_off(studio, browser):

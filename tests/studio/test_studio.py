@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from ovita.studio.files import MAX_UPLOAD, MAX_WAYPOINTS
+from ovita.writers.base import Reply
 
 SAY = "Go left by 0.2 and slow down near the cup"
 
@@ -61,6 +62,42 @@ def test_what_is_not_understood_is_told_and_changes_nothing(start, visit):
     assert adapted(tab) is None
     tab.say("   ")
     tab.wait(lambda: any("say what should change" in note for note in tab.notices))
+
+
+class Unsure:
+    """Is certain of nothing."""
+
+    name = "builtin"
+
+    def write(self, prompt):
+        code = "def adapt(traj, scene, *, left=0.2):\n    expect_moved(left=left)\n    return move(traj, left=left)\n"
+        return Reply("policy", ("Shift the path 0.2 m to the left.",), code, unplaced=("feed",), confirm=True)
+
+
+def test_a_proposal_is_amber_until_it_is_accepted(start, visit):
+    studio = start()
+    tab = visit(studio)
+    (view,) = studio.views
+    view.controller.session.writer = Unsure()
+
+    def proposed():
+        return tab.points("/lines/proposal") is not None
+
+    tab.say("left 20 cm, feed 0.7")
+    tab.wait(lambda: proposed() and "Not used: &#x27;feed&#x27;" in tab.text())
+    assert adapted(tab) is None and "is that meant?" in tab.text() and "card waiting" in tab.text()
+    tab.click("No")
+    tab.wait(lambda: not proposed())
+    assert adapted(tab) is None
+    tab.say("left 20 cm, feed 0.7")
+    tab.wait(proposed)
+    tab.click("Accept")
+    tab.wait(lambda: adapted(tab) is not None and not proposed())
+    assert offset(tab) == pytest.approx(0.2)
+    tab.say("right 20 cm, feed 0.7")
+    tab.wait(proposed)
+    tab.say("yes")
+    tab.wait(lambda: abs(offset(tab) - 0.4) < 1e-6)
 
 
 def test_names_and_words_are_never_markup(start, visit, tmp_path):

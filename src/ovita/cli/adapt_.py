@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 import webbrowser
+from collections.abc import Sequence
+from dataclasses import replace
 from importlib.resources import as_file, files
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, NoReturn
 
 import click
+from click.core import ParameterSource
 
 from ovita.chain import REPAIRS, TIME_LIMIT, adapt
 from ovita.cli.common import (
@@ -44,7 +48,7 @@ from ovita.io import (
 )
 from ovita.paths.robot import Robot
 from ovita.request import Request
-from ovita.result import Adaptation
+from ovita.result import Adaptation, accept
 from ovita.writers.base import writer_named
 
 
@@ -71,6 +75,7 @@ from ovita.writers.base import writer_named
 )
 @click.option("--repairs", type=int, default=REPAIRS, show_default=True, help="How often a failing policy goes back.")
 @click.option("--explain-with-model", is_flag=True, help="Let a model that wrote the policy also word the explanation.")
+@click.option("--accept", "accepting", is_flag=True, help="Do what was understood without asking; see below.")
 @click.option("--no-examples", is_flag=True, help="Leave the examples out of a model's prompt (ablation).")
 @shared
 def command(
@@ -84,15 +89,22 @@ def command(
     time_limit: float,
     repairs: int,
     explain_with_model: bool,
+    accepting: bool,
     no_examples: bool,
     **options: Any,
 ) -> None:
-    """Adapt the trajectory in FILE (see ovita convert for the formats) to INSTRUCTION (default: the one in FILE)."""
+    """Adapt the trajectory in FILE (see ovita convert for the formats) to INSTRUCTION (default: the one in FILE).
+
+    Where the reading is not certain, it is shown and asked about. Without a terminal to ask on, the exit code is 3 and
+    --out holds the finished proposal; `ovita adapt RESULT --accept` takes the one that a saved result holds.
+    """
     _check_outputs(file, out, trajectory_out, plot_out)
     choices = choices_from(options)
     task = open_task(file, scene_file=options["scene_file"], frame=options["frame"], choices=choices)
     if trajectory_out:
         rendered(trajectory_out, task.trajectory, task.scene, choices=choices)
+    if accepting and instruction is None and not is_address(file) and is_adaptation(file):
+        _report(_accepted(file), task, choices, (out, trajectory_out, plot_out), code=code, as_json=as_json)
     text = instruction if instruction is not None else task.instruction
     if instruction is None and not text.strip():
         raise RequestError(f"{file} holds no instruction; add one: ovita adapt {file} 'slow down near the cup'")
@@ -110,18 +122,68 @@ def command(
             explain_with_model=explain_with_model,
             progress=tell,
         )
-    written, lost = _write(result, out, trajectory_out, plot_out, task, choices)
+    if result.proposal is not None and (accepting or (not as_json and _agrees(result))):
+        result = accept(result)
+    notes = (*notes_on(task, options["robot"]), *notes_on_writer(writer))
+    _report(result, task, choices, (out, trajectory_out, plot_out), code=code, as_json=as_json, notes=notes)
+
+
+def _report(
+    result: Adaptation,
+    task: Task,
+    choices: Choices,
+    outputs: tuple[str | None, str | None, str | None],
+    *,
+    code: bool,
+    as_json: bool,
+    notes: Sequence[str] = (),
+) -> NoReturn:
+    """Write the requested files, show the result, and exit with its code."""
+    written, lost = _write(result, *outputs, task, choices)
     if as_json:
         click.echo(json.dumps(result.to_document(), ensure_ascii=False))
     else:
         show(result, code=code)
-        for note in (*notes_on(task, options["robot"]), *notes_on_writer(writer)):
+        for note in notes:
             click.echo(f"note: {plain(note)}", err=True)
         for path in written:
             click.echo(f"wrote {path}")
         for note in lost:
             click.echo(f"note: {plain(note)}", err=True)
+        if result.proposal is not None:
+            saved = f"ovita adapt {outputs[0]} --accept" if outputs[0] else "the same command with --accept"
+            click.echo(f"If that is what you mean: {plain(saved)}")
     raise SystemExit(EXIT_OF[result.status])
+
+
+def _agrees(result: Adaptation) -> bool:
+    """Ask on the terminal whether a proposal is meant; without a terminal nobody agrees."""
+    if not _on_a_terminal():
+        return False
+    return click.confirm(f"{plain(result.message)} Do this?", default=False)
+
+
+def _on_a_terminal() -> bool:
+    return sys.stdin.isatty() and sys.stdout.isatty()
+
+
+_ABOUT_OUTPUT = ("file", "out", "trajectory_out", "plot_out", "code", "as_json", "accepting")
+
+
+def _accepted(file: str) -> Adaptation:
+    """The proposal of a saved result, as it is; options that would change it are refused."""
+    context = click.get_current_context()
+    for parameter in context.command.params:
+        name = parameter.name or ""
+        if name not in _ABOUT_OUTPUT and context.get_parameter_source(name) == ParameterSource.COMMANDLINE:
+            raise RequestError(
+                f"{parameter.opts[0]} cannot change the proposal that {file} holds; say the instruction again with it,"
+                f" or accept without it"
+            )
+    saved = Adaptation.load(file)
+    if saved.proposal is None:
+        raise RequestError(f"{file} holds no proposal to accept; its status is {saved.status!r}")
+    return accept(saved)
 
 
 def _check_outputs(file: str, out: str | None, trajectory_out: str | None, plot_out: str | None) -> None:
@@ -216,6 +278,9 @@ def draw(result: Adaptation, out: str, *, robot: Robot | None = None, view: View
     from ovita import plots
 
     check_picture(out)
+    if result.proposal is not None:
+        title = f"Proposal, not done yet: {result.instruction}"
+        result = replace(result.proposal, instruction=title, explanation=result.message)
     proposed = None if result.proposed == result.adapted else result.proposed
     if out.lower().endswith(".html"):
         page = plots.interactive(
@@ -250,8 +315,11 @@ def explain(file: str, code: bool) -> None:
     """Explain RESULT.json, a result of `ovita adapt --out`, in plain words."""
     result = Adaptation.load(file)
     click.echo(plain(result.explanation or result.message))
-    if code and result.code:
-        click.echo("\n" + plain(result.code))
+    if result.proposal is not None:
+        click.echo(f"It is not done yet; if that is what you mean: ovita adapt {plain(file)} --accept")
+    shown = result.proposal or result
+    if code and shown.code:
+        click.echo("\n" + plain(shown.code))
 
 
 INSTRUCTIONS = (

@@ -170,6 +170,7 @@ EXIT_OF: dict[Status, int] = {
     "limited": 5,
     "not_as_meant": 6,
     "infeasible": 4,
+    "needs_confirmation": 3,
     "needs_clarification": 3,
     "not_understood": 3,
     "failed": 3,
@@ -180,6 +181,7 @@ LABELS: dict[Status, str] = {
     "limited": "done, but changed by the limits",
     "not_as_meant": "not as meant",
     "infeasible": "infeasible",
+    "needs_confirmation": "not done: is that meant?",
     "needs_clarification": "not done: a question",
     "not_understood": "not done: not understood",
     "failed": "not done: failed",
@@ -204,6 +206,11 @@ def show(result: Adaptation, *, code: bool = False) -> None:
     click.echo(plain(f"{result.message}  [{label}; writer {by}; {total:.0f} ms]"))
     if len(result.writer.tried) > 1:
         _section("Writers", [*result.writer.tried, *([result.writer.reason] if result.writer.reason else [])])
+    if result.proposal is not None:
+        would = result.proposal
+        _section("It would change", sentences(would.changes) if would.changes else [])
+        _section("It would assume", would.assumed)
+        _section("It would warn", would.cautions)
     if not result.usable:
         return
     _section("Plan", [f"{i}. {step}" for i, step in enumerate(result.plan, start=1)])

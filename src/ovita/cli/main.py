@@ -64,7 +64,8 @@ def cli() -> None:
 
     Start with `ovita demo`, or: ovita adapt SCENE.json "Go left by 0.2 and slow down near the cup"
 
-    Exit codes: 0 done; 2 bad usage or input; 3 not done (not understood, a question, or the writer failed);
+    Exit codes: 0 done; 2 bad usage or input; 3 not done (not understood, a question, a proposal that waits for a yes,
+    or the writer failed);
     4 infeasible (the limits cannot all hold; the best effort is written and flagged), or a result may not be sent to a
     robot; 5 done, but changed by the limits; 6 not as meant.
     """

@@ -40,6 +40,7 @@ HELP = """Say what should change, then what is not right yet: "a bit more", "no,
 for more:
   /original TEXT   add TEXT to what you said and apply all of it to the original again
   /current TEXT    apply TEXT to the current trajectory (the same as saying it)
+  /accept          do what was understood, as "yes" does
   /set NAME=VALUE  turn a knob of the last policy and run it again
   /undo  /redo     take the last turn back; bring it back again
   /history         what was said so far
@@ -49,6 +50,7 @@ for more:
   /plot FILE       draw original and current (.png, .svg, .pdf, .html)
   /save FILE       save the last result (.json) or the current trajectory (.csv, .mcap, .plan, ...)
   /quit            leave
+Where a reading is not certain, it is shown first; answer "yes", "no", or what is different: "no, 10 cm".
 Where a later turn loses what an earlier one asked for, it says so; answer "keep it" to have it again."""
 
 
@@ -128,6 +130,12 @@ def _say(session: Session, text: str, on: FeedbackOn) -> None:
         click.echo(plain(result.message))
     else:
         show(result)
+    if session.pending is not None:
+        click.echo('Say "yes" to do it, "no", or what is different, such as "no, 10 cm".')
+
+
+def _accept(session: Session, rest: str) -> None:
+    show(session.accept())
 
 
 def _set(session: Session, rest: str) -> None:
@@ -211,6 +219,7 @@ def _help(session: Session, rest: str) -> None:
 
 
 _COMMANDS: dict[str, Callable[[Session, str], None]] = {
+    "accept": _accept,
     "set": _set,
     "undo": _undo,
     "redo": _redo,

@@ -185,6 +185,8 @@ class DialogueState:
 
     def _tuned(self, result: Adaptation, values: Mapping[str, float | int]) -> Adaptation:
         """A result with earlier tuned values for the parameters it still has."""
+        if result.proposal is not None:
+            return replace(result, proposal=self._tuned(result.proposal, values))
         known = {p.name: p.value for p in result.parameters}
         kept = {name: value for name, value in values.items() if name in known and known[name] != value}
         return self._rerun(result, kept) if kept and result.usable else result

@@ -9,8 +9,8 @@ from typing import Any
 
 from ovita.chain import UNCHANGED, enforced, rerun
 from ovita.dialogue.history import ROOT, History, Kind, Situation, Step, in_force, read_session, replayed, write_session
-from ovita.dialogue.interpret import DialogueState, interpret
-from ovita.dialogue.standing import lost
+from ovita.dialogue.interpret import DialogueState, Interpretation, interpret
+from ovita.dialogue.standing import answered, lost
 from ovita.errors import RequestError
 from ovita.io.files import Journal
 from ovita.limits import ConstraintOptions
@@ -20,8 +20,8 @@ from ovita.paths.trajectory import Trajectory
 from ovita.policy.reading import parse
 from ovita.policy.sandbox import Isolation, known_isolation
 from ovita.request import FeedbackOn
-from ovita.result import Adaptation
-from ovita.writers.base import PolicyWriter, Progress
+from ovita.result import Adaptation, accept
+from ovita.writers.base import PolicyWriter, Progress, WriterInfo
 
 
 @dataclass
@@ -46,6 +46,7 @@ class Session:
     _history: History = field(default_factory=History, init=False)
     _journal: Journal | None = field(default=None, init=False)
     _asked: str = field(default="", init=False)
+    _pending: tuple[str, Interpretation] | None = field(default=None, init=False)
     _open: str = field(default="", init=False)
     _behind: bool = field(default=False, init=False)
 
@@ -84,6 +85,11 @@ class Session:
         return self._asked
 
     @property
+    def pending(self) -> Adaptation | None:
+        """The proposal that the next sentence may agree to, or None."""
+        return None if self._pending is None else self._pending[1].result.proposal
+
+    @property
     def current(self) -> Trajectory:
         """The trajectory as it stands."""
         last = self.adaptation
@@ -108,13 +114,24 @@ class Session:
         what was said so far, and all of it is applied to the original again, with the knobs as they were turned.
         Feedback is resolved without any writer wherever that is certain: it turns knobs of the last turn, runs it
         again, puts its instruction right, or takes it back. A turn that is not understood, or that fails, changes
-        nothing and is not kept. `progress` and `cancel` are those of `adapt`.
+        nothing and is not kept. Nor is one that needs confirmation until the next sentence agrees ("yes") or says what
+        is different ("no, 10 cm"). `progress` and `cancel` are those of `adapt`.
 
         Raises:
             InputError: If the instruction is empty or too long.
         """
         if not instruction.strip():
             raise RequestError("the instruction is empty; say what should change, such as 'slow down near the cup'")
+        if self._pending is not None:
+            agrees, rest = answered(instruction)
+            if agrees is not None and not rest:
+                return self.accept() if agrees else self.dismiss(instruction)
+            edited = self._edited(instruction, rest) if not agrees else None
+            if edited is not None:
+                return edited
+            if agrees:
+                self.accept()
+            instruction = rest
         state = DialogueState(
             self._history, self._first, self.situation, self.writer, self.isolation, self._asked, progress, cancel
         )
@@ -123,10 +140,51 @@ class Session:
         if found.goto is not None:
             self._go(found.goto)
             return found.result
+        if found.result.proposal is not None:
+            self._pending = instruction, found
         if found.kind is None or not found.result.usable:
             return found.result
         result = self._against_earlier(found.result, found.kind, found.on)
         self._add(instruction, found.on, result, found.kind)
+        return result
+
+    def accept(self) -> Adaptation:
+        """Do what the last turn proposed.
+
+        Raises:
+            RequestError: If nothing is proposed.
+        """
+        if self._pending is None:
+            raise RequestError("nothing waits for a yes; say what should change")
+        said, found = self._pending
+        kind = found.kind or "said"
+        result = self._against_earlier(accept(found.result), kind, found.on)
+        self._add(said, found.on, result, kind)
+        return result
+
+    def dismiss(self, said: str = "no") -> Adaptation:
+        """Forget what the last turn proposed; nothing changes."""
+        self._pending, self._asked = None, ""
+        note = "Nothing changed."
+        return replace(
+            self._blank(said), original=self.current, adapted=self.current, code="", explanation=note,
+            writer=WriterInfo("feedback", reason="it was the answer to a proposal"),
+        )  # fmt: skip
+
+    def _edited(self, instruction: str, change: str) -> Adaptation | None:
+        """The proposal done with a change, or None if the sentence is no change of it; no language model is asked."""
+        assert self._pending is not None
+        said, found = self._pending
+        draft = self.draft()
+        draft.writer = "builtin"
+        draft.accept()
+        count = len(draft.history.steps)
+        result = draft.say(change)
+        if len(draft.history.steps) == count or draft.steps[-1].kind not in ("knobs", "reworded"):
+            return None
+        kind = found.kind or "said"
+        result = self._against_earlier(draft.steps[-1].adaptation, kind, found.on)
+        self._add(f"{said} ({instruction})", found.on, result, kind)
         return result
 
     def tune(self, parameters: Mapping[str, Any], *, merge: bool = False) -> Adaptation:
@@ -262,6 +320,7 @@ class Session:
         """A copy whose turns do not count until `adopt`, so that a slow turn can be cancelled."""
         copy = Session(self.original, self.scene, self.robot, self.writer, self.constraints, self.isolation)
         copy._first, copy._history, copy._asked = self._first, self._history.copy(), self._asked
+        copy._pending = self._pending
         return copy
 
     def adopt(self, draft: Session) -> None:
@@ -284,6 +343,7 @@ class Session:
         self._asked = draft._asked
         if self._history.head != draft._history.head:
             self._go(draft._history.head)
+        self._pending = draft._pending
 
     def keep(self, path: str) -> None:
         """Write this session to a journal from now on, so that a killed process loses at most the turn it was in.
@@ -371,6 +431,7 @@ class Session:
 
     def _add(self, said: str, on: FeedbackOn, result: Adaptation, kind: Kind, *, wait: bool = False) -> None:
         self.settle()
+        self._pending = None
         before = self._history.situation(self._history.head, self._first)
         now = self.situation
         self._history.add(Step(said, on, result, kind, None if _same(before, now) else now))
@@ -383,6 +444,7 @@ class Session:
         if turn is None:
             return False
         self.settle()
+        self._pending = None
         self._settle_on(turn)
         self._note({"event": "head", "at": turn})
         return True

@@ -19,6 +19,41 @@ from ovita.toolkit import Expectation, judge
 KEEP_IT = ("yes", "yes please", "yes, please", "keep it", "yes, keep it", "yes keep it", "please keep it", "keep that")
 """Answers that ask for a lost postcondition to hold again."""
 
+_YES = (
+    "yes", "yes please", "yep", "yup", "yeah", "y", "sure", "ok", "okay", "alright", "all right", "correct",
+    "exactly", "do it", "do that", "do this", "go ahead", "go for it", "please do", "accept", "confirmed", "confirm",
+    "that is right", "that's right", "that is it", "that's it", "fine", "agreed", "affirmative",
+)  # fmt: skip
+_NO = (
+    "no", "no thanks", "no thank you", "nope", "nah", "n", "don't", "do not", "never mind", "nevermind", "forget it",
+    "forget that", "cancel", "cancel that", "undo", "wrong", "not that", "negative", "leave it", "no way",
+)  # fmt: skip
+_GOES_ON = ("but", "only", "just", "make", "rather", "and", "it", "the", "not", "i", "with", "please")
+_BETWEEN = " ,.!;:-"
+
+
+def answered(said: str) -> tuple[bool | None, str]:
+    """Whether an utterance agrees to a proposal (None: it does neither), and what it says beyond that.
+
+    "yes" gives (True, ""), "no, 10 cm" (False, "10 cm"), "10 cm" (None, "10 cm"). Only a yes or no that a comma or the
+    end follows counts, so that "right by 10 cm" is no agreement.
+    """
+    text = said.strip().strip(_BETWEEN)
+    plain = text.lower().replace("\u2019", "'")
+    polite = len(plain.removesuffix("please").rstrip(_BETWEEN)) or len(plain)
+    plain, text = plain[:polite], text[:polite]
+    for words, agrees in ((_YES, True), (_NO, False)):
+        for word in sorted(words, key=len, reverse=True):
+            after = plain[len(word) :]
+            if plain == word or (plain.startswith(word) and after.lstrip(" ")[:1] in (",", ".", "!", ";", ":", "-")):
+                return agrees, text[len(word) :].strip(_BETWEEN)
+    first, _, rest = text.partition(" ")
+    second = rest.lower().partition(" ")[0]
+    if first.lower() in ("no", "nope", "yes", "yeah", "yep") and (second[:1].isdigit() or second in _GOES_ON):
+        return first.lower()[0] == "y", rest.strip(_BETWEEN)
+    return None, text
+
+
 _SUBJECTS = {
     **dict.fromkeys(("closer", "farther", "distance", "visits"), "place"),
     **dict.fromkeys(("slower", "faster", "speed", "stop"), "speed"),

@@ -20,6 +20,7 @@ COLOURS = {
     "before": "#1f5fbf",
     "after": "#d62728",
     "proposed": "#8a8a8a",
+    "waiting": "#ffb300",
     "start": "#2ca02c",
     "goal": "#111111",
     "workspace": "#9aa5b1",

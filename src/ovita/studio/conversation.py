@@ -14,6 +14,7 @@ from ovita.studio.sessions import News, SessionController
 
 _ON = {"current: what there is now": "current", "original: everything on the blue line": "original"}
 _TICK_S = 0.5
+_ASK = "What should change?"
 
 
 class Conversation:
@@ -41,6 +42,8 @@ class Conversation:
         self.bar = gui.add_progress_bar(100.0, animated=True, visible=False)
         self.cancel = gui.add_button("Cancel", color="gray", icon="x", visible=False)
         self.outcome = gui.add_html("")
+        self.accept = gui.add_button("Accept", color=(255, 179, 0), icon="check", visible=False)
+        self.dismiss = gui.add_button("No", color="gray", icon="x", visible=False)
         self.tries = gui.add_folder(None)
         self.back = gui.add_button_group("history", ("Undo", "Redo"), visible=False)
         self.past = gui.add_html("")
@@ -51,6 +54,8 @@ class Conversation:
         self.send.on_click(lambda _: self.form.submit())
         self.on.on_update(lambda _: self._explain())
         self.cancel.on_click(lambda _: self._controller().cancel())
+        self.accept.on_click(lambda _: self._controller().act(lambda s: s.accept()))
+        self.dismiss.on_click(lambda _: self._controller().act(lambda s: s.dismiss()))
         self.back.on_click(lambda _: self.step(self.back.value))
         self.branch.on_update(self._branch)
         self._explain()
@@ -68,7 +73,9 @@ class Conversation:
                 self._clock = threading.Thread(target=self._tick, name="ovita-clock", daemon=True)
                 self._clock.start()
         asked = controller.said.question if controller.said is not None else ""
-        title = "Your answer" if asked else "What should change?"
+        proposed = busy is None and controller.session.pending is not None
+        self.accept.visible = self.dismiss.visible = proposed
+        title = "Your answer" if asked else "Is that meant? Accept, or say what is different" if proposed else _ASK
         self.ask.content = html.block(f"<h4>{title}</h4>")
         self.outcome.content = html.outcome(controller)
         if news in ("turn", "said", "knobs"):

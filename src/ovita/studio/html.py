@@ -26,6 +26,7 @@ _CHIPS = {
     "limited": ("warn", "changed by the limits"),
     "not_as_meant": ("warn", "not as meant"),
     "infeasible": ("bad", "best effort"),
+    "needs_confirmation": ("warn", "is that meant?"),
     "not_understood": ("bad", "not understood"),
     "needs_clarification": ("warn", "question"),
     "failed": ("bad", "failed"),
@@ -121,8 +122,9 @@ def outcome(controller: SessionController) -> str:
     if controller.said is not None:
         said = controller.said
         kind, word = _chip(said.result) if said.result else ("bad", "not done")
+        card = "card waiting" if controller.session.pending is not None else "card"
         return block(
-            f'<div class="card">&ldquo;{e(clipped(said.text))}&rdquo; <span class="chip {kind}">{word}</span>'
+            f'<div class="{card}">&ldquo;{e(clipped(said.text))}&rdquo; <span class="chip {kind}">{word}</span>'
             f"<p>{e(said.message)}</p></div>"
         )
     result = controller.session.adaptation
@@ -384,6 +386,7 @@ _HEAD = """<title>ovita studio</title>
   padding-top: 0.15rem; } .ov .brand small { font-weight: 400; color: var(--soft); font-size: 0.78rem; }
 .ov .card { background: var(--card); border: 1px solid var(--line); border-radius: 8px; padding: 0.45rem 0.6rem;
   margin: 0.1rem 0 0.3rem; } .ov .soft { color: var(--soft); font-size: 0.8rem; }
+.ov .card.waiting { background: #fff6df; border-color: #ffb300; }
 .ov .chip { display: inline-block; border-radius: 9px; padding: 0 0.5em; font-size: 0.72rem; font-weight: 600;
   line-height: 1.5; background: #e6edf3; color: var(--soft); vertical-align: 0.05em; }
 .ov .chip.good { background: #ddf1e6; color: var(--good); } .ov .chip.warn { background: #fdeccd; color: var(--warn); }

@@ -166,6 +166,7 @@ class Tab:
         gui.add_html(html.block(
             "<h4>Colours</h4><p><span class='key' style='background:var(--blue)'></span>original<br>"
             "<span class='key' style='background:var(--red)'></span>adapted<br>"
+            "<span class='key' style='background:#ffb300'></span>what was understood, until you accept it<br>"
             "<span class='key' style='background:#eeb1ab'></span>one turn ago<br>"
             "<span class='key' style='background:#8a8a8a'></span>as the program proposed it<br>"
             "<span class='key' style='background:#c2185b'></span>where the proposal broke a limit</p>"
@@ -185,6 +186,8 @@ class Tab:
         self.conversation.refresh(news)
         if news == "error" and self.controller.error:
             self.complain(self.controller.error)
+        if news == "said":
+            self.space.draw_lines(session)
         if news not in ("turn", "knobs"):
             return
         self.header.content = html.header(self.controller, writer_name(session.writer))

@@ -68,6 +68,8 @@ class Reply:
         question: The question back; "" unless kind is "question".
         unplaced: The words that could not be placed.
         contacts: Names of objects that the instruction asks to touch or pass through.
+        confirm: Whether a person has to agree to the policy first, because the reading is not certain.
+        doubts: Why, as sentences; `unplaced` then are the words that the policy does not use.
         holds: What the instruction asks for and the trajectory does already, where that is all of it.
         writer: Who answered.
         policy: The policy, where its writer has it ready with its parameters; else it is read from `code`.
@@ -83,6 +85,8 @@ class Reply:
     writer: WriterInfo = field(default_factory=lambda: WriterInfo("unknown"))
     policy: Policy | None = None
     holds: tuple[str, ...] = ()
+    confirm: bool = False
+    doubts: tuple[str, ...] = ()
 
 
 Failure = Literal["", "unusable", "failed", "idle", "broken", "unused"]
@@ -124,16 +128,18 @@ class Attempt:
 
     @property
     def rank(self) -> int:
-        """Rank of an outcome: policy as meant, other policy, question, refusal, failure."""
+        """Rank of an outcome: policy as meant, one to be confirmed, other policy, question, refusal, failure."""
         if self.policy is not None:
-            return 3 if self.failure else 4
+            return 4 if self.reply.confirm else 3 if self.failure else 5
         return 0 if self.failure else {"question": 2, "not_understood": 1}[self.reply.kind]
 
     @property
     def summary(self) -> str:
         """The outcome in a few words."""
         if self.failure or self.policy is not None:
-            first = (self.error or "its policy ran as meant").splitlines()[0]
+            ran = f"asks whether it is meant without {quoted(self.reply.unplaced)}" if self.reply.unplaced else ""
+            ran = ran or "asks whether it is meant"
+            first = (self.error or (ran if self.reply.confirm else "its policy ran as meant")).splitlines()[0]
             expectations = self.rollout.expectations if self.rollout is not None else ()
             judged = zip(expectations, self.outcomes, strict=True) if self.outcomes else ()
             return " ".join([first, *(broken_promise(e.text, o) for e, o in judged if not o.held)])
@@ -180,7 +186,8 @@ class _Chosen:
 
     def write(self, prompt: Prompt) -> Reply:
         reply = self.writer.write(prompt)
-        reason = self.reason if reply.kind == "policy" else self.otherwise or self.reason
+        certain = reply.kind == "policy" and not reply.confirm
+        reason = self.reason if certain else self.otherwise or self.reason
         return replace(reply, writer=replace(reply.writer, reason=reason))
 
 
@@ -199,7 +206,7 @@ class WriterChain:
     name: str
 
     def write(self, prompt: Prompt) -> Reply:
-        """Answer as the first writer that has a policy or a question; else as the first that understood anything.
+        """Answer as the first writer that has a certain policy or a question; else as the first that understood most.
 
         Raises:
             WriterError: If none of them could answer.
@@ -216,9 +223,9 @@ class WriterChain:
                 continue
             tried.append(f"{writer.name}: {reply.kind.replace('_', ' ')}")
             reply = replace(reply, writer=replace(reply.writer, tried=tuple(tried)))
-            if reply.kind != "not_understood":
+            if reply.kind != "not_understood" and not reply.confirm:
                 return reply
-            refusal = refusal or reply
+            refusal = reply if refusal is None or (reply.confirm and not refusal.confirm) else refusal
             prompt = prompt if prompt.attempts else with_hint(prompt, reply)
         if refusal is None:
             raise WriterError(" ".join(f"{said.rstrip('.')}." for said in tried), failure)
@@ -253,7 +260,7 @@ def flatten(writer: PolicyWriter) -> tuple[PolicyWriter, ...]:
 
 def with_hint(prompt: Prompt, reply: Reply) -> Prompt:
     """Return the prompt for the next writer, ending with what the last one did and did not understand."""
-    if reply.kind != "not_understood" or not (reply.plan or reply.unplaced):
+    if (reply.kind != "not_understood" and not reply.confirm) or not (reply.plan or reply.unplaced):
         return prompt
     placed = ", ".join(as_data(step, MAX_TOLD) for step in reply.plan) or "nothing"
     words = ", ".join(as_data(word, MAX_TOLD) for word in reply.unplaced) or "nothing in particular"

@@ -55,7 +55,7 @@ def write(prompt: Prompt, writer: PolicyWriter, *, isolation: Isolation, repairs
         one = replace(_ask(prompt, member, isolation, repairs, lap), by=member)
         done.append(one)
         tried.append(f"{member.name}: {one.summary}")
-        if one.rank in (2, 4) or prompt.budget.over():
+        if one.rank in (2, 5) or prompt.budget.over():
             break
         if len(done) < len(line):
             prompt = with_hint(prompt, one.reply)
