@@ -9,17 +9,15 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from threading import Event
 from typing import Any
 
-import numpy as np
-
 from ovita.errors import PolicyError, PolicyRejected, RequestError, WriterError
-from ovita.limits import ConstraintOptions, constrain
-from ovita.measure import compare, shape_warnings
+from ovita.limits import ConstraintOptions, Solution, Verdict, constrain
+from ovita.measure import Changes, compare, shape_warnings
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
@@ -28,6 +26,7 @@ from ovita.policy.sandbox import Rollout, known_isolation, run
 from ovita.request import Request
 from ovita.result import Adaptation, Postcondition, Status, explain, facts, judged_status
 from ovita.text import quoted
+from ovita.toolkit import Outcome
 from ovita.writers.base import Attempt, PolicyWriter, Progress, Reply, WriterInfo, WritingBudget, writer_named
 from ovita.writers.explain import reworded
 from ovita.writers.generate import Isolation as Isolation
@@ -266,21 +265,7 @@ def _finish(
     named = [request.scene[name].name for name in meant if name in request.scene]
     contacts = tuple(dict.fromkeys([*rollout.contacts, *named]))
     options = constraints or ConstraintOptions()
-    enforce = partial(
-        constrain,
-        rollout.trajectory,
-        request.scene,
-        request.robot,
-        original=request.trajectory,
-        contacts=contacts,
-    )
-    kept = {e.kind for e, held in zip(rollout.expectations, before, strict=True) if held.held and not e.arguments}
-    pinned = replace(
-        options, fix_start=options.fix_start or "start" in kept, fix_goal=options.fix_goal or "goal" in kept
-    )
-    solution = enforce(options=pinned)
-    if pinned != options and solution.verdict.status == "infeasible":
-        solution = enforce(options=options)  # what is to stay cannot; the postcondition says by how much it moved
+    solution = _enforced(request, rollout, before, contacts, options)
     clock.lap("constrain")
     verdict, adapted = solution.verdict, solution.trajectory
     changes = compare(request.trajectory, adapted, request.scene)
@@ -289,23 +274,15 @@ def _finish(
         Postcondition(e.text, b.held, a.held, a.sentence, b.change, a.change, a.unit, e.kind, e.arguments)
         for e, b, a in zip(rollout.expectations, before, after, strict=True)
     )
-    broken = [p for p in postconditions if not p.held]
-    warnings = [f"{'Changed by the limits' if p.held_before else 'Not as meant'}: {p.outcome}" for p in broken]
-    if verdict.status != "satisfied":
-        warnings += [*verdict.sentences(), *(text for p in postconditions for text in p.sentences())]
-    stall, idle = _first_stall(adapted), changes.path_unchanged and changes.speeds_unchanged and not by_hand
-    if stall is not None:
-        warnings.append(f"From waypoint {stall + 1} on the path goes on at speed 0; a robot would stand still there.")
-    warnings += shape_warnings(changes)
-    held = [*(p.outcome for p in postconditions if p.held and p.states), *(text.rstrip(".") for text in reply.holds)]
-    if idle and held and not broken:
-        warnings.append(f"Nothing had to change: {'; '.join(held)}.")
-    elif idle:
-        warnings.append("Nothing changed: the trajectory is the same as before.")
-    vain = (idle and not (held and not broken)) or (stall is not None and _first_stall(request.trajectory) is None)
+    idle = changes.path_unchanged and changes.speeds_unchanged and not by_hand
+    done = _nothing_to_do(reply, postconditions) if idle else ""
+    stalls = adapted.stall is not None and request.trajectory.stall is None
+    warnings = _warnings(verdict, postconditions, adapted, changes)
+    if idle:
+        warnings.append(done or "Nothing changed: the trajectory is the same as before.")
     result = Adaptation(
         instruction=request.instruction,
-        status=judged_status(verdict, postconditions, vain=vain),
+        status=judged_status(verdict, postconditions, vain=stalls or (idle and not done)),
         original=request.trajectory,
         adapted=adapted,
         proposed=rollout.trajectory,
@@ -331,11 +308,47 @@ def _finish(
     return replace(result, timings_ms=dict(clock.timings))
 
 
-def _first_stall(trajectory: Trajectory) -> int | None:
-    """The first waypoint of a stretch with length but no speed, or None."""
-    moves = np.diff(trajectory.arc_length) > 0
-    stuck = moves & (trajectory.speeds[:-1] == 0) & (trajectory.speeds[1:] == 0)
-    return int(np.argmax(stuck)) if stuck.any() else None
+def _enforced(
+    request: Request,
+    rollout: Rollout,
+    outcomes: Sequence[Outcome],
+    contacts: tuple[str, ...],
+    options: ConstraintOptions,
+) -> Solution:
+    """The rollout within the limits; ends that the policy promises to keep stay, if they can."""
+    enforce = partial(
+        constrain, rollout.trajectory, request.scene, request.robot, original=request.trajectory, contacts=contacts
+    )
+    pairs = zip(rollout.expectations, outcomes, strict=True)
+    kept = {e.kind for e, outcome in pairs if outcome.held and not e.arguments}
+    pinned = replace(
+        options, fix_start=options.fix_start or "start" in kept, fix_goal=options.fix_goal or "goal" in kept
+    )
+    solution = enforce(options=pinned)
+    if pinned != options and solution.verdict.status == "infeasible":
+        return enforce(options=options)  # what is to stay cannot; the postcondition says by how much it moved
+    return solution
+
+
+def _nothing_to_do(reply: Reply, postconditions: Sequence[Postcondition]) -> str:
+    """Why a result that equals the original is what was asked for, or "" if it is not."""
+    held = [*(p.outcome for p in postconditions if p.held and p.states), *(text.rstrip(".") for text in reply.holds)]
+    kept = all(p.held for p in postconditions)
+    return f"Nothing had to change: {'; '.join(held)}." if held and kept else ""
+
+
+def _warnings(
+    verdict: Verdict, postconditions: Sequence[Postcondition], adapted: Trajectory, changes: Changes
+) -> list[str]:
+    """What a person should look at in a result, each as a sentence."""
+    broken = [p for p in postconditions if not p.held]
+    warnings = [f"{'Changed by the limits' if p.held_before else 'Not as meant'}: {p.outcome}" for p in broken]
+    if verdict.status != "satisfied":
+        warnings += [*verdict.sentences(), *(text for p in postconditions for text in p.sentences())]
+    if adapted.stall is not None:
+        where = adapted.stall + 1
+        warnings.append(f"From waypoint {where} on the path goes on at speed 0; a robot would stand still there.")
+    return warnings + shape_warnings(changes)
 
 
 def _explained_by_model(result: Adaptation, writer: PolicyWriter, budget: WritingBudget, clock: _Clock) -> Adaptation:

@@ -184,11 +184,9 @@ def _by_measure(adapted: Trajectory, robot: Robot, checks: Sequence[ConstraintCh
 
 
 def _standstill(trajectory: Trajectory) -> list[str]:
-    length = np.diff(trajectory.arc_length)
-    stuck = (length > 0) & (trajectory.speeds[:-1] == 0) & (trajectory.speeds[1:] == 0)
-    if not stuck.any():
+    if trajectory.stall is None:
         return []
-    return [f"From waypoint {int(np.argmax(stuck)) + 1} it goes on at speed 0, which no robot can follow."]
+    return [f"From waypoint {trajectory.stall + 1} it goes on at speed 0, which no robot can follow."]
 
 
 def _unchecked(robot: Robot, result: Adaptation) -> list[str]:

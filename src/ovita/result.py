@@ -43,15 +43,15 @@ TAKEN_BACK = 0.95
 
 @dataclass(frozen=True)
 class Postcondition:
-    """A promise of the policy, and whether it was kept.
+    """A postcondition of the policy, and whether it was kept.
 
     Args:
-        text: The promise as a sentence.
+        text: As a sentence.
         held_before: Whether the policy's own output kept it.
         held: Whether the result kept it, after the constraints had their say.
         outcome: What was measured on the result, as a sentence.
-        change_before: How far the policy's own output went from the original in the sense of the promise, or None
-            where no amount can be measured.
+        change_before: How far the policy's own output went from the original in the sense of the postcondition,
+            or None where no amount can be measured.
         change: How far the result went.
         unit: Of both.
         kind: Of the postcondition, such as "distance", so that it can be measured again; "" where it is not known.
@@ -101,7 +101,7 @@ class LostPostcondition:
     """A postcondition of an earlier turn of the conversation that no longer holds.
 
     Args:
-        text: The promise as a sentence.
+        text: As a sentence.
         outcome: What was measured on the new result, as a sentence.
         instruction: The instruction of that turn.
         turns_ago: How many turns lie between, 1 for the last one.
@@ -137,14 +137,14 @@ class Adaptation:
         options: How they were enforced; custom constraints, which are programs, are not saved.
         plan: The high-level plan.
         code: The adaptation policy.
-        parameters: The policy's knobs.
+        parameters: Of the policy, with their values.
         assumptions: What was assumed because the instruction leaves it open.
         taken: What feedback was taken to mean, or "".
         lost: Postconditions of earlier turns of the conversation that no longer hold.
         explanation: Plain words for people.
         changes: The measured difference between `original` and `adapted`, or None.
         constraints: The verdict on the limits, or None.
-        postconditions: The policy's promises and whether they were kept.
+        postconditions: Of the policy, and whether they were kept.
         contacts: Objects that the change is meant to touch.
         writer: Who wrote the policy.
         attempts: How many policies were written until one worked.
@@ -216,25 +216,26 @@ class Adaptation:
         """How it went, in a sentence or two."""
         if self.writer.kind == "feedback" and self.usable:
             return self.explanation
-        if self.status == "done" and self.lost:
-            return " ".join(
-                ["Done, but:", *(loss.sentence() for loss in self.lost), 'Say "keep it" to have it as asked.']
-            )
-        if self.status == "done":
-            return "Done." if not self.warnings else f"Done, with {len(self.warnings)} warning(s)."
-        if self.status == "limited":
-            return self._limited()
-        if self.status == "not_as_meant":
-            broken = [p.outcome for p in self.postconditions if not p.held]
-            return "Not as meant: " + " ".join(broken or self.warnings)
-        if self.status == "needs_clarification":
-            return self.question
-        if self.proposal is not None:
-            return self._understood(self.proposal)
-        if self.status == "infeasible":
-            conflicts = self.constraints.conflicts if self.constraints else ()
-            return "The limits cannot all hold, so this is the best effort: " + " ".join(conflicts)
-        return self.error
+        match self.status:
+            case "done":
+                return self._done()
+            case "limited":
+                return self._limited()
+            case "not_as_meant":
+                broken = [p.outcome for p in self.postconditions if not p.held]
+                return "Not as meant: " + " ".join(broken or self.warnings)
+            case "infeasible":
+                conflicts = self.constraints.conflicts if self.constraints else ()
+                return "The limits cannot all hold, so this is the best effort: " + " ".join(conflicts)
+            case "needs_clarification":
+                return self.question
+        return self.error if self.proposal is None else self._understood(self.proposal)
+
+    def _done(self) -> str:
+        if self.lost:
+            lost = " ".join(loss.sentence() for loss in self.lost)
+            return f'Done, but: {lost} Say "keep it" to have it as asked.'
+        return "Done." if not self.warnings else f"Done, with {len(self.warnings)} warning(s)."
 
     def _limited(self) -> str:
         if self.constraints is None or self.constraints.status == "off":
@@ -361,7 +362,7 @@ def judged_status(verdict: Verdict | None, postconditions: Sequence[Postconditio
 
     Args:
         verdict: On the limits.
-        postconditions: What the policy promised, as measured.
+        postconditions: As measured.
         vain: Whether the result is of no use for another reason: nothing changed, or it comes to a standstill.
     """
     if verdict is not None and verdict.status == "infeasible":

@@ -216,6 +216,12 @@ class Trajectory:
         repeated = (np.diff(self.positions, axis=0) == 0).all(axis=1) & (self.speeds[1:] == 0)
         return np.concatenate([np.zeros(1, dtype=bool), repeated])
 
+    @property
+    def stall(self) -> int | None:
+        """The first waypoint from which the path goes on at speed 0, which no robot can follow, or None."""
+        stuck = (np.diff(self.arc_length) > 0) & (self.speeds[:-1] == 0) & (self.speeds[1:] == 0)
+        return int(np.argmax(stuck)) if stuck.any() else None
+
     def resample(self, n: int, *, by: Literal["arc_length", "index"] = "arc_length") -> Trajectory:
         """Return the same path with n waypoints, linearly interpolated; start and goal are kept exactly.
 

@@ -245,10 +245,8 @@ def _names(shown: Extent, seen: Callable[[Array], Array], paths: Sequence[Trajec
     projected = [seen(geometry.corners(item)) for item in shown.shown]
     boxes = [(p.min(axis=0), p.max(axis=0)) for p in projected]
     sizes = [(7.0 * len(text) + 8.0, 18.0) for text in texts]
-    lines = [path.resample(150).positions for path in paths]
-    ends = [np.repeat(path.positions[[0, -1]], 4, axis=0) for path in paths]
-    busy = seen(np.concatenate(lines + ends))
-    placed = geometry.place_labels(boxes, sizes, busy, (np.array([-500.0, -230.0]), np.array([500.0, 230.0])))
+    area = np.array([-500.0, -230.0]), np.array([500.0, 230.0])
+    placed = geometry.place_labels(boxes, sizes, seen(geometry.busy(paths)), area)
     told = []
     for i, (item, text, spot) in enumerate(zip(shown.shown, texts, placed, strict=True)):
         x, y = spot.middle - seen(item.position[None])[0]
@@ -271,19 +269,9 @@ def _buttons(figure: Any) -> dict[str, Any]:
     def button(label: str, hidden: tuple[str, ...]) -> dict[str, Any]:
         return {"label": label, "method": "restyle", "args": ["visible", [t.meta not in hidden for t in figure.data]]}
 
-    return {
-        "type": "buttons",
-        "direction": "right",
-        "x": 0.0,
-        "xanchor": "left",
-        "y": 1.0,
-        "yanchor": "top",
-        "buttons": [
-            button("both", ()),
-            button("before", ("after", "proposed")),
-            button("after", ("before", "proposed")),
-        ],
-    }
+    buttons = [button("both", ()), button("before", ("after", "proposed")), button("after", ("before", "proposed"))]
+    place = {"x": 0.0, "xanchor": "left", "y": 1.0, "yanchor": "top"}
+    return {"type": "buttons", "direction": "right", **place, "buttons": buttons}
 
 
 def _left_out(shown: Extent) -> str:

@@ -151,6 +151,12 @@ _ANGLES = np.deg2rad([90, -90, 0, 180, 45, 135, -45, -135, 67, 113, -67, -113, 2
 _GAPS = (4.0, 12.0, 24.0, 40.0, 60.0, 85.0)
 
 
+def busy(paths: Sequence[Trajectory]) -> Array:
+    """Points (K, 3) [m] of paths that labels should not cover; the ends count four times."""
+    lines = [path.resample(150).positions for path in paths]
+    return np.concatenate([*lines, *(np.repeat(path.positions[[0, -1]], 4, axis=0) for path in paths)])
+
+
 @dataclass(frozen=True)
 class Placed:
     """A label's middle (2,) and whether it lies so far from its object that a line should join them."""
