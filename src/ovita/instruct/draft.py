@@ -23,7 +23,7 @@ RESERVED = frozenset({"traj", "scene", "np", "math"})
 
 
 @dataclass
-class PolicyBuilder:
+class IntentDraft:
     """A policy being written.
 
     `positions` follows the shifts of the whole path written so far, and `shifts` names their knobs by direction, so
@@ -51,7 +51,7 @@ class PolicyBuilder:
     held: list[str] = field(default_factory=list)
 
     @classmethod
-    def of(cls, trajectory: Trajectory, scene: Scene) -> PolicyBuilder:
+    def of(cls, trajectory: Trajectory, scene: Scene) -> IntentDraft:
         """An empty draft for a trajectory in its scene."""
         return cls(trajectory, scene, Scale.of(trajectory), np.array(trajectory.positions))
 
@@ -149,7 +149,7 @@ class PolicyBuilder:
         return "\n".join([*lines, "    return traj", ""])
 
 
-def mask(draft: PolicyBuilder, region: Region) -> tuple[str, str]:
+def mask(draft: IntentDraft, region: Region) -> tuple[str, str]:
     """Code and words for a part of the path; both "" for the whole."""
     kind = region.kind
     if kind == "whole":
@@ -205,7 +205,7 @@ def mask(draft: PolicyBuilder, region: Region) -> tuple[str, str]:
     return f"between(traj, {span})", f"{kind} {item.name}"
 
 
-def _ask_if_far(draft: PolicyBuilder, region: Region) -> None:
+def _ask_if_far(draft: IntentDraft, region: Region) -> None:
     """Ask back where no waypoint is within the stated distance of any of a region's objects."""
     item = min(region.items, key=draft.distance)
     gap = draft.distance(item)
@@ -216,13 +216,13 @@ def _ask_if_far(draft: PolicyBuilder, region: Region) -> None:
         )
 
 
-def _ask_if_none(draft: PolicyBuilder, vectors: Array, direction: str, limit: float, words: str) -> None:
+def _ask_if_none(draft: IntentDraft, vectors: Array, direction: str, limit: float, words: str) -> None:
     """Ask back where no vector goes further along a direction than a limit [m]."""
     if not (vectors @ draft.scene.frame.direction(direction) > limit + 1e-9).any():
         draft.ask(f"No part of the path {words} {direction}: which part is meant?")
 
 
-def _range(draft: PolicyBuilder, region: Region) -> tuple[str, str]:
+def _range(draft: IntentDraft, region: Region) -> tuple[str, str]:
     """Waypoints by number, counted from 1."""
     last = len(draft.trajectory)
     if (region.amount or 1) > last:
@@ -235,7 +235,7 @@ def _range(draft: PolicyBuilder, region: Region) -> tuple[str, str]:
     return f"between(traj, {a}, {b})", f"from waypoint {begin} to {end}"
 
 
-def _in_waypoints(draft: PolicyBuilder, region: Region) -> Region:
+def _in_waypoints(draft: IntentDraft, region: Region) -> Region:
     """Convert a length in metres or seconds to a number of waypoints."""
     if region.unit not in ("m", "s"):
         return region
@@ -250,7 +250,7 @@ def _in_waypoints(draft: PolicyBuilder, region: Region) -> Region:
     return replace(region, amount=count, counted=True, unit="")
 
 
-def _near(draft: PolicyBuilder, item: SceneObject, radius: float | None) -> tuple[str, str]:
+def _near(draft: IntentDraft, item: SceneObject, radius: float | None) -> tuple[str, str]:
     value = radius
     if value is None:
         bounds = [p.value for p in draft.parameters.values() if p.role == "at_least" and p.about == item.name]
@@ -282,7 +282,7 @@ def suffix(part: str) -> str:
     return f" {part}" if part else ""
 
 
-def above(d: PolicyBuilder, item: SceneObject, stated: float | None, *, below: bool = False) -> float:
+def above(d: IntentDraft, item: SceneObject, stated: float | None, *, below: bool = False) -> float:
     """Height above (or below) an object's centre that "so much above it" means [m]: counted from its top (bottom)."""
     side, end = ("below", "bottom") if below else ("above", "top")
     top = 0.0 if item.dimensions is None else float(np.abs(item.rotation[2]) @ item.size) / 2

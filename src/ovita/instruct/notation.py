@@ -291,7 +291,9 @@ def _part(word: str, objects: Collection[str]) -> PathPart:
             return PathPart("every", amount=quantity(value).value)
         case "beyond":
             direction, _, by = value.partition(",")
-            return PathPart("beyond", amount=quantity(by).value if by else 0.0, direction=direction)
+            amount = quantity(by).value if by else 0.0
+            # "Below 30 cm" counts from the ground up, against its direction.
+            return PathPart("beyond", amount=-amount if direction == "down" else amount, direction=direction)
         case "selection":
             return PathPart("indices")
     raise InputError(f"'@{word}' is no part of a path")
@@ -451,7 +453,8 @@ def _part_shown(part: PathPart) -> str:
         case "heading":
             return {"up": "rising", "down": "falling"}.get(part.direction, f"heading={part.direction}")
         case "beyond":
-            return f"beyond={part.direction},{part.amount or 0.0:.6g}m"
+            amount = part.amount or 0.0
+            return f"beyond={part.direction},{(-amount if part.direction == 'down' else amount) + 0.0:.6g}m"
         case "every":
             return f"every={part.amount or 1:g}"
         case "indices":

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ovita.instruct.draft import PolicyBuilder, above, argument, mask, suffix
+from ovita.instruct.draft import IntentDraft, above, argument, mask, suffix
 from ovita.instruct.intents import Intent
 from ovita.instruct.scale import FASTER, SLOWER, Degree, nice
 from ovita.paths.frame import OPPOSITE
@@ -25,7 +25,7 @@ SIDE = {"above": "up", "below": "down"}
 """Sides of an object to the directions that they lie in."""
 
 
-def _size(d: PolicyBuilder, intent: Intent, what: str, share: float = 1.0) -> float:
+def _size(d: IntentDraft, intent: Intent, what: str, share: float = 1.0) -> float:
     if intent.amount is not None:
         return intent.amount
     value = nice(share * SIZE[intent.degree] * d.scale.extent)
@@ -33,14 +33,14 @@ def _size(d: PolicyBuilder, intent: Intent, what: str, share: float = 1.0) -> fl
     return value
 
 
-def _spot(d: PolicyBuilder, intent: Intent) -> tuple[str, str]:
+def _spot(d: IntentDraft, intent: Intent) -> tuple[str, str]:
     if intent.items:
         return d.ref(intent.items[0]), f"closest to {intent.items[0].name}"
     place = {"middle": "0.5"}.get(intent.mode, repr(intent.mode or "goal"))
     return place, f"at the {intent.mode or 'goal'}"
 
 
-def spiral(d: PolicyBuilder, intent: Intent) -> None:
+def spiral(d: IntentDraft, intent: Intent) -> None:
     """A spiral at a place."""
     at, words = _spot(d, intent)
     radius = _size(d, intent, "the radius of the spiral")
@@ -60,7 +60,7 @@ def spiral(d: PolicyBuilder, intent: Intent) -> None:
     d.plan.append(f"Make a spiral of {turns:g} turns and radius {radius:g} m {words}.")
 
 
-def circle(d: PolicyBuilder, intent: Intent) -> None:
+def circle(d: IntentDraft, intent: Intent) -> None:
     """Turns around an object."""
     item = intent.items[0]
     turns = intent.count or 1.0
@@ -75,7 +75,7 @@ def circle(d: PolicyBuilder, intent: Intent) -> None:
     d.plan.append(f"From the point closest to {item.name}, go around it {turns:g} time(s).")
 
 
-def eight(d: PolicyBuilder, intent: Intent) -> None:
+def eight(d: IntentDraft, intent: Intent) -> None:
     """A figure eight at a place."""
     at, words = _spot(d, intent)
     metres = _size(d, intent, "the size of the figure eight")
@@ -84,7 +84,7 @@ def eight(d: PolicyBuilder, intent: Intent) -> None:
     d.plan.append(f"Fly a figure eight {words}.")
 
 
-def wave(d: PolicyBuilder, intent: Intent) -> None:
+def wave(d: IntentDraft, intent: Intent) -> None:
     """A zigzag or a sinusoid along the path."""
     where, part = mask(d, intent.region)
     amplitude = _size(d, intent, f"the amplitude of the {intent.action}", 0.6)
@@ -96,7 +96,7 @@ def wave(d: PolicyBuilder, intent: Intent) -> None:
     d.plan.append(f"Follow the path in a {intent.action} of {amplitude:g} m to each side{suffix(part)}.")
 
 
-def hop(d: PolicyBuilder, intent: Intent) -> None:
+def hop(d: IntentDraft, intent: Intent) -> None:
     """Over an object and down again."""
     item = intent.items[0]
     height = _size(d, intent, f"the height above {item.name}", 0.8)
@@ -105,7 +105,7 @@ def hop(d: PolicyBuilder, intent: Intent) -> None:
     d.plan.append(f"Hop over {item.name}, {height:g} m above it.")
 
 
-def hover(d: PolicyBuilder, intent: Intent) -> None:
+def hover(d: IntentDraft, intent: Intent) -> None:
     """Above an object, and wait there."""
     item = intent.items[0]
     height = above(d, item, intent.amount)
@@ -119,7 +119,7 @@ def hover(d: PolicyBuilder, intent: Intent) -> None:
     d.plan.append(f"Hover {height:g} m above {item.name} for {max(1, round(steps))} timesteps.")
 
 
-def mirror(d: PolicyBuilder, intent: Intent) -> None:
+def mirror(d: IntentDraft, intent: Intent) -> None:
     """A mirrored path or part of it."""
     where, part = mask(d, intent.region)
     axis = intent.mode or (intent.directions[0][0] if intent.directions else "x")
@@ -130,7 +130,7 @@ def mirror(d: PolicyBuilder, intent: Intent) -> None:
     d.plan.append(f"Mirror the path ({axis}){suffix(part)}.")
 
 
-def rotate(d: PolicyBuilder, intent: Intent) -> None:
+def rotate(d: IntentDraft, intent: Intent) -> None:
     """A rotated or tilted path."""
     where, part = mask(d, intent.region)
     degrees = intent.amount
@@ -150,7 +150,7 @@ def rotate(d: PolicyBuilder, intent: Intent) -> None:
     d.plan.append(f"{intent.action.capitalize()} the path by {abs(degrees):g} degrees {turned}{about}{suffix(part)}.")
 
 
-def resize(d: PolicyBuilder, intent: Intent) -> None:
+def resize(d: IntentDraft, intent: Intent) -> None:
     """A larger or smaller path."""
     factor = intent.amount
     if factor is None:
@@ -164,7 +164,7 @@ def resize(d: PolicyBuilder, intent: Intent) -> None:
     d.plan.append(f"Scale the path by {factor:g}.")
 
 
-def curve(d: PolicyBuilder, intent: Intent) -> None:
+def curve(d: IntentDraft, intent: Intent) -> None:
     """More or less curvature."""
     factor = intent.amount or RESIZE[intent.degree]
     factor = round(1 / factor, 3) if intent.mode == "less" and factor > 1 else factor
@@ -173,7 +173,7 @@ def curve(d: PolicyBuilder, intent: Intent) -> None:
     d.plan.append(f"Make the path {'less' if factor < 1 else 'more'} curved (factor {factor:g}).")
 
 
-def straighten(d: PolicyBuilder, intent: Intent) -> None:
+def straighten(d: IntentDraft, intent: Intent) -> None:
     """A straight line between two places."""
     if intent.region.kind in ("first", "last", "middle", "range"):
         where, part = mask(d, intent.region)
@@ -189,7 +189,7 @@ def straighten(d: PolicyBuilder, intent: Intent) -> None:
     d.plan.append(f"Go in a straight line between {names}.")
 
 
-def shortcut(d: PolicyBuilder, intent: Intent) -> None:
+def shortcut(d: IntentDraft, intent: Intent) -> None:
     """Follow the path to one object, then go straight to another."""
     a, b = intent.items
     d.body.append(f"traj = shortcut(traj, {d.ref(a)}, {d.ref(b)})")
@@ -197,7 +197,7 @@ def shortcut(d: PolicyBuilder, intent: Intent) -> None:
     d.plan.append(f"Follow the path until it is closest to {a.name}, then go straight to {b.name}.")
 
 
-def average(d: PolicyBuilder, intent: Intent) -> None:
+def average(d: IntentDraft, intent: Intent) -> None:
     """Each group of waypoints replaced by its mean."""
     k = max(1, round(intent.amount or 3))
     name = d.knob("group", k, "count", "waypoints that become one")
@@ -205,14 +205,14 @@ def average(d: PolicyBuilder, intent: Intent) -> None:
     d.plan.append(f"Replace each group of {k} waypoints by its average.")
 
 
-def reverse(d: PolicyBuilder, intent: Intent) -> None:
+def reverse(d: IntentDraft, intent: Intent) -> None:
     """The path, or a part of it, the other way round."""
     where, part = mask(d, intent.region)
     d.body.append(f"traj = reverse(traj{argument(where)})")
     d.plan.append(f"Go along the path in the opposite order{suffix(part)}.")
 
 
-def noise(d: PolicyBuilder, intent: Intent) -> None:
+def noise(d: IntentDraft, intent: Intent) -> None:
     """Random displacements."""
     where, part = mask(d, intent.region)
     amount = _size(d, intent, "the noise", 0.15)
@@ -221,7 +221,7 @@ def noise(d: PolicyBuilder, intent: Intent) -> None:
     d.plan.append(f"Add random displacements of {amount:g} m{suffix(part)}.")
 
 
-def bound(d: PolicyBuilder, intent: Intent) -> None:
+def bound(d: IntentDraft, intent: Intent) -> None:
     """Never beyond a coordinate."""
     direction, stated = intent.directions[0]
     limit = stated or 0.0
@@ -232,7 +232,7 @@ def bound(d: PolicyBuilder, intent: Intent) -> None:
     d.do(words, holds=bool((d.positions @ d.scene.frame.direction(direction) <= limit).all()))
 
 
-def side(d: PolicyBuilder, intent: Intent) -> None:
+def side(d: IntentDraft, intent: Intent) -> None:
     """On one side of an object."""
     item = intent.items[0]
     gap = intent.amount
@@ -258,14 +258,14 @@ def side(d: PolicyBuilder, intent: Intent) -> None:
     d.do(f"Stay {words} by at least {gap:g} m.", holds=_is_on_side(d, item, intent.mode, gap))
 
 
-def _is_on_side(d: PolicyBuilder, item: SceneObject, word: str, gap: float) -> bool:
+def _is_on_side(d: IntentDraft, item: SceneObject, word: str, gap: float) -> bool:
     """Whether the whole path lies on one side of an object already, a gap [m] from its surface."""
     axis = d.scene.frame.direction(SIDE.get(word, word))
     half = 0.0 if item.dimensions is None else float(np.abs(item.rotation.T @ axis) @ item.size) / 2
     return bool(((d.positions - item.position) @ axis >= half + gap).all())
 
 
-def _pass_by(d: PolicyBuilder, item: SceneObject, word: str, gap: float, words: str) -> None:
+def _pass_by(d: IntentDraft, item: SceneObject, word: str, gap: float, words: str) -> None:
     """A bend that passes an object on one side, where an end of the path lies on the other."""
     axis = d.scene.frame.direction(word)
     half = 0.0 if item.dimensions is None else float(np.abs(item.rotation.T @ axis) @ item.size) / 2
@@ -280,21 +280,21 @@ def _pass_by(d: PolicyBuilder, item: SceneObject, word: str, gap: float, words: 
     d.plan.append(f"Bend the path so that it passes {words}, {gap:g} m from its side; start and goal stay.")
 
 
-def quadrant(d: PolicyBuilder, intent: Intent) -> None:
+def quadrant(d: IntentDraft, intent: Intent) -> None:
     """In one quadrant of the horizontal plane."""
     which = int(intent.amount or 1)
     d.body.append(f"traj = quadrant(traj, {which})")
     d.plan.append(f"Shift the path so that all of it lies in quadrant {which}.")
 
 
-def trim(d: PolicyBuilder, intent: Intent) -> None:
+def trim(d: IntentDraft, intent: Intent) -> None:
     """Waypoints left out."""
     where, part = mask(d, intent.region)
     d.body.append(f"traj = traj[~{where}]" if "|" not in where else f"traj = traj[~({where})]")
     d.plan.append(f"Leave waypoints out{suffix(part)}.")
 
 
-def height(d: PolicyBuilder, intent: Intent) -> None:
+def height(d: IntentDraft, intent: Intent) -> None:
     """At a height above the ground."""
     where, part = mask(d, intent.region)
     value = intent.amount or 0.0
@@ -303,7 +303,7 @@ def height(d: PolicyBuilder, intent: Intent) -> None:
     d.plan.append(f"Stay {value:g} m above the ground{suffix(part)}.")
 
 
-SHAPE_STEPS: dict[str, Callable[[PolicyBuilder, Intent], None]] = {
+SHAPE_STEPS: dict[str, Callable[[IntentDraft, Intent], None]] = {
     "spiral": spiral,
     "circle": circle,
     "eight": eight,
@@ -329,7 +329,7 @@ SHAPE_STEPS: dict[str, Callable[[PolicyBuilder, Intent], None]] = {
 }
 
 
-def speed(d: PolicyBuilder, intent: Intent) -> None:
+def speed(d: IntentDraft, intent: Intent) -> None:
     """A change of speed, or a speed law."""
     where, part = mask(d, intent.region)
     where = d.part(where)
@@ -386,7 +386,7 @@ def speed(d: PolicyBuilder, intent: Intent) -> None:
         _law(d, intent, where, part, mean)
 
 
-def _ramp(d: PolicyBuilder, intent: Intent, where: str, part: str, mean: float) -> None:
+def _ramp(d: IntentDraft, intent: Intent, where: str, part: str, mean: float) -> None:
     """A speed that changes steadily along the path or a part of it."""
     speeds = d.trajectory.speeds
     if intent.mode == "ramp_from":
@@ -417,7 +417,7 @@ def _ramp(d: PolicyBuilder, intent: Intent, where: str, part: str, mean: float) 
     d.plan.append(f"Change the speed steadily from {begin:g} to {end:g} m/s{suffix(part)}.")
 
 
-def _law(d: PolicyBuilder, intent: Intent, where: str, part: str, mean: float) -> None:
+def _law(d: IntentDraft, intent: Intent, where: str, part: str, mean: float) -> None:
     """A speed law by name: slow in turns, trapezoidal, exponential, constant acceleration."""
     law, _, falling = intent.mode.partition("_")
     if law == "turns":

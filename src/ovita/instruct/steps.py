@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ovita.instruct.draft import PolicyBuilder, above, argument, mask, suffix
+from ovita.instruct.draft import IntentDraft, above, argument, mask, suffix
 from ovita.instruct.intents import Intent, Region
 from ovita.instruct.scale import Degree, nice
 from ovita.instruct.shape_steps import SHAPE_STEPS, speed
@@ -18,7 +18,7 @@ from ovita.policy.policy import Role
 from ovita.toolkit.waypoints import smooth
 
 
-def aim(d: PolicyBuilder, intent: Intent) -> None:
+def aim(d: IntentDraft, intent: Intent) -> None:
     """An end that comes closer to an object, goes farther away from it, or comes to a height."""
     d.goal_moved = d.goal_moved or intent.mode == "goal"
     if intent.unit == "level":
@@ -46,7 +46,7 @@ def aim(d: PolicyBuilder, intent: Intent) -> None:
     d.plan.append(f"Move the {intent.mode} {reach:g} m {word} {item.name}; the path bends with it.")
 
 
-def carry(d: PolicyBuilder, intent: Intent) -> None:
+def carry(d: IntentDraft, intent: Intent) -> None:
     """Waypoints brought to an object: "move waypoint 25 to the cup"."""
     item = intent.items[0]
     k = int(np.clip((intent.region.amount or 1) - 1, 0, len(d.positions) - 1))
@@ -60,13 +60,13 @@ def carry(d: PolicyBuilder, intent: Intent) -> None:
     d.plan.append(f"Bring the path to {item.name}{suffix(part)}.")
 
 
-def back(d: PolicyBuilder, _: Intent) -> None:
+def back(d: IntentDraft, _: Intent) -> None:
     """Straight on from the goal to where the path starts."""
     d.body.append("traj = continue_to(traj, traj[0, :3], smooth=False)")
     d.plan.append("After the goal, go straight back to the start.")
 
 
-def _toward(d: PolicyBuilder, prefix: str, shift: Array) -> str:
+def _toward(d: IntentDraft, prefix: str, shift: Array) -> str:
     """A shift (3,) [m] as direction words with knobs, or ""."""
     said = []
     for direction, metres in d.scene.frame.words(shift).items():
@@ -107,7 +107,7 @@ def _arguments(expressions: dict[str, str]) -> str:
     return ", ".join(f"{direction}={expression}" for direction, expression in expressions.items())
 
 
-def _offset(d: PolicyBuilder, intent: Intent, prefix: str = "") -> _Offset:
+def _offset(d: IntentDraft, intent: Intent, prefix: str = "") -> _Offset:
     knobs, words, amounts = {}, [], {}
     for direction, stated in intent.directions:
         value = stated
@@ -124,7 +124,7 @@ def _offset(d: PolicyBuilder, intent: Intent, prefix: str = "") -> _Offset:
     return _Offset(knobs, amounts, " and ".join(words))
 
 
-def _with_shift(d: PolicyBuilder, knobs: dict[str, str], *, own: bool) -> dict[str, str]:
+def _with_shift(d: IntentDraft, knobs: dict[str, str], *, own: bool) -> dict[str, str]:
     """Where an end lies from its original place: its own directions, and the shift of the whole path.
 
     With `own`, an end's own direction overrides the shift along that axis; without, the two add up.
@@ -144,7 +144,7 @@ def _said(intent: Intent, direction: str) -> str:
     return {"slight": "a little ", "moderate": "", "large": "much "}[intent.degree] + direction
 
 
-def _move(d: PolicyBuilder, intent: Intent) -> None:
+def _move(d: IntentDraft, intent: Intent) -> None:
     offset = _offset(d, intent)
     code, words = offset.code, offset.words
     where, part = mask(d, intent.region)
@@ -170,7 +170,7 @@ def _move(d: PolicyBuilder, intent: Intent) -> None:
     d.plan.append(f"Shift the path {words} {part}.")
 
 
-def _endpoint(d: PolicyBuilder, intent: Intent) -> None:
+def _endpoint(d: IntentDraft, intent: Intent) -> None:
     end = "start" if intent.action == "move_start" else "goal"
     d.goal_moved = d.goal_moved or end == "goal"
     blend = d.knob(f"{end}_blend", 0.5, "share", f"share of the path that bends when the {end} moves")
@@ -197,7 +197,7 @@ def _endpoint(d: PolicyBuilder, intent: Intent) -> None:
     d.plan.append(f"Move the {end} to {words}; the path bends towards it.")
 
 
-def _same(d: PolicyBuilder, intent: Intent) -> None:
+def _same(d: IntentDraft, intent: Intent) -> None:
     """What is to stay as it is; the other steps leave it alone, and the expectation tells if they do not."""
     if intent.mode == "rest":
         return
@@ -214,7 +214,7 @@ def _same(d: PolicyBuilder, intent: Intent) -> None:
     d.parameters = knobs  # nothing is done there, so nothing can be turned
 
 
-def _closer(d: PolicyBuilder, intent: Intent) -> None:
+def _closer(d: IntentDraft, intent: Intent) -> None:
     item = intent.items[0]
     where, part = mask(d, intent.region)
     by = intent.amount
@@ -245,7 +245,7 @@ def _closer(d: PolicyBuilder, intent: Intent) -> None:
     d.plan.append(f"Bring the path {by:g} m closer to {item.name}{suffix(part)}.")
 
 
-def _farther(d: PolicyBuilder, intent: Intent) -> None:
+def _farther(d: IntentDraft, intent: Intent) -> None:
     item = intent.items[0]
     where, part = mask(d, intent.region)
     ref = d.ref(item)
@@ -276,7 +276,7 @@ def _farther(d: PolicyBuilder, intent: Intent) -> None:
     d.plan.append(f"Take the path {by:g} m farther from {item.name}{suffix(part)}.")
 
 
-def _push_needed(d: PolicyBuilder, item: SceneObject, gain: float) -> float:
+def _push_needed(d: IntentDraft, item: SceneObject, gain: float) -> float:
     """The push that takes the closest waypoint `gain` metres farther than it was at first [m].
 
     Shifts before may have brought it closer, and along the directions that are held the push does not act.
@@ -294,7 +294,7 @@ def _push_needed(d: PolicyBuilder, item: SceneObject, gain: float) -> float:
     return float(np.clip(needed, gain, 2.5 * gain))
 
 
-def _keep_distance(d: PolicyBuilder, intent: Intent) -> None:
+def _keep_distance(d: IntentDraft, intent: Intent) -> None:
     bound = intent.mode
     role: Role = "at_most" if bound == "at_most" else "at_least"
     about = intent.items[0].name if len(intent.items) == 1 else ""
@@ -312,7 +312,7 @@ def _keep_distance(d: PolicyBuilder, intent: Intent) -> None:
     d.plan.append(f"Keep {bound.replace('_', ' ')} {intent.amount:g} m from {names}{suffix(part)}.")
 
 
-def _through(d: PolicyBuilder, intent: Intent) -> None:
+def _through(d: IntentDraft, intent: Intent) -> None:
     item = intent.items[0]
     if intent.mode == "between":
         other = intent.items[1]
@@ -349,7 +349,7 @@ def _through(d: PolicyBuilder, intent: Intent) -> None:
     d.plan.append(f"Bend the path over {item.name}, {height:g} m above its centre.")
 
 
-def _height_over(d: PolicyBuilder, item: SceneObject) -> float:
+def _height_over(d: IntentDraft, item: SceneObject) -> float:
     """How high the path passes over an object [m]: above its centre, within its sphere seen from above; else -inf."""
     up = d.scene.frame.direction("up")
     away = d.positions - item.position
@@ -358,7 +358,7 @@ def _height_over(d: PolicyBuilder, item: SceneObject) -> float:
     return float(heights[over].min()) if over.any() else -np.inf
 
 
-def _extend(d: PolicyBuilder, intent: Intent) -> None:
+def _extend(d: IntentDraft, intent: Intent) -> None:
     straight = ", smooth=False" if intent.unit == "straight" else ""
     if intent.mode == "between":
         a, b = intent.items
@@ -390,7 +390,7 @@ def _extend(d: PolicyBuilder, intent: Intent) -> None:
         d.plan.append(f"After the goal, go on for {by:g} m in the same direction.")
 
 
-def _at(d: PolicyBuilder, intent: Intent) -> tuple[str, str]:
+def _at(d: IntentDraft, intent: Intent) -> tuple[str, str]:
     if intent.items:
         return d.ref(intent.items[0]), f"closest to {intent.items[0].name}"
     if intent.mode == "middle":
@@ -403,7 +403,7 @@ def _at(d: PolicyBuilder, intent: Intent) -> tuple[str, str]:
     return repr(place), f"at the {place}"
 
 
-def _stop(d: PolicyBuilder, intent: Intent) -> None:
+def _stop(d: IntentDraft, intent: Intent) -> None:
     at, words = _at(d, intent)
     d.body.append(f"traj = stop_at(traj, {at})")
     if intent.items:
@@ -412,7 +412,7 @@ def _stop(d: PolicyBuilder, intent: Intent) -> None:
     d.assume("to stop means to end there; say 'wait' to go on afterwards")
 
 
-def _wait(d: PolicyBuilder, intent: Intent) -> None:
+def _wait(d: IntentDraft, intent: Intent) -> None:
     at, words = _at(d, intent)
     steps = 10.0 if intent.amount is None else intent.amount
     if intent.amount is None:
@@ -427,7 +427,7 @@ def _wait(d: PolicyBuilder, intent: Intent) -> None:
     d.plan.append(f"Wait {count} timesteps {words}.")
 
 
-def _smooth(d: PolicyBuilder, intent: Intent) -> None:
+def _smooth(d: IntentDraft, intent: Intent) -> None:
     strength = {"slight": 0.3, "moderate": 1.0, "large": 3.0}[intent.degree]
     while strength < STRONGEST and not _is_smoother(d.trajectory.to_array(), strength):
         strength *= 2.0
@@ -454,7 +454,7 @@ def _turns(rows: Array) -> Array:
     return np.asarray(np.arccos(np.clip((steps[:-1] * steps[1:]).sum(axis=1), -1.0, 1.0)))
 
 
-def _resample(d: PolicyBuilder, intent: Intent) -> None:
+def _resample(d: IntentDraft, intent: Intent) -> None:
     n = len(d.trajectory)
     amount = intent.amount or 1.0
     count = amount if intent.unit == "waypoints" else n + amount if intent.unit == "more" else n * amount
@@ -466,11 +466,11 @@ def _resample(d: PolicyBuilder, intent: Intent) -> None:
     d.plan.append(f"Resample the path to {count} waypoints.")
 
 
-def _tolerance(d: PolicyBuilder) -> float:
+def _tolerance(d: IntentDraft) -> float:
     return nice(0.02 * d.scale.extent)
 
 
-STEPS: dict[str, Callable[[PolicyBuilder, Intent], None]] = {
+STEPS: dict[str, Callable[[IntentDraft, Intent], None]] = {
     **SHAPE_STEPS,
     **AIM_STEPS,
     "same": _same,
@@ -514,7 +514,7 @@ RANK = {action: rank for rank, actions in enumerate(ORDER) for action in actions
 
 def compose(
     intents: tuple[Intent, ...], trajectory: Trajectory, scene: Scene, radius: float | None = None, *, effort: int = 1
-) -> PolicyBuilder:
+) -> IntentDraft:
     """Write the policy for some intents.
 
     Args:
@@ -524,7 +524,7 @@ def compose(
         radius: A distance that the instruction states for every "near".
         effort: How much to exceed the usual amounts where none is stated; 1 is as usual.
     """
-    draft = PolicyBuilder.of(trajectory, scene)
+    draft = IntentDraft.of(trajectory, scene)
     if not intents:
         return draft
     draft.effort = effort if sum(intent.action in ("closer", "farther") for intent in intents) <= 2 else 1

@@ -41,6 +41,7 @@ class Parameter:
         role: What the value is to its operation, or None where that is not known.
         about: Name of the object that it concerns, or "".
         direction: The word for what more of it does, such as "left", "closer", "slower" or "longer", or "".
+        slot: The slot of the instruction's frames that it stands for, such as "0.by" of the first frame, or "".
     """
 
     name: str
@@ -50,6 +51,7 @@ class Parameter:
     role: Role | None = None
     about: str = ""
     direction: str = ""
+    slot: str = ""
 
     @property
     def comment(self) -> str:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from ovita.dialogue.feedback.resolution import FAMILY_OF_ACTION
 from ovita.instruct.clauses import Reader, split
-from ovita.instruct.draft import PolicyBuilder
+from ovita.instruct.draft import IntentDraft
 from ovita.instruct.intents import WHOLE, Intent, Understood
 from ovita.instruct.reading import read_instruction
 from ovita.instruct.regions import read_region
@@ -233,7 +233,7 @@ def _knobs(
     intents: Sequence[Intent], start: Trajectory, scene: Scene, radius: float | None
 ) -> tuple[list[list[str]], dict[str, object]]:
     """The names of the knobs that each intent gets, and what all are written with."""
-    draft = PolicyBuilder.of(start, scene)
+    draft = IntentDraft.of(start, scene)
     once = {id(intent) for intent in intents_once(tuple(intents))}
     names: list[list[str]] = [[] for _ in intents]
     order = sorted((i for i, intent in enumerate(intents) if id(intent) in once), key=lambda i: RANK[intents[i].action])

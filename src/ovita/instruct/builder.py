@@ -1,0 +1,416 @@
+"""A policy being composed from frames: steps as data, parameters that know their slot, parts of the path as masks."""
+
+from __future__ import annotations
+
+import keyword
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ovita.errors import OvitaError
+from ovita.instruct.frames import Quantity
+from ovita.instruct.scale import Scale
+from ovita.paths.frame import DIRECTIONS, OPPOSITE, Frame
+from ovita.paths.geometry import Mask, runs
+from ovita.paths.part import PathPart
+from ovita.paths.scene import Scene, SceneObject, canonical
+from ovita.paths.trajectory import Array, Trajectory
+from ovita.policy import Parameter
+from ovita.policy.direct import TooMuch, run_proven
+from ovita.policy.policy import MAX_NOTE, Role
+from ovita.policy.syntax import Value, parse_tree
+from ovita.policy.wire import clean_text
+from ovita.toolkit import CATALOGUE
+
+RESERVED = frozenset({"traj", "scene", "original", "given", "part", "np", "math"})
+NOTHING: Mapping[str, str] = {}
+SHARES = {"first": 0.25, "last": 0.25, "middle": 1 / 3, "turns": 0.25}
+"""How much of the waypoints a part of the path means where it is left open."""
+
+
+@dataclass(frozen=True)
+class PolicyStep:
+    """One step of a policy.
+
+    Args:
+        code: Its statements.
+        plan: One sentence for people, or "".
+        promises: Its postconditions, each by what it is about: a later one about the same takes its place.
+        holds: Whether the path already does it.
+    """
+
+    code: tuple[str, ...] = ()
+    plan: str = ""
+    promises: Mapping[str, str] = field(default_factory=dict)
+    holds: bool = False
+
+
+@dataclass
+class PolicyBuilder:
+    """A policy being composed; its steps are printed once, by `source`.
+
+    `shifts` names the parameters that shift the whole path, by direction, so that later steps can allow for them;
+    along the directions in `exact` the amount is stated or the height is kept; `kept` is what stays as it is.
+    """
+
+    trajectory: Trajectory
+    scene: Scene
+    effort: int = 1
+    steps: list[PolicyStep] = field(default_factory=list)
+    parameters: dict[str, Parameter] = field(default_factory=dict)
+    objects: dict[str, SceneObject] = field(default_factory=dict)
+    masks: dict[PathPart, tuple[str, str]] = field(default_factory=dict)
+    shifts: dict[str, list[str]] = field(default_factory=dict)
+    exact: set[str] = field(default_factory=set)
+    kept: set[str] = field(default_factory=set)
+    assumptions: list[str] = field(default_factory=list)
+    contacts: list[str] = field(default_factory=list)
+    question: str = ""
+    frame: int = 0
+    alone: bool = True
+    goal_moved: bool = False
+    _waiting: list[str] = field(default_factory=list)
+    _rows: tuple[int, Array] | None = None
+
+    @property
+    def scale(self) -> Scale:
+        """How far words of degree reach in this scene."""
+        return Scale.of(self.trajectory)
+
+    @property
+    def plan(self) -> list[str]:
+        """What the policy does, a sentence for each step."""
+        return [step.plan for step in self.steps if step.plan]
+
+    @property
+    def held(self) -> list[str]:
+        """The sentences of the plan that the path already fulfils."""
+        return [step.plan for step in self.steps if step.holds]
+
+    @property
+    def promises(self) -> dict[str, str]:
+        """The postconditions, by what they are about."""
+        found: dict[str, str] = {}
+        for step in self.steps:
+            for about, code in step.promises.items():
+                found.pop(about, None)
+                found |= {about: code} if code else {}
+        return found
+
+    def add(
+        self, code: str, plan: str = "", *promises: str, holds: bool = False, ends: Mapping[str, str] = NOTHING
+    ) -> None:
+        """Add a step with postconditions; those in `ends` take the place of earlier ones about the same."""
+        lines = (*self._waiting, *([code] if code else []))
+        self._waiting.clear()
+        self.steps.append(PolicyStep(lines, plan, {p: p for p in promises if p} | dict(ends), holds))
+
+    def before(self, code: str) -> None:
+        """Put a statement in front of the next step."""
+        self._waiting.append(code)
+
+    def knob(
+        self,
+        name: str,
+        value: Value,
+        role: Role,
+        meaning: str,
+        slot: str,
+        *,
+        unit: str = "m",
+        about: str = "",
+        direction: str = "",
+    ) -> str:
+        """Add a parameter that stands for a slot of the present frame, under a free name; return that name."""
+        free, n = name, 2
+        while not self._is_free(free):
+            free, n = f"{name}_{n}", n + 1
+        meaning = clean_text(" ".join(meaning.split()), MAX_NOTE)
+        self.parameters[free] = Parameter(free, value, unit, meaning, role, about, direction, f"{self.frame}.{slot}")
+        return free
+
+    def ref(self, item: SceneObject) -> str:
+        """The variable that holds an object."""
+        for name, known in self.objects.items():
+            if known is item:
+                return name
+        plain = "".join(c if c.isascii() and c.isalnum() else "_" for c in canonical(item.name))
+        name = "_".join(filter(None, plain.split("_"))) or "item"
+        name = f"the_{name}" if name[0].isdigit() else name
+        while not self._is_free(name):
+            name += "_"
+        self.objects[name] = item
+        return name
+
+    def _is_free(self, name: str) -> bool:
+        taken = name in self.parameters or name in self.objects or name in CATALOGUE or name in RESERVED
+        return not (taken or keyword.iskeyword(name) or name.removeprefix("part_").isdigit())
+
+    def assume(self, text: str) -> None:
+        """Add an assumption, once."""
+        if text not in self.assumptions:
+            self.assumptions.append(text)
+
+    def ask(self, question: str) -> None:
+        """Ask back instead of writing a policy; the first question counts."""
+        self.question = self.question or question
+
+    def rows(self) -> Array:
+        """The trajectory (N, 4+) as the steps so far leave it."""
+        done = sum(len(step.code) for step in self.steps)
+        if not done:
+            return self.trajectory.to_array()
+        if self._rows is None or self._rows[0] != done:
+            try:
+                rows, _ = run_proven(parse_tree(self.source("")), self.trajectory.to_array(), self.scene)
+            except (TooMuch, OvitaError):
+                rows = self.trajectory.to_array()
+            self._rows = done, np.asarray(rows)
+        return self._rows[1]
+
+    @property
+    def positions(self) -> Array:
+        """The path (N, 3) [m] as the steps so far leave it."""
+        return self.rows()[:, :3]
+
+    def word(self, direction: str) -> str:
+        """A direction or an axis of the frame, such as "-x", as a direction word."""
+        return direction_word(self.scene.frame, direction)
+
+    def metres(self, q: Quantity, whole: float, what: str) -> float:
+        """A quantity as a length [m]; shares and multiples are of the whole. Asks where it is none."""
+        if q.unit in ("%", "x"):
+            return q.value * whole
+        if q.unit not in ("m", ""):
+            self.ask(f"How many metres are {q.said or f'{q.value:g} {q.unit}'}, {what}?")
+        elif not q.unit:
+            self.assume(f"{q.value:g} is in metres")
+        return q.value
+
+    def hold(self) -> str:
+        """The argument that keeps later steps from disturbing exact amounts, or ""."""
+        words = sorted(self.exact)
+        return f", hold={words[0]!r}" if len(words) == 1 else f", hold={words!r}" if words else ""
+
+    def shifted(self, direction: str) -> str:
+        """The shift of the whole path along a direction as an expression, such as "up - down", or ""."""
+        along = [f" + {name}" for name in self.shifts.get(direction, [])]
+        against = [f" - {name}" for name in self.shifts.get(OPPOSITE[direction], [])]
+        return "".join([*along, *against])
+
+    def part(self, part: PathPart) -> tuple[str, str]:
+        """The name of a part's mask and words for the end of a sentence; both "" for the whole path.
+
+        As long as no step has changed the number of waypoints, the mask is that of the given trajectory, so that a
+        shift does not change which part a later step is about.
+        """
+        if not part:
+            return "", ""
+        same = len(self.rows()) == len(self.trajectory)
+        if part not in self.masks or not same:
+            code, words = mask_code(self, part, "original" if same else "traj")
+            name = f"part_{len(self.masks) + 1}" if self.masks else "part"
+            self.before(f"{name} = {code}")
+            self.masks[part] = name, f" {words}"
+        name, words = self.masks[part]
+        return name, words
+
+    def waypoints(self, part: PathPart) -> Mask:
+        """Which waypoints of the given trajectory a part means, as `part` has it."""
+        if part.kind == "indices" and not part.ranges:
+            return np.zeros(len(self.trajectory), dtype=bool)
+        return resolved(self, part).mask(self.trajectory, self.scene)
+
+    def source(self, summary: str) -> str:
+        """The policy's source."""
+        lines = ["def adapt(", "    traj,", "    scene,"]
+        lines += ["    *,"] if self.parameters else []
+        lines += [f"    {p.name}={p.value!r},  # {p.comment}" for p in self.parameters.values()]
+        body = [line for step in self.steps for line in step.code] + list(self.promises.values())
+        start = ["original = traj"] if any("original" in line for line in body) else []
+        named = [f"{name} = scene[{item.name!r}]" for name, item in self.objects.items()]
+        lines += ["):", f'    """{" ".join(summary.split())}"""']
+        return "\n".join([*lines, *(f"    {line}" for line in [*named, *start, *body]), "    return traj", ""])
+
+
+def direction_word(frame: Frame, direction: str) -> str:
+    """A direction or an axis, such as "-x", as one of a frame's direction words."""
+    if direction in DIRECTIONS:
+        return direction
+    vector = np.array([float(axis == direction[-1]) for axis in "xyz"])
+    (word,) = frame.words(-vector if direction.startswith("-") else vector)
+    return word
+
+
+def argument(mask: str) -> str:
+    """A mask as a further argument, or ""."""
+    return f", where={mask}" if mask else ""
+
+
+def resolved(d: PolicyBuilder, part: PathPart) -> PathPart:
+    """A part of the path with what it leaves open filled in."""
+    if part.parts:
+        return PathPart(part.kind, parts=tuple(resolved(d, inner) for inner in part.parts))
+    if part.kind in SHARES and part.amount is None:
+        return PathPart(part.kind, amount=SHARES[part.kind], unit="share")
+    if part.kind == "near" and part.places[0] == "middle":
+        return PathPart("middle", amount=SHARES["middle"], unit="share")
+    if part.kind == "near" and part.amount is None:
+        if part.places[0] in ("start", "goal"):
+            return PathPart("first" if part.places[0] == "start" else "last", amount=SHARES["first"], unit="share")
+        return PathPart("near", part.places, d.scale.near(d.trajectory.positions, d.scene[part.places[0]]))
+    if part.kind in ("beyond", "heading"):
+        return PathPart(part.kind, amount=part.amount or 0.0, direction=d.word(part.direction))
+    if part.kind in ("after", "before") and part.places[0] in ("start", "goal", "middle"):
+        share = {"start": 0.0, "goal": 1.0, "middle": 0.5}[part.places[0]]
+        until = None if part.kind == "after" else share
+        return PathPart("range", amount=share if part.kind == "after" else 0.0, until=until, unit="share")
+    return part
+
+
+def mask_code(d: PolicyBuilder, part: PathPart, traj: str = "traj") -> tuple[str, str]:
+    """Code of the mask of a part of the path, and words for it; asks back where it selects nothing."""
+    part, was = resolved(d, part), part
+    if part.kind not in ("outside", "both", "either") and not d.waypoints(part).any():
+        _ask_for(d, part)
+    code = _CODE.get(part.kind)
+    if code is None or (part.kind in ("first", "last") and part.unit in ("m", "s")):
+        return _listed(d, part, traj)
+    return code(d, part, was, traj)
+
+
+def _ask_for(d: PolicyBuilder, part: PathPart) -> None:
+    if part.kind == "near" and part.places[0] in d.scene:
+        item = d.scene[part.places[0]]
+        gap = float(item.distance(d.trajectory.positions).min())
+        d.ask(
+            f"No waypoint is within {part.amount:.3g} m of {item.name}, the closest is {gap:.3g} m away:"
+            " how near should count?"
+        )
+    elif part.kind == "range" and part.unit == "waypoints":
+        last = len(d.trajectory)
+        d.ask(
+            f"The path has {last} waypoints, counted from 1: which ones are meant by {(part.amount or 0) + 1:g} and on?"
+        )
+    elif part.kind == "indices" and not part.ranges:
+        d.ask("Nothing is selected: which part of the path is meant?")
+    else:
+        d.ask(f"No part of the path is {part.words()}: which part is meant?")
+
+
+def _near(d: PolicyBuilder, part: PathPart, was: PathPart, traj: str) -> tuple[str, str]:
+    place, value = part.places[0], part.amount or 0.0
+    if place in ("start", "goal"):
+        at, name = f"{traj}[{0 if place == 'start' else -1}, :3]", f"the {place}"
+    else:
+        at, name = d.ref(d.scene[place]), d.scene[place].name
+    if was.amount is None:
+        d.assume(f'"near {name}" is within {value:g} m of its centre')
+    known = "" if place in ("start", "goal") else name
+    free, meaning = f"{at}_radius" if known else "radius", f"distance to {name} that counts as near"
+    radius = d.knob(free, value, "radius", meaning, "part", about=known)
+    return f"near({traj}, {at}, within={radius})", f"within {value:g} m of {name}"
+
+
+def _end(d: PolicyBuilder, part: PathPart, was: PathPart, traj: str) -> tuple[str, str]:
+    kind, amount = part.kind, part.amount or 0.0
+    side = "start" if kind == "first" else "end"
+    if part.unit == "share":
+        share = round(amount, 4)
+        name = d.knob(f"{kind}_share", share, "share", f"share of the waypoints at the {side}", "part", unit="")
+        return f"{kind}({traj}, fraction={name})", f"for the {kind} {share:.0%} of the waypoints"
+    count = min(max(int(amount), 1), len(d.trajectory))
+    name = d.knob(f"{kind}_waypoints", count, "of", f"number of waypoints at the {side}", "part", unit="")
+    return f"{kind}({traj}, {name})", f"for the {kind} {count} waypoints"
+
+
+def _middle(d: PolicyBuilder, part: PathPart, was: PathPart, traj: str) -> tuple[str, str]:
+    if was.amount is None:
+        d.assume('"the middle" is the middle third of the waypoints')
+    share = part.amount if part.unit == "share" else (part.amount or 1.0) / len(d.trajectory)
+    return _listed(d, PathPart("middle", amount=share), traj, f"in the middle {share:.0%} of the path")
+
+
+def _range(d: PolicyBuilder, part: PathPart, was: PathPart, traj: str) -> tuple[str, str]:
+    if part.unit != "waypoints":
+        return _listed(d, part, traj)
+    chosen = np.flatnonzero(part.mask(d.trajectory, d.scene))
+    begin, end = (int(chosen[0]), int(chosen[-1])) if len(chosen) else (0, 0)
+    d.assume("waypoints are counted from 1")
+    a = d.knob("first_index", begin, "at", "index of the first waypoint, from 0", "part", unit="")
+    b = d.knob("last_index", end, "at", "index of the last waypoint, from 0", "part", unit="")
+    words = f"at waypoint {begin + 1}" if begin == end else f"from waypoint {begin + 1} to {end + 1}"
+    return f"between({traj}, {a}, {b})", words
+
+
+def _along(d: PolicyBuilder, part: PathPart, was: PathPart, traj: str) -> tuple[str, str]:
+    at, name = _spot(d, part.places[0])
+    if part.kind == "between":
+        other, second = _spot(d, part.places[1])
+        return f"between({traj}, {at}, {other})", f"between {name} and {second}"
+    span = f"{at}, 1.0" if part.kind == "after" else f"0.0, {at}"
+    return f"between({traj}, {span})", f"{part.kind} {name}"
+
+
+def _spot(d: PolicyBuilder, place: object) -> tuple[str, str]:
+    if isinstance(place, Mapping):
+        a, b = (d.scene[name] for name in place["between"])
+        return f"midpoint({d.ref(a)}, {d.ref(b)})", f"the midpoint of {a.name} and {b.name}"
+    if place in ("start", "goal", "middle"):
+        return {"start": "0.0", "goal": "1.0"}.get(str(place), "0.5"), f"the {place}"
+    item = d.scene[str(place)]
+    return d.ref(item), item.name
+
+
+def _heading(d: PolicyBuilder, part: PathPart, was: PathPart, traj: str) -> tuple[str, str]:
+    return f"where_rising({traj}, {part.direction!r})", f"where it heads {part.direction}"
+
+
+def _beyond(d: PolicyBuilder, part: PathPart, was: PathPart, traj: str) -> tuple[str, str]:
+    axis = d.scene.frame.direction(part.direction)
+    k = int(np.flatnonzero(axis)[0])
+    sign = "" if axis[k] > 0 else "-"
+    amount = part.amount or 0.0
+    meaning = f"how far {part.direction} the part begins"
+    name = d.knob(f"{part.direction}_of", amount, "at", meaning, "part", direction=part.direction)
+    return f"{sign}{traj}[:, {k}] > {name}", f"further {part.direction} than {amount:g} m"
+
+
+def _every(d: PolicyBuilder, part: PathPart, was: PathPart, traj: str) -> tuple[str, str]:
+    k = int(np.clip(part.amount or 1, 1, len(d.trajectory)))
+    return f"every({traj}, {k})", f"at every {k}. waypoint"
+
+
+def _outside(d: PolicyBuilder, part: PathPart, was: PathPart, traj: str) -> tuple[str, str]:
+    inside, words = mask_code(d, was.parts[0], traj)
+    if d.waypoints(part.parts[0]).all():
+        d.ask(f"That is the whole path ({words}): what is left?")
+    return f"~({inside})", f"everywhere except {words.removeprefix('for ')}"
+
+
+def _joined(d: PolicyBuilder, part: PathPart, was: PathPart, traj: str) -> tuple[str, str]:
+    codes, words = zip(*(mask_code(d, inner, traj) for inner in was.parts), strict=True)
+    sign, word = (" & ", ", ") if part.kind == "both" else (" | ", " and ")
+    if part.kind == "both" and not d.question and not d.waypoints(part).any():
+        d.ask(f"No part of the path is {word.join(words)}: which part is meant?")
+    return sign.join(f"({code})" for code in codes), word.join(words)
+
+
+def _listed(d: PolicyBuilder, part: PathPart, traj: str, words: str = "") -> tuple[str, str]:
+    """A part by the indices that it means on the given trajectory."""
+    part = resolved(d, part)
+    found = list(runs(d.waypoints(part)))
+    code = " | ".join(f"between({traj}, {a}, {b})" for a, b in found) or f"{traj}[:, 3] < 0.0"
+    if part.kind in ("first", "last"):
+        count = found[0][1] - found[0][0] + 1 if found else 0
+        d.assume(f"the {part.kind} {part.amount:g} {part.unit} are {count} waypoints")
+        words = f"for the {part.kind} {part.amount:g} {part.unit}"
+    return code, words or part.words()
+
+
+_CODE: Mapping[str, Callable[[PolicyBuilder, PathPart, PathPart, str], tuple[str, str]]] = {
+    "near": _near, "first": _end, "last": _end, "middle": _middle, "range": _range, "between": _along,
+    "after": _along, "before": _along, "heading": _heading, "beyond": _beyond, "every": _every,
+    "outside": _outside, "both": _joined, "either": _joined,
+}  # fmt: skip

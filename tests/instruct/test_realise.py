@@ -1,0 +1,136 @@
+"""Frames become policies that do what the frames say, whatever the words were."""
+
+import numpy as np
+import pytest
+
+from ovita.instruct.notation import parse
+from ovita.instruct.realise import realise
+from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.trajectory import Trajectory
+from ovita.policy.direct import proven, run_proven
+from ovita.policy.syntax import parse_tree
+from ovita.toolkit.judging import judge
+
+T = np.linspace(0.0, 1.0, 61)
+PATH = Trajectory(
+    np.column_stack([2.0 * T - 1.0, 0.25 * np.sin(3.0 * T), 0.5 + 0.1 * np.sin(5.0 * T)]), 0.2 + 0.2 * np.sin(np.pi * T)
+)
+BOX = np.array([0.1, 0.1, 0.1])
+SCENE = Scene(
+    (
+        SceneObject("cup", [-0.3, 0.35, 0.5], BOX),
+        SceneObject("box", [0.4, -0.1, 0.4], BOX),
+        SceneObject("post", [0, 1, 0]),
+    )
+)
+
+
+def done(text, scene=SCENE, path=PATH):
+    """The builder, the rows that its policy makes, and its broken promises."""
+    d = realise(parse(text, scene.names), path, scene)
+    assert not d.question, d.question
+    tree = parse_tree(d.source(" ".join(d.plan)))
+    assert proven(tree)
+    rows, recorder = run_proven(tree, path.to_array(), scene)
+    outcomes = [judge(e, path.to_array(), rows, scene) for e in recorder.expectations]
+    return d, rows, [o.sentence for o in outcomes if not o.held]
+
+
+def heights_over(rows, item, aside):
+    away = rows[:, :3] - item.position
+    return away[np.linalg.norm(away[:, :2], axis=1) <= aside, 2]
+
+
+def test_over_an_object_is_above_its_column():
+    for text, low in [("via over=box by=15cm", 0.2), ("via over=box", 0.05), ("hop box by=10cm", 0.15)]:
+        _, rows, broken = done(text)
+        assert heights_over(rows, SCENE["box"], 0.03).min() >= low - 0.01 and not broken, text
+    _, rows, broken = done("via under=box by=5cm")
+    assert heights_over(rows, SCENE["box"], 0.03).max() <= -0.1 + 0.01 and not broken
+
+
+def test_a_path_that_passes_over_already_is_left_alone():
+    scene = Scene((SceneObject("mat", [0.0, 0.25, 0.1], BOX),))
+    d, rows, broken = done("via over=mat", scene)
+    assert d.held == d.plan and np.array_equal(rows, PATH.to_array()) and not broken
+
+
+def test_reverse_runs_backwards():
+    _, rows, broken = done("reverse")
+    assert np.allclose(rows[:, :3], PATH.positions[::-1]) and not broken
+
+
+@pytest.mark.parametrize("side", ["left", "right", "front", "back", "up"])
+def test_an_end_beside_an_object_is_outside_of_it(side):
+    _, rows, broken = done(f"end goal to=cup {side}")
+    assert SCENE["cup"].clearance(rows[-1:, :3])[0] > 0.01 and not broken
+    assert (rows[-1, :3] - SCENE["cup"].position) @ SCENE.frame.direction(side) > 0.05
+
+
+def test_closer_never_goes_through_the_surface():
+    d, rows, broken = done("closer cup by=2m")
+    assert SCENE["cup"].clearance(rows[:, :3]).min() > 0 and not broken
+    assert any("surface" in a for a in d.assumptions)
+
+
+def test_within_a_distance_moves_the_closest_stretch_only():
+    _, rows, broken = done("clearance cup at_most=5cm")
+    assert abs(SCENE["cup"].cuboid.closest(rows[:, :3])[0] - 0.05) < 0.005 and not broken
+    assert np.allclose(rows[[0, -1]], PATH.to_array()[[0, -1]])
+    d, rows, _ = done("clearance cup at_most=1m")
+    assert d.held and np.array_equal(rows, PATH.to_array())
+
+
+@pytest.mark.parametrize(
+    ("text", "left"),
+    [("trim last=10wp", 51), ("trim first=25%", 46), ("trim last=0.5m", None), ("trim after=box", None)],
+)
+def test_what_is_cut_off(text, left):
+    _, rows, broken = done(text)
+    assert not broken and len(rows) < len(PATH) and (left is None or len(rows) == left)
+    if "0.5m" in text:
+        cut = PATH.length - Trajectory.from_array(rows).length
+        assert abs(cut - 0.5) < 2 * PATH.length / len(PATH)
+
+
+def test_axes_are_those_of_the_frame():
+    _, rows, broken = done("move y=10cm -x=5cm @range=10-40")
+    assert np.allclose((rows - PATH.to_array())[25, :3], [-0.05, 0.1, 0.0]) and not broken
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "move left=10cm; move right=5cm",
+        "height at_least=50cm; height at_most=30cm",
+        "clearance cup at_least=30cm; clearance cup at_most=10cm",
+        "keep start; end start up=10cm",
+        "keep speed; pace slower",
+        "pace at_most=0.1m/s; pace at_least=0.3m/s",
+        "pace slower by=100%",
+        "pace faster to=80%",
+        "move up @selection",
+        "move up @range=90-95",
+        "closer cup by=2steps",
+        "circle",
+        "waypoints fewer by=70wp",
+    ],
+)
+def test_contradictions_and_gaps_become_questions(text):
+    assert realise(parse(text, SCENE.names), PATH, SCENE).question
+
+
+def test_what_is_to_stay_stays():
+    rows = done("keep @first=10wp; move up=10cm; pace slower")[1]
+    assert np.allclose(rows[:10], PATH.to_array()[:10]) and rows[30, 2] > PATH.positions[30, 2] + 0.09
+    rows = done("smooth; keep @last=20wp")[1]
+    assert np.allclose(rows[-20:], PATH.to_array()[-20:])
+    rows = done("keep ends; move left=20cm")[1]
+    assert np.allclose(rows[[0, -1]], PATH.to_array()[[0, -1]])
+
+
+def test_parameters_know_their_slot():
+    d, _, _ = done("closer cup by=5cm; pace slower by=30% @near=box; move y=10cm")
+    slots = {p.slot: (p.value, p.role) for p in d.parameters.values()}
+    assert slots["0.by"] == (0.05, "by") and slots["1.amount"] == (0.7, "factor") and slots["2.y"] == (0.1, "by")
+    assert slots["1.part"][1] == "radius"
