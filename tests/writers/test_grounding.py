@@ -15,6 +15,7 @@ from ovita.policy.sandbox import run
 from ovita.request import Request, Turn
 from ovita.toolkit import CATALOGUE
 from ovita.toolkit.catalogue import core_names
+from ovita.writers.models.exchange import billions
 from ovita.writers.prompt import ground
 
 PATH = Trajectory.from_array(np.column_stack([np.linspace(0, 2, 30), np.zeros((30, 2)), np.full(30, 0.4)]))
@@ -88,6 +89,41 @@ def test_a_prompt_for_five_objects_stays_short():
         text = ground(Request(said, PATH, scene, Robot.preset("arm")))
         # 2.85 characters make a token of the Qwen 2.5 tokenizer in these prompts; its answer's form takes 65 tokens.
         assert (len(text.fixed) + len(text.situation)) / 2.85 + 65 < 1500
+
+
+def test_a_large_model_is_shown_the_whole_toolkit_and_a_small_one_is_not():
+    asked = ground(Request("go left by 0.2 and be slow near the cup", PATH, SCENE))
+    small, large = asked.for_model(False), asked.for_model(True)
+    assert small == asked and large.for_model(False) == asked
+    for name in CATALOGUE:
+        assert f"{name}(" in large.fixed
+    for said in (
+        "turns=3",
+        "blend=0.5",
+        "waves=6",
+        "count from 0",
+        "counts from 1",
+        "hop from its top",
+        "hand's width",
+    ):
+        assert said in large.fixed and said not in small.fixed, said
+    assert "# More functions" not in large.situation and "# Example 1" in large.situation
+    assert large.fixed == ground(Request("stop", PATH, SCENE)).for_model(True).fixed, "servers cache it"
+    # At 2.85 characters a token: some 810 tokens of rules for small models and 3250 for large ones, which servers keep.
+    assert len(small.fixed) / 2.85 < 850 and len(large.fixed) / 2.85 < 3500
+    own = type(asked).of_text(asked.request, "rules", "situation")
+    assert own.for_model(True).fixed == "rules"
+
+
+@pytest.mark.parametrize(
+    ("name", "size"),
+    [
+        ("qwen2.5-coder-1.5b", 1.5), ("llama3:8b", 8.0), ("Mixtral-8x7B-v0.1", 56.0), ("qwen3-30b-a3b", 30.0),
+        ("gpt-5", None), ("stub-1", None), ("gemma3n:e4b", None), ("model-7b-q4_k_m.gguf", 7.0),
+    ],
+)  # fmt: skip
+def test_a_models_name_says_its_size(name, size):
+    assert billions(name) == size
 
 
 @pytest.mark.parametrize(("toolkit", "form"), [(True, "function"), (False, "script")])

@@ -164,7 +164,7 @@ def core_names() -> tuple[str, ...]:
     return tuple(name for name in CATALOGUE if name in _core)
 
 
-def describe(names: Iterable[str] | None = None, *, known_notes: Iterable[str] = ()) -> str:
+def describe(names: Iterable[str] | None = None, *, known_notes: Iterable[str] = (), defaults: bool = False) -> str:
     """The catalogue as text for a prompt: for each operation its signature and first sentence, in catalogue order.
 
     Optional parameters are marked with "?". The postconditions, whose names say it all, share a line.
@@ -172,13 +172,15 @@ def describe(names: Iterable[str] | None = None, *, known_notes: Iterable[str] =
     Args:
         names: Only these operations; None for all.
         known_notes: The words in capitals, OFFSET and PLACE, that were explained before; others are explained first.
+        defaults: Show what optional parameters are if they are left out, and rare ones too.
 
     Raises:
         ValueError: If a name is not in the catalogue.
     """
     wanted = in_order(names)
-    lines = [f"{signature(name, brief=True)}: {summary(name)}" for name in wanted if not name.startswith("expect_")]
-    expectations = [signature(name, brief=True) for name in wanted if name.startswith("expect_")]
+    call = functools.partial(signature, brief=not defaults, short=True)
+    lines = [f"{call(name)}: {summary(name)}" for name in wanted if not name.startswith("expect_")]
+    expectations = [call(name) for name in wanted if name.startswith("expect_")]
     lines += [", ".join(expectations)] if expectations else []
     for word, meaning in reversed(NOTES.items()):
         if word not in known_notes and any(word in line for line in lines):
@@ -204,20 +206,21 @@ def summary(name: str) -> str:
     return (CATALOGUE[name].__doc__ or "").strip().splitlines()[0].rstrip(".")
 
 
-def signature(name: str, *, spelled: bool = False, brief: bool = False) -> str:
+def signature(name: str, *, spelled: bool = False, brief: bool = False, short: bool = False) -> str:
     """A call as a policy writes it, such as "move(traj, *, OFFSET, where=None, ...)".
 
     Args:
         name: Of an operation.
         spelled: Write the direction words out, instead of one OFFSET for all.
         brief: For a prompt: optional parameters are marked with "?" and rare ones left out.
+        short: Write "name?" where the default is None, and no "*".
     """
     parts: list[str] = []
     for parameter in public_signature(name).parameters.values():
         optional = parameter.default is not parameter.empty
         if brief and optional and parameter.name in RARE:
             continue
-        if not brief and parameter.kind is parameter.KEYWORD_ONLY and "*" not in parts:
+        if not (brief or short) and parameter.kind is parameter.KEYWORD_ONLY and "*" not in parts:
             parts.append("*")
         if parameter.name in DIRECTIONS and not spelled:
             if "OFFSET" not in parts:
@@ -225,7 +228,8 @@ def signature(name: str, *, spelled: bool = False, brief: bool = False) -> str:
         elif not optional:
             parts.append(parameter.name)
         else:
-            parts.append(f"{parameter.name}?" if brief else f"{parameter.name}={_plain(parameter.default)}")
+            bare = brief or (short and parameter.default is None)
+            parts.append(f"{parameter.name}?" if bare else f"{parameter.name}={_plain(parameter.default)}")
     return f"{name}({', '.join(parts)})"
 
 

@@ -32,6 +32,9 @@ ExampleMode = Literal["retrieved", "paper", "none"]
 EXAMPLES, FUNCTIONS = 2, 4
 """How many examples of the bank a prompt shows, and how many functions beyond the core and those that they call."""
 
+EXAMPLES_OF_WHOLE = 3
+"""How many examples a prompt shows that lists the whole toolkit."""
+
 ROOM = 890
 """How much text functions and examples may take together, so that prompts stay short [characters]."""
 
@@ -57,11 +60,14 @@ class PromptStyle:
         toolkit: Whether the policy is to be a function made of toolkit calls; else the prompt asks for the paper's
             scripts, and the examples are scripts as well.
         scene: Whether the scene is described; else only the objects' names are given, as in the paper.
+        whole: Whether every function is listed, with its defaults and with what signatures leave open: for models in
+            the cloud and those above some 7 billion parameters. Smaller ones get the core and what is retrieved.
     """
 
     examples: ExampleMode = "retrieved"
     toolkit: bool = True
     scene: bool = True
+    whole: bool = False
 
 
 @dataclass(frozen=True)
@@ -93,6 +99,7 @@ class Prompt:
         hints: What earlier writers in line made of the instruction.
         attempts: Failed attempts so far, oldest first.
         budget: Deadline, cancellation and progress reports.
+        own: Text instead of what `style` would show, or None.
     """
 
     request: Request
@@ -100,23 +107,24 @@ class Prompt:
     hints: tuple[str, ...] = ()
     attempts: tuple[Attempt, ...] = ()
     budget: WritingBudget = field(default_factory=WritingBudget, compare=False, repr=False)
+    own: Sections | None = field(default=None, repr=False)
 
     @classmethod
     def of_text(cls, request: Request, rules: str, situation: str, *, budget: WritingBudget | None = None) -> Prompt:
         """Return a prompt with text of one's own instead of what `style` would show."""
-        prompt = cls(request, budget=budget or WritingBudget())
-        prompt.__dict__["sections"] = Sections(rules, instruction=situation)
-        return prompt
+        return cls(request, budget=budget or WritingBudget(), own=Sections(rules, instruction=situation))
 
     @cached_property
     def sections(self) -> Sections:
         """The text by section."""
+        if self.own is not None:
+            return self.own
         request, style = self.request, self.style
-        helpful = _helpful(request) if style.toolkit and style.examples == "retrieved" else []
+        helpful = _helpful(request, style.whole) if style.toolkit and style.examples == "retrieved" else []
         scene = _scene_lines(request) if style.scene else _names(request.scene)
         history = [_turn_lines(i, turn) for i, turn in enumerate(request.history, start=1)]
         return Sections(
-            rules=_fixed(style.examples, style.toolkit),
+            rules=_fixed(style.examples, style.toolkit, style.whole),
             help="".join(f"{part}\n" for part in helpful),
             scene="".join(f"{line}\n" for line in ("# This scene", *scene)),
             history="".join(f"{turn}\n" for turn in history),
@@ -133,6 +141,10 @@ class Prompt:
         """The text that depends on the request."""
         s = self.sections
         return "".join([s.help, s.scene, s.history, s.instruction, *self.hints])
+
+    def for_model(self, large: bool) -> Prompt:
+        """Return the prompt as a large or a small model is shown it; one with text of its own stays."""
+        return self if self.style.whole == large else replace(self, style=replace(self.style, whole=large))
 
     def repaired(self, code: str, error: str, failure: Failure = "failed") -> Prompt:
         """Return the prompt that follows when `code` failed with `error`."""
@@ -162,13 +174,15 @@ def ground(
 
 
 @cache
-def _fixed(mode: ExampleMode, toolkit: bool) -> str:
+def _fixed(mode: ExampleMode, toolkit: bool, whole: bool = False) -> str:
     from ovita.toolkit.catalogue import core_names, describe
 
     if not toolkit:
         return "\n\n".join([_read("script.md"), *([] if mode == "none" else [_read("script-examples.md")])]) + "\n"
     # Without retrieval nothing says which functions an instruction may need, so all are listed.
-    text = _read("policy.md").replace("{{toolkit}}", describe(core_names() if mode == "retrieved" else None))
+    shown = describe(core_names() if mode == "retrieved" and not whole else None, defaults=whole)
+    text = _read("policy.md").replace("{{toolkit}}", shown)
+    text = f"{text}\n\n{_read('details.md')}" if whole else text
     return "\n\n".join([text, *([_read("paper.md")] if mode == "paper" else [])]) + "\n"
 
 
@@ -177,12 +191,18 @@ def _read(name: str) -> str:
     return (files("ovita.writers") / "prompts" / name).read_text(encoding="utf-8").strip()
 
 
-def _helpful(request: Request) -> list[str]:
-    """The functions and the examples that an instruction calls for: always one example, more of both while they fit."""
+def _helpful(request: Request, whole: bool = False) -> list[str]:
+    """The functions and the examples that an instruction calls for: always one example, more of both while they fit.
+
+    Beside the whole toolkit there are only examples.
+    """
     from ovita.toolkit.catalogue import core_names
     from ovita.writers.examples import functions_like, similar
 
     names = request.scene.names
+    if whole:
+        found = similar(request.instruction, EXAMPLES_OF_WHOLE, names)
+        return [f"# Example {i}\n{example.text()}" for i, example in enumerate(found, start=1)]
     likely = functions_like(request.instruction, FUNCTIONS, names, without=core_names())
     shown: list[Example] = []
     for example in similar(request.instruction, 2 * EXAMPLES, names):

@@ -15,7 +15,7 @@ from urllib.parse import urlsplit, urlunsplit
 
 from ovita.errors import MissingExtra, MissingKey, RequestError, WriterError, WriterFailure
 from ovita.writers.base import WritingBudget
-from ovita.writers.models.exchange import Answer, Exchange, Form, ModelRequest, ModelWriter
+from ovita.writers.models.exchange import LARGE_FROM, Answer, Exchange, Form, ModelRequest, ModelWriter, billions
 
 if TYPE_CHECKING:
     import httpx2
@@ -67,6 +67,8 @@ class LLMWriter(ModelWriter):
         form: Form = "tool" if self._endpoint.provider == "anthropic" else "native"
         super().__init__(name.strip(), form, temperature, max_tokens)
         self._timeout, self._retries = timeout, retries
+        by_name = billions(self._endpoint.model)
+        self._large = not self._endpoint.nearby if by_name is None else by_name >= LARGE_FROM
 
     def shown(self, text: str) -> str:
         """Return a model's text on one line, shortened and without keys, for a message."""
@@ -329,6 +331,11 @@ class ModelEndpoint:
             return ipaddress.ip_address(host).is_loopback
         except ValueError:
             return host == "localhost" or host.endswith(".localhost")
+
+    @property
+    def nearby(self) -> bool:
+        """Whether the model runs on a machine of one's own: by Ollama, or by a server on this machine."""
+        return self.provider == "ollama" or self.local
 
     def key(self, writer: str) -> str:
         """Return the key, or a placeholder where none is needed.

@@ -84,6 +84,18 @@ class Exchange:
     output_tokens: int
 
 
+LARGE_FROM = 7.0
+"""From so many parameters on a model is shown the whole toolkit; smaller ones read long rules slowly [10^9]."""
+
+_SIZE = re.compile(r"(?<![A-Za-z0-9.])(?:(\d+)x)?(\d+(?:\.\d+)?)b(?![A-Za-z0-9])", re.IGNORECASE)
+
+
+def billions(name: str) -> float | None:
+    """How many parameters a model's name says [10^9], such as 7.6 of "qwen-7.6b" and 56 of "8x7B"; None if none."""
+    sizes = [float(count or 1) * float(size) for count, size in _SIZE.findall(name)]
+    return max(sizes, default=None)
+
+
 class ModelWriter(ABC):
     """A chat model as a policy writer.
 
@@ -96,6 +108,7 @@ class ModelWriter(ABC):
 
     def __init__(self, name: str, form: Form, temperature: float, max_tokens: int) -> None:
         self._name, self._form, self._temperature, self._max_tokens = name, form, temperature, max_tokens
+        self._large = True
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self._name!r})"
@@ -121,6 +134,7 @@ class ModelWriter(ABC):
             UnusableReply: If the answer is empty, cut off, or has neither a policy nor a question.
             WriterError: If no answer could be had.
         """
+        prompt = prompt.for_model(self._large)
         turns = [prompt.situation]
         for attempt in prompt.attempts:
             error = harmless(attempt.error)

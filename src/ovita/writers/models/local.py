@@ -27,7 +27,7 @@ from weakref import WeakSet
 from ovita.errors import MissingExtra, RequestError, WriterError
 from ovita.writers.base import WritingBudget
 from ovita.writers.models.catalogue import check_file, model_file, models_dir
-from ovita.writers.models.exchange import Exchange, ModelRequest, ModelWriter
+from ovita.writers.models.exchange import LARGE_FROM, Exchange, ModelRequest, ModelWriter, billions
 
 CONTEXT = 12288
 """How much a model reads and writes at most in one exchange [tokens]."""
@@ -359,6 +359,7 @@ class LocalWriter(ModelWriter):
         if max_tokens < 1 or context < 512:
             raise RequestError("max_tokens must be 1 or more and context 512 or more")
         super().__init__(f"llamacpp:{model}", "text", temperature, max_tokens)
+        self._large = (billions(model) or 0.0) >= LARGE_FROM
         self._path, self._context, self._threads = model_file(model), context, threads
         check_file(self._path)
         if find_spec("xllamacpp") is None:
