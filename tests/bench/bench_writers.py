@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from dataclasses import replace
 
 from ovita.errors import MissingKey, WriterError
 from ovita.writers.base import Reply, WriterInfo
@@ -42,6 +43,15 @@ class Learner(Scripted):
 
     def code(self, prompt: Prompt) -> str:
         return LEFT if "Please" in prompt.request.instruction else NOTHING
+
+
+class Unsure(Scripted):
+    """Always goes left, and asks whether that is meant."""
+
+    prompts: list[Prompt] = []  # noqa: RUF012
+
+    def write(self, prompt: Prompt) -> Reply:
+        return replace(super().write(prompt), confirm=True, unplaced=("feed",))
 
 
 class Crasher(Scripted):

@@ -13,10 +13,12 @@ import bench_writers
 import pytest
 
 from ovita.bench import evaluate as evaluation
+from ovita.bench import tables
 from ovita.bench.dataset import load_dataset, natural
 from ovita.bench.evaluate import BY_SUBSET, DEFAULT, Protocol, conditions_from, robot_for
 from ovita.bench.generate import write_dataset
 from ovita.bench.records import RecordLog, read_records
+from ovita.bench.report import outcome_table
 from ovita.bench.runner import RunPlan, run
 from ovita.errors import FormatError, RequestError
 from ovita.toolkit import CATALOGUE
@@ -50,6 +52,25 @@ def test_a_run_judges_every_sample_and_says_why(dataset, tmp_path):
     assert len(good.replies) == 1 and not by_id["a/s_2"].idle
     assert [(s.done, s.total) for s in seen] == [(i, 6) for i in range(1, 7)]
     assert seen[-1].left_s == 0.0 and seen[-1].passed == 5
+
+
+def test_first_answers_are_right_right_after_one_yes_asked_declined_flagged_or_silently_wrong(dataset, tmp_path):
+    certain = {r.sample: r for r in run(toys(dataset), tmp_path / "a", PLAN).records}
+    unsure = {r.sample: r for r in run(toys(dataset), tmp_path / "b", asked("Unsure")).records}
+    lefty = {r.sample: r for r in run(toys(dataset), tmp_path / "c", asked("Lefty")).records}
+    assert certain["a/s_0"].outcome == "right" and certain["b/s_4"].outcome == "declined"
+    right = [name for name, r in lefty.items() if r.outcome == "right"]
+    assert 0 < len(right) < 6
+    assert {r.outcome for r in lefty.values()} == {"right", "silently wrong"}
+    assert {name: r.outcome for name, r in unsure.items()} == {
+        name: "right after one yes" if name in right else "asked" for name in unsure
+    }
+    assert all(r.first.status == "needs_confirmation" and r.first.code for r in unsure.values())
+    flagged = replace(lefty["b/s_4"], rounds=(replace(lefty["b/s_4"].first, flagged=True, passed=False),))
+    assert flagged.outcome == "flagged"
+    (tally,) = tables.tallies(list(unsure.values()))
+    assert tally.outcomes["right after one yes"] == len(right) and sum(tally.outcomes.values()) == 6
+    assert "right after one yes" in outcome_table(list(unsure.values()))[0]
 
 
 def test_what_is_recorded_is_not_asked_again(dataset, tmp_path):

@@ -423,7 +423,7 @@ def _round(sample: Sample, said: str, result: Adaptation, idle: Judged) -> Round
     task = sample.task
     usable = result.usable
     judged = judge(sample.check, task.trajectory, result.adapted, task.scene) if usable else replace(idle, passed=False)
-    proposed = result.proposed
+    proposed, waiting = result.proposed, result.proposal
     return Round(
         said=said,
         status=result.status,
@@ -435,9 +435,11 @@ def _round(sample: Sample, said: str, result: Adaptation, idle: Judged) -> Round
         ms=0.0,
         limits=result.constraints.status if result.constraints else "none",
         proposed_passed=proposed is not None and sample.check.judge(task.trajectory, proposed, task.scene).passed,
+        after_yes=waiting is not None and sample.check.judge(task.trajectory, waiting.adapted, task.scene).passed,
+        flagged=usable and (result.status != "done" or bool(result.cautions)),
         model=result.writer.model,
-        plan=result.plan,
-        code=result.code,
+        plan=(waiting or result).plan,
+        code=(waiting or result).code,
         explanation=result.explanation,
         error=result.error or result.question,
         adapted=waypoints(result.adapted),

@@ -19,6 +19,9 @@ from ovita.errors import FormatError, OvitaError, RequestError
 from ovita.io import atomic_write
 from ovita.io.files import Journal
 
+OUTCOMES = ("right", "right after one yes", "asked", "declined", "flagged", "silently wrong")
+"""What a first answer amounts to, best first."""
+
 RECORDS, MANIFEST, RATINGS = "records.jsonl", "run.json", "ratings.csv"
 
 Rows = tuple[tuple[float, ...], ...]
@@ -42,6 +45,8 @@ class Round:
         output_tokens: Tokens written.
         limits: The verdict on the limits, or "none" where nothing ran.
         proposed_passed: Whether what the policy returned passes the check before limits were enforced.
+        after_yes: Whether the check holds once a person agrees to what was proposed for confirmation.
+        flagged: Whether the result says itself that a person should look at it.
         model: Name of the model that answered, or "".
         plan: The plan.
         code: The policy.
@@ -63,6 +68,8 @@ class Round:
     output_tokens: int = 0
     limits: str = "none"
     proposed_passed: bool = False
+    after_yes: bool = False
+    flagged: bool = False
     model: str = ""
     plan: tuple[str, ...] = ()
     code: str = ""
@@ -120,6 +127,16 @@ class Record:
     def last(self) -> Round:
         """The answer that counts: the last one with a result, since a turn without one leaves what was there."""
         return next((item for item in reversed(self.rounds) if item.executable), self.rounds[-1])
+
+    @property
+    def outcome(self) -> str:
+        """What the first answer amounts to, one of OUTCOMES; a proposal that is not meant counts as asked."""
+        first = self.first
+        if first.executable:
+            return "right" if first.passed else "flagged" if first.flagged else "silently wrong"
+        if first.status == "needs_confirmation":
+            return "right after one yes" if first.after_yes else "asked"
+        return "asked" if first.status == "needs_clarification" else "declined"
 
     @property
     def unreached(self) -> bool:

@@ -14,7 +14,7 @@ from typing import Any
 
 from ovita.bench import tables
 from ovita.bench.page import html
-from ovita.bench.records import Record
+from ovita.bench.records import OUTCOMES, Record
 from ovita.bench.tables import Interval
 from ovita.errors import MissingExtra, RequestError
 from ovita.io import atomic_write
@@ -87,7 +87,7 @@ def report_tables(
     prices: Mapping[str, tuple[float, float]] | None = None,
 ) -> list[tuple[str, Table]]:
     """The report's tables with their headings."""
-    found = [("Success", success_table(records, prices))]
+    found = [("Success", success_table(records, prices)), ("First answers", outcome_table(records))]
     for by, heading in (("subset", "By subset"), ("kind", "By kind of instruction")):
         rows = [["writer", by, "success", "95 % interval", "n", "executable", "clauses"]]
         for x in tables.tallies(records, by):  # type: ignore[arg-type]
@@ -126,6 +126,16 @@ def success_table(records: Sequence[Record], prices: Mapping[str, tuple[float, f
         rows[-1] += [f"{x.cost:.4g}"] if prices else []
     nothing = tables.idle(records)
     rows.append(["doing nothing", _rate(nothing), _span(nothing), str(nothing.n)] + ["-"] * (len(rows[0]) - 4))
+    return rows
+
+
+def outcome_table(records: Sequence[Record]) -> Table:
+    """What the first answers amount to: one row a writer and condition, one column an outcome."""
+    rows = [["writer", *OUTCOMES, "n"]]
+    for x in tables.tallies(records):
+        n = x.success.n
+        shares = [f"{x.outcomes[name] / n:.1%}" for name in OUTCOMES]
+        rows.append([tables.named((x.writer, x.condition)), *shares, str(n)])
     return rows
 
 

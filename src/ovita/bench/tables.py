@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 from scipy.stats import binomtest, rankdata, wilcoxon
 
-from ovita.bench.records import Record
+from ovita.bench.records import OUTCOMES, Record
 
 By = Literal["all", "subset", "kind"]
 
@@ -41,6 +41,7 @@ class Tally:
         cost: Money.
         limits: How often each verdict on the limits occurred.
         statuses: How often each status occurred.
+        outcomes: How many first answers were right, right after one yes, asked, declined, flagged or silently wrong.
         lost_to_limits: Records whose policy's own output passes, but not the result once limits were enforced.
         unreached: Records whose writer could not be reached; they count as failures.
     """
@@ -61,6 +62,7 @@ class Tally:
     cost: float
     limits: Mapping[str, int]
     statuses: Mapping[str, int]
+    outcomes: Mapping[str, int]
     lost_to_limits: int
     unreached: int
 
@@ -174,6 +176,7 @@ def _tally(
         cost=sum(r.cost(prices) for r in part),
         limits=dict(sorted(Counter(r.last.limits for r in part).items())),
         statuses=dict(sorted(Counter(r.last.status for r in part).items())),
+        outcomes={name: sum(r.outcome == name for r in part) for name in OUTCOMES},
         lost_to_limits=sum(r.last.proposed_passed and not r.last.passed for r in part),
         unreached=sum(r.unreached for r in part),
     )

@@ -220,20 +220,21 @@ def _report(
     from rich.table import Table
 
     from ovita.bench.records import read_ratings
-    from ovita.bench.report import success_table, write_report
+    from ovita.bench.report import outcome_table, success_table, write_report
     from ovita.cli.common import plain
 
     ratings = read_ratings(ratings_from or folder)
     written = write_report(
         folder, records, manifest, ratings=ratings, prices=prices, notes=notes, figures=figures, parquet=parquet
     )
-    rows = success_table(records, prices)
-    table = Table(box=None, pad_edge=False)
-    for i, cell in enumerate(rows[0]):
-        table.add_column(cell, justify="left" if i == 0 else "right")
-    for row in rows[1:]:
-        table.add_row(*(plain(cell).replace("[", "\\[") for cell in row))
-    Console(width=None if sys.stdout.isatty() else 160).print(table)
+    console = Console(width=None if sys.stdout.isatty() else 160)
+    for rows in (success_table(records, prices), outcome_table(records)):
+        table = Table(box=None, pad_edge=False)
+        for i, cell in enumerate(rows[0]):
+            table.add_column(cell, justify="left" if i == 0 else "right")
+        for row in rows[1:]:
+            table.add_row(*(plain(cell).replace("[", "\\[") for cell in row))
+        console.print(table)
     for note in notes:
         click.echo(f"note: {plain(note)}", err=True)
     click.echo("wrote " + ", ".join(str(path) for path in written))
