@@ -35,16 +35,20 @@ IRREGULAR = {
 }  # fmt: skip
 
 
+FEEDBACK = "feedback.txt"
+"""The file of words about what was just done, which `concepts` reads by itself."""
+
+
 @cache
-def concepts() -> dict[str, tuple[str, ...]]:
-    """Every concept with its phrases.
+def concepts(only: str = "") -> dict[str, tuple[str, ...]]:
+    """Every concept with its phrases; those about earlier turns are in a file that is read only by name.
 
     Raises:
         OvitaError: If a line of a word file names no concept.
     """
     found: dict[str, str] = {}
     for file in sorted(files("ovita.instruct").joinpath("words").iterdir(), key=lambda f: f.name):
-        if not file.name.endswith(".txt"):
+        if not file.name.endswith(".txt") or (file.name != only if only else file.name == FEEDBACK):
             continue
         concept = ""
         for line in file.read_text(encoding="utf-8").splitlines():

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 
-from ovita.instruct.lexicon import CONNECTIVES, JOIN, PLAIN, concept_at, is_filler, known_words, stems
+from ovita.instruct.lexicon import CONNECTIVES, FEEDBACK, JOIN, PLAIN, concept_at, concepts, is_filler, known_words, stems
 from ovita.instruct.numbers import NUMBER_WORDS, UNITS, amount_at, is_digits
 from ovita.instruct.objects import GENERIC, WORD, Catalog, Mention, singular
 from ovita.paths.scene import Scene, SceneObject
@@ -15,7 +15,15 @@ from ovita.paths.trajectory import Array
 SHORTEST = 5
 """Letters that a word must have to be corrected; shorter ones are too often other words."""
 
-OTHERS = frozenset({*CONNECTIVES, *NUMBER_WORDS, *GENERIC, *(w for phrase in UNITS for w in phrase)})
+OTHERS = frozenset(
+    {
+        *CONNECTIVES,
+        *NUMBER_WORDS,
+        *GENERIC,
+        *(w for phrase in UNITS for w in phrase),
+        *(w for listed in concepts(FEEDBACK).values() for phrase in listed for w in phrase.split()),
+    }
+)
 
 
 def respelt(words: Sequence[str], catalog: Catalog) -> tuple[list[str], list[str]]:
@@ -152,7 +160,7 @@ def tokenize(sentence: str, scene: Scene, path: Array | None = None) -> tuple[tu
         scene: Whose objects may be named.
         path: Positions (N, 3) [m], for phrases such as "the object nearest to the goal".
     """
-    words = _without_hyphens([m.group() for m in WORD.finditer(sentence.replace("’", "'"))])
+    words = cut(sentence)
     catalog = Catalog(scene, path)
     lowered, notes = respelt([w.lower() for w in words], catalog)
     tokens: list[Token] = []
@@ -171,6 +179,11 @@ def tokenize(sentence: str, scene: Scene, path: Array | None = None) -> tuple[tu
         notes.append(f"took {' '.join(t.text for t in tokens[reason])!r} as the reason, not as something to do")
         tokens[reason] = []
     return tuple(tokens), tuple(notes)
+
+
+def cut(sentence: str) -> list[str]:
+    """The words, numbers and marks of a sentence."""
+    return _without_hyphens([m.group() for m in WORD.finditer(sentence.replace("’", "'"))])
 
 
 def _with_units(tokens: list[Token]) -> list[Token]:

@@ -1,0 +1,432 @@
+"""Edits applied to frames: what the frames of earlier turns are after some feedback."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, Literal, TypeAlias
+
+from ovita.instruct.edits import Again, Also, Command, Drop, Edit, Except, Flip, Replace, Rescale, Restrict, Set
+from ovita.instruct.frames import (
+    SPOTS,
+    Approach,
+    Axis,
+    Clearance,
+    Curve,
+    Direction,
+    Extend,
+    Figure,
+    Height,
+    Hop,
+    Hover,
+    Keep,
+    Mirror,
+    MoveEnd,
+    Offset,
+    Pace,
+    Quantity,
+    Resample,
+    Resize,
+    Role,
+    Rotate,
+    SemanticFrame,
+    Side,
+    Smooth,
+    Tilt,
+    Trim,
+    Visit,
+    Wait,
+)
+from ovita.instruct.notation import ENDS, ROLES, name_of
+from ovita.instruct.scale import Degree
+from ovita.paths.part import WHOLE, PathPart, both, outside
+from ovita.paths.scene import Scene
+from ovita.units import find
+
+Frames: TypeAlias = tuple[SemanticFrame, ...]
+
+Values: TypeAlias = Mapping[str, Quantity]
+"""What was realised for the slots that frames leave open, by "NUMBER.SLOT", such as "0.left" or "1.amount"."""
+
+MORE: dict[Degree, float] = {"slight": 1.25, "moderate": 1.5, "large": 2.0}
+"""What "a bit more", "more" and "much more" multiply an effect by; "less" divides by the same."""
+
+_PAIRS = (
+    ("cw", "ccw"), ("faster", "slower"), ("closer", "farther"), ("rampup", "rampdown"), ("larger", "smaller"),
+    ("more", "less"), ("toward", "away"), ("over", "under"), ("at_least", "at_most"),
+)  # fmt: skip
+OPPOSITE: dict[str, str] = {**ENDS, **dict(_PAIRS), **{b: a for a, b in _PAIRS}, "fewer": "more"}
+"""Each direction, sense and change with its opposite."""
+
+_METRES, _FACTORS, _COUNTS = ("m", ""), ("%", "x", ""), ("turns", "")
+_SLOTS: dict[type[SemanticFrame], dict[str, tuple[str, ...]]] = {
+    MoveEnd: {"by": _METRES},
+    Approach: {"by": ("m", "%", "x", "step", "")},
+    Clearance: {"distance": ("m", "step", "")},
+    Visit: {"by": _METRES},
+    Pace: {"amount": ("%", "m/s", "x", "m/s2", "")},
+    Wait: {"duration": ("s", "")},
+    Extend: {"by": ("m", "s", "%", "waypoints", "")},
+    Resample: {"amount": ("waypoints", "", "%", "x")},
+    Figure: {"radius": _METRES, "size": _METRES, "turns": _COUNTS, "waves": _COUNTS, "rise": _METRES},
+    Hop: {"by": _METRES},
+    Hover: {"by": _METRES, "duration": ("s", "")},
+    Rotate: {"angle": ("deg", "")},
+    Tilt: {"angle": ("deg", "")},
+    Resize: {"by": _FACTORS},
+    Height: {"level": _METRES},
+    Trim: {"amount": ("waypoints", "%", "m", "s", "")},
+}
+"""The slots of each frame that hold a quantity, the one that says how much first, with the units that they take."""
+
+_FIRST: dict[str, str] = {"circle": "radius", "zigzag": "size", "wave": "size", "shake": "size"}
+_PLACES = ("place", "about", "of")
+
+
+def slots(frame: SemanticFrame) -> dict[str, tuple[str, ...]]:
+    """The slots of a frame that hold or may hold a quantity, with the units that they take; the main one first."""
+    known = dict(_SLOTS.get(type(frame), {}))
+    offset: Offset = getattr(frame, "offset", ())
+    if offset:
+        return {**{direction: ("m", "step", "") for direction, _ in offset}, **known}
+    if isinstance(frame, Figure) and (first := _main_of(frame)) in known:
+        return {first: known[first], **known}
+    return known
+
+
+def _main_of(figure: Figure) -> str:
+    """What "bigger" is about: what the figure states, else its radius or swing."""
+    stated = [name for name in ("radius", "size") if name in figure.quantities]
+    return stated[0] if stated else _FIRST.get(figure.shape, "radius")
+
+
+def _with(frame: SemanticFrame, **changed: Any) -> SemanticFrame:
+    """A frame with other values in slots that its class has."""
+    return replace(frame, **changed)
+
+
+def put(frame: SemanticFrame, slot: str, quantity: Quantity) -> SemanticFrame:
+    """A frame with a quantity in a slot: a field, or a direction of its offset."""
+    offset: Offset = getattr(frame, "offset", ())
+    if any(direction == slot for direction, _ in offset):
+        changed = tuple((d, quantity if d == slot else q) for d, q in offset)
+        return _with(frame, offset=changed)
+    return _with(frame, **{slot: quantity})
+
+
+def apply(
+    edits: Sequence[Edit], frames: Sequence[SemanticFrame], scene: Scene, values: Values | None = None
+) -> tuple[SemanticFrame, ...]:
+    """Frames after some edits; commands change none.
+
+    Args:
+        edits: In the order in which they were said.
+        frames: The frames before.
+        scene: With the objects.
+        values: What was realised for slots that the frames leave open, and what a person turned by hand.
+    """
+    known = tuple(frames)
+    for edit in edits:
+        known = _APPLIED[type(edit)](edit, known, dict(values or {}))
+    return known
+
+
+def chosen(frames: Sequence[SemanticFrame], on: str, fits: Callable[[SemanticFrame], object]) -> int | None:
+    """Number of the frame that an edit is about: the last one of that name, else the last one that fits."""
+    named = [i for i, frame in enumerate(frames) if on and on in (name_of(frame), frame.NAME)]
+    fitting = [i for i, frame in enumerate(frames) if fits(frame)]
+    both = [i for i in named if i in fitting]
+    return next(reversed(both or named or fitting), None)
+
+
+def _changed(frames: Frames, i: int | None, change: Callable[[SemanticFrame], SemanticFrame]) -> Frames:
+    return frames if i is None else (*frames[:i], change(frames[i]), *frames[i + 1 :])
+
+
+def realised(frame: SemanticFrame, number: int, values: Values) -> SemanticFrame:
+    """A frame whose open slots hold what was realised for them."""
+    for slot in slots(frame):
+        if slot not in frame.quantities and (q := values.get(f"{number}.{slot}")) is not None:
+            frame = put(frame, slot, q)
+            if isinstance(frame, Pace) and q.unit in ("x", "%") and q.role != "by":
+                frame = replace(frame, change="set")
+    return frame
+
+
+def _rescaled(edit: Rescale, frames: Frames, values: Values) -> Frames:
+    i = chosen(frames, edit.on, lambda f: slots(f) or isinstance(f, Smooth | Curve))
+    if i is None:
+        return frames
+    slot = next(iter(slots(frames[i])), "")
+    frame = realised(frames[i], i, values) if slot else frames[i]
+    if not set(slots(frame)) & set(frame.quantities):
+        return _changed(frames, i, lambda f: _by_degree(f, edit))
+    k = MORE[edit.degree or "moderate"]
+    k = edit.factor if edit.factor is not None else 1 / k if edit.change == "less" else k
+    directions = [d for d, q in getattr(frame, "offset", ()) if q is not None]
+    for name in directions or [slot if slot in frame.quantities else next(iter(frame.quantities))]:
+        frame = _times(frame, name, k)
+    return _changed(frames, i, lambda _: frame)
+
+
+def _by_degree(frame: SemanticFrame, edit: Rescale) -> SemanticFrame:
+    """More or less of what has no amount: one degree further, or two."""
+    order: list[Degree | None] = ["slight", None, "large"]
+    more = edit.change == "more" or (edit.factor or 0.0) > 1.0
+    at = order.index(None if frame.degree == "moderate" else frame.degree) + (1 if more else -1)
+    return replace(frame, degree=order[min(max(at, 0), 2)])
+
+
+def _times(frame: SemanticFrame, slot: str, k: float) -> SemanticFrame:
+    """A frame with k times the effect of a slot: factors move away from 1, counts stay whole."""
+    q = frame.quantities[slot]
+    if isinstance(frame, Pace) and q.unit in ("x", "%") and frame.factor is not None:
+        if q.unit == "%" and q.role == "by" and (frame.change == "faster" or q.value * k <= 0.8):
+            return put(frame, slot, _like(q, q.value * k))
+        amount = Quantity(_rounded(_further(frame.factor, k)), "x", "to")
+        return replace(frame, change="set", amount=amount)
+    if isinstance(frame, Resize | Resample) and q.unit in ("x", "%") and (q.unit == "x" or not frame.change):
+        return put(frame, slot, _like(q, _further(q.value, k)))
+    if isinstance(frame, Approach) and q.unit == "x" and q.value > 1:
+        return put(frame, slot, _like(q, _further(q.value, k)))
+    if q.unit in ("turns", "waypoints") or isinstance(frame, Resample):
+        whole = max(round(q.value * k), 1)
+        whole = whole if whole != q.value or k == 1 else max(round(q.value) + (1 if k > 1 else -1), 1)
+        return put(frame, slot, _like(q, float(whole)))
+    return put(frame, slot, _like(q, q.value * k))
+
+
+def _further(factor: float, k: float) -> float:
+    """A factor with k times its effect; a slowdown never comes to a standstill by it."""
+    linear = 1 + (factor - 1) * k
+    return max(linear, factor**k if linear < 0.2 else linear)
+
+
+def _like(q: Quantity, value: float) -> Quantity:
+    """Another value in the unit that the person used."""
+    value = _rounded(value)
+    unit = unit_of(q)
+    return replace(q, value=value, said=f"{value / scale_of(q):.6g}{unit}" if unit or not q.unit else "")
+
+
+def unit_of(q: Quantity) -> str:
+    """The unit as the person wrote it, such as "cm"; "" where none was."""
+    return q.said.lstrip("~+-0123456789.,/ ")
+
+
+def scale_of(q: Quantity) -> float:
+    """What one of the units that the person used is in SI."""
+    known = find(unit_of(q)) if unit_of(q) else None
+    return known.factor if known is not None and known.dimension == q.unit else 1.0
+
+
+def _rounded(value: float) -> float:
+    """A value as a person would write it."""
+    short = float(f"{value:.2g}")
+    return short if abs(short - value) <= 0.02 * abs(value) else float(f"{value:.3g}")
+
+
+def slot_for(frame: SemanticFrame, slot: str, unit: str) -> str:
+    """The slot of a frame that an edit means: by its name, or for a role the first that takes the unit; or ""."""
+    known = slots(frame)
+    if slot in known and unit in known[slot]:
+        return slot
+    if slot in known or slot not in ROLES:
+        return ""
+    filled = [name for name in known if unit in known[name] and name in frame.quantities]
+    return next(iter([*filled, *(name for name in known if unit in known[name])]), "")
+
+
+def _set(edit: Set, frames: Frames, values: Values) -> Frames:
+    i = chosen(frames, edit.on, lambda f: slot_for(f, edit.slot, edit.quantity.unit))
+    name = "" if i is None else slot_for(frames[i], edit.slot, edit.quantity.unit)
+    if i is None or not name:
+        return frames
+    frame, quantity = frames[i], edit.quantity
+    old = realised(frame, i, values).quantities.get(name)
+    role = quantity.role if edit.slot in ROLES and edit.slot != "by" else old.role if old else quantity.role
+    if edit.step and old is not None:
+        quantity = replace(quantity, value=max(old.value + edit.step * quantity.value, 0.0), unit=old.unit, said="")
+    elif not quantity.unit and old is not None:
+        quantity = replace(quantity, value=quantity.value * scale_of(old), unit=old.unit)
+        quantity = replace(quantity, said=f"{edit.quantity.value:g}{unit_of(old)}" if unit_of(old) else "")
+    elif not quantity.unit:
+        quantity = _assumed(quantity, slots(frame)[name][0])
+    frame = put(frame, name, replace(quantity, role=role))
+    if isinstance(frame, Pace):
+        frame = _as_pace(frame, quantity, edit.slot)
+    return _changed(frames, i, lambda _: frame)
+
+
+def _assumed(q: Quantity, unit: str) -> Quantity:
+    """A bare number in the unit of the slot that it goes into: 30 is 30 %, 0.3 is 30 % as well."""
+    share = unit == "%" and q.value > 1
+    return replace(q, value=q.value / 100 if share else q.value, unit=unit, said="")
+
+
+def _as_pace(frame: Pace, q: Quantity, slot: str) -> Pace:
+    """The change that fits a new amount of a speed."""
+    assert frame.amount is not None
+    if slot in ("at_least", "at_most"):
+        return replace(frame, change="cap" if slot == "at_most" else "floor")
+    if slot == "to" or (q.unit == "m/s" and frame.change in ("faster", "slower") and slot != "by"):
+        kept = frame.change in ("rampup", "rampdown", "constant")
+        return replace(frame, change=frame.change if kept else "set", amount=replace(frame.amount, role="to"))
+    return frame
+
+
+def _flipped(edit: Flip, frames: Frames, values: Values) -> Frames:
+    del values
+    i = chosen(frames, edit.on, lambda f: _flip(f) != f)
+    return _changed(frames, i, _flip)
+
+
+def _flip(frame: SemanticFrame) -> SemanticFrame:
+    """A frame the other way round; the same where it has no other way."""
+    offset: Offset = getattr(frame, "offset", ())
+    if offset:
+        return _with(frame, offset=tuple((OPPOSITE[d], q) for d, q in offset))
+    match frame:
+        case Pace(change="set", amount=Quantity(unit="x" | "%", value=value) as q) if value > 0:
+            return replace(frame, amount=replace(q, value=_rounded(1 / value), unit="x", said=""))
+        case Pace(change="cap" | "floor" as change, amount=Quantity() as q):
+            bound: Role = "at_least" if change == "cap" else "at_most"
+            return replace(frame, change="floor" if change == "cap" else "cap", amount=replace(q, role=bound))
+        case Clearance(distance=q) if q.role in OPPOSITE:
+            return replace(frame, distance=replace(q, role=_role(OPPOSITE[q.role])))
+        case Height(level=q) if q.role in OPPOSITE:
+            return replace(frame, level=replace(q, role=_role(OPPOSITE[q.role])))
+        case Resize(change="", by=Quantity(value=value) as q) if value > 0:
+            return replace(frame, by=replace(q, value=_rounded(1 / value), unit="x", said=""))
+        case Figure(shape="circle" | "spiral", sense=None) | Rotate(sense=None):
+            return replace(frame, sense="cw")
+    for slot in ("sense", "direction", "change", "relation"):
+        word = getattr(frame, slot, None)
+        if isinstance(word, str) and word in OPPOSITE:
+            word = "fewer" if isinstance(frame, Resample) and word == "more" else OPPOSITE[word]
+            return _with(frame, **{slot: word})
+    return frame
+
+
+def _role(word: str) -> Role:
+    return "at_least" if word == "at_least" else "at_most"
+
+
+def _replaced(edit: Replace, frames: Frames, values: Values) -> Frames:
+    del values
+    if edit.direction is not None:
+        direction = edit.direction
+        i = chosen(frames, edit.on, lambda f: _turned(f, direction) != f)
+        return _changed(frames, i, lambda f: _turned(f, direction))
+    if edit.end:
+        end = edit.end
+        i = chosen(frames, edit.on, lambda f: _at_end(f, end) != f)
+        return _changed(frames, i, lambda f: _at_end(f, end))
+    i = chosen(frames, edit.on, lambda f: f.named)
+    return _changed(frames, i, lambda f: _about(f, edit.objects))
+
+
+def _turned(frame: SemanticFrame, direction: Direction) -> SemanticFrame:
+    """A frame in another direction; of several, the one that is opposite to it, or the last."""
+    offset: Offset = getattr(frame, "offset", ())
+    if offset:
+        old = OPPOSITE[direction] if any(d == OPPOSITE[direction] for d, _ in offset) else offset[-1][0]
+        turned = tuple((direction if d == old else d, q) for d, q in offset)
+        return _with(frame, offset=turned)
+    if isinstance(frame, Side | Tilt):
+        return replace(frame, direction=direction)
+    if isinstance(frame, Visit) and direction in ("up", "down"):
+        return replace(frame, relation="over" if direction == "up" else "under")
+    if isinstance(frame, Mirror):
+        axes: dict[str, Axis] = {"right": "left", "back": "front", "down": "up", "-x": "x", "-y": "y", "-z": "z"}
+        return _with(frame, axis=axes.get(direction, direction))
+    return frame
+
+
+def _at_end(frame: SemanticFrame, end: Literal["start", "goal"]) -> SemanticFrame:
+    other = "goal" if end == "start" else "start"
+    match frame:
+        case MoveEnd(end=e) if e == other:
+            return replace(frame, end=end)
+        case Keep(what=what) if what == other:
+            return replace(frame, what=end)
+    if getattr(frame, "place", "") == other:
+        return _with(frame, place=end)
+    if frame.part.kind in ("first", "last") or frame.part.places == (other,):
+        turned = {"first": "last", "last": "first"}.get(frame.part.kind, frame.part.kind)
+        places = (end,) if frame.part.places else ()
+        return replace(frame, part=replace(frame.part, kind=turned, places=places))
+    return frame
+
+
+def _about(frame: SemanticFrame, objects: tuple[str, ...]) -> SemanticFrame:
+    """A frame about other objects: those that it acts on, else the place, else the part of the path."""
+    if getattr(frame, "objects", ()):
+        return _with(frame, objects=objects)
+    for slot in _PLACES:
+        place = getattr(frame, slot, "")
+        if isinstance(place, str) and place not in ("", *SPOTS):
+            return _with(frame, **{slot: objects[0]})
+    return replace(frame, part=_part_about(frame.part, objects))
+
+
+def _part_about(part: PathPart, objects: tuple[str, ...]) -> PathPart:
+    if part.kind == "near" and len(objects) > 1:
+        return PathPart("either", parts=tuple(replace(part, places=(name,)) for name in objects))
+    if part.parts:
+        return replace(part, parts=tuple(_part_about(inner, objects) for inner in part.parts))
+    return replace(part, places=objects[: len(part.places)]) if part.places else part
+
+
+def _restricted(edit: Restrict, frames: Frames, values: Values) -> Frames:
+    del values
+    i = chosen(frames, edit.on, bool)
+    return _changed(frames, i, lambda f: replace(f, part=edit.part))
+
+
+def _excepted(edit: Except, frames: Frames, values: Values) -> Frames:
+    del values
+    i, rest = chosen(frames, edit.on, bool), outside(edit.part)
+    return _changed(frames, i, lambda f: replace(f, part=both(f.part, rest) if f.part != WHOLE else rest))
+
+
+def _dropped(edit: Drop, frames: Frames, values: Values) -> Frames:
+    del values
+    return tuple(f for f in frames if edit.on and edit.on not in (name_of(f), f.NAME))
+
+
+def _again(edit: Again, frames: Frames, values: Values) -> Frames:
+    del values
+    i = chosen(frames, edit.on, bool)
+    return (*frames, *(frames if not edit.on or i is None else (frames[i],)))
+
+
+def _also(edit: Also, frames: Frames, values: Values) -> Frames:
+    """One more frame; how much and how is as in the last one of its kind, where it does not say so itself."""
+    del values
+    kin = next((f for f in reversed(frames) if name_of(f) == name_of(edit.frame)), None)
+    return (*frames, edit.frame if kin is None else inherited(edit.frame, kin))
+
+
+def inherited(frame: SemanticFrame, kin: SemanticFrame) -> SemanticFrame:
+    """A frame whose open amount is that of another one of its kind and sense."""
+    alike = all(getattr(frame, slot, None) == getattr(kin, slot, None) for slot in ("change", "sense", "relation"))
+    if frame.quantities or frame.degree or not alike:
+        return frame
+    offset: Offset = getattr(frame, "offset", ())
+    if offset:
+        amounts = list(kin.quantities.values())
+        one = amounts[0] if len(amounts) == 1 else None
+        return _with(frame, offset=tuple((d, one) for d, _ in offset), degree=kin.degree)
+    return _with(frame, **{s: q for s, q in kin.quantities.items() if hasattr(frame, s)}, degree=kin.degree)
+
+
+def _unchanged(edit: Edit, frames: Frames, values: Values) -> Frames:
+    del edit, values
+    return frames
+
+
+_APPLIED: dict[type[Edit], Callable[[Any, Frames, Values], Frames]] = {
+    Rescale: _rescaled, Set: _set, Flip: _flipped, Replace: _replaced, Restrict: _restricted, Except: _excepted,
+    Drop: _dropped, Again: _again, Also: _also, Command: _unchanged,
+}  # fmt: skip

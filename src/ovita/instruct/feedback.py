@@ -1,0 +1,638 @@
+"""Reading feedback: an utterance about what was just done, as edits on the frames of the turns before it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
+from typing import Any
+
+from ovita.instruct import edits as E
+from ovita.instruct import frames as F
+from ovita.instruct.editing import OPPOSITE, apply, scale_of, slots
+from ovita.instruct.lexicon import FEEDBACK, concept_at, concepts, is_filler, stems
+from ovita.instruct.notation import name_of, quantity
+from ovita.instruct.numbers import amount_at, is_digits
+from ovita.instruct.objects import Catalog
+from ovita.instruct.tokens import cut, respelt
+from ovita.paths.part import WHOLE, PathPart
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Array
+
+SKIPPED = frozenset(
+    "the a an it that this these those them my your its his her our please pls really very quite thing things".split()
+)
+"""Words that phrases of feedback are matched without."""
+
+SHORT = (
+    ("’", "'"),
+    ("n't", " not"),
+    ("'s ", " is "),
+    ("'ll", " "),
+    ("'d ", " "),
+    ("'re", " "),
+    ("'ve", " "),
+    ("'m ", " "),
+)
+ADJECTIVES = {
+    **dict.fromkeys("fast quick quickly hasty rushed".split(), "faster"), **dict.fromkeys("slow slowly".split(), "slower"),
+    **dict.fromkeys("close near".split(), "closer"), **dict.fromkeys("far away distant".split(), "farther"),
+    "high": "up", "low": "down",
+    **dict.fromkeys("big large wide long strong hard tall deep".split(), "more"),
+    **dict.fromkeys("small little narrow short weak tight thin timid modest shy".split(), "less"),
+}  # fmt: skip
+"""What more of an adjective is."""
+
+SENSES = {
+    "faster": "faster", "slower": "slower", "closer": "closer", "away": "farther", "withdraw": "farther", "up": "up",
+    "raise": "up", "down": "down", "lower": "down", "left": "left", "right": "right", "front": "front", "back": "back",
+    "longer": "longer", "curvature": "bent", "stretch": "larger", "shrink": "smaller",
+}  # fmt: skip
+DIRECTIONS = ("left", "right", "front", "back", "up", "down")
+JUDGING = ("too", "so", "not", "less", "as", "2")
+SHARES = {"half": 0.5, "third": 1 / 3, "quarter": 0.25, "fifth": 0.2, "tenth": 0.1}
+FACTORS = {"twice": 2.0, "treble": 3.0, "halve": 0.5, "third": 1 / 3, "quarter": 0.25, "sesqui": 1.5}
+NOUNS: dict[str, tuple[str, ...]] = {
+    "of_pace": ("pace",), "of_move": ("move", "end"), "of_farther": ("farther", "closer", "clearance"),
+    "of_wait": ("wait", "hover", "stop"), "of_smooth": ("smooth",), "of_circle": ("circle",),
+    "faster": ("pace",), "slower": ("pace",), "speed": ("pace",), "constant": ("pace",), "wait": ("wait",), "hop": ("hop",),
+    "hover": ("hover",), "mirror": ("mirror",), "rotate": ("rotate",), "tilt": ("tilt",), "spiral": ("spiral",),
+    "circle": ("circle",), "eight": ("eight",), "zigzag": ("zigzag",), "wave": ("wave",), "extend": ("extend",),
+    "straight": ("straighten",), "resize": ("resize",), "curvature": ("curve",), "smooth": ("smooth",),
+    "reverse": ("reverse",), "height": ("height", "move", "hover"), "distance": ("farther", "closer", "clearance"),
+    "away": ("farther", "clearance"), "closer": ("closer",), "waypoints": ("waypoints",), "noise": ("shake",),
+}  # fmt: skip
+"""The frames that a word of feedback, or a concept, can mean."""
+
+
+@dataclass(frozen=True)
+class Piece:
+    """Some words of an utterance: an object, a number, a phrase of feedback, a concept, or a word that is unknown."""
+
+    text: str
+    clause: int
+    cues: frozenset[str] = frozenset()
+    concept: str = ""
+    items: tuple[str, ...] = ()
+    number: F.Quantity | None = None
+
+    @property
+    def content(self) -> bool:
+        """Whether it says something that should be read."""
+        return bool(self.items or self.number or self.cues or self.concept)
+
+
+@cache
+def _phrases() -> dict[str, list[tuple[tuple[str, ...], str]]]:
+    """The phrases of feedback without skipped words, by their first word, each with its concept."""
+    found: dict[str, list[tuple[tuple[str, ...], str]]] = {}
+    for concept, listed in concepts(FEEDBACK).items():
+        for phrase in listed:
+            words = tuple(w for w in phrase.replace("'t", "t").split() if w not in SKIPPED) or tuple(phrase.split())
+            found.setdefault(words[0], []).append((words, concept))
+    return found
+
+
+def _forms(word: str) -> tuple[str, ...]:
+    """A word and what it is inflected from, comparatives aside."""
+    return (word, *(s for s in stems(word) if s != word)) if word.endswith(("s", "ed", "ing", "in")) else (word,)
+
+
+def _cues_at(words: Sequence[str], i: int) -> tuple[frozenset[str], int]:
+    """The concepts of the longest phrase of feedback at a word, and how many words it takes."""
+    found: set[str] = set()
+    most = taken = 0
+    for first in _forms(words[i]):
+        for phrase, concept in _phrases().get(first, ()):
+            used = _matched(phrase, words, i)
+            if used and len(phrase) >= most:
+                found = found | {concept} if len(phrase) == most else {concept}
+                most, taken = len(phrase), used
+    return frozenset(found), taken
+
+
+def _matched(phrase: Sequence[str], words: Sequence[str], i: int) -> int:
+    at = i + 1
+    for wanted in phrase[1:]:
+        while at < len(words) and words[at] in SKIPPED and words[at] != wanted:
+            at += 1
+        if at >= len(words) or wanted not in _forms(words[at]):
+            return 0
+        at += 1
+    return at - i
+
+
+def pieces_of(text: str, scene: Scene, before: Sequence[F.SemanticFrame], positions: Array | None) -> tuple[Piece, ...]:
+    """An utterance in pieces, each the longest phrase that begins there."""
+    for short, full in SHORT:
+        text = f"{text} ".replace(short, full)
+    catalog = Catalog(scene, positions)
+    words, _ = respelt([word.lower() for word in cut(text)], catalog)
+    earlier = tuple(item for frame in before for item in scene if item.name in frame.named)
+    found: list[Piece] = []
+    i = clause = 0
+    while i < len(words):
+        piece, used = _piece(words, i, catalog, earlier, clause)
+        clause += piece.text in (".", ",", ";", ":", "!", "?", "but", "although", "though")
+        found.append(piece)
+        i += used
+    return tuple(found)
+
+
+def _piece(words: Sequence[str], i: int, catalog: Catalog, earlier: Any, clause: int) -> tuple[Piece, int]:
+    word = words[i]
+    cues, cued = _cues_at(words, i)
+    concept, length = concept_at(words, i)
+    mention = catalog.mention_at(words, i, earlier) if word[0].isalnum() else None
+    amount = amount_at(words, i)
+    if mention is not None and mention.used >= max(cued, length) and not (mention.unclear and (cued or concept)):
+        items = tuple(item.name for item in mention.items)
+        return Piece(" ".join(words[i : i + mention.used]), clause, items=items), mention.used
+    if amount is not None and amount.used >= max(cued, length) and not (word == "one" and words[i - 1 : i] == ["the"]):
+        said = "".join(words[i : i + amount.used]).lstrip("-")
+        unit, used = amount.unit, amount.used
+        if "x" in (words[i - 1] if i else "", words[i + used] if i + used < len(words) else "") and not unit:
+            unit = "x"
+        q = F.Quantity(abs(amount.value), unit, said=said if is_digits(words[i]) else "")
+        return Piece(said, clause, number=q), used
+    if cued >= length and cued:
+        kept = concept if cued == length and concept not in ("plain", "join") else ""
+        return Piece(" ".join(words[i : i + cued]), clause, cues, kept), cued
+    if concept not in ("", "plain", "join"):
+        return Piece(" ".join(words[i : i + length]), clause, concept=concept), length
+    return Piece(word, clause), max(length, 1)
+
+
+@dataclass(frozen=True)
+class Utterance:
+    """What was said, against the frames before it."""
+
+    pieces: tuple[Piece, ...]
+    before: tuple[F.SemanticFrame, ...]
+
+    @cached_property
+    def praised(self) -> frozenset[int]:
+        """The clauses that only say what is right: "the lift is fine"."""
+        clauses = {p.clause for p in self.pieces if p.content}
+        good = {p.clause for p in self.pieces if p.cues & {"accept", "keep"} and "not" not in p.cues}
+        busy = {p.clause for p in self.pieces if p.cues & ACTING or p.number or (p.items and not p.cues)}
+        left = good - busy
+        return frozenset(left) if clauses - left else frozenset()
+
+    @cached_property
+    def active(self) -> tuple[Piece, ...]:
+        """The pieces of the other clauses."""
+        return tuple(p for p in self.pieces if p.clause not in self.praised)
+
+    def cued(self, *names: str) -> list[Piece]:
+        """The active pieces with one of these cues."""
+        return [p for p in self.active if p.cues & set(names)]
+
+    def negated(self, piece: Piece) -> bool:
+        """Whether a "not" stands right before a piece."""
+        i = self.active.index(piece)
+        near = [p for p in self.active[max(i - 3, 0) : i] if p.clause == piece.clause]
+        return any("not" in p.cues or p.text.startswith(("not ", "but not")) for p in near)
+
+    def meant(self, pieces: Sequence[Piece]) -> list[int]:
+        """Numbers of the frames that pieces name by a noun, a direction or an object."""
+        found = [
+            i for i, frame in enumerate(self.before) for p in pieces
+            if names(p, frame)
+        ]  # fmt: skip
+        return list(dict.fromkeys(found))
+
+    @cached_property
+    def targets(self) -> list[int]:
+        """Numbers of the frames that it can be about."""
+        everything = list(range(len(self.before)))
+        fine = set(self.meant([p for p in self.pieces if p.clause in self.praised]))
+        left = [i for i in everything if i not in fine] or everything
+        return [i for i in self.meant(self.active) if i in left] or left
+
+    def on(self, i: int) -> str:
+        """How an edit names a frame; "" where there is only one."""
+        return name_of(self.before[i]) if len(self.before) > 1 else ""
+
+
+def names(piece: Piece, frame: F.SemanticFrame) -> bool:
+    """Whether a piece names a frame."""
+    kinds = [kind for cue in (*piece.cues, piece.concept) for kind in NOUNS.get(cue, ())]
+    sense = SENSES.get(piece.concept, "")
+    return (
+        name_of(frame) in kinds
+        or frame.NAME in kinds
+        or (sense in DIRECTIONS and sense in directions_of(frame))
+        or bool(set(piece.items) & set(frame.named))
+    )
+
+
+def directions_of(frame: F.SemanticFrame) -> tuple[str, ...]:
+    """The directions that a frame names."""
+    offset: F.Offset = getattr(frame, "offset", ())
+    direction = getattr(frame, "direction", "")
+    over = {"over": ("up",), "under": ("down",)}.get(getattr(frame, "relation", ""), ())
+    return (*(d for d, _ in offset), *((direction,) if direction else ()), *over)
+
+
+def senses_of(frame: F.SemanticFrame) -> set[str]:
+    """What more of a frame is more of."""
+    found = {"more", *directions_of(frame)}
+    match frame:
+        case F.Pace(factor=float() as factor):
+            found.add("slower" if factor < 1 else "faster")
+        case F.Pace(change="slower" | "rampdown" | "turns"):
+            found.add("slower")
+        case F.Pace():
+            found.add("faster")
+        case F.Approach(sense=sense):
+            found.add(sense)
+        case F.Clearance(distance=F.Quantity(role=role)):
+            found.add("farther" if role != "at_most" else "farther")
+        case F.Wait():
+            found.add("longer")
+        case F.Hop() | F.Hover() | F.Height():
+            found.add("up")
+        case F.Resize(change="smaller"):
+            found |= {"less", "smaller"} - {"more"}
+        case F.MoveEnd(relation="toward"):
+            found.add("closer")
+        case F.MoveEnd(relation="away"):
+            found.add("farther")
+        case F.Curve(change=change):
+            found |= {"bent"} if change == "more" else {"straight"}
+        case F.Figure() | F.Resize():
+            found.add("larger")
+    return found
+
+
+ACTING = frozenset(
+    """undo redo restart explain again flip ccw cw more less twice treble halve third quarter sesqui meant only except
+    also""".split()
+)
+"""Cues that ask for a change."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One way to read an utterance.
+
+    Args:
+        edits: What it changes.
+        used: The pieces that it is read from.
+        prior: How much more, or less, likely it is than another with as many pieces.
+        question: What has to be asked back.
+        asked: What could be meant.
+    """
+
+    edits: tuple[E.Edit, ...]
+    used: tuple[Piece, ...]
+    prior: float = 0.0
+    question: str = ""
+    asked: tuple[str, ...] = ()
+
+
+def _weight(piece: Piece) -> float:
+    if piece.items or piece.number:
+        return 3.0
+    if piece.cues & {"accept", "keep", "not", "enough", "same"} and not piece.cues & ACTING:
+        return 0.5
+    size = len([w for w in piece.text.split() if w not in SKIPPED])
+    return 1.0 + size if piece.cues else 1.5 if SENSES.get(piece.concept) in DIRECTIONS else 0.3
+
+
+def _score(c: Candidate, said: Utterance) -> float:
+    used = {id(p) for p in c.used}
+    read = sum(_weight(p) for p in said.active if id(p) in used)
+    left = sum(_weight(p) for p in said.active if id(p) not in used and p.content)
+    return read - 0.6 * left + c.prior
+
+
+def read_feedback(
+    text: str, scene: Scene, before: Sequence[F.SemanticFrame], positions: Array | None = None
+) -> F.Reading | None:
+    """Read an utterance as edits on the frames before it; None if it says nothing about them.
+
+    Args:
+        text: What the person said.
+        scene: The surroundings.
+        before: The frames of the turns that it may be about, oldest first.
+        positions: The path (N, 3) [m], for phrases such as "the object nearest to the goal".
+    """
+    said = Utterance(pieces_of(text, scene, before, positions), tuple(before))
+    found = [candidate for row in ROWS for candidate in row(said)]
+    if not found:
+        return None
+    best = max(found, key=lambda c: _score(c, said))
+    used = {id(p) for p in best.used}
+    unread = tuple(p.text for p in said.active if p.content and id(p) not in used and _weight(p) >= 1.5)
+    return F.Reading(edits=best.edits, unread=unread, question=best.question, asked=best.asked)
+
+
+# Rows: each reads one kind of edit.
+
+COMMANDS: dict[str, Any] = {"redo": 0.6, "restart": 0.4, "undo": 0.0, "explain": 0.3, "accept": -0.5}
+
+
+def _commands(said: Utterance) -> Iterator[Candidate]:
+    for command, prior in COMMANDS.items():
+        pieces = said.cued(command) or [p for p in said.pieces if command == "accept" and p.cues & {"accept"}]
+        if pieces:
+            extra = 2.0 if command == "redo" and not said.before else 0.0
+            edit = E.Command(command=command)  # type: ignore[arg-type]
+            yield Candidate((edit,), (*pieces, *said.cued("again", "keep")), prior + extra)
+
+
+def _drops(said: Utterance) -> Iterator[Candidate]:
+    pieces = said.cued("undo")
+    if len(said.before) < 2 or not pieces:
+        return
+    clauses = {p.clause for p in pieces}
+    words = [p for p in said.active if p.clause in clauses] if len(clauses) < 2 else list(said.active)
+    meant = [i for i in said.meant(words) or said.meant(said.active) if i in said.targets]
+    if meant and len(meant) < len(said.before):
+        edits = tuple(E.Drop(on=name_of(said.before[i])) for i in meant)
+        yield Candidate(edits, (*pieces, *words), 0.5)
+
+
+def _flips(said: Utterance) -> Iterator[Candidate]:
+    pieces = said.cued("flip", "ccw", "cw")
+    turned = [p for p in pieces if p.cues & {"ccw", "cw"}]
+    if pieces and (not turned or any(isinstance(f, F.Figure | F.Rotate) for f in said.before)):
+        on = said.on(said.targets[-1]) if len(said.targets) == 1 else ""
+        yield Candidate((E.Flip(on=on),), (*pieces, *said.cued("meant")), 0.5)
+
+
+def _directions(said: Utterance) -> Iterator[Candidate]:
+    """Another direction or end than was said."""
+    for i in reversed(said.targets):
+        frame = said.before[i]
+        known = directions_of(frame)
+        if not known:
+            continue
+        named = [p for p in said.active if SENSES.get(p.concept) in DIRECTIONS and not p.text.endswith("er")]
+        new = [p for p in named if SENSES[p.concept] not in known and not said.negated(p)]
+        if new:
+            old = [p for p in named if SENSES[p.concept] in known]
+            direction: Any = SENSES[new[-1].concept]
+            edit = E.Replace(on=said.on(i), direction=direction)
+            yield Candidate((edit,), (*new, *old, *said.cued("meant", "not", "flip")), 1.0 if old else 0.3)
+            return
+
+
+def _objects(said: Utterance) -> Iterator[Candidate]:
+    """Another object than was said, or the same for another one."""
+    known = {name for frame in said.before for name in frame.named}
+    new = [p for p in said.active if p.items and not set(p.items) & known and not said.negated(p)]
+    about = [i for i in said.targets if said.before[i].named] or [i for i, f in enumerate(said.before) if f.named]
+    if not new or not about:
+        return
+    old = [p for p in said.active if set(p.items) & known]
+    items = tuple(name for p in new for name in p.items)
+    frame, on = said.before[about[-1]], said.on(about[-1])
+    edit = E.Replace(on=on, objects=items)
+    yield Candidate((edit,), (*new, *old, *said.cued("meant", "not")), 0.4)
+    also = said.cued("also", "same")
+    if also:
+        (copy,) = apply((replace(edit, on=""),), (frame,), Scene())
+        yield Candidate((E.Also(frame=copy),), (*new, *also), 0.5)
+
+
+def _places(said: Utterance) -> Iterator[Candidate]:
+    """Only in a part of the path, or everywhere but there."""
+    parts = list(parts_in(said))
+    if not parts or not said.before:
+        return
+    only, but = said.cued("only"), said.cued("except")
+    open_ = [p for p in parts if not p[1]]
+    pieces = tuple(piece for part in parts for piece in part[2])
+    i = said.targets[-1]
+    on = said.on(i) if len(said.before) > 1 and len(said.targets) == 1 else ""
+    if but or (not open_ and not only):
+        part = parts[0][0]
+        yield Candidate((E.Except(on=on, part=part),), (*pieces, *but, *said.cued("not")), 0.6)
+    if open_ and (only or len(parts) > len(open_) or said.before[i].part != WHOLE or not but):
+        strength = 0.8 if only else 0.0 if said.before[i].part != WHOLE or len(parts) > len(open_) else -1.5
+        edit = E.Restrict(on=on, part=open_[-1][0])
+        yield Candidate((edit,), (*pieces, *only, *said.cued("meant", "not")), strength)
+
+
+def _whole(said: Utterance) -> Iterator[Candidate]:
+    whole = said.cued("whole")
+    if whole and said.before and said.before[said.targets[-1]].part != WHOLE:
+        yield Candidate((E.Restrict(on=said.on(said.targets[-1]), part=WHOLE),), tuple(whole), 0.0)
+
+
+def _numbers(said: Utterance) -> Iterator[Candidate]:
+    """Other values for slots."""
+    found: dict[tuple[int, str], tuple[E.Edit, list[Piece]]] = {}
+    spent: list[Piece] = []
+    held = [(i, s, q) for i, f in enumerate(said.before) for s, q in f.quantities.items()]
+    stated = [p for p in said.active if p.number]
+    for piece in stated or _turn_words(said):
+        q = piece.number or quantity("1")
+        old = [(i, s) for i, s, had in held if _alike(q, had)]
+        if old and (len(stated) > 1 or said.negated(piece)):
+            spent.append(piece)
+            continue
+        where = _slot_of(piece, said)
+        if where is None:
+            continue
+        i, slot = where
+        step: Any = _step(piece, said)
+        edit = E.Set(on=said.on(i), slot=slot, quantity=q, step=step)
+        found[where] = edit, [piece, *_around(piece, said)]
+    if found:
+        pieces = [p for _, used in found.values() for p in used]
+        extra = said.cued("more", "less", "enough", "meant", "not", "only", "radius", "turns", "size", "duration")
+        yield Candidate(tuple(edit for edit, _ in found.values()), (*pieces, *spent, *extra, *stated), 0.5)
+
+
+def _alike(q: F.Quantity, had: F.Quantity) -> bool:
+    values = (had.value,) if q.unit else (had.value / scale_of(had), had.value, had.value * 100)
+    return any(abs(q.value - v) <= 1e-6 * max(1.0, abs(v)) for v in values) and q.unit in ("", had.unit)
+
+
+def _turn_words(said: Utterance) -> list[Piece]:
+    """Once and twice as numbers of turns."""
+    if not any(isinstance(f, F.Figure) and f.turns for f in said.before):
+        return []
+    counts = {"once": 1.0, "twice": 2.0, "thrice": 3.0}
+    bare = [p for p in said.active if p.text in counts and not any(q.text in ("as", "of") for q in said.active)]
+    return [replace(p, number=F.Quantity(counts[p.text], "turns")) for p in bare]
+
+
+NAMED = {"radius": "radius", "turns": "turns", "size": "size", "duration": "duration"}
+
+
+def _slot_of(piece: Piece, said: Utterance) -> tuple[int, str] | None:
+    """The frame and slot that a number fits best: named, of its unit, already filled, in the last frame."""
+    assert piece.number is not None
+    unit = piece.number.unit
+    around = [p for p in said.active if p.clause == piece.clause] if unit else said.active
+    cues = {NAMED[c] for p in around for c in p.cues if c in NAMED}
+    senses = {SENSES.get(p.concept, "") for p in around}
+    best: tuple[float, int, str] | None = None
+    for i in said.targets:
+        frame = said.before[i]
+        for rank, (slot, units) in enumerate(slots(frame).items()):
+            if unit not in units and not (unit in ("%", "x") and {"%", "x"} & set(units)):
+                continue
+            score = 3.0 * (slot in cues or slot in senses) + 2.0 * (slot in frame.quantities) - 0.1 * rank + 0.01 * i
+            if best is None or score > best[0]:
+                best = score, i, slot
+    return None if best is None else best[1:]
+
+
+def _around(piece: Piece, said: Utterance) -> list[Piece]:
+    return [
+        p for p in said.active if p.clause == piece.clause and not p.items and not p.number and not p.cues & {"undo"}
+    ]
+
+
+def _step(piece: Piece, said: Utterance) -> int:
+    """Whether a number is more or less than before, rather than the new value."""
+    pieces = said.active
+    i = pieces.index(piece) if piece in pieces else 0
+    behind = pieces[i + 1 : i + 2]
+    if i and pieces[i - 1].text in ("another", "extra"):
+        return 1
+    if behind and behind[0].text in ("more", "further", "extra", "farther"):
+        return 1
+    return -1 if behind and behind[0].text in ("less", "fewer") else 0
+
+
+def _amounts(said: Utterance) -> Iterator[Candidate]:
+    """More, less, or a factor on it."""
+    if not said.before:
+        return
+    degree = next((d for d in ("slight", "large") if said.cued(d)), None)
+    factor, pieces = _factor(said)
+    sized = [i for i in said.targets if slots(said.before[i]) or isinstance(said.before[i], F.Smooth | F.Curve)]
+    if not sized:
+        return
+    used = (*said.cued("more", "less", "slight", "large", "enough", "not", "same"), *pieces)
+    used = (*used, *(p for p in said.active if _sense(p) or any(names(p, f) for f in said.before)))
+    if factor is not None:
+        yield from _scaled(said, sized, lambda on: E.Rescale(on=on, factor=factor), used, 1.0)
+        return
+    signs = {i: sign for i in sized if (sign := _sign(said, said.before[i]))}
+    if signs:
+        change: Any = {i: "more" if sign > 0 else "less" for i, sign in signs.items()}
+        last = list(signs)[-1]
+        numbers: Any = degree
+        edit = lambda on: E.Rescale(on=on, change=change[last], degree=numbers)  # noqa: E731
+        yield from _scaled(said, list(signs), edit, used, 0.0)
+
+
+def _scaled(
+    said: Utterance, where: list[int], edit: Callable[[str], E.Edit], used: tuple[Piece, ...], prior: float
+) -> Iterator[Candidate]:
+    names_ = [name_of(said.before[i]) for i in where]
+    if len(set(names_)) > 1:
+        yield Candidate((), used, prior, "Which do you mean: " + " or ".join(names_) + "?", tuple(names_))
+    else:
+        yield Candidate((edit(said.on(where[-1])),), used, prior)
+
+
+def _factor(said: Utterance) -> tuple[float | None, tuple[Piece, ...]]:
+    """A factor on what was done: half of that, three times as much, 50 % more."""
+    for piece in said.active:
+        i = said.active.index(piece)
+        before, behind = said.active[i - 1 : i], said.active[i + 1 : i + 2]
+        ordinal = any(p.concept in ("first", "last", "middle", "second") for p in before)
+        word = next((cue for cue in FACTORS if cue in piece.cues), "")
+        if word and not ordinal and not (word in ("third", "quarter") and ordinal):
+            return FACTORS[word], (piece,)
+        q = piece.number
+        if q is None:
+            continue
+        near = {cue for p in (*before, *behind) for cue in p.cues}
+        if q.unit == "%" and near & {"more", "less"}:
+            return 1 - q.value if "less" in near else 1 + q.value, (piece, *before, *behind)
+        held = [had.unit for f in said.before for had in f.quantities.values()]
+        if (q.unit == "x" or any(p.text.startswith("times") for p in behind)) and "x" not in held:
+            if not any(isinstance(f, F.Figure) and f.turns for f in said.before) or q.unit == "x":
+                return q.value, (piece, *behind)
+    return None, ()
+
+
+def _sense(piece: Piece) -> str:
+    """What more of a piece is: "faster", "up", "more"; "" if it compares nothing."""
+    word = piece.text.split()[-1] if piece.text else ""
+    return ADJECTIVES.get(word, "") or (SENSES.get(piece.concept, "") if piece.concept else "")
+
+
+def _sign(said: Utterance, frame: F.SemanticFrame) -> int:
+    """1 if more of a frame is wanted, -1 if less of it, 0 if neither is said."""
+    senses = senses_of(frame)
+    for i, piece in enumerate(said.active):
+        sense = _sense(piece)
+        along = 1 if sense in senses else -1 if OPPOSITE.get(sense) in senses else 0
+        if not along:
+            continue
+        before = [p for p in said.active[max(i - 2, 0) : i] if p.clause == piece.clause]
+        enough = any("enough" in p.cues for p in said.active[i + 1 : i + 2])
+        judged = any(p.text in JUDGING or "less" in p.cues or "not" in p.cues for p in before) and not enough
+        compared = piece.text.endswith("er") or judged or enough or said.cued("more", "less") or len(said.active) <= 4
+        if compared:
+            return -along if judged else along
+    less, more = said.cued("less"), said.cued("more")
+    if less:
+        return -1
+    return 1 if more else 0
+
+
+def _repeats(said: Utterance) -> Iterator[Candidate]:
+    pieces = said.cued("again")
+    if pieces and said.before:
+        yield Candidate((E.Again(),), (*pieces, *said.cued("same", "also")), -0.2)
+
+
+def parts_in(said: Utterance) -> Iterator[tuple[PathPart, bool, tuple[Piece, ...]]]:
+    """The parts of the path that are named, whether "not" stands before them, and their pieces."""
+    pieces = said.active
+    for i, piece in enumerate(pieces):
+        before = pieces[max(i - 3, 0) : i]
+        said_not = said.negated(piece) or any("not" in p.text.split() for p in before[-1:])
+        words = {p.concept for p in before}
+        behind = pieces[i + 1 : i + 3]
+        if piece.items:
+            kind = next((k for k in ("after", "before") if k in words), "near")
+            lead = tuple(p for p in before if p.concept in ("after", "before", "near", "around", "when", "pass"))
+            two = [p for p in behind if p.items]
+            if "between" in words and two:
+                yield PathPart("between", (piece.items[0], two[0].items[0])), said_not, (piece, two[0], *before)
+                return
+            if "between" not in words:
+                yield _at(kind, piece.items), said_not, (piece, *lead)
+        elif piece.concept in ("first", "last", "middle", "start", "goal") and not piece.items:
+            part, used = _stretch(piece, behind)
+            yield part, said_not, (piece, *used)
+        elif piece.concept in ("up", "down") and any(p.concept in ("when", "only") for p in before):
+            yield PathPart("heading", direction=piece.concept), said_not, (piece, *before)
+
+
+def _at(kind: str, items: Sequence[str]) -> PathPart:
+    parts = tuple(PathPart(kind, (name,)) for name in items)
+    return parts[0] if len(parts) == 1 else PathPart("either", parts=parts)
+
+
+def _stretch(piece: Piece, behind: Sequence[Piece]) -> tuple[PathPart, tuple[Piece, ...]]:
+    kind = {"start": "first", "goal": "last"}.get(piece.concept, piece.concept)
+    share = next((p for p in behind[:1] if p.concept in SHARES), None)
+    number = next((p for p in behind[:1] if p.number), None)
+    if share is not None:
+        return PathPart(kind, amount=SHARES[share.concept], unit="share"), (share,)
+    if number is not None and number.number is not None:
+        units: dict[str, Any] = {"%": "share", "m": "m", "s": "s"}
+        return PathPart(kind, amount=number.number.value, unit=units.get(number.number.unit, "waypoints")), tuple(
+            behind
+        )
+    return (PathPart("middle") if kind == "middle" else PathPart(kind, unit="share")), ()
+
+
+ROWS = (
+    _commands, _drops, _flips, _directions, _objects, _places, _whole, _numbers, _amounts, _repeats,
+)  # fmt: skip
+"""The kinds of edits, in no order: the reading that leaves the least unread wins."""
