@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Literal, TypeAlias
 
+from ovita.errors import InputError
 from ovita.instruct.edits import Again, Also, Command, Drop, Edit, Except, Flip, Replace, Rescale, Restrict, Set
 from ovita.instruct.frames import (
     SPOTS,
@@ -37,11 +38,10 @@ from ovita.instruct.frames import (
     Visit,
     Wait,
 )
-from ovita.instruct.notation import ENDS, ROLES, name_of
+from ovita.instruct.notation import ENDS, ROLES, name_of, quantity
 from ovita.instruct.scale import Degree
 from ovita.paths.part import WHOLE, PathPart, both, outside
 from ovita.paths.scene import Scene
-from ovita.units import find
 
 Frames: TypeAlias = tuple[SemanticFrame, ...]
 
@@ -216,8 +216,12 @@ def unit_of(q: Quantity) -> str:
 
 def scale_of(q: Quantity) -> float:
     """What one of the units that the person used is in SI."""
-    known = find(unit_of(q)) if unit_of(q) else None
-    return known.factor if known is not None and known.dimension == q.unit else 1.0
+    unit = unit_of(q)
+    try:
+        one = quantity(f"1{unit}")
+    except InputError:
+        return 1.0
+    return one.value if unit and one.unit == q.unit else 1.0
 
 
 def _rounded(value: float) -> float:
@@ -242,19 +246,19 @@ def _set(edit: Set, frames: Frames, values: Values) -> Frames:
     name = "" if i is None else slot_for(frames[i], edit.slot, edit.quantity.unit)
     if i is None or not name:
         return frames
-    frame, quantity = frames[i], edit.quantity
+    frame, q = frames[i], edit.quantity
     old = realised(frame, i, values).quantities.get(name)
-    role = quantity.role if edit.slot in ROLES and edit.slot != "by" else old.role if old else quantity.role
+    role = q.role if edit.slot in ROLES and edit.slot != "by" else old.role if old else q.role
     if edit.step and old is not None:
-        quantity = replace(quantity, value=max(old.value + edit.step * quantity.value, 0.0), unit=old.unit, said="")
-    elif not quantity.unit and old is not None:
-        quantity = replace(quantity, value=quantity.value * scale_of(old), unit=old.unit)
-        quantity = replace(quantity, said=f"{edit.quantity.value:g}{unit_of(old)}" if unit_of(old) else "")
-    elif not quantity.unit:
-        quantity = _assumed(quantity, slots(frame)[name][0])
-    frame = put(frame, name, replace(quantity, role=role))
+        q = replace(q, value=max(old.value + edit.step * q.value, 0.0), unit=old.unit, said="")
+    elif not q.unit and old is not None:
+        q = replace(q, value=q.value * scale_of(old), unit=old.unit)
+        q = replace(q, said=f"{edit.quantity.value:g}{unit_of(old)}" if unit_of(old) else "")
+    elif not q.unit:
+        q = _assumed(q, slots(frame)[name][0])
+    frame = put(frame, name, replace(q, role=role))
     if isinstance(frame, Pace):
-        frame = _as_pace(frame, quantity, edit.slot)
+        frame = _as_pace(frame, q, edit.slot)
     return _changed(frames, i, lambda _: frame)
 
 

@@ -13,14 +13,15 @@ from ovita.instruct.editing import OPPOSITE, apply, scale_of, slots
 from ovita.instruct.lexicon import FEEDBACK, concept_at, concepts, is_filler, stems
 from ovita.instruct.notation import name_of, quantity
 from ovita.instruct.numbers import amount_at, is_digits
-from ovita.instruct.objects import Catalog
+from ovita.instruct.objects import GENERIC, Catalog, Mention, singular
 from ovita.instruct.tokens import cut, respelt
 from ovita.paths.part import WHOLE, PathPart
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array
+from ovita.units import find
 
 SKIPPED = frozenset(
-    "the a an it that this these those them my your its his her our please pls really very quite thing things".split()
+    "the a an it that this these those them my your its his her our please pls really very quite thing things bloody damn ever".split()
 )
 """Words that phrases of feedback are matched without."""
 
@@ -49,6 +50,9 @@ SENSES = {
     "longer": "longer", "curvature": "bent", "stretch": "larger", "shrink": "smaller",
 }  # fmt: skip
 DIRECTIONS = ("left", "right", "front", "back", "up", "down")
+SAME_AS = {"slight": "slight", "large": "large", "more": "more", "fewer": "less", "double": "twice", "half": "halve"}
+"""Concepts of the other word files that are cues of feedback too."""
+
 JUDGING = ("too", "so", "not", "less", "as", "2")
 SHARES = {"half": 0.5, "third": 1 / 3, "quarter": 0.25, "fifth": 0.2, "tenth": 0.1}
 FACTORS = {"twice": 2.0, "treble": 3.0, "halve": 0.5, "third": 1 / 3, "quarter": 0.25, "sesqui": 1.5}
@@ -143,24 +147,50 @@ def _piece(words: Sequence[str], i: int, catalog: Catalog, earlier: Any, clause:
     word = words[i]
     cues, cued = _cues_at(words, i)
     concept, length = concept_at(words, i)
-    mention = catalog.mention_at(words, i, earlier) if word[0].isalnum() else None
-    amount = amount_at(words, i)
+    if concept == "reverse" and {"other", "opposite"} & set(words[i : i + length]) and length > cued:
+        cues, cued, concept = frozenset({"flip"}), length, ""
+    mention = _mention(words, i, catalog, earlier)
     if mention is not None and mention.used >= max(cued, length) and not (mention.unclear and (cued or concept)):
         items = tuple(item.name for item in mention.items)
         return Piece(" ".join(words[i : i + mention.used]), clause, items=items), mention.used
-    if amount is not None and amount.used >= max(cued, length) and not (word == "one" and words[i - 1 : i] == ["the"]):
-        said = "".join(words[i : i + amount.used]).lstrip("-")
-        unit, used = amount.unit, amount.used
-        if "x" in (words[i - 1] if i else "", words[i + used] if i + used < len(words) else "") and not unit:
-            unit = "x"
-        q = F.Quantity(abs(amount.value), unit, said=said if is_digits(words[i]) else "")
-        return Piece(said, clause, number=q), used
+    found = _amount(words, i)
+    if found is not None and found[1] >= max(cued, length) and not (cued == found[1] > 1):
+        return Piece(" ".join(words[i : i + found[1]]), clause, number=found[0]), found[1]
+    if concept in SAME_AS and length >= cued:
+        return Piece(" ".join(words[i : i + length]), clause, cues | {SAME_AS[concept]}, concept), length
     if cued >= length and cued:
         kept = concept if cued == length and concept not in ("plain", "join") else ""
         return Piece(" ".join(words[i : i + cued]), clause, cues, kept), cued
     if concept not in ("", "plain", "join"):
         return Piece(" ".join(words[i : i + length]), clause, concept=concept), length
     return Piece(word, clause), max(length, 1)
+
+
+def _mention(words: Sequence[str], i: int, catalog: Catalog, earlier: Any) -> Mention | None:
+    """The objects that are named; "that one" and "another thing" name none."""
+    found = catalog.mention_at(words, i, earlier) if words[i][0].isalnum() else None
+    if found is None or singular(words[i + found.used - 1]) not in GENERIC:
+        return found
+    return None if found.unclear or len(found.items) == len(catalog.scene) else found
+
+
+def _amount(words: Sequence[str], i: int) -> tuple[F.Quantity, int] | None:
+    """The quantity that begins at a word, in the person's unit, and how many words it takes."""
+    amount = amount_at(words, i)
+    if amount is None or (amount.used == 1 and words[i] == "one" and not _counts(words[i + 1 : i + 2])):
+        return None
+    unit, used, value = amount.unit, amount.used, abs(amount.value)
+    if unit and list(words[i + used : i + used + 3]) == ["and", "a", "half"] and words[i] in ("a", "an"):
+        value, used = value * 1.5, used + 3
+    said = "".join(words[i : i + used]) if is_digits(words[i]) and "/" not in words[i : i + used] else ""
+    if not unit and "x" in (words[i - 1] if i else "", words[i + used] if i + used < len(words) else ""):
+        return F.Quantity(value, "x"), used
+    return F.Quantity(value, "x" if not unit and "/" in words[i : i + used] else unit, said=said), used
+
+
+def _counts(behind: Sequence[str]) -> bool:
+    """Whether a "one" before some words is a number: "one lap", "one is enough"."""
+    return bool(behind) and any("turns" in cues for cues, _ in [_cues_at(behind, 0)])
 
 
 @dataclass(frozen=True)
@@ -184,6 +214,12 @@ class Utterance:
         """The pieces of the other clauses."""
         return tuple(p for p in self.pieces if p.clause not in self.praised)
 
+    @cached_property
+    def asks(self) -> bool:
+        """Whether an active clause asks for a change."""
+        known = {name for frame in self.before for name in frame.named}
+        return any(p.cues & ACTING or p.number or set(p.items) - known or p.clause in () for p in self.active)
+
     def cued(self, *names: str) -> list[Piece]:
         """The active pieces with one of these cues."""
         return [p for p in self.active if p.cues & set(names)]
@@ -193,6 +229,11 @@ class Utterance:
         i = self.active.index(piece)
         near = [p for p in self.active[max(i - 3, 0) : i] if p.clause == piece.clause]
         return any("not" in p.cues or p.text.startswith(("not ", "but not")) for p in near)
+
+    def denies(self, piece: Piece) -> bool:
+        """Whether "no" or "don't" stands right before a piece."""
+        i = self.active.index(piece)
+        return any(p.text in ("no", "nae", "not", "without") for p in self.active[max(i - 1, 0) : i])
 
     def meant(self, pieces: Sequence[Piece]) -> list[int]:
         """Numbers of the frames that pieces name by a noun, a direction or an object."""
@@ -209,6 +250,13 @@ class Utterance:
         fine = set(self.meant([p for p in self.pieces if p.clause in self.praised]))
         left = [i for i in everything if i not in fine] or everything
         return [i for i in self.meant(self.active) if i in left] or left
+
+    def counted(self, q: F.Quantity) -> bool:
+        """Whether "three times" counts turns, or is another factor than before, rather than one on what was done."""
+        likened = any(p.text in ("that", "as", "so") for p in self.active)
+        turns = any(isinstance(f, F.Figure) and f.turns for f in self.before)
+        factors = any(had.unit == q.unit for f in self.before for had in f.quantities.values())
+        return not likened and (turns or factors)
 
     def on(self, i: int) -> str:
         """How an edit names a frame; "" where there is only one."""
@@ -248,7 +296,7 @@ def senses_of(frame: F.SemanticFrame) -> set[str]:
         case F.Approach(sense=sense):
             found.add(sense)
         case F.Clearance(distance=F.Quantity(role=role)):
-            found.add("farther" if role != "at_most" else "farther")
+            found.add("closer" if role == "at_most" else "farther")
         case F.Wait():
             found.add("longer")
         case F.Hop() | F.Hover() | F.Height():
@@ -295,7 +343,7 @@ class Candidate:
 def _weight(piece: Piece) -> float:
     if piece.items or piece.number:
         return 3.0
-    if piece.cues & {"accept", "keep", "not", "enough", "same"} and not piece.cues & ACTING:
+    if piece.cues & {"accept", "keep", "not", "enough", "same", "weak"} and not piece.cues & ACTING:
         return 0.5
     size = len([w for w in piece.text.split() if w not in SKIPPED])
     return 1.0 + size if piece.cues else 1.5 if SENSES.get(piece.concept) in DIRECTIONS else 0.3
@@ -337,22 +385,27 @@ COMMANDS: dict[str, Any] = {"redo": 0.6, "restart": 0.4, "undo": 0.0, "explain":
 def _commands(said: Utterance) -> Iterator[Candidate]:
     for command, prior in COMMANDS.items():
         pieces = said.cued(command) or [p for p in said.pieces if command == "accept" and p.cues & {"accept"}]
-        if pieces:
+        if pieces and not (command == "accept" and said.asks):
             extra = 2.0 if command == "redo" and not said.before else 0.0
             edit = E.Command(command=command)  # type: ignore[arg-type]
             yield Candidate((edit,), (*pieces, *said.cued("again", "keep")), prior + extra)
 
 
 def _drops(said: Utterance) -> Iterator[Candidate]:
+    """Without some of the frames: "forget the shift", "no waiting"."""
     pieces = said.cued("undo")
-    if len(said.before) < 2 or not pieces:
+    denied = [p for p in said.active if said.denies(p) and any(names(p, f) for f in said.before)]
+    clauses = {p.clause for p in (*pieces, *denied)}
+    words = [p for p in said.active if p.clause in clauses]
+    meant = said.meant(words) or said.meant(said.active)
+    meant = [i for i in meant if i in said.targets]
+    if not meant or not (pieces or denied):
         return
-    clauses = {p.clause for p in pieces}
-    words = [p for p in said.active if p.clause in clauses] if len(clauses) < 2 else list(said.active)
-    meant = [i for i in said.meant(words) or said.meant(said.active) if i in said.targets]
-    if meant and len(meant) < len(said.before):
+    if len(meant) < len(said.before):
         edits = tuple(E.Drop(on=name_of(said.before[i])) for i in meant)
-        yield Candidate(edits, (*pieces, *words), 0.5)
+        yield Candidate(edits, (*pieces, *words), 1.0)
+    elif len(said.before) == 1:
+        yield Candidate((E.Drop(),), (*pieces, *denied, *said.cued("not")), 0.3)
 
 
 def _flips(said: Utterance) -> Iterator[Candidate]:
@@ -360,7 +413,7 @@ def _flips(said: Utterance) -> Iterator[Candidate]:
     turned = [p for p in pieces if p.cues & {"ccw", "cw"}]
     if pieces and (not turned or any(isinstance(f, F.Figure | F.Rotate) for f in said.before)):
         on = said.on(said.targets[-1]) if len(said.targets) == 1 else ""
-        yield Candidate((E.Flip(on=on),), (*pieces, *said.cued("meant")), 0.5)
+        yield Candidate((E.Flip(on=on),), (*pieces, *said.cued("meant")), 1.0)
 
 
 def _directions(said: Utterance) -> Iterator[Candidate]:
@@ -388,7 +441,7 @@ def _objects(said: Utterance) -> Iterator[Candidate]:
     if not new or not about:
         return
     old = [p for p in said.active if set(p.items) & known]
-    items = tuple(name for p in new for name in p.items)
+    items = tuple(dict.fromkeys(name for p in new for name in p.items))
     frame, on = said.before[about[-1]], said.on(about[-1])
     edit = E.Replace(on=on, objects=items)
     yield Candidate((edit,), (*new, *old, *said.cued("meant", "not")), 0.4)
@@ -400,21 +453,24 @@ def _objects(said: Utterance) -> Iterator[Candidate]:
 
 def _places(said: Utterance) -> Iterator[Candidate]:
     """Only in a part of the path, or everywhere but there."""
-    parts = list(parts_in(said))
+    only, but = said.cued("only"), said.cued("except")
+    known = {name for frame in said.before for name in frame.named}
+    parts = [part for part in parts_in(said) if only or but or not set(part[2][0].items) & known]
     if not parts or not said.before:
         return
-    only, but = said.cued("only"), said.cued("except")
-    open_ = [p for p in parts if not p[1]]
+    leading = any(p.text == "but" for p in said.active[:1]) and said.cued("not")
+    open_ = [] if leading else [p for p in parts if not p[1]]
     pieces = tuple(piece for part in parts for piece in part[2])
     i = said.targets[-1]
-    on = said.on(i) if len(said.before) > 1 and len(said.targets) == 1 else ""
-    if but or (not open_ and not only):
-        part = parts[0][0]
-        yield Candidate((E.Except(on=on, part=part),), (*pieces, *but, *said.cued("not")), 0.6)
-    if open_ and (only or len(parts) > len(open_) or said.before[i].part != WHOLE or not but):
-        strength = 0.8 if only else 0.0 if said.before[i].part != WHOLE or len(parts) > len(open_) else -1.5
+    on = said.on(i) if len(said.targets) == 1 else ""
+    drops = [p for p in said.cued("undo") if len(said.before) == 1]
+    if but or drops or (not open_ and not only):
+        yield Candidate((E.Except(on=on, part=parts[0][0]),), (*pieces, *but, *drops, *said.cued("not")), 0.6)
+    corrects = len(parts) > len(open_) or said.before[i].part != WHOLE
+    if open_ and (only or corrects or not but):
         edit = E.Restrict(on=on, part=open_[-1][0])
-        yield Candidate((edit,), (*pieces, *only, *said.cued("meant", "not")), strength)
+        used = (*pieces, *only, *said.cued("meant", "not"))
+        yield Candidate((edit,), used, 0.8 if only else 0.0 if corrects else -1.5)
 
 
 def _whole(said: Utterance) -> Iterator[Candidate]:
@@ -428,7 +484,8 @@ def _numbers(said: Utterance) -> Iterator[Candidate]:
     found: dict[tuple[int, str], tuple[E.Edit, list[Piece]]] = {}
     spent: list[Piece] = []
     held = [(i, s, q) for i, f in enumerate(said.before) for s, q in f.quantities.items()]
-    stated = [p for p in said.active if p.number]
+    placed = {id(p) for part in parts_in(said) for p in part[2]}
+    stated = [p for p in said.active if p.number and id(p) not in placed]
     for piece in stated or _turn_words(said):
         q = piece.number or quantity("1")
         old = [(i, s) for i, s, had in held if _alike(q, had)]
@@ -440,6 +497,8 @@ def _numbers(said: Utterance) -> Iterator[Candidate]:
             continue
         i, slot = where
         step: Any = _step(piece, said)
+        if slot == "turns" and q.unit == "x":
+            q = replace(q, unit="")
         edit = E.Set(on=said.on(i), slot=slot, quantity=q, step=step)
         found[where] = edit, [piece, *_around(piece, said)]
     if found:
@@ -476,7 +535,10 @@ def _slot_of(piece: Piece, said: Utterance) -> tuple[int, str] | None:
     for i in said.targets:
         frame = said.before[i]
         for rank, (slot, units) in enumerate(slots(frame).items()):
-            if unit not in units and not (unit in ("%", "x") and {"%", "x"} & set(units)):
+            had = frame.quantities.get(slot)
+            if unit == "x" and slot == "turns":
+                return i, slot
+            if unit not in units or (unit in ("%", "x") and had is not None and had.unit not in ("%", "x")):
                 continue
             score = 3.0 * (slot in cues or slot in senses) + 2.0 * (slot in frame.quantities) - 0.1 * rank + 0.01 * i
             if best is None or score > best[0]:
@@ -494,7 +556,7 @@ def _step(piece: Piece, said: Utterance) -> int:
     """Whether a number is more or less than before, rather than the new value."""
     pieces = said.active
     i = pieces.index(piece) if piece in pieces else 0
-    behind = pieces[i + 1 : i + 2]
+    behind = [p for p in pieces[i + 1 : i + 3] if "turns" not in p.cues][:1]
     if i and pieces[i - 1].text in ("another", "extra"):
         return 1
     if behind and behind[0].text in ("more", "further", "extra", "farther"):
@@ -504,89 +566,88 @@ def _step(piece: Piece, said: Utterance) -> int:
 
 def _amounts(said: Utterance) -> Iterator[Candidate]:
     """More, less, or a factor on it."""
-    if not said.before:
-        return
-    degree = next((d for d in ("slight", "large") if said.cued(d)), None)
-    factor, pieces = _factor(said)
     sized = [i for i in said.targets if slots(said.before[i]) or isinstance(said.before[i], F.Smooth | F.Curve)]
     if not sized:
         return
-    used = (*said.cued("more", "less", "slight", "large", "enough", "not", "same"), *pieces)
-    used = (*used, *(p for p in said.active if _sense(p) or any(names(p, f) for f in said.before)))
+    degree: Any = next((d for d in ("slight", "large") if said.cued(d)), None)
+    named = [p for p in said.active if p.cues and any(names(p, said.before[i]) for i in sized)]
+    used = (*said.cued("more", "less", "weak", "slight", "large", "enough", "not", "same"), *named)
+    factor, pieces = _factor(said)
     if factor is not None:
-        yield from _scaled(said, sized, lambda on: E.Rescale(on=on, factor=factor), used, 1.0)
+        yield from _scaled(said, sized, lambda on: E.Rescale(on=on, factor=factor), (*used, *pieces), 1.0)
         return
-    signs = {i: sign for i in sized if (sign := _sign(said, said.before[i]))}
+    signs = {i: sensed for i in sized if (sensed := _sensed(said, said.before[i]))}
+    generic = -1 if said.cued("less") else 1 if said.cued("more", "weak") else 0
+    if not signs and generic:
+        signs = {i: (generic, ()) for i in sized}
     if signs:
-        change: Any = {i: "more" if sign > 0 else "less" for i, sign in signs.items()}
         last = list(signs)[-1]
-        numbers: Any = degree
-        edit = lambda on: E.Rescale(on=on, change=change[last], degree=numbers)  # noqa: E731
-        yield from _scaled(said, list(signs), edit, used, 0.0)
+        change: Any = "more" if signs[last][0] > 0 else "less"
+        pieces = (*used, *signs[last][1])
+        yield from _scaled(said, list(signs), lambda on: E.Rescale(on=on, change=change, degree=degree), pieces, 0.0)
 
 
 def _scaled(
     said: Utterance, where: list[int], edit: Callable[[str], E.Edit], used: tuple[Piece, ...], prior: float
 ) -> Iterator[Candidate]:
-    names_ = [name_of(said.before[i]) for i in where]
-    if len(set(names_)) > 1:
-        yield Candidate((), used, prior, "Which do you mean: " + " or ".join(names_) + "?", tuple(names_))
+    kinds = list(dict.fromkeys(name_of(said.before[i]) for i in where))
+    if len(kinds) > 1:
+        yield Candidate((), used, prior, "Which do you mean: " + " or ".join(kinds) + "?", tuple(kinds))
     else:
         yield Candidate((edit(said.on(where[-1])),), used, prior)
 
 
 def _factor(said: Utterance) -> tuple[float | None, tuple[Piece, ...]]:
     """A factor on what was done: half of that, three times as much, 50 % more."""
-    for piece in said.active:
-        i = said.active.index(piece)
-        before, behind = said.active[i - 1 : i], said.active[i + 1 : i + 2]
-        ordinal = any(p.concept in ("first", "last", "middle", "second") for p in before)
+    for i, piece in enumerate(said.active):
+        before, behind = said.active[max(i - 1, 0) : i], said.active[i + 1 : i + 2]
+        ordinal = any(p.concept in ORDINALS for p in before)
         word = next((cue for cue in FACTORS if cue in piece.cues), "")
-        if word and not ordinal and not (word in ("third", "quarter") and ordinal):
+        if word and not ordinal and not (word == "twice" and _turn_words(said)):
             return FACTORS[word], (piece,)
-        q = piece.number
-        if q is None:
-            continue
         near = {cue for p in (*before, *behind) for cue in p.cues}
-        if q.unit == "%" and near & {"more", "less"}:
+        q = piece.number
+        if q is not None and q.unit == "%" and near & {"more", "less"}:
             return 1 - q.value if "less" in near else 1 + q.value, (piece, *before, *behind)
-        held = [had.unit for f in said.before for had in f.quantities.values()]
-        if (q.unit == "x" or any(p.text.startswith("times") for p in behind)) and "x" not in held:
-            if not any(isinstance(f, F.Figure) and f.turns for f in said.before) or q.unit == "x":
-                return q.value, (piece, *behind)
+        if q is not None and q.unit == "x" and not said.counted(q):
+            return q.value, (piece, *behind)
     return None, ()
 
 
-def _sense(piece: Piece) -> str:
-    """What more of a piece is: "faster", "up", "more"; "" if it compares nothing."""
-    word = piece.text.split()[-1] if piece.text else ""
-    return ADJECTIVES.get(word, "") or (SENSES.get(piece.concept, "") if piece.concept else "")
+ORDINALS = ("first", "last", "middle", "second")
 
 
-def _sign(said: Utterance, frame: F.SemanticFrame) -> int:
-    """1 if more of a frame is wanted, -1 if less of it, 0 if neither is said."""
+def _sensed(said: Utterance, frame: F.SemanticFrame) -> tuple[int, tuple[Piece, ...]] | None:
+    """1 if more of a frame is wanted, -1 if less, by words that say which way: "slower", "too close", "not so high"."""
     senses = senses_of(frame)
     for i, piece in enumerate(said.active):
-        sense = _sense(piece)
+        words = piece.text.split()
+        adjective = ADJECTIVES.get(words[0], "") if len(words) == 1 else ""
+        sense = adjective or SENSES.get(piece.concept, "")
         along = 1 if sense in senses else -1 if OPPOSITE.get(sense) in senses else 0
-        if not along:
+        if not along or piece.cues & {"slight", "large"}:
             continue
         before = [p for p in said.active[max(i - 2, 0) : i] if p.clause == piece.clause]
-        enough = any("enough" in p.cues for p in said.active[i + 1 : i + 2])
-        judged = any(p.text in JUDGING or "less" in p.cues or "not" in p.cues for p in before) and not enough
-        compared = piece.text.endswith("er") or judged or enough or said.cued("more", "less") or len(said.active) <= 4
-        if compared:
-            return -along if judged else along
-    less, more = said.cued("less"), said.cued("more")
-    if less:
-        return -1
-    return 1 if more else 0
+        behind = said.active[i + 1 : i + 3]
+        enough = any("enough" in p.cues for p in behind[:1])
+        judged = not enough and any(p.text in JUDGING or p.cues & {"less", "not"} for p in before)
+        judged = judged or any("less" in p.cues for p in behind)
+        resolved = len(words) > 1 and words[0] in ("too", "so", "less", "that")
+        if resolved or words[0].endswith("er") or adjective and (judged or enough or said.cued("more", "weak")):
+            return (-along if judged and not resolved else along), (piece, *before)
+        if sense in DIRECTIONS and not said.cued("more", "less", "weak"):
+            continue
+        if said.cued("less"):
+            return -1, (piece,)
+        if said.cued("more", "weak"):
+            return along, (piece,)
+    return None
 
 
 def _repeats(said: Utterance) -> Iterator[Candidate]:
     pieces = said.cued("again")
     if pieces and said.before:
-        yield Candidate((E.Again(),), (*pieces, *said.cued("same", "also")), -0.2)
+        yield Candidate((E.Again(),), (*pieces, *said.cued("same", "also", "meant", "weak")), 0.3)
 
 
 def parts_in(said: Utterance) -> Iterator[tuple[PathPart, bool, tuple[Piece, ...]]]:
@@ -599,6 +660,7 @@ def parts_in(said: Utterance) -> Iterator[tuple[PathPart, bool, tuple[Piece, ...
         behind = pieces[i + 1 : i + 3]
         if piece.items:
             kind = next((k for k in ("after", "before") if k in words), "near")
+            kind = "before" if "up to" in " ".join(p.text for p in before) else kind
             lead = tuple(p for p in before if p.concept in ("after", "before", "near", "around", "when", "pass"))
             two = [p for p in behind if p.items]
             if "between" in words and two:
@@ -609,6 +671,11 @@ def parts_in(said: Utterance) -> Iterator[tuple[PathPart, bool, tuple[Piece, ...
         elif piece.concept in ("first", "last", "middle", "start", "goal") and not piece.items:
             part, used = _stretch(piece, behind)
             yield part, said_not, (piece, *used)
+        elif piece.concept == "waypoints" and behind and behind[0].number and i + 2 < len(pieces):
+            last = next((p for p in pieces[i + 2 : i + 4] if p.number), None)
+            if last is not None and last.number is not None:
+                low, high = behind[0].number.value - 1, last.number.value - 1
+                yield PathPart("range", amount=low, until=high), said_not, (piece, behind[0], last)
         elif piece.concept in ("up", "down") and any(p.concept in ("when", "only") for p in before):
             yield PathPart("heading", direction=piece.concept), said_not, (piece, *before)
 
@@ -629,6 +696,9 @@ def _stretch(piece: Piece, behind: Sequence[Piece]) -> tuple[PathPart, tuple[Pie
         return PathPart(kind, amount=number.number.value, unit=units.get(number.number.unit, "waypoints")), tuple(
             behind
         )
+    unit = find(behind[0].text) if behind else None
+    if unit is not None and unit.dimension == "m" and not behind[0].concept:
+        return PathPart(kind, amount=unit.factor, unit="m"), (behind[0],)
     return (PathPart("middle") if kind == "middle" else PathPart(kind, unit="share")), ()
 
 

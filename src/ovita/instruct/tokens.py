@@ -6,7 +6,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 
-from ovita.instruct.lexicon import CONNECTIVES, FEEDBACK, JOIN, PLAIN, concept_at, concepts, is_filler, known_words, stems
+from ovita.instruct.lexicon import (
+    CONNECTIVES,
+    FEEDBACK,
+    JOIN,
+    PLAIN,
+    concept_at,
+    concepts,
+    is_filler,
+    known_words,
+    stems,
+)
 from ovita.instruct.numbers import NUMBER_WORDS, UNITS, amount_at, is_digits
 from ovita.instruct.objects import GENERIC, WORD, Catalog, Mention, singular
 from ovita.paths.scene import Scene, SceneObject
