@@ -16,6 +16,7 @@ from threading import Event
 from typing import Any
 
 from ovita.errors import PolicyError, PolicyRejected, RequestError, WriterError
+from ovita.instruct.editing import by_hand
 from ovita.limits import ConstraintOptions, Solution, Verdict, constrain
 from ovita.measure import Changes, compare, shape_warnings
 from ovita.paths.robot import Robot
@@ -156,6 +157,7 @@ def rerun(
         assumptions=adaptation.assumptions,
         contacts=adaptation.contacts,
         writer=adaptation.writer,
+        frames=by_hand(adaptation.frames, adaptation.parameters, parameters),
     )
     outcomes = judged(request, rollout, rollout.trajectory.to_array())
     run_again = Attempt(reply, policy, rollout, outcomes, count=adaptation.attempts)
@@ -289,6 +291,7 @@ def _finish(
         scene=request.scene,
         robot=request.robot,
         options=options,
+        frames=reply.frames,
         plan=reply.plan,
         code=policy.source,
         parameters=policy.parameters,

@@ -8,6 +8,7 @@ from functools import cache
 from typing import Any, Literal, get_type_hints
 
 from ovita.errors import FormatError, RequestError, TrajectoryError
+from ovita.instruct.frames import SemanticFrame, from_json, to_json
 from ovita.io import load_document, save_document, scene_dict, trajectory_rows
 from ovita.io.documents import SceneField, plain, validated
 from ovita.io.json_ import ADAPTATION_SCHEMA as SCHEMA
@@ -135,6 +136,8 @@ class Adaptation:
         scene: The surroundings.
         robot: The limits that were enforced.
         options: How they were enforced; custom constraints, which are programs, are not saved.
+        frames: What the instruction and the feedback on it ask for, with the amounts as they were turned by hand; empty
+            where another writer than the built-in one wrote the policy.
         plan: The high-level plan.
         code: The adaptation policy.
         parameters: Of the policy, with their values.
@@ -165,6 +168,7 @@ class Adaptation:
     scene: Scene = field(default_factory=Scene)
     robot: Robot = field(default_factory=lambda: Robot.preset("none"))
     options: ConstraintOptions = field(default_factory=ConstraintOptions)
+    frames: tuple[SemanticFrame, ...] = ()
     plan: tuple[str, ...] = ()
     code: str = ""
     parameters: tuple[Parameter, ...] = ()
@@ -259,12 +263,13 @@ class Adaptation:
         saved = replace(self, options=replace(self.options, custom=()))
         document: dict[str, Any] = {
             "schema": SCHEMA,
-            **{key: plain(getattr(saved, key)) for key in _kinds() if key != "scene"},
+            **{key: plain(getattr(saved, key)) for key in _kinds() if key not in ("scene", "frames")},
             "message": self.message,
             **{key: _rows(getattr(self, key)) for key in _TRAJECTORIES},
             "timestep": self.original.timestep,
             "scene": scene_dict(self.scene),
             "proposal": None if self.proposal is None else self.proposal.to_document(),
+            "frames": to_json(self.frames),
         }
         document["writer"]["attempts"] = document.pop("attempts")
         return {**document, "sha256": seal(document)}
@@ -295,10 +300,15 @@ class Adaptation:
         timestep = read("timestep", float)
         report = given.get("changes")
         of_0_1_0 = isinstance(report, Mapping) and "matching" in report and "shape" not in report
-        added = {"options", "taken", "lost"} - set(given) | ({"changes"} if of_0_1_0 else set())
+        added = {"options", "taken", "lost", "frames"} - set(given) | ({"changes"} if of_0_1_0 else set())
         if earlier := given.get("status") == "ok":
             given["status"] = "done"
-        values = {key: read(key, kind) for key, kind in _kinds().items() if key not in added}
+        kinds = {**_kinds(), "frames": list[dict[str, Any]]}
+        values = {key: read(key, kind) for key, kind in kinds.items() if key not in added}
+        try:
+            values["frames"] = from_json(values.get("frames", ()))
+        except ValueError as error:
+            raise FormatError(file, str(error), key="frames") from None
         values |= {key: path(key) for key in _TRAJECTORIES}
         if earlier:
             values["status"] = judged_status(values["constraints"], values["postconditions"])

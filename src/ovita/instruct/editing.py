@@ -42,6 +42,8 @@ from ovita.instruct.notation import ENDS, ROLES, name_of, quantity
 from ovita.instruct.scale import Degree
 from ovita.paths.part import WHOLE, PathPart, both, outside
 from ovita.paths.scene import Scene
+from ovita.policy import Parameter
+from ovita.units import dimension
 
 Frames: TypeAlias = tuple[SemanticFrame, ...]
 
@@ -112,6 +114,54 @@ def put(frame: SemanticFrame, slot: str, quantity: Quantity) -> SemanticFrame:
         changed = tuple((d, quantity if d == slot else q) for d, q in offset)
         return _with(frame, offset=changed)
     return _with(frame, **{slot: quantity})
+
+
+def quantity_of(parameter: Parameter, value: object = None) -> Quantity | None:
+    """What a parameter's value is to the slot that it stands for; None if it is no number."""
+    number = parameter.value if value is None else value
+    if isinstance(number, bool) or not isinstance(number, int | float):
+        return None
+    if parameter.role == "factor":
+        return Quantity(float(number), "x", "to")
+    if parameter.role == "count" and parameter.slot.endswith(".duration"):
+        return Quantity(float(number), "step")
+    role: Role = parameter.role if parameter.role in ROLES else "by"
+    return Quantity(float(number), dimension(parameter.unit), role)
+
+
+def realised_values(parameters: Sequence[Parameter]) -> dict[str, Quantity]:
+    """What was realised for the slots of frames."""
+    found = {p.slot: quantity_of(p) for p in parameters if p.slot}
+    return {slot: q for slot, q in found.items() if q is not None}
+
+
+def by_hand(
+    frames: Sequence[SemanticFrame], parameters: Sequence[Parameter], values: Mapping[str, object]
+) -> tuple[SemanticFrame, ...]:
+    """Frames with the amounts that a person gave to parameters by hand.
+
+    Args:
+        frames: As they were realised.
+        parameters: With the slots that they stand for.
+        values: New values of parameters, by name.
+    """
+    known = list(frames)
+    for parameter in parameters:
+        number, _, slot = parameter.slot.partition(".")
+        q = quantity_of(parameter, values[parameter.name]) if parameter.name in values and slot else None
+        if q is not None and int(number) < len(known):
+            known[int(number)] = _by_hand(known[int(number)], slot, q)
+    return tuple(known)
+
+
+def _by_hand(frame: SemanticFrame, slot: str, q: Quantity) -> SemanticFrame:
+    if slot == "part" and frame.part.kind in ("near", "first", "last", "middle", "turns"):
+        return replace(frame, part=replace(frame.part, amount=q.value))
+    if slot not in slots(frame):
+        return frame
+    old = frame.quantities.get(slot)
+    frame = put(frame, slot, replace(q, role=old.role if old and q.unit != "x" else q.role))
+    return replace(frame, change="set") if isinstance(frame, Pace) and q.unit == "x" else frame
 
 
 def apply(
@@ -189,7 +239,7 @@ def _times(frame: SemanticFrame, slot: str, k: float) -> SemanticFrame:
         return put(frame, slot, _like(q, _further(q.value, k)))
     if isinstance(frame, Approach) and q.unit == "x" and q.value > 1:
         return put(frame, slot, _like(q, _further(q.value, k)))
-    if q.unit in ("turns", "waypoints") or isinstance(frame, Resample):
+    if q.unit in ("turns", "waypoints") or slot in ("turns", "waves") or isinstance(frame, Resample):
         whole = max(round(q.value * k), 1)
         whole = whole if whole != q.value or k == 1 else max(round(q.value) + (1 if k > 1 else -1), 1)
         return put(frame, slot, _like(q, float(whole)))
@@ -250,7 +300,8 @@ def _set(edit: Set, frames: Frames, values: Values) -> Frames:
     old = realised(frame, i, values).quantities.get(name)
     role = q.role if edit.slot in ROLES and edit.slot != "by" else old.role if old else q.role
     if edit.step and old is not None:
-        q = replace(q, value=max(old.value + edit.step * q.value, 0.0), unit=old.unit, said="")
+        by = q.value * (1.0 if q.unit else scale_of(old))
+        q = _like(old, max(old.value + edit.step * by, 0.0))
     elif not q.unit and old is not None:
         q = replace(q, value=q.value * scale_of(old), unit=old.unit)
         q = replace(q, said=f"{edit.quantity.value:g}{unit_of(old)}" if unit_of(old) else "")

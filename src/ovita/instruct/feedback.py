@@ -10,20 +10,23 @@ from typing import Any
 from ovita.instruct import edits as E
 from ovita.instruct import frames as F
 from ovita.instruct.editing import OPPOSITE, apply, scale_of, slots
-from ovita.instruct.lexicon import FEEDBACK, concept_at, concepts, is_filler, stems
+from ovita.instruct.lexicon import FEEDBACK, concept_at, concepts, stems
 from ovita.instruct.notation import name_of, quantity
-from ovita.instruct.numbers import amount_at, is_digits
+from ovita.instruct.numbers import amount_at, is_digits, unit_at
 from ovita.instruct.objects import GENERIC, Catalog, Mention, singular
 from ovita.instruct.tokens import cut, respelt
 from ovita.paths.part import WHOLE, PathPart
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array
-from ovita.units import find
+from ovita.units import find, symbol
 
 SKIPPED = frozenset(
-    "the a an it that this these those them my your its his her our please pls really very quite thing things bloody damn ever".split()
+    """the a an it that this these those them my your its his her our please pls really very quite thing things bloody
+    damn ever""".split()
 )
 """Words that phrases of feedback are matched without."""
+
+GAPS = SKIPPED | {"all", "back", "right"}
 
 SHORT = (
     ("’", "'"),
@@ -36,7 +39,8 @@ SHORT = (
     ("'m ", " "),
 )
 ADJECTIVES = {
-    **dict.fromkeys("fast quick quickly hasty rushed".split(), "faster"), **dict.fromkeys("slow slowly".split(), "slower"),
+    **dict.fromkeys("fast quick quickly hasty rushed".split(), "faster"),
+    **dict.fromkeys("slow slowly".split(), "slower"),
     **dict.fromkeys("close near".split(), "closer"), **dict.fromkeys("far away distant".split(), "farther"),
     "high": "up", "low": "down",
     **dict.fromkeys("big large wide long strong hard tall deep".split(), "more"),
@@ -50,7 +54,7 @@ SENSES = {
     "longer": "longer", "curvature": "bent", "stretch": "larger", "shrink": "smaller",
 }  # fmt: skip
 DIRECTIONS = ("left", "right", "front", "back", "up", "down")
-SAME_AS = {"slight": "slight", "large": "large", "more": "more", "fewer": "less", "double": "twice", "half": "halve"}
+SAME_AS = {"slight": "slight", "more": "more", "fewer": "less", "double": "twice", "half": "halve", "undo": "undo"}
 """Concepts of the other word files that are cues of feedback too."""
 
 JUDGING = ("too", "so", "not", "less", "as", "2")
@@ -58,9 +62,11 @@ SHARES = {"half": 0.5, "third": 1 / 3, "quarter": 0.25, "fifth": 0.2, "tenth": 0
 FACTORS = {"twice": 2.0, "treble": 3.0, "halve": 0.5, "third": 1 / 3, "quarter": 0.25, "sesqui": 1.5}
 NOUNS: dict[str, tuple[str, ...]] = {
     "of_pace": ("pace",), "of_move": ("move", "end"), "of_farther": ("farther", "closer", "clearance"),
-    "of_wait": ("wait", "hover", "stop"), "of_smooth": ("smooth",), "of_circle": ("circle",),
-    "faster": ("pace",), "slower": ("pace",), "speed": ("pace",), "constant": ("pace",), "wait": ("wait",), "hop": ("hop",),
-    "hover": ("hover",), "mirror": ("mirror",), "rotate": ("rotate",), "tilt": ("tilt",), "spiral": ("spiral",),
+    "of_wait": ("wait", "hover", "stop"), "of_smooth": ("smooth",), "of_return": ("return",),
+    "of_circle": ("circle",),
+    "faster": ("pace",), "slower": ("pace",), "speed": ("pace",), "constant": ("pace",), "wait": ("wait",),
+    "hop": ("hop",), "hover": ("hover",), "mirror": ("mirror",), "rotate": ("rotate",), "tilt": ("tilt",),
+    "spiral": ("spiral",),
     "circle": ("circle",), "eight": ("eight",), "zigzag": ("zigzag",), "wave": ("wave",), "extend": ("extend",),
     "straight": ("straighten",), "resize": ("resize",), "curvature": ("curve",), "smooth": ("smooth",),
     "reverse": ("reverse",), "height": ("height", "move", "hover"), "distance": ("farther", "closer", "clearance"),
@@ -70,7 +76,7 @@ NOUNS: dict[str, tuple[str, ...]] = {
 
 
 @dataclass(frozen=True)
-class Piece:
+class Phrase:
     """Some words of an utterance: an object, a number, a phrase of feedback, a concept, or a word that is unknown."""
 
     text: str
@@ -99,7 +105,7 @@ def _phrases() -> dict[str, list[tuple[tuple[str, ...], str]]]:
 
 def _forms(word: str) -> tuple[str, ...]:
     """A word and what it is inflected from, comparatives aside."""
-    return (word, *(s for s in stems(word) if s != word)) if word.endswith(("s", "ed", "ing", "in")) else (word,)
+    return (word, *(s for s in stems(word) if len(s) > 3)) if word.endswith(("s", "ed", "ing", "in")) else (word,)
 
 
 def _cues_at(words: Sequence[str], i: int) -> tuple[frozenset[str], int]:
@@ -118,7 +124,7 @@ def _cues_at(words: Sequence[str], i: int) -> tuple[frozenset[str], int]:
 def _matched(phrase: Sequence[str], words: Sequence[str], i: int) -> int:
     at = i + 1
     for wanted in phrase[1:]:
-        while at < len(words) and words[at] in SKIPPED and words[at] != wanted:
+        while at < len(words) and words[at] in GAPS and words[at] != wanted:
             at += 1
         if at >= len(words) or wanted not in _forms(words[at]):
             return 0
@@ -126,14 +132,16 @@ def _matched(phrase: Sequence[str], words: Sequence[str], i: int) -> int:
     return at - i
 
 
-def pieces_of(text: str, scene: Scene, before: Sequence[F.SemanticFrame], positions: Array | None) -> tuple[Piece, ...]:
+def pieces_of(
+    text: str, scene: Scene, before: Sequence[F.SemanticFrame], positions: Array | None
+) -> tuple[Phrase, ...]:
     """An utterance in pieces, each the longest phrase that begins there."""
     for short, full in SHORT:
         text = f"{text} ".replace(short, full)
     catalog = Catalog(scene, positions)
     words, _ = respelt([word.lower() for word in cut(text)], catalog)
     earlier = tuple(item for frame in before for item in scene if item.name in frame.named)
-    found: list[Piece] = []
+    found: list[Phrase] = []
     i = clause = 0
     while i < len(words):
         piece, used = _piece(words, i, catalog, earlier, clause)
@@ -143,27 +151,39 @@ def pieces_of(text: str, scene: Scene, before: Sequence[F.SemanticFrame], positi
     return tuple(found)
 
 
-def _piece(words: Sequence[str], i: int, catalog: Catalog, earlier: Any, clause: int) -> tuple[Piece, int]:
+def _piece(words: Sequence[str], i: int, catalog: Catalog, earlier: Any, clause: int) -> tuple[Phrase, int]:
     word = words[i]
     cues, cued = _cues_at(words, i)
     concept, length = concept_at(words, i)
+    if word in ("wp", "wps"):
+        return Phrase(word, clause, concept="waypoints"), 1
     if concept == "reverse" and {"other", "opposite"} & set(words[i : i + length]) and length > cued:
         cues, cued, concept = frozenset({"flip"}), length, ""
     mention = _mention(words, i, catalog, earlier)
     if mention is not None and mention.used >= max(cued, length) and not (mention.unclear and (cued or concept)):
         items = tuple(item.name for item in mention.items)
-        return Piece(" ".join(words[i : i + mention.used]), clause, items=items), mention.used
+        return Phrase(" ".join(words[i : i + mention.used]), clause, items=items), mention.used
     found = _amount(words, i)
     if found is not None and found[1] >= max(cued, length) and not (cued == found[1] > 1):
-        return Piece(" ".join(words[i : i + found[1]]), clause, number=found[0]), found[1]
-    if concept in SAME_AS and length >= cued:
-        return Piece(" ".join(words[i : i + length]), clause, cues | {SAME_AS[concept]}, concept), length
+        return Phrase(" ".join(words[i : i + found[1]]), clause, number=found[0]), found[1]
+    if concept in ("at_least", "at_most") and word in ("more", "less", "fewer"):
+        concept, length = "", 0
+    if length >= cued and (same := _same(concept, words[i : i + length])):
+        return Phrase(" ".join(words[i : i + length]), clause, cues | same, concept), length
     if cued >= length and cued:
         kept = concept if cued == length and concept not in ("plain", "join") else ""
-        return Piece(" ".join(words[i : i + cued]), clause, cues, kept), cued
+        return Phrase(" ".join(words[i : i + cued]), clause, cues, kept), cued
     if concept not in ("", "plain", "join"):
-        return Piece(" ".join(words[i : i + length]), clause, concept=concept), length
-    return Piece(word, clause), max(length, 1)
+        return Phrase(" ".join(words[i : i + length]), clause, concept=concept), length
+    return Phrase(word, clause), max(length, 1)
+
+
+def _same(concept: str, words: Sequence[str]) -> frozenset[str]:
+    """The cues of feedback that a phrase of the other word files is."""
+    found = {SAME_AS[concept]} if concept in SAME_AS else set()
+    if concept == "large":
+        found = {cue for word in words for cue in _cues_at([word], 0)[0] & {"large", "more", "less"}}
+    return frozenset(found)
 
 
 def _mention(words: Sequence[str], i: int, catalog: Catalog, earlier: Any) -> Mention | None:
@@ -177,12 +197,16 @@ def _mention(words: Sequence[str], i: int, catalog: Catalog, earlier: Any) -> Me
 def _amount(words: Sequence[str], i: int) -> tuple[F.Quantity, int] | None:
     """The quantity that begins at a word, in the person's unit, and how many words it takes."""
     amount = amount_at(words, i)
+    if amount is None and list(words[i + 1 : i + 4]) == ["and", "a", "half"]:
+        unit, factor, _ = unit_at(words, i)
+        return (F.Quantity(1.5 * factor, unit), 4) if unit else None
     if amount is None or (amount.used == 1 and words[i] == "one" and not _counts(words[i + 1 : i + 2])):
         return None
     unit, used, value = amount.unit, amount.used, abs(amount.value)
     if unit and list(words[i + used : i + used + 3]) == ["and", "a", "half"] and words[i] in ("a", "an"):
         value, used = value * 1.5, used + 3
-    said = "".join(words[i : i + used]) if is_digits(words[i]) and "/" not in words[i : i + used] else ""
+    plain = is_digits(words[i]) and "/" not in words[i : i + used] and used <= 2
+    said = f"{words[i]}{symbol(' '.join(words[i + 1 : i + used]))}" if plain else ""
     if not unit and "x" in (words[i - 1] if i else "", words[i + used] if i + used < len(words) else ""):
         return F.Quantity(value, "x"), used
     return F.Quantity(value, "x" if not unit and "/" in words[i : i + used] else unit, said=said), used
@@ -194,10 +218,10 @@ def _counts(behind: Sequence[str]) -> bool:
 
 
 @dataclass(frozen=True)
-class Utterance:
+class Remark:
     """What was said, against the frames before it."""
 
-    pieces: tuple[Piece, ...]
+    pieces: tuple[Phrase, ...]
     before: tuple[F.SemanticFrame, ...]
 
     @cached_property
@@ -210,7 +234,7 @@ class Utterance:
         return frozenset(left) if clauses - left else frozenset()
 
     @cached_property
-    def active(self) -> tuple[Piece, ...]:
+    def active(self) -> tuple[Phrase, ...]:
         """The pieces of the other clauses."""
         return tuple(p for p in self.pieces if p.clause not in self.praised)
 
@@ -218,24 +242,32 @@ class Utterance:
     def asks(self) -> bool:
         """Whether an active clause asks for a change."""
         known = {name for frame in self.before for name in frame.named}
-        return any(p.cues & ACTING or p.number or set(p.items) - known or p.clause in () for p in self.active)
+        sensed = (p.concept in SENSES or p.cues & ACTING or p.number or set(p.items) - known for p in self.active)
+        return any(sensed)
 
-    def cued(self, *names: str) -> list[Piece]:
+    def cued(self, *names: str) -> list[Phrase]:
         """The active pieces with one of these cues."""
         return [p for p in self.active if p.cues & set(names)]
 
-    def negated(self, piece: Piece) -> bool:
+    def negated(self, piece: Phrase) -> bool:
         """Whether a "not" stands right before a piece."""
         i = self.active.index(piece)
         near = [p for p in self.active[max(i - 3, 0) : i] if p.clause == piece.clause]
-        return any("not" in p.cues or p.text.startswith(("not ", "but not")) for p in near)
+        return any("not" in p.text.split() for p in near)
 
-    def denies(self, piece: Piece) -> bool:
+    def judged(self, piece: Phrase) -> bool:
+        """Whether "too" or "not so" stands right before an adjective: "too far"."""
+        i = self.active.index(piece)
+        return piece.text in ADJECTIVES and any(p.text in JUDGING for p in self.active[max(i - 1, 0) : i])
+
+    def denies(self, piece: Phrase) -> bool:
         """Whether "no" or "don't" stands right before a piece."""
         i = self.active.index(piece)
-        return any(p.text in ("no", "nae", "not", "without") for p in self.active[max(i - 1, 0) : i])
+        behind = [p.text for p in self.active[i + 1 : i + 3] if p.clause == piece.clause]
+        before = [p.text for p in self.active[max(i - 1, 0) : i]]
+        return bool({"no", "nae", "not", "without", "senza"} & set(before)) or behind[:1] == ["no"]
 
-    def meant(self, pieces: Sequence[Piece]) -> list[int]:
+    def meant(self, pieces: Sequence[Phrase]) -> list[int]:
         """Numbers of the frames that pieces name by a noun, a direction or an object."""
         found = [
             i for i, frame in enumerate(self.before) for p in pieces
@@ -263,7 +295,7 @@ class Utterance:
         return name_of(self.before[i]) if len(self.before) > 1 else ""
 
 
-def names(piece: Piece, frame: F.SemanticFrame) -> bool:
+def names(piece: Phrase, frame: F.SemanticFrame) -> bool:
     """Whether a piece names a frame."""
     kinds = [kind for cue in (*piece.cues, piece.concept) for kind in NOUNS.get(cue, ())]
     sense = SENSES.get(piece.concept, "")
@@ -273,6 +305,13 @@ def names(piece: Piece, frame: F.SemanticFrame) -> bool:
         or (sense in DIRECTIONS and sense in directions_of(frame))
         or bool(set(piece.items) & set(frame.named))
     )
+
+
+def heading(piece: Phrase) -> str:
+    """The direction that a piece names, or ""."""
+    sense = SENSES.get(piece.concept, "")
+    words = sense if sense in DIRECTIONS else next((d for d in DIRECTIONS if d in piece.cues), "")
+    return "" if piece.text.endswith("er") else words
 
 
 def directions_of(frame: F.SemanticFrame) -> tuple[str, ...]:
@@ -334,13 +373,13 @@ class Candidate:
     """
 
     edits: tuple[E.Edit, ...]
-    used: tuple[Piece, ...]
+    used: tuple[Phrase, ...]
     prior: float = 0.0
     question: str = ""
     asked: tuple[str, ...] = ()
 
 
-def _weight(piece: Piece) -> float:
+def _weight(piece: Phrase) -> float:
     if piece.items or piece.number:
         return 3.0
     if piece.cues & {"accept", "keep", "not", "enough", "same", "weak"} and not piece.cues & ACTING:
@@ -349,7 +388,7 @@ def _weight(piece: Piece) -> float:
     return 1.0 + size if piece.cues else 1.5 if SENSES.get(piece.concept) in DIRECTIONS else 0.3
 
 
-def _score(c: Candidate, said: Utterance) -> float:
+def _score(c: Candidate, said: Remark) -> float:
     used = {id(p) for p in c.used}
     read = sum(_weight(p) for p in said.active if id(p) in used)
     left = sum(_weight(p) for p in said.active if id(p) not in used and p.content)
@@ -367,7 +406,7 @@ def read_feedback(
         before: The frames of the turns that it may be about, oldest first.
         positions: The path (N, 3) [m], for phrases such as "the object nearest to the goal".
     """
-    said = Utterance(pieces_of(text, scene, before, positions), tuple(before))
+    said = Remark(pieces_of(text, scene, before, positions), tuple(before))
     found = [candidate for row in ROWS for candidate in row(said)]
     if not found:
         return None
@@ -379,22 +418,31 @@ def read_feedback(
 
 # Rows: each reads one kind of edit.
 
-COMMANDS: dict[str, Any] = {"redo": 0.6, "restart": 0.4, "undo": 0.0, "explain": 0.3, "accept": -0.5}
+COMMANDS: dict[str, Any] = {"redo": 0.6, "restart": 0.4, "undo": 0.0, "explain": 1.5, "accept": -0.5}
 
 
-def _commands(said: Utterance) -> Iterator[Candidate]:
+def _commands(said: Remark) -> Iterator[Candidate]:
     for command, prior in COMMANDS.items():
         pieces = said.cued(command) or [p for p in said.pieces if command == "accept" and p.cues & {"accept"}]
+        pieces = said.cued("redo", "undo") if command == "redo" and not said.before else pieces
         if pieces and not (command == "accept" and said.asks):
             extra = 2.0 if command == "redo" and not said.before else 0.0
-            edit = E.Command(command=command)  # type: ignore[arg-type]
-            yield Candidate((edit,), (*pieces, *said.cued("again", "keep")), prior + extra)
+            counts = [p for p in said.active if _steps(p)] if command in ("undo", "redo") else []
+            edit = E.Command(command=command, steps=_steps(counts[0]) if counts else 1)  # type: ignore[arg-type]
+            yield Candidate((edit,), (*pieces, *counts, *said.cued("again", "keep")), prior + extra)
 
 
-def _drops(said: Utterance) -> Iterator[Candidate]:
+def _steps(piece: Phrase) -> int:
+    """How many turns a piece counts: "the last two", "both"."""
+    q = piece.number
+    return 2 if piece.text == "both" else int(q.value) if q and not q.unit and 1 < q.value <= 50 else 0
+
+
+def _drops(said: Remark) -> Iterator[Candidate]:
     """Without some of the frames: "forget the shift", "no waiting"."""
     pieces = said.cued("undo")
     denied = [p for p in said.active if said.denies(p) and any(names(p, f) for f in said.before)]
+    denied = [] if any(heading(p) and not said.denies(p) for p in said.active) else denied
     clauses = {p.clause for p in (*pieces, *denied)}
     words = [p for p in said.active if p.clause in clauses]
     meant = said.meant(words) or said.meant(said.active)
@@ -408,7 +456,7 @@ def _drops(said: Utterance) -> Iterator[Candidate]:
         yield Candidate((E.Drop(),), (*pieces, *denied, *said.cued("not")), 0.3)
 
 
-def _flips(said: Utterance) -> Iterator[Candidate]:
+def _flips(said: Remark) -> Iterator[Candidate]:
     pieces = said.cued("flip", "ccw", "cw")
     turned = [p for p in pieces if p.cues & {"ccw", "cw"}]
     if pieces and (not turned or any(isinstance(f, F.Figure | F.Rotate) for f in said.before)):
@@ -416,24 +464,35 @@ def _flips(said: Utterance) -> Iterator[Candidate]:
         yield Candidate((E.Flip(on=on),), (*pieces, *said.cued("meant")), 1.0)
 
 
-def _directions(said: Utterance) -> Iterator[Candidate]:
+def _contraries(said: Remark) -> Iterator[Candidate]:
+    """The other way round, by a word for it: "no, speed up", "I said away from it"."""
+    no = [p for p in said.pieces[:1] if p.text in ("no", "nope", "nah")]
+    meant = said.cued("meant")
+    for i in reversed(said.targets if no or meant else []):
+        against = {OPPOSITE.get(sense) for sense in senses_of(said.before[i])} - {None, "less"}
+        pieces = [p for p in said.active if SENSES.get(p.concept) in against and len(p.text.split()) < 3]
+        if pieces:
+            yield Candidate((E.Flip(on=said.on(i)),), (*pieces, *no, *meant), 0.0)
+
+
+def _directions(said: Remark) -> Iterator[Candidate]:
     """Another direction or end than was said."""
     for i in reversed(said.targets):
         frame = said.before[i]
         known = directions_of(frame)
         if not known:
             continue
-        named = [p for p in said.active if SENSES.get(p.concept) in DIRECTIONS and not p.text.endswith("er")]
-        new = [p for p in named if SENSES[p.concept] not in known and not said.negated(p)]
+        named = [p for p in said.active if heading(p)]
+        new = [p for p in named if heading(p) not in known and not said.negated(p)]
         if new:
-            old = [p for p in named if SENSES[p.concept] in known]
-            direction: Any = SENSES[new[-1].concept]
+            old = [p for p in named if heading(p) in known]
+            direction: Any = heading(new[-1])
             edit = E.Replace(on=said.on(i), direction=direction)
             yield Candidate((edit,), (*new, *old, *said.cued("meant", "not", "flip")), 1.0 if old else 0.3)
             return
 
 
-def _objects(said: Utterance) -> Iterator[Candidate]:
+def _objects(said: Remark) -> Iterator[Candidate]:
     """Another object than was said, or the same for another one."""
     known = {name for frame in said.before for name in frame.named}
     new = [p for p in said.active if p.items and not set(p.items) & known and not said.negated(p)]
@@ -451,7 +510,7 @@ def _objects(said: Utterance) -> Iterator[Candidate]:
         yield Candidate((E.Also(frame=copy),), (*new, *also), 0.5)
 
 
-def _places(said: Utterance) -> Iterator[Candidate]:
+def _places(said: Remark) -> Iterator[Candidate]:
     """Only in a part of the path, or everywhere but there."""
     only, but = said.cued("only"), said.cued("except")
     known = {name for frame in said.before for name in frame.named}
@@ -463,9 +522,12 @@ def _places(said: Utterance) -> Iterator[Candidate]:
     pieces = tuple(piece for part in parts for piece in part[2])
     i = said.targets[-1]
     on = said.on(i) if len(said.targets) == 1 else ""
-    drops = [p for p in said.cued("undo") if len(said.before) == 1]
+    clauses = {p.clause for p in pieces}
+    drops = [p for p in said.cued("undo") if len(said.before) == 1 and p.clause in clauses]
+    drops = [] if any(_steps(p) for p in pieces) else drops
     if but or drops or (not open_ and not only):
-        yield Candidate((E.Except(on=on, part=parts[0][0]),), (*pieces, *but, *drops, *said.cued("not")), 0.6)
+        edits = tuple(E.Except(on=on, part=part) for part in dict.fromkeys(part[0] for part in parts))
+        yield Candidate(edits, (*pieces, *but, *drops, *said.cued("not")), 0.6)
     corrects = len(parts) > len(open_) or said.before[i].part != WHOLE
     if open_ and (only or corrects or not but):
         edit = E.Restrict(on=on, part=open_[-1][0])
@@ -473,16 +535,16 @@ def _places(said: Utterance) -> Iterator[Candidate]:
         yield Candidate((edit,), used, 0.8 if only else 0.0 if corrects else -1.5)
 
 
-def _whole(said: Utterance) -> Iterator[Candidate]:
+def _whole(said: Remark) -> Iterator[Candidate]:
     whole = said.cued("whole")
     if whole and said.before and said.before[said.targets[-1]].part != WHOLE:
         yield Candidate((E.Restrict(on=said.on(said.targets[-1]), part=WHOLE),), tuple(whole), 0.0)
 
 
-def _numbers(said: Utterance) -> Iterator[Candidate]:
+def _numbers(said: Remark) -> Iterator[Candidate]:
     """Other values for slots."""
-    found: dict[tuple[int, str], tuple[E.Edit, list[Piece]]] = {}
-    spent: list[Piece] = []
+    found: dict[tuple[int, str], tuple[E.Edit, list[Phrase]]] = {}
+    spent: list[Phrase] = []
     held = [(i, s, q) for i, f in enumerate(said.before) for s, q in f.quantities.items()]
     placed = {id(p) for part in parts_in(said) for p in part[2]}
     stated = [p for p in said.active if p.number and id(p) not in placed]
@@ -497,8 +559,11 @@ def _numbers(said: Utterance) -> Iterator[Candidate]:
             continue
         i, slot = where
         step: Any = _step(piece, said)
-        if slot == "turns" and q.unit == "x":
+        had = said.before[i].quantities.get(slot)
+        if slot == "turns":
             q = replace(q, unit="")
+        elif q.unit == "m" and had is not None and had.unit == "m/s":
+            q = replace(q, unit="m/s", said="")
         edit = E.Set(on=said.on(i), slot=slot, quantity=q, step=step)
         found[where] = edit, [piece, *_around(piece, said)]
     if found:
@@ -512,7 +577,7 @@ def _alike(q: F.Quantity, had: F.Quantity) -> bool:
     return any(abs(q.value - v) <= 1e-6 * max(1.0, abs(v)) for v in values) and q.unit in ("", had.unit)
 
 
-def _turn_words(said: Utterance) -> list[Piece]:
+def _turn_words(said: Remark) -> list[Phrase]:
     """Once and twice as numbers of turns."""
     if not any(isinstance(f, F.Figure) and f.turns for f in said.before):
         return []
@@ -524,7 +589,7 @@ def _turn_words(said: Utterance) -> list[Piece]:
 NAMED = {"radius": "radius", "turns": "turns", "size": "size", "duration": "duration"}
 
 
-def _slot_of(piece: Piece, said: Utterance) -> tuple[int, str] | None:
+def _slot_of(piece: Phrase, said: Remark) -> tuple[int, str] | None:
     """The frame and slot that a number fits best: named, of its unit, already filled, in the last frame."""
     assert piece.number is not None
     unit = piece.number.unit
@@ -536,6 +601,8 @@ def _slot_of(piece: Piece, said: Utterance) -> tuple[int, str] | None:
         frame = said.before[i]
         for rank, (slot, units) in enumerate(slots(frame).items()):
             had = frame.quantities.get(slot)
+            if unit == "m" and had is not None and had.unit == "m/s":
+                return i, slot
             if unit == "x" and slot == "turns":
                 return i, slot
             if unit not in units or (unit in ("%", "x") and had is not None and had.unit not in ("%", "x")):
@@ -546,13 +613,13 @@ def _slot_of(piece: Piece, said: Utterance) -> tuple[int, str] | None:
     return None if best is None else best[1:]
 
 
-def _around(piece: Piece, said: Utterance) -> list[Piece]:
+def _around(piece: Phrase, said: Remark) -> list[Phrase]:
     return [
         p for p in said.active if p.clause == piece.clause and not p.items and not p.number and not p.cues & {"undo"}
     ]
 
 
-def _step(piece: Piece, said: Utterance) -> int:
+def _step(piece: Phrase, said: Remark) -> int:
     """Whether a number is more or less than before, rather than the new value."""
     pieces = said.active
     i = pieces.index(piece) if piece in pieces else 0
@@ -564,12 +631,13 @@ def _step(piece: Piece, said: Utterance) -> int:
     return -1 if behind and behind[0].text in ("less", "fewer") else 0
 
 
-def _amounts(said: Utterance) -> Iterator[Candidate]:
+def _amounts(said: Remark) -> Iterator[Candidate]:
     """More, less, or a factor on it."""
     sized = [i for i in said.targets if slots(said.before[i]) or isinstance(said.before[i], F.Smooth | F.Curve)]
     if not sized:
         return
-    degree: Any = next((d for d in ("slight", "large") if said.cued(d)), None)
+    degrees = {d: [p for p in said.cued(d) if not said.judged(p)] for d in ("slight", "large")}
+    degree: Any = next((d for d, found in degrees.items() if found), None)
     named = [p for p in said.active if p.cues and any(names(p, said.before[i]) for i in sized)]
     used = (*said.cued("more", "less", "weak", "slight", "large", "enough", "not", "same"), *named)
     factor, pieces = _factor(said)
@@ -588,7 +656,7 @@ def _amounts(said: Utterance) -> Iterator[Candidate]:
 
 
 def _scaled(
-    said: Utterance, where: list[int], edit: Callable[[str], E.Edit], used: tuple[Piece, ...], prior: float
+    said: Remark, where: list[int], edit: Callable[[str], E.Edit], used: tuple[Phrase, ...], prior: float
 ) -> Iterator[Candidate]:
     kinds = list(dict.fromkeys(name_of(said.before[i]) for i in where))
     if len(kinds) > 1:
@@ -597,7 +665,7 @@ def _scaled(
         yield Candidate((edit(said.on(where[-1])),), used, prior)
 
 
-def _factor(said: Utterance) -> tuple[float | None, tuple[Piece, ...]]:
+def _factor(said: Remark) -> tuple[float | None, tuple[Phrase, ...]]:
     """A factor on what was done: half of that, three times as much, 50 % more."""
     for i, piece in enumerate(said.active):
         before, behind = said.active[max(i - 1, 0) : i], said.active[i + 1 : i + 2]
@@ -617,7 +685,7 @@ def _factor(said: Utterance) -> tuple[float | None, tuple[Piece, ...]]:
 ORDINALS = ("first", "last", "middle", "second")
 
 
-def _sensed(said: Utterance, frame: F.SemanticFrame) -> tuple[int, tuple[Piece, ...]] | None:
+def _sensed(said: Remark, frame: F.SemanticFrame) -> tuple[int, tuple[Phrase, ...]] | None:
     """1 if more of a frame is wanted, -1 if less, by words that say which way: "slower", "too close", "not so high"."""
     senses = senses_of(frame)
     for i, piece in enumerate(said.active):
@@ -625,39 +693,39 @@ def _sensed(said: Utterance, frame: F.SemanticFrame) -> tuple[int, tuple[Piece, 
         adjective = ADJECTIVES.get(words[0], "") if len(words) == 1 else ""
         sense = adjective or SENSES.get(piece.concept, "")
         along = 1 if sense in senses else -1 if OPPOSITE.get(sense) in senses else 0
-        if not along or piece.cues & {"slight", "large"}:
+        if not along or piece.text in ("further", "farther"):
             continue
         before = [p for p in said.active[max(i - 2, 0) : i] if p.clause == piece.clause]
         behind = said.active[i + 1 : i + 3]
         enough = any("enough" in p.cues for p in behind[:1])
         judged = not enough and any(p.text in JUDGING or p.cues & {"less", "not"} for p in before)
         judged = judged or any("less" in p.cues for p in behind)
-        resolved = len(words) > 1 and words[0] in ("too", "so", "less", "that")
-        if resolved or words[0].endswith("er") or adjective and (judged or enough or said.cued("more", "weak")):
-            return (-along if judged and not resolved else along), (piece, *before)
-        if sense in DIRECTIONS and not said.cued("more", "less", "weak"):
+        if piece.cues & {"slight", "large"} and not judged:
             continue
+        resolved = len(words) > 1 and words[0] in ("too", "so", "less", "that")
+        if resolved or words[0].endswith("er") or (adjective and (judged or enough or said.cued("more", "weak"))):
+            return (-along if judged and not resolved else along), (piece, *before)
         if said.cued("less"):
             return -1, (piece,)
-        if said.cued("more", "weak"):
+        if said.cued("more", "weak") or (sense not in DIRECTIONS and said.cued("slight", "large")):
             return along, (piece,)
     return None
 
 
-def _repeats(said: Utterance) -> Iterator[Candidate]:
+def _repeats(said: Remark) -> Iterator[Candidate]:
     pieces = said.cued("again")
     if pieces and said.before:
         yield Candidate((E.Again(),), (*pieces, *said.cued("same", "also", "meant", "weak")), 0.3)
 
 
-def parts_in(said: Utterance) -> Iterator[tuple[PathPart, bool, tuple[Piece, ...]]]:
+def parts_in(said: Remark) -> Iterator[tuple[PathPart, bool, tuple[Phrase, ...]]]:
     """The parts of the path that are named, whether "not" stands before them, and their pieces."""
     pieces = said.active
     for i, piece in enumerate(pieces):
         before = pieces[max(i - 3, 0) : i]
         said_not = said.negated(piece) or any("not" in p.text.split() for p in before[-1:])
         words = {p.concept for p in before}
-        behind = pieces[i + 1 : i + 3]
+        behind = pieces[i + 1 : i + 4]
         if piece.items:
             kind = next((k for k in ("after", "before") if k in words), "near")
             kind = "before" if "up to" in " ".join(p.text for p in before) else kind
@@ -685,7 +753,7 @@ def _at(kind: str, items: Sequence[str]) -> PathPart:
     return parts[0] if len(parts) == 1 else PathPart("either", parts=parts)
 
 
-def _stretch(piece: Piece, behind: Sequence[Piece]) -> tuple[PathPart, tuple[Piece, ...]]:
+def _stretch(piece: Phrase, behind: Sequence[Phrase]) -> tuple[PathPart, tuple[Phrase, ...]]:
     kind = {"start": "first", "goal": "last"}.get(piece.concept, piece.concept)
     share = next((p for p in behind[:1] if p.concept in SHARES), None)
     number = next((p for p in behind[:1] if p.number), None)
@@ -703,6 +771,6 @@ def _stretch(piece: Piece, behind: Sequence[Piece]) -> tuple[PathPart, tuple[Pie
 
 
 ROWS = (
-    _commands, _drops, _flips, _directions, _objects, _places, _whole, _numbers, _amounts, _repeats,
+    _commands, _drops, _flips, _contraries, _directions, _objects, _places, _whole, _numbers, _amounts, _repeats,
 )  # fmt: skip
 """The kinds of edits, in no order: the reading that leaves the least unread wins."""

@@ -7,7 +7,8 @@ Quantities are in SI units; directions are words of the scene's frame; objects g
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import MISSING, dataclass, field, fields, replace
 from typing import Any, ClassVar, Literal, TypeAlias
 
 from ovita.instruct.scale import Degree
@@ -471,3 +472,53 @@ def _rounded(frame: SemanticFrame) -> SemanticFrame:
                 (d, None if q is None else Quantity(_six(q.value) or 0.0, q.unit)) for d, q in value
             )
     return replace(frame, **changed)
+
+
+def to_json(frames: Sequence[SemanticFrame]) -> list[dict[str, Any]]:
+    """Frames as JSON documents, which `from_json` reads; slots that are left open are left out."""
+    return [{"frame": type(frame).__name__, **_slots_json(frame)} for frame in frames]
+
+
+def from_json(documents: Sequence[Mapping[str, Any]]) -> tuple[SemanticFrame, ...]:
+    """The frames that `to_json` wrote.
+
+    Raises:
+        ValueError: If a document describes no frame.
+    """
+    kinds = {kind.__name__: kind for kind in SemanticFrame.__subclasses__()}
+    try:
+        found = []
+        for document in documents:
+            slots = {name: _read(name, value) for name, value in document.items() if name != "frame"}
+            found.append(kinds[document["frame"]](**slots))
+        return tuple(found)
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
+        raise ValueError(f"this is no frame: {error}") from None
+
+
+def _slots_json(value: Any) -> dict[str, Any]:
+    found = {slot.name: getattr(value, slot.name) for slot in fields(value)}
+    plain = {slot.name for slot in fields(value) if slot.default is not MISSING and found[slot.name] == slot.default}
+    return {
+        name: _json(slot) for name, slot in found.items() if name not in plain and name not in ("words", "said")
+    } | ({"said": found["said"]} if found.get("said") else {})
+
+
+def _json(value: Any) -> Any:
+    if isinstance(value, Quantity | PathPart):
+        return _slots_json(value)
+    return [_json(inner) for inner in value] if isinstance(value, tuple) else value
+
+
+def _read(name: str, value: Any) -> Any:
+    if name == "part":
+        return _read_part(value)
+    if isinstance(value, Mapping):
+        return Quantity(**{**value, "value": float(value["value"])})
+    return tuple(_read("", inner) for inner in value) if isinstance(value, list) else value
+
+
+def _read_part(value: Mapping[str, Any]) -> PathPart:
+    slots = dict(value)
+    slots |= {"places": tuple(value.get("places", ())), "parts": tuple(map(_read_part, value.get("parts", ())))}
+    return PathPart(**slots | {"ranges": tuple((int(a), int(b)) for a, b in value.get("ranges", ()))})

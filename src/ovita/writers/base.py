@@ -16,6 +16,7 @@ from threading import Event, Thread
 from typing import TYPE_CHECKING, Literal, Protocol, TypeVar, runtime_checkable
 
 from ovita.errors import MissingExtra, RequestError, WriterError, WriterFailure
+from ovita.instruct.frames import SemanticFrame
 from ovita.policy import Policy
 from ovita.policy.sandbox import Rollout
 from ovita.text import quoted
@@ -73,6 +74,7 @@ class Reply:
         holds: What the instruction asks for and the trajectory does already, where that is all of it.
         writer: Who answered.
         policy: The policy, where its writer has it ready with its parameters; else it is read from `code`.
+        frames: What the instruction was read to ask for, where the writer reads it so.
     """
 
     kind: Literal["policy", "question", "not_understood"]
@@ -87,6 +89,7 @@ class Reply:
     holds: tuple[str, ...] = ()
     confirm: bool = False
     doubts: tuple[str, ...] = ()
+    frames: tuple[SemanticFrame, ...] = ()
 
 
 Failure = Literal["", "unusable", "failed", "idle", "broken", "unused"]

@@ -1,0 +1,144 @@
+"""Feedback read as edits, and what edits make of frames."""
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ovita.instruct.editing import apply, by_hand
+from ovita.instruct.feedback import read_feedback
+from ovita.instruct.frames import Quantity, from_json, same, to_json
+from ovita.instruct.notation import parse, parse_edits, show
+from ovita.paths.part import PathPart, both, outside
+from ovita.paths.scene import Scene, SceneObject
+from ovita.policy import Parameter
+
+NAMES = ("cup", "blue box", "person")
+SCENE = Scene(tuple(SceneObject(name, [0.3 * i, 0.5, 0.2]) for i, name in enumerate(NAMES)))
+REALISED = {"0.left": Quantity(0.2, "m"), "0.amount": Quantity(0.5, "x", "to"), "0.by": Quantity(0.1, "m")}
+
+SAID = [
+    ("move left=20cm", "hmm more like 10 cm", "move left=10cm"),
+    ("move left=20cm", "a bit more", "move left=25cm"),
+    ("move left", "a bit more", "move left=0.25m"),
+    ("pace faster by=50%", "too fast", "pace faster by=33%"),
+    ("farther cup by=30cm", "not so far", "farther cup by=20cm"),
+    ("move up=10cm", "half of that", "move up=5cm"),
+    ("move left=20cm", "the other way", "move right=20cm"),
+    ("move left=20cm", "right, not left", "move right=20cm"),
+    ("closer cup by=5cm", "I meant the blue box", "closer blue_box by=5cm"),
+    ("smooth", "but not the start and the goal", "smooth @!first @!last"),
+    ("pace slower @last=50%", "not the last half, the first half", "pace slower @first=50%"),
+    ("wait at=cup for=2s", "make that 5 seconds", "wait at=cup for=5s"),
+    ("pace slower", "only near the cup", "pace slower @near=cup"),
+    ("move up=10cm", "I can hardly see a difference", "move up=15cm"),
+    ("circle cup radius=10cm turns=2", "bigger", "circle cup radius=15cm turns=2"),
+    ("pace slower; move up=10cm", "leave the speed out", "move up=10cm"),
+    ("pace slower by=20%; move up=10cm", "the lift is fine, but slower still", "pace slower by=30%; move up=10cm"),
+    ("move up=10cm", "5 cm more", "move up=15cm"),
+    ("clearance person at_least=50cm", "80 would be safer", "clearance person at_least=80cm"),
+]
+
+
+@pytest.mark.parametrize(("before", "said", "wanted"), SAID, ids=[f"{b} -> {s}" for b, s, _ in SAID])
+def test_what_is_said_about_frames_changes_them(before, said, wanted):
+    frames = parse(before, NAMES)
+    reading = read_feedback(said, SCENE, frames)
+    assert reading is not None and not reading.question
+    assert show(apply(reading.edits, frames, SCENE, REALISED)) == wanted
+
+
+@pytest.mark.parametrize(
+    ("said", "edit"),
+    [
+        ("undo", "undo"),
+        ("undo the last two", "undo 2"),
+        ("back to the original", "restart"),
+        ("why did you do that?", "explain"),
+        ("perfect", "accept"),
+        ("bring it back", "redo"),
+        ("again", "again"),
+    ],
+)
+def test_commands_of_a_dialogue(said, edit):
+    assert show(read_feedback(said, SCENE, parse("move left=20cm")).edits) == edit
+
+
+def test_which_of_two_frames_is_asked():
+    reading = read_feedback("a bit more", SCENE, parse("move left=20cm; pace slower by=20%"))
+    assert reading.question and reading.asked == ("move", "pace") and not reading.edits
+
+
+@pytest.mark.parametrize(
+    ("before", "edits", "wanted"),
+    [
+        ("pace slower by=60%", "scale 2x", "pace set by=0.16x"),
+        ("pace faster by=2x", "scale 0.5x", "pace faster by=1.5x"),
+        ("circle cup turns=2", "scale more deg=slight", "circle cup turns=3"),
+        ("move left=10cm up", "set up=4cm", "move left=10cm up=4cm"),
+        ("move left=4in", "set by=6", "move left=6in"),
+        ("pace at_most=0.3m/s", "flip", "pace at_least=0.3m/s"),
+        ("move left=5cm @first", "except @near=cup", "move left=5cm @first @!near=cup"),
+        ("closer cup by=5cm", "also closer blue_box", "closer cup by=5cm; closer blue_box by=5cm"),
+        ("smooth; move up=1cm", "drop smooth", "move up=1cm"),
+        ("curve more", "scale more", "curve more deg=large"),
+        ("end goal up=5cm", "replace start", "end start up=5cm"),
+        ("via over=cup", "replace down", "via under=cup"),
+    ],
+)
+def test_edits_of_frames(before, edits, wanted):
+    after = apply(parse_edits(edits, NAMES), parse(before, NAMES), SCENE)
+    assert same(after, parse(wanted, NAMES)), show(after)
+
+
+def test_amounts_that_a_person_turned_by_hand_stay_in_their_slots():
+    knobs = [
+        Parameter("left", 0.1, "m", role="by", slot="0.left"),
+        Parameter("slowdown", 0.5, "", role="factor", slot="1.amount"),
+        Parameter("radius", 0.4, "m", role="radius", slot="1.part"),
+    ]
+    frames = parse("move left; pace slower @near=cup", NAMES)
+    after = by_hand(frames, knobs, {"left": 0.3, "slowdown": 0.7, "radius": 0.2})
+    assert same(after, parse("move left=0.3m; pace set to=0.7x @near=cup,20cm", NAMES))
+
+
+def test_frames_survive_a_document():
+    parts = [
+        PathPart("indices", ranges=((2, 5),), count=20),
+        both(PathPart("rising") if False else outside(PathPart("near", ("cup",), 0.2))),
+    ]
+    text = "move left=20cm up @first; closer cup+blue_box by=5cm; circle cup turns=2 cw; wait at=50% for=2s; pace turns"
+    frames = tuple(
+        type(f)(**{**f.__dict__, "part": parts[i % 2]}) if i else f for i, f in enumerate(parse(text, NAMES))
+    )
+    again = from_json(json.loads(json.dumps(to_json(frames))))
+    assert again == frames and same(again, frames)
+    for broken in ({}, {"frame": "Shift"}, {"frame": "Fly"}, {"frame": "Smooth", "part": {"kind": "moon"}}):
+        with pytest.raises(ValueError, match="no frame"):
+            from_json([broken])
+
+
+WORDS = """more less a bit much too not so far slow fast slower faster half of that it the other cup box no only near
+end first left right undo speed shift again without keep as was 0.3 instead make 10 cm % also same
+for , ? go""".split()
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.lists(st.sampled_from(WORDS), min_size=1, max_size=7).map(" ".join) | st.text(max_size=40))
+def test_any_words_are_read_and_applied_without_an_error(said):
+    frames = parse("move left=20cm; pace slower @near=cup", NAMES)
+    reading = read_feedback(said, SCENE, frames)
+    if reading is not None:
+        apply(reading.edits, frames, SCENE, REALISED)
+
+
+def test_the_voices_that_it_was_tuned_on_are_read():
+    sys.path.insert(0, str(Path(__file__).parents[2] / "training"))
+    from evaluate_feedback import CORPUS, measured
+
+    counts = measured(CORPUS / "voices").values()
+    right, total = sum(c["right"] for c in counts), sum(c.total() for c in counts)
+    assert right >= 0.88 * total, f"{right} of {total}"
