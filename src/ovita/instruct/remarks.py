@@ -1,0 +1,355 @@
+"""An utterance about what was just done in pieces: phrases of feedback, objects, numbers, and what they can mean."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache, cached_property
+from typing import Any
+
+from ovita.instruct import frames as F
+from ovita.instruct.lexicon import FEEDBACK, concept_at, concepts, stems
+from ovita.instruct.notation import name_of
+from ovita.instruct.numbers import amount_at, is_digits, unit_at
+from ovita.instruct.objects import GENERIC, Catalog, Mention, singular
+from ovita.instruct.tokens import cut, respelt
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Array
+from ovita.units import symbol
+
+SKIPPED = frozenset(
+    """the a an it that this these those them my your its his her our please pls really very quite thing things bloody
+    damn ever""".split()
+)
+"""Words that phrases of feedback are matched without."""
+
+GAPS = SKIPPED | {"all", "back", "right"}
+
+SHORT = (
+    ("’", "'"),
+    ("n't", " not"),
+    ("'s ", " is "),
+    ("'ll", " "),
+    ("'d ", " "),
+    ("'re", " "),
+    ("'ve", " "),
+    ("'m ", " "),
+)
+ADJECTIVES = {
+    **dict.fromkeys("fast quick quickly hasty rushed".split(), "faster"),
+    **dict.fromkeys("slow slowly".split(), "slower"),
+    **dict.fromkeys("close near".split(), "closer"), **dict.fromkeys("far away distant".split(), "farther"),
+    "high": "up", "low": "down",
+    **dict.fromkeys("big large wide long strong hard tall deep".split(), "more"),
+    **dict.fromkeys("small little narrow short weak tight thin timid modest shy".split(), "less"),
+}  # fmt: skip
+"""What more of an adjective is."""
+
+SENSES = {
+    "faster": "faster", "slower": "slower", "closer": "closer", "away": "farther", "withdraw": "farther", "up": "up",
+    "raise": "up", "down": "down", "lower": "down", "left": "left", "right": "right", "front": "front", "back": "back",
+    "longer": "longer", "curvature": "bent", "stretch": "larger", "shrink": "smaller",
+}  # fmt: skip
+DIRECTIONS = ("left", "right", "front", "back", "up", "down")
+SAME_AS = {"slight": "slight", "more": "more", "fewer": "less", "double": "twice", "half": "halve", "undo": "undo"}
+"""Concepts of the other word files that are cues of feedback too."""
+
+JUDGING = ("too", "so", "not", "less", "as", "2")
+NOUNS: dict[str, tuple[str, ...]] = {
+    "of_pace": ("pace",), "of_move": ("move", "end"), "of_farther": ("farther", "closer", "clearance"),
+    "of_wait": ("wait", "hover", "stop"), "of_smooth": ("smooth",), "of_return": ("return",),
+    "of_circle": ("circle",),
+    "faster": ("pace",), "slower": ("pace",), "speed": ("pace",), "constant": ("pace",), "wait": ("wait",),
+    "hop": ("hop",), "hover": ("hover",), "mirror": ("mirror",), "rotate": ("rotate",), "tilt": ("tilt",),
+    "spiral": ("spiral",),
+    "circle": ("circle",), "eight": ("eight",), "zigzag": ("zigzag",), "wave": ("wave",), "extend": ("extend",),
+    "straight": ("straighten",), "resize": ("resize",), "curvature": ("curve",), "smooth": ("smooth",),
+    "reverse": ("reverse",), "height": ("height", "move", "hover"), "distance": ("farther", "closer", "clearance"),
+    "away": ("farther", "clearance"), "closer": ("closer",), "waypoints": ("waypoints",), "noise": ("shake",),
+}  # fmt: skip
+"""The frames that a word of feedback, or a concept, can mean."""
+
+
+@dataclass(frozen=True)
+class Phrase:
+    """Some words of an utterance: an object, a number, a phrase of feedback, a concept, or a word that is unknown."""
+
+    text: str
+    clause: int
+    cues: frozenset[str] = frozenset()
+    concept: str = ""
+    items: tuple[str, ...] = ()
+    number: F.Quantity | None = None
+
+    @property
+    def content(self) -> bool:
+        """Whether it says something that should be read."""
+        return bool(self.items or self.number or self.cues or self.concept)
+
+
+@cache
+def _phrases() -> dict[str, list[tuple[tuple[str, ...], str]]]:
+    """The phrases of feedback without skipped words, by their first word, each with its concept."""
+    found: dict[str, list[tuple[tuple[str, ...], str]]] = {}
+    for concept, listed in concepts(FEEDBACK).items():
+        for phrase in listed:
+            words = tuple(w for w in phrase.replace("'t", "t").split() if w not in SKIPPED) or tuple(phrase.split())
+            found.setdefault(words[0], []).append((words, concept))
+    return found
+
+
+def _forms(word: str) -> tuple[str, ...]:
+    """A word and what it is inflected from, comparatives aside."""
+    return (word, *(s for s in stems(word) if len(s) > 3)) if word.endswith(("s", "ed", "ing", "in")) else (word,)
+
+
+def _cues_at(words: Sequence[str], i: int) -> tuple[frozenset[str], int]:
+    """The concepts of the longest phrase of feedback at a word, and how many words it takes."""
+    found: set[str] = set()
+    most = taken = 0
+    for first in _forms(words[i]):
+        for phrase, concept in _phrases().get(first, ()):
+            used = _matched(phrase, words, i)
+            if used and len(phrase) >= most:
+                found = found | {concept} if len(phrase) == most else {concept}
+                most, taken = len(phrase), used
+    return frozenset(found), taken
+
+
+def _matched(phrase: Sequence[str], words: Sequence[str], i: int) -> int:
+    at = i + 1
+    for wanted in phrase[1:]:
+        while at < len(words) and words[at] in GAPS and words[at] != wanted:
+            at += 1
+        if at >= len(words) or wanted not in _forms(words[at]):
+            return 0
+        at += 1
+    return at - i
+
+
+def pieces_of(
+    text: str, scene: Scene, before: Sequence[F.SemanticFrame], positions: Array | None
+) -> tuple[Phrase, ...]:
+    """An utterance in pieces, each the longest phrase that begins there."""
+    for short, full in SHORT:
+        text = f"{text} ".replace(short, full)
+    catalog = Catalog(scene, positions)
+    words, _ = respelt([word.lower() for word in cut(text)], catalog)
+    earlier = tuple(item for frame in before for item in scene if item.name in frame.named)
+    found: list[Phrase] = []
+    i = clause = 0
+    while i < len(words):
+        piece, used = _piece(words, i, catalog, earlier, clause)
+        clause += piece.text in (".", ",", ";", ":", "!", "?", "but", "although", "though")
+        found.append(piece)
+        i += used
+    return tuple(found)
+
+
+def _piece(words: Sequence[str], i: int, catalog: Catalog, earlier: Any, clause: int) -> tuple[Phrase, int]:
+    word = words[i]
+    cues, cued = _cues_at(words, i)
+    concept, length = concept_at(words, i)
+    if word in ("wp", "wps"):
+        return Phrase(word, clause, concept="waypoints"), 1
+    if concept == "reverse" and {"other", "opposite"} & set(words[i : i + length]) and length > cued:
+        cues, cued, concept = frozenset({"flip"}), length, ""
+    mention = _mention(words, i, catalog, earlier)
+    if mention is not None and mention.used >= max(cued, length) and not (mention.unclear and (cued or concept)):
+        items = tuple(item.name for item in mention.items)
+        return Phrase(" ".join(words[i : i + mention.used]), clause, items=items), mention.used
+    found = _amount(words, i)
+    if found is not None and found[1] >= max(cued, length) and not (cued == found[1] > 1):
+        return Phrase(" ".join(words[i : i + found[1]]), clause, number=found[0]), found[1]
+    if concept in ("at_least", "at_most") and word in ("more", "less", "fewer"):
+        concept, length = "", 0
+    if length >= cued and (same := _same(concept, words[i : i + length])):
+        return Phrase(" ".join(words[i : i + length]), clause, cues | same, concept), length
+    if cued >= length and cued:
+        kept = concept if cued == length and concept not in ("plain", "join") else ""
+        return Phrase(" ".join(words[i : i + cued]), clause, cues, kept), cued
+    if concept not in ("", "plain", "join"):
+        return Phrase(" ".join(words[i : i + length]), clause, concept=concept), length
+    return Phrase(word, clause), max(length, 1)
+
+
+def _same(concept: str, words: Sequence[str]) -> frozenset[str]:
+    """The cues of feedback that a phrase of the other word files is."""
+    found = {SAME_AS[concept]} if concept in SAME_AS else set()
+    if concept == "large":
+        found = {cue for word in words for cue in _cues_at([word], 0)[0] & {"large", "more", "less"}}
+    return frozenset(found)
+
+
+def _mention(words: Sequence[str], i: int, catalog: Catalog, earlier: Any) -> Mention | None:
+    """The objects that are named; "that one" and "another thing" name none."""
+    found = catalog.mention_at(words, i, earlier) if words[i][0].isalnum() else None
+    if found is None or singular(words[i + found.used - 1]) not in GENERIC:
+        return found
+    return None if found.unclear or len(found.items) == len(catalog.scene) else found
+
+
+def _amount(words: Sequence[str], i: int) -> tuple[F.Quantity, int] | None:
+    """The quantity that begins at a word, in the person's unit, and how many words it takes."""
+    amount = amount_at(words, i)
+    if amount is None and list(words[i + 1 : i + 4]) == ["and", "a", "half"]:
+        unit, factor, _ = unit_at(words, i)
+        return (F.Quantity(1.5 * factor, unit), 4) if unit else None
+    if amount is None or (amount.used == 1 and words[i] == "one" and not _counts(words[i + 1 : i + 2])):
+        return None
+    unit, used, value = amount.unit, amount.used, abs(amount.value)
+    if unit and list(words[i + used : i + used + 3]) == ["and", "a", "half"] and words[i] in ("a", "an"):
+        value, used = value * 1.5, used + 3
+    plain = is_digits(words[i]) and "/" not in words[i : i + used] and used <= 2
+    said = f"{words[i]}{symbol(' '.join(words[i + 1 : i + used]))}" if plain else ""
+    if not unit and "x" in (words[i - 1] if i else "", words[i + used] if i + used < len(words) else ""):
+        return F.Quantity(value, "x"), used
+    return F.Quantity(value, "x" if not unit and "/" in words[i : i + used] else unit, said=said), used
+
+
+def _counts(behind: Sequence[str]) -> bool:
+    """Whether a "one" before some words is a number: "one lap", "one is enough"."""
+    return bool(behind) and any("turns" in cues for cues, _ in [_cues_at(behind, 0)])
+
+
+@dataclass(frozen=True)
+class Remark:
+    """What was said, against the frames before it."""
+
+    pieces: tuple[Phrase, ...]
+    before: tuple[F.SemanticFrame, ...]
+
+    @cached_property
+    def praised(self) -> frozenset[int]:
+        """The clauses that only say what is right: "the lift is fine"."""
+        clauses = {p.clause for p in self.pieces if p.content}
+        good = {p.clause for p in self.pieces if p.cues & {"accept", "keep"} and "not" not in p.cues}
+        busy = {p.clause for p in self.pieces if p.cues & ACTING or p.number or (p.items and not p.cues)}
+        left = good - busy
+        return frozenset(left) if clauses - left else frozenset()
+
+    @cached_property
+    def active(self) -> tuple[Phrase, ...]:
+        """The pieces of the other clauses."""
+        return tuple(p for p in self.pieces if p.clause not in self.praised)
+
+    @cached_property
+    def asks(self) -> bool:
+        """Whether an active clause asks for a change."""
+        known = {name for frame in self.before for name in frame.named}
+        sensed = (p.concept in SENSES or p.cues & ACTING or p.number or set(p.items) - known for p in self.active)
+        return any(sensed)
+
+    def cued(self, *names: str) -> list[Phrase]:
+        """The active pieces with one of these cues."""
+        return [p for p in self.active if p.cues & set(names)]
+
+    def negated(self, piece: Phrase) -> bool:
+        """Whether a "not" stands right before a piece."""
+        i = self.active.index(piece)
+        near = [p for p in self.active[max(i - 3, 0) : i] if p.clause == piece.clause]
+        return any("not" in p.text.split() for p in near)
+
+    def judged(self, piece: Phrase) -> bool:
+        """Whether "too" or "not so" stands right before an adjective: "too far"."""
+        i = self.active.index(piece)
+        return piece.text in ADJECTIVES and any(p.text in JUDGING for p in self.active[max(i - 1, 0) : i])
+
+    def denies(self, piece: Phrase) -> bool:
+        """Whether "no" or "don't" stands right before a piece."""
+        i = self.active.index(piece)
+        behind = [p.text for p in self.active[i + 1 : i + 3] if p.clause == piece.clause]
+        before = [p.text for p in self.active[max(i - 1, 0) : i]]
+        return bool({"no", "nae", "not", "without", "senza"} & set(before)) or behind[:1] == ["no"]
+
+    def meant(self, pieces: Sequence[Phrase]) -> list[int]:
+        """Numbers of the frames that pieces name by a noun, a direction or an object."""
+        found = [
+            i for i, frame in enumerate(self.before) for p in pieces
+            if names(p, frame)
+        ]  # fmt: skip
+        return list(dict.fromkeys(found))
+
+    @cached_property
+    def targets(self) -> list[int]:
+        """Numbers of the frames that it can be about."""
+        everything = list(range(len(self.before)))
+        fine = set(self.meant([p for p in self.pieces if p.clause in self.praised]))
+        left = [i for i in everything if i not in fine] or everything
+        return [i for i in self.meant(self.active) if i in left] or left
+
+    def counted(self, q: F.Quantity) -> bool:
+        """Whether "three times" counts turns, or is another factor than before, rather than one on what was done."""
+        likened = any(p.text in ("that", "as", "so") for p in self.active)
+        turns = any(isinstance(f, F.Figure) and f.turns for f in self.before)
+        factors = any(had.unit == q.unit for f in self.before for had in f.quantities.values())
+        return not likened and (turns or factors)
+
+    def on(self, i: int) -> str:
+        """How an edit names a frame; "" where there is only one."""
+        return name_of(self.before[i]) if len(self.before) > 1 else ""
+
+
+def names(piece: Phrase, frame: F.SemanticFrame) -> bool:
+    """Whether a piece names a frame."""
+    kinds = [kind for cue in (*piece.cues, piece.concept) for kind in NOUNS.get(cue, ())]
+    sense = SENSES.get(piece.concept, "")
+    return (
+        name_of(frame) in kinds
+        or frame.NAME in kinds
+        or (sense in DIRECTIONS and sense in directions_of(frame))
+        or bool(set(piece.items) & set(frame.named))
+    )
+
+
+def heading(piece: Phrase) -> str:
+    """The direction that a piece names, or ""."""
+    sense = SENSES.get(piece.concept, "")
+    words = sense if sense in DIRECTIONS else next((d for d in DIRECTIONS if d in piece.cues), "")
+    return "" if piece.text.endswith("er") else words
+
+
+def directions_of(frame: F.SemanticFrame) -> tuple[str, ...]:
+    """The directions that a frame names."""
+    offset: F.Offset = getattr(frame, "offset", ())
+    direction = getattr(frame, "direction", "")
+    over = {"over": ("up",), "under": ("down",)}.get(getattr(frame, "relation", ""), ())
+    return (*(d for d, _ in offset), *((direction,) if direction else ()), *over)
+
+
+def senses_of(frame: F.SemanticFrame) -> set[str]:
+    """What more of a frame is more of."""
+    found = {"more", *directions_of(frame)}
+    match frame:
+        case F.Pace(factor=float() as factor):
+            found.add("slower" if factor < 1 else "faster")
+        case F.Pace(change="slower" | "rampdown" | "turns"):
+            found.add("slower")
+        case F.Pace():
+            found.add("faster")
+        case F.Approach(sense=sense):
+            found.add(sense)
+        case F.Clearance(distance=F.Quantity(role=role)):
+            found.add("closer" if role == "at_most" else "farther")
+        case F.Wait():
+            found.add("longer")
+        case F.Hop() | F.Hover() | F.Height():
+            found.add("up")
+        case F.Resize(change="smaller"):
+            found |= {"less", "smaller"} - {"more"}
+        case F.MoveEnd(relation="toward"):
+            found.add("closer")
+        case F.MoveEnd(relation="away"):
+            found.add("farther")
+        case F.Curve(change=change):
+            found |= {"bent"} if change == "more" else {"straight"}
+        case F.Figure() | F.Resize():
+            found.add("larger")
+    return found
+
+
+ACTING = frozenset(
+    """undo redo restart explain again flip ccw cw more less twice treble halve third quarter sesqui meant only except
+    also""".split()
+)
+"""Cues that ask for a change."""
