@@ -209,6 +209,13 @@ def test_orientations_travel_along():
         assert np.abs(result.adapted.orientations) == pytest.approx(np.tile([0.0, 0, 0, 1], (len(result.adapted), 1)))
 
 
+def test_the_corners_of_a_zigzag_are_asked_for_and_those_of_a_short_part_are_not():
+    assert not adapt(request(), writer=Scripted(policy("return zigzag(traj, 0.2, waves=3)"))).warnings
+    short = "part = between(traj, 0.45, 0.55); return move(traj, left=0.4, where=part)"
+    warnings = adapt(request(), writer=Scripted(policy(short))).warnings
+    assert any(text.startswith("The path now turns") for text in warnings), warnings
+
+
 def test_a_kink_that_an_edit_brings_is_warned_of():
     result = adapt(request(), writer=Scripted(policy("traj[5, 2] += 0.3\n    return traj")))
     assert any(text.startswith("The path now turns") and "waypoint 6" in text for text in result.warnings)

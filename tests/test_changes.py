@@ -192,6 +192,16 @@ def test_the_shape_of_what_was_put_in_is_no_kink() -> None:
     assert changes.shape.sharpest.after == pytest.approx(90.0) and shape_warnings(changes) == []
 
 
+def test_a_corner_where_a_detour_leaves_the_path_and_joins_it_is_a_kink() -> None:
+    rows = line().to_array()
+    away = np.repeat(rows[20:21], 20, axis=0)
+    away[:, 1] += 0.05 * np.append(np.arange(1, 11), np.arange(9, -1, -1))
+    changes = changed(line(), np.vstack([rows[:21], away, rows[21:]]))
+    assert [kink.waypoint for kink in changes.shape.kinks] == [20], shape_warnings(changes)
+    back = np.vstack([rows[:21], away[:-1], rows[21:]])
+    assert [kink.waypoint for kink in changed(line(), back).shape.kinks] == [20, 40]
+
+
 def test_what_was_sharp_before_and_what_is_sampled_anew_is_no_kink_and_no_jump() -> None:
     corner = Trajectory([[x / 20, 0, 0] for x in range(21)] + [[1, y / 20, 0] for y in range(1, 21)], np.full(41, 0.3))
     smooth = line().to_array()

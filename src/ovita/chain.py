@@ -18,7 +18,7 @@ from typing import Any
 from ovita.errors import PolicyError, PolicyRejected, RequestError, WriterError
 from ovita.instruct.editing import by_hand
 from ovita.limits import ConstraintOptions, Solution, Verdict, constrain
-from ovita.measure import Changes, compare, shape_warnings
+from ovita.measure import compare, shape_warnings
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
@@ -279,7 +279,7 @@ def _finish(
     idle = changes.path_unchanged and changes.speeds_unchanged and not by_hand
     done = _nothing_to_do(reply, postconditions) if idle else ""
     stalls = adapted.stall is not None and request.trajectory.stall is None
-    warnings = _warnings(verdict, postconditions, adapted, changes)
+    warnings = _warnings(verdict, postconditions, adapted) + ([] if rollout.corners else shape_warnings(changes))
     if idle:
         warnings.append(done or "Nothing changed: the trajectory is the same as before.")
     result = Adaptation(
@@ -340,9 +340,7 @@ def _nothing_to_do(reply: Reply, postconditions: Sequence[Postcondition]) -> str
     return f"Nothing had to change: {'; '.join(held)}." if held and kept else ""
 
 
-def _warnings(
-    verdict: Verdict, postconditions: Sequence[Postcondition], adapted: Trajectory, changes: Changes
-) -> list[str]:
+def _warnings(verdict: Verdict, postconditions: Sequence[Postcondition], adapted: Trajectory) -> list[str]:
     """What a person should look at in a result, each as a sentence."""
     broken = [p for p in postconditions if not p.held]
     warnings = [f"{'Changed by the limits' if p.held_before else 'Not as meant'}: {p.outcome}" for p in broken]
@@ -351,7 +349,7 @@ def _warnings(
     if adapted.stall is not None:
         where = adapted.stall + 1
         warnings.append(f"From waypoint {where} on the path goes on at speed 0; a robot would stand still there.")
-    return warnings + shape_warnings(changes)
+    return warnings
 
 
 def _explained_by_model(result: Adaptation, writer: PolicyWriter, budget: WritingBudget, clock: _Clock) -> Adaptation:

@@ -104,7 +104,8 @@ class ShapeChange:
         sharpest: Sharpest turn at a waypoint [deg], at waypoint `sharpest_at` of either trajectory.
         reversals: Number of turns by more than 150 degrees.
         step: Longest step between neighbouring waypoints [m].
-        kinks: Turns by 60 degrees or more that the adaptation brought to waypoints that were there before.
+        kinks: Turns by 60 degrees or more that the adaptation brought to waypoints that were there before, also where
+            something put in leaves them and comes back.
         jumps: Steps more than four times the original's longest, allowing for another number of waypoints.
     """
 
@@ -351,13 +352,13 @@ def _shape(original: Array, adapted: Array, found: Correspondence) -> ShapeChang
     at = [int(angles.argmax()) for angles in turns]
     longest = float(steps[0].max()) * max(1.0, len(original) / len(adapted))
     kinks = []
-    for i in np.flatnonzero(turns[1] >= KINK):
+    for i in map(int, np.flatnonzero(turns[1] >= KINK)):
         origin = found.backward[i]
-        if not found.old[i - 1 : i + 2].all():  # the shape of what was put in was asked for
+        if not found.old[i] or not _inner(found, i):  # the shape of what was put in was asked for
             continue
         usual = float(turns[0][max(int(origin) - 2, 0) : int(origin) + 4].max())
         if turns[1][i] >= usual + SHARPER:
-            kinks.append(Kink(int(i), float(turns[1][i]), usual))
+            kinks.append(Kink(i, float(turns[1][i]), usual))
     jumps = [Jump(int(i), float(steps[1][i]), longest) for i in np.flatnonzero(steps[1] > JUMP * longest + TOLERANCE)]
     return ShapeChange(
         sharpest=Span(float(turns[0].max()), float(turns[1].max())),
@@ -367,6 +368,12 @@ def _shape(original: Array, adapted: Array, found: Correspondence) -> ShapeChang
         kinks=tuple(kinks),
         jumps=tuple(jumps),
     )
+
+
+def _inner(found: Correspondence, i: int) -> bool:
+    """Whether what was put in beside waypoint i, if anything, joins the path again, as nothing beyond an end does."""
+    beyond = [put for put in found.added if put[0] == 0 or put[1] == len(found.old) - 1]
+    return not any(a - 1 <= i <= b + 1 for a, b in beyond)
 
 
 def _object_change(item: SceneObject, original: Trajectory, adapted: Trajectory) -> ObjectChange:

@@ -334,6 +334,7 @@ class PolicyRun:
         header = self.failure or {
             "status": "ok",
             "contacts": [str(name) for name in self.recorder.contacts[: wire.MAX_EXPECTATIONS]],
+            "corners": bool(self.recorder.corners),
             "expectations": [
                 {"kind": e.kind, "arguments": dict(e.arguments), "text": e.text}
                 for e in self.recorder.expectations[: wire.MAX_EXPECTATIONS]

@@ -75,6 +75,7 @@ class Rollout:
         prints: What it printed, cleaned and shortened.
         isolation: "strict", "degraded", or "in process" for a policy that is proven to be toolkit calls only.
         elapsed_ms: Time from the call to the result [ms].
+        corners: Whether it draws a figure that has corners.
     """
 
     trajectory: Trajectory
@@ -83,6 +84,7 @@ class Rollout:
     prints: str = ""
     isolation: str = "strict"
     elapsed_ms: float = 0.0
+    corners: bool = False
 
 
 LIMITS = SandboxLimits()
@@ -199,7 +201,8 @@ def _stated(recorder: Recorder) -> dict[str, Any]:
         plain = json.loads(json.dumps(expectations, allow_nan=False))
     except (TypeError, ValueError, RecursionError):
         raise PolicyOutputInvalid("an expectation holds something that is not plain numbers and text") from None
-    return {"contacts": [str(name) for name in recorder.contacts], "expectations": plain}
+    contacts = [str(name) for name in recorder.contacts]
+    return {"contacts": contacts, "corners": recorder.corners, "expectations": plain}
 
 
 def _rollout(
@@ -212,6 +215,7 @@ def _rollout(
         wire.clean_text(stated.get("prints"), wire.MAX_PRINTS),
         isolation,
         (time.perf_counter() - started) * 1000.0,
+        stated.get("corners") is True,
     )
 
 

@@ -132,10 +132,12 @@ class Recorder:
     Args:
         contacts: Names of the objects that it means to touch or to pass through, each once.
         expectations: Its postconditions, in order.
+        corners: Whether it draws a figure that has corners, so that these are no mishap.
     """
 
     contacts: list[str] = field(default_factory=list)
     expectations: list[Expectation] = field(default_factory=list)
+    corners: bool = False
 
 
 def note_contact(recorder: Recorder | None, target: Target | None, shift: Array) -> None:

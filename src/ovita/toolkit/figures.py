@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import islice
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,8 +15,17 @@ from ovita.paths.scene import SceneObject
 from ovita.paths.trajectory import Array, arc_length
 from ovita.toolkit import arguments
 from ovita.toolkit.arguments import Place, Target, positive
-from ovita.toolkit.catalogue import operation
-from ovita.toolkit.insertion import course_headings, densified, distinct, evenly, inserted, leg, level_heading
+from ovita.toolkit.catalogue import Recorder, operation
+from ovita.toolkit.insertion import (
+    along_arcs,
+    course_headings,
+    densified,
+    distinct,
+    dubins,
+    evenly,
+    inserted,
+    level_heading,
+)
 from ovita.toolkit.weights import perpendicular
 
 PER_TURN = 24
@@ -22,6 +33,15 @@ PER_TURN = 24
 
 CLEARANCE = 0.05
 """How far a circle of no given radius stays from an object's bounding sphere [m]."""
+
+TANGENTIAL = np.cos(np.radians(15.0))
+"""A path that heads along a circle up to this cosine needs no curve onto it."""
+
+CANDIDATES = 48
+"""Places of a circle at which a curve onto it is tried."""
+
+CUT = 0.02
+"""Share of a circle's radius by which a curve onto it from outside may cut into it."""
 
 MOST_TURNS = 100.0
 """The most turns that one call may ask for."""
@@ -50,8 +70,8 @@ def spiral(
     """Spiral out at a PLACE, rising by height; the path goes on.
 
     The spiral is Archimedean and level: after the share u of the turns it is u radius away from the waypoint and
-    u height above it. It begins with the path's heading. From its end the rest of the path, if there is one, is
-    reached in a straight line; at the goal the spiral's end is the new goal.
+    u height above it. It begins with the path's heading. From its end an arc, a line and an arc lead to the next
+    waypoint and its heading; at the goal the spiral's end is the new goal.
 
     Args:
         traj: (N, 4); the result has the new waypoints inserted, no farther apart than the mean spacing
@@ -77,7 +97,8 @@ def spiral(
     step = spacing(rows[:, :3])
     points = evenly(curve, step, int(np.ceil(PER_TURN * count)))
     if i + 1 < len(rows):
-        points = np.concatenate([points, leg(points[-1], rows[i + 1, :3], step)[:-1]])
+        final = curve(np.array([1.0, 1.0 - 1e-6]))
+        points = np.concatenate([points, _rejoined(rows, i, points[-1], final[0] - final[1], size / 2.0, frame)])
     return inserted(rows, i, points)
 
 
@@ -93,8 +114,9 @@ def circle(
 ) -> Array:
     """Go around an object from the nearest waypoint and back.
 
-    The circle is level and at that waypoint's height. Where the waypoint is not on it, a straight line leads there and
-    back; after turns that are not whole, the path goes on from where the circle ends.
+    The circle is level and at that waypoint's height. Where the path does not run into it, an arc, a line and an arc
+    lead onto it without a corner, and back, so that the object is gone around so many times in all; after turns that
+    are not whole, they lead from where the circle ends to the next waypoint.
 
     Args:
         traj: (N, 4); the result has the new waypoints inserted, no farther apart than the mean spacing
@@ -118,20 +140,34 @@ def circle(
     ring = positive(radius, "radius") if radius is not None else max(distance, _size(obj) + CLEARANCE)
     tangent = np.cross(up, outward)
     sense = _sense(_flag(clockwise) if clockwise is not None else bool(tangent @ ahead < 0.0))
+    step, whole, goes_on = spacing(rows[:, :3]), count.is_integer(), i + 1 < len(rows)
+    bend = ring if distance > ring else ring / 2.0
+    # In the plane, with the centre at 0 and the waypoint on the first axis.
+    here = np.array([distance, 0.0, _angle(ahead, outward, tangent)])
+    straight_in = abs(ring - distance) <= 1e-9 and np.cos(here[2] - sense * np.pi / 2.0) >= TANGENTIAL
+    there, begun = (np.zeros((0, 2)), 0.0) if straight_in else _onto_ring(here, ring, sense, bend, step)
+    back, ended = there[:0], begun
+    if whole and not straight_in:
+        back, ended = _onto_ring(here + np.array([0.0, 0.0, np.pi]), ring, -sense, bend, step)
+        back = np.concatenate([back[-2::-1], here[None, :2]])
+    # What the ways to the circle and back go around the object counts.
+    ways = [np.concatenate([here[None, :2], there]), np.concatenate([ring * _on_unit(ended), back])]
+    outside = sum(map(_swept, ways)) if distance > CUT * ring else 0.0
+    total = 2.0 * np.pi * count
+    sweep = total if not whole or straight_in else sense * (ended - begun) % (2.0 * np.pi)
+    while sweep + sense * outside < total - np.pi and whole:
+        sweep += 2.0 * np.pi
 
     def curve(u: Array) -> Array:
-        angle = 2.0 * np.pi * count * sense * u[:, None]
-        return np.asarray(centre + ring * (np.cos(angle) * outward + np.sin(angle) * tangent))
+        return np.asarray(ring * _on_unit(begun + sense * sweep * u))
 
-    step = spacing(rows[:, :3])
-    on_ring = abs(ring - distance) <= 1e-9
-    entry = rows[i, :3] if on_ring else centre + ring * outward
-    arc = evenly(curve, step, int(np.ceil(PER_TURN * count)))
-    if count.is_integer():
-        arc[-1] = entry
-    there = leg(rows[i, :3], entry, step)
-    back = leg(entry, rows[i, :3], step) if count.is_integer() else np.zeros((0, 3))
-    return inserted(rows, i, np.concatenate([there, arc, back]))
+    arc = evenly(curve, step, int(np.ceil(PER_TURN * sweep / (2.0 * np.pi))))
+    points = centre + np.concatenate([there, arc, back]) @ np.stack([outward, tangent])
+    if whole:
+        points[-1:] = rows[i, :3]
+    elif goes_on:
+        points = np.concatenate([points, _rejoined(rows, i, points[-1], points[-1] - points[-2], ring / 2.0, frame)])
+    return inserted(rows, i, points)
 
 
 @operation("Draw figures")
@@ -173,6 +209,7 @@ def zigzag(
     where: ArrayLike | None = None,
     direction: str | None = None,
     frame: Frame = RFU,
+    recorder: Recorder | None = None,
 ) -> Array:
     """Zigzag sideways, or along a direction word.
 
@@ -182,6 +219,8 @@ def zigzag(
     Args:
         traj: (N, 4); where the waypoints are too sparse for the waves, more are inserted.
     """
+    if recorder is not None:
+        recorder.corners = True
     return _rippled(traj, amplitude, waves, where, direction, frame, _triangle, PER_ZIGZAG)
 
 
@@ -204,7 +243,14 @@ def wave(
 
 
 @operation("Draw figures")
-def noise(traj: ArrayLike, amount: float, *, seed: int = 0, where: ArrayLike | None = None) -> Array:
+def noise(
+    traj: ArrayLike,
+    amount: float,
+    *,
+    seed: int = 0,
+    where: ArrayLike | None = None,
+    recorder: Recorder | None = None,
+) -> Array:
     """Shake by up to amount metres.
 
     The displacements are uniform in a ball; the same seed shakes in the same directions, whatever the amount.
@@ -217,6 +263,8 @@ def noise(traj: ArrayLike, amount: float, *, seed: int = 0, where: ArrayLike | N
     rows = arguments.waypoints(traj)
     radius = arguments.number(amount, "amount", low=0.0)
     selected = arguments.mask(where, len(rows)) & (radius > 0.0)
+    if recorder is not None:
+        recorder.corners = True
     random = np.random.default_rng(arguments.integer(seed, "seed", 0, 2**31 - 1))
     away = random.normal(size=(len(rows), 3))
     away *= (np.cbrt(random.uniform(size=len(rows))) / np.maximum(np.linalg.norm(away, axis=1), 1e-12))[:, None]
@@ -228,6 +276,59 @@ def noise(traj: ArrayLike, amount: float, *, seed: int = 0, where: ArrayLike | N
 
 def _size(obj: Target) -> float:
     return obj.radius if isinstance(obj, SceneObject) else 0.0
+
+
+def _rejoined(rows: Array, i: int, end: Array, heading: Array, radius: float, frame: Frame) -> Array:
+    """Points (M, 3) from a place and heading to the waypoint after i, which is not one of them, and its heading."""
+    up, front = frame.direction("up"), frame.direction("front")
+    side = np.cross(up, front)
+    goal, onward = rows[i + 1, :3], level_heading(rows, i + 1, up, front)
+    begin, target = (
+        np.array([place @ front, place @ side, _angle(way, front, side)])
+        for place, way in ((end, heading), (goal, onward))
+    )
+    flat = along_arcs(
+        begin, next(dubins(begin, target[None], radius))[1], spacing(rows[:, :3]), 2.0 * np.pi / PER_TURN
+    )[:-1]
+    share = np.arange(1, len(flat) + 1) / (len(flat) + 1)
+    height = (1.0 - share) * (end @ up) + share * (goal @ up)
+    return np.asarray(flat @ np.stack([front, side]) + height[:, None] * up)
+
+
+def _onto_ring(begin: Array, ring: float, sense: float, radius: float, step: float) -> tuple[Array, float]:
+    """The shortest way from a pose (3,) onto a circle about 0, driven in a sense: points (M, 2) and its angle there."""
+    angles = np.arange(CANDIDATES) * 2.0 * np.pi / CANDIDATES
+    ends = np.column_stack([ring * _on_unit(angles), angles + sense * np.pi / 2.0])
+    inside, finest = float(np.hypot(*begin[:2])) < ring, 2.0 * np.pi / PER_TURN
+    tried: list[tuple[float, int, Array]] = []
+    for bend in radius / np.array([1.0, 2.0, 5.0, 10.0, 20.0]):
+        for k, parts in islice(dubins(begin, ends, bend), CANDIDATES if inside else None):
+            length = float(parts[:, 1].sum())
+            rough = np.concatenate([begin[None, :2], along_arcs(begin, parts, max(ring / 4.0, length / 64.0), finest)])
+            if not inside and (np.hypot(*rough.T) >= ring * (1.0 - CUT)).all():
+                return along_arcs(begin, parts, step, finest), float(angles[k])
+            # From inside, the way that goes around least leaves most of the turn to the circle.
+            tried.append((length + 2.0 * ring * abs(_swept(rough)), k, parts))
+        if inside:
+            break
+    _, k, parts = min(tried, key=lambda found: found[0])
+    return along_arcs(begin, parts, step, finest), float(angles[k])
+
+
+def _on_unit(angles: Any) -> Array:
+    """Points (K, 2) on the unit circle."""
+    return np.column_stack([np.cos(angles), np.sin(angles)])
+
+
+def _angle(vector: Array, first: Array, second: Array) -> float:
+    """The angle of a vector in a plane, from the first of its axes to the second."""
+    return float(np.arctan2(vector @ second, vector @ first))
+
+
+def _swept(points: Array) -> float:
+    """The angle that points (M, 2) sweep about 0."""
+    angles = np.unwrap(np.arctan2(points[:, 1], points[:, 0]))
+    return float(angles[-1] - angles[0]) if len(points) > 1 else 0.0
 
 
 def _sense(clockwise: bool) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from ovita.paths.geometry import Mask, fractions
 from ovita.paths.trajectory import Array, arc_length, interpolate
 from ovita.toolkit import arguments
 from ovita.toolkit.arguments import Place
-from ovita.toolkit.weights import headings, snapped
+from ovita.toolkit.weights import ROUNDING, headings, snapped
 
 SOFT = 0.3
 """Share of a new stretch over which its speed rises from, and falls to, the speeds at its ends."""
@@ -88,6 +88,70 @@ def leg(begin: Array, end: Array, step: float) -> Array:
     points = evenly(lambda u: begin + u[:, None] * (end - begin), step, 1)
     points[-1:] = end
     return points
+
+
+def dubins(begin: Array, ends: Array, radius: float) -> Iterator[tuple[int, Array]]:
+    """The curves from one pose to others that are an arc, a line and an arc, the shortest first (Dubins 1957).
+
+    Args:
+        begin: x, y [m] and heading [rad], (3,).
+        ends: The same, (K, 3).
+        radius: Of the arcs [m], > 0.
+
+    Yields:
+        Which of the ends is reached, and the curve's three parts: signed curvatures [1/m] and lengths [m], (3, 2).
+    """
+    dx, dy = ((ends[:, :2] - begin[:2]) / radius).T
+    d, course = np.hypot(dx, dy), np.arctan2(dy, dx)
+    sizes, senses = [], ((1.0, 1.0), (-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0))
+    # The first arc turns left (1) or right (-1), and so does the last; of a turn to the right, the mirror image counts.
+    for first, final in senses:
+        u, v = first * (begin[2] - course), first * (ends[:, 2] - course)
+        if first == final:
+            squared = 2.0 + d**2 - 2.0 * np.cos(u - v) + 2.0 * d * (np.sin(u) - np.sin(v))
+            middle = np.sqrt(np.maximum(squared, 0.0))
+            bearing = np.arctan2(np.cos(v) - np.cos(u), d + np.sin(u) - np.sin(v))
+            turns = [bearing - u, v - bearing]
+        else:
+            squared = d**2 - 2.0 + 2.0 * np.cos(u - v) + 2.0 * d * (np.sin(u) + np.sin(v))
+            middle = np.sqrt(np.maximum(squared, 0.0))
+            bearing = np.arctan2(-np.cos(u) - np.cos(v), d + np.sin(u) + np.sin(v)) + np.arctan2(2.0, middle)
+            turns = [bearing - u, bearing - v]
+        # What rounding makes of a turn by nothing is no whole turn.
+        begun, ended = (np.maximum((turn + ROUNDING) % (2.0 * np.pi) - ROUNDING, 0.0) for turn in turns)
+        sizes.append(np.where(squared >= -ROUNDING, [begun, middle, ended], np.inf))
+    total = np.sum(sizes, axis=1)
+    for flat in np.argsort(total, axis=None):
+        kind, k = divmod(int(flat), len(ends))
+        if np.isfinite(total[kind, k]):
+            first, final = senses[kind]
+            yield k, np.column_stack([[first / radius, 0.0, final / radius], sizes[kind][:, k] * radius])
+
+
+def along_arcs(begin: Array, parts: Array, step: float, most: float) -> Array:
+    """Points (M, 2) on a curve of arcs and lines, its end included and its beginning not.
+
+    Args:
+        begin: x, y [m] and heading [rad], (3,).
+        parts: Signed curvatures [1/m] and lengths [m], (K, 2).
+        step: At most so far apart [m]; 0 for no such limit.
+        most: The most that the curve turns from one to the next [rad].
+    """
+    points, (x, y, heading) = [np.zeros((0, 2))], begin
+    for curvature, length in parts:
+        if length <= ROUNDING:
+            continue
+        wanted = max(length / step if step > 0.0 else 1.0, abs(curvature) * length / most)
+        s = np.linspace(0.0, length, min(int(np.ceil(wanted - 1e-6)), arguments.MOST_WAYPOINTS) + 1)[1:]
+        if curvature == 0.0:
+            part = np.column_stack([x + s * np.cos(heading), y + s * np.sin(heading)])
+        else:
+            angle = heading + curvature * s
+            part = np.column_stack([np.sin(angle) - np.sin(heading), np.cos(heading) - np.cos(angle)]) / curvature
+            part += (x, y)
+        points.append(part)
+        (x, y), heading = part[-1], heading + curvature * length
+    return np.concatenate(points)
 
 
 def usual_speed(rows: Array) -> float:

@@ -8,14 +8,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ovita.paths.frame import RFU, Frame
-from ovita.paths.geometry import fractions, spacing
+from ovita.paths.geometry import fractions, spacing, turning_angles
 from ovita.paths.scene import SceneObject
 from ovita.paths.trajectory import Array, arc_length, interpolate, source_indices
 from ovita.toolkit import arguments
 from ovita.toolkit.arguments import Offset, Place, Target
 from ovita.toolkit.catalogue import Recorder, note_contact, operation
-from ovita.toolkit.insertion import anchor, distinct, leg, speeds_between, usual_speed
-from ovita.toolkit.weights import eased, final_heading, smoothstep
+from ovita.toolkit.insertion import along_arcs, anchor, distinct, dubins, leg, speeds_between, usual_speed
+from ovita.toolkit.weights import eased, final_heading, perpendicular, smoothstep
+
+SMOOTH = np.radians(15.0)
+"""How far a curve that goes on beyond the goal turns from one waypoint to the next, half of it being straight."""
 
 DEFAULT_EASE = 0.25
 """Fraction of the path over which a shift sets in when an end is kept."""
@@ -145,8 +148,8 @@ def continue_to(
 ) -> Array:
     """Go on from the goal to an object or point plus OFFSET.
 
-    The curve is the cubic Hermite spline that begins with the final heading and ends with the direction of
-    its chord.
+    The curve is the cubic Hermite spline that begins with the final heading and ends with the direction of its chord;
+    where that turns by more than 60 degrees, an arc with a quarter of the chord as radius and a straight line.
 
     Args:
         traj: (N, 4); the result is (N + M, 4) with new waypoints at the mean spacing.
@@ -161,8 +164,11 @@ def continue_to(
     chord = target - goal
     if not smooth or spacing(rows[:, :3]) == 0.0 or not chord.any():
         return _appended(rows, np.stack([goal, target]))
+    heading, length = final_heading(rows[:, :3]), float(np.linalg.norm(chord))
+    if heading @ chord < 0.5 * length:
+        return _appended(rows, np.concatenate([goal[None], goal + _turned(heading, chord)]))
     u = np.linspace(0.0, 1.0, 257)[:, None]
-    leave = final_heading(rows[:, :3]) * np.linalg.norm(chord)
+    leave = heading * length
     curve = goal + (u**3 - 2 * u**2 + u) * leave + (3 * u**2 - 2 * u**3) * chord + (u**3 - u**2) * chord
     curve[-1] = target
     return _appended(rows, curve)
@@ -227,6 +233,20 @@ def straighten(traj: ArrayLike, a: Place = "start", b: Place = "goal") -> Array:
     return rows
 
 
+def _turned(heading: Array, chord: Array) -> Array:
+    """Points (M, 3) on an arc that begins with a heading, and on the line from there to the end of a chord."""
+    along = float(chord @ heading)
+    aside = chord - along * heading
+    away = float(np.linalg.norm(aside))
+    # Straight back, any side will do: a level one.
+    side = aside / away if away > 1e-9 else perpendicular(heading[None])[0]
+    angles = np.linspace(-np.pi, np.pi, 120, endpoint=False)
+    ends = np.column_stack([np.full(120, along), np.full(120, away), angles])
+    begin = np.zeros(3)
+    _, parts = next(dubins(begin, ends, float(np.linalg.norm(chord)) / 4.0))
+    return np.asarray(along_arcs(begin, parts, 0.0, np.pi / 90.0) @ np.stack([heading, side]))
+
+
 def _move_first(rows: Array, to: Target | None, shift: Array, blend: float, recorder: Recorder | None) -> None:
     """Move the first row of a view to a target plus a shift, which fades out along the path, before its end."""
     note_contact(recorder, to, shift)
@@ -249,7 +269,9 @@ def _appended(rows: Array, curve: Array) -> Array:
     if length == 0.0:
         return rows
     step = spacing(rows[:, :3]) or length / 10.0
-    count = min(max(round(length / step), 2), arguments.MOST_WAYPOINTS)
+    # A polyline has its corners; what is finer is a curve, and stays one.
+    turned = float(turning_angles(curve).sum()) if len(curve) > 10 else 0.0
+    count = min(max(round(length / step), 2, round(2.0 * turned / SMOOTH)), arguments.MOST_WAYPOINTS)
     source = source_indices(curve, count + 1, "arc_length")
     tail = np.repeat(rows[-1:], count, axis=0)
     tail[:, :3] = interpolate(curve, source)[1:]
