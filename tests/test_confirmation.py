@@ -290,6 +290,12 @@ def test_a_draft_carries_it(session):
     assert session.pending is None and len(session.steps) == 1
 
 
+def test_a_saved_proposal_goes_on_in_a_session(unsure):
+    talk = Session.of(unsure, writer="builtin")
+    assert talk.pending == unsure and not talk.steps
+    assert talk.say("yes").status == "done" and len(talk.steps) == 1
+
+
 def test_a_hand_edit_ends_it(session):
     session.change("other limits", robot=Robot.preset("drone"))
     assert session.pending is None

@@ -26,7 +26,7 @@ from ovita.policy import Policy
 from ovita.policy.sandbox import Rollout, known_isolation, run
 from ovita.request import Request
 from ovita.result import Adaptation, Postcondition, Status, explain, facts, judged_status
-from ovita.text import quoted
+from ovita.text import quoted, sentence, the
 from ovita.toolkit import Outcome
 from ovita.writers.base import Attempt, PolicyWriter, Progress, Reply, WriterInfo, WritingBudget, writer_named
 from ovita.writers.explain import reworded
@@ -242,14 +242,16 @@ def _not_understood(reply: Reply, request: Request) -> str:
     strange = [word for word in reply.unplaced if word not in names]
     what = quoted(strange) or (f"what to do with {quoted(reply.unplaced)}" if reply.unplaced else "the instruction")
     known = ", ".join(map(repr, names)) or "none"
-    place = f" near the {names[0]}" if names else " in the second half"
-    hint = f" Try 'go left by 0.2' or 'slow down{place}'"
+    near = f"near {the(names[0])}" if names else "in the second half"
+    more = f"keep at least 0.2 from {the(names[-1])}" if names else "make the path smoother"
+    hint = f" Try 'go left by 0.2', 'slow down {near}' or '{more}'"
     if reply.writer.kind == "builtin" and len(reply.writer.tried) < 2:
         hint += (
             "; a language model understands more: 'ovita models' gets a local one, --writer or OVITA_MODEL names one"
         )
     others = "".join(f" Also asked: {said.rstrip('.')}." for said in reply.writer.tried[1:])
-    return f"I could not place {what}; the trajectory is unchanged. The scene's objects are: {known}.{hint}.{others}"
+    why = " ".join(map(sentence, reply.doubts)) or f"I could not place {what}; the trajectory is unchanged."
+    return f"{why} The scene's objects are: {known}.{hint}.{others}"
 
 
 def _finish(

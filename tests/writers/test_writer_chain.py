@@ -443,4 +443,8 @@ def test_what_is_not_understood_names_next_steps() -> None:
     scene = Scene((SceneObject("cup", [0.5, 0.3, 0.4]),))
     named = adapt(replace(request("frobnicate the cup"), scene=scene))
     assert "I could not place 'frobnicate'; " in named.message
+    assert "'slow down near the cup' or 'keep at least 0.2 from the cup'" in named.message
     assert "what to do with 'cup'" in adapt(replace(request("cup"), scene=scene)).message
+    improper = Reply("not_understood", doubts=("this is not about the path",))
+    told = adapt(request("tell me a joke"), writer=Scripted("reader", improper)).message
+    assert told.startswith("This is not about the path. The scene's objects are:")

@@ -62,6 +62,8 @@ class Session:
         session = cls(adaptation.original, adaptation.scene, adaptation.robot, writer, isolation=isolation)
         if adaptation.usable:
             session._add(adaptation.instruction or "opened a result", "current", adaptation, "opened")
+        elif adaptation.proposal is not None:
+            session._pending = adaptation.instruction, Interpretation(adaptation)
         return session
 
     @property
@@ -86,8 +88,8 @@ class Session:
 
     @property
     def pending(self) -> Adaptation | None:
-        """The proposal that the next sentence may agree to, or None."""
-        return None if self._pending is None else self._pending[1].result.proposal
+        """The result whose proposal the next sentence may agree to, or None."""
+        return None if self._pending is None else self._pending[1].result
 
     @property
     def current(self) -> Trajectory:

@@ -19,7 +19,7 @@ from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.plots.geometry import COLOURS
 from ovita.result import Adaptation
-from ovita.studio.sessions import SessionController
+from ovita.studio.sessions import LastUtterance, SessionController
 
 _CHIPS = {
     "done": ("good", "done"),
@@ -119,10 +119,13 @@ def outcome(controller: SessionController) -> str:
     """How the last words went; "" before any."""
     if controller.busy is not None:
         return ""
-    if controller.said is not None:
-        said = controller.said
+    waiting = controller.session.pending
+    said = controller.said
+    if said is None and waiting is not None:
+        said = LastUtterance(waiting.instruction, "current", waiting)
+    if said is not None:
         kind, word = _chip(said.result) if said.result else ("bad", "not done")
-        card = "card waiting" if controller.session.pending is not None else "card"
+        card = "card waiting" if waiting is not None else "card"
         return block(
             f'<div class="{card}">&ldquo;{e(clipped(said.text))}&rdquo; <span class="chip {kind}">{word}</span>'
             f"<p>{e(said.message)}</p></div>"

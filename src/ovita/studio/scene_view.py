@@ -81,7 +81,8 @@ class SceneView:
         moved = result is not None and result.proposed is not None and result.proposed != result.adapted
         proposed = result.proposed if result is not None and moved else None
         self._line("proposed", proposed, COLOURS["proposed"], None, width=_THIN)
-        self._line("proposal", session.pending.adapted if session.pending else None, COLOURS["waiting"], None)
+        waiting = session.pending.proposal if session.pending is not None else None
+        self._line("proposal", waiting.adapted if waiting is not None else None, COLOURS["waiting"], None)
         bad = violated(result) if result is not None else _NO_SEGMENTS[:0]
         self._segments("violated", bad, plain_colours(len(bad), COLOURS["violation"]), 7.0)
         self._arrows("original", original, COLOURS["before"])

@@ -70,7 +70,7 @@ class Reply:
         unplaced: The words that could not be placed.
         contacts: Names of objects that the instruction asks to touch or pass through.
         confirm: Whether a person has to agree to the policy first, because the reading is not certain.
-        doubts: Why, as sentences; `unplaced` then are the words that the policy does not use.
+        doubts: Why, or why it is declined, as sentences; `unplaced` are the words that the policy does not use.
         holds: What the instruction asks for and the trajectory does already, where that is all of it.
         writer: Who answered.
         policy: The policy, where its writer has it ready with its parameters; else it is read from `code`.
