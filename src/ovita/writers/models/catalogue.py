@@ -8,7 +8,9 @@ import os
 import re
 import shutil
 import tempfile
+import tomllib
 from dataclasses import dataclass
+from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -59,43 +61,9 @@ class Known:
         return f"{_hub()}/{self.repository}/resolve/main/{self.file}"
 
 
-KNOWN = (
-    Known(
-        "qwen2.5-coder-1.5b",
-        "Qwen/Qwen2.5-Coder-1.5B-Instruct-GGUF",
-        "qwen2.5-coder-1.5b-instruct-q4_k_m.gguf",
-        1_117_320_768,
-        "cc324af070c2ecbfd324a30884d2f951a7ff756aba85cb811a6ec436933bb046",
-        "Apache-2.0",
-        "some 2 GB of memory; the smallest that is of use",
-    ),
-    Known(
-        "qwen3-4b",
-        "Qwen/Qwen3-4B-GGUF",
-        "Qwen3-4B-Q4_K_M.gguf",
-        2_497_280_256,
-        "7485fe6f11af29433bc51cab58009521f205840f5b4ae3a32fa7f92e8534fdf5",
-        "Apache-2.0",
-        "some 4 GB of memory; newer, general",
-    ),
-    Known(
-        "qwen2.5-coder-7b",
-        "Qwen/Qwen2.5-Coder-7B-Instruct-GGUF",
-        "qwen2.5-coder-7b-instruct-q4_k_m.gguf",
-        4_683_073_536,
-        "509287f78cb4d4cf6b3843734733b914b2c158e43e22a7f4bf5e963800894d3c",
-        "Apache-2.0",
-        "some 7 GB of memory; wants a graphics card or patience",
-    ),
-    Known(
-        "qwen2.5-coder-0.5b",
-        "Qwen/Qwen2.5-Coder-0.5B-Instruct-GGUF",
-        "qwen2.5-coder-0.5b-instruct-q4_k_m.gguf",
-        491_400_064,
-        "1d9614638d18024d0fbb36575a15f1302a3adf044df10345688ec4f6e1c4ff32",
-        "Apache-2.0",
-        "some 1 GB of memory; fast, and seldom right",
-    ),
+KNOWN = tuple(
+    Known(**row)
+    for row in tomllib.loads((files("ovita.writers.models") / "known.toml").read_text(encoding="utf-8"))["model"]
 )
 """In the order in which `auto` prefers them."""
 
@@ -115,10 +83,10 @@ def known_named(name: str) -> Known:
     Raises:
         RequestError: If none is known by that name.
     """
-    for known in KNOWN:
-        if known.name == name:
-            return known
-    raise RequestError(f"no model {name!r} is known; known are {', '.join(known.name for known in KNOWN)}")
+    found = next((known for known in KNOWN if known.name == name), None)
+    if found is None:
+        raise RequestError(f"no model {name!r} is known; known are {', '.join(known.name for known in KNOWN)}")
+    return found
 
 
 def present() -> dict[str, Path]:

@@ -57,8 +57,6 @@ class LLMWriter(ModelWriter):
         api_key: str | None = None,
         max_tokens: int = 4096,
     ) -> None:
-        if not 0.0 <= temperature <= 2.0:
-            raise RequestError(f"the temperature {temperature:g} is out of range; use 0 to 2")
         if not 0.0 < timeout < float("inf"):
             raise RequestError(f"the timeout {timeout:g} cannot be used; give a positive number of seconds")
         if retries < 0 or max_tokens < 1:
@@ -203,19 +201,15 @@ def _parameters(ask: ModelRequest) -> ModelRequestParameters:
     from pydantic_ai.output import OutputObjectDefinition
     from pydantic_ai.tools import ToolDefinition
 
-    instructions = [InstructionPart(content=ask.system)]
+    asked: dict[str, Any] = {}
     schema, about = Answer.model_json_schema(), Answer.__doc__
     if ask.form == "native":
         wanted = OutputObjectDefinition(json_schema=schema, name="answer", description=about)
-        return ModelRequestParameters(
-            output_mode="native", output_object=wanted, allow_text_output=True, instruction_parts=instructions
-        )
-    if ask.form == "tool":
+        asked = {"output_mode": "native", "output_object": wanted, "allow_text_output": True}
+    elif ask.form == "tool":
         tool = ToolDefinition(name="answer", parameters_json_schema=schema, description=about, kind="output")
-        return ModelRequestParameters(
-            output_mode="tool", output_tools=[tool], allow_text_output=False, instruction_parts=instructions
-        )
-    return ModelRequestParameters(instruction_parts=instructions)
+        asked = {"output_mode": "tool", "output_tools": [tool], "allow_text_output": False}
+    return ModelRequestParameters(instruction_parts=[InstructionPart(content=ask.system)], **asked)
 
 
 def _exchange(response: ModelResponse, ask: ModelRequest, model: str) -> Exchange:
@@ -228,14 +222,14 @@ def _exchange(response: ModelResponse, ask: ModelRequest, model: str) -> Exchang
     if response.finish_reason == "content_filter":
         refusal = str((response.provider_details or {}).get("refusal", "") or text)
     return Exchange(
-        ask=ask,
-        model=response.model_name or model,
-        text=text or (calls[0].args_as_json_str() if calls else ""),
-        arguments=arguments,
-        truncated=response.finish_reason == "length",
-        refusal=refusal,
-        input_tokens=response.usage.input_tokens,
-        output_tokens=response.usage.output_tokens,
+        ask,
+        response.model_name or model,
+        text or (calls[0].args_as_json_str() if calls else ""),
+        arguments,
+        response.finish_reason == "length",
+        refusal,
+        response.usage.input_tokens,
+        response.usage.output_tokens,
     )
 
 
@@ -244,21 +238,15 @@ NO_KEY = "no-key-needed"
 
 Provider = Literal["openai", "anthropic", "google", "ollama", "compatible"]
 
-_PREFIXES: dict[str, Provider] = {"openai": "openai", "anthropic": "anthropic", "google": "google", "ollama": "ollama"}
-_KEYS: dict[Provider, tuple[str, ...]] = {
-    "openai": ("OPENAI_API_KEY",),
-    "anthropic": ("ANTHROPIC_API_KEY",),
-    "google": ("GOOGLE_API_KEY", "GEMINI_API_KEY"),
-    "ollama": ("OLLAMA_API_KEY",),
-    "compatible": ("OPENAI_API_KEY",),
+_PROVIDERS: dict[Provider, tuple[str, tuple[str, ...]]] = {
+    "openai": ("openai", ("OPENAI_API_KEY",)),
+    "anthropic": ("anthropic", ("ANTHROPIC_API_KEY",)),
+    "google": ("google.genai", ("GOOGLE_API_KEY", "GEMINI_API_KEY")),
+    "ollama": ("openai", ("OLLAMA_API_KEY",)),
+    "compatible": ("openai", ("OPENAI_API_KEY",)),
 }
-_PACKAGES: dict[Provider, str] = {
-    "openai": "openai",
-    "anthropic": "anthropic",
-    "google": "google.genai",
-    "ollama": "openai",
-    "compatible": "openai",
-}
+"""The package that speaks to each provider, and the environment variables of its key."""
+
 _LOOKS_LIKE_KEY = re.compile(r"\b(?:sk|pk|key|AIza)[-_]?[A-Za-z0-9_*-]{12,}")
 
 
@@ -287,7 +275,7 @@ class ModelEndpoint:
             MissingExtra: If the packages that speak to it are not installed.
         """
         prefix, separator, rest = name.strip().partition(":")
-        provider = _PREFIXES.get(prefix) if separator else None
+        provider = next((known for known in _PROVIDERS if separator and known == prefix != "compatible"), None)
         model = rest.strip() if provider else name.strip()
         if base_url is None and provider == "openai":
             base_url = os.environ.get("OPENAI_BASE_URL") or None
@@ -301,14 +289,15 @@ class ModelEndpoint:
             raise RequestError(f"{name!r} names no model; write PROVIDER:MODEL, such as openai:gpt-5 or ollama:qwen3")
         if find_spec("pydantic_ai") is None:
             raise MissingExtra("pydantic-ai-slim", "llm")
-        if not _installed(_PACKAGES[provider]):
-            raise MissingExtra(_PACKAGES[provider], "llm")
+        package = _PROVIDERS[provider][0]
+        if not _installed(package):
+            raise MissingExtra(package, "llm")
         return cls(provider, model, base_url, api_key)
 
     @property
     def key_variable(self) -> str:
         """The environment variable that holds the key."""
-        return _KEYS[self.provider][0]
+        return _PROVIDERS[self.provider][1][0]
 
     @property
     def needs_key(self) -> bool:
@@ -343,7 +332,7 @@ class ModelEndpoint:
         Raises:
             MissingKey: If one is needed and none is set.
         """
-        candidates = (self.given_key, *(os.environ.get(variable) for variable in _KEYS[self.provider]))
+        candidates = (self.given_key, *(os.environ.get(variable) for variable in _PROVIDERS[self.provider][1]))
         key = next((candidate.strip() for candidate in candidates if candidate and candidate.strip()), "")
         if not key and self.needs_key:
             raise MissingKey(writer, self.key_variable)

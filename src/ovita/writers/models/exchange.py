@@ -16,7 +16,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, ValidationError, WithJsonSchema, field_validator
 from pydantic_core import from_json
 
-from ovita.errors import UnusableReply, WriterError
+from ovita.errors import RequestError, UnusableReply, WriterError
 from ovita.writers.base import Reply, WriterInfo, WritingBudget, harmless
 from ovita.writers.prompt import Prompt
 
@@ -107,6 +107,8 @@ class ModelWriter(ABC):
     """
 
     def __init__(self, name: str, form: Form, temperature: float, max_tokens: int) -> None:
+        if not 0.0 <= temperature <= 2.0:
+            raise RequestError(f"the temperature {temperature:g} is out of range; use 0 to 2")
         self._name, self._form, self._temperature, self._max_tokens = name, form, temperature, max_tokens
         self._large = True
 
@@ -143,15 +145,8 @@ class ModelWriter(ABC):
                 turns.append(f"Your policy failed: {error}\nAnswer again with the whole corrected policy.")
             else:
                 turns[-1] += f"\nYour last answer could not be used: {error}"
-        ask = ModelRequest(
-            prompt.fixed,
-            tuple(turns),
-            self._form,
-            True,
-            self._temperature,
-            self._max_tokens,
-            functions=prompt.style.toolkit,
-        )
+        asked = prompt.fixed, tuple(turns), self._form, True, self._temperature, self._max_tokens, prompt.style.toolkit
+        ask = ModelRequest(*asked)
         done = self.exchange(ask, prompt.budget)
         info = WriterInfo("llm", done.model, done.ask.temperature, done.input_tokens, done.output_tokens)
         answer = None if done.refusal is not None else _read(done)

@@ -20,8 +20,8 @@ from functools import cache
 from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
-from threading import Event, Lock
-from typing import Any
+from threading import Event, Lock, RLock
+from typing import Any, NamedTuple
 from weakref import WeakSet
 
 from ovita.errors import MissingExtra, RequestError, WriterError
@@ -41,16 +41,8 @@ KEPT_STATES = 4
 Message = Mapping[str, str]
 
 
-@dataclass(frozen=True)
-class Heartbeat:
-    """What a model is doing.
-
-    Args:
-        doing: "reads" or "writes".
-        tokens: How many are done.
-        total: How many there are to read, or 0.
-        seconds: For how long it has been doing that.
-    """
+class Heartbeat(NamedTuple):
+    """Whether a model "reads" or "writes", how many tokens are done, of how many to read (or 0), for how long [s]."""
 
     doing: str
     tokens: int
@@ -105,7 +97,7 @@ class Engine:
 
         self._path, self._states, self._context = path, states, context
         self._key = secrets.token_hex(16)
-        self._lock = Lock()
+        self._lock = RLock()
         parameters = xllamacpp.CommonParams()
         parameters.model.path = str(path)
         parameters.n_ctx = context
@@ -140,18 +132,14 @@ class Engine:
             del self._server
 
     def read_once(self, rules: str, beat: Beat) -> None:
-        """Fill the KV cache with the rules, from the saved cache if there is one.
-
-        Args:
-            rules: The part of the prompt that is the same for every request.
-            beat: Called with the progress.
-        """
+        """Fill the KV cache with the rules, the part of the prompt that never changes, or with the saved cache."""
         with self._lock:
             state = self._state(rules)
             if state is not None and state.exists() and self._slot("restore", state.name):
                 state.touch()
                 return
-            read = self._generate([{"role": "system", "content": rules}, {"role": "user", "content": "."}], 1, beat)
+            messages = [{"role": "system", "content": rules}, {"role": "user", "content": "."}]
+            read = self.chat(messages, beat, max_tokens=1, temperature=0.0)
             if state is not None and not read.stopped:
                 self._save(state)
 
@@ -176,18 +164,6 @@ class Engine:
         Raises:
             WriterError: If the messages are longer than the context, or the model failed.
         """
-        with self._lock:
-            return self._generate(messages, max_tokens, beat, temperature=temperature, grammar=grammar)
-
-    def _generate(
-        self,
-        messages: Sequence[Message],
-        max_tokens: int,
-        beat: Beat,
-        *,
-        temperature: float | None = 0.0,
-        grammar: str = "",
-    ) -> Generated:
         body: dict[str, Any] = {
             "messages": [dict(message) for message in messages],
             "max_tokens": max_tokens,
@@ -203,7 +179,8 @@ class Engine:
         if grammar:
             body["grammar"] = grammar
         stream = _Stream(beat)
-        failure = self._server.handle_chat_completions(body, stream)
+        with self._lock:
+            failure = self._server.handle_chat_completions(body, stream)
         error = (failure or {}).get("error") or stream.error
         if error:
             if error.get("type") == "exceed_context_size_error":
@@ -337,6 +314,7 @@ class LocalWriter(ModelWriter):
         threads: Processor cores to use; None leaves that to llama.cpp.
 
     Attributes:
+        path: The model's file.
         ready_seconds: Time that loading the model and reading the rules took so far [s].
         last: What the model last wrote, and what it took, or None.
 
@@ -354,24 +332,17 @@ class LocalWriter(ModelWriter):
         context: int = CONTEXT,
         threads: int | None = None,
     ) -> None:
-        if not 0.0 <= temperature <= 2.0:
-            raise RequestError(f"the temperature {temperature:g} is out of range; use 0 to 2")
         if max_tokens < 1 or context < 512:
             raise RequestError("max_tokens must be 1 or more and context 512 or more")
         super().__init__(f"llamacpp:{model}", "text", temperature, max_tokens)
         self._large = (billions(model) or 0.0) >= LARGE_FROM
-        self._path, self._context, self._threads = model_file(model), context, threads
-        check_file(self._path)
+        self.path, self._context, self._threads = model_file(model), context, threads
+        check_file(self.path)
         if find_spec("xllamacpp") is None:
             raise MissingExtra("xllamacpp", "local")
         self._asked = ""
         self.ready_seconds = 0.0
         self.last: Generated | None = None
-
-    @property
-    def path(self) -> Path:
-        """The model's file."""
-        return self._path
 
     def exchange(self, ask: ModelRequest, budget: WritingBudget) -> Exchange:
         """Send a request to the model and return its raw answer.
@@ -379,33 +350,17 @@ class LocalWriter(ModelWriter):
         Raises:
             WriterError: If there was no answer, for example because the time was up.
         """
-        ended = False
-
-        def stop() -> None:
-            nonlocal ended
-            ended = True
-
-        def work() -> Generated | None:
-            return self._generate(ask, budget, lambda: ended)
-
+        ended = Event()
         try:
-            generated = budget.wait_for(work, stop, float("inf"))
+            generated = budget.wait_for(lambda: self._generate(ask, budget, ended.is_set), ended.set, float("inf"))
         except WriterError as error:
             raise WriterError(f"{self.name}: {error}", error.failure) from error
         if generated is None or generated.stopped:
             late = "no answer in the time that was left; allow more with --time-limit, or use a smaller model"
             raise self._no_answer(late, budget)
         self.last = generated
-        return Exchange(
-            ask=ask,
-            model=self._path.stem,
-            text=generated.text,
-            arguments=None,
-            truncated=generated.truncated,
-            refusal=None,
-            input_tokens=generated.input_tokens,
-            output_tokens=generated.output_tokens,
-        )
+        counts = generated.input_tokens, generated.output_tokens
+        return Exchange(ask, self.path.stem, generated.text, None, generated.truncated, None, *counts)
 
     def _generate(self, ask: ModelRequest, budget: WritingBudget, ended: Callable[[], bool]) -> Generated | None:
         rules = ask.system
@@ -414,8 +369,8 @@ class LocalWriter(ModelWriter):
         messages += [{"role": roles[i % 2], "content": turn} for i, turn in enumerate(ask.turns)]
         started = time.monotonic()
         with budget.pause():
-            budget.say(f"{self._path.stem} gets ready")
-            engine = engine_for(self._path, models_dir() / "states", context=self._context, threads=self._threads)
+            budget.say(f"{self.path.stem} gets ready")
+            engine = engine_for(self.path, models_dir() / "states", context=self._context, threads=self._threads)
             if ask.structured and not self._goes_on(ask):
                 engine.read_once(rules, self._beat(budget, ended, "the rules, only this once"))
         self.ready_seconds += time.monotonic() - started
@@ -444,7 +399,7 @@ class LocalWriter(ModelWriter):
             nonlocal told
             if time.monotonic() - told > TOLD_EVERY:
                 told = time.monotonic()
-                who = self._path.stem
+                who = self.path.stem
                 if now.doing == "reads":
                     share = 100 * now.tokens // max(1, now.total)
                     budget.say(f"{who} reads {what}: {share} %, {now.seconds:.0f} s")
