@@ -102,13 +102,9 @@ def random_scene(rng: Generator, setting: Setting, split: Split) -> tuple[Trajec
     wave = 1.0 + 0.3 * np.sin(2 * np.pi * (rng.uniform(0.5, 1.5) * s + rng.uniform()))
     speeds = np.round(rng.uniform(*setting.speed) * wave, 4)
     names = rng.permutation(np.array(NAMES[split]))[: rng.integers(2, 7)]
-    objects: list[SceneObject] = []
-    for name in names:
-        found = _object(rng, setting, positions, str(name))
-        if found is not None:
-            objects.append(found)
+    objects = [_object(rng, setting, positions, str(name)) for name in names]
     frame = Frame(str(rng.choice(np.array(setting.frames))))
-    return Trajectory(positions, speeds), Scene(tuple(objects), frame)
+    return Trajectory(positions, speeds), Scene(tuple(item for item in objects if item is not None), frame)
 
 
 def _path(rng: Generator, setting: Setting) -> Array:
@@ -174,6 +170,10 @@ class Clause:
     edit: Callable[[Array], Array]
 
 
+Drawn = tuple[str, Check, Callable[[Array], Array]]
+"""Text, check and edit of a clause."""
+
+
 class ClauseMaker:
     """Draws clauses for one scene.
 
@@ -193,7 +193,9 @@ class ClauseMaker:
 
     def make(self, name: str) -> Clause:
         """Draw a clause of that name."""
-        return MAKERS[name](self, name)
+        kind, slot, draw = MAKERS[name]
+        text, check, edit = draw(self, name)
+        return Clause(name, text, kind, slot, check, edit)
 
     def _one(self, phrases: Phrases) -> str:
         options = phrases[self.split]
@@ -221,168 +223,143 @@ class ClauseMaker:
         value = float(self.rng.uniform(low, high)) * self.scale.extent
         return float(f"{value:.2g}") if value < 1 else round(value, 1)
 
-    def approach(self, name: str) -> Clause:
+    def approach(self, name: str) -> Drawn:
         """Closer or farther."""
         item = self._object()
         text, degree = self._say_degree(name, obj=item.name)
         step = self.scale.step(_SCALE_OF[degree])
-        build = checks.closer if name == "closer" else checks.farther
-        check = build(item.name, amount=degree)
-        return Clause(name, text, "distance", "path", check, lambda rows: self.do[name](rows, item, step))
+        check = (checks.closer if name == "closer" else checks.farther)(item.name, amount=degree)
+        return text, check, lambda rows: self.do[name](rows, item, step)
 
-    def pace(self, name: str) -> Clause:
+    def pace(self, name: str) -> Drawn:
         """Slower or faster near an object."""
         item = self._object()
         text, degree = self._say_degree(name, obj=item.name)
         radius = self.scale.near(self.trajectory.positions, item)
-        build = checks.slower if name == "slower" else checks.faster
+        build, factor = _pace(name, degree)
         check = build(where=checks.near(item.name), amount=degree, only=True)
-        factor = _factor(name, degree)
-        return Clause(name, text, "speed", "speed", check, lambda rows: self._scaled(rows, factor, item, radius))
+        return text, check, lambda rows: self._scaled(rows, factor, item, radius)
 
-    def pace_all(self, name: str) -> Clause:
+    def pace_all(self, name: str) -> Drawn:
         """Slower or faster everywhere."""
-        base = name.removesuffix("_all")
-        build = checks.slower if base == "slower" else checks.faster
         text, degree = self._say_degree(name)
-        factor = _factor(base, degree)
-        check = build(amount=degree)
-        return Clause(name, text, "speed", "speed", check, lambda rows: self.do["scale_speed"](rows, factor))
+        build, factor = _pace(name, degree)
+        return text, build(amount=degree), lambda rows: self.do["scale_speed"](rows, factor)
 
-    def pace_within(self, name: str) -> Clause:
+    def pace_within(self, name: str) -> Drawn:
         """Slower or faster within metres of an object."""
-        item, base = self._object(), name.removesuffix("_within")
+        item = self._object()
         distances = np.sort(item.distance(self.trajectory.positions))
         radius = float(f"{distances[int(self.rng.uniform(0.15, 0.4) * len(distances))] * 1.02:.2g}")
-        build = checks.slower if base == "slower" else checks.faster
+        build, factor = _pace(name, None)
         check = build(where=checks.near(item.name, within=radius), only=True)
         text = self._say(name, n=self._one(METRES).format(radius), obj=item.name)
-        factor = _factor(base, None)
-        return Clause(name, text, "speed", "speed", check, lambda rows: self._scaled(rows, factor, item, radius))
+        return text, check, lambda rows: self._scaled(rows, factor, item, radius)
 
-    def toward(self, name: str) -> Clause:
+    def toward(self, name: str) -> Drawn:
         """To one side, by an amount left open."""
         side = self._side()
         text = self._say(name, place=self._one(PLACES[side]))
         step = self.scale.step("moderate")
-        return Clause(name, text, "cartesian", "path", checks.moved(side), lambda r: self.do["move"](r, **{side: step}))
+        return text, checks.moved(side), lambda rows: self.do["move"](rows, **{side: step})
 
-    def shift(self, name: str) -> Clause:
+    def shift(self, name: str) -> Drawn:
         """To one side by metres."""
-        side, amount = self._side(), self._metres(0.06, 0.2)
-        text = self._say(name, side=self._one(SIDES[side]), n=self._one(METRES).format(amount))
-        check = checks.moved(**_by(side, amount))
-        return Clause(name, text, "cartesian", "path", check, lambda r: self.do["move"](r, **_by(side, amount)))
+        text, by = self._shifted(name, 0.06, 0.2)
+        return text, checks.moved(**by), lambda rows: self.do["move"](rows, **by)
 
-    def shift_part(self, name: str) -> Clause:
+    def shift_part(self, name: str) -> Drawn:
         """The first or last waypoints to one side by metres."""
         side, amount = self._side(), self._metres(0.06, 0.15)
         part, k = str(self.rng.choice(np.array(["first", "last"]))), int(self.rng.integers(5, 13))
-        where = (checks.first if part == "first" else checks.last)(k)
-        text = self._say(
-            name,
-            part=self._one(CLAUSES[part]),
-            k=str(k),
-            side=self._one(SIDES[side]),
-            n=self._one(METRES).format(amount),
-        )
-        far = (checks.last if part == "first" else checks.first)(len(self.rows) - 3 * k)
-        check = checks.all_of(checks.moved(**_by(side, amount), where=where), checks.kept(far))
-        return Clause(
-            name,
-            text,
-            "cartesian",
-            "path",
-            check,
-            lambda r: self.do["move"](r, **{side: amount}, where=self.do[part](r, k)),
-        )
+        here, there = (checks.first, checks.last) if part == "first" else (checks.last, checks.first)
+        words = {"part": self._one(CLAUSES[part]), "k": str(k), "side": self._one(SIDES[side])}
+        text = self._say(name, **words, n=self._one(METRES).format(amount))
+        by: dict[str, Any] = {side: amount}
+        check = checks.all_of(checks.moved(**by, where=here(k)), checks.kept(there(len(self.rows) - 3 * k)))
+        return text, check, lambda rows: self.do["move"](rows, **by, where=self.do[part](rows, k))
 
-    def keep_away(self, name: str) -> Clause:
+    def keep_away(self, name: str) -> Drawn:
         """At least so many metres from an object."""
         item = self._object()
         closest = float(item.clearance(self.trajectory.positions).min())
         distance = float(f"{closest + float(self.rng.uniform(0.04, 0.12)) * self.scale.extent:.2g}")
         text = self._say(name, n=self._one(METRES).format(distance), obj=item.name)
         check = checks.min_distance(item.name, distance)
-        return Clause(
-            name, text, "distance", "path", check, lambda r: self.do["keep_distance"](r, item, at_least=distance)
-        )
+        return text, check, lambda rows: self.do["keep_distance"](rows, item, at_least=distance)
 
-    def constant(self, name: str) -> Clause:
+    def constant(self, name: str) -> Drawn:
         """One speed."""
         value = float(f"{float(self.rows[:, 3].mean()) * self.rng.uniform(0.6, 1.4):.2g}")
         text = self._say(name, v=self._one(SPEEDS).format(value))
-        check = checks.constant_speed(value)
-        return Clause(name, text, "speed", "speed", check, lambda rows: self.do["set_speed"](rows, value))
+        return text, checks.constant_speed(value), lambda rows: self.do["set_speed"](rows, value)
 
-    def scale_speed(self, name: str) -> Clause:
+    def scale_speed(self, name: str) -> Drawn:
         """A factor on the speed."""
         factor = float(self.rng.choice(np.array([0.25, 0.5, 0.75, 1.25, 1.5])))
         check = checks.slower(factor=factor) if factor < 1 else checks.faster(factor=factor)
-        text = self._say(name, factor=f"{factor:g}")
-        return Clause(name, text, "speed", "speed", check, lambda rows: self.do["scale_speed"](rows, factor))
+        return self._say(name, factor=f"{factor:g}"), check, lambda rows: self.do["scale_speed"](rows, factor)
 
-    def stop(self, name: str) -> Clause:
+    def stop(self, name: str) -> Drawn:
         """A stop near an object."""
         item = self._object()
-        text = self._say(name, obj=item.name)
-        return Clause(name, text, "stop", "end", checks.stops(item.name), lambda rows: self.do["stop_at"](rows, item))
+        return self._say(name, obj=item.name), checks.stops(item.name), lambda rows: self.do["stop_at"](rows, item)
 
-    def wait(self, name: str) -> Clause:
+    def wait(self, name: str) -> Drawn:
         """A wait near an object."""
         item, steps = self._object(), int(self.rng.integers(5, 21))
         text = self._say(name, k=str(steps), obj=item.name)
-        check = checks.dwells(steps, near=item.name)
-        return Clause(name, text, "stop", "end", check, lambda rows: self.do["dwell"](rows, item, steps))
+        return text, checks.dwells(steps, near=item.name), lambda rows: self.do["dwell"](rows, item, steps)
 
-    def endpoint(self, name: str) -> Clause:
+    def endpoint(self, name: str) -> Drawn:
         """The goal or the start to one side by metres."""
-        side, amount = self._side(), self._metres(0.06, 0.15)
-        text = self._say(name, side=self._one(SIDES[side]), n=self._one(METRES).format(amount))
-        check = (checks.goal_moved if name == "goal" else checks.start_moved)(**_by(side, amount))
-        return Clause(name, text, "ends", "path", check, lambda r: self.do[f"move_{name}"](r, **_by(side, amount)))
+        text, by = self._shifted(name, 0.06, 0.15)
+        check = (checks.goal_moved if name == "goal" else checks.start_moved)(**by)
+        return text, check, lambda rows: self.do[f"move_{name}"](rows, **by)
 
-    def extend(self, name: str) -> Clause:
+    def extend(self, name: str) -> Drawn:
         """On beyond the goal."""
         amount = self._metres(0.1, 0.25)
         text = self._say(name, n=self._one(METRES).format(amount))
-        return Clause(name, text, "ends", "path", checks.extended(by=amount), lambda r: self.do["extend"](r, amount))
+        return text, checks.extended(by=amount), lambda rows: self.do["extend"](rows, amount)
 
-    def count(self, name: str) -> Clause:
+    def count(self, name: str) -> Drawn:
         """More or fewer waypoints."""
         n = len(self.rows) * 2 if name == "denser" else len(self.rows) // 2
         check = checks.more_waypoints() if name == "denser" else checks.fewer_waypoints()
-        return Clause(name, self._say(name), "waypoints", "count", check, lambda rows: self.do["resample"](rows, n))
+        return self._say(name), check, lambda rows: self.do["resample"](rows, n)
+
+    def _shifted(self, name: str, low: float, high: float) -> tuple[str, dict[str, Any]]:
+        """A phrase about one side and a length between two shares of the extent, and that shift [m]."""
+        side, amount = self._side(), self._metres(low, high)
+        text = self._say(name, side=self._one(SIDES[side]), n=self._one(METRES).format(amount))
+        return text, {side: amount}
 
     def _scaled(self, rows: Array, factor: float, item: SceneObject, radius: float) -> Array:
         result: Array = self.do["scale_speed"](rows, factor, where=self.do["near"](rows, item, within=radius))
         return result
 
 
-MAKERS: Mapping[str, Callable[[ClauseMaker, str], Clause]] = {
-    "closer": ClauseMaker.approach,
-    "farther": ClauseMaker.approach,
-    "slower": ClauseMaker.pace,
-    "faster": ClauseMaker.pace,
-    "slower_all": ClauseMaker.pace_all,
-    "faster_all": ClauseMaker.pace_all,
-    "toward": ClauseMaker.toward,
-    "shift": ClauseMaker.shift,
-    "shift_part": ClauseMaker.shift_part,
-    "keep_away": ClauseMaker.keep_away,
-    "constant": ClauseMaker.constant,
-    "scale_speed": ClauseMaker.scale_speed,
-    "slower_within": ClauseMaker.pace_within,
-    "faster_within": ClauseMaker.pace_within,
-    "stop": ClauseMaker.stop,
-    "wait": ClauseMaker.wait,
-    "goal": ClauseMaker.endpoint,
-    "start": ClauseMaker.endpoint,
-    "extend": ClauseMaker.extend,
-    "denser": ClauseMaker.count,
-    "sparser": ClauseMaker.count,
+_DRAWN_BY: Mapping[tuple[str, Slot, Callable[[ClauseMaker, str], Drawn]], tuple[str, ...]] = {
+    ("distance", "path", ClauseMaker.approach): ("closer", "farther"),
+    ("speed", "speed", ClauseMaker.pace): ("slower", "faster"),
+    ("speed", "speed", ClauseMaker.pace_all): ("slower_all", "faster_all"),
+    ("cartesian", "path", ClauseMaker.toward): ("toward",),
+    ("cartesian", "path", ClauseMaker.shift): ("shift",),
+    ("cartesian", "path", ClauseMaker.shift_part): ("shift_part",),
+    ("distance", "path", ClauseMaker.keep_away): ("keep_away",),
+    ("speed", "speed", ClauseMaker.constant): ("constant",),
+    ("speed", "speed", ClauseMaker.scale_speed): ("scale_speed",),
+    ("speed", "speed", ClauseMaker.pace_within): ("slower_within", "faster_within"),
+    ("stop", "end", ClauseMaker.stop): ("stop",),
+    ("stop", "end", ClauseMaker.wait): ("wait",),
+    ("ends", "path", ClauseMaker.endpoint): ("goal", "start"),
+    ("ends", "path", ClauseMaker.extend): ("extend",),
+    ("waypoints", "count", ClauseMaker.count): ("denser", "sparser"),
 }
-"""Every clause that can be drawn."""
+
+MAKERS = {name: how for how, names in _DRAWN_BY.items() for name in names}
+"""Every clause that can be drawn: its kind, what it changes, and who draws it."""
 
 FAMILIES: Mapping[str, tuple[str, ...]] = {
     "latte": ("closer", "farther", "slower", "faster", "slower_all", "faster_all", "toward"),
@@ -402,13 +379,10 @@ TOGETHER: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...] = (
 """Pairs of clauses that do not contradict each other, whatever they are about."""
 
 
-def _factor(name: str, degree: Amount | None) -> float:
+def _pace(name: str, degree: Amount | None) -> tuple[Callable[..., Check], float]:
+    """The check of a clause named "slower..." or "faster...", and the factor on the speed that fulfils it."""
     slower, faster = {None: (0.6, 1.4), "little": (0.8, 1.2), "much": (0.4, 1.7)}[degree]
-    return slower if name == "slower" else faster
-
-
-def _by(side: str, amount: float) -> dict[str, Any]:
-    return {side: amount}
+    return (checks.slower, slower) if name.startswith("slower") else (checks.faster, faster)
 
 
 # Samples
