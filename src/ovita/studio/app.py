@@ -52,9 +52,6 @@ class StudioSettings:
 class Studio:
     """A running studio.
 
-    Args:
-        settings: How to start it.
-
     Raises:
         MissingExtra: If viser is not installed.
         OvitaError: If it would let strangers in, a file cannot be opened, or the port is taken.

@@ -18,13 +18,7 @@ _ASK = "What should change?"
 
 
 class Conversation:
-    """Instruction box, suggestions, progress, outcome and history of one tab.
-
-    Args:
-        gui: viser's GUI of the tab; the parts are added to the container that is open.
-        controller: Gives the controller, which changes when another file is opened.
-        complain: Shows a sentence to the person.
-    """
+    """Instruction box, suggestions, progress, outcome and history of one tab; made as panels are, see `panels`."""
 
     def __init__(self, gui: Any, controller: Callable[[], SessionController], complain: Callable[[str], None]) -> None:
         self.gui, self._controller, self._complain = gui, controller, complain

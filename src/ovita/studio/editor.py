@@ -24,14 +24,7 @@ _NOTHING, _START, _GOAL = "nothing", "the start", "the goal"
 
 
 class DragEditor:
-    """What a person moves with the mouse.
-
-    Args:
-        gui: viser's GUI of the tab; the controls are added to the container that is open.
-        space: The scene of the tab.
-        controller: Gives the controller.
-        peek: Shows the lines of a session that does not count yet.
-    """
+    """What a person moves with the mouse; `peek` shows the lines of a session that does not count yet."""
 
     def __init__(
         self, gui: Any, space: SceneView, controller: Callable[[], SessionController], peek: Callable[[Session], None]

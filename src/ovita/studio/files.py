@@ -37,13 +37,7 @@ SUFFIXES = (".json", ".csv", ".tum", ".txt", ".plan", ".waypoints", ".wpl")
 
 @dataclass(frozen=True)
 class Opened:
-    """A session made of a file.
-
-    Args:
-        session: Ready to go on with.
-        title: The file's name.
-        notes: What a person should know, each a sentence.
-    """
+    """A session made of a file, the file's name, and what a person should know, each a sentence."""
 
     session: Session
     title: str
@@ -130,11 +124,9 @@ def in_folder(folder: str) -> list[str]:
 
 
 def exported(kind: str, session: Session) -> tuple[str, bytes]:
-    """A file to download: its name and its content.
+    """The name and content of a file to download: "adaptation", "json", "csv", "html" or "session".
 
-    Args:
-        kind: "adaptation", "json", "csv", "html" or "session".
-        session: What to write. A result that is not simply done bears its verdict in the file's name.
+    A result that is not simply done bears its verdict in the file's name.
     """
     if kind == "html":
         return "ovita.html", _page(session).encode()
@@ -199,14 +191,10 @@ class FilesPanel:
         client: viser's handle of the tab.
         gui: Its GUI; the controls are added to the container that is open.
         controller: Gives the controller.
-        opened: Called with a session that was opened.
-        again: Called to begin again with the file that the studio was started with.
-        offered: Files that can be opened without an upload: shown name to path.
-        earlier: Gives the sessions that this browser had before: shown name to name.
-        returned: Called with the name of one of them.
+        opened, again, returned: Called with an opened session, to begin again, and with the name of an earlier session.
+        offered, earlier: What can be opened without an upload: shown name to path, and to a session's name.
         limits: Of scenes whose file names no robot.
-        tell: Shows a sentence that is good to know.
-        complain: Shows a sentence about something that did not work.
+        tell, complain: Show a sentence that is good to know, or about something that did not work.
     """
 
     def __init__(

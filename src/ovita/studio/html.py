@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from html import escape
+from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
@@ -249,15 +250,7 @@ _POINTS = 300
 
 @dataclass(frozen=True)
 class Series:
-    """One line of a chart.
-
-    Args:
-        name: For the legend and for reading devices.
-        colour: As in CSS.
-        x: (N,).
-        y: (N,).
-        dashed: Whether to draw it dashed.
-    """
+    """One line of a chart: a name for the legend, a CSS colour, x and y (N,), and whether it is dashed."""
 
     name: str
     colour: str
@@ -294,14 +287,7 @@ def clearance(points: Array, scene: Scene) -> Array:
 
 
 def chart(lines: Sequence[Series], x_label: str, y_label: str, *, floor: float | None = None) -> str:
-    """Lines as one SVG picture with axes and a legend.
-
-    Args:
-        lines: What to draw, the last on top.
-        x_label: With the unit.
-        y_label: With the unit.
-        floor: Where the vertical axis begins, or None for the lowest value.
-    """
+    """Lines as one SVG picture with axes and a legend, the last on top; `floor` is where the vertical axis begins."""
     x_high = max(max(float(line.x.max()) for line in lines), 1e-9)
     y_low = min(float(line.y.min()) for line in lines) if floor is None else floor
     y_high = max(max(float(line.y.max()) for line in lines), y_low + 1e-6)
@@ -310,7 +296,9 @@ def chart(lines: Sequence[Series], x_label: str, y_label: str, *, floor: float |
 
     def place(x: Array, y: Array) -> Array:
         across = _LEFT + x / x_high * (_WIDTH - _LEFT - _RIGHT)
-        return np.stack([across, _HEIGHT - _BOTTOM - (y - y_low) / (y_high - y_low) * _inner()], axis=1)
+        return np.stack(
+            [across, _HEIGHT - _BOTTOM - (y - y_low) / (y_high - y_low) * (_HEIGHT - _TOP - _BOTTOM)], axis=1
+        )
 
     parts = [f'<svg viewBox="0 0 {_WIDTH:g} {_HEIGHT:g}" role="img" aria-label="{escape(y_label)}">']
     style = 'font-size="9.5" fill="#5b6b7a" font-family="system-ui,sans-serif"'
@@ -362,59 +350,12 @@ def thinned(values: Array) -> NDArray[np.int_]:
     return np.unique(np.concatenate([even, [int(values.argmin()), int(values.argmax())]]))
 
 
-def _inner() -> float:
-    return _HEIGHT - _TOP - _BOTTOM
-
-
 def _short(value: float) -> str:
     return f"{value:.4g}" if abs(value) > 1e-12 else "0"
 
 
 BRAND = (39, 84, 125)
 """Colour of buttons and sliders (RGB)."""
-
-_HEAD = """<title>ovita studio</title>
-<link rel="icon" href="data:image/svg+xml,%3Csvg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 32 32'%3E%3Crect
- width='32' height='32' rx='7' fill='%2327547d'/%3E%3Cpath d='M5 23C11 23 11 9 17 9s5 9 10 9' fill='none'
- stroke='%23fff' stroke-width='3' stroke-linecap='round'/%3E%3Ccircle cx='27' cy='18' r='2.6'
- fill='%23ff8d7a'/%3E%3C/svg%3E">
-<style>
-:root { --ink: #22303c; --soft: #5b6b7a; --line: #dde4ea; --card: #f5f8fa; --brand: #27547d;
-  --blue: #1f5fbf; --red: #d62728; --good: #1e7f4f; --warn: #b26a00; --bad: #b3261e; }
-.ov { color: var(--ink); font-size: 0.86rem; line-height: 1.42; padding: 0 0.65rem 0.45rem; overflow-wrap: anywhere; }
-.ov p { margin: 0.15rem 0 0.4rem; } .ov ul, .ov ol { margin: 0.1rem 0 0.4rem; padding-left: 1.15rem; }
-.ov li { margin: 0.14rem 0; } .ov h4 { margin: 0.55rem 0 0.2rem; font-size: 0.8rem; color: var(--soft);
-  font-weight: 600; letter-spacing: 0.02em; }
-.ov .brand { display: flex; align-items: baseline; gap: 0.45rem; font-size: 1.02rem; font-weight: 650;
-  padding-top: 0.15rem; } .ov .brand small { font-weight: 400; color: var(--soft); font-size: 0.78rem; }
-.ov .card { background: var(--card); border: 1px solid var(--line); border-radius: 8px; padding: 0.45rem 0.6rem;
-  margin: 0.1rem 0 0.3rem; } .ov .soft { color: var(--soft); font-size: 0.8rem; }
-.ov .card.waiting { background: #fff6df; border-color: #ffb300; }
-.ov .chip { display: inline-block; border-radius: 9px; padding: 0 0.5em; font-size: 0.72rem; font-weight: 600;
-  line-height: 1.5; background: #e6edf3; color: var(--soft); vertical-align: 0.05em; }
-.ov .chip.good { background: #ddf1e6; color: var(--good); } .ov .chip.warn { background: #fdeccd; color: var(--warn); }
-.ov .chip.bad { background: #fbe1df; color: var(--bad); } .ov .bad { color: var(--bad); }
-.ov .key { display: inline-block; width: 1.2em; height: 0.28em; border-radius: 2px; margin: 0 0.3em 0.2em 0; }
-.ov .turn { display: flex; gap: 0.5rem; padding: 0.28rem 0; border-top: 1px solid var(--line); }
-.ov .turn:first-child { border-top: 0; } .ov .turn > b { color: var(--soft); font-weight: 600; min-width: 1.1em; }
-.ov .turn.now { background: #eaf2f9; margin: 0 -0.6rem; padding-left: 0.6rem; padding-right: 0.6rem; }
-.ov .turn.gone { opacity: 0.5; } .ov svg { width: 100%; height: auto; display: block; }
-.ov pre { margin: 0.2rem 0; font: 0.74rem/1.45 ui-monospace, "DejaVu Sans Mono", Menlo, Consolas, monospace;
-  background: var(--card); border: 1px solid var(--line); border-radius: 8px; padding: 0.5rem;
-  white-space: pre-wrap; }
-.ov pre i { font-style: normal; color: #9aa7b3; user-select: none; } .ov pre mark { background: #fbd5d1; }
-.ov table { border-collapse: collapse; width: 100%; font-size: 0.8rem; }
-.ov td, .ov th { text-align: left; padding: 0.15rem 0.3rem 0.15rem 0; vertical-align: top; border-top: 1px solid
-  var(--line); } .ov th { color: var(--soft); font-weight: 600; border-top: 0; }
-.ov .ramp { height: 0.6rem; border-radius: 4px; margin: 0.2rem 0; }
-div:has(> p > label:empty) { display: none; }
-p:has(> label) { letter-spacing: -0.1px !important; }
-form input { min-height: 2.1rem !important; height: 2.1rem !important; font-size: 0.86rem !important; }
-div:has(> .secret) + * input { -webkit-text-security: disc; }
-textarea { font-family: ui-monospace, "DejaVu Sans Mono", Menlo, Consolas, monospace !important;
-  font-size: 0.76rem !important; }
-</style>
-"""
 
 
 @cache
@@ -429,4 +370,5 @@ def page() -> bytes:
         if tag in head:
             first = head.index(tag)
             head = head[:first] + head[head.index(close, first) + len(close) :]
-    return (plain[:start] + head + _HEAD + plain[end:]).encode()
+    own = (files("ovita.studio") / "head.html").read_text(encoding="utf-8")
+    return (plain[:start] + head + own + plain[end:]).encode()

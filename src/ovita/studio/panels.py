@@ -1,4 +1,9 @@
-"""The panels on the right: parameters, plan, explanation, changes, code, limits and writers."""
+"""The panels on the right: parameters, plan, explanation, changes, code, limits and writers.
+
+Every panel takes viser's GUI of its tab, and adds its controls to the container that is open; a function that gives the
+tab's controller, which changes when another file is opened; and, where it can fail, one that shows a sentence to the
+person.
+"""
 
 from __future__ import annotations
 
@@ -16,6 +21,7 @@ from ovita.limits import ConstraintOptions, parse_text
 from ovita.paths.robot import PRESETS, Box, Robot, Shell
 from ovita.paths.scene import Scene
 from ovita.policy import Parameter, sandbox
+from ovita.result import Adaptation
 from ovita.studio import html
 from ovita.studio.sessions import SessionController
 from ovita.writers.base import PROVIDERS, PolicyWriter, writer_named
@@ -24,28 +30,18 @@ _RUN = "Run in the sandbox"
 _AGAINST = ("the original", "the turn before")
 
 
-class PlanPanel:
-    """Plan and explanation."""
+class TextPanel:
+    """What `show` says of the adaptation in force, such as its plan or its explanation."""
 
-    def __init__(self, gui: Any, controller: Callable[[], SessionController]) -> None:
-        self._controller = controller
+    def __init__(
+        self, gui: Any, controller: Callable[[], SessionController], show: Callable[[Adaptation | None], str]
+    ) -> None:
+        self._controller, self._show = controller, show
         self.text = gui.add_html("")
 
     def refresh(self) -> None:
         """Show the session."""
-        self.text.content = html.plan(self._controller().session.adaptation)
-
-
-class ExplanationPanel:
-    """The explanation in plain words."""
-
-    def __init__(self, gui: Any, controller: Callable[[], SessionController]) -> None:
-        self._controller = controller
-        self.text = gui.add_html("")
-
-    def refresh(self) -> None:
-        """Show the session."""
-        self.text.content = html.explanation(self._controller().session.adaptation)
+        self.text.content = self._show(self._controller().session.adaptation)
 
 
 class ChangesPanel:
@@ -144,12 +140,7 @@ def reach(value: float, unit: str) -> tuple[float, float, float]:
 
 
 class KnobsPanel:
-    """The knobs of one tab.
-
-    Args:
-        gui: viser's GUI of the tab; the knobs are added to the container that is open.
-        controller: Gives the controller.
-    """
+    """The parameters of the policy in force, as sliders, boxes and fields."""
 
     def __init__(self, gui: Any, controller: Callable[[], SessionController]) -> None:
         self.gui, self._controller = gui, controller
@@ -160,11 +151,7 @@ class KnobsPanel:
         self._made: tuple[tuple[str, type, str], ...] | None = None
 
     def refresh(self, *, turned: bool) -> None:
-        """Show the knobs of the policy in force.
-
-        Args:
-            turned: Whether knobs were turned, so that those under the hand are left alone.
-        """
+        """Show the parameters; where they were just `turned`, those under the hand are left alone."""
         result = self._controller().session.adaptation
         knobs = result.parameters if result is not None else ()
         made = tuple((p.name, type(p.value), p.meaning) for p in knobs)
@@ -245,15 +232,10 @@ def _read(value: Any, like: Any) -> Any:
 
 
 class WritersPanel:
-    """The choice of the writer in one tab.
+    """The choice of the writer.
 
-    Args:
-        gui: viser's GUI of the tab; the controls are added to the container that is open.
-        controller: Gives the controller.
-        complain: Shows a sentence to the person.
-        chosen: Called when another writer was chosen.
-        local: Whether only this machine can reach the studio. Others may not name servers, which would be sent the
-            owner's key, nor model files of this machine.
+    `chosen` is called when another was chosen. Only where `local`, that is, only this machine can reach the studio, may
+    a person name servers, which would be sent the owner's key, or model files.
     """
 
     def __init__(
@@ -308,13 +290,7 @@ class WritersPanel:
 
 
 def keyed_writer(name: str, key: str, address: str) -> PolicyWriter:
-    """The writer of that name, with a key that only it knows.
-
-    Args:
-        name: As on the command line.
-        key: The key, or "" for the one in the environment.
-        address: Of an OpenAI-compatible server, or "".
-    """
+    """The writer of that name, as on the command line, with a key and a server's address of its own; "" for none."""
     if not key:
         return writer_named(name, base_url=address or None)
     from ovita.writers.models.chat import LLMWriter
@@ -332,13 +308,7 @@ _STATED = "as the scene states"
 
 
 class LimitsPanel:
-    """The limits of one tab, applied when a person says so.
-
-    Args:
-        gui: viser's GUI of the tab; the controls are added to the container that is open.
-        controller: Gives the controller.
-        complain: Shows a sentence to the person.
-    """
+    """The limits, applied when a person says so."""
 
     def __init__(self, gui: Any, controller: Callable[[], SessionController], complain: Callable[[str], None]) -> None:
         self._controller, self._complain = controller, complain

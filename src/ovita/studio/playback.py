@@ -19,11 +19,7 @@ _TICK_S = 1 / 25
 
 
 class Playheads:
-    """The balls that move along the lines.
-
-    Args:
-        space: The scene of the tab.
-    """
+    """The balls that move along the lines."""
 
     def __init__(self, space: SceneView) -> None:
         self._space = space
@@ -45,12 +41,7 @@ class Playheads:
 
 
 class Player:
-    """The bar below the scene.
-
-    Args:
-        gui: viser's GUI of the tab; the bar is added to the container that is open.
-        show: Called with the moment [s] to show.
-    """
+    """The bar below the scene; it calls `show` with the moment [s] to show."""
 
     def __init__(self, gui: Any, show: Callable[[float], None]) -> None:
         self.gui, self._show = gui, show
@@ -125,12 +116,7 @@ ROBOTS = {NOBODY: "", "arm": "iiwa", "rover": "jackal", "drone": "crazyflie"}
 
 
 class RobotView:
-    """The robot of one tab.
-
-    Args:
-        api: viser's scene of the tab.
-        complain: Shows a sentence to the person.
-    """
+    """The robot of one tab, in viser's scene."""
 
     def __init__(self, api: Any, complain: Callable[[str], None]) -> None:
         self.api, self._complain = api, complain

@@ -26,12 +26,10 @@ _NO_SEGMENTS = np.zeros((1, 2, 3), dtype=np.float32)
 
 
 class SceneView:
-    """The scene of one tab.
+    """The scene of one tab, in viser's handle of it.
 
-    Args:
-        client: viser's handle of the tab.
-        covered: Width of what is going to cover the window on both sides [pixels]; later the browser's own word for
-            the size of the picture counts.
+    What is going to cover the window on both sides is `covered` [pixels] wide; later the browser's own word for the
+    size of the picture counts.
     """
 
     def __init__(self, client: Any, covered: float = 0.0) -> None:
@@ -393,13 +391,7 @@ class Shown:
 
 @dataclass(frozen=True)
 class ViewBounds:
-    """The part of the world that the page shows.
-
-    Args:
-        lower: Lower corner (3,) [m].
-        upper: Upper corner (3,) [m].
-        up: The direction up (3,).
-    """
+    """The part of the world that the page shows: its lower and upper corner (3,) [m] and the direction up (3,)."""
 
     lower: Array
     upper: Array
@@ -441,10 +433,7 @@ class ViewBounds:
     def camera(self, frame: Frame, aspect: float, fov: float) -> tuple[Array, Array]:
         """Position and target of a camera that sees everything from behind, right and above.
 
-        Args:
-            frame: Which way is front.
-            aspect: Width by height of the free part of the picture.
-            fov: Vertical field of view [rad].
+        `aspect` is width by height of the free part of the picture, `fov` the vertical field of view [rad].
         """
         up = frame.direction("up")
         view = -1.0 * frame.direction("front") + 0.36 * frame.direction("right") + 0.68 * up

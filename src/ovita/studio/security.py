@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from http.cookies import CookieError, SimpleCookie
+from importlib.resources import files
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
@@ -105,7 +106,9 @@ class Gate:
         brought = cookies[self.cookie].value if self.cookie in cookies else ""
         if hmac.compare_digest(brought.encode(), self.token.encode()):
             return None
-        return self._answer(connection, http.HTTPStatus.UNAUTHORIZED, _LOCKED.encode(), request)
+        return self._answer(
+            connection, http.HTTPStatus.UNAUTHORIZED, (files("ovita.studio") / "locked.html").read_bytes(), request
+        )
 
     def _answer(self, connection: Any, status: http.HTTPStatus, body: bytes, request: Any = None) -> Any:
         answer = connection.respond(status, "")
@@ -182,22 +185,8 @@ def _name_of(host: str) -> str:
     return name.partition(":")[0]
 
 
-_LOCKED = """<!doctype html><meta charset="utf-8"><title>ovita studio</title>
-<style>body{font:16px system-ui,sans-serif;color:#22303c;background:#f4f6f8;display:grid;place-items:center;height:95vh}
-form{background:#fff;padding:28px 32px;border-radius:10px;box-shadow:0 2px 16px #0002;max-width:24rem}
-input,button{font:inherit;padding:8px 10px;margin-top:10px;width:100%;box-sizing:border-box}
-button{background:#27547d;color:#fff;border:0;border-radius:6px}</style>
-<form method="get" action="/"><b>ovita studio</b><br>This studio is locked. Type the token that its owner started it
-with.<input name="token" type="password" autofocus autocomplete="off"><button>Open</button></form>
-"""
-
-
 def limit_uploads(client: Any) -> None:
-    """Refuse files above `MAX_UPLOAD` from a tab before their content is taken.
-
-    Args:
-        client: viser's handle of the tab.
-    """
+    """Refuse files above `MAX_UPLOAD` from a tab, by viser's handle of it, before their content is taken."""
     from viser import _messages as messages
 
     gui, connection = client.gui, client._websock_connection

@@ -30,15 +30,7 @@ News = Literal["turn", "knobs", "busy", "said", "error"]
 
 @dataclass
 class PendingTurn:
-    """A turn that is being written.
-
-    Args:
-        said: What the person said.
-        on: Which trajectory it is about.
-        cancel: Set when it is no longer wanted.
-        started: On the clock of `time.monotonic` [s].
-        stage: What goes on, in words.
-    """
+    """A turn that is being written, and how far it is; `started` is on the clock of `time.monotonic` [s]."""
 
     said: str
     on: FeedbackOn
@@ -54,14 +46,7 @@ class PendingTurn:
 
 @dataclass(frozen=True)
 class LastUtterance:
-    """The last utterance, with its result or error if it did not become a turn.
-
-    Args:
-        text: What the person said.
-        on: Which trajectory it was about.
-        result: The adaptation that was not kept, or None.
-        error: Why there is none, or "".
-    """
+    """The last utterance, with its result or error if it did not become a turn."""
 
     text: str
     on: FeedbackOn
@@ -80,12 +65,7 @@ class LastUtterance:
 
 
 class SessionController:
-    """A session and what happens to it.
-
-    Args:
-        session: The session; from now on only the controller changes it.
-        title: What it is about, such as the name of the file.
-    """
+    """A session and what happens to it; from now on only the controller changes the session."""
 
     def __init__(self, session: Session, title: str = "") -> None:
         self.session, self.title = session, title

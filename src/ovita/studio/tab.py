@@ -18,10 +18,9 @@ from ovita.studio.html import BRAND
 from ovita.studio.panels import (
     ChangesPanel,
     CodePanel,
-    ExplanationPanel,
     KnobsPanel,
     LimitsPanel,
-    PlanPanel,
+    TextPanel,
     WritersPanel,
     writer_name,
 )
@@ -33,18 +32,10 @@ _NARROW = 400.0  # of the scene between the panels [pixels]; less has no room fo
 
 
 class Tab:
-    """One tab.
+    """One tab, viser's handle of it, and what it shows.
 
-    Args:
-        client: viser's handle of the tab.
-        controller: What it shows.
-        offered: Files that can be opened without an upload.
-        opened: Makes a controller for an opened session and has the browser remember it.
-        again: Makes one for the file that the studio was started with, likewise.
-        earlier: Gives the sessions that this browser had before: shown name to name.
-        returned: The controller of one of them, likewise.
-        limits: Of scenes whose file names no robot.
-        local: Whether only this machine can reach the studio.
+    `opened`, `again` and `returned` make the controller for an opened session, for the file that the studio was started
+    with, and for an earlier session; the browser remembers it. The rest is as in `FilesPanel` and `WritersPanel`.
     """
 
     def __init__(
@@ -102,9 +93,9 @@ class Tab:
         with top.add_tab("Parameters", "adjustments"):
             self.knobs = KnobsPanel(gui, self._controller)
         with top.add_tab("Plan", "list-numbers"):
-            self.plan = PlanPanel(gui, self._controller)
+            self.plan = TextPanel(gui, self._controller, html.plan)
         with top.add_tab("Explanation", "bulb"):
-            self.explanation = ExplanationPanel(gui, self._controller)
+            self.explanation = TextPanel(gui, self._controller, html.explanation)
         top.dock_right()
         top.set_width(_RIGHT)
         self._right = top
