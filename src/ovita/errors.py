@@ -20,7 +20,7 @@
     ├── LinkError                  a robot or a bus does not answer, or does not take what is sent
     ├── IsolationUnavailable       this machine cannot provide the requested isolation
     ├── ConstraintDefinitionError  limits that contradict themselves
-    ├── NoRenderer                 no offscreen OpenGL for a video (in `sim.gl`)
+    ├── NoRenderer                 no offscreen OpenGL for a video (in `sim.render`)
     └── MissingExtra               an optional package is not installed
 
 Input errors raise early, at the caller. Policy and writer errors are caught by `adapt`, which turns them

@@ -113,14 +113,7 @@ class Arm:
 
 
 class Kinematics:
-    """Inverse kinematics of an arm along a trajectory.
-
-    Args:
-        stage: With the arm on its base.
-        limits: Of its joints.
-        trajectory: In the simulator's coordinates.
-        orientation: See `Arm`.
-    """
+    """Inverse kinematics of an arm on its base along a trajectory in the simulator's coordinates; see `Arm`."""
 
     def __init__(self, stage: SimWorld, limits: ArmLimits, trajectory: Trajectory, orientation: Orientation) -> None:
         import mink

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import os
-import tomllib
-from dataclasses import dataclass, field, fields
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-import numpy as np
-from pydantic import TypeAdapter, ValidationError
+from pydantic import Field
 
-from ovita.errors import RobotError
+from ovita.errors import FormatError, RobotError
+from ovita.io.documents import parse_toml, validated
+from ovita.io.files import read_text
+
+_Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 
 FOLDER = Path(__file__).parent / "models"
 SHIPPED = ("iiwa", "jackal", "crazyflie")
@@ -21,79 +24,56 @@ STAND_INS = {"arm": "iiwa", "ground": "jackal", "drone": "crazyflie"}
 
 @dataclass(frozen=True)
 class ArmLimits:
-    """Limits of an arm that is bolted down.
+    """Limits of an arm that is bolted down, for each joint: velocity [rad/s], acceleration [rad/s^2], torque [Nm].
 
-    Args:
-        velocity: Of each joint [rad/s].
-        acceleration: Of each joint [rad/s^2].
-        torque: Of each joint [Nm]; only for models without actuators, such as a URDF.
-        postures: Joint positions that inverse kinematics starts from [rad].
+    Torques are only for models without actuators, such as a URDF; inverse kinematics starts from the postures [rad].
     """
 
-    velocity: tuple[float, ...]
-    acceleration: tuple[float, ...]
+    velocity: tuple[_Positive, ...]
+    acceleration: tuple[_Positive, ...]
     postures: tuple[tuple[float, ...], ...]
-    torque: tuple[float, ...] = ()
+    torque: tuple[_Positive, ...] = ()
 
 
 @dataclass(frozen=True)
 class RoverLimits:
-    """Limits and wheels of a skid-steered rover.
+    """Limits [m/s, rad/s, m/s^2, rad/s^2] and wheels of a skid-steered rover: radius and track [m].
 
-    Args:
-        max_speed: [m/s].
-        max_turn: [rad/s].
-        acceleration: [m/s^2].
-        turn_acceleration: [rad/s^2].
-        wheel_radius: [m].
-        track: Between left and right wheels [m].
-        left: Actuators of the left wheels, which take a speed [rad/s].
-        right: Actuators of the right wheels.
-        slip: The wheels are driven as if the track were wider by this factor, >= 1.
+    The actuators of the left and right wheels take a speed [rad/s]; the wheels are driven as if the track were wider by
+    the factor `slip`, >= 1.
     """
 
-    max_speed: float
-    max_turn: float
-    acceleration: float
-    turn_acceleration: float
-    wheel_radius: float
-    track: float
+    max_speed: _Positive
+    max_turn: _Positive
+    acceleration: _Positive
+    turn_acceleration: _Positive
+    wheel_radius: _Positive
+    track: _Positive
     left: tuple[str, ...]
     right: tuple[str, ...]
-    slip: float = 1.0
+    slip: _Positive = 1.0
 
 
 @dataclass(frozen=True)
 class DroneLimits:
-    """Limits and gains of a multirotor whose actuators are the thrusts of its rotors.
+    """Limits [m/s, m/s^2] of a multirotor whose actuators are the thrusts of its rotors, and its controller's gains.
 
-    Args:
-        max_speed: [m/s].
-        acceleration: [m/s^2].
-        position_gain: [1/s^2].
-        velocity_gain: [1/s].
-        attitude_gain: [1/s^2].
-        rate_gain: [1/s].
-        endurance: How long it flies on one battery [s], or None if that is not known.
+    The gains of position and attitude are in 1/s^2, those of their rates in 1/s; endurance on one battery [s], if
+    known.
     """
 
-    max_speed: float
-    acceleration: float
-    position_gain: float
-    velocity_gain: float
-    attitude_gain: float
-    rate_gain: float
+    max_speed: _Positive
+    acceleration: _Positive
+    position_gain: _Positive
+    velocity_gain: _Positive
+    attitude_gain: _Positive
+    rate_gain: _Positive
     endurance: float | None = None
 
 
 @dataclass(frozen=True)
 class Tip:
-    """The point that follows the trajectory, for models without a site.
-
-    Args:
-        body: That it is fixed to.
-        position: In that body's frame (3,) [m].
-    """
+    """The point that follows the trajectory, for models without a site: a position (3,) [m] in a body's frame."""
 
     body: str
     position: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -134,12 +114,12 @@ class _Common:
     controller: Literal["arm", "rover", "drone"]
     tip: str | Tip
     title: str = ""
-    corner: float = field(default=0.005)
-    tolerance: float = field(default=0.05)
-    peak_tolerance: float | None = field(default=None)
+    corner: _Positive = 0.005
+    tolerance: _Positive = 0.05
+    peak_tolerance: _Positive | None = None
 
 
-_LIMITS: dict[str, type[ArmLimits | RoverLimits | DroneLimits]] = {
+_LIMITS: Mapping[str, type[ArmLimits | RoverLimits | DroneLimits]] = {
     "arm": ArmLimits,
     "rover": RoverLimits,
     "drone": DroneLimits,
@@ -162,31 +142,21 @@ def load_model(name: str | os.PathLike[str]) -> RobotModel:
             f"unknown robot {text!r}; robots that can be simulated are {', '.join(SHIPPED)}, or give a .toml file"
         )
     try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise RobotError(f"{path}: cannot be read: {error.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise RobotError(f"{path}: is no TOML: {error}") from None
-    return _model(path, document)
+        return _model(path, parse_toml(read_text(path), str(path)))
+    except FormatError as error:
+        raise RobotError(str(error)) from None
 
 
 def _model(path: Path, document: dict[str, Any]) -> RobotModel:
-    names = {f.name for f in fields(_Common)}
-    common: _Common = _read(path, _Common, {k: v for k, v in document.items() if k in names})
-    rest = {k: v for k, v in document.items() if k not in names}
+    names = [f.name for f in fields(_Common)]
+    common = validated(_Common, {k: v for k, v in document.items() if k in names}, str(path))
     kind = _LIMITS[common.controller]
+    rest = {k: v for k, v in document.items() if k not in names}
     known = [f.name for f in fields(kind)]
     for key in rest:
         if key not in known:
             raise RobotError(f"{path}: {key} is no key of a robot with controller {common.controller!r}")
-    limits = _read(path, kind, rest)
-    for f in fields(kind):
-        value = getattr(limits, f.name)
-        if f.type in ("float", "tuple[float, ...]") and not (np.isfinite(value).all() and (np.array(value) > 0).all()):
-            raise RobotError(f"{path}: {f.name} {value!r} is not > 0")
-    for key in ("corner", "tolerance", "peak_tolerance"):
-        if getattr(common, key) is not None and not getattr(common, key) > 0:
-            raise RobotError(f"{path}: {key} {getattr(common, key)!r} is not > 0 m")
+    limits = validated(kind, rest, str(path))
     file = path.parent / common.model
     if not file.is_file():
         raise RobotError(f"{path}: model {common.model!r} does not exist beside it")
@@ -199,14 +169,5 @@ def _model(path: Path, document: dict[str, Any]) -> RobotModel:
         limits,
         common.corner,
         common.tolerance,
-        2.0 * common.tolerance if common.peak_tolerance is None else common.peak_tolerance,
+        common.peak_tolerance or 2.0 * common.tolerance,
     )
-
-
-def _read(path: Path, kind: Any, document: dict[str, Any]) -> Any:
-    try:
-        return TypeAdapter(kind).validate_python(document)
-    except ValidationError as error:
-        first = error.errors()[0]
-        key = ".".join(str(part) for part in first["loc"]) or "it"
-        raise RobotError(f"{path}: {key}: {first['msg'].lower()}") from None

@@ -114,9 +114,7 @@ class WorldTransform:
 def floor_under(low: float, scene: Scene) -> float:
     """Height of the floor [m]: what the objects stand on, unless there are none or the path goes on beneath them.
 
-    Args:
-        low: Height of the lowest waypoint [m].
-        scene: In the simulator's coordinates, as the height is.
+    `low` is the height of the lowest waypoint [m], in the simulator's coordinates as the scene is.
     """
     bottoms = [float(item.position[2] - 0.5 * np.abs(item.rotation[2]) @ item.size) for item in scene]
     return min(low, *bottoms) if bottoms and min(bottoms) < low + TOUCH else low - ROOM

@@ -19,13 +19,7 @@ FAILED: tuple[Status, ...] = ("contact", "off course", "unreachable")
 
 @dataclass(frozen=True)
 class Tracking:
-    """Distance between the robot and the place on the trajectory where it was due.
-
-    Args:
-        rms: Over time [m].
-        max: [m].
-        waypoint: Nearest to where it was largest.
-    """
+    """Distance of the robot from where it was due [m], over time, and the waypoint nearest to its maximum."""
 
     rms: float
     max: float
@@ -174,14 +168,9 @@ is what starting from rest and coming to rest takes."""
 class Log:
     """What is recorded while a simulation runs.
 
-    Args:
-        tips: (K, 3) where the tip was at each step [m].
-        turns: (K, 9) its rotation matrix.
-        weak: (K,) whether the actuators could not give what the controller wanted.
-        frames: Steps of the recorded frames.
-        states: MuJoCo's positions at the frames.
-        poses: Positions (B, 3) and quaternions (B, 4) of the robot's bodies at the frames.
-        contacts: First step, last step and depth [m] by name.
+    At each of K steps: the tip (K, 3) [m], its rotation matrix (K, 9), whether the actuators were too weak (K,). At the
+    recorded frames: the step, MuJoCo's positions, positions (B, 3) and quaternions (B, 4) of the robot's bodies. By
+    name of what was touched: first step, last step and depth [m].
     """
 
     tips: Array

@@ -325,13 +325,7 @@ def joint_motion(
 ) -> tuple[JointMotion, tuple[str, ...]]:
     """The joints' motion with which a simulated arm follows a trajectory, and how well it does, in sentences.
 
-    Args:
-        trajectory: In the scene's coordinates.
-        scene: What the arm must not touch.
-        arm: A shipped arm's name or a .toml file.
-        base: Pose of the arm's base in scene coordinates; None lets the simulation choose it.
-        limits: The limits that the trajectory was adapted to.
-        contacts: Objects that are meant to be touched.
+    The arm is a shipped one's name or a .toml file; the rest is as in `simulate`.
 
     Raises:
         RequestError: If a waypoint is out of reach, the arm strays from the path, or it touches what it must not.
@@ -355,12 +349,8 @@ def joint_motion(
 
 
 def tool_path(motion: JointMotion, arm: str = "iiwa", *, base: Base | None = None) -> Trajectory:
-    """The path of an arm's tip through a motion of its joints, in the axes in which the base is given (`motion.frame`).
-
-    Args:
-        motion: Of all joints of the arm, by the names of its model.
-        arm: A shipped arm's name or a .toml file.
-        base: Pose of the arm's base; None for the origin.
+    """The path of an arm's tip through a motion of all its joints, in the axes in which the base is given
+    (`motion.frame`).
 
     Raises:
         RobotError: If there is no such arm, or it has other joints.

@@ -16,12 +16,7 @@ SAMPLES = 2000
 
 @dataclass(frozen=True)
 class Hold:
-    """A dwell.
-
-    Args:
-        where: The waypoints (first, last) that it lasts from and to; they share one position.
-        duration: [s].
-    """
+    """A dwell [s] from the first to the last of some waypoints that share one position."""
 
     where: tuple[int, int]
     duration: float
@@ -170,14 +165,10 @@ class MotionPlan:
 
 @dataclass(frozen=True)
 class Piece:
-    """A part of a plan that begins and ends at rest, by its own samples.
+    """A part of a plan that begins and ends at rest, by its own M samples: times [s] and path parameter from 0, its
+    speed.
 
-    Args:
-        times: (M,) [s], starting at 0.
-        arc: (M,) path parameter.
-        speeds: (M,) its first derivative.
-        where: (M,) place on the trajectory, counted in waypoints.
-        coordinates: (M, D).
+    `where` (M,) is the place on the trajectory, counted in waypoints; coordinates (M, D).
     """
 
     times: Array
@@ -297,13 +288,7 @@ def _sample(piece: Piece, times: Array, where: Array, states: Array, inside: sli
 
 @dataclass(frozen=True)
 class Unreachable:
-    """A waypoint that the robot cannot reach.
-
-    Args:
-        waypoint: Counted from 0.
-        distance: That is left at best [m].
-        reason: In words.
-    """
+    """A waypoint, counted from 0, that the robot cannot reach, the distance that is left at best [m], and why."""
 
     waypoint: int
     distance: float
@@ -329,14 +314,7 @@ class Touched:
 
 @dataclass(frozen=True)
 class ControlPlan:
-    """What a controller plans to track.
-
-    Args:
-        plan: At every step of the simulation.
-        unreachable: Waypoints that cannot be reached.
-        limits: That the plan reaches.
-        notes: What else a person should know.
-    """
+    """What a controller plans to track: the plan, waypoints and limits that it cannot keep, and notes for a person."""
 
     plan: MotionPlan
     unreachable: tuple[Unreachable, ...] = ()
@@ -363,13 +341,7 @@ class Controller(Protocol):
 
 
 def stretches(name: str, at_limit: np.ndarray[Any, Any], where: Array) -> tuple[Touched, ...]:
-    """A limit as `Touched`, or nothing if it is reached nowhere.
-
-    Args:
-        name: Of the limit.
-        at_limit: (K,) whether it is reached, at each step.
-        where: (K,) place on the trajectory.
-    """
+    """A limit as `Touched`, or nothing where it is reached at no step (K,); `where` (K,) is the place, in waypoints."""
     if not at_limit.any():
         return ()
     places = where[at_limit]

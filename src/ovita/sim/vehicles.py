@@ -22,14 +22,7 @@ ROVER_STOP, ROVER_SPACING = np.radians(40.0), 0.05
 
 
 class Drone:
-    """Follows a trajectory through the air, with a heading that stays.
-
-    Args:
-        robot: With `DroneLimits`.
-        stage: With the drone in it.
-        trajectory: In the simulator's coordinates.
-        base: Its heading is the drone's.
-    """
+    """Follows a trajectory through the air, in the simulator's coordinates, with a heading that stays, its base's."""
 
     def __init__(self, robot: RobotModel, stage: SimWorld, trajectory: Trajectory, base: Base) -> None:
         assert isinstance(robot.limits, DroneLimits)
