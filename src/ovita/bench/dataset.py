@@ -37,37 +37,15 @@ MAX_BYTES = 4 * 1024 * 1024
 
 
 @dataclass(frozen=True)
-class Sample:
-    """One instruction about one trajectory, and how an answer is judged.
-
-    Args:
-        id: The file's path below the dataset's folder, without its ending, such as "latte_subset/latte_0".
-        subset: The part of the dataset that it belongs to.
-        kind: The kind of instruction, such as "distance".
-        task: Trajectory, scene and instruction.
-        check: What a right adaptation passes.
-        void: Clauses of the instruction that nothing can fulfil and that are not judged.
-    """
-
-    id: str
-    subset: str
-    kind: str
-    task: Task
-    check: Check
-    void: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
 class Case:
-    """A sample of the public dataset and the check that an adaptation of it must pass.
+    """What an instruction is about, and the check that a right adaptation passes.
 
     Args:
-        id: The sample's path relative to the dataset's folder, with / and without .json.
-        subset: "latte", "extended", "drone", "ground" or "arm".
-        kind: What the instruction is about: "distance", "speed", "cartesian", "ends", "shape", "waypoints", "stop",
-            "bounds", or "several" if it has several clauses.
+        id: Path of its file below the dataset's folder, with / and without .json, such as "latte_subset/latte_0".
+        subset: The part of the dataset; of the public one "latte", "extended", "drone", "ground" or "arm".
+        kind: "distance", "speed", "cartesian", "ends", "shape", "waypoints", "stop", "bounds", or "several" clauses.
         check: What an adaptation has to pass.
-        void: Clauses that are not judged because the scene lacks the object they name.
+        void: Clauses that nothing can fulfil, such as on an object that is not there, and that are not judged.
     """
 
     id: str
@@ -75,17 +53,18 @@ class Case:
     kind: str
     check: Check
     void: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sample(Case):
+    """One instruction about one trajectory and its scene, and how an answer is judged."""
+
+    task: Task
 
 
 @dataclass(frozen=True)
 class Dataset:
-    """A folder of samples.
-
-    Args:
-        name: The folder's name.
-        samples: In natural order of their ids.
-        skipped: Files without a check, by id.
-    """
+    """The samples of a folder in natural order of their ids, and the ids of files without a check."""
 
     name: str
     samples: tuple[Sample, ...]
@@ -177,12 +156,12 @@ def _sample(file: Path, name: str) -> Sample | None:
         except ValueError as error:
             raise FormatError(str(file), str(error), key="check") from None
         subset = task.extra.get("subset") or (name.rpartition("/")[0] or "all")
-        sample = Sample(name, str(subset), str(task.extra.get("kind") or "other"), task, check)
+        sample = Sample(name, str(subset), str(task.extra.get("kind") or "other"), check, task=task)
     else:
         case = shipped_cases().get(name)
         if case is None:
             return None
-        sample = Sample(name, case.subset, case.kind, load_task(file), case.check, case.void)
+        sample = Sample(name, case.subset, case.kind, case.check, case.void, task=load_task(file))
     if not sample.task.instruction.strip():
         raise FormatError(str(file), "a sample needs an instruction", key="instruction")
     try:

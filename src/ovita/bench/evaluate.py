@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from importlib import import_module
 from typing import Any, Literal
@@ -104,7 +104,7 @@ def conditions_from(text: str) -> tuple[Condition, ...]:
         name, equals, value = part.partition("=")
         if equals:
             varied = name.strip()
-        elif varied and _is_number(part):
+        elif varied and _number(part) is not None:
             value = part
         else:
             varied = ""
@@ -121,17 +121,17 @@ def conditions_from(text: str) -> tuple[Condition, ...]:
 
 
 def _at(value: str) -> Condition:
-    if not _is_number(value) or not 0.0 <= float(value) <= 2.0:
+    number = _number(value)
+    if number is None or not 0.0 <= number <= 2.0:
         raise RequestError(f"the temperature {value!r} is out of range; write --ablate temperature=0,0.2,0.5,0.7")
-    return Condition(f"temperature {float(value):g}", temperature=float(value))
+    return Condition(f"temperature {number:g}", temperature=number)
 
 
-def _is_number(text: str) -> bool:
+def _number(text: str) -> float | None:
     try:
-        float(text)
+        return float(text)
     except ValueError:
-        return False
-    return True
+        return None
 
 
 def _unsupported(name: str) -> RequestError:
@@ -145,11 +145,7 @@ PAUSE = 5.0
 
 
 class Limiter:
-    """Spaces requests evenly; safe to share between threads.
-
-    Args:
-        per_minute: Most requests in a minute, or None for no limit.
-    """
+    """Spaces requests evenly, `per_minute` at most; safe to share between threads. None sets no limit."""
 
     def __init__(self, per_minute: float | None = None) -> None:
         self._gap = 60.0 / per_minute if per_minute else 0.0
@@ -227,12 +223,7 @@ class RecordingWriter:
 
 
 class ReplayingWriter:
-    """Answers with recorded replies, in their order.
-
-    Args:
-        name: Of the writer that gave them.
-        replies: As `RecordingWriter.replies` holds them.
-    """
+    """Answers as the writer of that name did, with replies as `RecordingWriter.replies` holds them, in their order."""
 
     def __init__(self, name: str, replies: Sequence[Mapping[str, Any]]) -> None:
         self._name, self._left = name, list(replies)
@@ -341,10 +332,17 @@ def evaluate(sample: Sample, writer: Answering, condition: Condition, protocol: 
     rounds: list[Round] = []
     talk = _Conversation(sample, robot, protocol.feedback_on)
     said = task.instruction
-    ask = _asker(writer, condition, protocol.isolation)
     for _ in range(protocol.feedback + 1):
         taken, waited = len(writer.replies), writer.waited
-        result = ask(talk.request(said))
+        result = adapt(
+            talk.request(said),
+            writer=writer,
+            constraints=ConstraintOptions(enabled=condition.constraints),
+            isolation=protocol.isolation,
+            repairs=condition.repairs,
+            examples=condition.examples,
+            time_limit=None,
+        )
         done = _round(sample, said, result, idle)
         ms = sum(result.timings_ms.values()) - 1e3 * (writer.waited - waited)
         replies = tuple(writer.replies[taken:])
@@ -377,23 +375,6 @@ def robot_for(sample: Sample, robot: str | None) -> Robot:
         words = f"{sample.subset} {sample.id}".lower()
         return Robot.preset(next((preset for word, preset in _WORDS.items() if word in words), "none"))
     return load_robot(robot or sample.task.robot or "none")
-
-
-def _asker(writer: Answering, condition: Condition, isolation: Isolation) -> Callable[[Request], Adaptation]:
-    options = ConstraintOptions(enabled=condition.constraints)
-
-    def ask(request: Request) -> Adaptation:
-        return adapt(
-            request,
-            writer=writer,
-            constraints=options,
-            isolation=isolation,
-            repairs=condition.repairs,
-            examples=condition.examples,
-            time_limit=None,
-        )
-
-    return ask
 
 
 class _Conversation:

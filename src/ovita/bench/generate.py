@@ -151,16 +151,7 @@ _SCALE_OF: Mapping[Amount | None, Degree] = {None: "moderate", "little": "slight
 
 @dataclass(frozen=True)
 class Clause:
-    """A clause of an instruction.
-
-    Args:
-        name: A key of `MAKERS`.
-        text: As a person says it.
-        kind: The kind of instruction.
-        slot: What it changes; clauses of one instruction change different things.
-        check: What holds once it is fulfilled.
-        edit: Fulfils it: waypoints (N, 4) to (M, 4).
-    """
+    """A clause of an instruction: what it changes, what holds once it is fulfilled, and an edit that fulfils it."""
 
     name: str
     text: str
@@ -175,15 +166,7 @@ Drawn = tuple[str, Check, Callable[[Array], Array]]
 
 
 class ClauseMaker:
-    """Draws clauses for one scene.
-
-    Args:
-        rng: Source of chance.
-        trajectory: What the clauses are about.
-        scene: Its surroundings.
-        split: Whose words are used.
-        flat: Whether the robot cannot move up and down.
-    """
+    """Draws clauses for one scene, in the words of a split; a robot that is `flat` cannot move up and down."""
 
     def __init__(self, rng: Generator, trajectory: Trajectory, scene: Scene, split: Split, *, flat: bool) -> None:
         self.rng, self.trajectory, self.scene, self.split = rng, trajectory, scene, split
@@ -474,7 +457,7 @@ def _sample(rng: Generator, family: str, scale: str, split: Split, index: int, s
         }
         name = f"{family}/{scale}_{index:05d}"
         robot = None if setting.robot == "none" else setting.robot
-        return Sample(name, family, kind, Task(trajectory, scene, text, extra, robot=robot), check)
+        return Sample(name, family, kind, check, task=Task(trajectory, scene, text, extra, robot=robot))
     raise AssertionError(f"no {family} sample at the scale {scale} was found in {TRIES} draws")
 
 

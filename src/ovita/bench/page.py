@@ -25,13 +25,9 @@ BEFORE, AFTER, THING = "#8a8a8a", "#0072b2", "#d55e00"
 def html(
     title: str, tables: Sequence[tuple[str, Sequence[Sequence[str]]]], panel: str, records: Sequence[Record]
 ) -> str:
-    """Build the page; all values from the data are escaped.
+    """Build the page; all values from the data are escaped, samples that fail come first.
 
-    Args:
-        title: Its heading.
-        tables: Headings with tables, first row the column names.
-        panel: The figures as SVG text, or "".
-        records: What to look into, those that fail first.
+    A table's first row holds its columns' names; `panel` are the figures as SVG text, or "".
 
     Raises:
         MissingExtra: If Jinja2 is not installed.
@@ -64,13 +60,7 @@ def _template() -> Template:
 
 
 def sketch(original: Rows, adapted: Rows, scene: Mapping[str, Any]) -> str:
-    """Draw a path before (grey, dashed) and after (blue), with the objects' centres.
-
-    Args:
-        original: Rows x, y, z [m], speed [m/s].
-        adapted: The same, any number of rows.
-        scene: As in a scene file.
-    """
+    """Draw rows x, y, z [m], speed [m/s] before (grey, dashed) and after (blue), with the scene's objects."""
     before, after = np.array(original, dtype=float), np.array(adapted or original, dtype=float)
     try:
         frame = Frame(str(scene.get("frame", "rfu")))

@@ -35,24 +35,16 @@ class Round:
     Args:
         said: The utterance.
         status: Of the adaptation.
-        passed: Whether the check holds after it.
+        passed: Whether the check holds after it; `sentence` is what it measured.
         score: Share of the check's clauses that hold, 0..1.
-        sentence: What the check measured.
         executable: Whether a policy ran.
         attempts: Policies that were written.
         ms: Time from request to result, pauses for rate limits left out [ms].
-        input_tokens: Tokens read.
-        output_tokens: Tokens written.
         limits: The verdict on the limits, or "none" where nothing ran.
         proposed_passed: Whether what the policy returned passes the check before limits were enforced.
         after_yes: Whether the check holds once a person agrees to what was proposed for confirmation.
         flagged: Whether the result says itself that a person should look at it.
-        model: Name of the model that answered, or "".
-        plan: The plan.
-        code: The policy.
-        explanation: In plain words.
         error: Why there is no result, or "".
-        adapted: The result.
         replies: Every reply of the writer, as recorded.
     """
 
@@ -84,18 +76,12 @@ class Record:
     """How one writer did on one sample under one condition.
 
     Args:
-        sample: The sample's id.
-        subset: Its subset.
-        kind: Its kind of instruction.
-        writer: The writer's name.
-        condition: The condition's name.
-        instruction: The instruction.
+        sample, subset, kind, void: As in the sample.
+        writer, condition: Their names.
         robot: Whose limits were enforced.
         idle: Whether doing nothing passes the check.
         original: The waypoints that it was about.
-        scene: As in a scene file.
-        check: As in a dataset file.
-        void: Clauses that were not judged.
+        scene, check: As in a scene file and a dataset file.
         rounds: The answer, then the answers to feedback.
     """
 

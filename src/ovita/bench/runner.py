@@ -44,15 +44,7 @@ UNREACHED = 5
 
 @dataclass(frozen=True)
 class Standing:
-    """How far a run is.
-
-    Args:
-        done: Records that there are, earlier ones of a resumed run included.
-        total: Records that there will be.
-        passed: Records that pass.
-        left_s: Estimated time to the end [s], or None before the first record.
-        tokens: Tokens of all records.
-    """
+    """How far a run is: records there are, will be and pass, the time left [s] (None before the first), all tokens."""
 
     done: int
     total: int
@@ -62,70 +54,6 @@ class Standing:
 
 
 Progress = Callable[[Standing], None]
-
-
-@dataclass(frozen=True)
-class Budget:
-    """What a run may use up.
-
-    Args:
-        tokens: Of all writers together, or None.
-        cost: Money, or None.
-        prices: Writer to money for a million tokens read and written.
-    """
-
-    tokens: int | None = None
-    cost: float | None = None
-    prices: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-
-
-class Meter:
-    """Counts records, estimates the time that is left, and watches the budget.
-
-    Args:
-        log: Of the run.
-        wanted: Keys of the records that there will be.
-        todo: How many of them are still to be made.
-        budget: What may be used up.
-        show: Called after each record.
-    """
-
-    def __init__(
-        self, log: RecordLog, wanted: set[tuple[str, str, str]], todo: int, budget: Budget, show: Progress | None
-    ) -> None:
-        self._budget, self._show, self._todo, self._new = budget, show, todo, 0
-        there = [record for key, record in log.records.items() if key in wanted]
-        self._total, self._done = len(wanted), len(wanted) - todo
-        self._passed = sum(record.last.passed for record in there)
-        self._tokens = sum(record.tokens for record in there)
-        self._cost = sum(record.cost(budget.prices) for record in there)
-        self._started = time.monotonic()
-        self.notes: list[str] = []
-
-    @property
-    def spent(self) -> bool:
-        """Whether a budget is used up; the first time that it is, a note says so."""
-        tokens, cost = self._budget.tokens, self._budget.cost
-        over = ""
-        if tokens is not None and self._tokens >= tokens:
-            over = f"The budget of {tokens} tokens is used up ({self._tokens})"
-        elif cost is not None and self._cost >= cost:
-            over = f"The budget of {cost:g} is used up ({self._cost:.4g})"
-        if over and not self.notes and self._done < self._total:
-            self.notes.append(f"{over}; {self._total - self._done} of {self._total} were not begun or not counted yet.")
-        return bool(over)
-
-    def count(self, record: Record) -> None:
-        """Take a new record into account, and show how far the run is."""
-        self._new += 1
-        self._done += 1
-        self._passed += record.last.passed
-        self._tokens += record.tokens
-        self._cost += record.cost(self._budget.prices)
-        if self._show is not None:
-            pace = (time.monotonic() - self._started) / self._new
-            left = pace * (self._todo - self._new)
-            self._show(Standing(self._done, self._total, self._passed, left, self._tokens))
 
 
 @dataclass(frozen=True)
@@ -157,6 +85,47 @@ class RunPlan:
     budget_tokens: int | None = None
     prices: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     budget_cost: float | None = None
+
+
+class Meter:
+    """Counts and shows new records, estimates the time that is left, and watches the budget."""
+
+    def __init__(
+        self, log: RecordLog, wanted: set[tuple[str, str, str]], todo: int, plan: RunPlan, show: Progress | None
+    ) -> None:
+        self._plan, self._show, self._todo, self._new = plan, show, todo, 0
+        there = [record for key, record in log.records.items() if key in wanted]
+        self._total, self._done = len(wanted), len(wanted) - todo
+        self._passed = sum(record.last.passed for record in there)
+        self._tokens = sum(record.tokens for record in there)
+        self._cost = sum(record.cost(plan.prices) for record in there)
+        self._started = time.monotonic()
+        self.notes: list[str] = []
+
+    @property
+    def spent(self) -> bool:
+        """Whether a budget is used up; the first time that it is, a note says so."""
+        tokens, cost = self._plan.budget_tokens, self._plan.budget_cost
+        over = ""
+        if tokens is not None and self._tokens >= tokens:
+            over = f"The budget of {tokens} tokens is used up ({self._tokens})"
+        elif cost is not None and self._cost >= cost:
+            over = f"The budget of {cost:g} is used up ({self._cost:.4g})"
+        if over and not self.notes and self._done < self._total:
+            self.notes.append(f"{over}; {self._total - self._done} of {self._total} were not begun or not counted yet.")
+        return bool(over)
+
+    def count(self, record: Record) -> None:
+        """Take a new record into account, and show how far the run is."""
+        self._new += 1
+        self._done += 1
+        self._passed += record.last.passed
+        self._tokens += record.tokens
+        self._cost += record.cost(self._plan.prices)
+        if self._show is not None:
+            pace = (time.monotonic() - self._started) / self._new
+            left = pace * (self._todo - self._new)
+            self._show(Standing(self._done, self._total, self._passed, left, self._tokens))
 
 
 @dataclass(frozen=True)
@@ -216,7 +185,7 @@ def run(
         write_manifest(out, manifest)
         wanted = {cell.key for cell in cells}
         todo = [cell for cell in cells if _open(log.records.get(cell.key), cell.sample)]
-        meter = Meter(log, wanted, len(todo), Budget(plan.budget_tokens, plan.budget_cost, plan.prices), progress)
+        meter = Meter(log, wanted, len(todo), plan, progress)
         if todo:
             notes += _work(todo, plan, log, meter, replaying=recorded is not None)
         ids = {sample.id for sample in dataset.samples}
@@ -342,18 +311,21 @@ def _executor(
         context = multiprocessing.get_context("spawn")
         executor: Executor = ProcessPoolExecutor(plan.jobs, mp_context=context, initializer=_end_with_parent)
         return (lambda cell: executor.submit(_run_cell, cell, plan, None, None)), executor
+
+    def heat(cell: _Cell) -> float:
+        return plan.temperature if cell.condition.temperature is None else cell.condition.temperature
+
     writers: dict[tuple[str, float], PolicyWriter] = {}
     limiters: dict[str, Limiter] = {}
     for cell in todo if not replaying else ():
-        temperature = plan.temperature if cell.condition.temperature is None else cell.condition.temperature
+        temperature = heat(cell)
         if (cell.writer, temperature) not in writers:
             made = open_writer(cell.writer, base_url=plan.base_url, temperature=temperature)
             writers[cell.writer, temperature] = made
             limiters.setdefault(cell.writer, Limiter(None if cell.writer == "builtin" else plan.per_minute))
 
     def submit(cell: _Cell) -> Future[Record]:
-        temperature = plan.temperature if cell.condition.temperature is None else cell.condition.temperature
-        writer = writers.get((cell.writer, temperature))
+        writer = writers.get((cell.writer, heat(cell)))
         return executor.submit(_run_cell, cell, plan, writer, limiters.get(cell.writer))
 
     executor = ThreadPoolExecutor(plan.jobs, thread_name_prefix="ovita-bench")

@@ -25,22 +25,14 @@ class Tally:
     """One group of records of one writer and condition.
 
     Args:
-        writer: Its name.
-        condition: Its name.
-        by: What the group is made by.
-        group: The group's name; "all" for all.
-        success: Records whose last answer passes.
-        first: Records whose first answer passes, before any feedback.
-        executable: Records whose first answer ran.
+        writer, condition: Their names.
+        by, group: What groups are made by, and the group's name; "all" for all.
+        success, first, executable: Records whose last answer passes, whose first one does, whose first one ran.
         score: Mean share of the check's clauses that hold.
         attempts: Mean number of policies written for the first answer.
-        p50: Median time to the first answer [ms].
-        p95: 95th percentile of it [ms].
-        input_tokens: Tokens read, feedback included.
-        output_tokens: Tokens written.
-        cost: Money.
+        p50, p95: Percentiles of the time to the first answer [ms].
+        input_tokens, output_tokens, cost: Of all answers, feedback included.
         limits: How often each verdict on the limits occurred.
-        statuses: How often each status occurred.
         outcomes: How many first answers were right, right after one yes, asked, declined, flagged or silently wrong.
         lost_to_limits: Records whose policy's own output passes, but not the result once limits were enforced.
         unreached: Records whose writer could not be reached; they count as failures.
@@ -61,7 +53,6 @@ class Tally:
     output_tokens: int
     cost: float
     limits: Mapping[str, int]
-    statuses: Mapping[str, int]
     outcomes: Mapping[str, int]
     lost_to_limits: int
     unreached: int
@@ -175,7 +166,6 @@ def _tally(
         output_tokens=sum(x.output_tokens for r in part for x in r.rounds),
         cost=sum(r.cost(prices) for r in part),
         limits=dict(sorted(Counter(r.last.limits for r in part).items())),
-        statuses=dict(sorted(Counter(r.last.status for r in part).items())),
         outcomes={name: sum(r.outcome == name for r in part) for name in OUTCOMES},
         lost_to_limits=sum(r.last.proposed_passed and not r.last.passed for r in part),
         unreached=sum(r.unreached for r in part),
@@ -215,12 +205,7 @@ class Paired:
 
 
 def wilson(successes: int, n: int, *, level: float = 0.95) -> Interval:
-    """Wilson's score interval of a share [Wilson1927].
-
-    Args:
-        successes: 0..n.
-        n: Number of trials; 0 gives the interval 0..1.
-        level: Confidence.
+    """Wilson's score interval of `successes` out of `n` at a confidence level [Wilson1927]; 0..1 where n is 0.
 
     Raises:
         ValueError: If the counts make no sense.

@@ -349,8 +349,7 @@ def joint_motion(
 
 
 def tool_path(motion: JointMotion, arm: str = "iiwa", *, base: Base | None = None) -> Trajectory:
-    """The path of an arm's tip through a motion of all its joints, in the axes in which the base is given
-    (`motion.frame`).
+    """The path of an arm's tip through a motion of all its joints, in the axes of the base (`motion.frame`).
 
     Raises:
         RobotError: If there is no such arm, or it has other joints.

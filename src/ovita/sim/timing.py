@@ -165,10 +165,10 @@ class MotionPlan:
 
 @dataclass(frozen=True)
 class Piece:
-    """A part of a plan that begins and ends at rest, by its own M samples: times [s] and path parameter from 0, its
-    speed.
+    """A part of a plan that begins and ends at rest, by its own M samples.
 
-    `where` (M,) is the place on the trajectory, counted in waypoints; coordinates (M, D).
+    Times [s] and path parameter start at 0; `speeds` are the parameter's first derivative, `where` (M,) is the place on
+    the trajectory, counted in waypoints; coordinates (M, D).
     """
 
     times: Array
