@@ -63,7 +63,10 @@ def test_the_jackal_skids_by_the_factor_that_its_maker_publishes():
         ("", "has no controller"),
         ('controller = "boat"', "controller is 'boat', expected 'arm'"),
         ('controller = "arm"\ntip = "tip"\nwings = 2', "wings is no key of a robot with controller 'arm'"),
-        ('controller = "arm"\ntip = "tip"\nvelocity = [-1]\nacceleration = [1]\npostures = [[0]]', "velocity[0] is -1, expected a number > 0"),
+        (
+            'controller = "arm"\ntip = "tip"\nvelocity = [-1]\nacceleration = [1]\npostures = [[0]]',
+            "velocity[0] is -1, expected a number > 0",
+        ),
         (
             'controller = "arm"\ntip = "tip"\nvelocity = [1]\nacceleration = [1]\npostures = [[0]]',
             "model 'none.xml' does not exist beside it",
