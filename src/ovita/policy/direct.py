@@ -96,58 +96,40 @@ def proven(tree: ast.Module) -> bool:
     if bound & _RESERVED or any(name.startswith("_") for name in bound):
         return False
     defaults = [*arguments.defaults, *(d for d in arguments.kw_defaults if d is not None)]
-    return all(map(_is_literal, defaults)) and all(_is_simple_statement(s, bound) for s in function.body)
+    nodes = [node for statement in function.body for node in ast.walk(statement)]
+    called = {id(node.func) for node in nodes if isinstance(node, ast.Call)}
+    return all(map(_is_literal, defaults)) and all(id(node) in called or _is_simple(node, bound) for node in nodes)
 
 
-def _is_simple_statement(node: ast.stmt, bound: set[str]) -> bool:
-    match node:
-        case ast.Expr(value=value) | ast.Return(value=ast.expr() as value):
-            return _is_simple(value, bound)
-        case ast.Assign(targets=[ast.Name()], value=value):
-            return _is_simple(value, bound)
-        case ast.Assign(targets=[ast.Tuple(elts=names)], value=ast.Tuple(elts=values)):
-            one_each = len(names) == len(values) and all(isinstance(name, ast.Name) for name in names)
-            return one_each and all(_is_simple(value, bound) for value in values)
-        case ast.If(test=test, body=body, orelse=orelse):
-            return _is_simple(test, bound) and all(_is_simple_statement(s, bound) for s in [*body, *orelse])
-        case ast.Pass():
-            return True
-    return False
+_PLAIN_NODES = (
+    *(ast.Expr, ast.If, ast.Pass, ast.Tuple, ast.List, ast.Slice, ast.Load, ast.Store),
+    *(ast.BinOp, ast.UnaryOp, ast.Compare, ast.BoolOp, ast.And, ast.Or, *_BINARY, *_UNARY, *_COMPARE),
+)
+"""Kinds of nodes that a proven policy may contain as they are."""
 
 
-def _is_simple(node: ast.AST | None, bound: set[str]) -> bool:
+def _is_simple(node: ast.AST, bound: set[str]) -> bool:
+    """Whether a node may be in a proven policy, if all that is inside it may; what a call calls is judged with it."""
     match node:
         case ast.Constant(value=value):
             return value is None or type(value) in (bool, int, float, str)
-        case ast.Name(id=name, ctx=ast.Load()):
+        case ast.Name(id=name):
             return name in bound
-        case ast.Call(func=ast.Name(id=name), args=args, keywords=keywords):
-            known = name in CATALOGUE or (name in _FUNCTIONS and not keywords)
-            inner = [*args, *(k.value for k in keywords)]
-            plain = all(k.arg is not None for k in keywords) and not any(isinstance(a, ast.Starred) for a in args)
-            return known and plain and all(_is_simple(a, bound) for a in inner)
-        case ast.Attribute(value=value, attr=attribute, ctx=ast.Load()):
-            return attribute in _ALL_ATTRIBUTES and _is_simple(value, bound)
-        case ast.Subscript(value=value, slice=index, ctx=ast.Load()):
-            return _is_simple(value, bound) and _is_simple_index(index, bound)
-        case ast.BinOp(left=left, op=op, right=right):
-            return type(op) in _BINARY and _is_simple(left, bound) and _is_simple(right, bound)
-        case ast.UnaryOp(op=op, operand=operand):
-            return type(op) in _UNARY and _is_simple(operand, bound)
-        case ast.Compare(left=left, ops=ops, comparators=right):
-            return all(type(op) in _COMPARE for op in ops) and all(_is_simple(n, bound) for n in (left, *right))
-        case ast.BoolOp(values=values) | ast.Tuple(elts=values) | ast.List(elts=values):
-            return all(_is_simple(value, bound) for value in values)
-    return False
-
-
-def _is_simple_index(node: ast.expr, bound: set[str]) -> bool:
-    match node:
-        case ast.Slice(lower=lower, upper=upper, step=step):
-            return all(part is None or _is_simple(part, bound) for part in (lower, upper, step))
-        case ast.Tuple(elts=parts):
-            return all(_is_simple_index(part, bound) for part in parts)
-    return _is_simple(node, bound)
+        case ast.Return(value=value):
+            return value is not None
+        case ast.Assign(targets=[ast.Name()]):
+            return True
+        case ast.Assign(targets=[ast.Tuple(elts=names)], value=ast.Tuple(elts=values)):
+            return len(names) == len(values) and all(isinstance(name, ast.Name) for name in names)
+        case ast.Call(func=ast.Name(id=name), keywords=keywords):
+            return name in CATALOGUE or (name in _FUNCTIONS and not keywords)
+        case ast.keyword(arg=name):
+            return name is not None
+        case ast.Attribute(attr=attribute, ctx=ast.Load()):
+            return attribute in _ALL_ATTRIBUTES
+        case ast.Subscript(ctx=ast.Load()):
+            return True
+    return isinstance(node, _PLAIN_NODES)
 
 
 def _is_literal(node: ast.expr) -> bool:
@@ -174,9 +156,7 @@ def run_proven(tree: ast.Module, given: Array, scene: Scene) -> tuple[Any, Recor
         TooMuch: If it is not proven, or takes more than this process gives; nothing of it is left then.
         PolicyCrashed: If it fails, with the line.
     """
-    if not proven(tree):
-        raise TooMuch
-    if len(given) > MAX_WAYPOINTS:
+    if len(given) > MAX_WAYPOINTS or not proven(tree):
         raise TooMuch
     run = _Run(tree, scene)
     try:
@@ -185,8 +165,7 @@ def run_proven(tree: ast.Module, given: Array, scene: Scene) -> tuple[Any, Recor
     except (TooMuch, RecursionError, MemoryError):
         raise TooMuch from None
     except Exception as error:
-        text = str(error)
-        said = f"{type(error).__name__}: {text}" if text else type(error).__name__
+        said = f"{type(error).__name__}: {error}".removesuffix(": ")
         raise PolicyCrashed(clean_text(said[:MAX_MESSAGE], MAX_MESSAGE), line=run.line) from None
 
 

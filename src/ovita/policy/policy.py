@@ -1,4 +1,4 @@
-"""A policy: the small program that adapts a trajectory, and the knobs it offers."""
+"""A policy: the small program that adapts a trajectory, and the parameters it offers."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Literal
+from typing import Any, Literal, NoReturn
 
 from ovita.errors import PolicyRejected
 from ovita.policy.direct import carries_columns, proven
@@ -219,35 +219,43 @@ def _unit(text: str) -> tuple[str, str]:
 
 
 def _fitting(slot: _Slot, value: Value, unit: str) -> Value:
-    """The value in the type that the parameter has.
+    """The value in the type that the parameter has; a whole number with a unit may become any number.
 
     Raises:
         PolicyRejected: If it has another type.
     """
     old = slot.value
-    number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    number = float(value) if isinstance(value, int | float) and not isinstance(value, bool) else math.nan
+    finite = math.isfinite(number)
+    fitting: Value = None
     match old:
         case bool():
-            fits, kind = isinstance(value, bool), "True or False"
-        case float():
-            fits, kind = number, "a number"
-            value = float(value) if fits else value  # type: ignore[arg-type]
+            kind, fitting = "True or False", value if isinstance(value, bool) else None
         case int():
-            whole = number and float(value) == int(value)  # type: ignore[arg-type]
-            fits, kind = whole or (number and bool(unit)), "a number" if unit else "a whole number"
-            value = int(value) if whole else value  # type: ignore[arg-type]
+            kind, whole = "a number" if unit else "a whole number", finite and number == int(number)
+            fitting = int(number) if whole else number if finite and unit else None
+        case float():
+            kind, fitting = "a number", number if finite else None
         case str():
-            fits, kind = isinstance(value, str), "a text"
+            kind, fitting = "a text", value if isinstance(value, str) else None
         case tuple():
-            fits, kind = isinstance(value, tuple | list) and len(value) == len(old), f"a group of {len(old)} values"
-            if fits:
-                pairs = zip(old, value, strict=True)  # type: ignore[arg-type]
-                value = tuple(_fitting(_Slot(slot.name, a, slot.node, slot.line), b, unit or "-") for a, b in pairs)
+            return _group(slot, old, value, unit)
+        case _ if value is None or finite or isinstance(value, bool | str | tuple):
+            return value
         case _:
-            fits, kind = value is None or number or isinstance(value, bool | str | tuple), "a plain value"
-    if not fits:
-        raise PolicyRejected(f"parameter {slot.name} is {kind}, such as {old!r}; {value!r} is not")
-    return value
+            kind = "a plain value"
+    return _unfitting(slot, value, kind) if fitting is None else fitting
+
+
+def _group(slot: _Slot, old: tuple[Any, ...], value: Value, unit: str) -> Value:
+    if not isinstance(value, tuple | list) or len(value) != len(old):
+        return _unfitting(slot, value, f"a group of {len(old)} values")
+    pairs = zip(old, value, strict=True)
+    return tuple(_fitting(replace(slot, value=a), b, unit or "-") for a, b in pairs)
+
+
+def _unfitting(slot: _Slot, value: Value, kind: str) -> NoReturn:
+    raise PolicyRejected(f"parameter {slot.name} is {kind}, such as {slot.value!r}; {value!r} is not")
 
 
 @dataclass(frozen=True)
@@ -256,8 +264,8 @@ class Policy:
 
     Args:
         source: Python source as it will run.
-        form: "function" (`adapt(traj, scene, *, knob=1.0)`) or "script" (leaves `modified_trajectory`).
-        parameters: The knobs, in the order of the source.
+        form: "function" (`adapt(traj, scene, *, distance=1.0)`) or "script" (leaves `modified_trajectory`).
+        parameters: In the order of the source.
         summary: What it does, in one sentence of its author, or "".
         lines: For each line of the source, its number in the code that was read, counted from 1; () if it was not read.
     """

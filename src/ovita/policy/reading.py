@@ -7,7 +7,7 @@ import re
 import symtable
 import sys
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from dataclasses import dataclass, field
 
 from ovita.errors import PolicyRejected
@@ -21,6 +21,7 @@ from ovita.policy.syntax import (
     bound_names,
     entry_of,
     find_function,
+    own_bindings,
     parse_tree,
     root_name,
     top_level_names,
@@ -97,18 +98,24 @@ def _with_result(code: str) -> str:
     functions = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
     if "adapt" in functions or RESULT in top_level_names(tree):
         return code
+    for name, call in _bare_calls(tree, functions):
+        place, text = _leaving(functions[name], call)
+        if place is not None and not (place is call and _enters(tree, name)):
+            lines = code.split("\n")
+            line = lines[place.lineno - 1].encode()
+            head, tail = line[: place.col_offset].decode(), line[place.col_offset :].decode()
+            lines[place.lineno - 1] = f"{head}{text}{tail}"
+            return "\n".join(lines)
+    return code
+
+
+def _bare_calls(tree: ast.Module, functions: Container[str]) -> Iterator[tuple[str, ast.Expr]]:
+    """Statements of a script, its main guard included, that only call one of its functions, with its name."""
     for statement in tree.body:
         for inner in statement.body if isinstance(statement, ast.If) and _is_main_guard(statement) else [statement]:
             match inner:
                 case ast.Expr(value=ast.Call(func=ast.Name(id=name))) if name in functions:
-                    place, text = _leaving(functions[name], inner)
-                    if place is not None and not (place is inner and _enters(tree, name)):
-                        lines = code.split("\n")
-                        line = lines[place.lineno - 1].encode()
-                        head, tail = line[: place.col_offset].decode(), line[place.col_offset :].decode()
-                        lines[place.lineno - 1] = f"{head}{text}{tail}"
-                        return "\n".join(lines)
-    return code
+                    yield name, inner
 
 
 _COMPOUND = ast.FunctionDef | ast.ClassDef | ast.If | ast.For | ast.While | ast.With | ast.Try | ast.Match
@@ -377,14 +384,9 @@ def _reads(statement: ast.stmt, scopes: _Scopes) -> set[str]:
     found = set[str]()
     scope = scopes.get((getattr(statement, "name", ""), statement.lineno))
     if scope is not None and isinstance(statement, ast.FunctionDef | ast.ClassDef):
-        arguments = getattr(statement, "args", None)
-        keywords = [k.value for k in getattr(statement, "keywords", [])]
-        parts = [*statement.decorator_list, *getattr(statement, "bases", []), *keywords]
-        if isinstance(arguments, ast.arguments):
-            parts += [*arguments.defaults, *(d for d in arguments.kw_defaults if d is not None)]
+        parts = [part for part in ast.iter_child_nodes(statement) if part not in statement.body]
         tables = [scope]
-        while tables:
-            table = tables.pop()
+        for table in tables:
             tables += table.get_children()
             found |= {s.get_name() for s in table.get_symbols() if s.is_referenced() and s.is_global()}
     found |= {n.id for p in parts for n in ast.walk(p) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load)}
@@ -413,15 +415,8 @@ def _must_stay(statement: ast.stmt) -> bool:
 
 def _rebound(tree: ast.Module) -> set[str]:
     """Names that something other than an import binds, or that an import binds to something unusual."""
-    names = set()
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Name) and not isinstance(node.ctx, ast.Load):
-            names.add(node.id)
-        elif isinstance(node, ast.FunctionDef | ast.ClassDef):
-            names.add(node.name)
-        elif isinstance(node, ast.arg):
-            names.add(node.arg)
-    return names
+    kinds = ast.Name | ast.FunctionDef | ast.ClassDef | ast.arg
+    return {name for node in ast.walk(tree) if isinstance(node, kinds) for name in own_bindings(node)}
 
 
 def _is_given(node: ast.Import | ast.ImportFrom, rebound: set[str]) -> bool:
@@ -490,14 +485,19 @@ class _Page:
     def rest(self) -> Cleaned:
         """What is left, without runs of more than two blank lines."""
         kept: list[tuple[int, str]] = []
+        blanks, most = 0, 2
         for number, line in enumerate(self.lines, start=1):
             if number in self.gone:
+                most = 1 if blanks else most
                 continue
             line = self.instead.get(number, line if number in self.text else line.rstrip())
-            before = [text for _, text in kept[-2:]]
-            gap = not kept or number - 1 in self.gone or (kept[-1][0] < number - 1 and not kept[-1][1])
-            if line or number in self.text or not ((gap and before[-1:] in ([], [""])) or before == ["", ""]):
-                kept.append((number, line))
+            if line or number in self.text:
+                blanks, most = 0, 2
+            elif not kept or blanks >= most:
+                continue
+            else:
+                blanks += 1
+            kept.append((number, line))
         while kept and not kept[-1][1]:
             kept.pop()
         return Cleaned("\n".join(line for _, line in kept) + "\n", tuple(number for number, _ in kept))
