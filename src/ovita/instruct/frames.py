@@ -427,8 +427,8 @@ def canonical(frame: SemanticFrame) -> SemanticFrame:
             frame = replace(frame, objects=tuple(sorted(objects)))
         case Figure(shape="wave", waves=None, turns=Quantity() as turns):
             frame = replace(frame, waves=turns, turns=None)
-        case Shift(offset=offset) | MoveEnd(offset=offset) | Extend(offset=offset) if len(offset) > 1:
-            frame = replace(frame, offset=tuple(sorted(offset, key=lambda pair: pair[0])))
+        case Shift(offset=offset) | MoveEnd(offset=offset) | Extend(offset=offset) | Bound(offset=offset) if offset:
+            frame = replace(frame, offset=tuple(sorted(_forward(offset), key=lambda pair: pair[0])))
     if frame.quantities:
         frame = replace(frame, degree=None)
     return _rounded(frame)
@@ -452,9 +452,43 @@ def canonical_part(part: PathPart) -> PathPart:
 
 
 def same(one: tuple[SemanticFrame, ...], other: tuple[SemanticFrame, ...]) -> bool:
-    """Whether two lists of frames mean the same, in any order."""
-    left = sorted(repr(canonical(frame)) for frame in one)
-    return left == sorted(repr(canonical(frame)) for frame in other)
+    """Whether two lists of frames mean the same, in any order and however they are joined.
+
+    "farther cup+box" is "farther cup; farther box", "move left up" is "move left; move up", "keep ends" is both ends.
+    """
+    left, right = (sorted({repr(canonical(f)) for frame in frames for f in _split(frame)}) for frames in (one, other))
+    return left == right
+
+
+def _split(frame: SemanticFrame) -> list[SemanticFrame]:
+    """A frame as one frame for each direction, object and end."""
+    value: Any = frame
+    split: list[Any] = [frame]
+    if len(getattr(value, "offset", ())) > 1:
+        split = [replace(value, offset=(pair,)) for pair in value.offset]
+    if len(getattr(value, "objects", ())) > 1 and getattr(value, "relation", "at") == "at":
+        split = [replace(value, objects=(name,)) for name in value.objects]
+    for slot in ("end", "what"):
+        if getattr(value, slot, "") == "ends":
+            split = [replace(f, **{slot: end}) for f in split for end in ("start", "goal")]
+    return split
+
+
+def _forward(offset: Offset) -> Offset:
+    """Offsets without signs: -5 cm along y is 5 cm along -y."""
+    found: list[tuple[Direction, Quantity | None]] = []
+    for direction, quantity in offset:
+        if quantity is not None and quantity.value < 0:
+            quantity = replace(quantity, value=-quantity.value)
+            direction = _BEHIND[direction]
+        found.append((direction, quantity))
+    return tuple(found)
+
+
+_BEHIND: dict[Direction, Direction] = {
+    "left": "right", "right": "left", "front": "back", "back": "front", "up": "down", "down": "up",
+    "x": "-x", "-x": "x", "y": "-y", "-y": "y", "z": "-z", "-z": "z",
+}  # fmt: skip
 
 
 def _six(value: float | None) -> float | None:

@@ -1,0 +1,246 @@
+"""The learned reader's network in numpy: WordPiece, a six-layer transformer, queries that read atoms off it.
+
+The encoder is MiniLM-L6 (Wang et al. 2020), fine-tuned by `training/train.py`; each learned query attends to the
+words and says one atom: a class per head, and which mention each pointer points at.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from ovita.instruct.sketch import Sketch
+from ovita.instruct.slots import AMOUNTS, HEADS, POINTERS
+
+Floats: TypeAlias = npt.NDArray[np.float32]
+
+QUERIES = 5
+"""Most atoms of a sentence."""
+
+ENCODER_HEADS, DECODER_HEADS = 12, 6
+KEY = 64
+"""Length of the keys that pointers compare."""
+
+LONGEST = 96
+"""Pieces of a sentence that are read; the rest is cut off."""
+
+WEIGHTS = "weights.npz"
+
+
+class WordPiece:
+    """Splits words into the longest known pieces (Wu et al. 2016).
+
+    Args:
+        pieces: The vocabulary in the order of the embeddings; continuations begin with "##".
+    """
+
+    def __init__(self, pieces: Sequence[str]) -> None:
+        self.ids = {piece: i for i, piece in enumerate(pieces)}
+        self.pad, self.unknown = self.ids["[PAD]"], self.ids["[UNK]"]
+        self.begin, self.end = self.ids["[CLS]"], self.ids["[SEP]"]
+
+    def whole(self) -> frozenset[str]:
+        """The words that are one piece: no misspellings."""
+        return frozenset(piece for piece in self.ids if piece.isalpha() and len(piece) > 1)
+
+    def split(self, word: str) -> list[int]:
+        """The pieces of a word in lower case."""
+        found: list[int] = []
+        for part in word.lower().split():
+            if part in self.ids:
+                found.append(self.ids[part])
+                continue
+            for run in _runs(part):
+                found += self._run(run)
+        return found
+
+    def _run(self, word: str) -> list[int]:
+        found: list[int] = []
+        at = 0
+        while at < len(word):
+            for end in range(len(word), at, -1):
+                piece = self.ids.get(("##" if at else "") + word[at:end])
+                if piece is not None:
+                    break
+            else:
+                return [self.unknown]
+            found.append(piece)
+            at = end
+        return found
+
+
+def _runs(word: str) -> list[str]:
+    """Letters and digits apart from other signs."""
+    runs: list[str] = []
+    for c in word:
+        if runs and c.isalnum() and runs[-1][-1].isalnum():
+            runs[-1] += c
+        else:
+            runs.append(c)
+    return runs
+
+
+@dataclass(frozen=True)
+class Encoded:
+    """A sketch as the network takes it.
+
+    Args:
+        ids: Pieces (T,).
+        kinds: 0 for the sentence, 1 for the turn before (T,).
+        amounts: Position and mention of each amount.
+        objects: Position and mention of each object.
+        owners: The sketch's piece that each position belongs to, or -1 (T,).
+    """
+
+    ids: tuple[int, ...]
+    kinds: tuple[int, ...]
+    amounts: tuple[tuple[int, int], ...]
+    objects: tuple[tuple[int, int], ...]
+    owners: tuple[int, ...]
+
+
+def encode(seen: Sketch, splitter: WordPiece) -> Encoded:
+    """A sketch in word pieces."""
+    ids, kinds, owners = [splitter.begin], [0], [-1]
+    found: dict[bool, list[tuple[int, int]]] = {False: [], True: []}
+    for kind, pieces in enumerate((seen.pieces, seen.before)):
+        for i, piece in enumerate(pieces or ()):
+            split = splitter.split(piece.text)
+            if len(ids) + len(split) > LONGEST - 1:
+                break
+            if piece.mention >= 0 and split:
+                found[seen.mentions[piece.mention].is_object].append((len(ids), piece.mention))
+            ids += split
+            kinds += [kind] * len(split)
+            owners += [i if kind == 0 else -1] * len(split)
+        if kind == 0 or seen.before is not None:
+            ids.append(splitter.end)
+            kinds.append(kind)
+            owners.append(-1)
+    return Encoded(tuple(ids), tuple(kinds), tuple(found[False]), tuple(found[True]), tuple(owners))
+
+
+def layout() -> dict[str, tuple[int, int]]:
+    """Where the classes of each head stand in the network's output."""
+    places: dict[str, tuple[int, int]] = {}
+    at = 0
+    for head, classes in HEADS.items():
+        places[head] = (at, at + len(classes))
+        at += len(classes)
+    return places
+
+
+@dataclass(frozen=True)
+class Output:
+    """What the network says of a sentence.
+
+    Args:
+        heads: Probabilities of the classes of each head, (QUERIES, classes).
+        pointers: Probabilities that each pointer means none, then each of its candidates, (QUERIES, 1 + candidates).
+        candidates: The mentions that amounts and objects may point at.
+    """
+
+    heads: Mapping[str, Floats]
+    pointers: Mapping[str, Floats]
+    candidates: Mapping[str, tuple[int, ...]]
+
+
+class Network:
+    """The network with its weights.
+
+    Args:
+        weights: Arrays by name; int8 arrays have their scales per row under "NAME.scale".
+    """
+
+    def __init__(self, weights: Mapping[str, npt.NDArray[Any]]) -> None:
+        self.pieces = tuple(str(weights["vocabulary"]).split("\n"))
+        self.splitter = WordPiece(self.pieces)
+        self.known = frozenset(str(weights["known"]).split("\n"))
+        self.extra = {name: weights[name] for name in weights if name.startswith("calibration")}
+        self.w: dict[str, Floats] = {}
+        for name in weights:
+            value = weights[name]
+            if value.dtype == np.int8:
+                self.w[name] = value.astype(np.float32) * weights[f"{name}.scale"][:, None]
+            elif value.dtype.kind == "f":
+                self.w[name] = value.astype(np.float32)
+        for name in [n for n in self.w if n.endswith(".weight") and self.w[n].ndim == 2 and "embed" not in n]:
+            self.w[name] = np.ascontiguousarray(self.w[name].T)
+        self.layers = sum(name.endswith("q.weight") and name.startswith("encoder.") for name in self.w)
+        self.steps = len({name.split(".")[1] for name in self.w if name.startswith("decoder.")})
+
+    def _linear(self, name: str, x: Floats) -> Floats:
+        return np.asarray(x @ self.w[f"{name}.weight"] + self.w[f"{name}.bias"], dtype=np.float32)
+
+    def _norm(self, name: str, x: Floats) -> Floats:
+        centred = x - x.mean(axis=-1, keepdims=True)
+        scale = np.sqrt((centred**2).mean(axis=-1, keepdims=True) + np.float32(1e-12))
+        return np.asarray(centred / scale * self.w[f"{name}.weight"] + self.w[f"{name}.bias"], dtype=np.float32)
+
+    def _attend(self, name: str, x: Floats, to: Floats, heads: int) -> Floats:
+        n, width = x.shape
+        q, k, v = (
+            self._linear(f"{name}.{part}", of).reshape(len(of), heads, width // heads).transpose(1, 0, 2)
+            for part, of in (("q", x), ("k", to), ("v", to))
+        )
+        shares = softmax(q @ k.transpose(0, 2, 1) / np.float32(math.sqrt(width // heads)))
+        return self._linear(f"{name}.o", (shares @ v).transpose(1, 0, 2).reshape(n, width))
+
+    def _feed(self, name: str, x: Floats) -> Floats:
+        return self._linear(f"{name}.down", gelu(self._linear(f"{name}.up", x)))
+
+    def hidden(self, encoded: Encoded) -> Floats:
+        """The encoder's output (T, width)."""
+        ids, kinds = np.array(encoded.ids), np.array(encoded.kinds)
+        x = self.w["embed.word"][ids] + self.w["embed.position"][: len(ids)] + self.w["embed.kind"][kinds]
+        x = self._norm("embed.norm", x)
+        for i in range(self.layers):
+            x = self._norm(f"encoder.{i}.norm1", x + self._attend(f"encoder.{i}", x, x, ENCODER_HEADS))
+            x = self._norm(f"encoder.{i}.norm2", x + self._feed(f"encoder.{i}", x))
+        return x
+
+    def read(self, encoded: Encoded) -> Output:
+        """What the network says of a sentence."""
+        words = self.hidden(encoded)
+        x = self.w["queries"]
+        for i in range(self.steps):
+            x = self._norm(f"decoder.{i}.norm0", x + self._attend(f"decoder.{i}.self", x, x, DECODER_HEADS))
+            x = self._norm(f"decoder.{i}.norm1", x + self._attend(f"decoder.{i}.cross", x, words, DECODER_HEADS))
+            x = self._norm(f"decoder.{i}.norm2", x + self._feed(f"decoder.{i}", x))
+        said = self._linear("heads", x)
+        heads = {head: softmax(said[:, a:b]) for head, (a, b) in layout().items()}
+        asked = self._linear("asks", x).reshape(QUERIES, len(POINTERS), KEY)
+        keys = self._linear("keys", words)
+        pointers: dict[str, Floats] = {}
+        candidates: dict[str, tuple[int, ...]] = {}
+        for p, pointer in enumerate(POINTERS):
+            found = encoded.amounts if pointer in AMOUNTS else encoded.objects
+            options = np.concatenate([self.w["nothing"][p : p + 1], keys[[at for at, _ in found]]])
+            pointers[pointer] = softmax(asked[:, p] @ options.T / np.float32(math.sqrt(KEY)))
+            candidates[pointer] = tuple(mention for _, mention in found)
+        return Output(heads, pointers, candidates)
+
+
+def softmax(x: Floats) -> Floats:
+    """Shares that sum to one along the last axis."""
+    e = np.exp(x - x.max(axis=-1, keepdims=True))
+    return np.asarray(e / e.sum(axis=-1, keepdims=True), dtype=np.float32)
+
+
+def gelu(x: Floats) -> Floats:
+    """The tanh form of the Gaussian error linear unit."""
+    return np.asarray(0.5 * x * (1 + np.tanh(0.7978845608 * (x + 0.044715 * x * x * x))), dtype=np.float32)
+
+
+@cache
+def network() -> Network:
+    """The network that the package brings, loaded at the first call."""
+    with files("ovita.instruct").joinpath(WEIGHTS).open("rb") as file, np.load(file) as weights:
+        return Network({name: weights[name] for name in weights.files})

@@ -1,0 +1,381 @@
+"""The learned reader: what a small network thinks that a sentence asks for, and how sure it may be.
+
+The network points at objects and amounts; what stands there is read by the same readers as everywhere. How likely a
+reading is right was calibrated on voices that it had not been trained on (`training/calibrate.py`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ovita import text as words_of
+from ovita.instruct.edits import Also
+from ovita.instruct.encoder import QUERIES, Encoded, Network, Output, encode, network
+from ovita.instruct.frames import Quantity, Reading, SemanticFrame, Span
+from ovita.instruct.lexicon import concept_at
+from ovita.instruct.sketch import Referent, Sketch, sketch
+from ovita.instruct.slots import AMOUNTS, CHOICES, HEADS, OBJECTS, Atom, Unfit, items_of
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Array
+
+WITH_PART = ("place", "toward", "outside")
+OF_ACTION: dict[str, tuple[str, ...]] = {
+    "pace": ("choice", "role", "degree", "part"),
+    "move": ("direction", "degree", "part"),
+    "end": ("choice", "relation", "direction", "degree", "spot"),
+    "closer": ("degree", "part"),
+    "farther": ("degree", "part"),
+    "clearance": ("role", "part"),
+    "via": ("relation",),
+    "side": ("direction",),
+    "keep": ("choice", "part"),
+    "stop": ("spot",),
+    "wait": ("spot",),
+    "extend": ("direction", "spot"),
+    "smooth": ("degree", "part"),
+    "waypoints": ("choice", "part"),
+    **dict.fromkeys(("circle", "spiral", "eight", "zigzag", "wave", "shake"), ("spot", "sense", "degree", "part")),
+    "mirror": ("choice", "spot"),
+    "rotate": ("sense", "spot"),
+    "tilt": ("direction",),
+    "resize": ("choice", "degree", "spot"),
+    "curve": ("choice", "degree", "part"),
+    "straighten": ("part",),
+    "height": ("role", "part"),
+    "bound": ("direction", "spot"),
+    "trim": ("choice", "spot"),
+    "quadrant": ("choice",),
+    "ask": ("choice",),
+    "improper": ("choice",),
+    "scale": ("choice", "degree", "on"),
+    "set": ("choice", "direction", "step", "on"),
+    "flip": ("on",),
+    "replace": ("choice", "direction", "spot", "on"),
+    "restrict": ("part", "on"),
+    "except": ("part", "on"),
+    "drop": ("on",),
+    "again": ("on",),
+}  # fmt: skip
+"""The heads that count for an action besides the action itself."""
+
+POINTS: dict[str, tuple[str, ...]] = {
+    **dict.fromkeys(("move", "extend", "bound", "end", "tilt", "rotate", "waypoints", "height", "resize", "trim", "pace"),
+                    ("amount",)),
+    **dict.fromkeys(("closer", "farther", "clearance", "via", "side", "hop"), ("amount", "objects1", "objects2", "objects3")),
+    "hover": ("amount", "duration", "objects1"),
+    "wait": ("duration",),
+    **dict.fromkeys(("circle", "spiral", "eight", "zigzag", "wave", "shake"), ("radius", "size", "turns", "rise")),
+    **dict.fromkeys(("set", "scale", "undo", "redo"), ("amount",)),
+    "replace": ("objects1", "objects2"),
+}  # fmt: skip
+"""What each action may point at, besides its place and its part of the path."""
+
+QUESTIONS = {
+    "which": "which object is meant",
+    "where": "which way or which place is meant",
+    "how much": "how much is meant",
+    "what": "what exactly should change",
+}
+IMPROPER = {
+    "unrelated": "this is not about the path",
+    "object": "the scene has no such object",
+    "contradiction": "this contradicts itself",
+    "nonsense": "this makes no sense as a request",
+}
+
+FEATURES = (
+    "likelihood", "weakest", "numbers left", "objects left", "directions left", "speed left", "figures left", "atoms",
+    "words", "unknown pieces", "feedback", "outcome", "misread", "contrast",
+)  # fmt: skip
+"""What the confidence is calibrated on."""
+
+CAPPED = 0.5
+"""The most that a reading may claim which leaves a number or an object of the sentence unused."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What was read off the network.
+
+    Args:
+        atoms: What is asked for.
+        likelihoods: How likely each choice was that they needed.
+        used: The mentions that they point at.
+    """
+
+    atoms: tuple[Atom, ...]
+    likelihoods: tuple[float, ...]
+    used: frozenset[int]
+
+
+class LearnedReader:
+    """Reads sentences by the network that the package brings, or by another one.
+
+    Args:
+        net: The network; by default that of the package, loaded when the first sentence is read.
+    """
+
+    def __init__(self, net: Network | None = None) -> None:
+        self._net = net
+
+    @property
+    def net(self) -> Network:
+        """The network, loaded at the first use."""
+        if self._net is None:
+            self._net = network()
+        return self._net
+
+    def read(
+        self,
+        text: str,
+        scene: Scene,
+        positions: Array | None = None,
+        before: Sequence[SemanticFrame] | None = None,
+    ) -> Reading:
+        """What a sentence asks for.
+
+        Args:
+            text: As written.
+            scene: Whose objects may be named.
+            positions: The path (N, 3) [m], for "the object nearest to the goal".
+            before: Frames of the turns in force; then the sentence may also change them (`Reading.edits`).
+        """
+        reading, features = self.explain(text, scene, positions, before)
+        return replace(reading, confidence=round(self._calibrated(reading, features), 4))
+
+    def explain(
+        self,
+        text: str,
+        scene: Scene,
+        positions: Array | None = None,
+        before: Sequence[SemanticFrame] | None = None,
+    ) -> tuple[Reading, Array]:
+        """The reading before its confidence is calibrated, and the features (F,) that it is calibrated on."""
+        seen = sketch(text, scene, positions, before, self.net.known)
+        encoded = encode(seen, self.net.splitter)
+        choice = choose(self.net.read(encoded), seen, encoded)
+        return self._reading(choice, seen, encoded, before)
+
+    def _reading(
+        self, choice: Choice, seen: Sketch, encoded: Encoded, before: Sequence[SemanticFrame] | None
+    ) -> tuple[Reading, Array]:
+        unclear = [seen.mentions[i] for i in sorted(choice.used) if seen.mentions[i].unclear]
+        first = choice.atoms[0].label("action") if choice.atoms else "none"
+        outcome: dict[str, Any] = {}
+        misread = False
+        items: tuple[Any, ...] = ()
+        if first == "improper":
+            outcome["improper"] = IMPROPER.get(choice.atoms[0].label("choice"), IMPROPER["nonsense"])
+        elif first == "none":
+            outcome["improper"] = IMPROPER["nonsense"]
+        elif first == "ask" or unclear:
+            names = unclear[0].items if unclear else ()
+            outcome["question"] = (
+                f"which is meant, {words_of.listed([words_of.the(n) for n in names], 'or')}"
+                if names
+                else QUESTIONS.get(choice.atoms[0].label("choice"), QUESTIONS["what"])
+            ) + "?"
+            outcome["asked"] = names
+        else:
+            try:
+                items = items_of(choice.atoms, before or ())
+            except Unfit as error:
+                misread = True
+                outcome["question"] = f"{error}?"
+        spans = self._spans(choice, seen)
+        frames = tuple(replace(i, words=spans) for i in items if isinstance(i, SemanticFrame))
+        edits: tuple[Any, ...] = ()
+        if before is not None:
+            edits, frames = tuple(Also(frame=i) if isinstance(i, SemanticFrame) else i for i in items), ()
+        left = unused(seen, choice)
+        features = self._features(choice, seen, encoded, left, before is not None, bool(outcome), misread)
+        unread = tuple(word for found in left.values() for word in found) if items else ()
+        return Reading(frames=frames, edits=edits, unread=unread, **outcome), features
+
+    def _spans(self, choice: Choice, seen: Sketch) -> tuple[Span, ...]:
+        return tuple(sorted(m.words for i in choice.used if (m := seen.mentions[i]).words is not None))
+
+    def _features(
+        self,
+        choice: Choice,
+        seen: Sketch,
+        encoded: Encoded,
+        left: Mapping[str, Collection[str]],
+        feedback: bool,
+        outcome: bool,
+        misread: bool,
+    ) -> Array:
+        likely = np.log(np.maximum(choice.likelihoods or (0.01,), 1e-4))
+        unknown = sum(i == self.net.splitter.unknown for i in encoded.ids)
+        return np.array(
+            [
+                float(likely.sum()),
+                float(likely.min()),
+                *(float(min(len(found), 2)) for found in left.values()),
+                float(len(choice.atoms)),
+                min(len(seen.pieces), 40) / 20,
+                float(min(unknown, 2)),
+                float(feedback),
+                float(outcome),
+                float(misread),
+                float(any(p.text == "but" for p in seen.pieces)),
+            ]
+        )
+
+    def _calibrated(self, reading: Reading, features: Array) -> float:
+        extra = self.net.extra
+        if "calibration.weights" not in extra:
+            return float(np.exp(features[0]))
+        z = float((features - extra["calibration.mean"]) / extra["calibration.scale"] @ extra["calibration.weights"])
+        sure = 1 / (1 + np.exp(-z - float(extra["calibration.bias"])))
+        return float(min(sure, CAPPED)) if features[2] or features[3] or features[12] else float(sure)
+
+
+def choose(output: Output, seen: Sketch, encoded: Encoded) -> Choice:
+    """The likeliest atoms of a sentence."""
+    atoms: list[Atom] = []
+    likelihoods: list[float] = []
+    used: set[int] = set()
+    for q in range(QUERIES):
+        action, likely = _best(output, "action", q, None)
+        if q > 0 and action in ("ask", "improper"):
+            action = "none"
+        likelihoods.append(likely)
+        if action == "none":
+            break
+        atom, more = _atom(output, q, action, seen, used)
+        likelihoods += more
+        if atom not in atoms:
+            atoms.append(atom)
+    return Choice(tuple(atoms), tuple(likelihoods), frozenset(used))
+
+
+def _best(output: Output, head: str, q: int, allowed: Sequence[str] | None) -> tuple[str, float]:
+    shares = output.heads[head][q]
+    classes = HEADS[head]
+    if allowed is not None:
+        indices = [classes.index(word) for word in allowed]
+        best = max(indices, key=lambda i: shares[i])
+        return classes[best], float(shares[best] / max(sum(shares[i] for i in indices), 1e-9))
+    best = int(np.argmax(shares))
+    return classes[best], float(shares[best])
+
+
+def _atom(output: Output, q: int, action: str, seen: Sketch, used: set[int]) -> tuple[Atom, list[float]]:
+    labels = {"action": action}
+    likelihoods: list[float] = []
+    heads = OF_ACTION.get(action, ())
+    for head in heads:
+        labels[head], likely = _best(output, head, q, CHOICES.get(action) if head == "choice" else None)
+        likelihoods.append(likely)
+    if labels.get("part", "whole") != "whole":
+        for head in WITH_PART:
+            labels[head], likely = _best(output, head, q, None)
+            likelihoods.append(likely)
+    amounts: dict[str, Quantity] = {}
+    objects: dict[str, tuple[str, ...]] = {}
+    for pointer in _pointers(action, labels):
+        mention, likely = _pointed(output, pointer, q)
+        likelihoods.append(likely)
+        if mention < 0:
+            continue
+        used.add(mention)
+        found = seen.mentions[mention]
+        if pointer in AMOUNTS:
+            amounts[pointer] = quantity_of(found)
+        else:
+            objects[pointer] = found.items
+    named, places = (
+        tuple(dict.fromkeys(n for p in OBJECTS if p.startswith(kind) for n in objects.get(p, ())))
+        for kind in ("objects", "places")
+    )
+    return Atom(labels, amounts, named, places), likelihoods
+
+
+def _pointers(action: str, labels: Mapping[str, str]) -> list[str]:
+    found = list(POINTS.get(action, ()))
+    spot = labels.get("spot", "")
+    if spot in ("object", "objects"):
+        found += ["objects1", "objects2"][: 1 + (spot == "objects")]
+    elif spot == "amount":
+        found.append("spot")
+    part = labels.get("part", "whole")
+    if part in ("near", "first", "last", "middle", "range", "from", "every", "beyond", "turns"):
+        found.append("part")
+    if part == "range":
+        found.append("until")
+    if part in ("near", "between", "after", "before") and labels.get("place") not in ("start", "goal"):
+        found += ["places1", "places2", "places3"]
+    return list(dict.fromkeys(found))
+
+
+def _pointed(output: Output, pointer: str, q: int) -> tuple[int, float]:
+    shares = output.pointers[pointer][q]
+    best = int(np.argmax(shares))
+    return (output.candidates[pointer][best - 1] if best else -1), float(shares[best])
+
+
+def quantity_of(mention: Referent) -> Quantity:
+    """The quantity that a mention says."""
+    return Quantity(mention.value, mention.unit, words=mention.words)
+
+
+LEFT_WORDS = {
+    "directions left": ("left", "right", "front", "back", "up", "down", "raise", "lower"),
+    "speed left": ("faster", "slower", "speed", "ramp_up", "ramp_down"),
+    "figures left": ("spiral", "circle", "eight", "zigzag", "wave", "hop", "hover", "mirror", "rotate", "tilt", "smooth",
+                     "wait", "reverse"),
+}  # fmt: skip
+"""Concepts that a reading should not pass over."""
+
+_SPEED = ("pace", "keep", "stop", "wait", "hover", "scale", "set")
+
+
+def unused(seen: Sketch, choice: Choice) -> dict[str, list[str]]:
+    """Content words that nothing was read from: amounts, objects, words of direction, of speed and of figures."""
+    left: dict[str, list[str]] = {name: [] for name in FEATURES if name.endswith(" left")}
+    pointed = {name for i in choice.used for name in seen.mentions[i].items}
+    for fragment in seen.pieces:
+        if fragment.mention < 0 or fragment.mention in choice.used:
+            continue
+        mention = seen.mentions[fragment.mention]
+        if mention.is_object and not pointed & set(mention.items):
+            left["objects left"] += mention.items[:1]
+        elif not mention.is_object and not mention.weak:
+            left["numbers left"].append(fragment.text if mention.unit else f"{mention.value:g}")
+    actions = {atom.label("action") for atom in choice.atoms}
+    told = {
+        "directions left": _directed(choice),
+        "speed left": bool(actions & set(_SPEED)),
+        "figures left": False,
+    }
+    for concept, word in _concepts(seen):
+        for name, among in LEFT_WORDS.items():
+            if concept in among and not told[name] and concept not in actions:
+                left[name].append(word)
+    return left
+
+
+def _concepts(seen: Sketch) -> Iterator[tuple[str, str]]:
+    """The concepts of a sentence's words, each with its first word."""
+    words = [p.text if p.mention < 0 else "<>" for p in seen.pieces]
+    i = 0
+    while i < len(words):
+        concept, length = concept_at(words, i) if words[i] != "<>" else ("", 0)
+        if concept:
+            yield concept, words[i]
+        i += max(length, 1)
+
+
+def _directed(choice: Choice) -> bool:
+    """Whether some atom has a direction, or its frame is about heights, sides or ends."""
+    for atom in choice.atoms:
+        if atom.label("direction") or atom.label("toward") or atom.label("part") in ("rising", "falling"):
+            return True
+        if atom.label("action") in ("height", "mirror", "rotate", "tilt", "hop", "hover", "return", "reverse"):
+            return True
+    return False

@@ -1,0 +1,347 @@
+"""A sentence as the learned reader sees it: its objects and amounts found and replaced by marks, the rest as words.
+
+What an object is called and how large an amount is says nothing about what is asked for; so the network sees only
+"keep <m> from <A>", points at the marks, and the readers of objects and numbers say exactly what stands there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+
+from ovita.instruct.frames import SemanticFrame, Span
+from ovita.instruct.lexicon import concept_at, is_filler
+from ovita.instruct.notation import show
+from ovita.instruct.numbers import FRACTIONS, NUMBER_WORDS, amount_at, is_digits, unit_at
+from ovita.instruct.objects import WORD, Catalog
+from ovita.instruct.tokens import respelt
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Array
+
+LETTERS = tuple(f"<{letter}>" for letter in "ABCDEFGH")
+"""Marks of single objects, in the order in which a sentence names them."""
+
+UNITS = {
+    "": "<n>", "m": "<m>", "m/s": "<m/s>", "m/s2": "<m/s2>", "s": "<s>", "%": "<%>", "x": "<x>", "step": "<step>",
+    "deg": "<deg>", "Hz": "<n>", "waypoints": "<wp>", "turns": "<n>",
+}  # fmt: skip
+"""Marks of amounts, by unit."""
+
+GROUP, UNCLEAR = "<all>", "<which>"
+MARKS = (*LETTERS, *dict.fromkeys(UNITS.values()), GROUP, UNCLEAR)
+
+MULTIPLES = {
+    "once": 1.0, "twice": 2.0, "thrice": 3.0, "double": 2.0, "doubled": 2.0, "doubling": 2.0, "triple": 3.0,
+    "tripled": 3.0, "treble": 3.0, "quadruple": 4.0, "halve": 0.5, "halved": 0.5, "halving": 0.5, "couple": 2.0,
+    "pair": 2.0, "hundred": 100.0, "dozen": 12.0,
+}  # fmt: skip
+PLAIN_FRACTIONS = {w + s: round(v, 2) for w, v in FRACTIONS.items() for s in ("", "s")} | {"halves": 0.5}
+ORDINALS = {
+    "other": 2.0, "second": 2.0, "third": 3.0, "fourth": 4.0, "fifth": 5.0, "sixth": 6.0, "seventh": 7.0,
+    "eighth": 8.0, "ninth": 9.0, "tenth": 10.0,
+}  # fmt: skip
+HALFWAY = frozenset("halfway midway midpoint".split())
+TURNS = frozenset("turn revolution rotation".split())
+ENDINGS = ("'s", "'ll", "'d", "'re", "'ve", "'m")
+WHOLE_UNIT = frozenset("last first final full whole another".split())
+DETERMINERS = frozenset("the that this my your our a an".split())
+ATTACHED = {"b4": "before", "l8r": "later", "gr8": "great", "m8": "mate", "w/o": "without"}
+WAYPOINT_WORDS = frozenset("waypoint waypoints wp wps point points pts pt".split())
+
+
+@dataclass(frozen=True)
+class Referent:
+    """An object or an amount that a sentence mentions.
+
+    Args:
+        words: Where it stands in the utterance; None for what was mentioned in the turn before.
+        items: Names of the objects; empty for an amount.
+        unclear: Whether the words leave the choice among the objects.
+        value: The amount in `unit`.
+        unit: SI dimension, "waypoints", or "".
+        number: The number as it was said, before any unit.
+        weak: Whether it may well mean nothing ("one", "half").
+    """
+
+    words: Span | None
+    items: tuple[str, ...] = ()
+    unclear: bool = False
+    value: float = 0.0
+    unit: str = ""
+    number: float = 0.0
+    weak: bool = False
+
+    @property
+    def is_object(self) -> bool:
+        """Whether it is an object, not an amount."""
+        return bool(self.items) or self.unclear
+
+
+@dataclass(frozen=True)
+class Fragment:
+    """A word as it was written, or a mark with the index of its mention."""
+
+    text: str
+    words: Span | None
+    mention: int = -1
+
+
+@dataclass(frozen=True)
+class Sketch:
+    """A sentence in words and marks, then what was done in the turn before.
+
+    Args:
+        pieces: Of the sentence.
+        before: Of the frames before it, in the notation; None for a first request.
+        mentions: What the marks of both stand for.
+    """
+
+    pieces: tuple[Fragment, ...]
+    before: tuple[Fragment, ...] | None
+    mentions: tuple[Referent, ...]
+
+
+def sketch(
+    text: str,
+    scene: Scene,
+    positions: Array | None = None,
+    before: Collection[SemanticFrame] | None = None,
+    known: Collection[str] = (),
+) -> Sketch:
+    """Find objects and amounts in a sentence and replace them by marks.
+
+    Args:
+        text: As written.
+        scene: Whose objects may be named.
+        positions: The path (N, 3) [m], for "the object nearest to the goal".
+        before: Frames of the turns in force, where the sentence may be about them.
+        known: Words that are no misspellings.
+    """
+    catalog = Catalog(scene, positions)
+    letters: dict[str, str] = {}
+    pieces, mentions = _marked(text, catalog, letters, known)
+    if before is None:
+        return Sketch(pieces, None, mentions)
+    shown = show(before).replace("_", " ").replace("=", " ").replace("+", " and ").replace("@", " in ")
+    said, more = _marked(shown, catalog, letters, known)
+    shifted = tuple(replace(p, words=None, mention=p.mention + len(mentions) if p.mention >= 0 else -1) for p in said)
+    return Sketch(pieces, shifted, mentions + tuple(replace(m, words=None) for m in more))
+
+
+def cut(text: str) -> list[Fragment]:
+    """The words, numbers and signs of a text, with where they stand."""
+    text = text.replace("’", "'").replace("`", "'")
+    found: list[Fragment] = []
+    at = 0
+    for match in WORD.finditer(text):
+        found += [Fragment(c, (i, i + 1)) for i, c in enumerate(text[at : match.start()], start=at) if not c.isspace()]
+        found += _without_ending(Fragment(match.group(), match.span()))
+        at = match.end()
+    found += [Fragment(c, (i, i + 1)) for i, c in enumerate(text[at:], start=at) if not c.isspace()]
+    return _attached([piece for i, piece in enumerate(found) if not _is_hyphen(found, i)])
+
+
+def _is_hyphen(pieces: Sequence[Fragment], i: int) -> bool:
+    """Whether a sign joins two words, as in "forty-five"."""
+    if pieces[i].text != "-" or not 0 < i < len(pieces) - 1:
+        return False
+    before, behind = pieces[i - 1], pieces[i + 1]
+    touching = (before.words or (0, 0))[1] + 1 == (behind.words or (0, 0))[0]
+    return touching and before.text[-1].isalpha() and behind.text[0].isalpha()
+
+
+def _without_ending(piece: Fragment) -> list[Fragment]:
+    """Cut the "'s" off "the lathe's" and the "'ll" off "the goat'll"."""
+    ending = next((e for e in ENDINGS if piece.text.lower().endswith(e)), "")
+    if not ending or piece.words is None:
+        return [piece]
+    low, high = piece.words
+    at = high - len(ending)
+    return [Fragment(piece.text[: -len(ending)], (low, at)), Fragment(ending, (at, high))]
+
+
+def _attached(pieces: list[Fragment]) -> list[Fragment]:
+    """Join "b4" and drop the endings of ordinals."""
+    joined: list[Fragment] = []
+    for piece in pieces:
+        last = joined[-1] if joined else None
+        if last is not None and last.words and piece.words and last.words[1] == piece.words[0]:
+            both = (last.text + piece.text).lower()
+            if both in ATTACHED:
+                joined[-1] = Fragment(ATTACHED[both], (last.words[0], piece.words[1]))
+                continue
+            if is_digits(last.text) and piece.text.lower() in ("st", "nd", "rd", "th"):
+                continue
+        joined.append(piece)
+    return joined
+
+
+def _marked(
+    text: str, catalog: Catalog, letters: dict[str, str], known: Collection[str]
+) -> tuple[tuple[Fragment, ...], tuple[Referent, ...]]:
+    raw = cut(text)
+    lowered = [piece.text.lower() for piece in raw]
+    odd = [i for i, word in enumerate(lowered) if word.isalpha() and word not in known]
+    right, _ = respelt([lowered[i] for i in odd], catalog)
+    for i, word in zip(odd, right, strict=True):
+        lowered[i] = word
+    pieces: list[Fragment] = []
+    mentions: list[Referent] = []
+    i = 0
+    while i < len(raw):
+        mention, used = _mention_at(raw, lowered, i, catalog, mentions)
+        if mention is None:
+            pieces.append(Fragment(lowered[i], raw[i].words))
+            i += 1
+            continue
+        span = (raw[i].words or (0, 0))[0], (raw[i + used - 1].words or (0, 0))[1]
+        mentions.append(replace(mention, words=span))
+        word = " ".join(lowered[i : i + used])
+        pieces.append(Fragment(_mark(mention, word, letters), span, len(mentions) - 1))
+        i += used
+    return tuple(pieces), tuple(mentions)
+
+
+def _mark(mention: Referent, word: str, letters: dict[str, str]) -> str:
+    if mention.unclear:
+        return UNCLEAR
+    if mention.items:
+        if len(mention.items) > 1:
+            return GROUP
+        return letters.setdefault(mention.items[0], LETTERS[min(len(letters), len(LETTERS) - 1)])
+    return word if mention.weak else UNITS[mention.unit]
+
+
+def _mention_at(
+    raw: Sequence[Fragment], words: Sequence[str], i: int, catalog: Catalog, earlier: Sequence[Referent]
+) -> tuple[Referent | None, int]:
+    word = words[i]
+    if not word[0].isalnum() and word[0] != ".":
+        return None, 1
+    last = next((m.items for m in reversed(earlier) if m.items), ())
+    named = catalog.mention_at(words, i, tuple(catalog.scene[name] for name in last)) if word[0].isalnum() else None
+    if named is not None and not (named.unclear and not named.items):
+        return Referent(None, tuple(item.name for item in named.items), named.unclear), named.used
+    mention, used = _amount(raw, words, i)
+    if mention is None:
+        return _partly_named(words, i, catalog), 1
+    return mention, used
+
+
+def _partly_named(words: Sequence[str], i: int, catalog: Catalog) -> Referent | None:
+    """The one object that has a word in its name: "the oak" for the oak board."""
+    word = words[i].removesuffix("s") if len(words[i]) > 4 else words[i]
+    fitting = [name for name, parts in catalog.words.items() if words[i] in parts or word in parts]
+    if len(fitting) != 1 or len(word) < 3 or (is_filler(words[i]) and words[i - 1 : i] != ["the"]):
+        return None
+    is_head = catalog.words[fitting[0]][-1] in (words[i], word)
+    if concept_at((words[i],), 0)[0] and not (is_head and i and words[i - 1] in DETERMINERS):
+        return None
+    return Referent(None, (fitting[0],))
+
+
+def _amount(raw: Sequence[Fragment], words: Sequence[str], i: int) -> tuple[Referent | None, int]:
+    for recognise in (_counted_by_word, _whole_unit, _share):
+        found, used = recognise(words, i)
+        if found is not None:
+            return found, used
+    amount = amount_at(words, i)
+    if amount is None:
+        return None, 1
+    used, value, unit = amount.used, abs(amount.value), amount.unit
+    if unit in ("m", "s") and words[i] in ("a", "an", "one") and _and_a_half(words, i + used):
+        value, used = value * 1.5, used + 3
+    number = _number_of(words[i], value)
+    if unit:
+        return Referent(None, value=value, unit=unit, number=number), used
+    more = _other_unit(raw, words, i, used) or _range(words, i + used, value, words[i - 1] if i else "")
+    if more is not None:
+        factor = more[0].value if more[0].number else 1.0
+        worth = value * factor if more[0].number else more[0].value
+        return Referent(None, value=worth, unit=more[0].unit, number=number), used + more[1]
+    behind = words[i + used] if i + used < len(words) else ""
+    unit = "waypoints" if behind in WAYPOINT_WORDS else ""  # the word stays to be read
+    return Referent(None, value=value, unit=unit, number=number, weak=words[i] == "one" and used == 1), used
+
+
+def _counted_by_word(words: Sequence[str], i: int) -> tuple[Referent | None, int]:
+    """Every third, halfway, a quarter turn, twice."""
+    word, behind = words[i], words[i + 1] if i + 1 < len(words) else ""
+    if word in ORDINALS and i and words[i - 1] == "every":
+        return _weak(ORDINALS[word], ""), 1
+    if word in HALFWAY or (word == "half" and behind == "way"):
+        return _weak(0.5, "%"), 1 + (word == "half")
+    if word in ("half", "quarter") and behind in TURNS:
+        return _weak(FRACTIONS[word] * 360, "deg"), 2
+    if word in MULTIPLES:
+        unit = "" if word in ("couple", "pair", "hundred", "dozen", "once") else "%" if word[:4] == "halv" else "x"
+        return _weak(MULTIPLES[word], unit), 1
+    return None, 1
+
+
+def _whole_unit(words: Sequence[str], i: int) -> tuple[Referent | None, int]:
+    """The last metre, the first minute."""
+    if not i or words[i - 1] not in WHOLE_UNIT or len(words[i]) < 4:
+        return None, 1
+    unit, factor, used = unit_at(words, i)
+    if unit not in ("m", "s"):
+        return None, 1
+    more = _and_a_half(words, i + used)
+    return Referent(None, value=factor * (1.5 if more else 1), unit=unit, number=1.0), used + more
+
+
+def _share(words: Sequence[str], i: int) -> tuple[Referent | None, int]:
+    """A third, three quarters; "half a metre" is none."""
+    behind = words[i + 1] if i + 1 < len(words) else ""
+    if words[i] in PLAIN_FRACTIONS and words[i] not in ("second", "seconds"):
+        value, used = PLAIN_FRACTIONS[words[i]], 1
+    elif words[i] in NUMBER_WORDS and behind in PLAIN_FRACTIONS and behind[-1] == "s":
+        value, used = round(NUMBER_WORDS[words[i]] * FRACTIONS.get(behind[:-1], 0.5), 2), 2
+    else:
+        return None, 1
+    measured = amount_at(words, i)
+    return (None, 1) if measured and measured.unit in ("m", "m/s", "s") else (_weak(value, "%"), used)
+
+
+def _weak(value: float, unit: str) -> Referent:
+    return Referent(None, value=value, unit=unit, number=value, weak=True)
+
+
+def _other_unit(raw: Sequence[Fragment], words: Sequence[str], i: int, used: int) -> tuple[Referent, int] | None:
+    """Units that the reader of numbers leaves: 2" and 2in, 3', m / s, m/s2; the value is the factor to SI."""
+    if not is_digits(words[i]) or i + used >= len(words):
+        return None
+    behind, last = words[i + used], i + used + 1 >= len(words)
+    touching = (raw[i].words or (0, 0))[1] == (raw[i + used].words or (0, 0))[0]
+    if behind == '"' or (behind == "in" and (touching or last)):
+        return Referent(None, value=0.0254, unit="m", number=1.0), 1
+    if behind == "'" and touching:
+        return Referent(None, value=0.3048, unit="m", number=1.0), 1
+    if behind == "m" and list(words[i + used + 1 : i + used + 3]) == ["/", "s"]:
+        return Referent(None, value=1.0, unit="m/s", number=1.0), 3
+    if behind in ("m/s2", "m/s^2", "m/s²"):
+        return Referent(None, value=1.0, unit="m/s2", number=1.0), 1
+    return None
+
+
+def _and_a_half(words: Sequence[str], i: int) -> int:
+    return 3 if list(words[i : i + 3]) == ["and", "a", "half"] else 0
+
+
+def _number_of(word: str, value: float) -> float:
+    try:
+        return float(word.replace(",", "."))
+    except ValueError:
+        return NUMBER_WORDS.get(word, value)
+
+
+def _range(words: Sequence[str], i: int, low: float, before: str) -> tuple[Referent, int] | None:
+    """The "to 15 cm" behind a 10: the middle of both."""
+    links = ("to", "-", "or", "and") if before == "between" else ("to", "-", "or")
+    if i + 1 >= len(words) or words[i] not in links:
+        return None
+    high = amount_at(words, i + 1)
+    said = _number_of(words[i + 1], 0.0)
+    if high is None or high.unit not in ("m", "m/s") or said <= low:
+        return None
+    return Referent(None, value=(high.value + low * high.value / said) / 2, unit=high.unit), 1 + high.used

@@ -1,0 +1,423 @@
+"""From the corpus to examples for the learned reader: alignment of slots to mentions, and variation of sentences."""
+
+from __future__ import annotations
+
+import math
+import random
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent / "corpus"))
+import check
+
+from ovita.instruct import slots
+from ovita.instruct.frames import Quantity, SemanticFrame
+from ovita.instruct.lexicon import concept_at, concepts
+from ovita.instruct.notation import parse
+from ovita.instruct.sketch import LETTERS, UNCLEAR, Fragment, Referent, Sketch, sketch
+from ovita.instruct.slots import Atom
+from ovita.paths.scene import Scene, SceneObject
+
+UNKNOWN = -2
+"""Target of a pointer whose words were not found: nothing is learned from it."""
+
+
+@dataclass(frozen=True)
+class Sample:
+    """A sentence in marks with what each atom should be.
+
+    Args:
+        voice: Who said it.
+        line: Where it stands.
+        sketch: The sentence.
+        atoms: What it asks for.
+        pointers: For each atom the mention of each pointer; -1 for none, `UNKNOWN` where it was not found.
+        first: Whether it is a first request.
+    """
+
+    voice: str
+    line: int
+    sketch: Sketch
+    atoms: tuple[Atom, ...]
+    pointers: tuple[dict[str, int], ...]
+    first: bool
+
+
+def scene_of(objects: Sequence[str]) -> Scene:
+    """A scene with these objects side by side."""
+    return Scene(tuple(SceneObject(name, (0.3 * i, 0.2 * (-1) ** i, 0.0)) for i, name in enumerate(objects)))
+
+
+def outcome_atom(example: check.Example) -> Atom:
+    """The atom of a sentence that cannot be done."""
+    words = example.reading[1:].strip().lower()
+    if example.outcome == "improper":
+        choice = next((c for c in ("unrelated", "contradiction", "object") if c in words), "nonsense")
+        return Atom({"action": "improper", "choice": choice})
+    choice = "what"
+    if words.startswith("which") and not any(w in words for w in ("way", "direction", "side")):
+        choice = "which"
+    elif any(w in words for w in ("direction", "which way", "where", "side", "up or down", "left or right")):
+        choice = "where"
+    elif any(w in words for w in ("how", "amount", "value", "unit")):
+        choice = "how much"
+    return Atom({"action": "ask", "choice": choice})
+
+
+def samples(path: Path, known: frozenset[str], misses: list[str] | None = None) -> Iterator[Sample]:
+    """The lines of a voice that atoms can say."""
+    for example in check.examples(path):
+        if example.problem:
+            continue
+        try:
+            atoms = (
+                slots.atoms_of(example.frames or example.edits) if example.outcome == "do" else (outcome_atom(example),)
+            )
+        except slots.Unfit:
+            continue
+        if not atoms:
+            continue
+        yield sample_of(example, atoms, known, misses)
+
+
+def sample_of(
+    example: check.Example, atoms: tuple[Atom, ...], known: frozenset[str], misses: list[str] | None = None
+) -> Sample:
+    """A line with its slots aligned to what its words mention."""
+    seen = sketch(example.sentence, scene_of(example.objects), None, example.before, known)
+    used: set[int] = set()
+    pointers = []
+    for atom in atoms:
+        found = dict.fromkeys(slots.POINTERS, -1)
+        for name, quantity in atom.amounts.items():
+            found[name] = amount_mention(seen.mentions, quantity, used, example.before or ())
+            if found[name] == UNKNOWN and misses is not None:
+                misses.append(
+                    f"{example.voice}:{example.number} {example.sentence} | {name}={quantity.said or quantity.value}"
+                )
+        for names, prefix in ((atom.objects, "objects"), (atom.places, "places")):
+            at = 1
+            left = list(names)
+            while left and at <= 3:
+                mention = object_mention(seen.mentions, left, used)
+                found[f"{prefix}{at}"] = mention
+                if mention == UNKNOWN:
+                    if misses is not None:
+                        misses.append(f"{example.voice}:{example.number} {example.sentence} | {left}")
+                    left = left[1:]
+                else:
+                    left = [name for name in left if name not in seen.mentions[mention].items]
+                at += 1
+        pointers.append(found)
+    return Sample(example.voice, example.number, seen, atoms, tuple(pointers), example.before is None)
+
+
+def amount_mention(
+    mentions: Sequence[Referent], wanted: Quantity, used: set[int], before: Sequence[SemanticFrame]
+) -> int:
+    """The mention that a quantity was read from; marks it as used."""
+    best, score = UNKNOWN, 0
+    for i, mention in enumerate(mentions):
+        if mention.is_object:
+            continue
+        fit = 4 * _fits(mention, wanted)
+        fit = fit + (i not in used) - (2 if mention.words is None else 0) if fit else 0
+        if fit > score:
+            best, score = i, fit
+    used.add(best)
+    return best
+
+
+def _fits(mention: Referent, wanted: Quantity) -> int:
+    close = math.isclose(mention.value, abs(wanted.value), rel_tol=0.035)
+    shares = ("%", "x", "")
+    number = wanted.said.lstrip("~+-").rstrip("abcdefghijklmnopqrstuvwxyzA%/^°")
+    try:
+        same_number = bool(number) and math.isclose(float(number), mention.number, rel_tol=1e-6)
+    except ValueError:
+        same_number = False
+    if mention.unit == wanted.unit:
+        return 3 * close
+    if mention.unit in shares and wanted.unit in shares and close:
+        return 2
+    if mention.unit == "" and (same_number or close):
+        return 2
+    loose = {"waypoints", "turns", "", "step"}
+    if mention.unit in loose and wanted.unit in loose and (close or same_number):
+        return 2
+    return int(same_number)
+
+
+def object_mention(mentions: Sequence[Referent], names: Sequence[str], used: set[int]) -> int:
+    """The mention of the first of some objects, or of all of them; marks it as used."""
+    best, score = UNKNOWN, 0.0
+    for i, mention in enumerate(mentions):
+        if mention.unclear or not mention.items or names[0] not in mention.items:
+            continue
+        if not set(mention.items) <= set(names):
+            continue
+        fit = 10 * len(mention.items) + (i not in used) - (5 if mention.words is None else 0)
+        if fit > score:
+            best, score = i, fit
+    used.add(best)
+    return best
+
+
+NOUNS = """anvil apple armchair backpack bag ball banana barrel basin basket bathtub battery bed bell bench bicycle blender
+boat bolt book bottle bowl bracket brick broom bucket bulb bus bush cabinet cable cactus cake camera candle car carpet
+cart cat chair clamp clock coat column compass computer cone couch crane crate cup curtain desk dog door drawer drill
+drum easel elevator engine faucet fence fern flask flower fork fountain freezer fridge fryer funnel glove goat guitar
+hammer hat helmet horse hose jar jug kettle keyboard knife ladder lamp laptop lathe lemon lever locker magnet mat
+microscope microwave mirror mixer monitor motor motorcycle mug nail needle oven paintbrush pallet pan parrot pedestal
+pencil phone piano pillar pillow pipe pipette plant plate pot pump puppy radiator rake refrigerator robot rope router
+rug saw scale scalpel scanner screwdriver shelf shovel sink sofa spoon statue stove suitcase sword syringe table tank
+teapot telescope tent tire toaster toilet tractor trampoline tray tree tripod trolley tuba tube turbine umbrella vacuum
+valve vase violin wagon wall wardrobe washer wheel wheelbarrow window wok wrench yacht zebra""".split()
+ADJECTIVES = (
+    "red blue green yellow white black big small left right wooden metal glass old new spare second tall".split()
+)
+JOINTS = (
+    ". ",
+    ", ",
+    "; ",
+    " and ",
+    ", and ",
+    " and then ",
+    ", then ",
+    " , also ",
+    " and also ",
+    " plus ",
+    ". then ",
+    " but ",
+)
+BEGINS = (
+    "please", "hey", "ok", "ok so", "right ,", "well ,", "um ,", "could you", "can you", "would you", "i want you to",
+    "now", "so", "alright ,", "hey robot ,", "listen ,", "actually ,", "i'd like you to", "kindly", "you know what ,",
+    "sorry ,", "good morning ,", "let's see ,", "as discussed ,", "for safety ,", "next ,", "first of all ,", "hm ,",
+    "this time ,", "the floor is wet , so", "it's fragile , so", "since it is hot ,", "if you can ,", "honestly ,",
+)  # fmt: skip
+ENDS = (
+    "please", "thanks", "thank you", "ok ?", "would you ?", "if possible", "if you can", "will you", ", it's fragile",
+    ", the floor is wet", "because it is hot", "so that nobody gets hurt", ", there's a lot going on", "for safety",
+    ", otherwise it spills", ", no exceptions", ", i mean it", ", mind you", ", as we discussed", "for the demo", "lol",
+    ", that's all", ", you know", "!", "...", ", cheers", "since people are watching", ", it looks odd now", "today",
+)  # fmt: skip
+SWAPS = """slight large faster slower closer away smooth left right up down raise wait stop circle spiral zigzag wave hop
+hover mirror rotate tilt reverse resize near between over under constant ramp_up ramp_down goal start first last middle
+except waypoints at_most at_least toward clockwise anticlockwise height curvature straight double increase decrease
+denser sparser extend pass speed distance after before noise gradual""".split()
+"""Concepts whose phrases may stand for each other."""
+
+TEMPLATES = {
+    "faster": ("{}", "{} near the cup | pace faster @near=cup", "make it {} | pace faster", "{} at the end | pace faster @last"),
+    "slower": ("{}", "{} near the cup | pace slower @near=cup", "make it {} | pace slower", "{} in the beginning | pace slower @first"),
+    "smooth": ("{} | smooth", "make the path {} | smooth"),
+    "left": ("move {} | move left", "shift it {} by 10 cm | move left=10cm", "a bit {} | move left deg=slight"),
+    "right": ("move {} | move right", "shift it {} by 10 cm | move right=10cm", "a bit {} | move right deg=slight"),
+    "front": ("move {} | move front", "shift the path 10 cm {} | move front=10cm"),
+    "back": ("move {} | move back", "shift the path 10 cm {} | move back=10cm"),
+    "up": ("move {} | move up", "shift the path 10 cm {} | move up=10cm", "the end 5 cm {} | end goal up=5cm"),
+    "down": ("move {} | move down", "shift the path 10 cm {} | move down=10cm"),
+    "raise": ("{} it | move up", "{} the path by 10 cm | move up=10cm", "{} the goal | end goal up"),
+    "lower": ("{} it | move down", "{} the path by 10 cm | move down=10cm"),
+    "closer": ("{} to the cup | closer cup", "{} to the cup by 5 cm | closer cup by=5cm"),
+    "away": ("{} from the cup | farther cup", "{} from the cup by 5 cm | farther cup by=5cm"),
+    "wait": ("{} at the cup | wait at=cup", "{} at the cup for 3 s | wait at=cup for=3s", "{} at the end | wait at=goal"),
+    "stop": ("{} at the cup | stop at=cup",),
+    "circle": ("{} the cup | circle cup", "{} the cup twice | circle cup turns=2"),
+    "spiral": ("{} at the end | spiral at=goal", "do a {} at the cup | spiral at=cup"),
+    "zigzag": ("{} in the middle | zigzag @middle", "make it {} | zigzag"),
+    "wave": ("make it {} | wave", "{} at the end | wave @last"),
+    "hop": ("{} the cup | hop cup",),
+    "hover": ("{} the cup | hover cup", "{} the cup for 2 s | hover cup for=2s"),
+    "reverse": ("{} the path | reverse", "run it {} | reverse"),
+    "constant": ("{} speed | pace constant", "keep the speed {} | pace constant"),
+    "ramp_up": ("{} | pace rampup", "{} towards the end | pace rampup @last"),
+    "ramp_down": ("{} | pace rampdown", "{} towards the end | pace rampdown @last"),
+    "through": ("go {} the cup | via cup",),
+    "over": ("go {} the cup | via over=cup", "pass {} the cup by 10 cm | via over=cup by=10cm"),
+    "under": ("go {} the cup | via under=cup",),
+    "between": ("go {} the cup and the box | via between=cup+box",),
+    "at_least": ("{} 20 cm from the cup | clearance cup at_least=20cm", "speed {} 0.2 m/s | pace at_least=0.2m/s"),
+    "at_most": ("speed {} 0.2 m/s | pace at_most=0.2m/s", "height {} 50 cm | height at_most=50cm"),
+    "no_closer": ("{} 20 cm to the cup | clearance cup at_least=20cm",),
+    "denser": ("{} the waypoints | waypoints more", "{} | waypoints more"),
+    "sparser": ("{} the waypoints | waypoints fewer",),
+    "goal": ("leave the {} alone | keep goal", "move the {} up | end goal up"),
+    "start": ("leave the {} alone | keep start", "move the {} left by 5 cm | end start left=5cm"),
+    "first": ("faster in the {} part | pace faster @first", "move the {} part up | move up @first"),
+    "last": ("faster in the {} part | pace faster @last", "move the {} part up | move up @last"),
+    "middle": ("faster in the {} | pace faster @middle", "move the {} up | move up @middle"),
+    "except": ("faster {} near the cup | pace faster @!near=cup", "move up {} at the end | move up @!last"),
+    "straight": ("go {} between the cup and the box | straighten @between=cup+box", "{} | straighten"),
+    "slight": ("{} higher | move up deg=slight", "{} faster | pace faster deg=slight", "{} further from the cup | farther cup deg=slight"),
+    "large": ("{} higher | move up deg=large", "{} faster | pace faster deg=large", "{} further from the cup | farther cup deg=large"),
+    "clockwise": ("circle the cup {} | circle cup cw", "rotate by 90 degrees {} | rotate 90deg cw"),
+    "anticlockwise": ("circle the cup {} | circle cup ccw", "rotate by 90 degrees {} | rotate 90deg ccw"),
+    "mirror": ("{} it left to right | mirror left",),
+    "rotate": ("{} it by 90 degrees | rotate 90deg",),
+    "tilt": ("{} the path by 10 degrees to the left | tilt 10deg left",),
+    "extend": ("{} by 20 cm beyond the goal | extend by=20cm",),
+    "undo": ("{} => {} | undo",),
+}  # fmt: skip
+"""For the concepts of the word files: patterns for each of their phrases."""
+
+
+def words() -> list[str]:
+    """All phrases that sentences are varied with."""
+    return [p for c in concepts().values() for p in c] + [*NOUNS, *ADJECTIVES, *BEGINS, *ENDS, *JOINTS]
+
+
+def templates(known: frozenset[str]) -> list[Sample]:
+    """The word files' phrases in simple sentences."""
+    found: list[Sample] = []
+    objects = ("cup", "box")
+    for concept, patterns in TEMPLATES.items():
+        for phrase in concepts().get(concept, ()):
+            for pattern in patterns:
+                if "=>" in pattern:
+                    continue
+                said, bar, reading = pattern.partition(" | ")
+                reading = reading if bar else {"faster": "pace faster", "slower": "pace slower"}[concept]
+                frames = parse(reading, objects)
+                example = check.Example("words", 0, objects, said.format(phrase), None, reading, frames)
+                sample = sample_of(example, slots.atoms_of(frames), known)
+                if not any(UNKNOWN in pointer.values() for pointer in sample.pointers):
+                    found.append(sample)
+    return found
+
+
+def vary(pool: Sequence[Sample], rng: random.Random, known: frozenset[str] = frozenset()) -> Iterator[Sample]:
+    """Endless varied samples: every sentence equally often, some joined with another one."""
+    simple = templates(known)
+    first = [s for s in pool if s.first and s.atoms[0].label("action") not in ("ask", "improper")]
+    while True:
+        for sample in rng.sample(pool, len(pool)):
+            draw = rng.random()
+            if draw < 0.07 and simple:
+                sample = rng.choice(simple)
+            if draw > 0.8 and sample.first and sample.atoms[0].label("action") not in ("ask", "improper"):
+                sample = joined(sample, rng.choice(first if rng.random() < 0.8 else simple), rng)
+            elif 0.07 < draw < 0.12:
+                sample = elsewhere(sample, rng)
+            yield changed(sample, rng)
+
+
+def joined(one: Sample, other: Sample, rng: random.Random) -> Sample:
+    """Two sentences as one."""
+    if len(one.atoms) + len(other.atoms) > 4 or len(one.sketch.pieces) + len(other.sketch.pieces) > 60:
+        return one
+    pieces = list(one.sketch.pieces)
+    while pieces and pieces[-1].text in ".!,;?":
+        pieces.pop()
+    pieces += [Fragment(word, None) for word in rng.choice(JOINTS).split()]
+    letters = {p.text: one.sketch.mentions[p.mention].items for p in one.sketch.pieces if p.text in LETTERS}
+    shift = len(one.sketch.mentions)
+    renamed: dict[str, str] = {}
+    same_object = rng.random() < 0.25 and letters
+    for piece in other.sketch.pieces:
+        text = piece.text
+        if text in LETTERS:
+            if text not in renamed:
+                free = [letter for letter in LETTERS if letter not in letters and letter not in renamed.values()]
+                taken = [letter for letter in letters if letter not in renamed.values()]
+                renamed[text] = rng.choice(taken) if same_object and taken else free[0] if free else LETTERS[-1]
+            text = renamed[text]
+        pieces.append(Fragment(text, None, piece.mention + shift if piece.mention >= 0 else -1))
+    moved = tuple({k: v + shift if v >= 0 else v for k, v in p.items()} for p in other.pointers)
+    seen = Sketch(tuple(pieces), None, one.sketch.mentions + other.sketch.mentions)
+    return replace(one, sketch=seen, atoms=one.atoms + other.atoms, pointers=one.pointers + moved)
+
+
+def elsewhere(sample: Sample, rng: random.Random) -> Sample:
+    """The sentence about an object that is not there, or about one that could be several."""
+    pointed = {i for p in sample.pointers for k, i in p.items() if k in slots.OBJECTS and i >= 0}
+    letters = {p.text for p in sample.sketch.pieces if p.mention in pointed and p.text in LETTERS}
+    if len(letters) != 1 or not sample.first:
+        return sample
+    letter = letters.pop()
+    unclear = rng.random() < 0.3
+    noun = rng.choice(NOUNS)
+    if rng.random() < 0.4:
+        noun = f"{rng.choice(ADJECTIVES)} {noun}"
+    elif rng.random() < 0.2:
+        noun = f"{noun} {rng.choice(NOUNS)}"
+    pieces = tuple(
+        p if p.text != letter else Fragment(UNCLEAR, None, p.mention) if unclear else Fragment(noun, None)
+        for p in sample.sketch.pieces
+    )
+    atom = Atom({"action": "ask", "choice": "which"} if unclear else {"action": "improper", "choice": "object"})
+    return replace(sample, sketch=replace(sample.sketch, pieces=pieces), atoms=(atom,), pointers=({},))
+
+
+MIRRORED = {
+    "left": "right", "right": "left", "lefthand": "righthand", "righthand": "lefthand", "leftward": "rightward",
+    "rightward": "leftward", "leftwards": "rightwards", "rightwards": "leftwards", "y": "y",
+}  # fmt: skip
+
+
+def changed(sample: Sample, rng: random.Random) -> Sample:
+    """A sentence with other words, slips, punctuation and asides."""
+    pieces = list(sample.sketch.pieces)
+    atoms = sample.atoms
+    before = sample.sketch.before
+    if rng.random() < 0.5 and any(p.text in ("left", "right") for p in pieces):
+        atoms = tuple(replace(a, labels=_mirrored(a.labels)) for a in atoms)
+        pieces = [replace(p, text=MIRRORED.get(p.text, p.text)) for p in pieces]
+        before = before and tuple(replace(p, text=MIRRORED.get(p.text, p.text)) for p in before)
+    if rng.random() < 0.35:
+        pieces = _reworded(pieces, rng)
+    if rng.random() < 0.3:
+        pieces = [p for p in pieces if p.text not in ",.;!?" or rng.random() < 0.3]
+    elif rng.random() < 0.15:
+        pieces = [p for p in pieces if p.text not in (".", "!")]
+    if rng.random() < 0.15:
+        pieces = _slipped(pieces, rng)
+    if sample.first and rng.random() < 0.15:
+        pieces = [*(Fragment(w, None) for w in rng.choice(BEGINS).split()), *pieces]
+    if sample.first and rng.random() < 0.15:
+        end = [Fragment(w, None) for w in rng.choice(ENDS).split()]
+        pieces = [*pieces[:-1], *end, pieces[-1]] if pieces and pieces[-1].text in ".!" else [*pieces, *end]
+    if rng.random() < 0.25:
+        pieces = [Fragment("[MASK]", None) if p.mention < 0 and rng.random() < 0.06 else p for p in pieces]
+    return replace(sample, sketch=replace(sample.sketch, pieces=tuple(pieces), before=before), atoms=atoms)
+
+
+def _mirrored(labels: dict[str, str]) -> dict[str, str]:
+    swap = {"left": "right", "right": "left"}
+    return {h: swap.get(v, v) if h in ("direction", "toward") else v for h, v in labels.items()}
+
+
+def _reworded(pieces: list[Fragment], rng: random.Random) -> list[Fragment]:
+    """With other phrases of the same concepts."""
+    found: list[Fragment] = []
+    i = 0
+    words = [p.text if p.mention < 0 else "<>" for p in pieces]
+    while i < len(pieces):
+        concept, used = concept_at(words, i) if words[i] != "<>" else ("", 0)
+        if concept in SWAPS and rng.random() < 0.4:
+            found += [Fragment(word, None) for word in rng.choice(concepts()[concept]).split()]
+            i += used
+        else:
+            found.append(pieces[i])
+            i += 1
+    return found
+
+
+def _slipped(pieces: list[Fragment], rng: random.Random) -> list[Fragment]:
+    """With one or two slips of the fingers."""
+    open_ = [i for i, p in enumerate(pieces) if p.mention < 0 and p.text.isalpha() and len(p.text) > 3]
+    for i in rng.sample(open_, min(len(open_), rng.choice((1, 1, 2)))):
+        word = pieces[i].text
+        at = rng.randrange(1, len(word) - 1)
+        slip = rng.randrange(4)
+        word = (
+            word[:at] + word[at + 1] + word[at] + word[at + 2 :] if slip == 0
+            else word[:at] + word[at + 1 :] if slip == 1
+            else word[:at] + word[at] + word[at:] if slip == 2
+            else word[:at] + rng.choice("aeiou") + word[at + 1 :]
+        )  # fmt: skip
+        pieces[i] = replace(pieces[i], text=word)
+    return pieces
