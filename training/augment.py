@@ -165,7 +165,8 @@ def object_mention(mentions: Sequence[Referent], names: Sequence[str], used: set
     return best
 
 
-NOUNS = """anvil apple armchair backpack bag ball banana barrel basin basket bathtub battery bed bell bench bicycle blender
+NOUNS = """
+anvil apple armchair backpack bag ball banana barrel basin basket bathtub battery bed bell bench bicycle blender
 boat bolt book bottle bowl bracket brick broom bucket bulb bus bush cabinet cable cactus cake camera candle car carpet
 cart cat chair clamp clock coat column compass computer cone couch crane crate cup curtain desk dog door drawer drill
 drum easel elevator engine faucet fence fern flask flower fork fountain freezer fridge fryer funnel glove goat guitar
@@ -204,15 +205,26 @@ ENDS = (
     ", otherwise it spills", ", no exceptions", ", i mean it", ", mind you", ", as we discussed", "for the demo", "lol",
     ", that's all", ", you know", "!", "...", ", cheers", "since people are watching", ", it looks odd now", "today",
 )  # fmt: skip
-SWAPS = """slight large faster slower closer away smooth left right up down raise wait stop circle spiral zigzag wave hop
+SWAPS = """
+slight large faster slower closer away smooth left right up down raise wait stop circle spiral zigzag wave hop
 hover mirror rotate tilt reverse resize near between over under constant ramp_up ramp_down goal start first last middle
 except waypoints at_most at_least toward clockwise anticlockwise height curvature straight double increase decrease
 denser sparser extend pass speed distance after before noise gradual""".split()
 """Concepts whose phrases may stand for each other."""
 
 TEMPLATES = {
-    "faster": ("{}", "{} near the cup | pace faster @near=cup", "make it {} | pace faster", "{} at the end | pace faster @last"),
-    "slower": ("{}", "{} near the cup | pace slower @near=cup", "make it {} | pace slower", "{} in the beginning | pace slower @first"),
+    "faster": (
+        "{}",
+        "{} near the cup | pace faster @near=cup",
+        "make it {} | pace faster",
+        "{} at the end | pace faster @last",
+    ),
+    "slower": (
+        "{}",
+        "{} near the cup | pace slower @near=cup",
+        "make it {} | pace slower",
+        "{} in the beginning | pace slower @first",
+    ),
     "smooth": ("{} | smooth", "make the path {} | smooth"),
     "left": ("move {} | move left", "shift it {} by 10 cm | move left=10cm", "a bit {} | move left deg=slight"),
     "right": ("move {} | move right", "shift it {} by 10 cm | move right=10cm", "a bit {} | move right deg=slight"),
@@ -224,7 +236,11 @@ TEMPLATES = {
     "lower": ("{} it | move down", "{} the path by 10 cm | move down=10cm"),
     "closer": ("{} to the cup | closer cup", "{} to the cup by 5 cm | closer cup by=5cm"),
     "away": ("{} from the cup | farther cup", "{} from the cup by 5 cm | farther cup by=5cm"),
-    "wait": ("{} at the cup | wait at=cup", "{} at the cup for 3 s | wait at=cup for=3s", "{} at the end | wait at=goal"),
+    "wait": (
+        "{} at the cup | wait at=cup",
+        "{} at the cup for 3 s | wait at=cup for=3s",
+        "{} at the end | wait at=goal",
+    ),
     "stop": ("{} at the cup | stop at=cup",),
     "circle": ("{} the cup | circle cup", "{} the cup twice | circle cup turns=2"),
     "spiral": ("{} at the end | spiral at=goal", "do a {} at the cup | spiral at=cup"),
@@ -252,8 +268,16 @@ TEMPLATES = {
     "middle": ("faster in the {} | pace faster @middle", "move the {} up | move up @middle"),
     "except": ("faster {} near the cup | pace faster @!near=cup", "move up {} at the end | move up @!last"),
     "straight": ("go {} between the cup and the box | straighten @between=cup+box", "{} | straighten"),
-    "slight": ("{} higher | move up deg=slight", "{} faster | pace faster deg=slight", "{} further from the cup | farther cup deg=slight"),
-    "large": ("{} higher | move up deg=large", "{} faster | pace faster deg=large", "{} further from the cup | farther cup deg=large"),
+    "slight": (
+        "{} higher | move up deg=slight",
+        "{} faster | pace faster deg=slight",
+        "{} further from the cup | farther cup deg=slight",
+    ),
+    "large": (
+        "{} higher | move up deg=large",
+        "{} faster | pace faster deg=large",
+        "{} further from the cup | farther cup deg=large",
+    ),
     "clockwise": ("circle the cup {} | circle cup cw", "rotate by 90 degrees {} | rotate 90deg cw"),
     "anticlockwise": ("circle the cup {} | circle cup ccw", "rotate by 90 degrees {} | rotate 90deg ccw"),
     "mirror": ("{} it left to right | mirror left",),
@@ -298,7 +322,7 @@ def vary(pool: Sequence[Sample], rng: random.Random, known: frozenset[str] = fro
             draw = rng.random()
             if draw < 0.07 and simple:
                 sample = rng.choice(simple)
-            if draw > 0.8 and sample.first and sample.atoms[0].label("action") not in ("ask", "improper"):
+            if draw > 0.85 and sample.first and sample.atoms[0].label("action") not in ("ask", "improper"):
                 sample = joined(sample, rng.choice(first if rng.random() < 0.8 else simple), rng)
             elif 0.07 < draw < 0.12:
                 sample = elsewhere(sample, rng)
@@ -367,7 +391,7 @@ def changed(sample: Sample, rng: random.Random) -> Sample:
         atoms = tuple(replace(a, labels=_mirrored(a.labels)) for a in atoms)
         pieces = [replace(p, text=MIRRORED.get(p.text, p.text)) for p in pieces]
         before = before and tuple(replace(p, text=MIRRORED.get(p.text, p.text)) for p in before)
-    if rng.random() < 0.35:
+    if rng.random() < 0.25:
         pieces = _reworded(pieces, rng)
     if rng.random() < 0.3:
         pieces = [p for p in pieces if p.text not in ",.;!?" or rng.random() < 0.3]
@@ -380,7 +404,7 @@ def changed(sample: Sample, rng: random.Random) -> Sample:
     if sample.first and rng.random() < 0.15:
         end = [Fragment(w, None) for w in rng.choice(ENDS).split()]
         pieces = [*pieces[:-1], *end, pieces[-1]] if pieces and pieces[-1].text in ".!" else [*pieces, *end]
-    if rng.random() < 0.25:
+    if rng.random() < 0.1:
         pieces = [Fragment("[MASK]", None) if p.mention < 0 and rng.random() < 0.06 else p for p in pieces]
     return replace(sample, sketch=replace(sample.sketch, pieces=tuple(pieces), before=before), atoms=atoms)
 

@@ -93,9 +93,20 @@ def main() -> None:
         c = fit(x[~half], y[~half].astype(float))
         sure[half] = 1 / (1 + np.exp(-((x[half] - c["mean"]) / c["scale"] @ np.array(c["weights"]) + c["bias"])))
     for row, count in counts.items():
-        print(f"{row:9} {count.total():5}  " + "  ".join(f"{k} {v / count.total():.1%}" for k, v in count.most_common()))
+        print(
+            f"{row:9} {count.total():5}  " + "  ".join(f"{k} {v / count.total():.1%}" for k, v in count.most_common())
+        )
     print("confidence  done  right")
-    for low, high in ((0, 0.2), (0.2, 0.4), (0.4, 0.6), (0.6, 0.8), (0.8, 0.9), (0.9, 0.95), (0.95, 0.98), (0.98, 1.01)):
+    for low, high in (
+        (0, 0.2),
+        (0.2, 0.4),
+        (0.4, 0.6),
+        (0.6, 0.8),
+        (0.8, 0.9),
+        (0.9, 0.95),
+        (0.95, 0.98),
+        (0.98, 1.01),
+    ):
         band = did & (sure >= low) & (sure < high)
         print(f"{low:.2f}-{high:.2f}  {band.sum():5}  {y[band].mean() if band.any() else 0:.1%}")
     for least in (0.5, 0.7, 0.8, 0.9, 0.95):

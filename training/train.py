@@ -43,8 +43,11 @@ WIDTH, FEED = 384, 1024
 FROZEN = 3
 """Layers of the encoder that stay as they are."""
 
-BATCH = 32
-WEIGHT = {"action": 2.0, "choice": 1.0, "part": 1.0}
+BATCH = 12
+WEIGHT = {
+    "action": 2.0,
+    **dict.fromkeys(("choice", "part", "role", "relation", "direction", "spot", "outside"), 1.0),
+}
 """What a head counts in the loss; others count a half."""
 
 
@@ -74,12 +77,15 @@ def vocabulary(texts: Sequence[str], size: int) -> tuple[list[str], list[int], f
 
 
 class Attention(nn.Module):
+    """Attention with several heads."""
+
     def __init__(self, heads: int) -> None:
         super().__init__()
         self.q, self.k, self.v, self.o = (nn.Linear(WIDTH, WIDTH) for _ in range(4))
         self.heads = heads
 
     def forward(self, x: torch.Tensor, to: torch.Tensor, mask: torch.Tensor | None) -> torch.Tensor:
+        """What each of x attends to."""
         b = len(x)
         q, k, v = (
             part(of).view(b, -1, self.heads, WIDTH // self.heads).transpose(1, 2)
@@ -90,6 +96,8 @@ class Attention(nn.Module):
 
 
 class EncoderLayer(Attention):
+    """A layer of the encoder: attention to itself, then a feed-forward network."""
+
     def __init__(self) -> None:
         super().__init__(ENCODER_HEADS)
         self.norm1, self.norm2 = nn.LayerNorm(WIDTH, eps=1e-12), nn.LayerNorm(WIDTH, eps=1e-12)
@@ -97,20 +105,24 @@ class EncoderLayer(Attention):
         self.drop = nn.Dropout(0.1)
 
     def layer(self, x: torch.Tensor, mask: torch.Tensor) -> torch.Tensor:
+        """The whole layer."""
         x = self.norm1(x + self.drop(self(x, x, mask)))
         return self.norm2(x + self.drop(self.down(fn.gelu(self.up(x), approximate="tanh"))))
 
 
 class DecoderLayer(nn.Module):
+    """A layer of the decoder: attention of the queries to themselves and to the words."""
+
     def __init__(self) -> None:
         super().__init__()
         self.self = Attention(DECODER_HEADS)
         self.cross = Attention(DECODER_HEADS)
         self.norm0, self.norm1, self.norm2 = (nn.LayerNorm(WIDTH, eps=1e-12) for _ in range(3))
         self.up, self.down = nn.Linear(WIDTH, FEED), nn.Linear(FEED, WIDTH)
-        self.drop = nn.Dropout(0.1)
+        self.drop = nn.Dropout(0.0)
 
     def forward(self, x: torch.Tensor, words: torch.Tensor, mask: torch.Tensor) -> torch.Tensor:
+        """The queries after the layer."""
         x = self.norm0(x + self.drop(self.self(x, x, None)))
         x = self.norm1(x + self.drop(self.cross(x, words, mask)))
         return self.norm2(x + self.drop(self.down(fn.gelu(self.up(x), approximate="tanh"))))
@@ -223,7 +235,8 @@ class Model(nn.Module):
 
 
 LIKE = {
-    "<all>": "boxes cups objects", "<which>": "one box cup", "<n>": "5 2 three", "<m>": "5 cm inches", "<s>": "3 seconds",
+    "<all>": "boxes cups objects", "<which>": "one box cup", "<n>": "5 2 three", "<m>": "5 cm inches",
+    "<s>": "3 seconds",
     "<m/s>": "2 mph speed", "<m/s2>": "2 acceleration", "<%>": "20 percent %", "<x>": "2 times", "<step>": "5 steps",
     "<deg>": "90 degrees", "<wp>": "10",
 }  # fmt: skip
@@ -289,7 +302,8 @@ def train(
     examples: int,
     seed: int,
     known: frozenset[str],
-    say: bool = True,
+    begin: Path | None = None,
+    keep: Path | None = None,
 ) -> Model:
     """A model trained on so many varied examples of a pool."""
     torch.manual_seed(seed)
@@ -298,19 +312,22 @@ def train(
     rate = 1.0
     if begin is not None:
         model.load(pieces, begin)
-        rate = 0.7
+        rate = 0.8
     splitter = WordPiece(pieces)
     slow = [p for n, p in model.named_parameters() if p.requires_grad and n.startswith(("encoder", "kind"))]
     fast = [p for n, p in model.named_parameters() if p.requires_grad and not n.startswith(("encoder", "kind"))]
     optimiser = torch.optim.AdamW(
-        [{"params": slow, "lr": 1.2e-4 * rate}, {"params": fast, "lr": 6e-4 * rate}], weight_decay=0.01, betas=(0.9, 0.98), fused=True
+        [{"params": slow, "lr": 1.2e-4 * rate}, {"params": fast, "lr": 6e-4 * rate}],
+        weight_decay=0.01,
+        betas=(0.9, 0.98),
+        fused=True,
     )
     steps = examples // BATCH
     schedule = torch.optim.lr_scheduler.LambdaLR(
         optimiser, lambda i: min((i + 1) / (0.06 * steps), max(0.02, (1 - i / steps)) if i > 0.06 * steps else 1.0)
     )
     varied = augment.vary(pool, rng, known)
-    begun, recent, step = time.time(), 0.0, 0
+    begun, recent, step, saved = time.time(), 0.0, 0, 0
     model.train()
     while step < steps:
         chunk = [(encode(s.sketch, splitter), s) for s in (next(varied) for _ in range(BATCH * 16))]
@@ -326,6 +343,10 @@ def train(
             schedule.step()
             step += 1
             recent = loss.item() if step == 1 else 0.95 * recent + 0.05 * loss.item()
+        if keep is not None and step // 400 > saved:
+            saved = step // 400
+            np.savez_compressed(keep, **model.weights(), vocabulary=np.array("\n".join(pieces)),
+                                known=np.array("\n".join(sorted(known))))  # fmt: skip
         print(f"step {step}/{steps} loss {recent:.3f} {time.time() - begun:.0f} s", flush=True)
     return model.eval()
 
@@ -359,6 +380,7 @@ def main() -> None:
     parser.add_argument("--without", default="", help="voices to leave out, separated by commas; 'fold:K/N' for a fold")
     parser.add_argument("--share", type=float, default=1.0, help="share of the voices to train on")
     parser.add_argument("--begin", type=Path, help="weights to go on from")
+    parser.add_argument("--keep", type=Path, help="where to write the weights on the way")
     parser.add_argument("--to", type=Path, default=ROOT / "src" / "ovita" / "instruct" / WEIGHTS)
     parser.add_argument("--check", type=Path, help="write outputs that the tests compare with")
     parser.add_argument("--calibration", type=Path, help="JSON written by calibrate.py")
@@ -380,7 +402,7 @@ def main() -> None:
         f"{len(paths)} voices, {len(pool)} sentences, {len(pieces)} pieces, data {data}, seed {options.seed}",
         flush=True,
     )
-    model = train(pool, pieces, rows, options.examples, options.seed, known, options.begin)
+    model = train(pool, pieces, rows, options.examples, options.seed, known, options.begin, options.keep)
     arrays = model.weights() | {"vocabulary": np.array("\n".join(pieces)), "known": np.array("\n".join(sorted(known)))}
     if options.calibration:
         arrays |= {f"calibration.{k}": np.array(v) for k, v in json.loads(options.calibration.read_text()).items()}

@@ -16,6 +16,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from ovita.errors import OvitaError
 from ovita.instruct.sketch import Sketch
 from ovita.instruct.slots import AMOUNTS, HEADS, POINTERS
 
@@ -241,6 +242,13 @@ def gelu(x: Floats) -> Floats:
 
 @cache
 def network() -> Network:
-    """The network that the package brings, loaded at the first call."""
-    with files("ovita.instruct").joinpath(WEIGHTS).open("rb") as file, np.load(file) as weights:
+    """The network that the package brings, loaded at the first call.
+
+    Raises:
+        OvitaError: If the weights are missing.
+    """
+    path = files("ovita.instruct").joinpath(WEIGHTS)
+    if not path.is_file():
+        raise OvitaError(f"the learned reader's weights ({WEIGHTS}) are missing; `make train` writes them")
+    with path.open("rb") as file, np.load(file) as weights:
         return Network({name: weights[name] for name in weights.files})

@@ -62,17 +62,41 @@ OF_ACTION: dict[str, tuple[str, ...]] = {
 }  # fmt: skip
 """The heads that count for an action besides the action itself."""
 
+_ONE_AMOUNT = ("move", "extend", "bound", "end", "tilt", "rotate", "waypoints", "height", "resize", "trim", "pace",
+               "set", "scale", "undo", "redo")  # fmt: skip
+_OF_OBJECTS = ("closer", "farther", "clearance", "via", "side", "hop")
+_FIGURES = ("circle", "spiral", "eight", "zigzag", "wave", "shake")
 POINTS: dict[str, tuple[str, ...]] = {
-    **dict.fromkeys(("move", "extend", "bound", "end", "tilt", "rotate", "waypoints", "height", "resize", "trim", "pace"),
-                    ("amount",)),
-    **dict.fromkeys(("closer", "farther", "clearance", "via", "side", "hop"), ("amount", "objects1", "objects2", "objects3")),
+    **dict.fromkeys(_ONE_AMOUNT, ("amount",)),
+    **dict.fromkeys(_OF_OBJECTS, ("amount", "objects1", "objects2", "objects3")),
+    **dict.fromkeys(_FIGURES, ("radius", "size", "turns", "rise")),
     "hover": ("amount", "duration", "objects1"),
     "wait": ("duration",),
-    **dict.fromkeys(("circle", "spiral", "eight", "zigzag", "wave", "shake"), ("radius", "size", "turns", "rise")),
-    **dict.fromkeys(("set", "scale", "undo", "redo"), ("amount",)),
     "replace": ("objects1", "objects2"),
-}  # fmt: skip
+}
 """What each action may point at, besides its place and its part of the path."""
+
+_COMPASS = HEADS["direction"][1:]
+ALLOWED: dict[tuple[str, str], tuple[str, ...]] = {
+    ("clearance", "role"): ("at_least", "at_most", "at"),
+    ("height", "role"): ("to", "at_least", "at_most"),
+    ("pace", "role"): ("by", "to"),
+    **{(action, "direction"): _COMPASS for action in ("move", "side", "tilt", "bound")},
+    ("end", "relation"): ("", "to", "toward", "away"),
+    ("via", "relation"): ("", "over", "under", "between"),
+    ("end", "spot"): ("", "object", "start", "goal", "middle", "objects"),
+    ("replace", "spot"): ("", "start", "goal"),
+    **{(action, "spot"): ("", "object") for action in ("extend", "bound")},
+    **{(action, "choice"): words for action, words in CHOICES.items()},
+}  # fmt: skip
+"""What a head may say for an action, where that is not everything."""
+
+NEEDED: dict[str, tuple[str, ...]] = {
+    **dict.fromkeys(("closer", "farther", "via", "side", "hop", "hover"), ("objects1",)),
+    "clearance": ("objects1", "amount"),
+    **dict.fromkeys(("height", "set"), ("amount",)),
+}  # fmt: skip
+"""Pointers without which an action is nothing."""
 
 QUESTIONS = {
     "which": "which object is meant",
@@ -241,7 +265,7 @@ def choose(output: Output, seen: Sketch, encoded: Encoded) -> Choice:
     likelihoods: list[float] = []
     used: set[int] = set()
     for q in range(QUERIES):
-        action, likely = _best(output, "action", q, None)
+        action, likely = _best(output, "action", q)
         if q > 0 and action in ("ask", "improper"):
             action = "none"
         likelihoods.append(likely)
@@ -254,32 +278,31 @@ def choose(output: Output, seen: Sketch, encoded: Encoded) -> Choice:
     return Choice(tuple(atoms), tuple(likelihoods), frozenset(used))
 
 
-def _best(output: Output, head: str, q: int, allowed: Sequence[str] | None) -> tuple[str, float]:
-    shares = output.heads[head][q]
-    classes = HEADS[head]
-    if allowed is not None:
-        indices = [classes.index(word) for word in allowed]
-        best = max(indices, key=lambda i: shares[i])
-        return classes[best], float(shares[best] / max(sum(shares[i] for i in indices), 1e-9))
-    best = int(np.argmax(shares))
+def _best(output: Output, head: str, q: int, allowed: Sequence[str] | None = None) -> tuple[str, float]:
+    """The likeliest of the classes that are allowed, and its share of all."""
+    shares, classes = output.heads[head][q], HEADS[head]
+    indices = range(len(classes)) if allowed is None else [classes.index(word) for word in allowed]
+    best = max(indices, key=lambda i: float(shares[i]))
     return classes[best], float(shares[best])
 
 
 def _atom(output: Output, q: int, action: str, seen: Sketch, used: set[int]) -> tuple[Atom, list[float]]:
     labels = {"action": action}
     likelihoods: list[float] = []
-    heads = OF_ACTION.get(action, ())
-    for head in heads:
-        labels[head], likely = _best(output, head, q, CHOICES.get(action) if head == "choice" else None)
+    for head in OF_ACTION.get(action, ()):
+        labels[head], likely = _best(output, head, q, ALLOWED.get((action, head)))
         likelihoods.append(likely)
+    if action == "end" and not labels["relation"] and not labels["direction"]:
+        labels["direction"], _ = _best(output, "direction", q, _COMPASS)
     if labels.get("part", "whole") != "whole":
         for head in WITH_PART:
-            labels[head], likely = _best(output, head, q, None)
+            labels[head], likely = _best(output, head, q)
             likelihoods.append(likely)
     amounts: dict[str, Quantity] = {}
     objects: dict[str, tuple[str, ...]] = {}
+    needed = _needed(action, labels)
     for pointer in _pointers(action, labels):
-        mention, likely = _pointed(output, pointer, q)
+        mention, likely = _pointed(output, pointer, q, pointer in needed)
         likelihoods.append(likely)
         if mention < 0:
             continue
@@ -294,6 +317,22 @@ def _atom(output: Output, q: int, action: str, seen: Sketch, used: set[int]) -> 
         for kind in ("objects", "places")
     )
     return Atom(labels, amounts, named, places), likelihoods
+
+
+def _needed(action: str, labels: Mapping[str, str]) -> tuple[str, ...]:
+    needed = NEEDED.get(action, ())
+    if labels.get("relation") == "between":
+        needed += ("objects2",)
+    if labels.get("spot") in ("object", "objects"):
+        needed += ("objects1",)
+    part = labels.get("part", "whole")
+    if part in ("near", "after", "before", "between"):
+        needed += ("places1",)
+    if part == "between":
+        needed += ("places2",)
+    if part in ("range", "from", "every"):
+        needed += ("part",)
+    return needed + (("until",) if part == "range" else ())
 
 
 def _pointers(action: str, labels: Mapping[str, str]) -> list[str]:
@@ -313,9 +352,10 @@ def _pointers(action: str, labels: Mapping[str, str]) -> list[str]:
     return list(dict.fromkeys(found))
 
 
-def _pointed(output: Output, pointer: str, q: int) -> tuple[int, float]:
+def _pointed(output: Output, pointer: str, q: int, needed: bool) -> tuple[int, float]:
+    """The likeliest mention of a pointer, or -1; of a needed one never -1 while there is any."""
     shares = output.pointers[pointer][q]
-    best = int(np.argmax(shares))
+    best = 1 + int(np.argmax(shares[1:])) if needed and len(shares) > 1 else int(np.argmax(shares))
     return (output.candidates[pointer][best - 1] if best else -1), float(shares[best])
 
 
@@ -327,9 +367,8 @@ def quantity_of(mention: Referent) -> Quantity:
 LEFT_WORDS = {
     "directions left": ("left", "right", "front", "back", "up", "down", "raise", "lower"),
     "speed left": ("faster", "slower", "speed", "ramp_up", "ramp_down"),
-    "figures left": ("spiral", "circle", "eight", "zigzag", "wave", "hop", "hover", "mirror", "rotate", "tilt", "smooth",
-                     "wait", "reverse"),
-}  # fmt: skip
+    "figures left": (*_FIGURES, "hop", "hover", "mirror", "rotate", "tilt", "smooth", "wait", "reverse"),
+}
 """Concepts that a reading should not pass over."""
 
 _SPEED = ("pace", "keep", "stop", "wait", "hover", "scale", "set")

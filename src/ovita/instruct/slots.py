@@ -248,7 +248,7 @@ def _unit(atom: Atom, pointer: str, quantity: F.Quantity) -> F.Quantity:
     """The quantity with the unit that its slot implies where the sentence names none, and in the units of its slot."""
     action, choice = atom.label("action"), atom.label("choice")
     unit = quantity.unit
-    if pointer in ("turns", "rise", "size", "radius") and unit == "x":
+    if (pointer in ("turns", "rise", "size", "radius") and unit == "x") or pointer == "turns":
         unit = ""
     if pointer == "spot" and not unit:
         unit = "waypoints"
@@ -329,13 +329,14 @@ def _frame(atom: Atom) -> F.SemanticFrame:
 
 def _particular(kind: type[F.SemanticFrame], action: str, choice: str, slots: dict[str, Any]) -> dict[str, Any]:
     """What single kinds of frames call otherwise."""
-    return {
+    particular: dict[Any, dict[str, Any]] = {
         F.Figure: {"shape": action},
         F.Approach: {"sense": action},
         F.Quadrant: {"number": int(choice) if choice.isdigit() else 1},
         F.Visit: {"relation": slots.get("relation") or "at"},
         F.Pace: {"change": "accelerate" if choice == "brake" else choice},
-    }.get(kind, {})
+    }
+    return particular.get(kind, {})
 
 
 _ROLES = {

@@ -1,0 +1,25 @@
+"""When two lists of frames mean the same."""
+
+import pytest
+
+from ovita.instruct.frames import same
+from ovita.instruct.notation import parse
+
+OBJECTS = ("cup", "box")
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "equal"),
+    [
+        ("farther cup+box by=10cm", "farther box by=10cm; farther cup by=10cm", True),
+        ("move left=5cm up", "move up; move left=5cm", True),
+        ("keep ends", "keep goal; keep start", True),
+        ("move y=-5cm", "move -y=5cm", True),
+        ("move left=5cm up=5cm", "move left=5cm", False),
+        ("farther cup+box", "farther cup", False),
+        ("via between=cup+box", "via cup; via box", False),
+        ("keep ends", "keep goal", False),
+    ],
+)
+def test_same(one, other, equal):
+    assert same(parse(one, OBJECTS), parse(other, OBJECTS)) is equal
