@@ -158,6 +158,17 @@ def distance(d: Draw, right: bool) -> Case:
     """At least from the surface, or at most from the centre."""
     rng = d.rng
     radius = d.target.radius if d.target.dimensions is not None else 0.0
+    if rng.random() < 0.25:
+        asked = float(d.nearest * rng.uniform(0.3, 0.9) + 0.02)
+        point = d.place.tolist()
+        by = d.nearest - asked * (rng.uniform(0.95, 1.05) if right else rng.choice([0.6, 1.0 / 0.6]))
+        by -= 0.0 if right else np.sign(d.nearest - by - asked) * 0.02
+        rows = d.shifted(unit(d.place - closest(d)) * by, d.bump(d.i))
+        got = closest_to_point(rows[:, :3], d.place)[0]
+        if right != (abs(got - asked) < 0.01 + 0.09 * asked):
+            rows = d.shifted(np.zeros(3)) if not right else rows
+            asked = got if right else 2.0 * d.nearest + 0.05
+        return expect("distance", point, nearest=asked), d.rows, rows, d.scene
     if rng.random() < 0.7:
         asked = float(d.nearest * rng.uniform(0.9, 1.4))
         promise = expect("distance", d.target, asked)
@@ -174,7 +185,7 @@ def distance(d: Draw, right: bool) -> Case:
         else:
             body = d.target.cuboid if d.target.dimensions is not None else None
             gap = body.closest(rows[:, :3])[0] if body else d.nearest
-            promise = expect("distance", d.target, float(gap * rng.uniform(1.1, 2.0) + 0.01))
+            promise = expect("distance", d.target, float(max(gap * rng.uniform(1.1, 2.0), 0.0) + 0.01))
         return promise, d.rows, d.disturbed(rows), d.scene
     most = float(np.linalg.norm(d.rows[:, :3] - d.place, axis=1).max())
     asked = most * rng.uniform(0.4, 0.8)

@@ -20,9 +20,11 @@ from ovita.toolkit import (
     move,
     move_goal,
     move_start,
+    pass_at,
     resample,
     smooth,
 )
+from ovita.toolkit.approach import is_level, passes_at
 
 BALL = SceneObject("ball", [0.5, 0.02, 0.0], [0.1, 0.1, 0.1])
 
@@ -218,6 +220,9 @@ def test_keep_distance_puts_what_was_inside_on_the_sphere(drawn, point, at_least
     ball = SceneObject("ball", point, [size] * 3)
     radius = at_least + ball.radius
     out = keep_distance(rows, ball, at_least, where=mask, ease=0)
+    if not mask.any() or passes_at(ball, rows[:, :3], mask) >= at_least:
+        assert np.array_equal(out, rows)
+        return
     inside = (distances(rows, point) < radius) & mask
     assert (distances(out, point)[inside] >= radius - 1e-9).all()
     for i in np.flatnonzero(mask[:-1] & mask[1:]):
@@ -226,6 +231,33 @@ def test_keep_distance_puts_what_was_inside_on_the_sphere(drawn, point, at_least
         np.diff(rows[:, :3], axis=0), axis=1
     ).max() < radius:
         assert np.array_equal(out, rows)
+
+
+def test_a_distance_that_is_kept_already_moves_nothing(line):
+    """A long table's bounding sphere reached the path, which was bent although it kept the distance."""
+    table = SceneObject("table", [0.5, 0.6, 0.0], [2.0, 0.4, 0.1])
+    assert np.array_equal(keep_distance(line, table, 0.35), line)
+    assert np.array_equal(keep_distance(line, [table, SceneObject("far", [9, 9, 9], [1, 1, 1])], 0.35), line)
+    assert keep_distance(line, table, 0.45)[:, 1].min() < 0
+
+
+@modest
+@given(paths(smallest=4), points, st.floats(0.03, 1.0), st.one_of(st.none(), st.floats(0.02, 0.3)))
+def test_an_object_is_passed_at_just_the_distance_asked_for(rows, point, distance, size):
+    ball = SceneObject("ball", point, None if size is None else [size, 2 * size, size])
+    everywhere = np.ones(len(rows), dtype=bool)
+    now = passes_at(ball, rows[:, :3], everywhere)
+    out = pass_at(rows, ball, distance)
+    if is_level(rows[:, :3], np.array([0.0, 0.0, 1.0])) or (size is None and now > distance):
+        return  # a level path stays level; without dimensions a cube is kept out of
+    assert passes_at(ball, out[:, :3], everywhere) == pytest.approx(distance, abs=1e-3)
+    assert np.array_equal(pass_at(out, ball, float(passes_at(ball, out[:, :3], everywhere))), out)
+
+
+def test_coming_within_a_distance_moves_the_nearest_stretch_only(line):
+    out = pass_at(np.repeat(line, 1, axis=0), [0.5, 0.4, 0.0], 0.15)
+    assert np.array_equal(out[[0, -1]], line[[0, -1]]) and out[10, 1] == pytest.approx(0.25)
+    assert pass_at(line, [0.5, 0.1, 0.0], 0.3)[:, 1].min() < -0.15
 
 
 def test_keep_distance_bulges_to_the_side_where_the_path_already_is(line):

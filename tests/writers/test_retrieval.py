@@ -24,6 +24,7 @@ SAID = {
     "shy away from the kettle": "farther",
     "there must always be 40 cm of air between you and the cone": "keep_distance",
     "at no point be within 0.3 m of the bottle": "keep_distance",
+    "come as near as 0.3 m to the shelf": "pass_at",
     "everything a hand's breadth to the right, say 10 cm": "move",
     "the first third should be 5 cm lower": "move",
     "halfway through, rise by 0.2": "move",

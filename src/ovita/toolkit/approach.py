@@ -164,7 +164,8 @@ def keep_distance(
 
     Args:
         obj: Object or point (3,) [m], or a list of them.
-        at_least: [m], >= 0, from the bounding sphere of an object with dimensions, else from the centre.
+        at_least: [m], >= 0, from the bounding sphere of an object with dimensions, else from the centre; a path that
+            keeps it from the surface of each already stays as it is.
         at_most: [m], >= 0, from the centre.
         where: Mask (N,), or None for all waypoints; waypoints that already comply stay as they are.
     """
@@ -190,9 +191,65 @@ def keep_distance(
             if level:
                 shift = _level_shift(away, np.minimum(distance, outer), up, rows)
             moved[beyond] = rows[beyond, :3] + shift[beyond]
-    if radii.any():
+    if radii.any() and not (gap is not None and all(_clear(target, moved, selected, gap) for target in targets)):
         moved = _kept_out(moved, centres, radii, selected, up if level else None)
     return followed(rows, moved, selected, arguments.share(ease, "ease"))
+
+
+@operation("Objects: come closer, stay away, pass")
+def pass_at(
+    traj: ArrayLike,
+    obj: Target,
+    distance: float,
+    *,
+    reach: float | None = None,
+    where: ArrayLike | None = None,
+    ease: float | None = None,
+    frame: Frame = RFU,
+) -> Array:
+    """Pass an object at just so many metres at the nearest point: pull or push only the nearest part.
+
+    Which waypoints move, and how they are followed, is as in closer and farther. Promise it by expect_distance with
+    the same number as nearest.
+
+    Args:
+        distance: [m], > 0, from the surface of an object with dimensions, else from the centre.
+        reach: [m], > 0; how much farther than the nearest waypoint the others may be to move, too; by default as there.
+    """
+    rows = arguments.waypoints(traj)
+    asked, selected = arguments.positive(distance, "distance"), arguments.mask(where, len(rows))
+    if not selected.any():
+        return rows
+    now = passes_at(obj, rows[:, :3], selected)
+    if abs(now - asked) <= ROUNDING:
+        return rows
+
+    def passed(by: float) -> Array:
+        if now > asked:
+            return closer(rows, obj, by, reach=reach, gap=0.0, where=where, ease=ease, frame=frame)
+        return farther(rows, obj, by, reach=reach, where=where, ease=ease, frame=frame)
+
+    # A pull ends in the centre; a push by the whole distance, and by the size of the object, is enough.
+    low, high = 0.0, now + radius_of(obj) if now > asked else asked + 2.0 * radius_of(obj)
+    for _ in range(40):
+        middle = (low + high) / 2.0
+        enough = (passes_at(obj, passed(middle)[:, :3], selected) - asked) * (now - asked) <= 0.0
+        low, high = (low, middle) if enough else (middle, high)
+    return passed(high)
+
+
+def passes_at(target: Target, positions: Array, selected: Mask) -> float:
+    """How near a path (N, 3) or a part of it comes to a surface, or to a centre without dimensions [m]; < 0 inside."""
+    if not isinstance(target, SceneObject) or target.dimensions is None:
+        return nearest(positions, selected, arguments.point(target))
+    inner = np.flatnonzero(selected[:-1] & selected[1:])
+    between = target.cuboid.along(positions[inner], positions[inner + 1])[0] if len(inner) else np.array([np.inf])
+    return float(min(target.cuboid.signed(positions[selected])[0].min(), between.min()))
+
+
+def _clear(target: Target, positions: Array, selected: Mask, gap: float) -> bool:
+    """Whether a path, or a part of it, keeps a gap [m] already."""
+    return not selected.any() or passes_at(target, positions, selected) >= gap - ROUNDING
 
 
 def _kept_out(positions: Array, centres: ArrayLike, radii: Array, selected: Mask, up: Array | None) -> Array:

@@ -36,7 +36,7 @@ GROUPS = (
 HIDDEN = ("frame", "recorder")
 """Parameters that the runtime fills in and a policy never sees."""
 
-RARE = frozenset({"angle", "blend", "brake", "ease", "hold", "ramp", "reach", "seed", "smooth", "width"})
+RARE = frozenset({"angle", "blend", "brake", "ease", "hold", "nearest", "ramp", "reach", "seed", "smooth", "width"})
 """Parameters with defaults that a prompt leaves out to stay short; the page has them all."""
 
 NOTES = {

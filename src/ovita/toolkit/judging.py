@@ -13,7 +13,7 @@ from ovita.paths.correspondence import Correspondence, correspond
 from ovita.paths.geometry import Mask, lengths, path_distances, runs, spacing
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array, arc_length
-from ovita.toolkit.approach import SURFACE_GAP, extent, nearest
+from ovita.toolkit.approach import SURFACE_GAP, extent, nearest, passes_at
 from ovita.toolkit.arguments import Target, point
 from ovita.toolkit.catalogue import Expectation
 from ovita.toolkit.postconditions import say
@@ -186,15 +186,7 @@ def _arrived(case: _Case) -> bool:
 
 def _surface(case: _Case, rows: Array, part: Mask | None = None) -> float:
     """Distance [m] of a path, or a part of it, to the target's surface; to its centre if it has no dimensions."""
-    target = case.target
-    if not isinstance(target, SceneObject) or target.dimensions is None:
-        return nearest(rows[:, :3], np.ones(len(rows), dtype=bool) if part is None else part, point(target))
-    body, path = target.cuboid, rows[:, :3]
-    if part is None:
-        return body.closest(path)[0]
-    inner = np.flatnonzero(part[:-1] & part[1:])
-    between = body.along(path[inner], path[inner + 1])[0] if len(inner) else np.array([np.inf])
-    return float(min(body.signed(path[part])[0].min(), between.min()))
+    return passes_at(case.target, rows[:, :3], np.ones(len(rows), dtype=bool) if part is None else part)
 
 
 def _distance(case: _Case) -> Outcome:
@@ -212,6 +204,15 @@ def _distance(case: _Case) -> Outcome:
         change += max(asked - least, 0.0) - max(asked - measured, 0.0)
         surface = "the surface of " if isinstance(target, SceneObject) and target.dimensions is not None else ""
         parts.append(f"at least {measured:.3f} m from {surface}{case.name} (asked {asked:g} m)")
+    if "nearest" in case.values:
+        asked = float(case.values["nearest"])
+        before, measured = (
+            _surface(case, rows, None if case.whole else part)
+            for rows, part in ((case.original, old), (case.adapted, new))
+        )
+        held &= _close(measured, asked)
+        change += abs(before - asked) - abs(measured - asked)
+        parts.append(f"{measured:.3f} m from {case.name} at the nearest point (asked {asked:g} m)")
     if "at_most" in case.values:
         asked = float(case.values["at_most"])
         before, measured = (

@@ -55,6 +55,7 @@ def expect_distance(
     at_least: float | None = None,
     at_most: float | None = None,
     *,
+    nearest: float | None = None,
     where: ArrayLike | None = None,
     recorder: Recorder | None = None,
 ) -> Expectation:
@@ -63,17 +64,18 @@ def expect_distance(
     Args:
         at_least: [m] from the surface of an object with dimensions, else from the centre; between waypoints too.
         at_most: [m] from the centre.
+        nearest: [m] from the surface as for at_least, at the nearest point, within 1 cm or 10 %; as pass_at does.
     """
-    if at_least is None and at_most is None:
-        raise ValueError("give at_least or at_most in metres")
-    limits = {
-        name: arguments.number(value, name, low=0.0)
-        for name, value in (("at_least", at_least), ("at_most", at_most))
-        if value is not None
-    }
-    asked = " and ".join(f"{name.replace('_', ' ')} {value:g} m" for name, value in limits.items())
+    given = (("at_least", at_least), ("at_most", at_most), ("nearest", nearest))
+    limits = {name: arguments.number(value, name, low=0.0) for name, value in given if value is not None}
+    if not limits:
+        raise ValueError("give at_least, at_most or nearest in metres")
+    kept = " and ".join(f"{name.replace('_', ' ')} {v:g} m" for name, v in limits.items() if name != "nearest")
+    passed = f"comes as near as {nearest:g} m to {_name(obj)}" if nearest is not None else ""
+    asked = [f"keeps {kept} from {_name(obj)}"] if kept else []
     values = {**_target(obj), **limits, **_where(where)}
-    return _note("distance", values, f"the path keeps {asked} from {_name(obj)}{_part(where)}", recorder)
+    text = f"the path {' and '.join([*asked, *filter(None, [passed])])}{_part(where)}"
+    return _note("distance", values, text, recorder)
 
 
 @operation("State what is meant", core=True)
