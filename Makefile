@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check -q
 WORKERS ?= 2
 
-.PHONY: help install dev demo test test-browser check format bench clean
+.PHONY: help install dev demo test test-browser check format train bench clean
 
 help: ## list the commands
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -45,6 +45,14 @@ check: $(VENV)/.dev ## lint, formatting, strict types
 format: $(VENV)/.dev ## format the code
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
+
+$(VENV)/.train: $(VENV)/.dev
+	$(PIP) install -c constraints.txt -e '.[train]'
+	@touch $@
+
+train: $(VENV)/.train ## train the learned reader on the corpus; writes its weights (about half an hour on one core)
+	$(BIN)/python training/train.py --without fold:0/8 --to $(VENV)/new.npz --check tests/instruct/learned_check.npz
+	$(BIN)/python training/calibrate.py $(VENV)/new.npz fold:0/8 --to src/ovita/instruct/weights.npz
 
 $(VENV)/.bench: $(VENV)/.dev
 	$(PIP) install -c constraints.txt -e '.[bench]'

@@ -13,6 +13,7 @@ sys.path.insert(0, str(Path(__file__).parent / "corpus"))
 import check
 
 from ovita.instruct import slots
+from ovita.instruct.encoder import concepts_of
 from ovita.instruct.frames import Quantity, SemanticFrame
 from ovita.instruct.lexicon import concept_at, concepts
 from ovita.instruct.notation import parse
@@ -89,6 +90,7 @@ def sample_of(
     seen = sketch(example.sentence, scene_of(example.objects), None, example.before, known)
     used: set[int] = set()
     pointers = []
+    atoms = tuple(_as_said(atom, seen.mentions) for atom in atoms)
     for atom in atoms:
         found = dict.fromkeys(slots.POINTERS, -1)
         for name, quantity in atom.amounts.items():
@@ -112,6 +114,21 @@ def sample_of(
                 at += 1
         pointers.append(found)
     return Sample(example.voice, example.number, seen, atoms, tuple(pointers), example.before is None)
+
+
+def _as_said(atom: Atom, mentions: Sequence[Referent]) -> Atom:
+    """A factor of 1.2 that was said as "20 % larger" as such."""
+    wanted = atom.amounts.get("amount")
+    if atom.label("action") != "resize" or atom.label("choice") or wanted is None or wanted.unit not in ("x", "%"):
+        return atom
+    for mention in mentions:
+        if mention.is_object or mention.unit not in ("%", "x") or math.isclose(mention.value, wanted.value):
+            continue
+        if math.isclose(abs(wanted.value - 1), mention.value, rel_tol=0.03):
+            choice = "larger" if wanted.value > 1 else "smaller"
+            share = Quantity(mention.value, "%")
+            return replace(atom, labels=atom.labels | {"choice": choice}, amounts=atom.amounts | {"amount": share})
+    return atom
 
 
 def amount_mention(
@@ -391,6 +408,8 @@ def changed(sample: Sample, rng: random.Random) -> Sample:
         atoms = tuple(replace(a, labels=_mirrored(a.labels)) for a in atoms)
         pieces = [replace(p, text=MIRRORED.get(p.text, p.text)) for p in pieces]
         before = before and tuple(replace(p, text=MIRRORED.get(p.text, p.text)) for p in before)
+    if sample.first and rng.random() < 0.4:
+        pieces, atoms = turned(pieces, atoms, rng)
     if rng.random() < 0.25:
         pieces = _reworded(pieces, rng)
     if rng.random() < 0.3:
@@ -407,6 +426,57 @@ def changed(sample: Sample, rng: random.Random) -> Sample:
     if rng.random() < 0.1:
         pieces = [Fragment("[MASK]", None) if p.mention < 0 and rng.random() < 0.06 else p for p in pieces]
     return replace(sample, sketch=replace(sample.sketch, pieces=tuple(pieces), before=before), atoms=atoms)
+
+
+COMPASS = ("left", "right", "front", "back", "up", "down")
+OPPOSED: tuple[tuple[str, str, str, str, str], ...] = (
+    *((a, b, "direction", a, b) for a in COMPASS for b in COMPASS if a != b),
+    ("raise", "lower", "direction", "up", "down"),
+    ("lower", "raise", "direction", "down", "up"),
+    *(
+        row
+        for a, b, head, one, other in (
+            ("faster", "slower", "choice", "faster", "slower"),
+            ("closer", "away", "action", "closer", "farther"),
+            ("at_least", "at_most", "role", "at_least", "at_most"),
+            ("at_least", "at_most", "choice", "floor", "cap"),
+            ("clockwise", "anticlockwise", "sense", "cw", "ccw"),
+            ("first", "last", "part", "first", "last"),
+            ("over", "under", "relation", "over", "under"),
+            ("before", "after", "part", "before", "after"),
+            ("start", "goal", "choice", "start", "goal"),
+            ("start", "goal", "spot", "start", "goal"),
+            ("ramp_up", "ramp_down", "choice", "rampup", "rampdown"),
+            ("denser", "sparser", "choice", "more", "fewer"),
+            ("slight", "large", "degree", "slight", "large"),
+        )
+        for row in ((a, b, head, one, other), (b, a, head, other, one))
+    ),
+)
+"""Concepts that turn a request into another one: concept, other concept, head, its class, its other class."""
+
+
+def turned(
+    pieces: list[Fragment], atoms: tuple[Atom, ...], rng: random.Random
+) -> tuple[list[Fragment], tuple[Atom, ...]]:
+    """A sentence with one word for another of the same sort, and what it asks for then."""
+    told = concepts_of(pieces)
+    runs = [i for i, concept in enumerate(told) if concept and (i == 0 or told[i - 1] != concept)]
+    once = {told[i]: i for i in runs if [told[k] for k in runs].count(told[i]) == 1}
+    fitting = []
+    for row in OPPOSED:
+        a, b, head, one, other = row
+        labels = [atom.label(head) for atom in atoms]
+        if a in once and b not in told and labels.count(one) == 1 and other not in labels:
+            fitting.append(row)
+    if not fitting:
+        return pieces, atoms
+    a, b, head, one, other = rng.choice(fitting)
+    begin = once[a]
+    end = next((i for i in range(begin, len(told)) if told[i] != a), len(told))
+    phrase = rng.choice([p for p in concepts()[b][:14]])
+    new = [*pieces[:begin], *(Fragment(word, None) for word in phrase.split()), *pieces[end:]]
+    return new, tuple(replace(t, labels=t.labels | {head: other}) if t.label(head) == one else t for t in atoms)
 
 
 def _mirrored(labels: dict[str, str]) -> dict[str, str]:

@@ -1,13 +1,13 @@
-"""Fit the learned reader's confidence on voices that its network was not trained on.
+"""Fit the learned reader's confidence on voices that its network was not trained on, or measure it on held-out ones.
 
-`python training/calibrate.py WEIGHTS fold:K/N --to calibration.json` reads the voices that `train.py --without
-fold:K/N` left out, prints how right each confidence turned out, and writes what `train.py --calibration` takes.
+`python training/calibrate.py WEIGHTS fold:K/N --to src/ovita/instruct/weights.npz` reads the voices that `train.py
+--without fold:K/N` left out, prints how right each confidence turned out, and writes the weights with the calibration.
+`python training/calibrate.py WEIGHTS held_out` only prints counts, with the confidence that the weights hold.
 """
 
 from __future__ import annotations
 
 import argparse
-import json
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,20 +16,12 @@ from typing import Any
 import augment
 import numpy as np
 from augment import check
+from evaluate_feedback import outcome
 
-from ovita.instruct.edits import Edit
 from ovita.instruct.encoder import Network
-from ovita.instruct.frames import Reading, canonical, same
+from ovita.instruct.frames import Reading, same
 from ovita.instruct.learned import FEATURES, LearnedReader
 from ovita.instruct.notation import show
-
-
-def same_edits(one: Sequence[Edit], other: Sequence[Edit]) -> bool:
-    """Whether two lists of edits are the same in any order."""
-    left, right = (
-        sorted(repr(canonical(e.frame)) if hasattr(e, "frame") else show([e]) for e in edits) for edits in (one, other)
-    )
-    return left == right
 
 
 def judged(example: check.Example, reading: Reading) -> str:
@@ -41,7 +33,7 @@ def judged(example: check.Example, reading: Reading) -> str:
         return "asked" if reading.question else "declined"
     if example.before is None:
         return "right" if same(reading.frames, example.frames) else "wrong"
-    return "right" if same_edits(reading.edits, example.edits) else "wrong"
+    return "right" if outcome(example, reading) == "right" else "wrong"
 
 
 def fit(x: np.ndarray, y: np.ndarray, penalty: float = 2.0) -> dict[str, Any]:
@@ -53,49 +45,29 @@ def fit(x: np.ndarray, y: np.ndarray, penalty: float = 2.0) -> dict[str, Any]:
     for _ in range(30):
         p = 1 / (1 + np.exp(-z @ w))
         w -= np.linalg.solve(z.T @ (z * (p * (1 - p))[:, None]) + ridge, z.T @ (p - y) + ridge @ w)
-    return {"mean": mean.tolist(), "scale": scale.tolist(), "weights": w[:-1].tolist(), "bias": float(w[-1])}
+    return {"mean": mean, "scale": scale, "weights": w[:-1], "bias": w[-1]}
 
 
-def main() -> None:
-    """Read, fit, print, write."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("weights", type=Path)
-    parser.add_argument("fold")
-    parser.add_argument("--to", type=Path)
-    parser.add_argument("--list", type=Path, help="write the sentences that were read wrongly")
-    options = parser.parse_args()
-    k, n = map(int, options.fold.removeprefix("fold:").split("/"))
-    with np.load(options.weights) as file:
-        reader = LearnedReader(Network({name: file[name] for name in file.files}))
-    counts: dict[str, Counter[str]] = {}
-    features, right, done, lines = [], [], [], []
-    for i, path in enumerate(sorted(check.FOLDERS[0].glob("*.txt"))):
-        if i % n != k:
-            continue
-        for e in check.examples(path):
-            if e.problem:
-                continue
-            reading, found = reader.explain(e.sentence, augment.scene_of(e.objects), None, e.before)
-            kind = judged(e, reading)
-            row = e.outcome if e.outcome != "do" else "first" if e.before is None else "feedback"
-            counts.setdefault(row, Counter())[kind] += 1
-            features.append(found)
-            right.append(kind == "right")
-            done.append(bool(reading.frames or reading.edits))
-            if kind != "right":
-                said = show(reading.frames or reading.edits) + reading.question + reading.improper
-                lines.append(f"{np.exp(found[0]):.2f} {kind} {e.sentence} | {e.reading} || {said}")
-    x, y, did = np.array(features), np.array(right), np.array(done)
-    calibration = fit(x, y.astype(float))
+def sure_of(x: np.ndarray, calibration: dict[str, Any]) -> np.ndarray:
+    """Confidences of rows of features."""
+    z = (x - calibration["mean"]) / calibration["scale"] @ calibration["weights"] + calibration["bias"]
+    return np.asarray(1 / (1 + np.exp(-z)))
+
+
+def crossed(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """The confidence of each row by a fit to the other half of the rows."""
     halves = np.arange(len(y)) % 2 == 0
     sure = np.zeros(len(y))
-    for half in (halves, ~halves):  # each half by the fit of the other one
-        c = fit(x[~half], y[~half].astype(float))
-        sure[half] = 1 / (1 + np.exp(-((x[half] - c["mean"]) / c["scale"] @ np.array(c["weights"]) + c["bias"])))
+    for half in (halves, ~halves):
+        sure[half] = sure_of(x[half], fit(x[~half], y[~half].astype(float)))
+    return sure
+
+
+def report(counts: dict[str, Counter[str]], sure: np.ndarray, right: np.ndarray, done: np.ndarray) -> None:
+    """Print counts by kind of sentence, a table of confidences, and what thresholds let through."""
     for row, count in counts.items():
-        print(
-            f"{row:9} {count.total():5}  " + "  ".join(f"{k} {v / count.total():.1%}" for k, v in count.most_common())
-        )
+        shares = "  ".join(f"{kind} {n / count.total():.1%}" for kind, n in count.most_common())
+        print(f"{row:12} {count.total():5}  {shares}")
     print("confidence  done  right")
     for low, high in (
         (0, 0.2),
@@ -107,16 +79,73 @@ def main() -> None:
         (0.95, 0.98),
         (0.98, 1.01),
     ):
-        band = did & (sure >= low) & (sure < high)
-        print(f"{low:.2f}-{high:.2f}  {band.sum():5}  {y[band].mean() if band.any() else 0:.1%}")
+        band = done & (sure >= low) & (sure < high)
+        print(f"{low:.2f}-{high:.2f}  {band.sum():5}  {right[band].mean() if band.any() else 0:.1%}")
     for least in (0.5, 0.7, 0.8, 0.9, 0.95):
-        band = did & (sure >= least)
-        print(f">= {least:.2f}: right {(band & y).sum()} wrong {(band & ~y).sum()} of {len(y)}")
-    print({name: round(w, 2) for name, w in zip(FEATURES, calibration["weights"], strict=True)})
+        band = done & (sure >= least)
+        print(f">= {least:.2f}: right {(band & right).sum()} wrong {(band & ~right).sum()} of {len(right)}")
+
+
+def read_all(
+    reader: LearnedReader, paths: Sequence[Path]
+) -> tuple[list[tuple[check.Example, Reading, Any]], list[str]]:
+    """Every line of some voices with its reading, its features and how it was judged."""
+    lines = [line for path in paths for line in check.examples(path) if not line.problem]
+    read = [reader.explain(e.sentence, augment.scene_of(e.objects), None, e.before) for e in lines]
+    rows = [(e, reading, features) for e, (reading, features) in zip(lines, read, strict=True)]
+    return rows, [judged(e, reading) for e, reading, _ in rows]
+
+
+def main() -> None:
+    """Read, fit, print, write."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("weights", type=Path)
+    parser.add_argument("voices", help="fold:K/N of the voices to train on, or held_out")
+    parser.add_argument("--to", type=Path)
+    parser.add_argument("--list", type=Path, help="write the sentences that were read wrongly")
+    options = parser.parse_args()
+    held_out = options.voices == "held_out"
+    if held_out and (options.list or options.to):
+        parser.error("sentences of held-out voices are not printed, and nothing is fitted to them")
+    with np.load(options.weights) as file:
+        arrays = {name: file[name] for name in file.files}
+    reader = LearnedReader(Network(arrays))
+    paths = sorted(check.FOLDERS[held_out].glob("*.txt"))
+    if not held_out:
+        k, n = map(int, options.voices.removeprefix("fold:").split("/"))
+        paths = paths[k::n]
+    rows, kinds = read_all(reader, paths)
+    counts: dict[str, Counter[str]] = {}
+    for (e, _, _), kind in zip(rows, kinds, strict=True):
+        row = e.outcome if e.outcome != "do" else "first" if e.before is None else "feedback"
+        counts.setdefault(row, Counter())[kind] += 1
+        if held_out:
+            counts.setdefault(e.voice, Counter())[kind] += 1
+    x = np.array([features for _, _, features in rows])
+    right = np.array([kind == "right" for kind in kinds])
+    done = np.array([bool(reading.frames or reading.edits) for _, reading, _ in rows])
+    if held_out:
+        sure = np.array([reader.sure(reading, features) for _, reading, features in rows])
+    else:
+        sure = crossed(x, right)
+    report(counts, sure, right, done)
+    if held_out:
+        return
+    calibration = fit(x, right.astype(float))
+    print({name: round(float(w), 2) for name, w in zip(FEATURES, calibration["weights"], strict=True)})
     if options.to:
-        options.to.write_text(json.dumps(calibration))
+        kept = {name: value for name, value in arrays.items() if not name.startswith("calibration")}
+        np.savez_compressed(options.to, **kept, **{f"calibration.{k}": np.array(v) for k, v in calibration.items()})
     if options.list:
-        options.list.write_text("\n".join(lines))
+        wrong = [
+            f"{np.exp(features[0]):.2f} {kind} {e.sentence} | {e.reading} || "
+            + show(reading.frames or reading.edits)
+            + reading.question
+            + reading.improper
+            for (e, reading, features), kind in zip(rows, kinds, strict=True)
+            if kind != "right"
+        ]
+        options.list.write_text("\n".join(wrong))
 
 
 if __name__ == "__main__":

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import argparse
 import hashlib
-import json
 import math
 import random
 import time
@@ -35,6 +34,7 @@ from ovita.instruct.encoder import (
     encode,
     layout,
 )
+from ovita.instruct.lexicon import concepts
 from ovita.instruct.sketch import MARKS, sketch
 from ovita.instruct.slots import AMOUNTS, HEADS, POINTERS
 
@@ -49,6 +49,10 @@ WEIGHT = {
     **dict.fromkeys(("choice", "part", "role", "relation", "direction", "spot", "outside"), 1.0),
 }
 """What a head counts in the loss; others count a half."""
+
+
+CONCEPTS = ("", *sorted(concepts()))
+PLACE_OF = {name: i for i, name in enumerate(CONCEPTS)}
 
 
 def base() -> Path:
@@ -133,6 +137,10 @@ class Model(nn.Module):
 
     def __init__(self, rows: list[int]) -> None:
         super().__init__()
+        self.concept = nn.Parameter(torch.randn(len(CONCEPTS), WIDTH) * 0.2)
+        self.skip = nn.Linear(WIDTH, WIDTH)
+        nn.init.zeros_(self.skip.weight)
+        nn.init.zeros_(self.skip.bias)
         from safetensors.torch import load_file
 
         old = load_file(base() / "model.safetensors")
@@ -167,15 +175,20 @@ class Model(nn.Module):
         self.drop = nn.Dropout(0.1)
 
     def forward(
-        self, ids: torch.Tensor, kinds: torch.Tensor, amounts: torch.Tensor, objects: torch.Tensor
+        self,
+        ids: torch.Tensor,
+        kinds: torch.Tensor,
+        amounts: torch.Tensor,
+        objects: torch.Tensor,
+        concepts: torch.Tensor,
     ) -> tuple[torch.Tensor, dict[bool, torch.Tensor]]:
         """Logits of all heads (B, Q, classes), and of the pointers at amounts (True) and objects (B, Q, P, T + 1)."""
         mask = (ids != 0)[:, None, None, :]
         table = torch.cat([self.word[: -len(MARKS)], self.marks])
-        x = self.norm(table[ids] + self.position[: ids.shape[1]] + self.kind[kinds])
+        x = begun = self.norm(table[ids] + self.position[: ids.shape[1]] + self.kind[kinds])
         for layer in self.encoder:
             x = layer.layer(x, mask)
-        words = x
+        words = x + self.concept[concepts] + self.skip(begun)
         x = self.queries.expand(len(ids), -1, -1)
         for layer in self.decoder:
             x = layer(x, words, mask)
@@ -220,7 +233,17 @@ class Model(nn.Module):
             "embed.norm.weight": self.norm.weight, "embed.norm.bias": self.norm.bias,
         }  # fmt: skip
         for name, value in self.named_parameters():
-            if name.split(".")[0] in ("encoder", "decoder", "heads", "asks", "keys", "queries", "nothing"):
+            if name.split(".")[0] in (
+                "encoder",
+                "decoder",
+                "heads",
+                "asks",
+                "keys",
+                "queries",
+                "nothing",
+                "concept",
+                "skip",
+            ):
                 arrays[name] = value
         out: dict[str, np.ndarray] = {}
         for name, value in arrays.items():
@@ -252,12 +275,13 @@ def _mark(mark: str, words: torch.Tensor, near: WordPiece) -> torch.Tensor:
 def batch(made: Sequence[tuple[Encoded, Sample]]) -> tuple[Any, ...]:
     """Samples as tensors: inputs, then targets of the heads (B, Q, H) and of the pointers (B, Q, P), -100 for none."""
     longest = max(len(e.ids) for e, _ in made)
-    ids, kinds = np.zeros((2, len(made), longest), dtype=np.int64)
+    ids, kinds, concepts = np.zeros((3, len(made), longest), dtype=np.int64)
     allowed = np.zeros((2, len(made), longest), dtype=bool)
     heads = np.full((len(made), QUERIES, len(HEADS)), -100)
     pointers = np.full((len(made), QUERIES, len(POINTERS)), -100)
     for b, (encoded, sample) in enumerate(made):
         ids[b, : len(encoded.ids)], kinds[b, : len(encoded.ids)] = encoded.ids, encoded.kinds
+        concepts[b, : len(encoded.ids)] = [PLACE_OF.get(c, 0) for c in encoded.concepts]
         where = {mention: at for at, mention in (*encoded.amounts, *encoded.objects)}
         for k, found in enumerate((encoded.amounts, encoded.objects)):
             allowed[k, b, [at for at, _ in found]] = True
@@ -275,13 +299,13 @@ def batch(made: Sequence[tuple[Encoded, Sample]]) -> tuple[Any, ...]:
             for p, name in enumerate(POINTERS):
                 mention = sample.pointers[q][name]
                 pointers[b, q, p] = 0 if mention == -1 else where.get(mention, -101) + 1 if mention != UNKNOWN else -100
-    return (*(torch.from_numpy(a) for a in (ids, kinds, *allowed, heads, pointers)),)
+    return (*(torch.from_numpy(a) for a in (ids, kinds, *allowed, concepts, heads, pointers)),)
 
 
 def loss_of(model: Model, tensors: tuple[Any, ...]) -> torch.Tensor:
     """The mean loss of a batch."""
-    ids, kinds, amounts, objects, heads, pointers = tensors
-    said, pointed = model(ids, kinds, amounts, objects)
+    *inputs, heads, pointers = tensors
+    said, pointed = model(*inputs)
     total = torch.zeros(())
     for h, (head, (a, b)) in enumerate(layout().items()):
         lost = fn.cross_entropy(said[..., a:b].reshape(-1, b - a), heads[..., h].reshape(-1), reduction="sum")
@@ -292,7 +316,7 @@ def loss_of(model: Model, tensors: tuple[Any, ...]) -> torch.Tensor:
             scores.reshape(-1, scores.shape[-1]), pointers[..., chosen].reshape(-1), reduction="sum"
         )
         total = total + 0.7 * lost
-    return total / len(ids)
+    return total / len(heads)
 
 
 def train(
@@ -346,7 +370,8 @@ def train(
         if keep is not None and step // 400 > saved:
             saved = step // 400
             np.savez_compressed(keep, **model.weights(), vocabulary=np.array("\n".join(pieces)),
-                                known=np.array("\n".join(sorted(known))))  # fmt: skip
+                                known=np.array("\n".join(sorted(known))),
+                                concepts=np.array("\n".join(CONCEPTS)))  # fmt: skip
         print(f"step {step}/{steps} loss {recent:.3f} {time.time() - begun:.0f} s", flush=True)
     return model.eval()
 
@@ -366,15 +391,16 @@ def write_check(model: Model, splitter: WordPiece, known: frozenset[str], to: Pa
         encoded = encode(sketch(sentence, augment.scene_of(("cup", "box")), known=known), splitter)
         ids, kinds = torch.tensor([encoded.ids]), torch.tensor([encoded.kinds])
         nowhere = torch.zeros_like(ids, dtype=torch.bool)
+        told = torch.tensor([[PLACE_OF.get(concept, 0) for concept in encoded.concepts]])
         with torch.no_grad():
-            saved[f"heads{i}"] = model(ids, kinds, nowhere, nowhere)[0][0].numpy()
+            saved[f"heads{i}"] = model(ids, kinds, nowhere, nowhere, told)[0][0].numpy()
     np.savez_compressed(to, sentences=np.array(CHECKED), **saved)
 
 
 def main() -> None:
     """Train and write the weights."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--examples", type=int, default=32_000)
+    parser.add_argument("--examples", type=int, default=60_000)
     parser.add_argument("--vocabulary", type=int, default=14_000)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--without", default="", help="voices to leave out, separated by commas; 'fold:K/N' for a fold")
@@ -383,7 +409,6 @@ def main() -> None:
     parser.add_argument("--keep", type=Path, help="where to write the weights on the way")
     parser.add_argument("--to", type=Path, default=ROOT / "src" / "ovita" / "instruct" / WEIGHTS)
     parser.add_argument("--check", type=Path, help="write outputs that the tests compare with")
-    parser.add_argument("--calibration", type=Path, help="JSON written by calibrate.py")
     options = parser.parse_args()
     torch.set_num_threads(1)
     paths = sorted(check.FOLDERS[0].glob("*.txt"))
@@ -403,9 +428,11 @@ def main() -> None:
         flush=True,
     )
     model = train(pool, pieces, rows, options.examples, options.seed, known, options.begin, options.keep)
-    arrays = model.weights() | {"vocabulary": np.array("\n".join(pieces)), "known": np.array("\n".join(sorted(known)))}
-    if options.calibration:
-        arrays |= {f"calibration.{k}": np.array(v) for k, v in json.loads(options.calibration.read_text()).items()}
+    arrays = model.weights() | {
+        "vocabulary": np.array("\n".join(pieces)),
+        "known": np.array("\n".join(sorted(known))),
+        "concepts": np.array("\n".join(CONCEPTS)),
+    }
     np.savez_compressed(options.to, **arrays)
     size = options.to.stat().st_size / 1e6
     if options.check:

@@ -19,6 +19,9 @@ OBJECTS = ("cup", "box")
         ("farther cup+box", "farther cup", False),
         ("via between=cup+box", "via cup; via box", False),
         ("keep ends", "keep goal", False),
+        ("circle cup turns=1", "circle cup", True),
+        ("circle cup turns=2", "circle cup", False),
+        ("wait at=50% for=2s", "wait at=middle for=2s", True),
     ],
 )
 def test_same(one, other, equal):

@@ -102,6 +102,7 @@ def test_objects_and_amounts_are_replaced_by_marks(sentence, seen):
     [
         ("a foot and a half higher", 0.4572, "m"),
         ("every third waypoint", 3, ""),
+        ("half as much again", 1.5, "x"),
         ("a quarter turn", 90, "deg"),
         ("three quarters of it", 0.75, "%"),
         ("between 5 and 8 cm", 0.065, "m"),

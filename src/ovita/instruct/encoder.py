@@ -17,7 +17,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ovita.errors import OvitaError
-from ovita.instruct.sketch import Sketch
+from ovita.instruct.lexicon import concept_at
+from ovita.instruct.sketch import Fragment, Sketch
 from ovita.instruct.slots import AMOUNTS, HEADS, POINTERS
 
 Floats: TypeAlias = npt.NDArray[np.float32]
@@ -97,22 +98,22 @@ class Encoded:
         kinds: 0 for the sentence, 1 for the turn before (T,).
         amounts: Position and mention of each amount.
         objects: Position and mention of each object.
-        owners: The sketch's piece that each position belongs to, or -1 (T,).
+        concepts: The concept of the word files that each position belongs to, or "" (T,).
     """
 
     ids: tuple[int, ...]
     kinds: tuple[int, ...]
     amounts: tuple[tuple[int, int], ...]
     objects: tuple[tuple[int, int], ...]
-    owners: tuple[int, ...]
+    concepts: tuple[str, ...]
 
 
 def encode(seen: Sketch, splitter: WordPiece) -> Encoded:
     """A sketch in word pieces."""
-    ids, kinds, owners = [splitter.begin], [0], [-1]
+    ids, kinds, concepts = [splitter.begin], [0], [""]
     found: dict[bool, list[tuple[int, int]]] = {False: [], True: []}
     for kind, pieces in enumerate((seen.pieces, seen.before)):
-        for i, piece in enumerate(pieces or ()):
+        for piece, concept in zip(pieces or (), concepts_of(pieces or ()), strict=True):
             split = splitter.split(piece.text)
             if len(ids) + len(split) > LONGEST - 1:
                 break
@@ -120,12 +121,23 @@ def encode(seen: Sketch, splitter: WordPiece) -> Encoded:
                 found[seen.mentions[piece.mention].is_object].append((len(ids), piece.mention))
             ids += split
             kinds += [kind] * len(split)
-            owners += [i if kind == 0 else -1] * len(split)
+            concepts += [concept] * len(split)
         if kind == 0 or seen.before is not None:
             ids.append(splitter.end)
             kinds.append(kind)
-            owners.append(-1)
-    return Encoded(tuple(ids), tuple(kinds), tuple(found[False]), tuple(found[True]), tuple(owners))
+            concepts.append("")
+    return Encoded(tuple(ids), tuple(kinds), tuple(found[False]), tuple(found[True]), tuple(concepts))
+
+
+def concepts_of(pieces: Sequence[Fragment]) -> list[str]:
+    """The concept of the phrase that each piece belongs to, or ""."""
+    words = [piece.text if piece.mention < 0 else "<>" for piece in pieces]
+    found: list[str] = []
+    while len(found) < len(words):
+        i = len(found)
+        concept, length = concept_at(words, i) if words[i] != "<>" else ("", 0)
+        found += [concept] * max(length, 1)
+    return found
 
 
 def layout() -> dict[str, tuple[int, int]]:
@@ -163,6 +175,7 @@ class Network:
     def __init__(self, weights: Mapping[str, npt.NDArray[Any]]) -> None:
         self.pieces = tuple(str(weights["vocabulary"]).split("\n"))
         self.splitter = WordPiece(self.pieces)
+        self.concepts = {name: i for i, name in enumerate(str(weights["concepts"]).split("\n"))}
         self.known = frozenset(str(weights["known"]).split("\n"))
         self.extra = {name: weights[name] for name in weights if name.startswith("calibration")}
         self.w: dict[str, Floats] = {}
@@ -201,11 +214,12 @@ class Network:
         """The encoder's output (T, width)."""
         ids, kinds = np.array(encoded.ids), np.array(encoded.kinds)
         x = self.w["embed.word"][ids] + self.w["embed.position"][: len(ids)] + self.w["embed.kind"][kinds]
-        x = self._norm("embed.norm", x)
+        x = begun = self._norm("embed.norm", x)
         for i in range(self.layers):
             x = self._norm(f"encoder.{i}.norm1", x + self._attend(f"encoder.{i}", x, x, ENCODER_HEADS))
             x = self._norm(f"encoder.{i}.norm2", x + self._feed(f"encoder.{i}", x))
-        return x
+        told = self.w["concept"][[self.concepts.get(concept, 0) for concept in encoded.concepts]]
+        return x + told + self._linear("skip", begun)
 
     def read(self, encoded: Encoded) -> Output:
         """What the network says of a sentence."""

@@ -406,8 +406,8 @@ _AXES: dict[str, Axis] = {"x": "front", "y": "left", "z": "up"}
 def canonical(frame: SemanticFrame) -> SemanticFrame:
     """A frame in the one form that frames of the same meaning share, so that two readings can be compared.
 
-    Factors on the speed become "set"; single-object figures and stops at the goal lose what they imply; numbers are
-    rounded to six digits.
+    Factors on the speed become "set"; circles and stops at the goal lose what they imply; halfway is the middle;
+    numbers are rounded to six digits.
     """
     frame = replace(frame, part=canonical_part(frame.part))
     match frame:
@@ -427,8 +427,13 @@ def canonical(frame: SemanticFrame) -> SemanticFrame:
             frame = replace(frame, objects=tuple(sorted(objects)))
         case Figure(shape="wave", waves=None, turns=Quantity() as turns):
             frame = replace(frame, waves=turns, turns=None)
+        case Figure(shape="circle", turns=Quantity(value=1)):
+            frame = replace(frame, turns=None)
         case Shift(offset=offset) | MoveEnd(offset=offset) | Extend(offset=offset) | Bound(offset=offset) if offset:
             frame = replace(frame, offset=tuple(sorted(_forward(offset), key=lambda pair: pair[0])))
+    if isinstance(frame, Wait | StopAt | Figure) and isinstance(frame.place, Quantity):
+        halfway = (frame.place.value, frame.place.unit) == (0.5, "%")
+        frame = replace(frame, place="middle") if halfway else frame
     if frame.quantities:
         frame = replace(frame, degree=None)
     return _rounded(frame)

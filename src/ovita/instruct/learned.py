@@ -6,7 +6,7 @@ reading is right was calibrated on voices that it had not been trained on (`trai
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,11 +14,11 @@ import numpy as np
 
 from ovita import text as words_of
 from ovita.instruct.edits import Also
-from ovita.instruct.encoder import QUERIES, Encoded, Network, Output, encode, network
+from ovita.instruct.encoder import QUERIES, Encoded, Network, Output, concepts_of, encode, network
 from ovita.instruct.frames import Quantity, Reading, SemanticFrame, Span
-from ovita.instruct.lexicon import concept_at
+from ovita.instruct.notation import FRAMES
 from ovita.instruct.sketch import Referent, Sketch, sketch
-from ovita.instruct.slots import AMOUNTS, CHOICES, HEADS, OBJECTS, Atom, Unfit, items_of
+from ovita.instruct.slots import ACTIONS, AMOUNTS, CHOICES, HEADS, OBJECTS, Atom, Unfit, items_of
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array
 
@@ -76,6 +76,7 @@ POINTS: dict[str, tuple[str, ...]] = {
 }
 """What each action may point at, besides its place and its part of the path."""
 
+_FIRST = ("none", "ask", "improper", *FRAMES)
 _COMPASS = HEADS["direction"][1:]
 ALLOWED: dict[tuple[str, str], tuple[str, ...]] = {
     ("clearance", "role"): ("at_least", "at_most", "at"),
@@ -114,6 +115,7 @@ IMPROPER = {
 FEATURES = (
     "likelihood", "weakest", "numbers left", "objects left", "directions left", "speed left", "figures left", "atoms",
     "words", "unknown pieces", "feedback", "outcome", "misread", "contrast",
+    "contradicted", "negated",
 )  # fmt: skip
 """What the confidence is calibrated on."""
 
@@ -169,7 +171,7 @@ class LearnedReader:
             before: Frames of the turns in force; then the sentence may also change them (`Reading.edits`).
         """
         reading, features = self.explain(text, scene, positions, before)
-        return replace(reading, confidence=round(self._calibrated(reading, features), 4))
+        return replace(reading, confidence=round(self.sure(reading, features), 4))
 
     def explain(
         self,
@@ -187,38 +189,23 @@ class LearnedReader:
     def _reading(
         self, choice: Choice, seen: Sketch, encoded: Encoded, before: Sequence[SemanticFrame] | None
     ) -> tuple[Reading, Array]:
-        unclear = [seen.mentions[i] for i in sorted(choice.used) if seen.mentions[i].unclear]
-        first = choice.atoms[0].label("action") if choice.atoms else "none"
-        outcome: dict[str, Any] = {}
-        misread = False
+        outcome = refusal(choice, seen)
         items: tuple[Any, ...] = ()
-        if first == "improper":
-            outcome["improper"] = IMPROPER.get(choice.atoms[0].label("choice"), IMPROPER["nonsense"])
-        elif first == "none":
-            outcome["improper"] = IMPROPER["nonsense"]
-        elif first == "ask" or unclear:
-            names = unclear[0].items if unclear else ()
-            outcome["question"] = (
-                f"which is meant, {words_of.listed([words_of.the(n) for n in names], 'or')}"
-                if names
-                else QUESTIONS.get(choice.atoms[0].label("choice"), QUESTIONS["what"])
-            ) + "?"
-            outcome["asked"] = names
-        else:
+        misread = False
+        if not outcome:
             try:
                 items = items_of(choice.atoms, before or ())
             except Unfit as error:
-                misread = True
-                outcome["question"] = f"{error}?"
-        spans = self._spans(choice, seen)
-        frames = tuple(replace(i, words=spans) for i in items if isinstance(i, SemanticFrame))
-        edits: tuple[Any, ...] = ()
-        if before is not None:
-            edits, frames = tuple(Also(frame=i) if isinstance(i, SemanticFrame) else i for i in items), ()
+                misread, outcome = True, {"question": f"{error}?"}
         left = unused(seen, choice)
         features = self._features(choice, seen, encoded, left, before is not None, bool(outcome), misread)
-        unread = tuple(word for found in left.values() for word in found) if items else ()
-        return Reading(frames=frames, edits=edits, unread=unread, **outcome), features
+        if items:
+            outcome["unread"] = tuple(word for found in left.values() for word in found)
+        if before is not None:
+            outcome["edits"] = tuple(Also(frame=i) if isinstance(i, SemanticFrame) else i for i in items)
+            return Reading(**outcome), features
+        spans = self._spans(choice, seen)
+        return Reading(frames=tuple(replace(frame, words=spans) for frame in items), **outcome), features
 
     def _spans(self, choice: Choice, seen: Sketch) -> tuple[Span, ...]:
         return tuple(sorted(m.words for i in choice.used if (m := seen.mentions[i]).words is not None))
@@ -233,6 +220,7 @@ class LearnedReader:
         outcome: bool,
         misread: bool,
     ) -> Array:
+        told = concepts_of(seen.pieces)
         likely = np.log(np.maximum(choice.likelihoods or (0.01,), 1e-4))
         unknown = sum(i == self.net.splitter.unknown for i in encoded.ids)
         return np.array(
@@ -247,16 +235,36 @@ class LearnedReader:
                 float(outcome),
                 float(misread),
                 float(any(p.text == "but" for p in seen.pieces)),
+                float(min(contradicted(choice, told), 2)),
+                float("never" in told),
             ]
         )
 
-    def _calibrated(self, reading: Reading, features: Array) -> float:
+    def sure(self, reading: Reading, features: Array) -> float:
+        """How likely a reading is right, by its features; at most `CAPPED` where an amount or an object is unused."""
         extra = self.net.extra
         if "calibration.weights" not in extra:
             return float(np.exp(features[0]))
         z = float((features - extra["calibration.mean"]) / extra["calibration.scale"] @ extra["calibration.weights"])
-        sure = 1 / (1 + np.exp(-z - float(extra["calibration.bias"])))
-        return float(min(sure, CAPPED)) if features[2] or features[3] or features[12] else float(sure)
+        sure = float(1 / (1 + np.exp(-z - float(extra["calibration.bias"]))))
+        capped = (reading.frames or reading.edits) and (features[2] or features[3])
+        return min(sure, CAPPED) if capped else sure
+
+
+def refusal(choice: Choice, seen: Sketch) -> dict[str, Any]:
+    """The slots of a reading that asks back or finds nothing to do; empty where there is something to do."""
+    first = choice.atoms[0].label("action") if choice.atoms else "none"
+    why = choice.atoms[0].label("choice") if choice.atoms else "nonsense"
+    if first in ("improper", "none"):
+        return {"improper": IMPROPER.get(why, IMPROPER["nonsense"])}
+    unclear = [seen.mentions[i] for i in sorted(choice.used) if seen.mentions[i].unclear]
+    if unclear and unclear[0].items:
+        names = unclear[0].items
+        listed = words_of.listed([words_of.the(name) for name in names], "or")
+        return {"question": f"which is meant, {listed}?", "asked": names}
+    if first == "ask" or unclear:
+        return {"question": QUESTIONS.get(why, QUESTIONS["what"]) + "?"}
+    return {}
 
 
 def choose(output: Output, seen: Sketch, encoded: Encoded) -> Choice:
@@ -265,9 +273,8 @@ def choose(output: Output, seen: Sketch, encoded: Encoded) -> Choice:
     likelihoods: list[float] = []
     used: set[int] = set()
     for q in range(QUERIES):
-        action, likely = _best(output, "action", q)
-        if q > 0 and action in ("ask", "improper"):
-            action = "none"
+        allowed = _FIRST if seen.before is None else ACTIONS
+        action, likely = _best(output, "action", q, [a for a in allowed if q == 0 or a not in ("ask", "improper")])
         likelihoods.append(likely)
         if action == "none":
             break
@@ -298,6 +305,8 @@ def _atom(output: Output, q: int, action: str, seen: Sketch, used: set[int]) -> 
         for head in WITH_PART:
             labels[head], likely = _best(output, head, q)
             likelihoods.append(likely)
+    if action == "quadrant":
+        labels["choice"] = _quadrant(seen, labels["choice"])
     amounts: dict[str, Quantity] = {}
     objects: dict[str, tuple[str, ...]] = {}
     needed = _needed(action, labels)
@@ -317,6 +326,14 @@ def _atom(output: Output, q: int, action: str, seen: Sketch, used: set[int]) -> 
         for kind in ("objects", "places")
     )
     return Atom(labels, amounts, named, places), likelihoods
+
+
+def _quadrant(seen: Sketch, guess: str) -> str:
+    """The number of the quadrant, which the network cannot see where it is in digits."""
+    said = [
+        f"{m.value:g}" for m in seen.mentions if not m.is_object and m.words and f"{m.value:g}" in ("1", "2", "3", "4")
+    ]
+    return said[0] if said else guess
 
 
 def _needed(action: str, labels: Mapping[str, str]) -> tuple[str, ...]:
@@ -371,43 +388,68 @@ LEFT_WORDS = {
 }
 """Concepts that a reading should not pass over."""
 
+OPPOSED = (
+    ("direction", "left", ("left",), "right", ("right",)),
+    ("direction", "up", ("up", "raise"), "down", ("down", "lower", "drop")),
+    ("direction", "front", ("front",), "back", ("back",)),
+    ("choice", "faster", ("faster",), "slower", ("slower",)),
+    ("action", "closer", ("closer",), "farther", ("away",)),
+    ("role", "at_least", ("at_least", "no_closer"), "at_most", ("at_most",)),
+    ("choice", "floor", ("at_least",), "cap", ("at_most",)),
+    ("sense", "cw", ("clockwise",), "ccw", ("anticlockwise",)),
+    ("part", "first", ("first", "start"), "last", ("last", "goal")),
+    ("part", "before", ("before",), "after", ("after",)),
+    ("relation", "over", ("over",), "under", ("under",)),
+    ("choice", "start", ("start", "first"), "goal", ("goal", "last")),
+    ("choice", "rampup", ("ramp_up", "faster"), "rampdown", ("ramp_down", "slower")),
+    ("degree", "slight", ("slight",), "large", ("large",)),
+)
+"""A class of a head and its concepts, then the opposite ones."""
+
+
+def contradicted(choice: Choice, told: Collection[str]) -> int:
+    """How many classes were chosen without their own words, though there are words for the opposite."""
+    count = 0
+    for head, one, ones, other, others in OPPOSED:
+        for label, own, against in ((one, ones, others), (other, others, ones)):
+            chosen = any(atom.labels.get(head) == label for atom in choice.atoms)
+            count += chosen and not set(own) & set(told) and bool(set(against) & set(told))
+    return count
+
+
 _SPEED = ("pace", "keep", "stop", "wait", "hover", "scale", "set")
 
 
 def unused(seen: Sketch, choice: Choice) -> dict[str, list[str]]:
     """Content words that nothing was read from: amounts, objects, words of direction, of speed and of figures."""
-    left: dict[str, list[str]] = {name: [] for name in FEATURES if name.endswith(" left")}
-    pointed = {name for i in choice.used for name in seen.mentions[i].items}
-    for fragment in seen.pieces:
-        if fragment.mention < 0 or fragment.mention in choice.used:
-            continue
-        mention = seen.mentions[fragment.mention]
-        if mention.is_object and not pointed & set(mention.items):
-            left["objects left"] += mention.items[:1]
-        elif not mention.is_object and not mention.weak:
-            left["numbers left"].append(fragment.text if mention.unit else f"{mention.value:g}")
     actions = {atom.label("action") for atom in choice.atoms}
-    told = {
-        "directions left": _directed(choice),
-        "speed left": bool(actions & set(_SPEED)),
-        "figures left": False,
+    told = {"directions left": _directed(choice), "speed left": bool(actions & set(_SPEED)), "figures left": False}
+    return {
+        "numbers left": [_said(m) for m in _unpointed(seen, choice) if not m.is_object],
+        "objects left": [name for m in _unpointed(seen, choice) for name in m.items[:1]],
+    } | {
+        name: [w for concept, w in _concepts(seen) if concept in among and concept not in actions and not told[name]]
+        for name, among in LEFT_WORDS.items()
     }
-    for concept, word in _concepts(seen):
-        for name, among in LEFT_WORDS.items():
-            if concept in among and not told[name] and concept not in actions:
-                left[name].append(word)
-    return left
 
 
-def _concepts(seen: Sketch) -> Iterator[tuple[str, str]]:
+def _unpointed(seen: Sketch, choice: Choice) -> list[Referent]:
+    """What the sentence mentions and nothing points at, nor at another mention of the same."""
+    pointed = {name for i in choice.used for name in seen.mentions[i].items}
+    open_ = {f.mention for f in seen.pieces if f.mention >= 0} - choice.used
+    mentions = [seen.mentions[i] for i in sorted(open_)]
+    return [m for m in mentions if not m.weak and not pointed & set(m.items)]
+
+
+def _said(mention: Referent) -> str:
+    return f"{mention.value:g} {mention.unit}".strip()
+
+
+def _concepts(seen: Sketch) -> list[tuple[str, str]]:
     """The concepts of a sentence's words, each with its first word."""
-    words = [p.text if p.mention < 0 else "<>" for p in seen.pieces]
-    i = 0
-    while i < len(words):
-        concept, length = concept_at(words, i) if words[i] != "<>" else ("", 0)
-        if concept:
-            yield concept, words[i]
-        i += max(length, 1)
+    told = concepts_of(seen.pieces)
+    begins = [i for i, concept in enumerate(told) if concept and (i == 0 or told[i - 1] != concept)]
+    return [(told[i], seen.pieces[i].text) for i in begins]
 
 
 def _directed(choice: Choice) -> bool:

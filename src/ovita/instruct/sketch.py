@@ -248,20 +248,28 @@ def _amount(raw: Sequence[Fragment], words: Sequence[str], i: int) -> tuple[Refe
     amount = amount_at(words, i)
     if amount is None:
         return None, 1
-    used, value, unit = amount.used, abs(amount.value), amount.unit
-    if unit in ("m", "s") and words[i] in ("a", "an", "one") and _and_a_half(words, i + used):
-        value, used = value * 1.5, used + 3
+    used, value = amount.used, abs(amount.value)
     number = _number_of(words[i], value)
-    if unit:
-        return Referent(None, value=value, unit=unit, number=number), used
-    more = _other_unit(raw, words, i, used) or _range(words, i + used, value, words[i - 1] if i else "")
-    if more is not None:
-        factor = more[0].value if more[0].number else 1.0
-        worth = value * factor if more[0].number else more[0].value
-        return Referent(None, value=worth, unit=more[0].unit, number=number), used + more[1]
+    if amount.unit in ("m", "s") and words[i] in ("a", "an", "one") and _and_a_half(words, i + used):
+        value, used = value * 1.5, used + 3
+    if amount.unit:
+        return Referent(None, value=value, unit=amount.unit, number=number), used
+    return _without_unit(raw, words, i, used, Referent(None, value=value, number=number))
+
+
+def _without_unit(
+    raw: Sequence[Fragment], words: Sequence[str], i: int, used: int, bare: Referent
+) -> tuple[Referent, int]:
+    """A number whose unit the reader of numbers does not know, or that is the first of two, or that has none."""
+    other = _other_unit(raw, words, i, used)
+    if other is not None:
+        return replace(bare, value=bare.value * other[1], unit=other[0]), used + other[2]
+    ranged = _range(words, i + used, bare.value, words[i - 1] if i else "")
+    if ranged is not None:
+        return replace(bare, value=ranged[0].value, unit=ranged[0].unit), used + ranged[1]
     behind = words[i + used] if i + used < len(words) else ""
     unit = "waypoints" if behind in WAYPOINT_WORDS else ""  # the word stays to be read
-    return Referent(None, value=value, unit=unit, number=number, weak=words[i] == "one" and used == 1), used
+    return replace(bare, unit=unit, weak=words[i] == "one" and used == 1), used
 
 
 def _counted_by_word(words: Sequence[str], i: int) -> tuple[Referent | None, int]:
@@ -271,6 +279,8 @@ def _counted_by_word(words: Sequence[str], i: int) -> tuple[Referent | None, int
         return _weak(ORDINALS[word], ""), 1
     if word in HALFWAY or (word == "half" and behind == "way"):
         return _weak(0.5, "%"), 1 + (word == "half")
+    if word == "half" and "again" in words[i + 1 : i + 4]:
+        return _weak(1.5, "x"), 1 + list(words[i + 1 : i + 4]).index("again") + 1
     if word in ("half", "quarter") and behind in TURNS:
         return _weak(FRACTIONS[word] * 360, "deg"), 2
     if word in MULTIPLES:
@@ -307,21 +317,25 @@ def _weak(value: float, unit: str) -> Referent:
     return Referent(None, value=value, unit=unit, number=value, weak=True)
 
 
-def _other_unit(raw: Sequence[Fragment], words: Sequence[str], i: int, used: int) -> tuple[Referent, int] | None:
-    """Units that the reader of numbers leaves: 2" and 2in, 3', m / s, m/s2; the value is the factor to SI."""
+_ODD_UNITS = {
+    '"': ("m", 0.0254), "in": ("m", 0.0254), "'": ("m", 0.3048), "m/s2": ("m/s2", 1.0), "m/s^2": ("m/s2", 1.0),
+    "m/s²": ("m/s2", 1.0),
+}  # fmt: skip
+_TOUCHING = ("'", "in")
+
+
+def _other_unit(raw: Sequence[Fragment], words: Sequence[str], i: int, used: int) -> tuple[str, float, int] | None:
+    """Units that the reader of numbers leaves: 2" and 2in, 3', m / s, m/s2; with the factor to SI and its words."""
     if not is_digits(words[i]) or i + used >= len(words):
         return None
-    behind, last = words[i + used], i + used + 1 >= len(words)
+    behind = words[i + used]
+    if list(words[i + used : i + used + 3]) == ["m", "/", "s"]:
+        return "m/s", 1.0, 3
     touching = (raw[i].words or (0, 0))[1] == (raw[i + used].words or (0, 0))[0]
-    if behind == '"' or (behind == "in" and (touching or last)):
-        return Referent(None, value=0.0254, unit="m", number=1.0), 1
-    if behind == "'" and touching:
-        return Referent(None, value=0.3048, unit="m", number=1.0), 1
-    if behind == "m" and list(words[i + used + 1 : i + used + 3]) == ["/", "s"]:
-        return Referent(None, value=1.0, unit="m/s", number=1.0), 3
-    if behind in ("m/s2", "m/s^2", "m/s²"):
-        return Referent(None, value=1.0, unit="m/s2", number=1.0), 1
-    return None
+    last = i + used + 1 >= len(words) and behind == "in"
+    if behind not in _ODD_UNITS or (behind in _TOUCHING and not touching and not last):
+        return None
+    return (*_ODD_UNITS[behind], 1)
 
 
 def _and_a_half(words: Sequence[str], i: int) -> int:

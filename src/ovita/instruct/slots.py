@@ -5,7 +5,7 @@ A frame with several directions is several atoms; `frames_of` joins them again.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Container, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -64,14 +64,13 @@ OBJECTS = ("objects1", "objects2", "objects3", "places1", "places2", "places3")
 POINTERS = (*AMOUNTS, *OBJECTS)
 """What each atom may point at: amounts, the objects of the frame, the objects of its part of the path."""
 
+_MAIN = ("amount", "distance", "level", "by", "angle")
 _SLOT_OF = {
-    "duration": "duration",
-    "radius": "radius",
-    "size": "size",
-    "turns": "turns",
-    "waves": "turns",
-    "rise": "rise",
-}
+    **dict.fromkeys(_MAIN, "amount"), "duration": "duration", "radius": "radius", "size": "size", "turns": "turns",
+    "waves": "turns", "rise": "rise",
+}  # fmt: skip
+CHOOSING = ("change", "what", "end", "cut", "axis", "number")
+PLACES = ("place", "about", "of")
 
 
 class Unfit(ValueError):
@@ -114,45 +113,36 @@ def atoms_of(items: Iterable[F.SemanticFrame | E.Edit]) -> tuple[Atom, ...]:
 
 def _frame_atoms(frame: F.SemanticFrame) -> list[Atom]:
     value: Any = frame
-    labels = {"action": name_of(frame), "degree": frame.degree or ""}
-    if labels["degree"] == "moderate":
-        labels["degree"] = ""
-    amounts: dict[str, F.Quantity] = {}
-    objects: tuple[str, ...] = tuple(getattr(frame, "objects", ()))
-    for slot, to in _SLOT_OF.items():
-        quantity = getattr(value, slot, None)
-        if isinstance(quantity, F.Quantity):
-            amounts[to] = quantity
-    for slot in ("amount", "distance", "level", "by", "angle"):
-        quantity = getattr(value, slot, None)
-        if isinstance(quantity, F.Quantity):
-            amounts["amount"] = quantity
-            labels["role"] = quantity.role
-    for slot in ("change", "what", "end", "cut", "axis", "number"):
-        if hasattr(frame, slot):
-            labels["choice"] = str(getattr(value, slot))
-    for slot in ("relation", "direction", "sense"):
-        said = getattr(value, slot, None)
-        labels[slot] = "" if said in (None, "at") else str(said)
-    if isinstance(frame, F.Pace) and frame.change == "accelerate" and frame.amount and frame.amount.value < 0:
-        labels["choice"] = "brake"
-        amounts["amount"] = replace(frame.amount, value=-frame.amount.value, said=frame.amount.said.lstrip("-"))
-    for slot in ("place", "about", "of"):
-        objects += _spot(getattr(value, slot, "") or "", labels, amounts)
+    labels = {"action": name_of(frame), "degree": frame.degree if frame.degree in HEADS["degree"] else ""}
+    said = {slot: getattr(value, slot) for slot in value.__dataclass_fields__ if getattr(value, slot) is not None}
+    amounts = {to: said[slot] for slot, to in _SLOT_OF.items() if isinstance(said.get(slot), F.Quantity)}
+    if "amount" in amounts:
+        labels["role"] = amounts["amount"].role
+    labels["choice"] = next((str(said[slot]) for slot in CHOOSING if slot in said), "")
+    labels |= {slot: said[slot] for slot in ("relation", "direction", "sense") if said.get(slot, "at") != "at"}
     if isinstance(frame, F.Approach):
         labels["sense"] = ""
+    if isinstance(frame, F.Pace) and frame.amount and frame.amount.value < 0:
+        labels["choice"] = "brake"
+        amounts["amount"] = _positive(frame.amount)
+    objects: tuple[str, ...] = said.get("objects", ())
+    for slot in PLACES:
+        objects += _spot(said.get(slot, ""), labels, amounts)
     labels, places = _part_atoms(frame.part, labels, amounts)
     if len(objects) > 3:
         raise Unfit("more than three objects")
     atom = Atom(labels, amounts, objects, places)
-    offset: F.Offset = getattr(value, "offset", ())
-    return [_directed(atom, direction, quantity) for direction, quantity in offset] or [atom]
+    return [_directed(atom, direction, quantity) for direction, quantity in said.get("offset", ())] or [atom]
+
+
+def _positive(quantity: F.Quantity) -> F.Quantity:
+    return replace(quantity, value=abs(quantity.value), said=quantity.said.lstrip("-"))
 
 
 def _directed(atom: Atom, direction: str, quantity: F.Quantity | None) -> Atom:
     if quantity is not None and quantity.value < 0:
         direction = direction[1:] if direction[0] == "-" else f"-{direction}" if direction in "xyz" else direction
-        quantity = replace(quantity, value=-quantity.value, said=quantity.said.lstrip("-"))
+        quantity = _positive(quantity)
     more = {} if quantity is None else {"amount": quantity}
     return replace(atom, labels=atom.labels | {"direction": direction}, amounts=atom.amounts | more)
 
@@ -177,36 +167,41 @@ def _part_atoms(
         labels["outside"] = "outside"
         part = part.parts[0]
     part = F.canonical_part(part)
-    places: tuple[Any, ...] = part.places
-    kind = part.kind
-    if kind == "either" and all(inner.kind == "near" for inner in part.parts):
-        kind, places = "near", tuple(inner.places[0] for inner in part.parts)
-    elif kind == "heading":
-        kind = {"up": "rising", "down": "falling"}[part.direction]
-    elif kind == "indices":
-        kind = "selection"
-    elif kind == "range":
-        kind = "from" if part.until is None else "range"
+    labels["part"] = kind = _kind(part)
     if kind not in PARTS:
         raise Unfit(f"a part that is {kind}")
-    labels["part"] = kind
-    unit = {"share": "%", "waypoints": "waypoints"}.get(part.unit, part.unit)
-    if kind in ("near", "beyond"):
-        unit = "m"
+    unit = "m" if kind in ("near", "beyond") else {"share": "%"}.get(part.unit, str(part.unit))
     one = 1 if kind in ("range", "from") and unit == "waypoints" else 0
-    if part.amount is not None and not (kind == "beyond" and not part.amount):
-        amounts["part"] = F.Quantity(part.amount + one, unit)
-    if part.until is not None:
-        amounts["until"] = F.Quantity(part.until + one, unit)
-    labels["toward"] = part.direction if kind == "beyond" else ""
+    for name, value in (("part", part.amount), ("until", part.until)):
+        if value is not None and (value or kind != "beyond"):
+            amounts[name] = F.Quantity(value + one, unit)
+    if kind == "beyond":
+        labels["toward"] = part.direction
+    return labels, _part_places(part, labels)
+
+
+def _kind(part: PathPart) -> str:
+    match part:
+        case PathPart(kind="either", parts=parts) if all(inner.kind == "near" for inner in parts):
+            return "near"
+        case PathPart(kind="heading", direction="up" | "down" as direction):
+            return "rising" if direction == "up" else "falling"
+        case PathPart(kind="range", until=None):
+            return "from"
+    return {"indices": "selection"}.get(part.kind, part.kind)
+
+
+def _part_places(part: PathPart, labels: dict[str, str]) -> tuple[str, ...]:
+    places: tuple[Any, ...] = part.places or tuple(inner.places[0] for inner in part.parts if inner.places)
     if len(places) == 1 and places[0] in ("start", "goal"):
-        labels["place"], places = places[0], ()
-    elif len(places) == 1 and isinstance(places[0], dict):
+        labels["place"] = places[0]
+        return ()
+    if len(places) == 1 and isinstance(places[0], dict):
         places = tuple(places[0]["between"])
-    labels["place"] = labels.get("place") or ("object" if places else "")
     if len(places) > 3 or any(not isinstance(p, str) or p in F.SPOTS for p in places):
         raise Unfit("places of a part")
-    return labels, places
+    labels["place"] = "object" if places else ""
+    return places
 
 
 def _edit_atoms(edit: E.Edit) -> list[Atom]:
@@ -240,27 +235,32 @@ def _edit_atoms(edit: E.Edit) -> list[Atom]:
     return [Atom(labels, amounts, objects, places)]
 
 
-_BARE = {"rotate": "deg", "tilt": "deg", "trim": "waypoints"}
-_SPEEDS = ("set", "cap", "floor", "rampup", "rampdown")
+_BARE = {
+    ("rotate", ""): "deg",
+    ("tilt", ""): "deg",
+    **{("trim", cut): "waypoints" for cut in CHOICES["trim"]},
+    **{("pace", change): "m/s" for change in ("set", "cap", "floor", "rampup", "rampdown")},
+    **{("pace", change): "m/s2" for change in ("accelerate", "brake")},
+}
+"""The unit of a number without one, by action and choice."""
 
 
 def _unit(atom: Atom, pointer: str, quantity: F.Quantity) -> F.Quantity:
     """The quantity with the unit that its slot implies where the sentence names none, and in the units of its slot."""
     action, choice = atom.label("action"), atom.label("choice")
     unit = quantity.unit
-    if (pointer in ("turns", "rise", "size", "radius") and unit == "x") or pointer == "turns":
-        unit = ""
-    if pointer == "spot" and not unit:
-        unit = "waypoints"
-    if pointer == "amount" and not unit:
-        unit = _BARE.get(action, "")
-        if action == "pace":
-            unit = "m/s" if choice in _SPEEDS else "m/s2" if choice in ("accelerate", "brake") else ""
-    if pointer == "amount" and action == "waypoints" and unit == "waypoints" and choice == "to":
-        unit = ""
-    if pointer == "amount" and action == "pace" and choice in ("set", "cap", "floor") and unit == "m":
+    if pointer == "turns" or (pointer in ("rise", "size", "radius") and unit == "x"):
+        return replace(quantity, unit="")
+    if pointer == "spot":
+        return replace(quantity, unit=unit or "waypoints")
+    if pointer != "amount":
+        return quantity
+    implied = _BARE.get((action, choice), _BARE.get((action, ""), ""))
+    if implied == "m/s" and unit == "m":
         unit = "m/s"
-    return replace(quantity, unit=unit)
+    if (action, choice, unit) == ("waypoints", "to", "waypoints"):
+        return replace(quantity, unit="")
+    return replace(quantity, unit=unit or implied)
 
 
 def items_of(atoms: Sequence[Atom], previous: Sequence[F.SemanticFrame] = ()) -> tuple[F.SemanticFrame | E.Edit, ...]:
@@ -303,28 +303,30 @@ def _frame(atom: Atom) -> F.SemanticFrame:
     action, choice = atom.label("action"), atom.label("choice")
     kind = FRAMES[action]
     known = kind.__dataclass_fields__
-    main = _main_amount(atom, kind)
-    slots: dict[str, Any] = {"part": part_of(atom), "degree": atom.label("degree") or None}
-    slots |= {slot: choice for slot in ("change", "what", "end", "cut", "axis") if slot in known}
-    slots |= {name: _place(atom) for name in ("place", "about", "of") if name in known}
+    slots: dict[str, Any] = {slot: choice for slot in CHOOSING if slot in known}
     slots |= {slot: atom.label(slot) for slot in ("direction", "relation") if slot in known}
-    for name in ("duration", "radius", "size", "turns", "rise"):
-        if name in known and name in atom.amounts:
-            slots["waves" if name == "turns" and action == "wave" else name] = _unit(atom, name, atom.amounts[name])
-    if "sense" in known:
-        slots["sense"] = atom.label("sense") or None
-    if "objects" in known:
-        slots["objects"] = atom.objects
-    slots |= _particular(kind, action, choice, slots)
-    target = next((slot for slot in ("amount", "distance", "level", "by", "angle") if slot in known), "")
-    if "offset" in known:
-        direction: Any = atom.label("direction")
-        slots["offset"] = ((direction, main),) if direction else ()
-        target = "" if direction else target
-    if target and main is not None:
-        slots[target] = main
+    slots |= {name: _place(atom) for name in PLACES if name in known}
+    slots |= {"objects": atom.objects} if "objects" in known else {}
+    slots |= {"sense": atom.label("sense") or None} if "sense" in known else {}
+    slots |= {"part": part_of(atom), "degree": atom.label("degree") or None}
+    slots |= _particular(kind, action, choice, slots) | _amounts(atom, kind, known)
     _check(kind, slots)
     return kind(**slots)
+
+
+def _amounts(atom: Atom, kind: type[F.SemanticFrame], known: Container[str]) -> dict[str, Any]:
+    """The quantities of a frame by slot, and its offset."""
+    found: dict[str, Any] = {}
+    for name in ("duration", "radius", "size", "turns", "rise"):
+        slot = "waves" if name == "turns" and atom.label("action") == "wave" else name
+        if slot in known and name in atom.amounts:
+            found[slot] = _unit(atom, name, atom.amounts[name])
+    main, direction = _main_amount(atom, kind), atom.label("direction")
+    if "offset" in known:
+        found["offset"] = ((direction, main),) if direction else ()
+        main = None if direction else main
+    target = next((slot for slot in _MAIN if slot in known), "")
+    return found | ({target: main} if target and main is not None else {})
 
 
 def _particular(kind: type[F.SemanticFrame], action: str, choice: str, slots: dict[str, Any]) -> dict[str, Any]:
@@ -422,57 +424,60 @@ def _measured(kind: str, atom: Atom) -> PathPart:
 
 
 def _edit(atom: Atom, previous: Sequence[F.SemanticFrame]) -> E.Edit:
-    action, on, choice = atom.label("action"), atom.label("on"), atom.label("choice")
+    action, on = atom.label("action"), atom.label("on")
     amount = atom.amounts.get("amount")
-    degree: Any = atom.label("degree") or None
-    direction: Any = atom.label("direction") or None
-    part: Any = None
     if action in COMMANDS:
         command: Any = action
         return E.Command(command=command, steps=int(amount.value) if amount and amount.value >= 1 else 1)
-    match action:
-        case "scale":
-            change: Any = choice
-            return E.Rescale(on=on, change=change, factor=amount.value if amount else None, degree=degree)
-        case "set":
-            if amount is None:
-                raise Unfit("set to what")
-            slot = direction if choice == "direction" and direction else choice
-            role: Any = slot if slot in ("by", "to", "at", "at_least", "at_most", "of") else "by"
-            step: Any = int(atom.label("step"))
-            return E.Set(on=on, slot=slot, quantity=replace(_inherited(amount, previous), role=role), step=step)
-        case "flip":
-            return E.Flip(on=on)
-        case "replace":
-            if choice == "objects" and atom.objects:
-                return E.Replace(on=on, objects=atom.objects)
-            end: Any = atom.label("spot")
-            if choice == "end" and end in ("start", "goal"):
-                return E.Replace(on=on, end=end)
-            if direction:
-                return E.Replace(on=on, direction=direction)
-        case "restrict" | "except":
-            part = part_of(atom)
-            if part:
-                return E.Restrict(on=on, part=part) if action == "restrict" else E.Except(on=on, part=part)
-        case "drop":
-            return E.Drop(on=on)
-        case "again":
-            return E.Again(on=on)
-    raise Unfit(action)
+    plain = {"flip": E.Flip, "drop": E.Drop, "again": E.Again}.get(action)
+    if plain is not None:
+        return plain(on=on)
+    if action in ("restrict", "except"):
+        part = part_of(atom)
+        if not part:
+            raise Unfit("which part")
+        return E.Restrict(on=on, part=part) if action == "restrict" else E.Except(on=on, part=part)
+    if action == "scale":
+        change: Any = atom.label("choice")
+        degree: Any = atom.label("degree") or None
+        return E.Rescale(on=on, change=change, factor=amount.value if amount else None, degree=degree)
+    return _set(atom, on, amount, previous) if action == "set" else _replace(atom, on)
 
 
-def _inherited(amount: F.Quantity, previous: Sequence[F.SemanticFrame]) -> F.Quantity:
+def _set(atom: Atom, on: str, amount: F.Quantity | None, previous: Sequence[F.SemanticFrame]) -> E.Set:
+    if amount is None:
+        raise Unfit("set to what")
+    choice, direction = atom.label("choice"), atom.label("direction")
+    slot = direction if choice == "direction" and direction else choice
+    role: Any = slot if slot in HEADS["role"] else "by"
+    step: Any = int(atom.label("step"))
+    return E.Set(on=on, slot=slot, quantity=replace(_inherited(amount, previous, slot), role=role), step=step)
+
+
+def _replace(atom: Atom, on: str) -> E.Replace:
+    choice, end, direction = atom.label("choice"), atom.label("spot"), atom.label("direction")
+    said: dict[str, Any] = {}
+    if choice == "objects" and atom.objects:
+        said["objects"] = atom.objects
+    elif choice == "end" and end in ("start", "goal"):
+        said["end"] = end
+    elif direction:
+        said["direction"] = direction
+    else:
+        raise Unfit("replace what")
+    return E.Replace(on=on, **said)
+
+
+def _inherited(amount: F.Quantity, previous: Sequence[F.SemanticFrame], slot: str) -> F.Quantity:
     """A bare number with the unit that the turn before it used: "make it 20" after "10cm" is 20 cm."""
-    if amount.unit:
+    if amount.unit or slot in ("turns", "waves"):
         return amount
-    for frame in reversed(previous):
-        for quantity in frame.quantities.values():
-            said = quantity.said.lstrip("~+-")
-            number = said.rstrip("abcdefghijklmnopqrstuvwxyz%/^2") if said else ""
-            try:
-                factor = quantity.value / float(number) if number and float(number) else 1.0
-            except ValueError:
-                factor = 1.0
-            return replace(amount, value=amount.value * factor, unit=quantity.unit)
-    return amount
+    known = [q for frame in reversed(previous) for q in [frame.quantities.get(slot), *frame.quantities.values()] if q]
+    if not known:
+        return amount
+    number = known[0].said.lstrip("~+-").rstrip("abcdefghijklmnopqrstuvwxyz%/^2")
+    try:
+        factor = abs(known[0].value) / float(number) if float(number) else 1.0
+    except ValueError:
+        factor = 1.0
+    return replace(amount, value=amount.value * factor, unit=known[0].unit)
