@@ -138,7 +138,7 @@ def main() -> None:
         np.savez_compressed(options.to, **kept, **{f"calibration.{k}": np.array(v) for k, v in calibration.items()})
     if options.list:
         wrong = [
-            f"{np.exp(features[0]):.2f} {kind} {e.sentence} | {e.reading} || "
+            f"{features[0]:.2f} {kind} {e.sentence} | {e.reading} || "
             + show(reading.frames or reading.edits)
             + reading.question
             + reading.improper

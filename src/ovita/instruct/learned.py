@@ -6,6 +6,7 @@ reading is right was calibrated on voices that it had not been trained on (`trai
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -113,9 +114,9 @@ IMPROPER = {
 }
 
 FEATURES = (
-    "likelihood", "weakest", "numbers left", "objects left", "directions left", "speed left", "figures left", "atoms",
-    "words", "unknown pieces", "feedback", "outcome", "misread", "contrast",
-    "contradicted", "negated",
+    "likelihood", "weakest", "certainty", "numbers left", "objects left", "directions left", "speed left",
+    "figures left", "atoms", "words", "unknown pieces", "feedback", "outcome", "misread", "contrast", "contradicted",
+    "negated",
 )  # fmt: skip
 """What the confidence is calibrated on."""
 
@@ -221,12 +222,13 @@ class LearnedReader:
         misread: bool,
     ) -> Array:
         told = concepts_of(seen.pieces)
-        likely = np.log(np.maximum(choice.likelihoods or (0.01,), 1e-4))
+        likely = float(np.prod(choice.likelihoods))
         unknown = sum(i == self.net.splitter.unknown for i in encoded.ids)
         return np.array(
             [
-                float(likely.sum()),
-                float(likely.min()),
+                likely,
+                min(choice.likelihoods),
+                -math.log1p(0.001 - min(likely, 0.999)),
                 *(float(min(len(found), 2)) for found in left.values()),
                 float(len(choice.atoms)),
                 min(len(seen.pieces), 40) / 20,
@@ -244,10 +246,11 @@ class LearnedReader:
         """How likely a reading is right, by its features; at most `CAPPED` where an amount or an object is unused."""
         extra = self.net.extra
         if "calibration.weights" not in extra:
-            return float(np.exp(features[0]))
+            return float(features[0])
         z = float((features - extra["calibration.mean"]) / extra["calibration.scale"] @ extra["calibration.weights"])
         sure = float(1 / (1 + np.exp(-z - float(extra["calibration.bias"]))))
-        capped = (reading.frames or reading.edits) and (features[2] or features[3])
+        left = features[[FEATURES.index("numbers left"), FEATURES.index("objects left")]]
+        capped = (reading.frames or reading.edits) and left.any()
         return min(sure, CAPPED) if capped else sure
 
 
