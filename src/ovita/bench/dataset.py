@@ -24,6 +24,7 @@ from urllib.parse import quote
 
 from ovita.errors import FormatError, InputError, OvitaError, RequestError
 from ovita.io import Task, atomic_write, load_task
+from ovita.io.files import make_folder
 from ovita.measure.predicates import Check, all_of, finite
 
 REPOSITORY = "MarkusKnauer/OVITA"
@@ -230,10 +231,7 @@ def fetch(
                     f"{name}.json arrived, but differs from the published file (SHA-256 {_digest(data)[:12]}...,"
                     f" expected {digest[:12]}...); it was not saved. Is {base_url} the commit {COMMIT[:7]}?"
                 )
-            try:
-                file.parent.mkdir(parents=True, exist_ok=True)
-            except OSError as error:
-                raise FormatError(str(file.parent), f"cannot be made: {error.strerror}") from None
+            make_folder(file.parent)
             atomic_write(file, data)
             new += 1
         if progress is not None:

@@ -20,9 +20,10 @@ from numpy.random import Generator
 from scipy.interpolate import CubicSpline
 
 from ovita.bench.dataset import Sample
-from ovita.errors import FormatError, OvitaError, RequestError
+from ovita.errors import OvitaError, RequestError
 from ovita.instruct.scale import Degree, Scale
 from ovita.io import Task, load_robot, save_task
+from ovita.io.files import make_folder
 from ovita.limits import constrain
 from ovita.measure import predicates as checks
 from ovita.measure.predicates import Check
@@ -425,10 +426,7 @@ def write_dataset(
     count = 0
     for sample in generate(n, seed=seed, split=split, families=families, robots=robots):
         file = root / f"{sample.id}.json"
-        try:
-            file.parent.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise FormatError(str(file.parent), f"cannot be made: {error.strerror}") from None
+        make_folder(file.parent)
         save_task(file, sample.task)
         count += 1
     return count

@@ -18,6 +18,7 @@ from ovita.bench.records import OUTCOMES, Record
 from ovita.bench.tables import Interval
 from ovita.errors import MissingExtra, RequestError
 from ovita.io import atomic_write
+from ovita.io.files import make_folder
 
 Table = list[list[str]]
 
@@ -54,8 +55,7 @@ def write_report(
     """
     if not records:
         raise RequestError("there is nothing to report yet: the run has no records")
-    out = Path(folder)
-    out.mkdir(parents=True, exist_ok=True)
+    out = make_folder(folder)
     notes = list(notes)
     files: dict[str, str | bytes] = {}
     panel = ""

@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from importlib.resources import as_file, files
 from importlib.util import find_spec
-from pathlib import Path
 from typing import Any, Literal, NoReturn
 
 import click
@@ -28,6 +27,7 @@ from ovita.cli.common import (
     robot_from,
     shared,
     show,
+    show_notes,
     source,
     waiting,
 )
@@ -46,6 +46,7 @@ from ovita.io import (
     save_task,
     save_trajectory,
 )
+from ovita.io.files import make_folder
 from ovita.paths.robot import Robot
 from ovita.request import Request
 from ovita.result import Adaptation, accept
@@ -144,12 +145,10 @@ def _report(
         click.echo(json.dumps(result.to_document(), ensure_ascii=False))
     else:
         show(result, code=code)
-        for note in notes:
-            click.echo(f"note: {plain(note)}", err=True)
+        show_notes(notes)
         for path in written:
             click.echo(f"wrote {path}")
-        for note in lost:
-            click.echo(f"note: {plain(note)}", err=True)
+        show_notes(lost)
         if result.proposal is not None:
             saved = f"ovita adapt {outputs[0]} --accept" if outputs[0] else "the same command with --accept"
             click.echo(f"If that is what you mean: {plain(saved)}")
@@ -262,8 +261,7 @@ def plot(file: str, out: str | None, robot: str | None, view: View, **options: A
         shown = Adaptation(task.instruction, "done", task.trajectory, task.trajectory, scene=task.scene)
         named, notes = own_robot(task)
         draw(shown, out, robot=drawn or named, view=view)
-        for note in notes if drawn is None else ():
-            click.echo(f"note: {plain(note)}", err=True)
+        show_notes(notes if drawn is None else ())
     click.echo(f"wrote {out}")
 
 
@@ -334,11 +332,7 @@ INSTRUCTIONS = (
 @click.option("--open", "open_page", is_flag=True, help="Open the last interactive page in the browser.")
 def demo(out: str, open_page: bool) -> None:
     """Adapt a shipped table-top scene to three instructions with the built-in writer; no key, no network."""
-    folder = Path(out)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FormatError(out, f"cannot be made a folder: {os.strerror(error.errno or 0).lower()}") from None
+    folder = make_folder(out)
     with as_file(files("ovita") / "data" / "tabletop.json") as path:
         task = load_task(str(path))
     save_task(str(folder / "scene.json"), task)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ovita.cli.common import waiting
+from ovita.cli.common import ISOLATION, waiting
 from ovita.errors import RequestError
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def group() -> None:
 @click.option(
     "--robot", metavar="NAME|FILE|by-subset", help="Whose limits are enforced. [each sample's own, else none]"
 )
-@click.option("--isolation", type=click.Choice(["auto", "strict", "degraded"]), default="auto", show_default=True)
+@ISOLATION
 @click.option("--limit", type=click.IntRange(1), metavar="N", help="At most N samples, spread over all.")
 @click.option("--jobs", type=click.IntRange(1, 64), metavar="N", help="Samples at a time. [one a core, at most 4]")
 @click.option("--rate", type=click.FloatRange(0, min_open=True), metavar="N", help="Requests a minute to each model.")
@@ -221,7 +221,7 @@ def _report(
 
     from ovita.bench.records import read_ratings
     from ovita.bench.report import outcome_table, success_table, write_report
-    from ovita.cli.common import plain
+    from ovita.cli.common import plain, show_notes
 
     ratings = read_ratings(ratings_from or folder)
     written = write_report(
@@ -235,6 +235,5 @@ def _report(
         for row in rows[1:]:
             table.add_row(*(plain(cell).replace("[", "\\[") for cell in row))
         console.print(table)
-    for note in notes:
-        click.echo(f"note: {plain(note)}", err=True)
+    show_notes(notes)
     click.echo("wrote " + ", ".join(str(path) for path in written))

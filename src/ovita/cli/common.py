@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any, TypeVar
@@ -38,6 +38,24 @@ def source(function: F) -> F:
     return function
 
 
+WRITER = click.option(
+    "--writer",
+    "--llm",
+    "writer",
+    default="auto",
+    show_default=True,
+    metavar="NAME",
+    help="auto, builtin, llamacpp:NAME, PROVIDER:MODEL (openai, anthropic, google, ollama), or several: A,B.",
+)
+BASE_URL = click.option("--base-url", metavar="URL", help="An OpenAI-compatible server; --writer then names its model.")
+ISOLATION = click.option(
+    "--isolation",
+    type=click.Choice(["auto", "strict", "degraded"]),
+    default="auto",
+    show_default=True,
+    help="How policies are isolated.",
+)
+
 _SOURCE = (
     click.option("--scene", "scene_file", metavar="FILE", help="Scene file with the objects, for a bare trajectory."),
     click.option(
@@ -56,16 +74,8 @@ _OPTIONS = (
         help="Limits: drone, arm, ground, none, a .toml or .json file, or 'scene' for those that FILE states in words. "
         "[the robot that FILE names, else none]",
     ),
-    click.option(
-        "--writer",
-        "--llm",
-        "writer",
-        default="auto",
-        show_default=True,
-        metavar="NAME",
-        help="auto, builtin, llamacpp:NAME, PROVIDER:MODEL (openai, anthropic, google, ollama), or several: A,B.",
-    ),
-    click.option("--base-url", metavar="URL", help="An OpenAI-compatible server; --writer then names its model."),
+    WRITER,
+    BASE_URL,
     click.option("--temperature", type=click.FloatRange(0, 2), default=0.1, show_default=True, help="Of a model."),
     click.option("--max-speed", type=float, metavar="M/S", help="Speed limit, instead of the robot's."),
     click.option("--max-acceleration", type=float, metavar="M/S2", help="Limit along the path. [no limit]"),
@@ -86,13 +96,7 @@ _OPTIONS = (
     click.option("--no-obstacles", is_flag=True, help="Objects are no obstacles."),
     click.option("--no-constraints", is_flag=True, help="Measure the limits, but do not enforce them."),
     click.option("--repair", is_flag=True, help="Also repair a path that the change leaves as it was."),
-    click.option(
-        "--isolation",
-        type=click.Choice(["auto", "strict", "degraded"]),
-        default="auto",
-        show_default=True,
-        help="How policies are isolated.",
-    ),
+    ISOLATION,
 )
 
 
@@ -196,6 +200,12 @@ def plain(text: str) -> str:
     return _CONTROL.sub("", text)
 
 
+def show_notes(notes: Iterable[str]) -> None:
+    """Print what a person should know on standard error."""
+    for note in notes:
+        click.echo(f"note: {plain(note)}", err=True)
+
+
 def show(result: Adaptation, *, code: bool = False) -> None:
     """Print an adaptation as a short report."""
     total = sum(result.timings_ms.values())
@@ -205,29 +215,30 @@ def show(result: Adaptation, *, code: bool = False) -> None:
     by = f"{result.writer.kind}{':' + result.writer.model if result.writer.model else ''}"
     click.echo(plain(f"{result.message}  [{label}; writer {by}; {total:.0f} ms]"))
     if len(result.writer.tried) > 1:
-        _section("Writers", [*result.writer.tried, *([result.writer.reason] if result.writer.reason else [])])
+        section("Writers", [*result.writer.tried, *([result.writer.reason] if result.writer.reason else [])])
     if result.proposal is not None:
         would = result.proposal
-        _section("It would change", sentences(would.changes) if would.changes else [])
-        _section("It would assume", would.assumed)
-        _section("It would warn", would.cautions)
+        section("It would change", sentences(would.changes) if would.changes else [])
+        section("It would assume", would.assumed)
+        section("It would warn", would.cautions)
     if not result.usable:
         return
-    _section("Plan", [f"{i}. {step}" for i, step in enumerate(result.plan, start=1)])
-    _section("Changes", sentences(result.changes) if result.changes else [])
+    section("Plan", [f"{i}. {step}" for i, step in enumerate(result.plan, start=1)])
+    section("Changes", sentences(result.changes) if result.changes else [])
     if result.constraints and result.constraints.status == "satisfied":
-        _section("Limits", result.constraints.sentences())
-    _section("Assumed", result.assumed)
-    _section("Knobs", [knob(p) for p in result.parameters])
-    _section("Warnings", result.cautions)
+        section("Limits", result.constraints.sentences())
+    section("Assumed", result.assumed)
+    section("Knobs", [knob(p) for p in result.parameters])
+    section("Warnings", result.cautions)
     if code:
         click.echo("\nPolicy")
         click.echo(plain(result.code))
 
 
-def _section(title: str, lines: Sequence[str]) -> None:
+def section(title: str, lines: Sequence[str]) -> None:
+    """Print lines under a title; nothing where there are none."""
     if lines:
-        click.echo(f"\n{title}")
+        click.echo(f"\n{plain(title)}")
         for line in lines:
             click.echo(plain(f"  {line}"))
 

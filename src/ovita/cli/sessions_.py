@@ -12,7 +12,10 @@ from typing import Any
 import click
 
 from ovita.cli.common import (
+    BASE_URL,
+    ISOLATION,
     LABELS,
+    WRITER,
     choices_from,
     constraints_from,
     notes_on,
@@ -21,6 +24,7 @@ from ovita.cli.common import (
     robot_from,
     shared,
     show,
+    show_notes,
     waiting,
 )
 from ovita.dialogue.session import Session
@@ -76,8 +80,7 @@ def chat(file: str, journal: str | None, **options: Any) -> None:
         session.keep(journal)
     names = ", ".join(task.scene.names) or "none"
     click.echo(plain(f"{file}: {len(task.trajectory)} waypoints; objects: {names}."))
-    for note in (*notes_on(task, options["robot"]), *notes_on_writer(session.writer)):
-        click.echo(f"note: {plain(note)}", err=True)
+    show_notes((*notes_on(task, options["robot"]), *notes_on_writer(session.writer)))
     click.echo("Say what should change, or /help.")
     for line in _lines():
         try:
@@ -116,8 +119,10 @@ def _obey(session: Session, line: str) -> bool:
         return False
     if word in ("original", "current"):
         _say(session, rest, "original" if word == "original" else "current")
-    elif word in _COMMANDS:
-        _COMMANDS[word](session, rest)
+    elif word in _WORDS:
+        click.echo(plain(_WORDS[word](session)))
+    elif word in _DEEDS:
+        _DEEDS[word](session, rest)
     else:
         raise RequestError(f"unknown command '/{word}'; /help lists them")
     return True
@@ -134,10 +139,6 @@ def _say(session: Session, text: str, on: FeedbackOn) -> None:
         click.echo('Say "yes" to do it, "no", or what is different, such as "no, 10 cm".')
 
 
-def _accept(session: Session, rest: str) -> None:
-    show(session.accept())
-
-
 def _set(session: Session, rest: str) -> None:
     name, equals, value = rest.partition("=")
     if not equals:
@@ -149,46 +150,30 @@ def _set(session: Session, rest: str) -> None:
     show(session.tune({name.strip(): parsed}))
 
 
-def _undo(session: Session, rest: str) -> None:
+def _undo(session: Session) -> str:
     last = session.steps[-1].said if session.steps else ""
-    click.echo(plain(f"Took back: {last} (/redo brings it back)." if session.undo() else "There is nothing to undo."))
+    return f"Took back: {last} (/redo brings it back)." if session.undo() else "There is nothing to undo."
 
 
-def _redo(session: Session, rest: str) -> None:
-    click.echo(plain(f"Brought back: {session.steps[-1].said}." if session.redo() else "There is nothing to redo."))
+def _redo(session: Session) -> str:
+    return f"Brought back: {session.steps[-1].said}." if session.redo() else "There is nothing to redo."
 
 
-def _history(session: Session, rest: str) -> None:
-    for i, step in enumerate(session.steps, start=1):
-        click.echo(plain(f"{i}. on {step.feedback_on}: {step.said}  [{LABELS[step.adaptation.status]}]"))
-    if not session.steps:
-        click.echo("Nothing was said yet.")
+def _history(session: Session) -> str:
+    turns = enumerate(session.steps, start=1)
+    lines = [f"{i}. on {t.feedback_on}: {t.said}  [{LABELS[t.adaptation.status]}]" for i, t in turns]
+    return "\n".join(lines) or "Nothing was said yet."
 
 
-def _knobs(session: Session, rest: str) -> None:
-    for parameter in _last(session).parameters:
-        click.echo(plain(f"  {knob(parameter)}"))
-
-
-def _objects(session: Session, rest: str) -> None:
-    for item in session.scene:
-        click.echo(plain(f"  {item.name} at {point(item.position.tolist())} m"))
-    if not session.scene.names:
-        click.echo("The scene holds no objects.")
+def _objects(session: Session) -> str:
+    lines = [f"  {item.name} at {point(item.position.tolist())} m" for item in session.scene]
+    return "\n".join(lines) or "The scene holds no objects."
 
 
 def _last(session: Session) -> Any:
     if session.adaptation is None:
         raise RequestError("there is no result yet; say what should change first")
     return session.adaptation
-
-
-def _why(session: Session, rest: str) -> None:
-    click.echo(plain(_last(session).explanation))
-
-
-def _code(session: Session, rest: str) -> None:
-    click.echo(plain(_last(session).code))
 
 
 def _plot(session: Session, rest: str) -> None:
@@ -214,23 +199,23 @@ def _save(session: Session, rest: str) -> None:
     click.echo(f"wrote {path}")
 
 
-def _help(session: Session, rest: str) -> None:
-    click.echo(HELP)
-
-
-_COMMANDS: dict[str, Callable[[Session, str], None]] = {
-    "accept": _accept,
-    "set": _set,
+_WORDS: dict[str, Callable[[Session], str]] = {
     "undo": _undo,
     "redo": _redo,
     "history": _history,
-    "knobs": _knobs,
+    "knobs": lambda session: "\n".join(f"  {knob(parameter)}" for parameter in _last(session).parameters),
     "objects": _objects,
-    "why": _why,
-    "code": _code,
+    "why": lambda session: _last(session).explanation,
+    "code": lambda session: _last(session).code,
+    "help": lambda session: HELP,
+}
+"""What is answered in words."""
+
+_DEEDS: dict[str, Callable[[Session, str], None]] = {
+    "accept": lambda session, rest: show(session.accept()),
+    "set": _set,
     "plot": _plot,
     "save": _save,
-    "help": _help,
 }
 
 
@@ -245,19 +230,13 @@ _COMMANDS: dict[str, Callable[[Session, str], None]] = {
     metavar="TEXT",
     help="What a browser must bring; 'auto' makes one. Needed where other machines can reach the studio.",
 )
-@click.option("--writer", "--llm", "writer", default="auto", show_default=True, metavar="NAME", help="As for adapt.")
-@click.option("--base-url", metavar="URL", help="An OpenAI-compatible server; --writer then names its model.")
+@WRITER
+@BASE_URL
 @click.option(
     "--robot", metavar="NAME|FILE", help="Limits to begin with: drone, arm, ground, none, or a file. [scene's]"
 )
 @click.option("--sessions", type=click.Path(path_type=Path), help="Folder where sessions are kept.")
-@click.option(
-    "--isolation",
-    type=click.Choice(["auto", "strict", "degraded"]),
-    default="auto",
-    show_default=True,
-    help="How policies are isolated.",
-)
+@ISOLATION
 def studio(
     files: tuple[str, ...],
     host: str,

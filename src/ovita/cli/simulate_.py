@@ -11,7 +11,7 @@ from typing import Any
 import click
 
 from ovita import sim
-from ovita.cli.common import EXIT_OF, choices_from, plain, source
+from ovita.cli.common import EXIT_OF, choices_from, plain, show_notes, source
 from ovita.errors import FormatError
 from ovita.io import is_adaptation, is_address, open_task
 from ovita.paths.robot import Robot
@@ -117,8 +117,7 @@ def _read(
     if which == "adapted":
         raise FormatError(file, "is no result, so it has no adapted trajectory; adapt it first: ovita adapt ... --out")
     task = open_task(file, scene_file=options["scene_file"], frame=options["frame"], choices=choices_from(options))
-    for note in task.notes:
-        click.echo(f"note: {plain(note)}", err=True)
+    show_notes(task.notes)
     limits = Robot.preset(task.robot) if task.robot in sim.STAND_INS else None
     return [("original", task.trajectory)], task.scene, limits, task.instruction, ()
 

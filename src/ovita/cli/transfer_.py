@@ -10,7 +10,7 @@ from typing import Any
 
 import click
 
-from ovita.cli.common import choices_from, plain, source, waiting
+from ovita.cli.common import choices_from, plain, section, show_notes, source, waiting
 from ovita.errors import RequestError
 from ovita.gate import Review, against, default_log, record, review
 from ovita.io import READ, Choices, Task, is_address, load_robot, open_task, rendered, save_task
@@ -70,8 +70,7 @@ def convert(
     if kind == "joints":
         motion, said = joints_of(task.trajectory, task.scene, arm, base)
         save_joint_motion(out, motion, replace(choices, topic=to_topic))
-        for note in (*task.notes, *said):
-            click.echo(f"note: {plain(note)}", err=True)
+        show_notes((*task.notes, *said))
         click.echo(plain(f"wrote {out}: {len(motion.times)} points of the joints {', '.join(motion.names)}"))
         return
     if to_frame is not None:
@@ -79,8 +78,7 @@ def convert(
         moved = transformed(task.trajectory, task.scene.frame, target)
         task = replace(task, trajectory=moved, scene=task.scene.in_frame(target))
     lost = save_task(out, task, replace(choices, topic=to_topic))
-    for note in (*task.notes, *lost, *_refusable(task)):
-        click.echo(f"note: {plain(note)}", err=True)
+    show_notes((*task.notes, *lost, *_refusable(task)))
     path, frame = task.trajectory, task.scene.frame
     # A bag or a mission has axes of its own, which a note has told.
     axes = f", frame {frame.name} ({frame.describe()})" if out.lower().endswith((".json", ".csv", ".tum")) else ""
@@ -182,9 +180,9 @@ def send(file: str, place: str, robot: str | None, log: str | None, **options: A
             if arm is None or base is None:
                 raise
             record(journal, {"event": "refused", **event, "why": [str(error)]})
-            _section(f"Refused, it does not go to {place}", [str(error)])
+            section(f"Refused, it does not go to {place}", [str(error)])
             raise SystemExit(EXIT_REFUSED) from None
-        _section(f"Simulated with {arm}", said)
+        section(f"Simulated with {arm}", said)
     elif not is_address(place):
         rendered(place, result.adapted, result.scene, result.instruction, choices=choices)
     if options["dry_run"]:
@@ -211,8 +209,7 @@ def send(file: str, place: str, robot: str | None, log: str | None, **options: A
         record(journal, {"event": "failed", **event, "why": str(error) or type(error).__name__})
         raise
     record(journal, {"event": "sent", **event, "sha256": receipt.sha256, "bytes": receipt.size})
-    for note in receipt.notes:
-        click.echo(f"note: {plain(note)}", err=True)
+    show_notes(receipt.notes)
     click.echo(plain(f"\nSent to {place}: {receipt.size} bytes, SHA-256 {receipt.sha256}; logged in {journal}"))
 
 
@@ -230,12 +227,12 @@ def _show(found: Review, place: str) -> None:
     click.echo(
         f"{len(path)} waypoints, {path.length:.3f} m in {path.duration:.2f} s, at most {path.speeds.max():.3g} m/s"
     )
-    _section("Limits", _limits(found.robot))
+    section("Limits", _limits(found.robot))
     held = sum(check.held for check in found.checks)
-    _section("Verdict", [f"Measured again just now: {held} of {len(found.checks)} limits hold."])
-    _section("Changes, measured again", sentences(found.changes))
-    _section("Mind", found.cautions)
-    _section(f"Refused, it does not go to {place}", found.refusals)
+    section("Verdict", [f"Measured again just now: {held} of {len(found.checks)} limits hold."])
+    section("Changes, measured again", sentences(found.changes))
+    section("Mind", found.cautions)
+    section(f"Refused, it does not go to {place}", found.refusals)
 
 
 def _limits(robot: Robot) -> list[str]:
@@ -248,10 +245,3 @@ def _limits(robot: Robot) -> list[str]:
     for name, limit in (("along", robot.max_acceleration), ("across", robot.max_lateral_acceleration)):
         said.append(f"acceleration {name} the path: " + ("no limit" if limit is None else f"at most {limit:g} m/s^2"))
     return said
-
-
-def _section(title: str, lines: Any) -> None:
-    if lines:
-        click.echo(f"\n{plain(title)}")
-        for line in lines:
-            click.echo(plain(f"  {line}"))

@@ -38,6 +38,15 @@ def file_name(path: str | os.PathLike[str]) -> str:
     return os.fspath(path).encode("utf-8", "surrogateescape").decode("utf-8", "replace")
 
 
+def make_folder(path: str | os.PathLike[str], remedy: str = "", mode: int = 0o777) -> Path:
+    """Make a folder, and those above it, where they are missing."""
+    try:
+        Path(path).mkdir(parents=True, exist_ok=True, mode=mode)
+    except OSError as error:
+        raise FormatError(file_name(path), f"cannot be made a folder: {_reason(error)}{remedy}") from None
+    return Path(path)
+
+
 def examine(path: str | os.PathLike[str]) -> None:
     """Check that a path is a regular file of at most `MAX_BYTES`, without reading it."""
     file = file_name(path)

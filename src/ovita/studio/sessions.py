@@ -15,7 +15,8 @@ from typing import Any, Literal
 
 from ovita.dialogue.feedback import clarified
 from ovita.dialogue.session import Session
-from ovita.errors import FormatError, OvitaError, RequestError
+from ovita.errors import OvitaError, RequestError
+from ovita.io.files import make_folder
 from ovita.policy.sandbox import Isolation
 from ovita.request import FeedbackOn
 from ovita.result import Adaptation
@@ -296,10 +297,7 @@ class Sessions:
         self._lock = threading.Lock()
         self._controllers: dict[str, SessionController] = {}
         self._writers: dict[str, PolicyWriter | str] = {}
-        try:
-            folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-        except OSError as error:
-            raise FormatError(str(folder), f"cannot be made: {error.strerror}; name another with --sessions") from None
+        make_folder(folder, "; name another with --sessions", 0o700)
         self._clear()
 
     def find(self, name: str, title: str = "") -> SessionController | None:
