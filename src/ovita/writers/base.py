@@ -196,13 +196,9 @@ class _Chosen:
 
 @dataclass(frozen=True)
 class WriterChain:
-    """A chain of writers, each tried when those before it had no answer.
+    """A named chain of writers, such as "auto", each tried when those before it had no answer.
 
     Generation calls the members itself, since it also sees whether a policy runs and meets its postconditions.
-
-    Args:
-        writers: In the order in which they are tried; at least one.
-        name: Name of the chain, such as "auto".
     """
 
     writers: tuple[PolicyWriter, ...]
@@ -237,22 +233,13 @@ class WriterChain:
 
 @dataclass(frozen=True)
 class UnavailableWriter:
-    """A configured model that cannot be used; it says why whenever it is asked.
-
-    Args:
-        name: As configured.
-        problem: Why not, as a sentence.
-    """
+    """A configured model, by its name, that cannot be used; it says why whenever it is asked."""
 
     name: str
     problem: str
 
     def write(self, prompt: Prompt) -> Reply:
-        """Refuse.
-
-        Raises:
-            WriterError: Always.
-        """
+        """Refuse, with a WriterError."""
         raise WriterError(self.problem, "no_access")
 
 
@@ -360,10 +347,8 @@ Progress = Callable[[str], None]
 class WritingBudget:
     """Deadline, cancellation and progress.
 
-    Args:
-        progress: Called with each progress line, or None.
-        cancel: Once it is set, writers stop as soon as they can; None never stops them.
-        deadline: When the time for writing is over, on the clock of `time.monotonic` [s].
+    Progress lines go to `progress`; once `cancel` is set, writers stop as soon as they can; the time for writing is
+    over at `deadline`, on the clock of `time.monotonic` [s].
     """
 
     progress: Progress | None = None
@@ -411,16 +396,10 @@ class WritingBudget:
         return "" if self.left > 0.0 else "no time was left"
 
     def wait_for(self, work: Callable[[], T], stop: Callable[[], None], seconds: float, waiting: str = "") -> T | None:
-        """Run `work` in its own thread until it returns, the time is up or writing is cancelled.
+        """Run `work` in its own thread and return its result, or None once it was stopped.
 
-        Args:
-            work: Runs to its end, or until `stop` was called.
-            stop: Makes `work` end soon; called from another thread.
-            seconds: Longest wait [s].
-            waiting: Progress text reported each second with the elapsed time; "" for none.
-
-        Returns:
-            What `work` returned, or None if it was stopped.
+        It is stopped when the time [s] is up or writing is cancelled: `stop` makes it end soon, and is called from
+        another thread. `waiting` is reported each second with the elapsed time.
         """
         outcome: Future[T] = Future()
 
@@ -458,12 +437,7 @@ _TURN = re.compile(r"<(?=[|/!a-zA-Z\uff5c])|```|~~~")
 
 
 def as_data(text: str, limit: int) -> str:
-    """Text as one string as Python writes it.
-
-    Args:
-        text: Whatever a file says.
-        limit: Longest text that is shown [characters]; the mark that it was cut comes on top.
-    """
+    """Whatever a file says as one string as Python writes it, cut after `limit` characters with a mark."""
     text = " ".join(text.split())
     if len(text) > limit:
         head = text[:limit]

@@ -33,18 +33,13 @@ _CLAUSE = re.compile(r"[,;:]|[.!?](?:\s|$)|\b(?:and|then|but|while|afterwards)\b
 
 @dataclass(frozen=True)
 class Example:
-    """An instruction and the answer to it.
+    """An instruction and the answer to it, whose parts are as in a reply.
 
     Args:
         family: The file it is in, such as "distance".
         say: The instruction.
         also: Other wordings of the same request; they help to find the example and are not shown.
-        plan: One step a line.
         code: The policy; "" where the answer is a question or words that cannot be placed.
-        assumptions: As in a reply.
-        contacts: As in a reply.
-        question: As in a reply.
-        not_understood: As in a reply.
         scene: Name of the scene in which the tests run it.
         check: What the tests measure, in the words of the benchmark's checks.
     """
@@ -104,15 +99,10 @@ def examples() -> tuple[Example, ...]:
 
 
 def similar(instruction: str, count: int, objects: Sequence[str] = ()) -> tuple[Example, ...]:
-    """The examples that are most like an instruction, best first.
+    """At most `count` examples that are most like an instruction and share a word with it, best first.
 
     Each after the first is chosen for what the ones before it leave open, so that a sentence with several clauses gets
-    an example for each.
-
-    Args:
-        instruction: What a person asks.
-        count: How many, at most; fewer if no others share a word with it.
-        objects: Names of the scene's objects: these count as objects even if named like an ordinary word.
+    an example for each. Names of the scene's objects count as objects even if named like an ordinary word.
     """
     index, owners = _wordings()
     query = terms(instruction, objects)
@@ -137,16 +127,10 @@ def similar(instruction: str, count: int, objects: Sequence[str] = ()) -> tuple[
 def functions_like(
     instruction: str, count: int, objects: Sequence[str] = (), *, without: Sequence[str] = ()
 ) -> tuple[str, ...]:
-    """The names of the toolkit's functions that an instruction seems to need, best first.
+    """The names of at most `count` toolkit functions that an instruction seems to need, best first.
 
     A function is found by its own description and by the examples that call it, for the whole instruction and for each
-    of its clauses.
-
-    Args:
-        instruction: What a person asks.
-        count: How many, at most.
-        objects: Names of the scene's objects.
-        without: Functions that are known already.
+    of its clauses; those in `without` are known already.
     """
     index, owners = _wordings()
     worth = dict.fromkeys(CATALOGUE, 0.0)

@@ -13,7 +13,6 @@ from dataclasses import replace
 from ovita.errors import PolicyError, UnusableReply, WriterError
 from ovita.measure import compare, sentences
 from ovita.paths.trajectory import Array
-from ovita.policy import Policy
 from ovita.policy.sandbox import Isolation as Isolation
 from ovita.policy.sandbox import Rollout, run
 from ovita.request import Request
@@ -114,7 +113,11 @@ def _ask(prompt: Prompt, writer: PolicyWriter, isolation: Isolation, repairs: in
 def _run(request: Request, reply: Reply, isolation: Isolation) -> Attempt:
     """Check a policy and run it; the error says what must become better."""
     try:
-        policy = reply.policy if reply.policy is not None else _read(reply.code)
+        policy = reply.policy
+        if policy is None:
+            from ovita.policy.reading import parse
+
+            policy = parse(reply.code)
         rollout = run(policy, request.trajectory, request.scene, isolation=isolation)
     except PolicyError as refusal:
         return Attempt(reply, failure="failed", error=_said(reply, refusal))
@@ -141,13 +144,6 @@ def _said(reply: Reply, refusal: PolicyError) -> str:
         return str(refusal)
     plan = quoted([step.rstrip(".") for step in reply.plan])
     return f"what was understood ({plan}) cannot be done: {refusal.reason}; give another amount or place"
-
-
-def _read(code: str) -> Policy:
-
-    from ovita.policy.reading import parse
-
-    return parse(code)
 
 
 def _broken(request: Request, rollout: Rollout, outcomes: Sequence[Outcome]) -> str:

@@ -7,7 +7,6 @@ import json
 import os
 import re
 import shutil
-import tempfile
 import tomllib
 from dataclasses import dataclass
 from importlib.resources import files
@@ -17,6 +16,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from ovita.errors import DownloadError, MissingExtra, RequestError
+from ovita.io.files import atomic_write, make_folder
 
 DIR_VARIABLE = "OVITA_MODELS"
 """Environment variable that names the folder of models; else it is ovita/models in the user's cache."""
@@ -35,16 +35,9 @@ _REGISTER = "models.json"
 
 @dataclass(frozen=True)
 class Known:
-    """A model that `ovita models pull` can fetch.
+    """A model that `ovita models pull` can fetch: a file [bytes, sha256] of a repository on the hub.
 
-    Args:
-        name: As on the command line.
-        repository: On the hub.
-        file: In that repository.
-        size: In bytes.
-        sha256: Of the file.
-        licence: SPDX identifier; all are free to use, change and pass on, also commercially.
-        about: What it is good for.
+    Its licence is an SPDX identifier; all are free to use, change and pass on, also commercially.
     """
 
     name: str
@@ -270,11 +263,5 @@ def _register() -> dict[str, dict[str, str]]:
 
 
 def _write(register: dict[str, dict[str, str]]) -> None:
-    folder = models_dir()
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile("w", dir=folder, suffix=".json", delete=False, encoding="utf-8") as file:
-            json.dump(register, file, indent=1)
-        os.replace(file.name, folder / _REGISTER)
-    except OSError as error:
-        raise RequestError(f"{folder} cannot be written ({error.strerror}); set {DIR_VARIABLE} to another") from None
+    folder = make_folder(models_dir(), f"; set {DIR_VARIABLE} to another")
+    atomic_write(folder / _REGISTER, json.dumps(register, indent=1))

@@ -420,12 +420,7 @@ def rejects_schema(error: Exception) -> bool:
 
 
 def retry_delay(error: Exception, tries: int) -> float | None:
-    """Return how long to wait before the request is sent again [s], or None if that would not help.
-
-    Args:
-        error: What the request failed with.
-        tries: How many times it was sent so far.
-    """
+    """How long to wait before a request that was sent `tries` times is sent again [s]; None if that would not help."""
     from pydantic_ai import exceptions as failures
 
     if isinstance(error, failures.ModelQuotaExceededError):

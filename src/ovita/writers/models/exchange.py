@@ -293,12 +293,8 @@ class Answer(BaseModel):
 def read_answer(text: str, *, truncated: bool = False) -> Answer | None:
     """Read a model's answer from text: JSON, JSON in prose, or a plan and a fenced block of code.
 
-    Args:
-        text: What the model wrote.
-        truncated: Whether it was cut off; then only what is complete in it counts.
-
-    Returns:
-        The answer, or None if there is no code, no question and no word that could not be placed.
+    If the text was cut off, only what is complete in it counts. None if there is no code, no question and no word that
+    could not be placed.
     """
     text = _THOUGHTS.sub("", text).replace("\r\n", "\n").strip()
     data = _json_in(text, truncated=truncated)

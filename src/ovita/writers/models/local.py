@@ -52,17 +52,9 @@ class Heartbeat(NamedTuple):
 
 @dataclass(frozen=True)
 class Generated:
-    """A generated text, with its token counts and time.
+    """A generated text, whether it was cut off by `max_tokens` or the context, or stopped on the way, and what it took.
 
-    Args:
-        text: What it wrote.
-        truncated: Whether it was cut off by `max_tokens` or the context.
-        stopped: Whether it was stopped on the way.
-        input_tokens: Length of the prompt.
-        cached_tokens: How many of them had been read before.
-        output_tokens: How many were written.
-        read_seconds: Time to read the prompt.
-        write_seconds: Time to write.
+    Counts are in tokens, of which `cached_tokens` of the prompt had been read before; times in seconds.
     """
 
     text: str
