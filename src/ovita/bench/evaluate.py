@@ -187,13 +187,9 @@ class RecordingWriter:
     ) -> None:
         self._inner, self._condition, self._limiter = inner, condition, limiter or Limiter()
         self._retries, self._pause = retries, pause
+        self.name = inner.name
         self.replies: list[dict[str, Any]] = []
         self.waited = 0.0
-
-    @property
-    def name(self) -> str:
-        """As the inner writer is named."""
-        return self._inner.name
 
     def write(self, prompt: Prompt) -> Reply:
         """Answer as the inner writer does.
@@ -226,14 +222,9 @@ class ReplayingWriter:
     """Answers as the writer of that name did, with replies as `RecordingWriter.replies` holds them, in their order."""
 
     def __init__(self, name: str, replies: Sequence[Mapping[str, Any]]) -> None:
-        self._name, self._left = name, list(replies)
+        self.name, self._left = name, list(replies)
         self.replies: list[dict[str, Any]] = []
         self.waited = 0.0
-
-    @property
-    def name(self) -> str:
-        """The recorded writer's name."""
-        return self._name
 
     def write(self, prompt: Prompt) -> Reply:
         """Give the next recorded reply.
@@ -242,7 +233,7 @@ class ReplayingWriter:
             WriterError: If that was a failure, or there is none left.
         """
         if not self._left:
-            message = f"{self._name}: the record holds no further reply; run it again without --replay"
+            message = f"{self.name}: the record holds no further reply; run it again without --replay"
             self.replies.append({"error": message, "unreached": False})
             raise WriterError(message)
         kept = dict(self._left.pop(0))
@@ -253,7 +244,7 @@ class ReplayingWriter:
         try:
             return TypeAdapter(Reply).validate_python(kept["reply"])
         except ValidationError:
-            raise WriterError(f"{self._name}: the recorded reply cannot be read; run it again") from None
+            raise WriterError(f"{self.name}: the recorded reply cannot be read; run it again") from None
 
 
 def open_writer(name: str, *, base_url: str | None = None, temperature: float = 0.1) -> PolicyWriter:

@@ -17,7 +17,8 @@ from pydantic import TypeAdapter, ValidationError
 from ovita.bench.dataset import natural
 from ovita.errors import FormatError, OvitaError, RequestError
 from ovita.io import atomic_write
-from ovita.io.files import Journal
+from ovita.io.files import Journal, read_text
+from ovita.io.json_ import parse_object
 
 OUTCOMES = ("right", "right after one yes", "asked", "declined", "flagged", "silently wrong")
 """What a first answer amounts to, best first."""
@@ -226,13 +227,7 @@ def read_manifest(folder: str | os.PathLike[str]) -> dict[str, Any]:
     file = Path(folder) / MANIFEST
     if not file.exists():
         return {}
-    try:
-        document = json.loads(file.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise FormatError(str(file), f"cannot be read: {error}") from None
-    if not isinstance(document, dict):
-        raise FormatError(str(file), "holds no JSON object")
-    return document
+    return parse_object(read_text(file), str(file))
 
 
 def read_ratings(path: str | os.PathLike[str]) -> Mapping[str, tuple[float, ...]]:

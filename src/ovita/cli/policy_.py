@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import json
 import time
 from collections.abc import Mapping
@@ -10,7 +9,7 @@ from typing import Any
 
 import click
 
-from ovita.cli.common import plain
+from ovita.cli.common import literal, plain
 from ovita.errors import IsolationUnavailable, PolicyError
 from ovita.io import Task, atomic_write, load_task
 from ovita.io.files import read_text
@@ -176,11 +175,7 @@ def _values(params: tuple[str, ...]) -> dict[str, Any]:
         name, sign, text = param.partition("=")
         if not sign or not name.strip().isidentifier():
             raise click.BadParameter(f"{param!r} is not NAME=VALUE", param_hint="--param")
-        try:
-            value = ast.literal_eval(text.strip())
-        except (ValueError, SyntaxError, MemoryError, RecursionError):
-            value = {"true": True, "false": False}.get(text.strip().lower(), text.strip())
-        values[name.strip()] = value
+        values[name.strip()] = literal(text)
     return values
 
 

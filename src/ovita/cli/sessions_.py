@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import os
 from collections.abc import Callable, Iterator
 from contextlib import suppress
@@ -18,6 +17,7 @@ from ovita.cli.common import (
     WRITER,
     choices_from,
     constraints_from,
+    literal,
     notes_on,
     notes_on_writer,
     plain,
@@ -143,11 +143,7 @@ def _set(session: Session, rest: str) -> None:
     name, equals, value = rest.partition("=")
     if not equals:
         raise RequestError("turn a knob like this: /set left=0.3")
-    try:
-        parsed = ast.literal_eval(value.strip())
-    except (ValueError, SyntaxError):
-        parsed = value.strip()
-    show(session.tune({name.strip(): parsed}))
+    show(session.tune({name.strip(): literal(value)}))
 
 
 def _undo(session: Session) -> str:

@@ -166,12 +166,9 @@ class BagMessage:
 
 
 def read_message(path: str | os.PathLike[str], choices: Choices, names: Sequence[str]) -> BagMessage:
-    """The chosen message of a bag.
+    """The chosen message of a bag file or folder.
 
-    Args:
-        path: A bag file or a bag's folder.
-        choices: Topic and message.
-        names: Types that fit; a JointTrajectory is found as well, or only that where there are none.
+    `names` are the types that fit; a JointTrajectory is found as well, or only that where there are none.
     """
     file = file_name(path)
     if not os.path.exists(path):

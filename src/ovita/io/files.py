@@ -195,11 +195,7 @@ def _reason(error: BaseException) -> str:
 
 
 class Journal:
-    """An append-only file of events.
-
-    Args:
-        path: Of the file, which is made when the first event is added; its folder must exist.
-    """
+    """An append-only file of events, made when the first one is added; its folder must exist."""
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self.path = Path(path)

@@ -124,13 +124,7 @@ class Address:
 
 @dataclass(frozen=True)
 class Receipt:
-    """What was delivered.
-
-    Args:
-        sha256: Of the bytes that were sent or written.
-        size: Their number.
-        notes: What a person should know about it, each a sentence.
-    """
+    """What was delivered: the SHA-256 and the number of its bytes, and notes for a person."""
 
     sha256: str
     size: int

@@ -240,9 +240,6 @@ _CHUNK = 65536
 class Vehicle:
     """A vehicle at an address, as the first heartbeat of an autopilot there tells.
 
-    Args:
-        address: Where it is, and how long to wait for it.
-
     Raises:
         LinkError: If the address cannot be used, or no heartbeat comes in time.
         MissingExtra: If pymavlink is not installed.

@@ -45,9 +45,8 @@ _MOST_LISTED = 10
 class Maker:
     """How a library builds messages.
 
-    Args:
-        new: Builds one from the name of its type and its fields: `new("geometry_msgs/msg/Point", x=..., ...)`.
-        floats: Turns an array (N,) into what a field of type float64[] takes.
+    `new("geometry_msgs/msg/Point", x=..., ...)` builds one from the name of its type and its fields; `floats` turns an
+    array (N,) into what a field of type float64[] takes.
     """
 
     new: Callable[..., Any]
@@ -97,15 +96,9 @@ def frame_of(frame_id: str) -> Frame:
 def build(
     kind: Kind, trajectory: Trajectory, maker: Maker, *, frame_id: str = FRAME_ID, start: int = 0, body: str = BODY
 ) -> tuple[Any, tuple[str, ...]]:
-    """A message from a trajectory in the axes of `frame_id`, and notes on what is lost.
+    """A message from a trajectory in the axes of `frame_of(frame_id)`, and notes on what is lost.
 
-    Args:
-        kind: Which message.
-        trajectory: In the axes that `frame_of(frame_id)` names.
-        maker: The library's.
-        frame_id: For the header.
-        start: Time of the first waypoint [ns].
-        body: What a MultiDOFJointTrajectory moves.
+    Its first waypoint is due at `start` [ns]; `body` is what a MultiDOFJointTrajectory moves.
     """
     notes: tuple[str, ...] = ()
     times = np.zeros(len(trajectory))

@@ -112,9 +112,7 @@ class Mission:
 def numbered(mission: Mission, *, with_home: bool) -> list[Item]:
     """The items in the order of their sequence numbers, with jumps pointing at these.
 
-    Args:
-        mission: Its items.
-        with_home: Whether number 0 is home, as ArduPilot and QGC WPL files have it.
+    Number 0 is home in ArduPilot and in QGC WPL files.
     """
     items = list(mission.items)
     for i, item in enumerate(items):
@@ -273,12 +271,9 @@ _FRESH = Item(WAYPOINT, RELATIVE, (0.0, 0.0, 0.0, None, 0.0, 0.0, 0.0))
 
 
 def mission_from(trajectory: Trajectory, scene: Scene, home: Home | None) -> tuple[Mission, tuple[str, ...]]:
-    """The mission for a trajectory, and notes on what is lost.
+    """The mission for a trajectory in the scene's frame, and notes on what is lost.
 
-    Args:
-        trajectory: In the scene's frame.
-        scene: Keeps the mission that the trajectory came from, if there was one.
-        home: Where the local metres have their origin, for a trajectory that came from none.
+    The scene keeps the mission that the trajectory came from; without one, local metres have their origin at `home`.
     """
     kept = scene.extra.get(MISSION)
     before = None if kept is None else Mission.from_dict(kept)

@@ -42,12 +42,8 @@ def send(
 ) -> tuple[bytes, tuple[str, ...]]:
     """Publish a trajectory once a subscriber is there; return its bytes and notes on what is lost.
 
-    Args:
-        address: Topic, domain and message type.
-        trajectory: In the scene's frame.
-        scene: Its frame, and the fields of the ROS message it was read from.
-        choices: Overridden by the address.
-        start: Time stamp [ns].
+    It is stamped `start` [ns]. The address overrides the choices of topic and message; the scene keeps the fields of
+    the ROS message that the trajectory was read from.
 
     Raises:
         LinkError: If nobody subscribes, or the message is not acknowledged.

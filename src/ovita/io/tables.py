@@ -23,14 +23,10 @@ _TIMESTEP = re.compile(r"#\s*timestep\s*[:=]\s*(\S+)\s*", re.IGNORECASE)
 def parse_csv(content: str, file: str) -> Task:
     """Read a task from the text of a CSV file.
 
-    The header names x, y, z [m], speed [m/s] or t [s], and qw, qx, qy, qz, in any order and case, separated by
-    commas, semicolons or tabs; `velocity` and `v` also mean speed, other columns are ignored with a note. Lines
-    before the header that start with # are comments, of which `# timestep: 0.1` is heeded. A file of seven numbers a
-    row may lack the header: it then holds poses x, y, z, qx, qy, qz, qw.
-
-    Args:
-        content: The text.
-        file: The file's name, for messages.
+    The header names x, y, z [m], speed [m/s] or t [s], and qw, qx, qy, qz, in any order and case, separated by commas,
+    semicolons or tabs; `velocity` and `v` also mean speed, other columns are ignored with a note. Lines before the
+    header that start with # are comments, of which `# timestep: 0.1` is heeded. A file of seven numbers a row may lack
+    the header: it then holds poses x, y, z, qx, qy, qz, qw.
     """
     content, remarks = _with_header(content)
     start, timestep = _header_offset(content, file)

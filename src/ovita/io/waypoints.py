@@ -46,13 +46,9 @@ def read_rows(
 ) -> tuple[Trajectory, tuple[str, ...]]:
     """Build a trajectory from parsed rows, and say what had to be assumed.
 
-    A row is [x, y, z], [x, y, z, speed], [x, y, z, speed, qw, qx, qy, qz], or an object with these names
-    (`velocity` and `v` also mean speed; `t` [s] may stand for it).
-
-    Args:
-        rows: The list as parsed from JSON.
-        key: What the list is called in its file.
-        timestep: Duration of one dwell waypoint [s].
+    A row is [x, y, z], [x, y, z, speed], [x, y, z, speed, qw, qx, qy, qz], or an object with these names (`velocity`
+    and `v` also mean speed; `t` [s] may stand for it). Messages call the list `key`; a dwell waypoint lasts `timestep`
+    [s].
     """
     if not isinstance(rows, (list, tuple)):
         raise TrajectoryError(f"is {show(rows)}, expected a list of rows [x, y, z, speed]", key=key)
@@ -215,7 +211,7 @@ _ROUNDS = 50
 def speeds_from_times(positions: Array, times: Array, key: str = "t") -> tuple[Array, float, tuple[str, ...]]:
     """Find speeds with which a trajectory reaches its waypoints at given times.
 
-    Times that came from a trajectory give its speeds back, see `timelaw.chained_speeds`. For others the time law
+    Times that came from a trajectory give its speeds back, see `chained_speeds`. For others the time law
     v_i + v_i+1 = 2 ds_i / dt_i, a chain, would turn noise into oscillation. So their speeds minimise
 
         sum_i ((v_i + v_i+1) / 2 - m_i)^2 / m_i^2  +  SMOOTHNESS * sum_i (v_i-1 - 2 v_i + v_i+1)^2 / max(m)^2

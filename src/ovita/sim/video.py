@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ovita.errors import FormatError, MissingExtra
+from ovita.io.files import atomic_write
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.sim import render
 from ovita.sim.placement import WorldTransform
@@ -145,20 +146,12 @@ def save_video(
     """
     check_video(path)
     pictures = frames(panes, world, title=title, robot=robot, fps=fps, scale=scale, progress=progress)
-    folder = os.path.dirname(os.path.abspath(path))
     suffix = os.path.splitext(path)[1].lower()
-    try:
-        handle, part = tempfile.mkstemp(suffix=suffix, prefix=".ovita-", dir=folder)
-    except OSError as error:
-        raise FormatError(path, f"cannot be written: {error.strerror}") from None
-    os.close(handle)
-    try:
+    with tempfile.TemporaryDirectory(prefix="ovita-") as folder:
+        part = os.path.join(folder, f"video{suffix}")
         (_write_gif if suffix == ".gif" else _write_mp4)(part, pictures, fps)
-        os.chmod(part, 0o644)
-        os.replace(part, path)
-    except BaseException:
-        os.unlink(part)
-        raise
+        with open(part, "rb") as video:
+            atomic_write(path, video.read())
 
 
 def frames(

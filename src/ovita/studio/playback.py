@@ -170,8 +170,11 @@ class RobotView:
                 if wanted is None or not name:
                     self._thinking = False
                     return
+            from ovita import sim
+
+            trajectory, scene, limits = wanted
             try:
-                motion = preview(name, *wanted)
+                motion = sim.preview(trajectory, scene, name, limits=limits)
             except OvitaError as error:
                 self.clear()
                 self._complain(f"The robot cannot be shown: {error}")
@@ -203,14 +206,3 @@ class RobotView:
                 if shape.kind == "capsule":
                     for end in (-b / 2, b / 2):
                         self.api.add_icosphere(f"{name}/{end}", a, look["color"], position=(0.0, 0.0, end))
-
-
-def preview(name: str, trajectory: Trajectory, scene: Scene, limits: Robot) -> Motion:
-    """How a robot means to follow a trajectory.
-
-    Raises:
-        OvitaError: If it cannot, or the simulator is not installed.
-    """
-    from ovita import sim
-
-    return sim.preview(trajectory, scene, name, limits=limits)

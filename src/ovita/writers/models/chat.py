@@ -79,7 +79,7 @@ class LLMWriter(ModelWriter):
             MissingKey: If the provider needs a key and none is set; nothing was sent.
             WriterError: If there was no answer, for example because the time was up.
         """
-        key = self._endpoint.key(self._name)
+        key = self._endpoint.key(self.name)
         import pydantic_ai.direct  # noqa: F401  (2 s, not part of the time that an answer may take)
 
         seconds = min(self._timeout, budget.left)
@@ -98,7 +98,7 @@ class LLMWriter(ModelWriter):
 
         # A loop of its own, so that callers inside a running loop can wait for it. The margin is for when looking up
         # the server's name hangs, which nothing can interrupt.
-        waiting = f"{self._name} is asked"
+        waiting = f"{self.name} is asked"
         outcome = budget.wait_for(lambda: asyncio.run(asked()), stop, seconds + 2.0, waiting)
         if isinstance(outcome, WriterError):
             raise outcome
@@ -119,7 +119,7 @@ class LLMWriter(ModelWriter):
         except TimeoutError:
             return None
         except Exception as error:  # whatever a third-party client raises, a person gets a sentence
-            return writer_error(error, self._endpoint, self._name, key)
+            return writer_error(error, self._endpoint, self.name, key)
 
     async def _persist(self, model: Model, ask: ModelRequest, key: str, seconds: float) -> Exchange | WriterError:
         """Retry until there is an answer, dropping options that the server refuses."""
@@ -141,7 +141,7 @@ class LLMWriter(ModelWriter):
                 delay = retry_delay(error, tries)
                 late = delay is not None and asyncio.get_running_loop().time() + delay >= deadline
                 if delay is None or late or tries > self._retries:
-                    return writer_error(error, self._endpoint, self._name, key, tries=tries)
+                    return writer_error(error, self._endpoint, self.name, key, tries=tries)
                 await asyncio.sleep(delay)
 
 

@@ -109,16 +109,11 @@ class ModelWriter(ABC):
     def __init__(self, name: str, form: Form, temperature: float, max_tokens: int) -> None:
         if not 0.0 <= temperature <= 2.0:
             raise RequestError(f"the temperature {temperature:g} is out of range; use 0 to 2")
-        self._name, self._form, self._temperature, self._max_tokens = name, form, temperature, max_tokens
+        self.name, self._form, self._temperature, self._max_tokens = name, form, temperature, max_tokens
         self._large = True
 
     def __repr__(self) -> str:
-        return f"{type(self).__name__}({self._name!r})"
-
-    @property
-    def name(self) -> str:
-        """The writer as it was named, such as "openai:gpt-5"."""
-        return self._name
+        return f"{type(self).__name__}({self.name!r})"
 
     @abstractmethod
     def exchange(self, ask: ModelRequest, budget: WritingBudget) -> Exchange:
@@ -186,14 +181,14 @@ class ModelWriter(ABC):
     def _no_answer(self, why: str, budget: WritingBudget) -> WriterError:
         """The error for an exchange that timed out or was cancelled."""
         if budget.cancelled:
-            return WriterError(f"{self._name}: stopped on request")
-        return WriterError(f"{self._name}: {why}", "no_answer")
+            return WriterError(f"{self.name}: stopped on request")
+        return WriterError(f"{self.name}: {why}", "no_answer")
 
     def _unusable(self, done: Exchange) -> WriterError:
         if done.refusal is not None:
             said = self.shown(done.refusal)
             why = f"the model refused to answer{f' ({said})' if said else ''}; rephrase the instruction"
-            return WriterError(f"{self._name}: {why}")
+            return WriterError(f"{self.name}: {why}")
         if done.truncated:
             why = f"the answer was cut off after {done.output_tokens} tokens; raise max_tokens or use another model"
         elif not done.text.strip():
@@ -201,7 +196,7 @@ class ModelWriter(ABC):
         else:
             said = self.shown(done.text)
             why = f"the answer has neither a policy nor a question; try again or use another model (it began: {said!r})"
-        return UnusableReply(f"{self._name}: {why}")
+        return UnusableReply(f"{self.name}: {why}")
 
 
 def _read(done: Exchange) -> Answer | None:
