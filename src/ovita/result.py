@@ -21,7 +21,6 @@ from ovita.paths.trajectory import Trajectory
 from ovita.policy import Parameter
 from ovita.text import quoted
 from ovita.writers.base import WriterInfo
-from ovita.writers.explain import knob
 
 Status = Literal[
     "done",
@@ -403,7 +402,7 @@ def facts(result: Adaptation) -> dict[str, list[str]]:
         "promises that do not hold": [p.outcome for p in result.postconditions if not p.held],
         "limits": [text for part in told if part is not None for text in part.sentences()],
         "assumptions": [*result.assumptions],
-        "parameters": [knob(parameter) for parameter in result.parameters],
+        "parameters": [parameter.line for parameter in result.parameters],
     }
 
 

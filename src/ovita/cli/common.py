@@ -20,7 +20,6 @@ from ovita.measure import sentences
 from ovita.paths.robot import Robot
 from ovita.result import Adaptation, Status
 from ovita.writers.base import MODEL_VARIABLE, PolicyWriter, Progress, UnavailableWriter, flatten
-from ovita.writers.explain import knob
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -238,7 +237,7 @@ def show(result: Adaptation, *, code: bool = False) -> None:
     if result.constraints and result.constraints.status == "satisfied":
         section("Limits", result.constraints.sentences())
     section("Assumed", result.assumed)
-    section("Knobs", [knob(p) for p in result.parameters])
+    section("Knobs", [p.line for p in result.parameters])
     section("Warnings", result.cautions)
     if code:
         click.echo("\nPolicy")

@@ -37,7 +37,6 @@ from ovita.policy.sandbox import known_isolation
 from ovita.request import FeedbackOn
 from ovita.text import counted, point
 from ovita.writers.base import writer_named
-from ovita.writers.explain import knob
 
 HELP = """Say what should change, then what is not right yet: "a bit more", "no, only near the cup", "undo the speed",
 "the other cup", "make it 0.3", "again", "start over". What you say is about the current trajectory; begin with a slash
@@ -199,7 +198,7 @@ _WORDS: dict[str, Callable[[Session], str]] = {
     "undo": _undo,
     "redo": _redo,
     "history": _history,
-    "knobs": lambda session: "\n".join(f"  {knob(parameter)}" for parameter in _last(session).parameters),
+    "knobs": lambda session: "\n".join(f"  {parameter.line}" for parameter in _last(session).parameters),
     "objects": _objects,
     "why": lambda session: _last(session).explanation,
     "code": lambda session: _last(session).code,

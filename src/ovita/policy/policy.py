@@ -58,6 +58,13 @@ class Parameter:
         """How it is printed in a policy: "[m] shift to the left"."""
         return f"[{self.unit}] {self.meaning}".strip() if self.unit else self.meaning
 
+    @property
+    def line(self) -> str:
+        """How it is shown to a person: "left = 0.2 m: shift to the left"."""
+        value = f"{self.value:g}" if isinstance(self.value, float) else str(self.value)
+        unit, meaning = f" {self.unit}" if self.unit else "", f": {self.meaning}" if self.meaning else ""
+        return f"{self.name} = {value}{unit}{meaning}"
+
 
 @dataclass(frozen=True)
 class _Slot:

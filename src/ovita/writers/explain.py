@@ -11,7 +11,6 @@ from collections.abc import Mapping
 from typing import Any
 
 from ovita.errors import WriterError
-from ovita.policy import Parameter
 from ovita.units import symbol
 from ovita.writers.base import PolicyWriter, WritingBudget, harmless
 
@@ -100,11 +99,3 @@ def _numbers(text: str) -> set[tuple[float, str]]:
 
 def _words(text: str) -> set[str]:
     return set(re.findall(r"[a-z]+", text.lower()))
-
-
-def knob(parameter: Parameter) -> str:
-    """A parameter as a line: "left = 0.2 m: shift to the left"."""
-    value = f"{parameter.value:g}" if isinstance(parameter.value, float) else str(parameter.value)
-    unit = f" {parameter.unit}" if parameter.unit else ""
-    meaning = f": {parameter.meaning}" if parameter.meaning else ""
-    return f"{parameter.name} = {value}{unit}{meaning}"
