@@ -1,5 +1,9 @@
 """Frames become policies that do what the frames say, whatever the words were."""
 
+import importlib.util
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -134,3 +138,38 @@ def test_parameters_know_their_slot():
     slots = {p.slot: (p.value, p.role) for p in d.parameters.values()}
     assert slots["0.by"] == (0.05, "by") and slots["1.amount"] == (0.7, "factor") and slots["2.y"] == (0.1, "by")
     assert slots["1.part"][1] == "radius"
+
+
+CORPUS = Path(__file__).parents[2] / "training" / "corpus"
+
+
+@pytest.fixture(scope="module")
+def realised():
+    sys.path.insert(0, str(CORPUS))
+    spec = importlib.util.spec_from_file_location("corpus_realised", CORPUS / "realised.py")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules["corpus_realised"] = module
+    spec.loader.exec_module(module)
+    yield module
+    sys.path.remove(str(CORPUS))
+
+
+def test_lines_of_the_corpus_are_carried_out(realised):
+    """A fortieth of them, over all voices; `training/corpus/realised.py` does all."""
+    lines = list(realised.sentences())[::40]
+    failed = [line for line in lines if realised.tried(line.frames, line.objects).outcome == "failed"]
+    assert len(lines) > 80 and len(failed) <= 0.03 * len(lines), [f"{f.voice}:{f.number}" for f in failed]
+
+
+def test_a_flipped_frame_is_told_from_the_right_one(realised):
+    told = seen = 0
+    for line in list(realised.sentences())[20::40]:
+        other = realised.flipped(line.frames, line.objects)
+        if other is None:
+            continue
+        trajectory, scene = realised.setting(line.frames, line.objects)
+        _, adapted = realised.carried_out(other, trajectory, scene)
+        if adapted is not None:
+            seen += 1
+            told += not realised.expected(line.frames, trajectory, scene).judge(trajectory, adapted, scene).passed
+    assert seen > 60 and told >= 0.95 * seen, (told, seen)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import keyword
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from ovita.errors import OvitaError
-from ovita.instruct.frames import Quantity
+from ovita.instruct import frames as F
+from ovita.instruct.frames import Quantity, SemanticFrame
 from ovita.instruct.scale import Scale
 from ovita.paths.frame import DIRECTIONS, OPPOSITE, Frame
 from ovita.paths.geometry import Mask, runs
@@ -22,6 +23,9 @@ from ovita.policy.policy import MAX_NOTE, Role
 from ovita.policy.syntax import Value, parse_tree
 from ovita.policy.wire import clean_text
 from ovita.toolkit import CATALOGUE
+
+STILL = (F.Keep, F.Pace, F.Wait, F.StopAt, F.Resample)
+"""Frames that do not change where the path goes."""
 
 RESERVED = frozenset({"traj", "scene", "original", "given", "part", "np", "math"})
 NOTHING: Mapping[str, str] = {}
@@ -57,6 +61,7 @@ class PolicyBuilder:
     trajectory: Trajectory
     scene: Scene
     effort: int = 1
+    frames: Sequence[SemanticFrame] = ()
     steps: list[PolicyStep] = field(default_factory=list)
     parameters: dict[str, Parameter] = field(default_factory=dict)
     objects: dict[str, SceneObject] = field(default_factory=dict)
@@ -68,10 +73,24 @@ class PolicyBuilder:
     contacts: list[str] = field(default_factory=list)
     question: str = ""
     frame: int = 0
-    alone: bool = True
+    distances: list[tuple[SceneObject, float, str]] = field(default_factory=list)
     goal_moved: bool = False
     _waiting: list[str] = field(default_factory=list)
     _rows: tuple[int, Array] | None = None
+
+    def has(self, *kinds: type[SemanticFrame]) -> bool:
+        """Whether there are frames of some kinds."""
+        return any(isinstance(frame, kinds) for frame in self.frames)
+
+    @property
+    def moving(self) -> int:
+        """How many frames change where the path goes."""
+        return sum(not isinstance(frame, STILL) for frame in self.frames)
+
+    @property
+    def alone(self) -> bool:
+        """Whether the path is changed by one frame at most, and not cut short besides."""
+        return self.moving <= 1 and not (len(self.frames) > 1 and self.has(F.StopAt, F.Trim))
 
     @property
     def scale(self) -> Scale:

@@ -10,6 +10,7 @@ from ovita.instruct import frames as F
 from ovita.instruct.builder import PolicyBuilder, argument, resolved
 from ovita.instruct.path_steps import degree, size, spot, target, tolerance
 from ovita.instruct.scale import Degree
+from ovita.paths.geometry import runs
 from ovita.paths.part import PathPart
 from ovita.paths.trajectory import Array
 from ovita.toolkit.waypoints import smooth as smoothed
@@ -134,7 +135,7 @@ def _swing(d: PolicyBuilder, frame: F.Figure) -> None:
     n = d.knob("waves", waves, "count", "number of waves", "waves", unit="")
     d.add(f"traj = {frame.shape}(traj, {a}, waves={n}{argument(where)})",
           f"Follow the path in a {frame.shape} of {metres:g} m to each side{words}.",
-          ends={} if where else stay(d))  # fmt: skip
+          f"expect_same_path(~{where})" if where and d.alone else "", ends={} if where else stay(d))  # fmt: skip
 
 
 def _around(d: PolicyBuilder, place: F.Place) -> PathPart:
@@ -216,6 +217,15 @@ def curve(d: PolicyBuilder, frame: F.Curve) -> None:
     name = d.knob("curvature", factor, "factor", "factor on how far the path bends from the straight line", "change",
                   unit="", direction="larger")  # fmt: skip
     more = "more" if frame.change == "more" else "less"
+    found = [run for run in runs(d.waypoints(frame.part)) if run[1] - run[0] > 1] if frame.part else []
+    if found:
+        # Towards the straight line, or away from it, as far as the factor says.
+        for a, b in found[:8]:
+            d.before(f"traj = traj + (1 - {name}) * (straighten(traj, {a}, {b}) - traj)")
+        where, part = d.part(frame.part)
+        plan = f"Make the path {more} curved{part} (factor {factor:g})."
+        d.add("", plan, f"expect_same_path(~{where})" if d.alone else "")
+        return
     _within(d, frame, f"curve(traj, {name})", f"Make the path {more} curved (factor {factor:g}).", *stay(d).values())
 
 
@@ -287,7 +297,7 @@ def resample(d: PolicyBuilder, frame: F.Resample) -> None:
     count = int(np.clip(round(count), 2, 100_000))
     name = d.knob("waypoints", count, "count", "number of waypoints", "amount", unit="")
     d.add(f"traj = resample(traj, {name})", f"Resample the path to {count} waypoints.",
-          "expect_same_path()" if d.alone else "")  # fmt: skip
+          "" if d.moving else "expect_same_path()")  # fmt: skip
 
 
 def reverse(d: PolicyBuilder, frame: F.Reverse) -> None:

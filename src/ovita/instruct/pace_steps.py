@@ -10,6 +10,7 @@ from ovita.instruct import frames as F
 from ovita.instruct.builder import PolicyBuilder, argument
 from ovita.instruct.path_steps import degree, spot, steps
 from ovita.instruct.scale import FASTER, SLOWER
+from ovita.toolkit.speed import slow_turns
 
 STANDSTILL = "A speed of 0 would never arrive: how slow should it be, or where should it stop, and for how long?"
 
@@ -152,11 +153,16 @@ def _turns(s: _Speed) -> None:
     if s.frame.amount is not None and s.frame.amount.unit == "%" and s.frame.amount.role == "by":
         factor = 1.0 - factor
     name = s.d.knob("slowdown", factor, "factor", "factor on the speed in turns", "amount", unit="", direction="slower")
-    call = f"slow_turns(traj, {name})"
+    angle = next((a for a in (30, 20, 10, 5, 2) if (slow_turns(s.d.rows(), 0.5, angle=a) != s.d.rows()).any()), 30)
+    call = f"slow_turns(traj, {name}{'' if angle == 30 else f', angle={angle}'})"
     if s.where:
         s.d.before("given = traj")
         call = f"keep_unchanged({call}, given, ~{s.where})"
-    s.add(call, f"Slow down before and in turns, to {factor:g} times the speed", "expect_same_path()" * s.d.alone)
+    s.add(
+        call,
+        f"Slow down before and in turns, to {factor:g} times the speed",
+        "" if s.d.moving else "expect_same_path()",
+    )
 
 
 def _accelerate(s: _Speed) -> None:
@@ -169,7 +175,7 @@ def _accelerate(s: _Speed) -> None:
     name = s.d.knob("acceleration", rate, "to", "", "amount", unit="m/s^2", direction="faster")
     word = "Accelerate" if rate > 0 else "Brake"
     s.add(f"accelerate(traj, {name}{s.argument})", f"{word} at a constant {abs(rate):g} m/s^2",
-          "expect_same_path()" * s.d.alone)  # fmt: skip
+          "" if s.d.moving else "expect_same_path()")  # fmt: skip
 
 
 _LAWS: Mapping[str, Callable[[_Speed], None]] = {

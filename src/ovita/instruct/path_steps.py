@@ -15,7 +15,6 @@ from ovita.paths.geometry import closest_to_point
 from ovita.paths.scene import SceneObject
 from ovita.paths.trajectory import Array, interpolate, source_indices
 from ovita.policy.policy import Role
-from ovita.toolkit.approach import closer as pulled
 from ovita.toolkit.approach import extent
 
 APPROACH: dict[Degree, float] = {"slight": 0.25, "moderate": 0.5, "large": 0.75}
@@ -26,6 +25,9 @@ SIZE: dict[Degree, float] = {"slight": 0.06, "moderate": 0.12, "large": 0.22}
 
 MARGIN = 0.02
 """Least distance from the surface of an object at which a path ends beside or on it [m]."""
+
+TURNED = (F.Mirror, F.Rotate, F.Tilt, F.Resize, F.Quadrant, F.Reverse, F.Trim, F.Height)
+"""Frames after which an end is no longer where shifts alone would take it."""
 
 TO_THE = {"left": "to the left", "right": "to the right", "front": "to the front", "back": "back"}
 OF = {"left": "left of", "right": "right of", "front": "in front of", "back": "behind", "up": "above", "down": "below"}
@@ -196,9 +198,9 @@ def move_end(d: PolicyBuilder, frame: F.MoveEnd) -> None:
         elif frame.offset:
             own = _offset(d, frame, frame.offset, f"{end}_")
             undone = {direction: name + _negated(d.shifted(direction)) for direction, name in own.knobs.items()}
-            d.add(f"traj = move_{end}(traj, {_arguments(undone)})",
-                  f"Shift the {end} {own.words}; the path bends towards it.",
-                  ends={end: f"expect_{end}({_arguments(_with_shift(d, own.knobs, own=True))})"})  # fmt: skip
+            promise = f"expect_{end}({_arguments(_with_shift(d, own.knobs, own=True))})"
+            plan = f"Shift the {end} {own.words}; the path bends towards it."
+            d.add(f"traj = move_{end}(traj, {_arguments(undone)})", plan, ends={end: "" if d.has(*TURNED) else promise})
         else:
             d.ask(f"Where should the {end} go?")
 
@@ -254,11 +256,25 @@ def approach(d: PolicyBuilder, frame: F.Approach) -> None:
         (_closer if frame.sense == "closer" else _farther)(d, frame, d.scene[name])
 
 
+def _gap_metres(d: PolicyBuilder) -> float:
+    """The least distance to a surface [m]: a centimetre, or less in a small scene."""
+    return min(0.01, nice(0.005 * d.scale.extent))
+
+
+def _gap(d: PolicyBuilder) -> str:
+    return "" if _gap_metres(d) == 0.01 else f", gap={_gap_metres(d):g}"
+
+
+def _reach(d: PolicyBuilder, where: str) -> str:
+    """On a part that is named, all of it comes closer or goes farther, not only what is nearest."""
+    return f", reach={nice(4 * d.scale.extent):g}" if where else ""
+
+
 def _distance(d: PolicyBuilder, item: SceneObject) -> float:
     return closest_to_point(d.positions, item.position)[0]
 
 
-def _surface(item: SceneObject, positions: Array) -> float:
+def surface_distance(item: SceneObject, positions: Array) -> float:
     """How near a path comes to an object's surface [m]; to its centre if its size is not known."""
     if item.dimensions is None:
         return closest_to_point(positions, item.position)[0]
@@ -278,13 +294,13 @@ def _closer(d: PolicyBuilder, frame: F.Approach, item: SceneObject) -> None:
         share = 1 - 1 / max(q.value, 1.01) if q.unit == "x" and q.value > 1 else q.value
         by = nice(now * (1 - share if q.unit == "x" and q.value <= 1 else share)) if q.unit in ("x", "%") else 0.0
         by = by or d.metres(q, now, f"closer to {item.name}")
-        most = _surface(item, d.positions)
+        most = surface_distance(item, d.positions)
         if by > most + 1e-9:
             d.assume(f"closer to {item.name} ends at its surface, {max(most, 0.0):.3g} m closer, not {by:g} m")
     ref = d.ref(item)
     name = d.knob("closer_by", by, "by", f"how much closer to {item.name}", "by", about=item.name, direction="closer")
     stated = "" if q is None or where else f", {name}"
-    d.add(f"traj = closer(traj, {ref}, {name}{argument(where)}{d.hold()})",
+    d.add(f"traj = closer(traj, {ref}, {name}{_gap(d)}{_reach(d, where)}{argument(where)}{d.hold()})",
           f"Bring the path {by:g} m closer to {item.name}{part}.",
           f"expect_closer({ref}{stated}{argument(where)})")  # fmt: skip
 
@@ -297,7 +313,7 @@ def _farther(d: PolicyBuilder, frame: F.Approach, item: SceneObject) -> None:
         times = q.value if q.unit == "x" and q.value > 1 else 1.0 + q.value
         meaning = f"factor on the distance to {item.name}"
         name = d.knob("times", times, "factor", meaning, "by", unit="", about=item.name, direction="away")
-        d.add(f"traj = farther(traj, {ref}, times={name}{argument(where)})",
+        d.add(f"traj = farther(traj, {ref}, times={name}{argument(where)}{d.hold()})",
               f"Multiply the distance to {item.name} by {times:g}{part}.", promise)  # fmt: skip
         return
     if q is None:
@@ -312,7 +328,7 @@ def _farther(d: PolicyBuilder, frame: F.Approach, item: SceneObject) -> None:
     else:
         by = d.metres(q, 1.0, f"farther from {item.name}")
     name = d.knob("farther_by", by, "by", f"how much farther from {item.name}", "by", about=item.name, direction="away")
-    d.add(f"traj = farther(traj, {ref}, {name}{argument(where)}{d.hold()})",
+    d.add(f"traj = farther(traj, {ref}, {name}{_reach(d, where)}{argument(where)}{d.hold()})",
           f"Take the path {by:g} m farther from {item.name}{part}.", promise)  # fmt: skip
 
 
@@ -348,8 +364,9 @@ def clearance(d: PolicyBuilder, frame: F.Clearance) -> None:
                       direction="away")  # fmt: skip
         refs = [d.ref(item) for item in items]
         code = refs[0] if len(refs) == 1 else f"[{', '.join(refs)}]"
-        d.add(f"traj = keep_distance(traj, {code}, at_least={name}{argument(where)})",
-              f"Keep at least {metres:g} m from {names}{part}.",
+        call = f"traj = keep_distance(traj, {code}, at_least={name}{argument(where)})"
+        d.distances += [] if where else [(item, metres, call) for item in items]
+        d.add(call, f"Keep at least {metres:g} m from {names}{part}.",
               *(f"expect_distance({ref}, at_least={name}{argument(where)})" for ref in refs))  # fmt: skip
         return
     for item in items:
@@ -358,38 +375,18 @@ def clearance(d: PolicyBuilder, frame: F.Clearance) -> None:
 
 def _come_within(d: PolicyBuilder, item: SceneObject, metres: float, bound: str, where: str, part: str) -> None:
     """Bring the closest stretch so near to an object's surface; what is nearer stays, or moves out if "at" is asked."""
-    ref, word = d.ref(item), "exactly" if bound == "at" else "at most"
-    now = _surface(item, d.positions)
-    sentence = f"Come within {metres:g} m of {item.name}{part}." if bound == "at_most" else (
-        f"Pass {item.name} at {metres:g} m{part}.")  # fmt: skip
-    half = closest_to_point(d.positions, item.position)[0] - now
-    if now < metres - 1e-6 and bound == "at":
-        name = d.knob("distance", metres, "at", f"distance to keep from {item.name}", "distance", about=item.name,
-                      direction="away")  # fmt: skip
-        d.add(f"traj = keep_distance(traj, {ref}, at_least={name}{argument(where)})", sentence,
-              f"expect_distance({ref}, at_least={name}{argument(where)})")  # fmt: skip
+    ref, exact = d.ref(item), bound == "at"
+    now = surface_distance(item, d.positions)
+    sentence = f"{'Pass' if exact else 'Come within'} {metres:g} m {'from' if exact else 'of'} {item.name}{part}."
+    meaning = f"distance to {item.name}, {'exactly' if exact else 'at most'}"
+    role: Role = "at" if exact else "at_most"
+    name = d.knob("distance", metres, role, meaning, "distance", about=item.name, direction="away")
+    if not exact and not where and now <= metres + 1e-6:
+        within = closest_to_point(d.positions, item.position)[0] - now
+        d.add("", sentence, f"expect_visits({ref}, within={name} + {within:.4g})", holds=True)
         return
-    if now <= metres + 1e-6:
-        within = d.knob("distance", metres, "at_most", f"distance to {item.name}, {word}", "distance", about=item.name,
-                        direction="closer")  # fmt: skip
-        d.add("", sentence, f"expect_visits({ref}, within={within} + {half:.4g})", holds=True)
-        return
-    by = _pull_needed(d, item, now - metres, metres)
-    role: Role = "at_most" if bound == "at_most" else "at"
-    name = d.knob("closer_by", by, role, f"how much closer to {item.name}, so as to pass it {word} {metres:g} m away",
-                  "distance", about=item.name, direction="closer")  # fmt: skip
-    reach = nice(half + metres + tolerance(d))
-    d.add(f"traj = closer(traj, {ref}, {name}{argument(where)})", sentence, f"expect_visits({ref}, within={reach})")
-
-
-def _pull_needed(d: PolicyBuilder, item: SceneObject, by: float, metres: float) -> float:
-    """The pull that brings the surface so near [m]: along the way the closest corner or face may change."""
-    low, high, rows = 0.0, 2.0 * by, d.rows()
-    for _ in range(14):
-        middle = (low + high) / 2.0
-        near = _surface(item, pulled(rows, item, middle, frame=d.scene.frame)[:, :3])
-        low, high = (middle, high) if near > metres else (low, middle)
-    return float(f"{high + 5e-4:.3f}")
+    promise = f"expect_distance({ref}, nearest={name}{argument(where)})"
+    d.add(f"traj = pass_at(traj, {ref}, {name}{argument(where)})", sentence, promise)
 
 
 def visit(d: PolicyBuilder, frame: F.Visit) -> None:
@@ -397,20 +394,25 @@ def visit(d: PolicyBuilder, frame: F.Visit) -> None:
     if frame.relation == "between":
         a, b = (d.scene[name] for name in (*frame.objects, *frame.objects)[:2])
         code = f"midpoint({d.ref(a)}, {d.ref(b)})"
-        d.add(f"traj = go_through(traj, {code})", f"Bend the path through the midpoint of {a.name} and {b.name}.",
-              f"expect_visits({code}, within={tolerance(d)})")  # fmt: skip
+        plan = f"Bend the path through the midpoint of {a.name} and {b.name}."
+        d.add(f"traj = go_through(traj, {code}{_width(d)})", plan, f"expect_visits({code}, within={tolerance(d)})")
         return
     items = [d.scene[name] for name in frame.objects]
     for item in items:
         if frame.relation == "at":
             ref = d.ref(item)
-            d.add(f"traj = go_through(traj, {ref})", f"Bend the path through {item.name}.",
+            d.add(f"traj = go_through(traj, {ref}{_width(d)})", f"Bend the path through {item.name}.",
                   f"expect_visits({ref}, within={tolerance(d)})")  # fmt: skip
         else:
             _over(d, frame, item, "up" if frame.relation == "over" else "down")
     places = [closest_to_point(d.positions, item.position)[1] for item in items]
     if places != sorted(places):
         d.assume("the objects are visited in the order in which the path comes by them")
+
+
+def _width(d: PolicyBuilder) -> str:
+    """A narrower bend where there are several, so that they do not disturb each other."""
+    return ", width=0.15" if sum(isinstance(f, F.Side | F.Visit) for f in d.frames) > 1 else ""
 
 
 def _over(d: PolicyBuilder, frame: F.Visit | F.Hop, item: SceneObject, side: str) -> None:
@@ -433,7 +435,7 @@ def _over(d: PolicyBuilder, frame: F.Visit | F.Hop, item: SceneObject, side: str
         said = f"The path already passes {passed - half:.3g} m {word} the {end} of {item.name}."
         d.add("", said, promise, holds=True)
         return
-    d.add(f"traj = go_through(traj, {ref}, {side}={centre})", f"{sentence} {word} its {end}.", promise)
+    d.add(f"traj = go_through(traj, {ref}, {side}={centre}{_width(d)})", f"{sentence} {word} its {end}.", promise)
 
 
 def _passes(d: PolicyBuilder, item: SceneObject, axis: Array) -> float:
@@ -471,7 +473,8 @@ def hover(d: PolicyBuilder, frame: F.Hover) -> None:
         ref, up = d.ref(item), f"{name} + {float(f'{top:.6g}')!r}" if top else name
         d.add(f"traj = hover(traj, {ref}, {up}, steps={count})",
               f"Hover {gap:g} m above {item.name} for {d.parameters[count].value} timesteps.",
-              f"expect_visits({ref}, within={tolerance(d)}, up={up})", f"expect_stop(near={ref})")  # fmt: skip
+              f"expect_visits({ref}, within={tolerance(d)}, up={up})",
+              f"expect_stop(near={ref})" if _distance(d, item) >= top + gap else "")  # fmt: skip
 
 
 def steps(d: PolicyBuilder, duration: F.Quantity | None) -> str:
@@ -490,10 +493,11 @@ def side(d: PolicyBuilder, frame: F.Side) -> None:
     """Pass objects on one side; stay there where the ends do."""
     word = d.word(frame.direction)
     axis = d.scene.frame.direction(word)
-    gap = d.scale.step("slight")
     where, part = d.part(frame.part)
     for item in map(d.scene.__getitem__, frame.objects):
         ref, half, words = d.ref(item), extent(item, axis), f"{OF[word]} {item.name}"
+        kept = [f.distance.value for f in d.frames if isinstance(f, F.Clearance) and item.name in f.objects]
+        gap = max([d.scale.step("slight"), *(nice(item.radius - half + metres) for metres in kept)])
         d.assume(f"the distance kept {words} is {gap:g} m")
         reach = (d.positions - item.position) @ axis
         name = d.knob("gap", gap, "at_least", f"distance {words}", "by", about=item.name, direction=word)
@@ -513,7 +517,7 @@ def _pass_by(d: PolicyBuilder, item: SceneObject, word: str, name: str, half: fl
     rise = float((interpolate(d.positions, np.array([share]))[0] - item.position) @ up)
     aside = f"{name} + {float(f'{half:.6g}')!r}" if half else name
     level = "" if abs(rise) < 1e-6 or word in ("up", "down") else f", {'up' if rise > 0 else 'down'}={abs(rise):.6g}"
-    d.add(f"traj = go_through(traj, {ref}, {word}={aside}{level})",
+    d.add(f"traj = go_through(traj, {ref}, {word}={aside}{level}{_width(d)})",
           f"Bend the path so that it passes {OF[word]} {item.name}, {d.parameters[name].value} m from its side; start"
           " and goal stay.",
           f"expect_visits({ref}, within={tolerance(d)}, {word}={aside}{level})")  # fmt: skip

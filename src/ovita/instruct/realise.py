@@ -11,7 +11,7 @@ from ovita.instruct.builder import PolicyBuilder, direction_word
 from ovita.instruct.figure_steps import FIGURE_STEPS
 from ovita.instruct.notation import name_of, show
 from ovita.instruct.pace_steps import PACE_STEPS
-from ovita.instruct.path_steps import PATH_STEPS
+from ovita.instruct.path_steps import PATH_STEPS, surface_distance
 from ovita.paths.frame import OPPOSITE, Frame
 from ovita.paths.part import WHOLE, PathPart, both, outside
 from ovita.paths.scene import Scene
@@ -21,7 +21,7 @@ STEPS = {**PATH_STEPS, **FIGURE_STEPS, **PACE_STEPS}
 
 ORDER = (
     *("keep", "reverse", "mirror rotate tilt", "resize curve", "smooth", "straighten", "move", "quadrant height"),
-    *("closer farther", "clearance", "side", "via hop", "bound", "end", "zigzag wave shake", "pace"),
+    *("side", "closer farther", "clearance", "via hop", "bound", "end", "zigzag wave shake", "pace"),
     *("extend return circle eight spiral hover wait stop", "trim waypoints"),
 )
 """Path first, from the whole to its parts, so that no step disturbs an exact amount set by another; then speed; then,
@@ -32,8 +32,8 @@ RANK = {name: rank for rank, names in enumerate(ORDER) for name in names.split()
 PLACED = (F.Shift, F.Pace, F.Approach, F.Clearance, F.Height, F.Bound, F.Mirror, F.Rotate, F.Resize, F.Smooth, F.Curve)
 """Frames that leave alone what is to stay as it is."""
 
-STILL = (F.Keep, F.Pace, F.Wait, F.StopAt, F.Resample)
-"""Frames that do not change where the path goes."""
+BLENDED = (F.Keep, F.Shift, F.Pace, F.Mirror, F.Rotate, F.Resize)
+"""Frames that change nothing outside the part that they are about."""
 
 
 def realise(
@@ -54,30 +54,58 @@ def realise(
         UnknownObject: If a frame names an object that the scene does not have.
     """
     once = _once(frames)
-    d = PolicyBuilder(trajectory, scene, effort if sum(isinstance(f, F.Approach) for f in once) <= 2 else 1)
-    d.alone = sum(not isinstance(frame, STILL) for frame in once) <= 1
-    d.alone = d.alone and not (len(once) > 1 and any(isinstance(f, F.StopAt | F.Trim) for f in once))
+    many = sum(isinstance(frame, F.Approach) for frame in once) > 2
+    d = PolicyBuilder(trajectory, scene, 1 if many else effort, once)
     for question in conflicts(once, scene.frame):
         d.ask(question)
     kept = [frame.part for frame in once if isinstance(frame, F.Keep) and frame.what == "part" and frame.part]
-    order = sorted(enumerate(once), key=lambda pair: RANK[name_of(pair[1])])
-    for d.frame, frame in order:
-        if kept and isinstance(frame, PLACED):
-            frame = replace(frame, part=_apart(frame.part, kept))
+    ends = [part for f in once if isinstance(f, F.Keep) for part in _KEPT_ENDS.get(f.what, ())]
+    for d.frame, frame in sorted(enumerate(once), key=lambda pair: _rank(pair[1], once)):
+        if isinstance(frame, PLACED) and (kept or (ends and frame.part)):
+            still = ends if frame.part and not isinstance(frame, F.Pace) else []
+            frame = replace(frame, part=_apart(frame.part, [*kept, *still]))
         STEPS[type(frame)](d, frame)
         if d.question:
             return d
+    _settle(d)
     _restore(d, once, kept)
     if once and len(d.held) == len(once):
         d.add("", "", "expect_same_path()")
     return d
 
 
+_FIRST, _LAST = PathPart("first", amount=1), PathPart("last", amount=1)
+_KEPT_ENDS = {"start": (_FIRST,), "goal": (_LAST,), "ends": (_FIRST, _LAST)}
+
+
+def _rank(frame: F.SemanticFrame, frames: Sequence[F.SemanticFrame]) -> float:
+    """When a frame's turn comes; an end that moves is the one that is left after a cut."""
+    cut = {"first": "start", "before": "start"}.get(frame.cut, "goal") if isinstance(frame, F.Trim) else ""
+    if cut and any(isinstance(f, F.MoveEnd) and f.end in (cut, "ends") for f in frames):
+        return RANK["end"] - 0.5
+    if isinstance(frame, F.Straighten) and any(isinstance(f, F.MoveEnd) for f in frames):
+        return RANK["end"] + 0.5
+    if isinstance(frame, F.Height) and (frame.part or frame.level.role in ("at_least", "at_most")):
+        return RANK["bound"]
+    return RANK[name_of(frame)]
+
+
+def _settle(d: PolicyBuilder) -> None:
+    """Keep every distance again where keeping another one has spoilt it."""
+    for _ in range(3 if len(d.distances) > 1 else 0):
+        for item, metres, code in d.distances:
+            if surface_distance(item, d.positions) < 0.99 * metres:
+                d.add(code)
+
+
 def _once(frames: Sequence[F.SemanticFrame]) -> list[F.SemanticFrame]:
-    """Drop a second smoothing, which would change nothing; any other repetition is intended."""
+    """Drop a second smoothing, and a constant speed beside the one that it is to be; other repetitions are intended."""
+    set_to = [f.part for f in frames if isinstance(f, F.Pace) and f.change == "set" and f.factor is None]
     kept: list[F.SemanticFrame] = []
     for frame in frames:
-        if not isinstance(frame, F.Smooth) or not any(isinstance(k, F.Smooth) for k in kept):
+        again = isinstance(frame, F.Smooth) and any(isinstance(k, F.Smooth) for k in kept)
+        stated = isinstance(frame, F.Pace) and frame.change == "constant" and frame.part in set_to
+        if not again and not (stated and not frame.quantities):
             kept.append(frame)
     return kept
 
@@ -95,7 +123,7 @@ def _restore(d: PolicyBuilder, frames: Sequence[F.SemanticFrame], kept: Sequence
     if not any(isinstance(frame, F.Keep) for frame in frames):
         return
     rows, given = d.rows(), d.trajectory.to_array()
-    masks = [d.part(part)[0] for part in kept if not all(isinstance(f, (*PLACED, F.Keep)) for f in frames)]
+    masks = [d.part(part)[0] for part in kept if not all(isinstance(f, BLENDED) for f in frames)]
     if not d.goal_moved or "start" in d.kept:
         for end, i, mask in (("start", 0, "first(original, 1)"), ("goal", -1, "last(original, 1)")):
             if end in d.kept and abs(rows[i, :3] - given[i, :3]).max() > 1e-6 and not (end == "goal" and d.goal_moved):

@@ -1,0 +1,494 @@
+"""What frames must bring about, as checks that measure the outcome and know nothing of how a policy is written."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ovita.instruct import frames as F
+from ovita.instruct.builder import direction_word
+from ovita.measure import predicates as P
+from ovita.measure.predicates import Check, asked
+from ovita.paths.frame import OPPOSITE
+from ovita.paths.part import PathPart, both, outside
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Trajectory
+
+SHARES = {"first": 0.25, "last": 0.25, "middle": 1 / 3, "turns": 0.25}
+"""The part of the waypoints that a part of the path means where it is left open."""
+
+PATHLESS = (F.Keep, F.Pace, F.Wait, F.StopAt, F.Resample)
+"""Frames that say nothing about where the path goes."""
+
+NUMBERED = (F.Resample, F.Trim, F.Figure, F.Extend, F.Return, F.Wait, F.Hover, F.StopAt)
+"""Frames that change which waypoints there are."""
+
+
+def expected(frames: Sequence[F.SemanticFrame], trajectory: Trajectory, scene: Scene) -> Check:
+    """The check that an adaptation does what all frames ask for.
+
+    Args:
+        frames: As a sentence was read.
+        trajectory: The original.
+        scene: Its surroundings.
+    """
+    case = _Asked(tuple(frames), trajectory, scene)
+    checks = [check for frame in frames for check in (_CHECKS[type(frame)](case, frame),) if check is not None]
+    return P.all_of(*checks) if checks else P.all_of(P.not_(P.same_path(tolerance=-1.0)))
+
+
+@dataclass(frozen=True)
+class _Asked:
+    frames: tuple[F.SemanticFrame, ...]
+    trajectory: Trajectory
+    scene: Scene
+
+    def alone(self, frame: F.SemanticFrame) -> bool:
+        """Whether no other frame moves the path."""
+        return not any(other is not frame and not isinstance(other, PATHLESS) for other in self.frames)
+
+    def calm(self, frame: F.SemanticFrame) -> PathPart | None:
+        """The part that a frame is about, without what ends that move take along."""
+        ends = {f.end for f in self.frames if isinstance(f, F.MoveEnd)}
+        if frame.part or not ends:
+            return self.where(frame)
+        return PathPart("last" if ends == {"start"} else "first", amount=0.4, unit="share")
+
+    def has(self, *kinds: type[F.SemanticFrame]) -> bool:
+        """Whether there are frames of some kinds."""
+        return any(isinstance(frame, kinds) for frame in self.frames)
+
+    def where(self, frame: F.SemanticFrame) -> PathPart | None:
+        """The part that a frame is about, without what is to stay as it is."""
+        kept = [f.part for f in self.frames if isinstance(f, F.Keep) and f.what == "part" and f is not frame]
+        parts = [*([frame.part] if frame.part else []), *(outside(part) for part in kept if part != frame.part)]
+        whole = both(*parts) if len(parts) > 1 else parts[0] if parts else None
+        return None if whole is None else self.part(whole)
+
+    def part(self, part: PathPart) -> PathPart:
+        """A part with what it leaves open filled in."""
+        if part.parts:
+            return replace(part, parts=tuple(self.part(inner) for inner in part.parts))
+        if part.kind == "near" and part.places[0] in F.SPOTS:
+            kind = {"start": "first", "goal": "last"}.get(part.places[0], "middle")
+            unit: Any = "share" if part.amount is None else "m"
+            return self.part(PathPart(kind, amount=part.amount, unit=unit))
+        if part.kind in ("after", "before") and part.places[0] in F.SPOTS:
+            share = {"start": 0.0, "goal": 1.0, "middle": 0.5}[part.places[0]]
+            until = None if part.kind == "after" else share
+            return PathPart("range", amount=share if part.kind == "after" else 0.0, until=until, unit="share")
+        if part.kind in SHARES and part.amount is None:
+            return replace(part, amount=SHARES[part.kind], unit="share")
+        return replace(part, direction=self.word(part.direction)) if part.direction else part
+
+    def word(self, direction: str) -> str:
+        return direction_word(self.scene.frame, direction)
+
+    def metres(self, q: F.Quantity, whole: float) -> float:
+        return q.value * whole if q.unit in ("%", "x") else q.value
+
+    def offset(self, offset: F.Offset) -> dict[str, float | None]:
+        found: dict[str, float | None] = {}
+        for said, q in offset:
+            word, value = self.word(said), None if q is None else self.metres(q, self.extent)
+            found[OPPOSITE[word] if value is not None and value < 0 else word] = None if value is None else abs(value)
+        return found
+
+    @property
+    def extent(self) -> float:
+        return float(np.linalg.norm(np.ptp(self.trajectory.positions, axis=0)))
+
+    def distance(self, place: str) -> float:
+        fine = self.trajectory.resample(1000).positions
+        return float(self.scene[place].distance(fine).min())
+
+    def shift(self) -> dict[str, float]:
+        """How far other frames shift the whole path, where they say it."""
+        total: dict[str, float] = {}
+        for frame in self.frames:
+            if isinstance(frame, F.Shift) and not frame.part:
+                for word, value in self.offset(frame.offset).items():
+                    total[word] = total.get(word, 0.0) + (value or 0.0)
+        return total
+
+
+def _place(place: F.Place, case: _Asked) -> Any:
+    """A place as the checks take it."""
+    if isinstance(place, tuple):
+        return {"between": list(place)}
+    if isinstance(place, F.Quantity) or place == "middle":
+        n = len(case.trajectory)
+        q = F.Quantity(0.5, "%") if place == "middle" else place
+        assert isinstance(q, F.Quantity)
+        along = case.trajectory.arc_length
+        share = along / max(case.trajectory.length, 1e-9)
+        by_unit = {"%": share, "x": share, "m": along, "s": case.trajectory.times}
+        measured = by_unit.get(q.unit, np.arange(1, n + 1))
+        return case.trajectory.positions[int(np.argmin(np.abs(measured - q.value)))].tolist()
+    return place
+
+
+def _amount(frame: F.SemanticFrame) -> Any:
+    return {"slight": "little", "large": "much"}.get(frame.degree or "")
+
+
+def _shift(case: _Asked, frame: F.Shift) -> Check:
+    words, where, only = case.offset(frame.offset), case.where(frame), case.alone(frame)
+    counted = [f for f in case.frames if isinstance(f, NUMBERED) and not isinstance(f, F.Wait | F.StopAt)]
+    only = only and not counted
+    if where is not None and case.has(F.MoveEnd):
+        words = dict.fromkeys(words)  # an end that moves takes the path beside it along
+    stated: Any = {word: value for word, value in words.items() if value is not None}
+    open_ = [P.moved(word, amount=_amount(frame), where=where, only=only and len(words) == 1)
+             for word, value in words.items() if value is None]  # fmt: skip
+    if not stated:
+        return P.all_of(*open_)
+    return P.all_of(P.moved(where=where, only=only and not open_, tolerance=0.1 if only else 0.25, **stated), *open_)
+
+
+def _end(case: _Asked, frame: F.MoveEnd) -> Check:
+    return P.all_of(
+        *(_one_end(case, frame, end) for end in (("start", "goal") if frame.end == "ends" else (frame.end,)))
+    )
+
+
+def _one_end(case: _Asked, frame: F.MoveEnd, end: Any) -> Check:
+    place = _place(frame.place, case)
+    words, alone = case.offset(frame.offset), case.alone(frame)
+    if frame.relation == "to" and words:
+        return P.all_of(*(asked.end_beside(end, place, word, by=value) for word, value in words.items()))
+    if frame.relation == "to":
+        return P.starts_at(place) if end == "start" else P.ends_at(place)
+    if case.has(F.Trim, F.StopAt) and not frame.relation:
+        return P.not_(P.same_path())
+    if frame.relation:
+        by = None if frame.by is None or frame.by.unit in ("%", "x") else frame.by.value
+        return asked.end_aimed(end, place, "farther" if frame.relation == "away" else "closer", by=by)
+    moved = P.start_moved if end == "start" else P.goal_moved
+    open_ = [moved(word, only=alone and len(words) == 1) for word, value in words.items() if value is None]
+    stated: Any = {word: value for word, value in words.items() if value is not None}
+    return P.all_of(*open_, *([moved(only=alone and not open_, **stated)] if stated else []))
+
+
+def _approach(case: _Asked, frame: F.Approach) -> Check:
+    where, q, after = case.where(frame), frame.by, case.shift() or None
+    checks = []
+    amount = _amount(frame) if case.alone(frame) else None
+    for name in frame.objects:
+        if q is not None and q.unit in ("x", "%") and frame.sense == "farther":
+            times = q.value if q.unit == "x" and q.value > 1 else 1.0 + q.value
+            checks.append(P.farther(name, times=times, where=where))
+            continue
+        by = None if q is None or where is not None else q.value
+        if q is not None and q.unit in ("x", "%"):
+            share = q.value if q.unit == "%" else 1 - 1 / q.value if q.value > 1 else 1 - q.value
+            by = share * case.distance(name)
+        if where is not None:
+            checks.append(asked.part_approached(name, frame.sense, where=where))
+            continue
+        judged = P.closer if frame.sense == "closer" else P.farther
+        alone = case.alone(frame) and len(frame.objects) == 1
+        checks.append(judged(name, by=by if alone else None, amount=amount, after=after, aimed=alone))
+    return P.all_of(*checks)
+
+
+def _clearance(case: _Asked, frame: F.Clearance) -> Check:
+    q, where = frame.distance, case.where(frame)
+    if q.role == "at_most":
+        return P.all_of(*(asked.passes_at(name, q.value, where=where) for name in frame.objects))
+    if q.role == "at":
+        return P.all_of(*(asked.passes_at(name, q.value, at_least=q.value, where=where) for name in frame.objects))
+    return P.all_of(*(asked.clear_of(name, q.value, where=where) for name in frame.objects))
+
+
+def _visit(case: _Asked, frame: F.Visit) -> Check:
+    if frame.relation == "between":
+        return P.passes_between(*frame.objects[:2])
+    if frame.relation == "at":
+        return P.all_of(*(P.passes_through(name) for name in frame.objects))
+    word, q = ("up" if frame.relation == "over" else "down"), frame.by
+    by, exact = None if q is None else case.metres(q, case.extent), q is not None and q.role != "at_least"
+    return P.all_of(*(asked.passes_beyond(name, word, by=by, exactly=exact) for name in frame.objects))
+
+
+def _hop(case: _Asked, frame: F.Hop) -> Check:
+    by = None if frame.by is None else case.metres(frame.by, case.extent)
+    ends = [P.starts_at("start"), P.ends_at("goal")] if case.alone(frame) and not case.has(F.StopAt) else []
+    return P.all_of(*(asked.passes_beyond(name, "up", by=by) for name in frame.objects), *ends)
+
+
+def _hover(case: _Asked, frame: F.Hover) -> Check:
+    by = None if frame.by is None else case.metres(frame.by, case.extent)
+    over = [asked.passes_beyond(name, "up", by=by, exactly=by is not None) for name in frame.objects]
+    return P.all_of(*over, *(P.dwells(_steps(case, frame.duration), near=name) for name in frame.objects))
+
+
+def _steps(case: _Asked, q: F.Quantity | None) -> int:
+    return max(1, 10 if q is None else round(q.value / (case.trajectory.timestep if q.unit in ("s", "") else 1.0)))
+
+
+def _wait(case: _Asked, frame: F.Wait) -> Check:
+    return asked.rests_at(_place(frame.place or "goal", case), steps=_steps(case, frame.duration))
+
+
+def _stop(case: _Asked, frame: F.StopAt) -> Check:
+    if frame.place in ("", "goal"):
+        return P.stops()
+    place = _place(frame.place, case)
+    stopped = asked.rests_at(place, ends=True)
+    return P.all_of(stopped, P.same_path(partly=True)) if case.alone(frame) else stopped
+
+
+def _side(case: _Asked, frame: F.Side) -> Check:
+    return P.all_of(*(asked.passes_beside(name, case.word(frame.direction)) for name in frame.objects))
+
+
+def _pace(case: _Asked, frame: F.Pace) -> Check | None:
+    where, q, change = case.where(frame), frame.amount, frame.change
+    placed = case.part(frame.part) if frame.part else None
+    if change in ("faster", "slower", "set") and (q is None or frame.factor is not None):
+        return _factor(case, frame, where)
+    value = 0.0 if q is None else q.value
+    others = [f for f in case.frames if f is not frame and isinstance(f, F.Pace | F.StopAt | F.Wait | F.Hover)]
+    slack = 0.1 if case.has(F.Resample) else 0.02
+    match change:
+        case "faster" | "slower" if q is not None and q.role in ("by", "of"):
+            return asked.speed_changed(value if change == "faster" else -value, where=where)
+        case "faster" | "slower" | "set":
+            still = case.has(F.Wait, F.StopAt, F.Hover)
+            return asked.speed_is(value, where=placed) if still or others else P.constant_speed(value, where=placed)
+        case "constant":
+            return P.constant_speed(None if q is None else value, where=placed)
+        case "cap":
+            return asked.speed_within(at_most=value, where=where, otherwise=not others, slack=slack)
+        case "floor":
+            return asked.speed_within(at_least=value, where=where, otherwise=not others, slack=slack)
+        case "rampup" | "rampdown":
+            end = None if q is None or others else value
+            return P.monotone_speed("rising" if change == "rampup" else "falling", where=where, to=end)
+        case "turns":
+            turns = PathPart("turns", amount=SHARES["turns"])
+            return P.slower(where=both(turns, placed) if placed else turns)
+    return asked.accelerates(value, where=where)
+
+
+def _factor(case: _Asked, frame: F.Pace, where: PathPart | None) -> Check | None:
+    factor, others = frame.factor, [f for f in case.frames if f is not frame and isinstance(f, F.Pace)]
+    bounded = [f.change for f in others if f.change in ("cap", "floor", "constant", "turns")]
+    if bounded and (where is None or any(f.part == frame.part for f in others)):
+        return None
+    for other in others:
+        if other.part and other.part != frame.part:
+            rest = outside(case.part(other.part))
+            where = both(where, rest) if where else rest
+            if not where.mask(case.trajectory, case.scene).any():
+                return None
+    slower = frame.change == "slower" or (factor is not None and factor < 1)
+    only = where is not None and where.kind == "near" and len(case.frames) == 1
+    judged = P.slower if slower else P.faster
+    return judged(where=where, factor=factor, amount=_amount(frame) if factor is None else None, only=only)
+
+
+def _keep(case: _Asked, frame: F.Keep) -> Check | None:
+    others = [f for f in case.frames if not isinstance(f, F.Keep)]
+    ends = {"start": ("start",), "goal": ("goal",), "ends": ("start", "goal")}.get(frame.what, ())
+    if ends:
+        after_goal = any(isinstance(f, F.Extend | F.Return) for f in others)
+        checks = [P.starts_at("start", within=0.01 * case.extent)] if "start" in ends else []
+        checks += [P.ends_at("goal", within=0.01 * case.extent)] if "goal" in ends and not after_goal else []
+        return P.all_of(*checks) if checks else None
+    where = case.part(frame.part) if frame.part else None
+    if frame.what == "speed":
+        paced = [f.part for f in others if isinstance(f, F.Pace | F.Wait | F.StopAt | F.Hover)]
+        return None if paced else P.speeds_kept(where)
+    if frame.what == "height":
+        lifted = any(isinstance(f, F.Height | F.Hop | F.Hover | F.Tilt) for f in others)
+        return None if lifted or case.has(F.Trim, F.Extend, F.Smooth, F.Resample) else asked.height_kept()
+    if frame.what == "rest":
+        return _rest(case, others)
+    if where is not None:
+        return P.all_of(P.kept(where), P.speeds_kept(where)) if frame.what == "part" else P.kept(where)
+    return P.same_path() if all(isinstance(f, PATHLESS) for f in others) else None
+
+
+def _rest(case: _Asked, others: Sequence[F.SemanticFrame]) -> Check | None:
+    """Where parts are named, the path keeps its place outside of them."""
+    parts = [case.part(f.part) for f in others]
+    if not parts or not all(parts) or any(isinstance(f, F.Approach | F.Clearance) for f in others):
+        return None
+    rest = [outside(part) for part in parts]
+    return P.kept(both(*rest) if len(rest) > 1 else rest[0])
+
+
+def _extend(case: _Asked, frame: F.Extend) -> Check:
+    words: Any = {word: value for word, value in case.offset(frame.offset).items() if value is not None}
+    if frame.place:
+        return P.all_of(P.ends_at(_place(frame.place, case)), P.extended())
+    by = None if frame.by is None else case.metres(frame.by, case.trajectory.length)
+    return P.extended(by=by, **words) if case.alone(frame) else P.extended()
+
+
+def _return(case: _Asked, frame: F.Return) -> Check:
+    return P.all_of(P.ends_at("start"), P.extended()) if case.alone(frame) else P.ends_at("start", within=case.extent)
+
+
+def _smooth(case: _Asked, frame: F.Smooth) -> Check:
+    where = case.where(frame)
+    if where is None and case.alone(frame):
+        return P.smoother()
+    return asked.bends("less", where=where, straight=True)
+
+
+def _curve(case: _Asked, frame: F.Curve) -> Check:
+    where = case.where(frame)
+    ends = [P.starts_at("start"), P.ends_at("goal")] if case.alone(frame) else []
+    return P.all_of(asked.bends(frame.change, where=where), *ends)
+
+
+def _straighten(case: _Asked, frame: F.Straighten) -> Check:
+    return P.straight(case.where(frame))
+
+
+def _resample(case: _Asked, frame: F.Resample) -> Check:
+    n, q = len(case.trajectory), frame.amount
+    if frame.change == "merge":
+        return P.group_averages(round(q.value if q else 3))
+    same = [P.same_path()] if case.alone(frame) else []
+    if q is None:
+        return P.all_of(P.more_waypoints() if frame.change == "more" else P.fewer_waypoints(), *same)
+    value = q.value if q.unit not in ("x", "%") else n * q.value
+    count = (
+        value if frame.change == "to" or q.unit in ("x", "%") else n + (-value if frame.change == "fewer" else value)
+    )
+    if q.unit == "%" and frame.change in ("more", "fewer"):
+        count = n + value if frame.change == "more" else n - value
+    return P.all_of(asked.counted(round(count)), *same)
+
+
+def _figure(case: _Asked, frame: F.Figure) -> Check:
+    where = case.where(frame) if frame.part else None
+    place = _place(frame.place or "goal", case)
+    turns, size = None if frame.turns is None else frame.turns.value, _size(case, frame.size or frame.radius)
+    match frame.shape:
+        case "circle":
+            radius = _size(case, frame.radius)
+            if case.has(F.Return):
+                return P.not_(P.same_path())
+            return asked.winds(place, turns or 1.0, radius=radius, sense=frame.sense or "")
+        case "spiral":
+            near, most = None if place == "goal" else place, _size(case, frame.radius)
+            counts = [turns or 3.0, *([] if near is None else [(turns or 3.0) + 1])]  # the way on may add one
+            return P.any_of(*(P.spiral(near=near, turns=count, max_radius=most) for count in counts))
+        case "eight":
+            long = 4 * size if size is not None and frame.size is None else size
+            return asked.figure_eight(size=long, near=None if where else place)
+        case "shake":
+            return asked.swings(3, where=where or case.part(_around(frame.place)), irregular=True)
+    waves = frame.waves or frame.turns
+    least = 3 if waves is None else max(1, round(2 * waves.value) - 2)
+    return asked.swings(least, amplitude=size, where=where)
+
+
+def _around(place: F.Place) -> PathPart:
+    """Where a path shakes: around a place; what is near an object is what is closest to it."""
+    if place in ("", "goal"):
+        return PathPart("last")
+    return PathPart("near", (place if isinstance(place, str) else "middle",))
+
+
+def _size(case: _Asked, q: F.Quantity | None) -> float | None:
+    return None if q is None else case.metres(q, case.extent)
+
+
+def _mirror(case: _Asked, frame: F.Mirror) -> Check:
+    flipped = {"x": "y", "y": "x", "z": "z"}.get(frame.axis, "")
+    mirrored = P.mirrored if case.alone(frame) else asked.flipped
+    return mirrored([case.word(flipped or frame.axis)], where=case.calm(frame))
+
+
+def _rotate(case: _Asked, frame: F.Rotate) -> Check:
+    angle = 45.0 if frame.angle is None else frame.angle.value * {"turns": 360.0}.get(frame.angle.unit, 1.0)
+    where = case.calm(frame)
+    ways = [-angle] if frame.sense == "cw" else [angle] if frame.sense else [angle, -angle]
+    fixed = []
+    if frame.about == "start" and case.alone(frame):
+        fixed = [P.starts_at("start", within=0.02 * case.extent)]
+    return P.all_of(P.any_of(*(P.rotated(way, where=where) for way in ways)), *fixed)
+
+
+def _tilt(case: _Asked, frame: F.Tilt) -> Check:
+    side = case.word(frame.direction)
+    axis = {"left": "front", "right": "back", "front": "right", "back": "left"}[side]
+    angle = 45.0 if frame.angle is None else frame.angle.value
+    turned = [P.rotated(angle, axis, where=case.where(frame))] if case.alone(frame) else []
+    return P.all_of(asked.lifted(side, angle), *turned)
+
+
+def _resize(case: _Asked, frame: F.Resize) -> Check:
+    plain = F.canonical(frame)
+    assert isinstance(plain, F.Resize)
+    about = _place(frame.about, case) if frame.about else None
+    factor = {"larger": 1.5, "smaller": 1 / 1.5}.get(frame.change, 1.5) if plain.by is None else plain.by.value
+    if plain.by is None and frame.degree:
+        factor = {"slight": 1.2, "large": 2.0}.get(frame.degree, 1.5) ** (-1 if frame.change == "smaller" else 1)
+    kept = any(isinstance(f, F.Keep) and f.what in ("start", "goal", "ends") for f in case.frames)
+    if kept:
+        return P.not_(P.same_path())
+    return asked.scaled(factor, where=case.calm(frame), about=about if case.alone(frame) else None)
+
+
+def _height(case: _Asked, frame: F.Height) -> Check:
+    level, where, alone = frame.level.value, case.where(frame), case.alone(frame)
+    if frame.level.role == "at_least":
+        return asked.within_bound("down", -level, where=where, otherwise=alone)
+    exactly = frame.level.role != "at_most"
+    return asked.within_bound("up", level, where=where, exactly=exactly, otherwise=alone)
+
+
+def _bound(case: _Asked, frame: F.Bound) -> Check:
+    of, where = _place(frame.of, case) if frame.of else None, case.where(frame)
+    limits = [(case.word(said), 0.0 if q is None else case.metres(q, case.extent)) for said, q in frame.offset]
+    return P.all_of(*(asked.within_bound(word, limit, of=of, where=where, otherwise=case.alone(frame))
+                      for word, limit in limits))  # fmt: skip
+
+
+def _reverse(case: _Asked, frame: F.Reverse) -> Check | None:
+    return P.reversed_part(case.where(frame)) if case.alone(frame) else None
+
+
+def _trim(case: _Asked, frame: F.Trim) -> Check | None:
+    if case.has(F.Extend, F.Return):
+        return None
+    if not case.alone(frame) or case.has(F.Resample, F.Wait, F.StopAt):
+        return P.not_(P.extended())
+    n, q = len(case.trajectory), frame.amount
+    if q is not None:
+        unit: Any = {"m": "m", "s": "s", "%": "share", "x": "share"}.get(q.unit, "waypoints")
+        count = int(PathPart(frame.cut, amount=q.value, unit=unit).mask(case.trajectory, case.scene).sum())
+        return asked.trimmed(count if frame.cut == "first" else 0, count if frame.cut == "last" else 0)
+    point = _place(frame.place, case)
+    centre = case.scene[point].position if isinstance(point, str) and point in case.scene else point
+    if isinstance(centre, dict):
+        centre = sum(case.scene[name].position for name in centre["between"]) / 2
+    ends = {"start": case.trajectory.positions[0], "goal": case.trajectory.positions[-1]}
+    centre = ends.get(centre, centre) if isinstance(centre, str) else centre
+    nearest = int(np.argmin(np.linalg.norm(case.trajectory.positions - np.asarray(centre), axis=1)))
+    return asked.trimmed(nearest, 0) if frame.cut == "before" else asked.trimmed(0, n - 1 - nearest)
+
+
+def _quadrant(case: _Asked, frame: F.Quadrant) -> Check:
+    sides = (("left", "back"), ("right", "back"), ("right", "front"), ("left", "front"))[frame.number - 1]
+    bounds: Any = dict.fromkeys(sides, 0.0)
+    return P.all_of(P.never_beyond(**bounds), *([P.shape_kept()] if case.alone(frame) else []))
+
+
+_CHECKS: Mapping[type[F.SemanticFrame], Callable[..., Check | None]] = {
+    F.Shift: _shift, F.MoveEnd: _end, F.Approach: _approach, F.Clearance: _clearance, F.Visit: _visit, F.Side: _side,
+    F.Pace: _pace, F.Keep: _keep, F.StopAt: _stop, F.Wait: _wait, F.Extend: _extend, F.Smooth: _smooth,
+    F.Resample: _resample, F.Figure: _figure, F.Hop: _hop, F.Hover: _hover, F.Mirror: _mirror, F.Rotate: _rotate,
+    F.Tilt: _tilt, F.Resize: _resize, F.Curve: _curve, F.Straighten: _straighten, F.Height: _height, F.Bound: _bound,
+    F.Reverse: _reverse, F.Return: _return, F.Trim: _trim, F.Quadrant: _quadrant,
+}  # fmt: skip
