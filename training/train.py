@@ -336,7 +336,7 @@ def train(
     rate = 1.0
     if begin is not None:
         model.load(pieces, begin)
-        rate = 0.5
+        rate = 0.8
     splitter = WordPiece(pieces)
     slow = [p for n, p in model.named_parameters() if p.requires_grad and n.startswith(("encoder", "kind"))]
     fast = [p for n, p in model.named_parameters() if p.requires_grad and not n.startswith(("encoder", "kind"))]
