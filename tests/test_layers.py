@@ -65,6 +65,8 @@ MAY_MATCH_TEXT = {
     "dialogue/feedback/rewording.py",
     "dialogue/feedback/taking_back.py",
     "dialogue/feedback/utterance.py",
+    "instruct/chunks.py",
+    "instruct/constituents.py",
     "instruct/draft.py",
     "instruct/notation.py",
     "instruct/numbers.py",

@@ -36,13 +36,18 @@ LENGTHS = (
     _unit("m", "m", 1.0, "m, metre, meter, unit"),
     _unit("dm", "m", 0.1, "dm, decimetre, decimeter"),
     _unit("cm", "m", 0.01, "cm, centimetre, centimeter, cms, centi"),
-    _unit("mm", "m", 0.001, "mm, millimetre, millimeter, mms, millis"),
+    _unit("mm", "m", 0.001, "mm, millimetre, millimeter, mms, millis, mil"),
     _unit("km", "m", 1000.0, "km, kilometre, kilometer, kms"),
     _unit("in", "m", 0.0254, "inch, inches, in."),
     _unit("ft", "m", 0.3048, "ft, foot, feet"),
     _unit("yd", "m", 0.9144, "yard, yd"),
     _unit("thou", "m", 2.54e-5, "thou"),
-    _unit("hand", "m", 0.1, "hand, hand's width, hands width, handwidth, hand width, palm"),
+    _unit(
+        "hand",
+        "m",
+        0.1,
+        "hand, hand's width, hands width, handwidth, hand width, palm, hand's breadth, handbreadth, handspan",
+    ),
     _unit("finger", "m", 0.02, "finger, finger's width, fingers width, finger width"),
 )
 

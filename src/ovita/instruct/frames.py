@@ -400,6 +400,9 @@ class Reading:
     asked: tuple[str, ...] = ()
 
 
+THIRDS = {0.33: 1 / 3, 0.67: 2 / 3, 0.66: 2 / 3}
+"""What people write for a third."""
+
 _AXES: dict[str, Axis] = {"x": "front", "y": "left", "z": "up"}
 
 
@@ -413,6 +416,8 @@ def canonical(frame: SemanticFrame) -> SemanticFrame:
     match frame:
         case Pace(factor=float() as factor):
             frame = replace(frame, change="set", amount=Quantity(factor, "x", "to"))
+        case Pace(change="faster" | "slower", amount=Quantity(role="to")):
+            frame = replace(frame, change="set")
         case Resize(by=Quantity(unit="x" | "%" as unit, value=value), change=change):
             factor = value if unit == "x" else 1 - value if change == "smaller" else 1 + value if change else value
             factor = 1 / factor if change == "smaller" and factor > 1 else factor
@@ -497,7 +502,13 @@ _BEHIND: dict[Direction, Direction] = {
 
 
 def _six(value: float | None) -> float | None:
-    return None if value is None else float(f"{value:.6g}")
+    return (
+        None
+        if value is None
+        else THIRDS.get(round(value, 2), float(f"{value:.6g}"))
+        if value < 1
+        else float(f"{value:.6g}")
+    )
 
 
 def _rounded(frame: SemanticFrame) -> SemanticFrame:

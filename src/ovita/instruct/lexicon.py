@@ -6,7 +6,7 @@ Inflected forms (-s, -ed, -ing, -ly, -er, -est) are found by themselves.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, lru_cache
 from importlib.resources import files
@@ -24,6 +24,13 @@ DETERMINERS = frozenset("the a an your its my our their this that these those so
 
 CONNECTIVES = frozenset({"and", "then", "but", "also", "plus", "whereas", "finally", "next", "yet"})
 
+COMPARING = frozenset("too so less not no never that once twice".split())
+"""Words that turn what follows them round; phrases that begin with one are composed by the reader."""
+
+ALIKE = {"away": "farther", "withdraw": "farther", "increase": "inc", "decrease": "dec", "creep": "slower",
+         "through": "thru", "beyond": "after", "fewer": "dec", "pass": "pass", "remove": "trim"}  # fmt: skip
+"""Concepts of `words/` and the classes of `terms/` that they belong to."""
+
 IRREGULAR = {
     "went": "go", "gone": "go", "kept": "keep", "held": "hold", "brought": "bring", "drove": "drive", "driven": "drive",
     "flew": "fly", "flown": "fly", "rose": "rise", "risen": "rise", "sank": "sink", "sunk": "sink", "swung": "swing",
@@ -40,14 +47,14 @@ FEEDBACK = "feedback.txt"
 
 
 @cache
-def concepts(only: str = "") -> dict[str, tuple[str, ...]]:
+def concepts(only: str = "", folder: str = "words") -> dict[str, tuple[str, ...]]:
     """Every concept with its phrases; those about earlier turns are in a file that is read only by name.
 
     Raises:
         OvitaError: If a line of a word file names no concept.
     """
     found: dict[str, str] = {}
-    for file in sorted(files("ovita.instruct").joinpath("words").iterdir(), key=lambda f: f.name):
+    for file in sorted(files("ovita.instruct").joinpath(folder).iterdir(), key=lambda f: f.name):
         if not file.name.endswith(".txt") or (file.name != only if only else file.name == FEEDBACK):
             continue
         concept = ""
@@ -92,8 +99,35 @@ class _Node:
 
 @cache
 def _tree() -> _Node:
+    return _planted(phrases())
+
+
+@cache
+def terms() -> dict[tuple[str, ...], str]:
+    """Every phrase of the classes of `terms/`, and then those of the concepts of the same meaning."""
+    table: dict[tuple[str, ...], str] = {}
+    classes = concepts(folder="terms")
+    for concept, listed in (*classes.items(), *((ALIKE.get(c, c), said) for c, said in concepts().items())):
+        for phrase in listed:
+            words = tuple(phrase.split())
+            if concept in classes and (phrase in classes[concept] or words[0] not in COMPARING):
+                table.setdefault(words, concept)
+    return table
+
+
+@cache
+def _terms() -> _Node:
+    return _planted(terms())
+
+
+def term_at(words: Sequence[str], i: int) -> tuple[str, int]:
+    """The class of the longest phrase that begins at word i, and its number of words; ("", 0) for none."""
+    return _longest(_terms(), words, i, 0, 0)[:2]
+
+
+def _planted(table: Mapping[tuple[str, ...], str]) -> _Node:
     root = _Node()
-    for words, concept in phrases().items():
+    for words, concept in table.items():
         node = root
         for word in words:
             node = node.following.setdefault(word, _Node())

@@ -1,0 +1,202 @@
+# ruff: noqa: E501
+"""From an utterance to chunks: objects of the scene, numbers with units, words by class, and words that nobody knows.
+
+A chunk's class is what the constituents, the table of frames and the referee look at; `span` says where it stands.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from ovita.instruct.frames import Quantity, Span
+from ovita.instruct.lexicon import term_at, terms
+from ovita.instruct.numbers import amount_at, is_digits
+from ovita.instruct.objects import Catalog
+from ovita.instruct.tokens import respelt
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Array
+
+PIECE = re.compile(
+    r"\d+[.,]\d+|\d+(?:st|nd|rd|th)\b|\d+|\.\d+(?=\D|$)|(?:k?m|cm|mm|ft|in|deg)/(?:s(?:ec)?(?:\^?2|²)?|h|min)\b|m/s(?:\^?2|²)"
+    r"|[^\W\d_]+(?:['’][^\W\d_]+)*|>=|<=|=>|=<|\+=|-=|\+/?-|\.\.+|[%°≥≤<>=@&~±×+\-/_.,;:!?()–—→]"
+)
+CONTRACTION = re.compile(r"(?:i|you|he|she|it|we|they|there|what|who|that|here|how)'?(?:s|re|ve|ll|d|m)")
+SYMBOLS = {
+    ">=": "at least", "=>": "at least", "≥": "at least", ">": "at least", "<=": "at most", "=<": "at most",
+    "≤": "at most", "<": "at most", "=": "to", "@": "at", "&": "and", "~": "about", "+=": "plus", "-=": "minus", "×": "x",
+    "+-": "", "+/-": "", "±": "", "°": "degrees", "_": "", "→": "to", "(": ",", ")": ",", "–": ",", "—": ",", "-": "-",
+}  # fmt: skip
+BREAKS = frozenset(".,;:!?")
+ORDINALS = {"2nd": "second", "3rd": "third", "4th": "fourth", "5th": "fifth", "1st": "first", "6th": "sixth",
+            "7th": "seventh", "8th": "eighth", "10th": "tenth"}  # fmt: skip
+COUNTED = {"second": 2, "other": 2, "third": 3, "fourth": 4, "quarter": 4, "fifth": 5, "sixth": 6, "seventh": 7,
+           "eighth": 8, "tenth": 10}  # fmt: skip
+"""Ordinals, as in "every third"."""
+
+BARE = {
+    "first": "1st",
+    "initial": "1st",
+    "last": "nth",
+    "final": "nth",
+    "opening": "1st",
+    "closing": "nth",
+    "1st": "1st",
+    "final stretch": "nth",
+}
+"""Words that name a part of the path only with what follows: "the last 10 cm", but "last, go up"."""
+
+PRONOUNS = frozenset("it him her them that this he she they one theirs".split())
+PLACING = frozenset("at by on to from of near around after before over under thru touch toward within for".split())
+SHORT = {"pc": "%", "pct": "%", "L": "left", "R": "right", "dz": "z", "dx": "x", "dy": "y", "w": "with"}
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """A meaningful piece of an utterance.
+
+    Args:
+        kind: Its class: one of `terms/`, "OBJ", "CHOICE", "Q" and its unit, "comma", "dot", "and", "filler" or "unknown".
+        text: As it was written.
+        span: Where it stands.
+        names: Objects that it means.
+        q: The quantity that it is.
+        value: What else a constituent knows.
+    """
+
+    kind: str
+    text: str
+    span: Span
+    names: tuple[str, ...] = ()
+    q: Quantity | None = None
+    value: Any = field(default=None)
+
+    @property
+    def number(self) -> Quantity:
+        """The quantity that it is; a bare zero if it is none."""
+        return self.q or Quantity(0.0)
+
+
+@dataclass(frozen=True)
+class _Word:
+    text: str
+    span: Span
+
+
+UNIT_KIND = {"m": "Qm", "m/s": "Qv", "m/s2": "Qa", "s": "Qs", "deg": "Qdeg", "%": "Qpc", "x": "Qx", "step": "Qstep", "": "Qn",
+             "Hz": "Qhz"}  # fmt: skip
+
+
+def chunks(text: str, scene: Scene, positions: Array | None = None) -> tuple[tuple[Chunk, ...], tuple[str, ...]]:
+    """Cut an utterance into chunks; also the spellings that were corrected, as notes."""
+    words = _pieces(text)
+    catalog = Catalog(scene, positions)
+    _nicknames(catalog)
+    lowered, notes = respelt([w.text.lower() for w in words], catalog)
+    found: list[Chunk] = []
+    i = 0
+    while i < len(words):
+        chunk, used = _chunk(words, lowered, i, catalog, found)
+        found.append(chunk)
+        i += used
+    return tuple(found), tuple(notes)
+
+
+def _nicknames(catalog: Catalog) -> None:
+    """Names that leave out the last word: "the pine" for the pine board, where only one object has that word."""
+    owners: dict[str, list[str]] = {}
+    for item in catalog.scene:
+        for word in catalog.words[item.name][:-1]:
+            owners.setdefault(word, []).append(item.name)
+    for word, names in owners.items():
+        if len(names) == 1 and len(word) > 2 and (word,) not in terms() and (word,) not in catalog.names:
+            catalog.names[(word,)] = catalog.scene[names[0]]
+
+
+def _pieces(text: str) -> list[_Word]:
+    """The words and marks of a text, with signs, ranges and symbols as words."""
+    found: list[_Word] = []
+    matches = list(PIECE.finditer(text.replace("’", "'")))
+    for i, match in enumerate(matches):
+        before, behind = matches[i - 1] if i else None, matches[i + 1] if i + 1 < len(matches) else None
+        word = match.group()
+        if word in ("-", "+", "/", ".."):
+            word = _mark(word, match, before, behind)
+        word = ORDINALS.get(word, SHORT.get(word, word))
+        if (
+            word in ("x", "X", "×")
+            and behind is not None
+            and behind.start() == match.end()
+            and behind.group()[0] in ".0123456789"
+        ):
+            continue  # "x1.5" is 1.5 times
+        found += [_Word(part, match.span()) for part in SYMBOLS.get(word, word).split()]
+        if (
+            before is not None
+            and before.group() in ("x", "X", "×")
+            and before.end() == match.start()
+            and word[0] in ".0123456789"
+        ):
+            found.append(_Word("x", match.span()))
+    return found
+
+
+def _mark(word: str, match: re.Match[str], before: re.Match[str] | None, behind: re.Match[str] | None) -> str:
+    """What a sign or slash is: a sign, a range, "and", a pause, or nothing inside of a word."""
+    glued = before is not None and before.end() == match.start()
+    joined = behind is not None and behind.start() == match.end()
+    number = behind is not None and behind.group()[0] in ".0123456789"
+    counted = before is not None and (before.group()[-1].isdigit() or before.group() == "%")
+    if word == "/":
+        return "/" if counted or not (glued and joined) else "and"
+    if word == ".." or (word == "-" and glued and counted and number):
+        return "to"
+    if word == "+":
+        return "plus" if number else "and"
+    if number and joined:
+        return "minus"
+    return "" if glued and joined else "to" if not number and glued else ","
+
+
+def _chunk(
+    words: Sequence[_Word], lowered: list[str], i: int, catalog: Catalog, found: Sequence[Chunk]
+) -> tuple[Chunk, int]:
+    def made(kind: str, used: int, **more: object) -> tuple[Chunk, int]:
+        span = words[i].span[0], words[i + used - 1].span[1]
+        return Chunk(kind, " ".join(w.text for w in words[i : i + used]), span, **more), used  # type: ignore[arg-type]
+
+    word = lowered[i]
+    if word in BREAKS:
+        return made("dot" if word in ".;!?" else "comma", 1)
+    if not word[0].isalnum() and word not in "+-=@%" and word[0] != ".":
+        return made("filler", 1)
+    earlier = next((c.names for c in reversed(found) if c.kind == "OBJ"), ())
+    mention = catalog.mention_at(lowered, i, tuple(catalog.scene[n] for n in earlier)) if word[0].isalnum() else None
+    kind, length = term_at(lowered, i)
+    if mention is not None and mention.used >= length and (not mention.unclear or not kind):
+        names = tuple(item.name for item in mention.items)
+        return made("CHOICE" if mention.unclear else "OBJ", mention.used, names=names)
+    amount = amount_at(lowered, i)
+    if (
+        amount is not None
+        and amount.used >= length
+        and not (word == "one" and lowered[i - 1 : i] in (["the"], ["that"]))
+    ):
+        said = "".join(lowered[i : i + amount.used])
+        q = Quantity(amount.value, amount.unit, "by", said if is_digits(word) else "")
+        return made(UNIT_KIND[amount.unit], amount.used, q=q)
+    if word in PRONOUNS and length <= 1 and earlier and found and found[-1].kind in PLACING:
+        return made("OBJ", 1, names=earlier)
+    if kind == "plain":
+        return made("filler", length)
+    if kind == "join":
+        return made("and", length)
+    if kind:
+        return made(BARE.get(word, kind) if length == 1 else kind, length)
+    if CONTRACTION.fullmatch(word):
+        return made("filler", 1)
+    if word in ("and", "n", "or"):
+        return made("and", 1)
+    return made("unknown", 1)

@@ -1,0 +1,474 @@
+# ruff: noqa: E501
+"""From chunks to constituents: quantities with their roles, objects with their prepositions, parts of the path, ends.
+
+One table of patterns over the chunks' classes, applied in order. A pattern is a row of classes ("a|b" for either, "?",
+"*" and "+" as in regular expressions); what it matches becomes one chunk.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, cast
+
+from ovita.instruct.chunks import COUNTED, Chunk
+from ovita.instruct.frames import Quantity, Role
+from ovita.paths.part import PathPart, both, outside
+
+Build = Callable[[Sequence[Chunk]], Chunk | None]
+
+GROUPS = {
+    "LENGTH": "Qm", "ANYQ": "Qm|Qv|Qa|Qs|Qdeg|Qpc|Qx|Qstep|Qn", "SHARE": "Qpc|half|third|quarter|tenth|fifth",
+    "SPAN": "Qm|Qs|Qpc|Qstep|half|third|quarter|tenth|fifth", "AT": "at|by|on|in|near|around|over|within|along",
+    "HIGHER": "up|raise|over|height", "LOWER": "down|lower|under", "FIRST": "first|1st", "LAST": "last|nth", "END": "start|goal|ends", "LINK": "to|and|thru|before",
+    "DIR": "left|right|front|back|up|down",
+    "FLIPS": "left|right|front|back|up|down|closer|near|farther|faster|slower|larger|smaller|raise|lower|wait|"
+             "more_curve|less_curve|inc|dec",
+}  # fmt: skip
+FLIPPED = {
+    "left": "right", "front": "back", "up": "down", "closer": "farther", "near": "farther", "faster": "slower", "larger": "smaller",
+    "raise": "lower", "more_curve": "less_curve", "inc": "dec",
+}  # fmt: skip
+FLIPPED |= {b: a for a, b in FLIPPED.items() if a != "near"}
+FRACTION = {"half": 0.5, "third": 1 / 3, "quarter": 0.25, "tenth": 0.1, "fifth": 0.2}
+QUANTITIES = frozenset("Qm Qv Qa Qs Qdeg Qpc Qx Qstep Qn".split())
+
+
+def merged(found: Sequence[Chunk], kind: str, **more: Any) -> Chunk:
+    """One chunk of several."""
+    text = " ".join(c.text for c in found)
+    names = tuple(dict.fromkeys(name for c in found for name in c.names))
+    q = next((c.q for c in reversed(found) if c.q is not None), None)
+    made = Chunk(kind, text, (found[0].span[0], found[-1].span[1]), names, q)
+    return replace(made, **more)
+
+
+def kinds(found: Sequence[Chunk]) -> list[str]:
+    """The classes of chunks."""
+    return [c.kind for c in found]
+
+
+def numbers(found: Sequence[Chunk]) -> list[Quantity]:
+    """The quantities of chunks."""
+    return [c.q for c in found if c.q is not None]
+
+
+def part(found: Sequence[Chunk], of: PathPart) -> Chunk:
+    """A chunk for a part of the path."""
+    return merged(found, "part", value=of)
+
+
+def _fraction(found: Sequence[Chunk]) -> Chunk:
+    """A third; two thirds."""
+    times = found[0].q.value if found[0].q is not None else 1.0
+    share = FRACTION[found[-1].kind] * times
+    return merged(found, "Qpc", q=Quantity(round(share, 2) if share not in (0.125,) else share, "%", "by", ""))
+
+
+def _and_a_half(found: Sequence[Chunk]) -> Chunk | None:
+    """An inch and a half."""
+    one = found[0].text.lower().split()[0] in ("a", "an", "one")
+    q = found[0].q or Quantity(0.0)
+    return merged(found, found[0].kind, q=Quantity(q.value * 1.5, q.unit)) if one else None
+
+
+def _many_thirds(found: Sequence[Chunk]) -> Chunk | None:
+    return _fraction(found) if found[-1].text.lower().endswith("s") else None
+
+
+def _range_of_points(found: Sequence[Chunk]) -> Chunk:
+    a, b = (q.value for q in numbers(found)[:2])
+    return part(found, PathPart("range", amount=a - 1, until=b - 1))
+
+
+def _spread(found: Sequence[Chunk]) -> Chunk:
+    """10 to 15 cm: what lies between."""
+    a, b = numbers(found)
+    said = [q.said for q in (a, b)]
+    low = (
+        a.value * (b.value / float(said[1].rstrip("abcdefghijklmnopqrstuvwxyz%/ ")))
+        if not a.unit and said[1][:1].isdigit()
+        else a.value
+    )
+    kind = found[-1].kind
+    return merged(found, kind, q=Quantity((low + b.value) / 2, b.unit))
+
+
+def _point(found: Sequence[Chunk]) -> Chunk:
+    q = numbers(found)[0]
+    return merged(found, "point", value=Quantity(q.value, "waypoints", "at"))
+
+
+def _along(kind: str) -> Build:
+    """After or before a waypoint, a share, a length or a time."""
+
+    def build(found: Sequence[Chunk]) -> Chunk:
+        target = next(c for c in reversed(found) if c.kind in (*QUANTITIES, *FRACTION, "point"))
+        if target.kind == "point":
+            value, unit = target.value.value - 1, cast(Any, "waypoints")
+        elif target.kind in FRACTION:
+            value, unit = FRACTION[target.kind], "share"
+        else:
+            q = target.q or Quantity(0.0)
+            value, unit = q.value, {"%": "share", "m": "m", "s": "s"}.get(q.unit, "waypoints")
+        if kind == "after":
+            return part(found, PathPart("range", amount=value, unit=unit))
+        return part(found, PathPart("range", amount=0.0, until=value, unit=unit))
+
+    return build
+
+
+def _share(kind: str, amount: float) -> Build:
+    return lambda found: part(found, PathPart(kind, amount=amount, unit="share"))
+
+
+def _amount(kind: str) -> Build:
+    """The first 10 waypoints, the last third, the final 30 cm."""
+
+    def build(found: Sequence[Chunk]) -> Chunk:
+        fraction = next((c for c in found if c.kind in FRACTION), None)
+        if fraction is not None:
+            share = _fraction([c for c in found if c.kind == "Qn"] + [fraction]).q
+            return part(found, PathPart(kind, amount=share.value if share else 0.5, unit="share"))
+        q = numbers(found)[0]
+        unit: Any = {"%": "share", "m": "m", "s": "s"}.get(q.unit, "share" if q.value < 1 else "waypoints")
+        return part(found, PathPart(kind, amount=q.value, unit=unit))
+
+    return build
+
+
+def _every(found: Sequence[Chunk]) -> Chunk | None:
+    inner = found[1]
+    k = inner.q.value if inner.q is not None else COUNTED.get(inner.text.lower().split()[-1])
+    return None if k is None else part(found, PathPart("every", amount=float(k)))
+
+
+def _plain(kind: str, **more: Any) -> Build:
+    return lambda found: part(found, PathPart(kind, **more))
+
+
+def _object(found: Sequence[Chunk]) -> Chunk:
+    """An object with its preposition, which is the last one before it."""
+    preposition = next((c.kind for c in reversed(found) if c.kind != "OBJ"), "")
+    return merged([c for c in found if c.kind == "OBJ"], "obj", value=preposition)
+
+
+def _end(found: Sequence[Chunk]) -> Chunk:
+    """An end of the path with its preposition."""
+    end = found[-1]
+    preposition = found[0].kind if len(found) > 1 else ""
+    return merged(found, "end", value=(end.kind, preposition))
+
+
+def _objects(found: Sequence[Chunk]) -> Chunk:
+    return merged([c for c in found if c.kind == "OBJ"], "OBJ")
+
+
+def _between(found: Sequence[Chunk]) -> Chunk | None:
+    names = tuple(dict.fromkeys(n for c in found for n in c.names))
+    return merged(found, "pair", names=names[:2]) if len(names) == 2 else None
+
+
+def _to_or_from_end(found: Sequence[Chunk]) -> Chunk | None:
+    """From the start to the cup; from the cup to the goal."""
+    name = next(c for c in found if c.kind == "OBJ").names[0]
+    end = next(c.kind for c in found if c.kind in ("start", "goal"))
+    return part(found, PathPart("before" if end == "start" else "after", (name,)))
+
+
+def _side_of_object(kind: str) -> Build:
+    return lambda found: part(found, PathPart(kind, (next(c for c in reversed(found) if c.kind == "OBJ").names[0],)))
+
+
+def _within(found: Sequence[Chunk]) -> Chunk:
+    return merged(found, "within_of", q=numbers(found)[0])
+
+
+def _role(role: str) -> Build:
+    def build(found: Sequence[Chunk]) -> Chunk:
+        chunk = next(c for c in found if c.q is not None)
+        q = replace(chunk.number, role=cast(Role, role))
+        return merged(found, chunk.kind, q=q, value=role)
+
+    return build
+
+
+def _never_near(found: Sequence[Chunk]) -> Chunk:
+    """Never nearer the cup than 10 cm."""
+    return merged(found, "within_of", q=replace(numbers(found)[0], role="at_least"))
+
+
+def _turned(found: Sequence[Chunk]) -> Chunk:
+    """A quarter turn."""
+    return merged(found, "Qdeg", q=Quantity(360 * FRACTION[found[0].kind], "deg"))
+
+
+def _height(role: str) -> Build:
+    """A bound on the height."""
+
+    def build(found: Sequence[Chunk]) -> Chunk:
+        q = numbers(found)[0]
+        return merged(found, "Hq", q=replace(q, role=cast(Role, role)))
+
+    return build
+
+
+def _signed(found: Sequence[Chunk]) -> Chunk:
+    chunk = found[-1]
+    q = chunk.q or Quantity(0.0)
+    sign = -1.0 if found[0].kind == "minus" else 1.0
+    return merged(found, chunk.kind, q=replace(q, value=q.value, said=""), value="minus" if sign < 0 else "plus")
+
+
+def _label(label: str, factor: float = 1.0) -> Build:
+    def build(found: Sequence[Chunk]) -> Chunk:
+        chunk = next(c for c in found if c.q is not None)
+        q = chunk.q or Quantity(0.0)
+        q = Quantity(q.value * factor, q.unit, "by", q.said if factor == 1.0 else "")
+        return merged(found, label, q=q)
+
+    return build
+
+
+def _counted(label: str, times: float | None = None) -> Build:
+    def build(found: Sequence[Chunk]) -> Chunk:
+        value = times if times is not None else numbers(found)[0].value
+        return merged(found, label, q=Quantity(value))
+
+    return build
+
+
+def _flip(found: Sequence[Chunk]) -> Chunk:
+    last = found[-1]
+    return merged(found, FLIPPED.get(last.kind, last.kind), value="flipped")
+
+
+def _except(found: Sequence[Chunk]) -> Chunk | None:
+    """Everywhere but in a part, near an object or at an end."""
+    inner = [c for c in found[1:] if c.kind in ("part", "obj", "end", "pair", "point")]
+    parts = [p for c in inner if (p := as_part(c, any_preposition=True)) is not None]
+    if not parts:
+        return None
+    whole = parts[0] if len(parts) == 1 else PathPart("either", parts=tuple(parts))
+    return part(found, outside(whole))
+
+
+def _beyond(found: Sequence[Chunk]) -> Chunk:
+    q = numbers(found)[0]
+    low = any(c.kind in ("under", "down", "lower", "at_most") for c in found)
+    if any(c.kind in ("at_least", "at_most") for c in found):
+        low = q.role == "at_most" or next(c.kind for c in found if c.kind in ("at_least", "at_most")) == "at_most"
+    return part(found, PathPart("beyond", amount=q.value, direction="down" if low else "up"))
+
+
+def _axis(found: Sequence[Chunk]) -> Chunk:
+    """A signed length along an axis: "y -0.05", "z += 0.05"."""
+    axis = found[0].text.lower()
+    length = found[-1]
+    q = length.q or Quantity(0.0)
+    minus = length.value == "minus"
+    named = {"z": ("up", "down")}.get(axis, (axis, "-" + axis))
+    return merged(found, "axis_by", q=Quantity(q.value, "m", "by", q.said), value=named[minus])
+
+
+def as_part(chunk: Chunk, *, any_preposition: bool = False) -> PathPart | None:
+    """The part of the path that a constituent may mean."""
+    match chunk.kind:
+        case "part":
+            return cast(PathPart, chunk.value)
+        case "pair":
+            return PathPart("between", chunk.names)
+        case "point":
+            at = chunk.value.value - 1
+            return PathPart("range", amount=at, until=at)
+        case "within_of" if chunk.names:
+            return _either(chunk.names, chunk.q.value if chunk.q else None)
+        case "end":
+            of = chunk.value[0]
+            return None if of == "ends" else PathPart("first" if of == "start" else "last")
+        case "obj" if any_preposition or chunk.value in NEARBY:
+            return _either(chunk.names, None)
+        case "halfway":
+            return PathPart("middle")
+    return None
+
+
+NEARBY = frozenset({"at", "by", "on", "in", "near", "around", "along", "pass", "over", "with", "for", "to"})
+"""Prepositions with which an object says where."""
+
+
+def _either(names: tuple[str, ...], radius: float | None) -> PathPart:
+    parts = tuple(PathPart("near", (name,), radius) for name in names)
+    return parts[0] if len(parts) == 1 else PathPart("either", parts=parts)
+
+
+@dataclass(frozen=True)
+class Pattern:
+    """A row of classes and what it becomes."""
+
+    classes: str
+    build: Build
+    regex: re.Pattern[str]
+
+
+def _pattern(classes: str, build: Build) -> Pattern:
+    pieces = []
+    for piece in classes.split():
+        repeat = piece[-1] if piece[-1] in "?*+" else ""
+        names = "|".join(GROUPS.get(name, name) for name in piece.removesuffix(repeat).split("|"))
+        pieces.append(f"(?:(?:{names}) ){repeat}")
+    return Pattern(classes, build, re.compile(r"(?<!\S)" + "".join(pieces)))
+
+
+PATTERNS: tuple[Pattern, ...] = tuple(
+    _pattern(classes, build)
+    for classes, build in (
+        ("comma never comma", lambda f: merged(f, "correct")),
+        # numbers
+        ("Qm|Qv|Qs and half", _and_a_half),
+        ("quarter|half of? turns|laps|rotate|circle", _turned),
+        ("up|raise|rising by? Qm rising|up", _label("rise")),
+        ("Qn half|third|quarter|tenth|fifth", _many_thirds),
+        ("from|between? waypoints Qn LINK waypoints? Qn", _range_of_points),
+        ("from|between Qn LINK Qn waypoints", _range_of_points),
+        ("Qn LINK Qn waypoints", _range_of_points),
+        ("between? Qn|Qm|Qv|Qs to|and Qm|Qv|Qs|Qpc|Qdeg", _spread),
+        ("every Qn|second|third|quarter|fifth|tenth|rest|unknown waypoints", _every),
+        ("Qn laps|turns|times|circle", _counted("turns")),
+        ("Qn waves|wave", _counted("waves")),
+        ("1st Qn? SPAN of? path?", _amount("first")),
+        ("nth Qn? SPAN of? path?", _amount("last")),
+        ("FIRST Qn waypoints?", _amount("first")),
+        ("LAST Qn waypoints?", _amount("last")),
+        ("middle third|Qpc", _plain("middle")),
+        ("secondhalf|firsthalf", lambda f: _share("last" if f[0].kind == "secondhalf" else "first", 0.5)(f)),
+        ("AT|from? waypoints|nth|1st Qn to?", _point),
+        ("from point on|front?", _along("after")),
+        ("after|before|from point", lambda f: _along("before" if f[0].kind == "before" else "after")(f)),
+        ("point on|front", _along("after")),
+        ("after SHARE of? path", _along("after")),
+        ("before SHARE of? path", _along("before")),
+        ("AT rising|falling", lambda f: _plain("heading", direction="up" if f[1].kind == "rising" else "down")(f)),
+        ("rising|falling", lambda f: _plain("heading", direction="up" if f[0].kind == "rising" else "down")(f)),
+        ("never AT? straights", lambda f: part(f, PathPart("turns"))),
+        ("AT|only? straights", lambda f: part(f, outside(PathPart("turns")))),
+        ("where over|up|after|at_least|raise than? Qm ground?", _beyond),
+        ("where height|axis? up|raise? at_least|over|after|under|at_most|down|lower|than up? than? under|down|over? Qm ground?", _beyond),
+        ("where height|axis|ground? lower|down under|than|at_most Qm ground?", _beyond),
+        ("axis to? plus|minus Qm|Qn", lambda f: _axis([*f[:1], _signed(f[-2:])])),
+        ("plus|minus ANYQ", _signed),
+        # objects and places
+        ("OBJ comma|and OBJ comma|and OBJ", _objects),
+        ("OBJ and OBJ", _objects),
+        ("from start to|before OBJ|goal", lambda f: _to_or_from_end(f) if f[-1].kind == "OBJ" else merged(f, "whole")),
+        ("from OBJ to|before goal", _to_or_from_end),
+        ("from? OBJ to|before|thru OBJ", lambda f: _between(f) if len(f[0].names or f[1].names) == 1 else None),
+        ("AT|thru? between OBJ gap?", _between),
+        ("thru|in|at|to|on|between? middle of OBJ", _between),
+        ("OBJ gap", _between),
+        ("from OBJ on|front", _side_of_object("after")),
+        ("where? after OBJ", _side_of_object("after")),
+        ("before near? OBJ", _side_of_object("before")),
+        ("never within Qm", _role("at_least")),
+        ("within Qm of|from|to|around|near OBJ", _within),
+        ("in|on|at|by|to|from|near? middle of? path?", _plain("middle")),
+        ("except where? over|under|up|down Qm", lambda f: part(f, outside(_beyond(f).value))),
+        # roles of quantities
+        ("Qv squared", lambda f: merged(f, "Qa", q=replace(f[0].number, unit="m/s2"))),
+        ("never HIGHER+ than|on|by? Qm ground?", _height("at_most")),
+        ("lower|down|falling under|at_most Qv|Qn", _role("at_least")),
+        ("never LOWER+ than|on|by? Qm ground?", _height("at_least")),
+        ("never faster|inc|slower|dec than? Qv|Qn", lambda f: _role("at_most" if f[1].kind in ("faster", "inc") else "at_least")(f)),
+        ("never closer|near of|to|from|at? OBJ than|by? Qm", _never_near),
+        ("never farther|closer|near|within|side than|to? Qm", lambda f: _role("at_least" if f[1].kind in ("closer", "near", "within") else "at_most")(f)),
+        ("never at_least|limit|at_most|after ANYQ", lambda f: _role("at_least" if f[1].kind == "at_most" else "at_most")(f)),
+        ("keep over|under|up|down Qm ground?", lambda f: _height("at_least" if f[1].kind in ("over", "up") else "at_most")(f)),
+        ("keep? over|under Qm ground", lambda f: _height("at_least" if any(c.kind == "over" for c in f) else "at_most")(f)),
+        ("over|under Qm", lambda f: _height("at_least" if f[0].kind == "over" else "at_most")(f)),
+        ("radius to|of|at? Qm|Qn", _label("radius")),
+        ("Qm|Qn of? radius", _label("radius")),
+        ("diameter to|of? Qm", _label("radius", 0.5)),
+        ("Qm of|in? diameter", _label("radius", 0.5)),
+        ("size to|of|by? Qm", _label("size")),
+        ("Qm of|in? size", _label("size")),
+        ("at_least approx? ANYQ", _role("at_least")),
+        ("min of|to|at? ANYQ", _role("at_least")),
+        ("ANYQ min", _role("at_least")),
+        ("at_most approx? ANYQ", _role("at_most")),
+        ("max of|to|at|under? ANYQ", _role("at_most")),
+        ("ANYQ max", _role("at_most")),
+        ("to approx? ANYQ", _role("to")),
+        ("by approx? ANYQ", _role("by")),
+        ("at approx? Qv", _role("to")),
+        # what is turned round
+        ("never slight? so|too|of|as? slight|large? FLIPS", _flip),
+        ("too so? FLIPS", _flip),
+        ("less|dec so? FLIPS", lambda f: _flip(f) if f[0].text.lower().endswith("less") else None),
+        # ends and objects with their prepositions
+        ("AT|to|toward|from|of|before|after|where|than? END", _end),
+        ("AT|to|toward|from|of|off|than|over|under|thru|with|for|touch|front|back|left|right? AT|of|from|to? OBJ",
+         lambda f: None if f[0].kind in ("left", "right", "front", "back") or f[0].kind == "touch" else _object(f)),
+        ("AT|to|toward|from|of|than|over|under|thru|with|for|after|before? OBJ", _object),
+        ("from here|there", lambda f: merged(f, f[1].kind)),
+        ("AT|over here", _plain("indices")),
+        ("here", _plain("indices")),
+        ("turns turns", lambda f: merged(f, "turns")),
+        ("FIRST waypoints", lambda f: merged(f, "end", value=("start", ""))),
+        ("LAST waypoints", lambda f: merged(f, "end", value=("goal", ""))),
+        ("AT|to|toward|where|only? first", _plain("first", unit="share")),
+        ("AT|to|toward|where|only? last", _plain("last", unit="share")),
+        ("only? middle", _plain("middle")),
+        ("except AT|from|to|near? part|obj|end|pair|point and|comma? part?", _except),
+        ("never AT part|obj", _except),
+    )
+)  # fmt: skip
+
+
+def constituents(found: Sequence[Chunk]) -> list[Chunk]:
+    """Chunks put together by the patterns, without the words that ask for nothing."""
+    row = _measured([c for c in found if c.kind not in ("filler", "approx")])
+    for pattern in PATTERNS:
+        row = _rewritten(row, pattern)
+    return row
+
+
+def _measured(row: list[Chunk]) -> list[Chunk]:
+    """Give a bare number beside a direction the unit of the other lengths: "30 mm up, 10 right"."""
+    known = next((c for c in row if c.kind == "Qm" and c.text[0].isdigit() and c.number.value), None)
+    if known is None or known.q is None:
+        return row
+    factor = known.q.value / float(known.text.split()[0].replace(",", "."))
+    beside = DIRECTED | {"by", "plus", "minus"}
+    made = list(row)
+    for i, item in enumerate(row):
+        near = {c.kind for c in row[max(i - 1, 0) : i + 2]}
+        if item.kind == "Qn" and item.q is not None and near & beside and "waypoints" not in near:
+            made[i] = replace(item, kind="Qm", q=Quantity(item.q.value * factor, "m"))
+    return made
+
+
+DIRECTED = frozenset("left right front back up down raise lower closer farther".split())
+
+
+def _rewritten(row: list[Chunk], pattern: Pattern) -> list[Chunk]:
+    text = "".join(c.kind + " " for c in row)
+    matches = list(pattern.regex.finditer(text))
+    if not matches:
+        return row
+    made: list[Chunk] = []
+    at = 0
+    for match in matches:
+        begin = text.count(" ", 0, match.start())
+        end = text.count(" ", 0, match.end())
+        chunk = pattern.build(row[begin:end]) if end > begin >= at else None
+        if chunk is not None:
+            made += [*row[at:begin], chunk]
+            at = end
+    return made + row[at:]
+
+
+def joined(parts: Sequence[PathPart]) -> PathPart:
+    """What belongs to all of the parts that a frame was given."""
+    kept = list(dict.fromkeys(parts))
+    return PathPart() if not kept else kept[0] if len(kept) == 1 else both(*kept)

@@ -1,0 +1,365 @@
+# ruff: noqa: E501
+"""What fills the slots of a frame: each filler takes constituents of a clause and returns a value, or nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any, cast
+
+from ovita.instruct import frames as F
+from ovita.instruct.chunks import Chunk
+from ovita.instruct.constituents import FRACTION, QUANTITIES, as_part, joined
+from ovita.paths.part import PathPart
+
+Filler = Callable[["Constituents"], Any]
+
+DIRECTIONS = {"left": "left", "right": "right", "front": "front", "back": "back", "up": "up", "down": "down",
+              "raise": "up", "lower": "down"}  # fmt: skip
+AXES = {"x": "x", "y": "y", "z": "up"}
+
+FREE = frozenset(
+    """comma dot and so where only whole path to of with for as at by on in from than around over approx then_on because
+    correct too toward side more filler bare within off here inc near along min max between""".split()
+)
+"""Classes that may be left over: they shape what stands beside them."""
+
+MILD = {"speed": 4, "keep": 2, "distance": 6, "there": 3, "slight": 3, "large": 2, "rest": 8, "ground": 3, "height": 4,
+        "duration": 1, "pass": 1, "touch": 4, "thru": 3, "times": 2, "once": 3, "gap": 2, "origin": 6, "1st": 1, "nth": 1, "limit": 3, "bound": 4, "obj": 9,
+        "end": 9, "radius": 5, "size": 5, "straights": 4, "laps": 2, "waves": 3, "dec": 5, "raise": 9}  # fmt: skip
+CONTENT = 10
+
+SLOTTED = (
+    QUANTITIES
+    | frozenset(FRACTION)
+    | frozenset(DIRECTIONS)
+    | frozenset(
+        "Hq once ceiling floorlimit obj end pair point within_of axis_by part double triple halve clockwise anticlockwise halfway".split()
+    )
+)
+"""Classes that fill slots."""
+
+
+class Constituents:
+    """The constituents of a clause, and which of them a row of the table has taken."""
+
+    def __init__(self, items: Sequence[Chunk]) -> None:
+        self.items = items
+        self.kinds = frozenset(c.kind for c in items)
+        self.used: set[int] = set()
+
+    def take(self, *kinds: str, where: Callable[[Chunk], bool] | None = None) -> Chunk | None:
+        """The first constituent of these classes that is still free."""
+        for i, item in enumerate(self.items):
+            if i not in self.used and item.kind in kinds and (where is None or where(item)):
+                self.used.add(i)
+                return item
+        return None
+
+    def every(self, *kinds: str, where: Callable[[Chunk], bool] | None = None) -> list[Chunk]:
+        """All free constituents of these classes."""
+        found = []
+        while (item := self.take(*kinds, where=where)) is not None:
+            found.append(item)
+        return found
+
+    def has(self, *kinds: str) -> bool:
+        """Whether any constituent is of these classes."""
+        return not self.kinds.isdisjoint(kinds)
+
+    def left(self) -> list[Chunk]:
+        """What nobody has taken."""
+        return [c for i, c in enumerate(self.items) if i not in self.used]
+
+
+REST = PathPart("every", amount=-1.0)
+"""Stands for "the rest" until the sentence has been read."""
+
+THERE = PathPart("every", amount=-2.0)
+"""Stands for "there" until the sentence has been read."""
+
+
+def parts(clause: Constituents, bounds: bool = False) -> PathPart:
+    """The part of the path that the clause names."""
+    found: list[PathPart] = []
+    for i, item in enumerate(clause.items):
+        if i in clause.used:
+            continue
+        of = {"rest": REST, "there": THERE}.get(item.kind) or _part_of(item)
+        if item.kind == "Hq" and bounds:
+            of = PathPart(
+                "beyond", amount=item.number.value, direction="up" if item.number.role == "at_least" else "down"
+            )
+        if of is not None:
+            clause.used.add(i)
+            found.append(of)
+    return joined(found)
+
+
+def _part_of(item: Chunk) -> PathPart | None:
+    if item.kind == "end" and not item.value[1]:
+        return None
+    return PathPart("turns") if item.kind == "turns" else as_part(item)
+
+
+# What fills slots
+
+
+def objects(*prepositions: str) -> Filler:
+    """Objects with one of these prepositions ("" for none); all where none is given."""
+
+    def fill(clause: Constituents) -> tuple[str, ...]:
+        test = (lambda c: c.value in prepositions) if prepositions else None
+        found = clause.every("obj", where=test) or clause.every("within_of", where=lambda c: bool(c.names))
+        return tuple(dict.fromkeys(name for c in found for name in c.names))
+
+    return fill
+
+
+def pair(clause: Constituents) -> tuple[str, ...]:
+    """Two objects with a gap between them."""
+    found = clause.take("pair")
+    return found.names if found else ()
+
+
+def place_of_object(clause: Constituents) -> F.Place | None:
+    """An object."""
+    found = clause.take("obj")
+    return found.names[0] if found else None
+
+
+def place(*prepositions: str) -> Filler:
+    """An object, an end, a waypoint, a share of the path or its middle."""
+
+    def fill(clause: Constituents) -> F.Place | None:
+        found = clause.take(
+            "obj", "end", "point", "halfway",
+            where=lambda c: c.kind != "obj" or not prepositions or c.value in prepositions,
+        )  # fmt: skip
+        if found is None:
+            found = clause.take("Qpc", "half") or clause.take("part", where=_middle_or_end)
+        return None if found is None else _place_of(found)
+
+    return fill
+
+
+def _middle_or_end(item: Chunk) -> bool:
+    of: Any = item.value
+    return (of.kind in ("middle", "first", "last") and of.amount is None) or of.kind == "after" or of.kind == "before"
+
+
+def _place_of(found: Chunk) -> F.Place | None:
+    match found.kind:
+        case "obj":
+            return found.names[0]
+        case "end":
+            end = found.value[0]
+            return None if end == "ends" else str(end)
+        case "point":
+            return cast(F.Quantity, found.value)
+        case "halfway":
+            return "middle"
+        case "Qpc":
+            return replace(found.q, role="at") if found.q else None
+        case "half":
+            return F.Quantity(0.5, "%", "at")
+    of: Any = found.value
+    if of.kind in ("after", "before"):
+        return str(of.places[0])
+    return {"first": "start", "last": "goal"}.get(of.kind, "middle")
+
+
+def amount(*kinds: str, role: str = "by") -> Filler:
+    """A quantity of these classes, in a role."""
+
+    def fill(clause: Constituents) -> F.Quantity | None:
+        found = clause.take(*kinds) or (clause.take("Qn", where=_small) if "Qm" in kinds or "Qv" in kinds else None)
+        if found is None or found.q is None:
+            return _fraction(clause) if "Qpc" in kinds else None
+        unit = found.q.unit or ("m/s" if "Qv" in kinds else "m" if "Qm" in kinds else "")
+        return replace(found.q, unit=unit, role=cast(F.Role, role or found.q.role))
+
+    return fill
+
+
+def _metres(item: Chunk) -> bool:
+    return item.kind == "Qn" and _small(item)
+
+
+def _small(item: Chunk) -> bool:
+    """Whether a number without a unit can only be metres: 0.05."""
+    return item.q is not None and "." in item.text and item.q.value < 10
+
+
+def _fraction(clause: Constituents) -> F.Quantity | None:
+    found = clause.take(*FRACTION)
+    return None if found is None else F.Quantity(round(FRACTION[found.kind], 2), "%")
+
+
+def bounded(*kinds: str, default: str = "at_least") -> Filler:
+    """A quantity with the role at_least or at_most, by the words beside it."""
+
+    def fill(clause: Constituents) -> F.Quantity | None:
+        q: F.Quantity | None = amount(*kinds, role="")(clause)
+        if q is None:
+            return None
+        if q.role not in ("at_least", "at_most"):
+            found = clause.take(
+                "max", "limit", "at_most", "vmax", "ceiling", "min", "at_least", "vmin", "floorlimit", "within"
+            )
+            high = found is not None and found.kind in ("max", "limit", "at_most", "vmax", "ceiling", "within")
+            role = "at_most" if high else "at_least" if found is not None else default
+            q = replace(q, role=cast(F.Role, role))
+        return q
+
+    return fill
+
+
+def labelled(*kinds: str) -> Filler:
+    """A quantity that a word beside it names: radius, size, turns."""
+
+    def fill(clause: Constituents) -> F.Quantity | None:
+        found = clause.take(*kinds, where=lambda c: c.q is not None)
+        return None if found is None or found.q is None else replace(found.q, role="by", unit=found.q.unit or "m")
+
+    return fill
+
+
+def turns(clause: Constituents) -> F.Quantity | None:
+    """How often: "twice", "3 laps", "one full circle"."""
+    for kind, value in (("once", 1.0), ("double", 2.0), ("triple", 3.0)):
+        if clause.take(kind, where=lambda c: c.q is None):
+            return F.Quantity(value)
+    found = clause.take("turns", "waves", "Qx", where=lambda c: c.q is not None) or clause.take("Qn")
+    clause.every("times", "laps", "turns", "waves")
+    return None if found is None or found.q is None else F.Quantity(found.q.value)
+
+
+def offset(clause: Constituents) -> F.Offset:
+    """Directions with their distances, in order."""
+    found: list[tuple[Any, F.Quantity | None]] = []
+    waiting: Chunk | None = None
+    for i, item in enumerate(clause.items):
+        if i in clause.used and item.kind not in DIRECTIONS:
+            continue
+        if item.kind in DIRECTIONS or item.kind == "axis_by":
+            clause.used.add(i)
+            direction = DIRECTIONS.get(item.kind) or item.value
+            q = _length(waiting) if waiting is not None else item.q
+            if direction not in dict(found):
+                found.append((direction, q))
+            waiting = None
+        elif item.number.role not in ("at_least", "at_most") and (item.kind == "Qm" or _metres(item)):
+            clause.used.add(i)
+            if found and found[-1][1] is None:
+                found[-1] = (found[-1][0], _length(item))
+            else:
+                waiting = item
+    if waiting is not None and len(found) == 1 and found[0][1] is None:
+        found = [(found[0][0], _length(waiting))]
+    return tuple(found)
+
+
+def _length(item: Chunk | None) -> F.Quantity | None:
+    if item is None or item.q is None:
+        return None
+    return replace(item.q, unit="m", role="by")
+
+
+def direction(clause: Constituents) -> str | None:
+    """A direction without a distance."""
+    found = clause.take(*DIRECTIONS)
+    clause.every("side")
+    return None if found is None else DIRECTIONS[found.kind]
+
+
+def sense(clause: Constituents) -> str | None:
+    """Clockwise or counterclockwise."""
+    found = clause.take("anticlockwise", "clockwise")
+    if found is None:
+        return None
+    clause.every("clockwise", "anticlockwise")
+    return "cw" if found.kind == "clockwise" else "ccw"
+
+
+BARE_END = ("", "of", "from", "where", "on", "with", "for")
+
+
+def end(*values: str) -> Filler:
+    """Which end; not the ends that only say where."""
+
+    def fill(clause: Constituents) -> str | None:
+        found = clause.take("end", where=lambda c: c.value[1] in (values or BARE_END))
+        return None if found is None else str(found.value[0])
+
+    return fill
+
+
+def share(clause: Constituents) -> F.Quantity | None:
+    """A factor or a share: "half", "twice", "by 30 %", "1.5 times"."""
+    for kind, value in (("double", 2.0), ("triple", 3.0), ("halve", 0.5), ("half_again", 1.5)):
+        if clause.take(kind):
+            clause.every("times")
+            return F.Quantity(value, "x")
+    found = clause.take("Qx", "Qpc")
+    return found.q if found is not None and found.q is not None else _fraction(clause)
+
+
+def speed_amount(clause: Constituents) -> F.Quantity | None:
+    """How much faster or slower."""
+    q = share(clause)
+    if q is None:
+        found = clause.take("Qv") or clause.take("Qn", where=_small)
+        q = None if found is None or found.q is None else replace(found.q, unit="m/s")
+    return q if q is None else replace(q, role="to" if q.role == "to" else "by")
+
+
+def waypoints(clause: Constituents) -> F.Quantity | None:
+    """A number of waypoints."""
+    found = clause.take("Qn", "Qpc", "Qx")
+    if found is None or found.q is None:
+        q = share(clause)
+        return q
+    return replace(found.q, unit=found.q.unit or "waypoints", role="by" if found.q.role == "at" else found.q.role)
+
+
+def level(clause: Constituents) -> F.Quantity | None:
+    """A bound on the height, or a height to come to."""
+    bound = clause.take("Hq")
+    if bound is not None and bound.q is not None:
+        return bound.q
+    high = clause.take("ceiling") is not None
+    low = clause.take("floorlimit") is not None
+    q: F.Quantity | None = bounded("Qm", default="at_most" if high else "at_least" if low else "to")(clause)
+    return q
+
+
+def angle(clause: Constituents) -> F.Quantity | None:
+    """How far to turn."""
+    found = clause.take("Qdeg")
+    if found is not None and found.q is not None:
+        return replace(found.q, role="by")
+    for kind, value in (("quarter", 90.0), ("half", 180.0)):
+        if clause.take(kind):
+            return F.Quantity(value, "deg")
+    return None
+
+
+def count(clause: Constituents) -> F.Quantity | None:
+    """How many are put together."""
+    found = clause.take("Qn")
+    if found is not None and found.q is not None:
+        return replace(found.q, unit="", role="by")
+    part = clause.take("part", where=lambda c: getattr(c.value, "kind", "") == "every")
+    return None if part is None else F.Quantity(float(part.value.amount))
+
+
+def quadrant(clause: Constituents) -> int | None:
+    """Which quadrant."""
+    found = clause.take("Qn")
+    if found is not None and found.q is not None:
+        return int(found.q.value)
+    for kind, value in (("1st", 1), ("first", 1), ("second", 2), ("secondhalf", 2), ("third", 3), ("quarter", 4)):
+        if clause.take(kind):
+            return value
+    return None

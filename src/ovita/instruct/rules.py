@@ -1,0 +1,434 @@
+# ruff: noqa: E501
+"""The rules reader: every clause is matched against the table of frames; the reading that leaves the fewest words wins.
+
+Text becomes chunks, chunks become constituents, constituents become clauses. A clause may end at any pause or
+conjunction; over all ways to cut the sentence the one with the least cost wins, where a word that nobody took costs
+most. What a clause leaves open is taken from the clauses before it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+from ovita.instruct import frames as F
+from ovita.instruct.chunks import Chunk, chunks
+from ovita.instruct.constituents import QUANTITIES, constituents
+from ovita.instruct.fillers import CONTENT, FREE, MILD, REST, THERE
+from ovita.instruct.table import ROWS, Match, match
+from ovita.paths.part import WHOLE, PathPart, outside
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Array
+
+PAUSES = frozenset({"comma", "dot", "and", "because", "correct"})
+LONGEST = 5
+"""Pieces between pauses that one clause may hold."""
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """What stands between two pauses.
+
+    Args:
+        items: Its constituents.
+        opening: The pause before it.
+        words: Everything that was said in it.
+    """
+
+    items: tuple[Chunk, ...]
+    opening: str
+    words: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True)
+class Said:
+    """A clause: a frame, or an aside (`match` is None)."""
+
+    match: Match | None
+    items: tuple[Chunk, ...]
+    cost: float
+    opening: str = ""
+    aside: bool = False
+    then: bool = False
+
+
+def read(text: str, scene: Scene, positions: Array | None = None) -> F.Reading:
+    """What an utterance asks for.
+
+    Args:
+        text: As it was said or typed.
+        scene: Whose objects it may name.
+        positions: The path (N, 3) [m], for phrases such as "the object nearest to the goal".
+    """
+    found, notes = chunks(text, scene, positions)
+    row = _corrected(constituents(found))
+    pieces = _pieces(row, found)
+    said = _cut(pieces)
+    if not any(s.match for s in said):
+        said = _cut([replace(p, opening="") for p in pieces])
+    return _reading(said, found, notes, scene)
+
+
+def _corrected(row: list[Chunk]) -> list[Chunk]:
+    """Drop what a speaker takes back: "left, no, right" and "10 cm, I mean 12 cm"."""
+    for at in [i for i, c in enumerate(row) if c.kind == "correct"][::-1]:
+        behind = row[at + 1 :]
+        end = next((i for i, c in enumerate(behind) if c.kind in ("dot",) and i > 0), len(behind))
+        new = {_sort(c) for c in behind[:end]} - {""}
+        kept = list(row[:at])
+        for sort in new:
+            old = next((i for i in range(len(kept) - 1, -1, -1) if _sort(kept[i]) == sort), None)
+            if old is not None and not any(c.kind == "dot" for c in kept[old : len(kept) - 1]):
+                del kept[old]
+        while kept and kept[-1].kind in ("never", "comma", "dot"):
+            kept.pop()
+        row = kept + behind
+    return row
+
+
+def _sort(item: Chunk) -> str:
+    """What a correction puts in the place of what: a direction, an object, a quantity of a unit."""
+    if item.kind in ("left", "right", "front", "back", "up", "down", "raise", "lower"):
+        return "direction"
+    if item.kind in QUANTITIES:
+        return item.kind
+    return item.kind if item.kind in ("obj", "point", "clockwise", "anticlockwise") else ""
+
+
+def _pieces(row: Sequence[Chunk], spoken: Sequence[Chunk]) -> list[Stretch]:
+    found: list[Stretch] = []
+    items: list[Chunk] = []
+    opening = ""
+    begin = 0
+
+    def piece(end: float) -> Stretch:
+        words = frozenset(w for c in spoken if begin <= c.span[0] < end for w in c.text.lower().split())
+        return Stretch(tuple(items), opening, words)
+
+    for chunk in row:
+        if chunk.kind in PAUSES:
+            if items:
+                found.append(piece(chunk.span[0]))
+                begin = chunk.span[0]
+                opening, items = "", []
+            strength = {"comma": 0, "": -1, "and": 1, "correct": 1, "dot": 2, "because": 3}
+            opening = max(opening, chunk.kind, key=lambda kind: strength[kind])
+        else:
+            items.append(chunk)
+    return [*found, piece(float("inf"))] if items else found
+
+
+def _cut(pieces: Sequence[Stretch]) -> list[Said]:
+    """The cheapest way to cut the pieces into clauses."""
+    best: list[tuple[float, list[Said]]] = [(0.0, [])]
+    for end in range(1, len(pieces) + 1):
+        options = []
+        for begin in range(max(0, end - LONGEST), end):
+            span = pieces[begin:end]
+            if any(p.opening in ("dot", "because") for p in span[1:]):
+                continue
+            items = tuple(c for p in span for c in p.items)
+            said = _clause(items, span)
+            options.append((best[begin][0] + said.cost + 0.4 * (len(span) - 1), [*best[begin][1], said]))
+        best.append(min(options, key=lambda option: option[0]))
+    return best[-1][1]
+
+
+def _clause(items: tuple[Chunk, ...], span: Sequence[Stretch]) -> Said:
+    """The best reading of a clause, or that it asks for nothing."""
+    kinds = frozenset(c.kind for c in items)
+    found = [m for row in ROWS if (m := match(row, items, kinds)) is not None]
+    opening = span[0].opening
+    best = min(found, key=lambda m: m.cost, default=None)
+    asking = sum(_weight(c) for c in items)
+    aside = _aside(span[0], best) if len(span) == 1 else asking
+    if best is None or best.cost >= min(aside, asking) + 1:
+        return Said(None, items, min(aside, asking), opening, aside < asking or not asking)
+    return Said(best, items, best.cost, opening, then=not span[0].words.isdisjoint(THEN))
+
+
+ASKING = QUANTITIES | frozenset("obj pair CHOICE end point within_of part Hq axis_by".split())
+"""Classes that a piece which asks for nothing does not hold."""
+
+PLACING = frozenset("part point within_of pair here Hq".split())
+"""Classes that say where."""
+
+TELLING = frozenset(
+    """i i've i'm ive im we we've we're were he he's she she's they they're theyre it's its there's theres is are was were has had 's my his
+    our their who which gets likes hates keeps says said told never been you've you're youre nobody everybody everyone someone somebody""".split()
+)
+"""Words of pieces that tell something rather than ask for it."""
+
+WANTING = frozenset(
+    """want wants need needs like would should must shall ought prefer wish could can may might let make please has have will want to go move keep stay
+    i'd we'd we'll you'll you'd it'll""".split()
+)
+
+
+def _aside(piece: Stretch, best: Match | None) -> float:
+    """What it costs to take a piece as asking for nothing: a reason, a story, a name."""
+    if piece.opening == "because":
+        return 0.9
+    kinds = {c.kind for c in piece.items}
+    telling = not piece.words.isdisjoint(TELLING) or any(w.endswith("'s") for w in piece.words)
+    calm = kinds.isdisjoint(ASKING)
+    if best is None and calm:
+        return 0.9
+    if best is None and telling and kinds.isdisjoint(QUANTITIES | PLACING):
+        return 0.9
+    wanting = not piece.words.isdisjoint(WANTING)
+    if (telling and not wanting and kinds.isdisjoint(QUANTITIES | PLACING)) or (
+        calm and piece.items[0].kind == "never"
+    ):
+        return 4.0
+    return sum(_weight(c) for c in piece.items)
+
+
+def _weight(item: Chunk) -> float:
+    return 0.0 if item.kind in FREE else MILD.get(item.kind, CONTENT)
+
+
+def _reading(said: Sequence[Said], found: Sequence[Chunk], notes: tuple[str, ...], scene: Scene) -> F.Reading:
+    made: list[F.SemanticFrame] = []
+    unread: list[str] = []
+    aside: list[str] = []
+    question = ""
+    asked: tuple[str, ...] = ()
+    before: Said | None = None
+    for clause in said:
+        words = [c.text for c in (clause.match.unread if clause.match else clause.items) if c.kind not in FREE]
+        if clause.aside:
+            aside += words
+            continue
+        choice = next((c for c in clause.items if c.kind == "CHOICE"), None)
+        if choice is not None:
+            question, asked = f"Which {choice.text.removeprefix('the ')}?", choice.names
+        if clause.match is None:
+            unread += words
+            continue
+        unread += words
+        slots, open_ = _inherited(clause.match, made)
+        if open_:
+            question = question or _question(clause.match, open_)
+            continue
+        frame = _frame(clause.match, slots, clause.items)
+        if frame is None:
+            unread += [c.text for c in clause.items]
+            continue
+        if clause.opening == "and" and _leads(before):
+            frame = _shared(made, frame)
+        if before is not None and made and not frame.part and clause.then:
+            frame = _afterwards(made[-1], frame)
+        before = clause
+        made = _added(made, frame)
+    frames = tuple(_settled(made))
+    return F.Reading(
+        frames, unread=tuple(unread), aside=tuple(aside), question=question, asked=asked, notes=notes,
+        improper=_improper(frames),
+    )  # fmt: skip
+
+
+def _leads(clause: Said | None) -> bool:
+    """Whether a clause opens with the part of the path that it is about."""
+    return (clause is not None and clause.items[0].kind in ("part", "point", "pair", "within_of")) or (
+        clause is not None and clause.items[0].kind == "obj" and clause.items[0].value in ("at", "near", "by")
+    )
+
+
+def _question(match: Match, open_: Sequence[str]) -> str:
+    asks = {"offset": "In which direction?", "objects": "From or to what?", "place": "Where?", "amount": "How much?",
+            "direction": "On which side?", "axis": "Left and right, or front and back?", "end": "Start or goal?"}  # fmt: skip
+    return asks.get(open_[0], f"Which {open_[0]}?")
+
+
+def _inherited(match: Match, made: Sequence[F.SemanticFrame]) -> tuple[dict[str, Any], list[str]]:
+    """The slots with what the clauses before give for those left open; and what is still open."""
+    slots = dict(match.slots)
+    open_ = []
+    for name in match.missing:
+        value = _from_before(name, made)
+        if value:
+            slots[name] = value
+        else:
+            open_.append(name)
+    return slots, open_
+
+
+def _from_before(name: str, made: Sequence[F.SemanticFrame]) -> Any:
+    for frame in reversed(made):
+        if name == "objects" and frame.named:
+            return frame.named[:1]
+        if name == "place" and frame.named:
+            return frame.named[-1]
+        if name == "place" and isinstance(frame, F.MoveEnd):
+            return frame.end
+    return None
+
+
+GRADED = (F.Shift, F.MoveEnd, F.Approach, F.Pace, F.Smooth, F.Curve, F.Resize, F.Figure)
+"""Frames that words of degree grade."""
+
+
+def _frame(match: Match, slots: Mapping[str, Any], items: Sequence[Chunk]) -> F.SemanticFrame | None:
+    """The frame of a row with these slots."""
+    kind = match.row.kind
+    known = {slot.name for slot in fields(kind)}
+    given = {k: v for k, v in slots.items() if k in known and v is not None}
+    if kind is F.Mirror:
+        given["axis"] = _axis(items)
+    if kind is F.MoveEnd and "end" not in given:
+        given["end"] = next((c.value[0] for c in items if c.kind == "end"), None)
+    if kind is F.Visit and "objects" not in given:
+        given["objects"] = tuple(n for c in items if c.kind == "obj" for n in c.names)
+    if (
+        kind is F.Pace
+        and given["change"] in ("turns", "slower")
+        and given["part"].kind == "turns"
+        and "amount" not in given
+    ):
+        given |= {"change": "turns", "part": WHOLE}
+    if kind not in GRADED or (kind is F.Figure and given["shape"] != "shake"):
+        given.pop("degree", None)
+    if not given.get("place", ""):
+        given.pop("place", None)
+    try:
+        return kind(**given, words=tuple(c.span for c in items))
+    except TypeError:
+        return None
+
+
+def _axis(items: Sequence[Chunk]) -> str:
+    for item in items:
+        if item.kind == "axis":
+            return item.text.lower() if item.text.lower() in ("x", "y", "z") else "left"
+        if item.kind in ("front", "back"):
+            return "front"
+        if item.kind in ("up", "down"):
+            return "up"
+    return "left"
+
+
+def _added(made: list[F.SemanticFrame], frame: F.SemanticFrame) -> list[F.SemanticFrame]:
+    """The frames with one more; two shifts of the same part are one."""
+    frame = _placed(made, frame)
+    last = made[-1] if made else None
+    if (
+        isinstance(last, F.Shift)
+        and isinstance(frame, F.Shift)
+        and last.part == frame.part
+        and last.degree == frame.degree
+    ):
+        taken = dict(last.offset)
+        if not any(direction in taken for direction, _ in frame.offset):
+            return [*made[:-1], replace(last, offset=(*last.offset, *frame.offset), words=last.words + frame.words)]
+    return [*made, frame]
+
+
+THEN = frozenset("then after afterwards thereafter that afterward next onwards".split())
+"""Words of a clause that goes on from where the one before it waits."""
+
+
+def _afterwards(last: F.SemanticFrame, frame: F.SemanticFrame) -> F.SemanticFrame:
+    """After a wait at an object, what comes then begins there."""
+    at = (
+        getattr(last, "place", "")
+        if isinstance(last, F.Wait)
+        else (*getattr(last, "objects", ()), "")[0]
+        if isinstance(last, F.Hover)
+        else ""
+    )
+    if not isinstance(frame, (F.Pace, F.Shift)) or not isinstance(at, str) or at in ("", *F.SPOTS):
+        return frame
+    return replace(frame, part=PathPart("after", (at,)))
+
+
+def _shared(made: Sequence[F.SemanticFrame], frame: F.SemanticFrame) -> F.SemanticFrame:
+    """A frame with the part that opened the sentence: "points 5 to 15 higher and slower"."""
+    last = made[-1] if made else None
+    if last is None or frame.part or not last.part or not isinstance(frame, (F.Pace, F.Shift)):
+        return frame
+    return replace(frame, part=last.part)
+
+
+def _placed(made: Sequence[F.SemanticFrame], frame: F.SemanticFrame) -> F.SemanticFrame:
+    """A frame whose "there" and "the rest" are what the sentence had said."""
+    if frame.part == THERE:
+        return replace(frame, part=_there(made))
+    if frame.part == REST:
+        return replace(frame, part=_rest(made))
+    if frame.part.kind == "both":
+        inner = tuple(p for p in frame.part.parts if p not in (THERE, REST))
+        return replace(frame, part=inner[0] if len(inner) == 1 else replace(frame.part, parts=inner))
+    return frame
+
+
+def _there(made: Sequence[F.SemanticFrame]) -> PathPart:
+    for frame in reversed(made):
+        if frame.part:
+            return frame.part
+        place = getattr(frame, "place", "")
+        if place in ("start", "goal"):
+            return PathPart("first" if place == "start" else "last")
+        if frame.named:
+            return PathPart("near", (frame.named[0],))
+        if isinstance(frame, F.MoveEnd):
+            return PathPart("first" if frame.end == "start" else "last")
+    return WHOLE
+
+
+def _rest(made: Sequence[F.SemanticFrame]) -> PathPart:
+    for frame in reversed(made):
+        if isinstance(frame, F.Keep) and frame.what in ("start", "goal", "ends"):
+            return WHOLE
+        if frame.part:
+            return outside(frame.part)
+    return WHOLE
+
+
+def _settled(made: Sequence[F.SemanticFrame]) -> list[F.SemanticFrame]:
+    """Without frames said twice, and without a second stop that names no place."""
+    stops = [f for f in made if isinstance(f, F.StopAt)]
+    return [f for f in dict.fromkeys(made) if not (isinstance(f, F.StopAt) and not f.place and len(stops) > 1)]
+
+
+def _improper(frames: Sequence[F.SemanticFrame]) -> str:
+    """What the frames contradict each other about, or ""."""
+    seen: dict[object, tuple[float, float]] = {}
+    for key, low, high in (bound for frame in frames for bound in _claims(frame)):
+        before = seen.get(key, (-INFINITE, INFINITE))
+        seen[key] = max(before[0], low), min(before[1], high)
+        if seen[key][0] > seen[key][1]:
+            return "That asks for two things that exclude each other."
+    return ""
+
+
+INFINITE = float("inf")
+ALONG = {"up": ("z", 1), "down": ("z", -1), "left": ("y", 1), "right": ("y", -1), "front": ("x", 1), "back": ("x", -1)}
+
+
+def _claims(frame: F.SemanticFrame) -> list[tuple[object, float, float]]:
+    """What a frame is about, with the least and the greatest value that it leaves."""
+    match frame:
+        case F.Shift(offset=offset):
+            signs = [ALONG[direction] for direction, _ in offset if direction in ALONG]
+            return [((axis, frame.part), *_sign(sign)) for axis, sign in signs]
+        case F.Pace(change="faster" | "slower" as change, amount=None):
+            return [(("pace", frame.part), *_sign(1 if change == "faster" else -1))]
+        case F.Pace(change="cap" | "floor", amount=F.Quantity() as q):
+            return [(("speed", frame.part), *_limits(q))]
+        case F.Approach(sense=sense, objects=objects):
+            return [(("near", name), *_sign(1 if sense == "closer" else -1)) for name in objects]
+        case F.Clearance(objects=objects, distance=q):
+            return [(("clearance", name), *_limits(q)) for name in objects]
+        case F.Height(level=q):
+            return [(("height", frame.part), *_limits(q))]
+    return []
+
+
+def _sign(sign: int) -> tuple[float, float]:
+    return (1.0, INFINITE) if sign > 0 else (-INFINITE, -1.0)
+
+
+def _limits(q: F.Quantity) -> tuple[float, float]:
+    return (-INFINITE if q.role == "at_most" else q.value), (INFINITE if q.role == "at_least" else q.value)

@@ -1,0 +1,376 @@
+# ruff: noqa: E501
+"""The table of frames: for each what calls for it, what it needs and what it may take, and into which slot."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from ovita.instruct import frames as F
+from ovita.instruct.chunks import Chunk
+from ovita.instruct.constituents import QUANTITIES
+from ovita.instruct.fillers import (
+    CONTENT,
+    FREE,
+    MILD,
+    SLOTTED,
+    Constituents,
+    Filler,
+    amount,
+    angle,
+    bounded,
+    count,
+    direction,
+    end,
+    labelled,
+    level,
+    objects,
+    offset,
+    pair,
+    parts,
+    place,
+    place_of_object,
+    quadrant,
+    sense,
+    share,
+    speed_amount,
+    turns,
+    waypoints,
+)
+from ovita.paths.part import PathPart
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of the table.
+
+    Args:
+        kind: The frame.
+        calls: What calls for it: each entry lists classes ("a|b" for either, "obj:over" for a preposition) that must
+            all be there; "!x" must not be.
+        slots: Each slot and what fills it.
+        fixed: Slots that the row itself fills.
+        needs: Slots without which it stands only with those of the clause before it.
+        also: Classes that it may take without a slot.
+        rank: Ties go to the lower one.
+        where: Whether it may be bound to a part of the path.
+        check: Sees the frame's slots and settles what hangs together; None drops the reading.
+    """
+
+    kind: type[F.SemanticFrame]
+    calls: tuple[str, ...]
+    slots: Mapping[str, Filler] = field(default_factory=dict)
+    fixed: Mapping[str, Any] = field(default_factory=dict)
+    needs: tuple[str, ...] = ()
+    also: str = ""
+    rank: float = 0.0
+    where: bool = True
+    check: Callable[[dict[str, Any]], dict[str, Any] | None] | None = None
+
+
+@dataclass(frozen=True)
+class Match:
+    """A clause read by a row."""
+
+    row: Row
+    slots: Mapping[str, Any]
+    missing: tuple[str, ...]
+    unread: tuple[Chunk, ...]
+    cost: float
+
+
+def _called(call: str, clause: Constituents) -> bool:
+    """Take what a call names; whether all of it was there."""
+    for word in call.split():
+        if word.startswith("!"):
+            if clause.has(*word[1:].split("|")):
+                return False
+            continue
+        if not any(_one_called(alternative, clause) for alternative in word.split("|")):
+            return False
+    return True
+
+
+def _one_called(name: str, clause: Constituents) -> bool:
+    """Whether a class is there; what fills slots is left for them, other words are taken."""
+    kind, colon, value = name.partition(":")
+    values = value.split(",")
+    test = (lambda c: _value(c) in values) if colon else None
+    if kind in SLOTTED:
+        return any(c.kind == kind and (test is None or test(c)) for c in clause.items)
+    return clause.take(kind, where=test) is not None
+
+
+def _value(item: Chunk) -> str:
+    """What tells constituents of one class apart: an object's preposition, a quantity's role, an end's."""
+    if item.kind == "end":
+        return str(item.value[0]) + "/" + str(item.value[1])
+    return item.q.role if item.q is not None and item.kind in QUANTITIES else str(item.value or "")
+
+
+def match(row: Row, items: Sequence[Chunk], kinds: frozenset[str]) -> Match | None:
+    """Read a clause by a row, or None if nothing calls for it."""
+    for call in row.calls:
+        if not _possible(call, kinds):
+            continue
+        clause = Constituents(items)
+        if _called(call, clause):
+            found = _filled(row, clause)
+            if found is not None:
+                return found
+    return None
+
+
+def _possible(call: str, kinds: frozenset[str]) -> bool:
+    return all(
+        any(name.partition(":")[0] in kinds for name in word.split("|")) for word in call.split() if word[0] != "!"
+    )
+
+
+def _filled(row: Row, clause: Constituents) -> Match | None:
+    slots: dict[str, Any] = dict(row.fixed)
+    for name, filler in row.slots.items():
+        value = filler(clause)
+        if value is not None and value != () and (name not in slots or not slots[name]):
+            slots[name] = value
+    if row.where:
+        slots["part"] = parts(clause, row.kind in (F.Pace, F.Smooth))
+    if (degree := clause.take("large", "slight")) is not None:
+        slots["degree"] = degree.kind
+    clause.every(*row.also.split())
+    if row.check is not None:
+        checked = row.check(slots)
+        if checked is None:
+            return None
+        slots = checked
+    missing = tuple(name for name in row.needs if not slots.get(name))
+    unread = tuple(c for c in clause.left() if c.kind not in FREE)
+    cost = sum(MILD.get(c.kind, CONTENT) for c in unread) + 4 * len(missing) + 0.5 + row.rank
+    return Match(row, slots, missing, unread, cost)
+
+
+# What settles slots that hang together
+
+
+def _resize(slots: dict[str, Any]) -> dict[str, Any]:
+    """To 80 % is a factor itself."""
+    q = slots.get("by")
+    if q is None:
+        return slots
+    return slots | {"change": "" if q.role == "to" else slots.get("change", ""), "by": replace(q, role="by")}
+
+
+def _pace(slots: dict[str, Any]) -> dict[str, Any]:
+    """A speed itself is a target: "slow down to 0.2 m/s", "20 % of the speed"."""
+    q = slots.get("amount")
+    if q is not None and q.role == "by" and q.unit == "x" and slots["change"] == "slower" and q.value == 0.5:
+        slots["amount"] = replace(q, unit="x")
+    return slots
+
+
+def _set_pace(slots: dict[str, Any]) -> dict[str, Any] | None:
+    """A bare speed is a target, and so is a share of it; "+20 %" is a change."""
+    q = slots.get("amount")
+    if q is None:
+        return None
+    roles = {"at_most": "cap", "at_least": "floor"}
+    if q.role in roles:
+        return slots | {"change": roles[q.role]}
+    if q.unit == "%" and q.value == 0.5:
+        return slots | {"change": "slower", "amount": replace(q, role="by")}
+    return slots | {"change": "set", "amount": replace(q, role="to")}
+
+
+def _signed_pace(slots: dict[str, Any]) -> dict[str, Any] | None:
+    return None if slots.get("amount") is None else slots
+
+
+def _accelerate(slots: dict[str, Any]) -> dict[str, Any]:
+    return slots
+
+
+def _braking(slots: dict[str, Any]) -> dict[str, Any] | None:
+    q = slots.get("amount")
+    return None if q is None else slots | {"amount": replace(q, value=-abs(q.value), said="")}
+
+
+def _resample(slots: dict[str, Any]) -> dict[str, Any]:
+    """How many waypoints: a count is a target unless "more" or a sign says by how many."""
+    q = slots.get("amount")
+    change = slots["change"]
+    if q is None:
+        return slots
+    if q.unit in ("%", "x"):
+        factor = q.value
+        if change == "fewer" and factor > 1:
+            factor = 1 / factor
+        elif change == "fewer" and q.unit == "%":
+            factor = 1 - factor
+        elif change == "more" and q.unit == "%":
+            factor = 1 + factor
+        return slots | {"change": "by", "amount": F.Quantity(round(factor, 6), q.unit if change == "" else "x", "by")}
+    if change in ("more", "fewer"):
+        signed = q.value if change == "more" else -q.value
+        return slots | {"change": "by", "amount": F.Quantity(signed, "waypoints", "by")}
+    return slots | {"change": "to", "amount": replace(q, role="to", unit="")}
+
+
+def _end_degree(slots: dict[str, Any]) -> dict[str, Any] | None:
+    return slots if slots.get("end") else None
+
+
+def _keep(slots: dict[str, Any]) -> dict[str, Any] | None:
+    """A part alone is what stays."""
+    if slots.get("what"):
+        return slots
+    return slots | {"what": "part"} if slots.get("part") else None
+
+
+def _trim_place(slots: dict[str, Any]) -> dict[str, Any] | None:
+    """What comes after or before an object, or the first or last so much."""
+    of: PathPart = slots.pop("part", PathPart())
+    if of.kind in ("first", "last") and of.amount:
+        unit = {"share": "%", "waypoints": "waypoints"}.get(of.unit, of.unit)
+        return slots | {"cut": of.kind, "amount": F.Quantity(of.amount, unit)}
+    if of.kind in ("after", "before") and of.places:
+        return slots | {"cut": of.kind, "place": of.places[0]}
+    if of.kind == "range" and of.amount is not None and of.until is None:
+        return slots | {
+            "cut": "after",
+            "place": F.Quantity(of.amount + (of.unit == "waypoints"), {"share": "%"}.get(of.unit, of.unit), "at"),
+        }
+    if of.kind in ("first", "last") or of.kind == "range":
+        return None
+    return None
+
+
+def _stays(what: str) -> Mapping[str, Any]:
+    return {"what": what}
+
+
+# fmt: off
+LENGTH = amount("Qm")
+AROUND = place("around", "at", "", "by", "over", "near", "on", "of", "in", "with", "to")
+ALONG = place_of_object
+
+
+def _radius(clause: Constituents) -> F.Quantity | None:
+    found: F.Quantity | None = labelled("radius")(clause) or LENGTH(clause)
+    return found
+
+
+def _swing(clause: Constituents) -> F.Quantity | None:
+    found: F.Quantity | None = labelled("size")(clause) or LENGTH(clause)
+    return found
+
+
+ROWS: tuple[Row, ...] = (
+    # where the path runs
+    Row(F.Shift, ("up|down|left|right|front|back|raise|lower|axis_by", "inc height", "dec height"),
+        {"offset": offset}, needs=("offset",), also="height ground axis inc whole path", rank=0.2),
+    Row(F.Shift, ("inc height !obj", ), {"offset": lambda c: (("up", LENGTH(c)),)}, also="height more", rank=0.3),
+    Row(F.Shift, ("dec height !obj", ), {"offset": lambda c: (("down", LENGTH(c)),)}, also="height", rank=0.3),
+    Row(F.MoveEnd, ("end up|down|left|right|front|back|raise|lower|axis_by",),
+        {"end": end(), "offset": offset}, needs=("end", "offset"), also="height path", rank=0.1, where=False),
+    Row(F.MoveEnd, ("end closer|toward|near", "end obj:toward", "end dec distance", "end farther obj:to,toward"),
+        {"end": end(), "place": place_of_object, "by": amount("Qm", "Qpc")}, {"relation": "toward"}, ("end", "place"), "farther closer distance near toward", 0.1, where=False),
+    Row(F.MoveEnd, ("end farther !obj:to", "end obj:from", "end inc distance"),
+        {"end": end(), "place": place_of_object, "by": amount("Qm", "Qpc", "Qx")}, {"relation": "away"}, ("end", "place"), "farther distance inc keep never", 0.15, where=False),
+    Row(F.MoveEnd, ("end obj", ), {"end": end(), "place": place("to", "at", "on", "by", "in", "near", "over", "", "with")},
+        {"relation": "to"}, ("end", "place"), "touch on over pass", 0.25, where=False),
+    Row(F.MoveEnd, ("endup", ), {"place": place()}, {"end": "goal", "relation": "to"}, ("place",), "end near", 0.0, where=False),
+    Row(F.MoveEnd, ("startat", ), {"place": place()}, {"end": "start", "relation": "to"}, ("place",), "end near", 0.0, where=False),
+    # objects
+    Row(F.Approach, ("closer", "near", "dec distance"), {"objects": objects("to", "by", "", "at", "of", "on", "in", "near", "for", "with", "over", "around", "toward", "than", "along", "touch"),
+        "by": amount("Qm", "Qpc", "Qx")}, {"sense": "closer"}, ("objects",), "distance path pass closer near", 0.25),
+    Row(F.Approach, ("farther", "inc distance", "inc farther", "double|triple distance|farther", "Qx distance|farther", "farther around"),
+        {"objects": objects(), "by": lambda c: amount("Qm", "Qx")(c) or share(c)}, {"sense": "farther"}, ("objects",), "distance path pass farther times inc keep gap than", 0.25),
+    Row(F.Approach, ("inc Qm obj !speed",), {"objects": objects(), "by": LENGTH}, {"sense": "farther"}, ("objects",), "inc", 2.0),
+    Row(F.Clearance, ("Qm:at_least,at_most obj|within_of", "min|at_least|max|at_most|keep|distance Qm", "keep within_of", "distance Qm", "keep|farther Qm obj:from", "within_of !speed|faster|slower",
+                      "Qm:at_least,at_most distance|farther|near|closer"),
+        {"distance": bounded("Qm", "within_of"), "objects": objects()}, {}, ("objects", "distance"), "distance keep farther near closer at_least at_most min max pass whole gap dec inc", 0.2),
+    Row(F.Visit, ("touch obj", "thru obj"), {"objects": objects("", "to", "at", "on", "by", "thru", "with", "in", "touch", "of")}, {}, ("objects",), "touch pass", 0.1, where=False),
+    Row(F.Visit, ("obj:thru,touch",), {"objects": objects("thru", "touch", "", "at")}, {}, ("objects",), "touch pass", 0.3, where=False),
+    Row(F.Visit, ("obj:thru,touch",), {}, {}, ("objects",), "touch pass", 0.3, where=False),
+    Row(F.Visit, ("pair",), {"objects": pair}, {"relation": "between"}, ("objects",), "thru pass gap middle around", 0.35, where=False),
+    Row(F.Visit, ("obj:over", "over obj"), {"objects": objects("over", ""), "by": LENGTH}, {"relation": "over"}, ("objects",), "over up raise pass at_least", 0.1, where=False),
+    Row(F.Visit, ("obj:under", "under obj"), {"objects": objects("under", ""), "by": LENGTH}, {"relation": "under"}, ("objects",), "under down lower pass", 0.3, where=False),
+    Row(F.Side, ("left|right|front|back obj:,of,from,on,around,to,by,at !Qm", "left|right|front|back pass|side|around obj"),
+        {"objects": objects(), "direction": direction}, {}, ("objects", "direction"), "side pass keep around left right near touch path whole", 0.15, where=False),
+    # speed
+    Row(F.Pace, ("faster", "inc|raise|up speed", "more speed", "inc Qv"), {"amount": speed_amount}, {"change": "faster"}, (), "speed path whole keep inc up raise more times faster", 0.1, check=_pace),
+    Row(F.Pace, ("slower", "dec|lower|down|trim speed", "less speed", "brake"), {"amount": speed_amount}, {"change": "slower"}, (), "speed path whole keep dec lower down times slower brake trim", 0.1, check=_pace),
+    Row(F.Pace, ("double|triple speed", "speed double|triple"), {"amount": share}, {"change": "faster"}, (), "speed times", 0.1),
+    Row(F.Pace, ("speed Qpc:by", ), {"amount": lambda c: (lambda f: None if f is None else f.q)(c.take("Qpc", where=lambda x: x.value == "plus"))}, {"change": "faster"}, ("amount",), "speed", 0.05, check=_signed_pace),
+    Row(F.Pace, ("speed Qpc|Qv", "Qpc|Qv:by speed", ), {"amount": lambda c: (lambda f: None if f is None else f.q)(c.take("Qpc", "Qv", where=lambda x: x.value == "minus"))}, {"change": "slower"}, ("amount",), "speed", 0.05, check=_signed_pace),
+    Row(F.Pace, ("Qv", "speed|vmax|vmin Qv|Qn", "half speed", "halve speed", "speed Qpc|Qx|half|third|quarter", "Qpc|quarter|third|fifth|tenth speed"),
+        {"amount": lambda c: amount("Qv", "Qpc", "Qx", role="")(c) or share(c)}, {}, ("amount",), "speed path whole keep max limit at_most at_least min vmax vmin faster slower brake raise lower", 0.3, check=_set_pace),
+    Row(F.Pace, ("vmax|limit|max|at_most Qv", "vmax Qn", "speed max|at_most|limit Qv|Qn"), {"amount": amount("Qv", role="at_most")}, {"change": "cap"}, ("amount",), "speed whole path max limit at_most faster vmax up", 0.1),
+    Row(F.Pace, ("vmin|min|at_least Qv", "vmin Qn", "speed min|at_least Qv|Qn"), {"amount": amount("Qv", role="at_least")}, {"change": "floor"}, ("amount",), "speed whole path min at_least slower vmin", 0.1),
+    Row(F.Pace, ("constant",), {"amount": amount("Qv", role="to")}, {"change": "constant"}, (), "speed path whole keep constant", 0.2),
+    Row(F.Pace, ("ramp_up", "gradual faster", "gradual inc|raise speed", "faster faster"), {"amount": amount("Qv", role="to")}, {"change": "rampup"}, (), "speed path whole gradual faster constant ramp_up", 0.0),
+    Row(F.Pace, ("ramp_down", "gradual slower", "gradual dec|lower speed", "slower|brake constant|gradual"), {"amount": amount("Qv", role="to")}, {"change": "rampdown"}, (), "speed path whole gradual slower constant stop ramp_down brake", 0.0),
+    Row(F.Pace, ("up|inc|raise Qpc|Qx|third|quarter|half|fifth|tenth !speed",), {"amount": speed_amount}, {"change": "faster"}, ("amount",), "up inc raise times", 0.6),
+    Row(F.Pace, ("down|dec|lower Qpc|Qx|third|quarter|half|fifth|tenth !speed",), {"amount": speed_amount}, {"change": "slower"}, ("amount",), "down dec lower times", 0.6),
+    Row(F.Pace, ("turns slower", "slower part:turns"), {}, {"change": "turns"}, (), "turns speed path whole slower", -0.2),
+    Row(F.Pace, ("accel|brake Qa:minus", "brake Qa", "slower Qa !accel"), {"amount": amount("Qa")}, {"change": "accelerate"}, ("amount",), "accel brake speed constant gradual", -0.1, check=_braking),
+    Row(F.Pace, ("accel", "faster|speed|inc Qa", "Qa"), {"amount": amount("Qa")}, {"change": "accelerate"}, ("amount",), "accel speed constant gradual inc faster", 0.0),
+    Row(F.Pace, ("accel !Qa",), {"amount": speed_amount}, {"change": "faster"}, (), "speed path whole", 0.3),
+    # what stays
+    Row(F.Keep, ("keep end",), {"what": end("", "of", "at", "with", "for", "on", "from", "to", "where")}, {}, ("what",), "keep path only where never whole touch", 0.1, where=False),
+    Row(F.Keep, ("keep speed", "never speed"), {}, _stays("speed"), (), "keep whole speed never", 0.1),
+    Row(F.Keep, ("keep height", "never height"), {}, _stays("height"), (), "keep whole height never path", 0.1),
+    Row(F.Keep, ("keep rest",), {}, _stays("rest"), (), "keep whole rest never path", 0.1, where=False),
+    Row(F.Keep, ("keep path",), {}, _stays("path"), (), "keep whole path never", 0.3, where=False),
+    Row(F.Keep, ("keep",), {}, {}, (), "keep whole path never", 0.15, check=_keep),
+    # standing still
+    Row(F.StopAt, ("stop",), {"place": lambda c: place()(c)}, {}, (), "stop end touch there whole path", 0.2, where=False),
+    Row(F.Wait, ("wait", "stop Qs", "keep Qs", "obj:at,by,near Qs", "Qs point|end"), {"duration": amount("Qs", "Qstep"), "place": place("at", "by", "on", "in", "near", "to", "over", "", "with", "around", "for", "touch", "of")}, {}, ("place",), "wait stop keep duration for there then_on slight", 0.1, where=False),
+    Row(F.Wait, ("wait there",), {"duration": amount("Qs", "Qstep")}, {}, ("place",), "wait stop there then_on", 0.2, where=False),
+    Row(F.Hover, ("hover", "wait obj:over", "keep obj:over Qs"), {"duration": amount("Qs", "Qstep"), "by": LENGTH, "objects": objects("over", "", "at", "near", "by", "on")}, {}, ("objects",), "hover wait over up keep raise touch", 0.0, where=False),
+    Row(F.Hop, ("hop",), {"by": LENGTH, "objects": objects("over", "", "to", "on", "by")}, {}, ("objects",), "hop over up down raise at_least", 0.0, where=False),
+    # ends and waypoints
+    Row(F.Extend, ("extend", "inc end:goal/after,goal/over"), {"by": LENGTH, "place": place("to", "", "at", "toward", "before", "on")}, {}, (), "extend end path after part whole inc double", 0.2, where=False, check=lambda s: _extend(s)),
+    Row(F.Extend, ("extend up|down|left|right|front|back",), {"offset": offset}, {}, ("offset",), "extend end path after part", 0.1, where=False),
+    Row(F.Return, ("return",), {}, {}, (), "return end start path stop reverse", 0.0, where=False),
+    Row(F.Reverse, ("reverse",), {}, {}, (), "reverse path whole end back", 0.1, where=False),
+    Row(F.Trim, ("trim",), {}, {}, (), "trim path waypoints whole", 0.1, check=_trim_place),
+    Row(F.Resample, ("inc|more|denser waypoints", "denser"), {"amount": waypoints}, {"change": "more"}, (), "inc more denser waypoints path whole", 0.1, where=False, check=_resample),
+    Row(F.Resample, ("dec|less|sparser waypoints", "sparser", "too waypoints", "halve waypoints"), {"amount": waypoints}, {"change": "fewer"}, (), "dec less sparser waypoints path whole too", 0.1, where=False, check=_resample),
+    Row(F.Resample, ("merge",), {"amount": count}, {"change": "merge"}, ("amount",), "waypoints merge every of", 0.0, where=False),
+    Row(F.Resample, ("Qn waypoints", "double|Qx|halve|Qpc|half|third waypoints"), {"amount": waypoints}, {"change": ""}, ("amount",), "waypoints path whole inc at_most keep", 0.3, where=False, check=_resample),
+    # form
+    Row(F.Smooth, ("smooth",), {}, {}, (), "smooth path whole turns", 0.25),
+    Row(F.Straighten, ("straight",), {}, {}, (), "straight path whole curvature turns", 0.25),
+    Row(F.Curve, ("more_curve", "inc|more curvature"), {}, {"change": "more"}, (), "curvature more path inc whole", 0.0),
+    Row(F.Curve, ("less_curve", "dec|less|too curvature"), {}, {"change": "less"}, (), "curvature less dec too path whole", 0.0),
+    Row(F.Resize, ("larger", "inc size", "resize up"), {"by": share, "about": place("around", "of", "at")}, {"change": "larger"}, (), "resize larger path whole size inc times", 0.3, where=False, check=_resize),
+    Row(F.Resize, ("smaller", "dec size", "resize down"), {"by": share, "about": place("around", "of", "at")}, {"change": "smaller"}, (), "resize smaller path whole size dec times", 0.3, where=False, check=_resize),
+    Row(F.Resize, ("resize", "Qx|double size", "Qx|double larger"), {"by": share, "about": place("around", "of", "at")}, {}, ("by",), "resize path whole times size inc larger", 0.2, where=False, check=_resize),
+    Row(F.Mirror, ("mirror left|right|front|back|up|down|sideways|axis", "mirror"), {"about": place("around", "of", "at")}, {}, (), "mirror path whole left right front back up down sideways axis", 0.1, where=False),
+    Row(F.Rotate, ("rotate", "turns Qdeg", "clockwise|anticlockwise Qdeg"), {"angle": angle, "sense": sense, "about": place("around", "of", "at", "on", "with", "from")}, {}, (), "rotate path whole turns quarter", 0.1, where=False),
+    Row(F.Tilt, ("tilt",), {"angle": amount("Qdeg"), "direction": direction}, {}, ("direction",), "tilt path whole side up raise higher", 0.0, where=False),
+    # figures
+    *(Row(F.Figure, calls, {"rise": labelled("rise"), "size": size, "radius": radius, "turns": turns, "sense": sense, "place": where},
+          {"shape": shape}, ("place",) if shape == "circle" else (), f"{shape} path whole laps once around circle pass turns size times", -0.1)
+      for shape, calls, size, radius, where in (
+        ("circle", ("circle", "once|double|triple|turns|laps obj:around", "once|double|triple|turns|laps around obj"), labelled("size"), _radius, AROUND),
+        ("spiral", ("spiral",), labelled("size"), _radius, AROUND), ("eight", ("eight",), _swing, labelled("radius"), AROUND),
+        ("zigzag", ("zigzag",), _swing, labelled("radius"), ALONG), ("wave", ("wave",), _swing, labelled("radius"), ALONG),
+        ("shake", ("shake",), _swing, labelled("radius"), AROUND))),
+    # bounds
+    Row(F.Height, ("Hq", "Qm:at_least,at_most height|up|ground|axis", "height Qm:at_least,at_most", "ceiling|floorlimit Qm", "height min|max|limit|at_least|at_most Qm", "up|ground max|min|at_most|at_least Qm", "Qm:at_least,at_most !obj|pair|left|right|front|back"),
+        {"level": level}, {}, ("level",), "height ground axis up keep whole path limit max min at_most at_least raise lower down touch", 0.2),
+    Row(F.Height, ("height Qm", "Qm ground", "height axis_by", "axis Qm:to"), {"level": amount("Qm", role="to")}, {}, ("level",), "height ground axis keep up raise over lower", 0.25),
+    Row(F.Bound, ("left|right|front|back origin Qm", "bound left|right|front|back Qm", "Qm:at_most left|right|front|back", "within left|right|front|back Qm", "keep left|right|front|back Qm:at_most", "keep within_of left|right|front|back"),
+        {"offset": offset, "of": place()}, {}, ("offset",), "origin bound keep at_most max within limit whole", 0.1, where=False),
+    Row(F.Quadrant, ("quadrant",), {"number": quadrant}, {}, ("number",), "quadrant keep whole path only third second 1st quarter", -0.1, where=False),
+)
+# fmt: on
+
+
+def _extend(slots: dict[str, Any]) -> dict[str, Any] | None:
+    if slots.get("place") in ("goal", "start", "middle"):
+        slots = {k: v for k, v in slots.items() if k != "place"}
+    return slots
