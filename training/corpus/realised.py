@@ -23,6 +23,7 @@ from check import Example, examples
 from ovita.bench.expected import expected
 from ovita.errors import OvitaError
 from ovita.instruct import frames as F
+from ovita.instruct.editing import apply, realised_values
 from ovita.instruct.notation import ENDS, name_of, show
 from ovita.instruct.realise import realise
 from ovita.limits.obstacles import kind_of
@@ -251,6 +252,21 @@ def _inverse(frame: F.SemanticFrame) -> F.SemanticFrame:
     return frame
 
 
+def after_feedback(line: Example) -> tuple[F.SemanticFrame, ...]:
+    """The frames of the turn before with a line's edits, for which open slots have the values that were realised."""
+    assert line.before is not None
+    trajectory, scene = setting(line.before, line.objects)
+    values = realised_values(list(realise(line.before, trajectory, scene).parameters.values()))
+    return apply(line.edits, line.before, scene, values)
+
+
+def feedback(voices: Sequence[str] = ()) -> Iterator[Example]:
+    """The lines of the training voices that change what was done."""
+    for path in sorted(VOICES.glob("*.txt")):
+        if not voices or path.stem in voices:
+            yield from (line for line in examples(path) if line.edits and line.before and not line.problem)
+
+
 def sentences(voices: Sequence[str] = ()) -> Iterator[Example]:
     """The lines of the training voices that ask for something to be done."""
     for path in sorted(VOICES.glob("*.txt")):
@@ -267,6 +283,7 @@ def main() -> int:
     arguments = parser.parse_args()
     counts: Counter[tuple[str, str]] = Counter()
     missed: Counter[str] = Counter()
+    turned: Counter[str] = Counter()
     flips = 0
     for line in list(sentences(arguments.voices))[:: arguments.every]:
         name = name_of(line.frames[0]) if len(line.frames) == 1 else "several"
@@ -292,6 +309,15 @@ def main() -> int:
             f"{name:12}" + "".join(f"{counts[name, o]:7}" for o in ("done", "asked", "failed")) + f"{missed[name]:13}"
         )
     total = {o: sum(n for (_, out), n in counts.items() if out == o) for o in ("done", "asked", "failed")}
+    for line in list(feedback(arguments.voices))[:: arguments.every]:
+        after = after_feedback(line)
+        trial = tried(after, line.objects) if after else Trial("dropped")
+        turned[trial.outcome] += 1
+        if trial.outcome in ("failed", "asked"):
+            print(
+                f"{trial.outcome} {line.voice}:{line.number} {show(line.before or ())} => {line.reading} | {trial.why}"
+            )
+    print(f"feedback: {dict(turned)}")
     lines = sum(total.values())
     shares = ", ".join(f"{count / lines:.1%} {outcome}" for outcome, count in total.items())
     apart = 1 - sum(missed.values()) / max(flips, 1)

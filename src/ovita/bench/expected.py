@@ -48,7 +48,7 @@ class _Asked:
 
     def alone(self, frame: F.SemanticFrame) -> bool:
         """Whether no other frame moves the path."""
-        return not any(other is not frame and not isinstance(other, PATHLESS) for other in self.frames)
+        return not any(other != frame and not isinstance(other, PATHLESS) for other in self.frames)
 
     def calm(self, frame: F.SemanticFrame) -> PathPart | None:
         """The part that a frame is about, without what ends that move take along."""
@@ -139,6 +139,8 @@ def _shift(case: _Asked, frame: F.Shift) -> Check:
     words, where, only = case.offset(frame.offset), case.where(frame), case.alone(frame)
     counted = [f for f in case.frames if isinstance(f, NUMBERED) and not isinstance(f, F.Wait | F.StopAt)]
     only = only and not counted
+    again = case.frames.count(frame)
+    words = {word: None if value is None else again * value for word, value in words.items()}
     if where is not None and case.has(F.MoveEnd):
         words = dict.fromkeys(words)  # an end that moves takes the path beside it along
     stated: Any = {word: value for word, value in words.items() if value is not None}
@@ -191,6 +193,7 @@ def _approach(case: _Asked, frame: F.Approach) -> Check:
             continue
         judged = P.closer if frame.sense == "closer" else P.farther
         alone = case.alone(frame) and len(frame.objects) == 1
+        by = None if case.frames.count(frame) > 1 else by
         checks.append(judged(name, by=by if alone else None, amount=amount, after=after, aimed=alone))
     return P.all_of(*checks)
 
@@ -405,6 +408,8 @@ def _size(case: _Asked, q: F.Quantity | None) -> float | None:
 
 def _mirror(case: _Asked, frame: F.Mirror) -> Check:
     flipped = {"x": "y", "y": "x", "z": "z"}.get(frame.axis, "")
+    if case.has(F.Reverse):
+        return P.not_(P.same_path())
     mirrored = P.mirrored if case.alone(frame) else asked.flipped
     return mirrored([case.word(flipped or frame.axis)], where=case.calm(frame))
 
