@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Sequence
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -58,9 +58,14 @@ def solve(
     smooth = 0.0 if options.lambda_smooth == "auto" else options.lambda_smooth
     notes: tuple[str, ...] = ()
     if options.trials:
-        study = new_study(options.seed)
+        try:
+            optuna = importlib.import_module("optuna")
+        except ImportError:
+            raise MissingExtra("optuna", "tuning") from None
+        optuna.logging.set_verbosity(optuna.logging.ERROR)
+        study = optuna.create_study(sampler=optuna.samplers.TPESampler(seed=options.seed))
 
-        def deviation(trial: Trial) -> float:
+        def deviation(trial: Any) -> float:
             x = at(*(trial.suggest_float(name, *RANGE, log=True) for name in ("dev", "smooth")))
             return float("inf") if x is None else float(((x - reference) ** 2).sum())
 
@@ -106,24 +111,3 @@ def _bounds(reference: Array, robot: Robot, options: ConstraintOptions) -> tuple
     pins = list(options.pins(len(reference)))
     lower[pins, :3] = upper[pins, :3] = reference[pins, :3]
     return lower, upper
-
-
-class Trial(Protocol):
-    """What is used of an Optuna trial."""
-
-    def suggest_float(self, name: str, low: float, high: float, *, log: bool) -> float:
-        """The next value to try."""
-
-
-def new_study(seed: int) -> Any:
-    """A silent Optuna study that minimises, with a seeded TPE sampler.
-
-    Raises:
-        MissingExtra: If optuna is not installed.
-    """
-    try:
-        optuna = importlib.import_module("optuna")
-    except ImportError:
-        raise MissingExtra("optuna", "tuning") from None
-    optuna.logging.set_verbosity(optuna.logging.ERROR)
-    return optuna.create_study(direction="minimize", sampler=optuna.samplers.TPESampler(seed=seed))

@@ -7,10 +7,10 @@ r_min is an obstacle like any other.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Protocol
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,9 @@ from ovita.paths.trajectory import Array
 
 PAD = 5e-6
 """How much further than asked the solver stays away, so that rounding cannot break a limit [m]."""
+
+RowMaker: TypeAlias = Callable[[Array], Rows]
+"""Linearises a constraint: the rows that a path must obey, valid near a path (N, 3)."""
 
 GRAZE = 5e-7
 """A distance this far below the limit still counts as legal, half of what `verify` allows [m]."""
@@ -147,13 +150,6 @@ class PathProblem:
         """The problem of the waypoints first..last, those two included."""
         pins = tuple(i - first for i in self.pins if first <= i <= last)
         return replace(self, reference=self.reference[first : last + 1], pins=pins)
-
-
-class RowMaker(Protocol):
-    """Linearises a constraint at a path (N, 3)."""
-
-    def __call__(self, x: Array) -> Rows:
-        """Rows that the path must obey, valid near x."""
 
 
 def flatten(bodies: Sequence[Obstacle], lower: Array, upper: Array) -> tuple[Obstacle, ...]:

@@ -289,19 +289,14 @@ def _near(part: PathPart, trajectory: Trajectory, scene: Scene) -> Mask:
     return within(trajectory.positions, locate(part.places[0], trajectory, scene), part.amount)
 
 
-def _first(part: PathPart, trajectory: Trajectory, scene: Scene) -> Mask:
-    n, amount = len(trajectory), part.amount or 0.0
-    if part.unit in ("m", "s"):
-        return np.asarray(_measure(trajectory, part.unit) <= amount + 1e-9)
-    return np.arange(n) < (max(1, round(amount * n)) if part.unit == "share" else int(amount))
-
-
-def _last(part: PathPart, trajectory: Trajectory, scene: Scene) -> Mask:
-    n, amount = len(trajectory), part.amount or 0.0
+def _end(part: PathPart, trajectory: Trajectory, scene: Scene) -> Mask:
+    """The first or the last so much."""
+    n, amount, is_first = len(trajectory), part.amount or 0.0, part.kind == "first"
     if part.unit in ("m", "s"):
         along = _measure(trajectory, part.unit)
-        return np.asarray(along >= along[-1] - amount - 1e-9)
-    return np.arange(n) >= n - (max(1, round(amount * n)) if part.unit == "share" else int(amount))
+        return np.asarray((along if is_first else along[-1] - along) <= amount + 1e-9)
+    count = max(1, round(amount * n)) if part.unit == "share" else int(amount)
+    return np.asarray((np.arange(n) if is_first else np.arange(n)[::-1]) < count)
 
 
 def _middle(part: PathPart, trajectory: Trajectory, scene: Scene) -> Mask:
@@ -347,8 +342,8 @@ def _outside(part: PathPart, trajectory: Trajectory, scene: Scene) -> Mask:
 
 _MASKS: Mapping[str, Callable[[PathPart, Trajectory, Scene], Mask]] = {
     "near": _near,
-    "first": _first,
-    "last": _last,
+    "first": _end,
+    "last": _end,
     "middle": _middle,
     "after": lambda part, path, scene: np.arange(len(path)) >= _nearest(part, path, scene),
     "before": lambda part, path, scene: np.arange(len(path)) <= _nearest(part, path, scene),

@@ -76,15 +76,9 @@ class SceneObject:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, SceneObject):
             return NotImplemented
-        if (self.dimensions is None) != (other.dimensions is None) or self.name != other.name:
-            return False
-        same_size = self.dimensions is None or np.array_equal(self.dimensions, other.dimensions)  # type: ignore[arg-type]
-        return bool(
-            same_size
-            and np.array_equal(self.position, other.position)
-            and np.array_equal(self.orientation, other.orientation)
-            and dict(self.extra) == dict(other.extra)
-        )
+        arrays = ("position", "dimensions", "orientation")
+        same = all(np.array_equal(getattr(self, key), getattr(other, key)) for key in arrays)
+        return same and self.name == other.name and dict(self.extra) == dict(other.extra)
 
     __hash__ = None  # type: ignore[assignment]
 

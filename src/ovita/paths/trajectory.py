@@ -122,12 +122,9 @@ class Trajectory:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Trajectory):
             return NotImplemented
-        if (self.orientations is None) != (other.orientations is None) or self.timestep != other.timestep:
-            return False
-        same_q = self.orientations is None or np.array_equal(self.orientations, other.orientations)  # type: ignore[arg-type]
-        return bool(
-            same_q and np.array_equal(self.positions, other.positions) and np.array_equal(self.speeds, other.speeds)
-        )
+        arrays = ("positions", "speeds", "orientations")
+        same = all(np.array_equal(getattr(self, name), getattr(other, name)) for name in arrays)
+        return same and self.timestep == other.timestep
 
     __hash__ = None  # type: ignore[assignment]
 

@@ -18,7 +18,7 @@ import numpy as np
 from ovita.errors import PolicyCrashed
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array
-from ovita.policy.syntax import all_bindings, entry_of, literal
+from ovita.policy.syntax import all_bindings, entry_of, literal, names_in
 from ovita.policy.wire import MAX_MESSAGE, clean_text
 from ovita.toolkit import CATALOGUE, Expectation, Recorder, namespace
 
@@ -182,7 +182,7 @@ class _Run:
     def __init__(self, tree: ast.Module, scene: Scene) -> None:
         self.scene, self.recorder = scene, Recorder()
         self.calls, self.work, self.line = 0, 0, 0
-        self.toolkit = namespace(scene.frame, self.recorder, _names(tree) & CATALOGUE.keys())
+        self.toolkit = namespace(scene.frame, self.recorder, names_in(tree) & CATALOGUE.keys())
         self.values: dict[str, Any] = {}
 
     def function(self, tree: ast.Module, given: Array) -> Any:
@@ -373,7 +373,7 @@ def carries_columns(tree: ast.Module) -> bool:
     for node in ast.walk(function):
         if isinstance(node, ast.Assign):
             targets = [t.id for t in node.targets if isinstance(t, ast.Name)]
-            for name in _names(node.value):
+            for name in names_in(node.value):
                 follows.setdefault(name, []).extend(targets)
     fresh = [a.arg for a in [*function.args.posonlyargs, *function.args.args][:1]]
     tainted = set[str]()
@@ -382,7 +382,7 @@ def carries_columns(tree: ast.Module) -> bool:
         if name not in tainted:
             tainted.add(name)
             fresh += follows.get(name, [])
-    return not any(_names(operand) & tainted for node in ast.walk(function) for operand in _operands(node))
+    return not any(names_in(operand) & tainted for node in ast.walk(function) for operand in _operands(node))
 
 
 def _operands(node: ast.AST) -> list[ast.expr]:
@@ -396,7 +396,3 @@ def _operands(node: ast.AST) -> list[ast.expr]:
         case ast.Return(value=value) if not isinstance(value, ast.Call | ast.Name):
             return [value] if value is not None else []
     return []
-
-
-def _names(node: ast.AST) -> set[str]:
-    return {n.id for n in ast.walk(node) if isinstance(n, ast.Name)}

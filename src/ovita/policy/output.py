@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ovita.errors import PolicyOutputInvalid, TrajectoryError
 from ovita.paths.scene import Scene
@@ -38,14 +39,28 @@ def to_rows(result: Any, original: Array, what: str) -> Array:
     Raises:
         PolicyOutputInvalid: If it cannot be read so.
     """
+    wanted = "an array (N, 4) of x, y, z, speed"
     if result is None:
-        raise PolicyOutputInvalid(f"{what} is None; it must be an array (N, 4) of x, y, z, speed")
+        raise PolicyOutputInvalid(f"{what} is None; it must be {wanted}")
     if isinstance(result, Mapping | str | bytes) or not hasattr(result, "__len__"):
-        raise PolicyOutputInvalid(f"{what} is a {type(result).__name__}, not an array (N, 4) of x, y, z, speed")
+        raise PolicyOutputInvalid(f"{what} is a {type(result).__name__}, not {wanted}")
     if len(result) > MAX_ROWS:
         raise PolicyOutputInvalid(f"{what} has {len(result)} waypoints; {MAX_ROWS} are the most")
     if len(result) and all(isinstance(row, Mapping) for row in result):
         result = [_row(waypoint, i, original, len(result), what) for i, waypoint in enumerate(result)]
+    rows = _numbers(result, what)
+    if rows.shape[1] == 3:
+        if len(rows) != len(original):
+            raise PolicyOutputInvalid(
+                f"{what} has no speeds and {len(rows)} waypoints instead of {len(original)}; "
+                "give each waypoint a speed as its fourth value"
+            )
+        rows = np.column_stack([rows, original[:, 3]])
+    return rows
+
+
+def _numbers(result: Any, what: str) -> Array:
+    """A result as real numbers (N, 3), (N, 4) or (N, 8)."""
     try:
         if np.iscomplexobj(result):
             raise TypeError
@@ -54,13 +69,6 @@ def to_rows(result: Any, original: Array, what: str) -> Array:
         raise PolicyOutputInvalid(f"{what} is not a table of numbers; it must be (N, 4): x, y, z, speed") from None
     if rows.ndim != 2 or rows.shape[1] not in (3, 4, 8):
         raise PolicyOutputInvalid(f"{what} has shape {rows.shape}; it must be (N, 4): x, y, z, speed")
-    if rows.shape[1] == 3:
-        if len(rows) != len(original):
-            raise PolicyOutputInvalid(
-                f"{what} has no speeds and {len(rows)} waypoints instead of {len(original)}; "
-                "give each waypoint a speed as its fourth value"
-            )
-        rows = np.column_stack([rows, original[:, 3]])
     return rows
 
 
@@ -96,29 +104,24 @@ def to_trajectory(rows: Array, original: Trajectory, scene: Scene) -> Trajectory
             f"the policy returned {len(rows)} waypoints of {rows.shape[-1]} values; "
             f"it must return 2 to {MAX_ROWS} of x, y, z, speed"
         )
-    bad = ~np.isfinite(rows).all(axis=1)
-    if bad.any():
-        i = int(np.argmax(bad))
-        raise PolicyOutputInvalid(f"waypoint {i} of the result is {rows[i, :4].tolist()}, which is not finite")
     speeds = np.where((rows[:, 3] < 0) & (rows[:, 3] > -1e-9), 0.0, rows[:, 3])
-    if (speeds < 0).any():
-        i = int(np.argmax(speeds < 0))
-        raise PolicyOutputInvalid(f"waypoint {i} of the result has the negative speed {speeds[i]:g} m/s")
     top = max(MIN_TOP_SPEED, MAX_SPEED_FACTOR * float(original.speeds.max()))
-    if (speeds > top).any():
-        i = int(np.argmax(speeds > top))
-        raise PolicyOutputInvalid(f"waypoint {i} of the result has the speed {speeds[i]:g} m/s; {top:g} is the most")
     centre, reach = _reach(original, scene)
     away = np.linalg.norm(rows[:, :3] - centre, axis=1)
-    if (away > reach).any():
-        i = int(np.argmax(away > reach))
-        raise PolicyOutputInvalid(
-            f"waypoint {i} of the result is {away[i]:g} m from the middle of the scene; {reach:g} m is the most"
-        )
+    _refuse(np.asarray(~np.isfinite(rows).all(axis=1)), lambda i: f"is {rows[i, :4].tolist()}, which is not finite")
+    _refuse(speeds < 0, lambda i: f"has the negative speed {speeds[i]:g} m/s")
+    _refuse(speeds > top, lambda i: f"has the speed {speeds[i]:g} m/s; {top:g} is the most")
+    _refuse(away > reach, lambda i: f"is {away[i]:g} m from the middle of the scene; {reach:g} m is the most")
     try:
         return Trajectory(rows[:, :3], speeds, _orientations(rows, original), original.timestep)
     except TrajectoryError as error:
         raise PolicyOutputInvalid(str(error)) from None
+
+
+def _refuse(bad: NDArray[np.bool_], problem: Callable[[int], str]) -> None:
+    if bad.any():
+        i = int(np.argmax(bad))
+        raise PolicyOutputInvalid(f"waypoint {i} of the result {problem(i)}")
 
 
 def _reach(original: Trajectory, scene: Scene) -> tuple[Array, float]:

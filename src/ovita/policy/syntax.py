@@ -96,20 +96,20 @@ def entry_of(tree: ast.Module) -> EntryPoint:
         return _function_entry(functions["adapt"])
     if RESULT in top_level_names(tree) or any(RESULT in n.names for n in ast.walk(tree) if isinstance(n, ast.Global)):
         return EntryPoint("script")
-    called = {
-        node.id
-        for name, function in functions.items()
-        for node in ast.walk(function)
-        if isinstance(node, ast.Name) and node.id != name
-    }
-    roots = [f for name, f in functions.items() if name not in called and _takes(f) is not None]
+    used = {name for own, function in functions.items() for name in names_in(function) - {own}}
+    roots = [f for name, f in functions.items() if name not in used and _takes(f) is not None]
     takers = [f for f in roots if _takes(f)] or roots
-    if len(takers) == 1:
-        return _function_entry(takers[0])
-    if takers:
+    if not takers:
+        raise PolicyRejected(NO_POLICY)
+    if len(takers) > 1:
         names = ", ".join(f.name for f in takers)
         raise PolicyRejected(f"it is not clear which function is the policy ({names}); name it adapt(traj, scene)")
-    raise PolicyRejected(NO_POLICY)
+    return _function_entry(takers[0])
+
+
+def names_in(node: ast.AST) -> set[str]:
+    """Every name that is read or bound in a piece of source."""
+    return {n.id for n in ast.walk(node) if isinstance(n, ast.Name)}
 
 
 def _takes(function: ast.FunctionDef) -> int | None:

@@ -1,4 +1,4 @@
-"""Checks of what a policy passes to the toolkit; every error is one sentence for the policy's writer."""
+"""Checks of what a policy passes to the toolkit: what does not fit is a ValueError of one sentence for its writer."""
 
 from __future__ import annotations
 
@@ -59,11 +59,7 @@ MOST_WAYPOINTS = 10_000
 
 
 def waypoints(traj: ArrayLike) -> Array:
-    """A fresh copy (N, 4+k) of a trajectory's rows x, y, z [m], speed [m/s], extra columns.
-
-    Raises:
-        ValueError: On another shape, fewer than 2 waypoints or values that are not finite.
-    """
+    """A fresh copy (N, 4+k) of a trajectory's rows x, y, z [m], speed [m/s], extra columns."""
     try:
         rows = np.array(traj, dtype=np.float64)
     except (TypeError, ValueError):
@@ -79,11 +75,7 @@ def waypoints(traj: ArrayLike) -> Array:
 
 
 def mask(where: ArrayLike | None, n: int) -> Mask:
-    """A mask (n,) of booleans; None selects everything.
-
-    Raises:
-        ValueError: If it is not one boolean a waypoint.
-    """
+    """A mask (n,) of booleans; None selects everything."""
     if where is None:
         return np.ones(n, dtype=bool)
     if isinstance(where, SceneObject):
@@ -100,11 +92,7 @@ def mask(where: ArrayLike | None, n: int) -> Mask:
 
 
 def point(target: Target, name: str = "obj") -> Array:
-    """The point (3,) [m] that a target means: an object's centre, or the point itself.
-
-    Raises:
-        ValueError: For a string or anything else that is not three finite numbers.
-    """
+    """The point (3,) [m] that a target means: an object's centre, or the point itself."""
     if isinstance(target, SceneObject):
         return np.array(target.position)
     if isinstance(target, str):
@@ -121,11 +109,7 @@ def point(target: Target, name: str = "obj") -> Array:
 
 
 def number(value: Any, name: str, *, low: float | None = None, high: float | None = None) -> float:
-    """A finite float within [low, high].
-
-    Raises:
-        ValueError: If it is none.
-    """
+    """A finite float within [low, high]."""
     if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, float, np.integer, np.floating)):
         raise ValueError(f"{name} must be a number, not {shortened(value)}")
     result = float(value)
@@ -138,11 +122,7 @@ def number(value: Any, name: str, *, low: float | None = None, high: float | Non
 
 
 def positive(value: Any, name: str, high: float | None = None) -> float:
-    """A finite float > 0, and at most `high`.
-
-    Raises:
-        ValueError: If it is none.
-    """
+    """A finite float > 0, and at most `high`."""
     result = number(value, name, low=0.0, high=high)
     if result == 0.0:
         raise ValueError(f"{name} must be > 0")
@@ -169,20 +149,12 @@ def bounds(value: Any, at_least: Any, at_most: Any, name: str, unit: str, low: f
 
 
 def share(value: Any, name: str) -> float | None:
-    """A fraction from 0 to 1, or None.
-
-    Raises:
-        ValueError: If it is neither.
-    """
+    """A fraction from 0 to 1, or None."""
     return None if value is None else number(value, name, low=0.0, high=1.0)
 
 
 def integer(value: Any, name: str, low: int, high: int) -> int:
-    """An int within [low, high]; a float without a fraction will do.
-
-    Raises:
-        ValueError: If it is none.
-    """
+    """An int within [low, high]; a float without a fraction will do."""
     result = number(value, name)
     if not result.is_integer():
         raise ValueError(f"{name} must be a whole number, not {result:g}")
@@ -192,20 +164,12 @@ def integer(value: Any, name: str, low: int, high: int) -> int:
 
 
 def offset(frame: Frame, words: Offset) -> Array:
-    """The vector (3,) [m] of direction words times metres in a frame.
-
-    Raises:
-        ValueError: If an amount is not a finite number.
-    """
+    """The vector (3,) [m] of direction words times metres in a frame."""
     return frame.offset(**{word: number(amount, word) for word, amount in words.items()})
 
 
 def direction(frame: Frame, word: Any) -> Array:
-    """The unit vector (3,) of a direction word.
-
-    Raises:
-        ValueError: For any other word.
-    """
+    """The unit vector (3,) of a direction word."""
     if not isinstance(word, str):
         raise ValueError(f"direction must be a word such as 'up', not {shortened(word)}")
     try:
@@ -215,11 +179,7 @@ def direction(frame: Frame, word: Any) -> Array:
 
 
 def locate(rows: Array, at: Place, name: str = "at") -> int:
-    """The index of the waypoint that a place means.
-
-    Raises:
-        ValueError: If it lies out of range or is none of the kinds of place.
-    """
+    """The index of the waypoint that a place means."""
     last = len(rows) - 1
     if isinstance(at, str):
         if at in ("start", "goal"):
