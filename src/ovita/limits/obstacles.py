@@ -66,9 +66,9 @@ def kinds() -> tuple[Kind, ...]:
 
 def kind_of(name: str, extra: Mapping[str, object] | None = None) -> Kind | None:
     """The kind of an object by its name's head noun or the scene file's "kind"; None for an ordinary object."""
-    told = (extra or {}).get("kind")
-    if isinstance(told, str):
-        return next((kind for kind in kinds() if kind.name == told.strip().lower()), None)
+    given = (extra or {}).get("kind")
+    if isinstance(given, str):
+        return next((kind for kind in kinds() if kind.name == given.strip().lower()), None)
     head = " ".join(_AFTER_THE_HEAD.sub(" ", name.lower().replace("_", " ")).split())
     for kind in kinds():
         if any(head == word or head.endswith((f" {word}", f" {word}s")) or head == f"{word}s" for word in kind.words):

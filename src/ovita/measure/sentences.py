@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ovita.measure.changes import Changes, Endpoint, ObjectChange, Span, SpeedRange
+from ovita.measure.changes import Changes, Endpoint, ObjectChange, Span, SpeedChange, SpeedRange
 from ovita.text import counted, listed, number, the, waypoints
 
 _VISIBLE = 1e-3
 """Smaller differences are not worth a sentence of their own [m, m/s, s]."""
 
 _MOST = 3
-"""Speed ranges and objects told one by one."""
+"""Speed ranges and objects that are named one by one."""
 
 
 def sentences(changes: Changes) -> list[str]:
@@ -147,33 +147,42 @@ def _still(changes: Changes, what: str) -> str:
 
 
 def _speeds(changes: Changes) -> list[str]:
-    speed = changes.speed
-    halts = {(stop.first, stop.last) for stop in speed.stopped}
-    ranges = [
-        r
-        for r in speed.ranges
-        if (abs(r.speed.change) >= _VISIBLE or _relative(r.speed) >= 0.01)
-        and not (r.speed.after == 0 and any(first <= r.first and r.last <= last for first, last in halts))
-    ]
-    if not ranges:
-        return []
-    low, high = speed.ratio_min, speed.ratio_max
+    ranges = _noticed(changes.speed)
+    return (_everywhere(changes.speed, ranges) or _stretches(changes.speed, ranges)) if ranges else []
+
+
+def _noticed(speed: SpeedChange) -> list[SpeedRange]:
+    """The ranges worth a sentence: those of a stop are said with the stop."""
+
+    def stands(r: SpeedRange) -> bool:
+        return r.speed.after == 0 and any(stop.first <= r.first and r.last <= stop.last for stop in speed.stopped)
+
+    changed = [r for r in speed.ranges if abs(r.speed.change) >= _VISIBLE or _relative(r.speed) >= 0.01]
+    return [r for r in changed if not stands(r)]
+
+
+def _everywhere(speed: SpeedChange, ranges: list[SpeedRange]) -> list[str]:
+    """One sentence on the whole path, where one says it all."""
+    low, high = speed.ratio_min or 0.0, speed.ratio_max or 0.0
     if speed.max.after - speed.min.after < _VISIBLE <= speed.max.before - speed.min.before:
         before = f"{number(speed.min.before)} to {number(speed.max.before)} m/s"
         return [f"Speed is now {number(speed.mean.after)} m/s everywhere (before: {before})."]
-    if len(speed.ranges) == 1 and low is not None and high is not None and low < 1 < high:
+    if len(speed.ranges) == 1 and low < 1 < high:
         return [f"Speed changes at {speed.count} waypoints, to {number(low)} ... {number(high)} times that before."]
     if speed.everywhere and len({r.speed.change > 0 for r in ranges}) == 1:
-        same = low is not None and high is not None and high - low < 0.01 * high
-        factor = f", {number(high)} times that before" if same and high is not None else ""
+        factor = f", {number(high)} times that before" if high - low < 0.01 * high else ""
         return [f"Speed is {_higher(speed.mean)} everywhere: {_span(speed.mean, 'm/s')} on average{factor}."]
-    told = sorted(ranges, key=lambda r: -abs(r.speed.change) * (r.last - r.first + 1))[:_MOST]
-    told.sort(key=lambda r: r.first)
-    rest = len(ranges) - len(told)
+    return []
+
+
+def _stretches(speed: SpeedChange, ranges: list[SpeedRange]) -> list[str]:
+    """A sentence each on the stretches that changed most, in their order."""
+    most = sorted(ranges, key=lambda r: -abs(r.speed.change) * (r.last - r.first + 1))[:_MOST]
+    most.sort(key=lambda r: r.first)
     tail = "" if speed.everywhere else "; unchanged elsewhere"
-    if rest:
-        tail = f"; it changes on {rest} more {'stretch' if rest == 1 else 'stretches'}"
-    return [_stretch(r) + (tail if r is told[-1] else "") + "." for r in told]
+    if rest := len(ranges) - len(most):
+        tail = f"; it changes on {counted(rest, 'more stretch', 'more stretches')}"
+    return [_stretch(r) + (tail if r is most[-1] else "") + "." for r in most]
 
 
 def _stretch(item: SpeedRange) -> str:

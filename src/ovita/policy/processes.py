@@ -11,7 +11,6 @@ import sys
 import threading
 import time
 from collections.abc import Sequence
-from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -75,7 +74,7 @@ class Worker:
         try:
             self._write(head.pack() + body, deadline)
             ended = JobEnd.unpack(self._read(END_SIZE, deadline))
-            return replace(ended, data=self._read(ended.length, deadline))
+            return ended._replace(data=self._read(ended.length, deadline))
         except (OSError, BadFrame) as error:
             raise WorkerLost(str(error)) from None
 

@@ -52,17 +52,17 @@ def parse(text: str, *, checked: bool = True) -> Policy:
         entry = entry_of(tree)
         parameters = find_parameters(cleaned.source, tree, entry)
     except PolicyRejected as rejected:
-        raise _told(rejected, rejected.line) from None
+        raise _printable(rejected, rejected.line) from None
     policy = Policy(cleaned.source, entry.form, parameters, _summary(cleaned.source, tree, entry), cleaned.lines)
     try:
         if checked:
             check(tree)
     except PolicyRejected as rejected:
-        raise _told(rejected, policy.written_line(rejected.line)) from None
+        raise _printable(rejected, policy.written_line(rejected.line)) from None
     return policy
 
 
-def _told(rejected: PolicyRejected, line: int | None) -> PolicyRejected:
+def _printable(rejected: PolicyRejected, line: int | None) -> PolicyRejected:
     """The refusal in words that are fit for a terminal, however the source was written."""
     return PolicyRejected(clean_text(rejected.problem, MAX_MESSAGE), line=line)
 

@@ -6,8 +6,7 @@ import json
 import os
 import struct
 import unicodedata
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -49,8 +48,7 @@ class BadFrame(Exception):
     """The bytes violate the protocol."""
 
 
-@dataclass(frozen=True)
-class JobHeader:
+class JobHeader(NamedTuple):
     """Header of a job for a worker; the body follows and only the child reads it.
 
     Args:
@@ -69,7 +67,7 @@ class JobHeader:
 
     def pack(self) -> bytes:
         """As bytes."""
-        return _HEADER.pack(_MAGIC, self.wall_ms, self.memory_mb, self.scipy, self.flags, self.length)
+        return _HEADER.pack(_MAGIC, *self)
 
     @classmethod
     def unpack(cls, data: bytes | bytearray) -> JobHeader:
@@ -88,8 +86,7 @@ CHECKED, LOCKED = 1, 2
 """Flags of a request: run the allowlist check and reduce modules and builtins; lock the kernel's doors."""
 
 
-@dataclass(frozen=True)
-class JobEnd:
+class JobEnd(NamedTuple):
     """How a child ended; what it wrote follows.
 
     Args:
@@ -108,7 +105,7 @@ class JobEnd:
 
     def pack(self) -> bytes:
         """As bytes."""
-        return _END.pack(_MAGIC, self.ended, self.code, self.elapsed_us, self.length)
+        return _END.pack(_MAGIC, *self[:-1])
 
     @classmethod
     def unpack(cls, data: bytes) -> JobEnd:

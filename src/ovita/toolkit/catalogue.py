@@ -117,7 +117,7 @@ class Expectation:
         kind: Name of the call without "expect_", such as "closer".
         arguments: JSON values; an object by its name, a point as [x, y, z] [m], a mask as
             {"count": N, "ranges": [[first, last], ...]} over waypoint indices from 0, both ends included.
-        text: The promise as a sentence for people.
+        text: As a sentence for people.
     """
 
     kind: str

@@ -176,16 +176,8 @@ def _approach(
     fact = f"the nearest distance to {name} went from {least[0]:.3f} to {least[1]:.3f} m"
     if abs(around[0] - least[0]) > pair.noticeable:
         fact += f", the average of its nearest quarter from {around[0]:.3f} to {around[1]:.3f} m"
-    if sign < 0:
-        arrived = least[1] <= max(EDGE * pair.extent, _size(pair, place) + pair.noticeable)
-        every = float(
-            (np.linalg.norm(rows - centre, axis=1) - np.linalg.norm(pair.matched[:, :3] - centre, axis=1))[mask].mean()
-        )
-        nearer = gain[0] >= pair.noticeable and gain[1] >= -pair.noticeable
-        quarter = gain[1] >= pair.noticeable and every >= -pair.noticeable
-        held = nearer or (quarter and (arrived or gain[0] >= -0.5 * pair.noticeable))
-    else:
-        arrived, held = False, min(gain) >= pair.noticeable
+    arrived = sign < 0 and least[1] <= max(EDGE * pair.extent, _size(pair, place) + pair.noticeable)
+    held = _came_closer(pair, rows, centre, mask, gain, arrived) if sign < 0 else min(gain) >= pair.noticeable
     if where is not None:
         change = np.linalg.norm(pair.matched[:, :3] - centre, axis=1) - np.linalg.norm(rows - centre, axis=1)
         share = float((sign * change[mask] > 0).mean())
@@ -198,13 +190,27 @@ def _approach(
         wish += f" by {by:g} m"
         reached = sign < 0 and least[1] <= _radius(pair, place) + pair.noticeable
         held = held and (reached or abs(gain[0] - by) <= max(0.15 * by, 0.5 * pair.noticeable))
-    if amount == "little":
-        limit = max(0.5 * least[0], 0.15 * pair.extent) if sign < 0 else 0.3 * pair.extent
-        wish, held = f"{wish}, but only a little", held and max(gain) <= limit
-    elif amount == "much":
-        limit = min(0.02 * pair.extent, 0.25 * around[0]) if sign < 0 else 0.02 * pair.extent
-        wish, held = f"{wish}, by a lot", held and max(gain) >= limit
+    if amount is not None:
+        wish += ", but only a little" if amount == "little" else ", by a lot"
+        held = held and _fits(amount, sign, max(gain), pair.extent, least[0], around[0])
     return say(held, wish, fact)
+
+
+def _fits(amount: Amount, sign: float, gain: float, extent: float, nearest: float, quarter: float) -> bool:
+    """Whether a gain is "little" or "much", by the extent and the old distances of nearest point and quarter [m]."""
+    if amount == "little":
+        return gain <= (max(0.5 * nearest, 0.15 * extent) if sign < 0 else 0.3 * extent)
+    return gain >= (min(0.02 * extent, 0.25 * quarter) if sign < 0 else 0.02 * extent)
+
+
+def _came_closer(pair: Pair, rows: Array, centre: Array, mask: Mask, gain: tuple[float, float], arrived: bool) -> bool:
+    """Whether the nearest point came closer, or the nearest quarter did and nothing went away."""
+    new = pair.matched[:, :3]
+    every = float((np.linalg.norm(rows - centre, axis=1) - np.linalg.norm(new - centre, axis=1))[mask].mean())
+    if gain[0] >= pair.noticeable and gain[1] >= -pair.noticeable:
+        return True
+    quarter = gain[1] >= pair.noticeable and every >= -pair.noticeable
+    return quarter and (arrived or gain[0] >= -0.5 * pair.noticeable)
 
 
 def _distances(
