@@ -116,9 +116,7 @@ def comparisons(records: Sequence[Record]) -> list[Comparison]:
     }
     found: list[Comparison] = []
     for a, b in combinations(by_column, 2):
-        if a[0] != b[0] and not a[1] == b[1] == "default":
-            continue
-        if a[0] == b[0] and "default" not in (a[1], b[1]):
+        if not _comparable(a, b):
             continue
         left, right = by_column[a], by_column[b]
         common = [s for s in left if s in right]
@@ -129,6 +127,11 @@ def comparisons(records: Sequence[Record]) -> list[Comparison]:
             paired = mcnemar([r.first.passed for r in mine.values()], [r.last.passed for r in mine.values()])
             found.append(Comparison("success", named(column), f"{named(column)}, with feedback", paired))
     return found
+
+
+def _comparable(a: Column, b: Column) -> bool:
+    """Whether two writers, both as they are, or a writer's condition and its default one."""
+    return "default" in (a[1], b[1]) and (a[1] == b[1] or a[0] == b[0])
 
 
 def _pair(a: str, b: str, left: list[Record], right: list[Record], timed: bool) -> list[Comparison]:

@@ -170,6 +170,20 @@ def read_message(path: str | os.PathLike[str], choices: Choices, names: Sequence
 
     `names` are the types that fit; a JointTrajectory is found as well, or only that where there are none.
     """
+    file = _checked(path)
+    anyreader = _import("rosbags.highlevel")
+    with _damage(file), anyreader.AnyReader([Path(path)], default_typestore=_typestore()) as bag:
+        topic, name = _topic({c.topic: c.msgtype for c in bag.connections}, choices.topic, [*names, JOINTS], file)
+        raw = _raw(bag, topic, name)
+        message = bag.deserialize(raw[_index(bag, raw, topic, name, choices.message, file)], name)
+        said = [bag.deserialize(data, STRING).data for data in _raw(bag, VERDICT_TOPIC, STRING)]
+    several = choices.message is None and len(raw) > 1
+    notes = (f"{topic} holds {len(raw)} messages; read the last (--message picks another)",) if several else ()
+    return BagMessage(topic, name, message, notes, str(said[0]) if said else "")
+
+
+def _checked(path: str | os.PathLike[str]) -> str:
+    """The file's name for messages, once it is a bag."""
     file = file_name(path)
     if not os.path.exists(path):
         raise FormatError(file, "there is no such file")
@@ -177,28 +191,26 @@ def read_message(path: str | os.PathLike[str], choices: Choices, names: Sequence
         raise FormatError(file, f"this is no bag; those end in {', '.join(BAGS)}, or are folders with metadata.yaml")
     if os.path.isdir(path) and suffix(path) == ".bag":
         raise FormatError(file, "this is a folder; name a ROS 1 bag file in it")
-    anyreader = _import("rosbags.highlevel")
-    with _damage(file), anyreader.AnyReader([Path(path)], default_typestore=_typestore()) as bag:
-        topic, name = _topic({c.topic: c.msgtype for c in bag.connections}, choices.topic, [*names, JOINTS], file)
-        connections = [c for c in bag.connections if c.topic == topic and c.msgtype == name]
-        raw = [data for _, _, data in bag.messages(connections=connections)]
-        if not raw:
-            raise FormatError(file, f"there is no message on {topic}; the recording may have been cut off")
-        chosen = -1 if choices.message is None else choices.message
-        if not -len(raw) <= chosen < len(raw):
-            raise FormatError(file, f"there is no message {chosen} on {topic}; it holds {len(raw)}, counted from 0")
-        if choices.message is None and len(raw) > 1:
-            frames = {str(bag.deserialize(data, name).header.frame_id) for data in raw}
-            if len(frames) > 1:
-                problem = f"the {len(raw)} messages on {topic} are in different frames ({listing(sorted(frames))})"
-                raise FormatError(file, f"{problem}; choose one with --message")
-        message = bag.deserialize(raw[chosen], name)
-        verdict = ""
-        for spoken in (c for c in bag.connections if c.topic == VERDICT_TOPIC and c.msgtype == STRING):
-            verdict = str(next((bag.deserialize(d, STRING).data for _, _, d in bag.messages(connections=[spoken])), ""))
-    several = choices.message is None and len(raw) > 1
-    notes = (f"{topic} holds {len(raw)} messages; read the last (--message picks another)",) if several else ()
-    return BagMessage(topic, name, message, notes, verdict)
+    return file
+
+
+def _raw(bag: Any, topic: str, name: str) -> list[bytes]:
+    connections = [c for c in bag.connections if c.topic == topic and c.msgtype == name]
+    return [data for _, _, data in bag.messages(connections=connections)] if connections else []
+
+
+def _index(bag: Any, raw: Sequence[bytes], topic: str, name: str, wanted: int | None, file: str) -> int:
+    """Which of the messages on a topic is read."""
+    if not raw:
+        raise FormatError(file, f"there is no message on {topic}; the recording may have been cut off")
+    chosen = -1 if wanted is None else wanted
+    if not -len(raw) <= chosen < len(raw):
+        raise FormatError(file, f"there is no message {chosen} on {topic}; it holds {len(raw)}, counted from 0")
+    frames = {str(bag.deserialize(data, name).header.frame_id) for data in raw} if wanted is None else set()
+    if len(frames) > 1:
+        problem = f"the {len(raw)} messages on {topic} are in different frames ({listing(sorted(frames))})"
+        raise FormatError(file, f"{problem}; choose one with --message")
+    return chosen
 
 
 def bag_maker() -> Maker:
