@@ -259,7 +259,7 @@ def _beyond(found: Sequence[Chunk]) -> Chunk:
     low = any(c.kind in ("under", "down", "lower", "at_most") for c in found)
     if any(c.kind in ("at_least", "at_most") for c in found):
         low = q.role == "at_most" or next(c.kind for c in found if c.kind in ("at_least", "at_most")) == "at_most"
-    return part(found, PathPart("beyond", amount=q.value, direction="down" if low else "up"))
+    return part(found, PathPart("beyond", amount=-q.value if low else q.value, direction="down" if low else "up"))
 
 
 def _axis(found: Sequence[Chunk]) -> Chunk:

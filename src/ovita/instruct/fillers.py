@@ -87,13 +87,17 @@ def parts(clause: Constituents, bounds: bool = False) -> PathPart:
             continue
         of = {"rest": REST, "there": THERE}.get(item.kind) or _part_of(item)
         if item.kind == "Hq" and bounds:
-            of = PathPart(
-                "beyond", amount=item.number.value, direction="up" if item.number.role == "at_least" else "down"
-            )
+            of = _bounded_part(item)
         if of is not None:
             clause.used.add(i)
             found.append(of)
     return joined(found)
+
+
+def _bounded_part(item: Chunk) -> PathPart:
+    """Where the path is above or below a height."""
+    high = item.number.role == "at_least"
+    return PathPart("beyond", amount=item.number.value * (1 if high else -1), direction="up" if high else "down")
 
 
 def _part_of(item: Chunk) -> PathPart | None:

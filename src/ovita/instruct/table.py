@@ -268,11 +268,11 @@ def _swing(clause: Constituents) -> F.Quantity | None:
 ROWS: tuple[Row, ...] = (
     # where the path runs
     Row(F.Shift, ("up|down|left|right|front|back|raise|lower|axis_by", "inc height", "dec height"),
-        {"offset": offset}, needs=("offset",), also="height ground axis inc whole path", rank=0.2),
+        {"offset": offset}, needs=("offset",), also="height ground axis inc whole path farther", rank=0.2),
     Row(F.Shift, ("inc height !obj", ), {"offset": lambda c: (("up", LENGTH(c)),)}, also="height more", rank=0.3),
     Row(F.Shift, ("dec height !obj", ), {"offset": lambda c: (("down", LENGTH(c)),)}, also="height", rank=0.3),
     Row(F.MoveEnd, ("end up|down|left|right|front|back|raise|lower|axis_by",),
-        {"end": end(), "offset": offset}, needs=("end", "offset"), also="height path", rank=0.1, where=False),
+        {"end": end(), "offset": offset}, needs=("end", "offset"), also="height path farther", rank=0.1, where=False),
     Row(F.MoveEnd, ("end closer|toward|near", "end obj:toward", "end dec distance", "end farther obj:to,toward"),
         {"end": end(), "place": place_of_object, "by": amount("Qm", "Qpc")}, {"relation": "toward"}, ("end", "place"), "farther closer distance near toward", 0.1, where=False),
     Row(F.MoveEnd, ("end farther !obj:to", "end obj:from", "end inc distance"),
@@ -329,9 +329,9 @@ ROWS: tuple[Row, ...] = (
     Row(F.Wait, ("wait", "stop Qs", "keep Qs", "obj:at,by,near Qs", "Qs point|end"), {"duration": amount("Qs", "Qstep"), "place": place("at", "by", "on", "in", "near", "to", "over", "", "with", "around", "for", "touch", "of")}, {}, ("place",), "wait stop keep duration for there then_on slight", 0.1, where=False),
     Row(F.Wait, ("wait there",), {"duration": amount("Qs", "Qstep")}, {}, ("place",), "wait stop there then_on", 0.2, where=False),
     Row(F.Hover, ("hover", "wait obj:over", "keep obj:over Qs"), {"duration": amount("Qs", "Qstep"), "by": LENGTH, "objects": objects("over", "", "at", "near", "by", "on")}, {}, ("objects",), "hover wait over up keep raise touch", 0.0, where=False),
-    Row(F.Hop, ("hop",), {"by": LENGTH, "objects": objects("over", "", "to", "on", "by")}, {}, ("objects",), "hop over up down raise at_least", 0.0, where=False),
+    Row(F.Hop, ("hop",), {"by": LENGTH, "objects": objects("over", "", "to", "on", "by")}, {}, ("objects",), "hop over up down raise at_least distance min", 0.0, where=False),
     # ends and waypoints
-    Row(F.Extend, ("extend", "inc end:goal/after,goal/over"), {"by": LENGTH, "place": place("to", "", "at", "toward", "before", "on")}, {}, (), "extend end path after part whole inc double", 0.2, where=False, check=lambda s: _extend(s)),
+    Row(F.Extend, ("extend", "inc end:goal/after,goal/over"), {"by": LENGTH, "place": place("to", "", "at", "toward", "before", "on")}, {}, (), "extend end path after part whole inc double farther", 0.2, where=False, check=lambda s: _extend(s)),
     Row(F.Extend, ("extend up|down|left|right|front|back",), {"offset": offset}, {}, ("offset",), "extend end path after part", 0.1, where=False),
     Row(F.Return, ("return",), {}, {}, (), "return end start path stop reverse", 0.0, where=False),
     Row(F.Reverse, ("reverse",), {}, {}, (), "reverse path whole end back", 0.1, where=False),
@@ -361,8 +361,8 @@ ROWS: tuple[Row, ...] = (
         ("shake", ("shake",), _swing, labelled("radius"), AROUND))),
     # bounds
     Row(F.Height, ("Hq", "Qm:at_least,at_most height|up|ground|axis", "height Qm:at_least,at_most", "ceiling|floorlimit Qm", "height min|max|limit|at_least|at_most Qm", "up|ground max|min|at_most|at_least Qm", "Qm:at_least,at_most !obj|pair|left|right|front|back"),
-        {"level": level}, {}, ("level",), "height ground axis up keep whole path limit max min at_most at_least raise lower down touch", 0.2),
-    Row(F.Height, ("height Qm", "Qm ground", "height axis_by", "axis Qm:to"), {"level": amount("Qm", role="to")}, {}, ("level",), "height ground axis keep up raise over lower", 0.25),
+        {"level": level}, {}, ("level",), "height ground axis up keep wait whole path limit max min at_most at_least raise lower down touch", 0.2),
+    Row(F.Height, ("height Qm", "Qm ground", "height axis_by", "axis Qm:to"), {"level": amount("Qm", role="to")}, {}, ("level",), "height ground axis keep wait up raise over lower", 0.25),
     Row(F.Bound, ("left|right|front|back origin Qm", "bound left|right|front|back Qm", "Qm:at_most left|right|front|back", "within left|right|front|back Qm", "keep left|right|front|back Qm:at_most", "keep within_of left|right|front|back"),
         {"offset": offset, "of": place()}, {}, ("offset",), "origin bound keep at_most max within limit whole", 0.1, where=False),
     Row(F.Quadrant, ("quadrant",), {"number": quadrant}, {}, ("number",), "quadrant keep whole path only third second 1st quarter", -0.1, where=False),
