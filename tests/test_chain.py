@@ -113,6 +113,15 @@ def test_a_broken_promise_goes_back_and_the_last_policy_counts():
     assert not stubborn.postconditions[0].held
 
 
+@pytest.mark.parametrize(("end", "row"), [("start", 0), ("goal", -1)])
+def test_an_end_that_is_to_stay_is_brought_back_from_where_a_policy_moved_it(end, row):
+    stubborn = policy(f"expect_{end}(); return move(traj, left=0.2)")
+    result = adapt(request(), writer=Scripted(*[stubborn] * 3))
+    assert result.adapted.positions[row] == pytest.approx(PATH.positions[row], abs=1e-9)
+    assert result.adapted.positions[-1 - row, 0] == pytest.approx(PATH.positions[-1 - row, 0] - 0.2)
+    assert result.status == "done" and any("it was brought back" in text for text in result.warnings)
+
+
 def test_a_question_and_a_refusal_are_statuses():
     asked = adapt(request(), writer=Scripted(Reply("question", question="Which one?")))
     assert (asked.status, asked.message) == ("needs_clarification", "Which one?")

@@ -8,7 +8,7 @@ import pytest
 
 from ovita.chain import adapt
 from ovita.errors import FormatError
-from ovita.gate import default_log, record, review
+from ovita.gate import default_log, explained, record, review
 from ovita.io.json_ import seal
 from ovita.limits import ConstraintOptions
 from ovita.measure import sentences
@@ -45,6 +45,22 @@ def reviewed(tmp_path):
 def sealed(document, **changes):
     changed = {**document, **changes}
     return {**changed, "sha256": seal(changed)}
+
+
+def test_an_explanation_is_measured_again_and_a_forged_one_is_called_unchecked(tmp_path):
+    made, path = result("go left by 0.2"), tmp_path / "r.json"
+    made.save(str(path))
+    assert explained(str(path)) == made.explanation
+    document = json.loads(path.read_text())
+    document["explanation"] = "It is certified."
+    document["postconditions"][0] |= {"held": True, "outcome": "the path moved 9 m up"}
+    document["changes"] = None
+    document["adapted"][5][:3] = [0.5, 0.6, 0.0]
+    path.write_text(json.dumps(document))
+    told = explained(str(path))
+    assert "edited after it was saved" in told and "9 m up" not in told and "on average" in told
+    assert "Measured again" in told
+    assert told.index("nothing checked") < told.index("It is certified.")
 
 
 def test_a_good_result_is_released(good, reviewed, tmp_path):

@@ -26,13 +26,17 @@ from ovita.policy import Policy
 from ovita.policy.sandbox import Rollout, known_isolation, run
 from ovita.request import Request
 from ovita.result import Adaptation, Postcondition, Status, explain, facts, judged_status
-from ovita.text import quoted, sentence, the
+from ovita.text import number, quoted, sentence, the
 from ovita.toolkit import Outcome
+from ovita.toolkit.moves import move_goal, move_start
 from ovita.writers.base import Attempt, PolicyWriter, Progress, Reply, WriterInfo, WritingBudget, writer_named
 from ovita.writers.explain import reworded
 from ovita.writers.generate import Isolation as Isolation
 from ovita.writers.generate import judged, write
 from ovita.writers.prompt import ExampleMode, ground
+
+RESTORED = 0.3
+"""Share of the path that bends when an end is brought back that was to stay."""
 
 REPAIRS = 2
 """How often a failing policy goes back to its writer, at most."""
@@ -264,7 +268,8 @@ def _finish(
     by_hand: bool = False,
 ) -> Adaptation:
     """Phases three and four: constrain, verify, measure, explain."""
-    reply, before = attempt.reply, attempt.outcomes
+    reply = attempt.reply
+    rollout, before, restored = _with_ends_restored(request, rollout, attempt.outcomes)
     meant = [*reply.contacts, *(name for turn in request.history for name in turn.contacts)]
     named = [request.scene[name].name for name in meant if name in request.scene]
     contacts = tuple(dict.fromkeys([*rollout.contacts, *named]))
@@ -281,7 +286,8 @@ def _finish(
     idle = changes.path_unchanged and changes.speeds_unchanged and not by_hand
     done = _nothing_to_do(reply, postconditions) if idle else ""
     stalls = adapted.stall is not None and request.trajectory.stall is None
-    warnings = _warnings(verdict, postconditions, adapted) + ([] if rollout.corners else shape_warnings(changes))
+    warnings = _warnings(verdict, postconditions, adapted) + restored
+    warnings += [] if rollout.corners else shape_warnings(changes)
     if idle:
         warnings.append(done or "Nothing changed: the trajectory is the same as before.")
     result = Adaptation(
@@ -311,6 +317,27 @@ def _finish(
     result = replace(result, explanation=explain(result))
     clock.lap("report")
     return replace(result, timings_ms=dict(clock.timings))
+
+
+def _with_ends_restored(
+    request: Request, rollout: Rollout, outcomes: Sequence[Outcome]
+) -> tuple[Rollout, Sequence[Outcome], list[str]]:
+    """The rollout with the ends brought back that were to stay but that the policy moved, and what to say of it."""
+    rows = rollout.trajectory.to_array()
+    said: list[str] = []
+    for expectation, outcome in zip(rollout.expectations, outcomes, strict=True):
+        if expectation.kind in ("start", "goal") and not expectation.arguments and not outcome.held:
+            end = 0 if expectation.kind == "start" else -1
+            place = request.trajectory.positions[end]
+            away = number(math.dist(rows[end, :3], place))
+            bring = move_start if end == 0 else move_goal
+            rows = bring(rows, place, blend=RESTORED)
+            what = f"The {expectation.kind} is to stay, but the policy had moved it by {away} m"
+            said.append(f"{what}: it was brought back.")
+    if not said:
+        return rollout, outcomes, []
+    restored = replace(rollout, trajectory=rollout.trajectory.with_(positions=rows[:, :3]))
+    return restored, judged(request, restored, restored.trajectory.to_array()), said
 
 
 def _enforced(

@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from hashlib import sha256
 from pathlib import Path
@@ -28,8 +28,9 @@ from ovita.measure import Changes, compare
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
-from ovita.result import Adaptation
-from ovita.text import listed, quoted
+from ovita.result import Adaptation, Postcondition, explain
+from ovita.text import listed, quoted, sentence
+from ovita.toolkit import Expectation, judge
 
 FARTHEST = 1e6
 """Coordinates beyond this are no path of a robot [m]."""
@@ -79,30 +80,63 @@ def review(path: str, *, robot: Robot | None = None) -> Review:
         )
     document = load_document(path)
     result = Adaptation.from_document(document, file=path)
-    judge = robot or result.robot
+    limits = robot or result.robot
     for name, path_ in (("original", result.original), ("adapted", result.adapted)):
         if np.abs(path_.to_array()).max() > FARTHEST:
             raise FormatError(path, f"holds a number beyond {FARTHEST:g}, which is no path of a robot", key=name)
-    checks = verify(
-        result.adapted,
-        result.scene,
-        judge,
-        proposed=result.adapted,
-        original=result.original,
-        contacts=[name for name in result.contacts if name in result.scene],
-        options=ConstraintOptions(
-            max_acceleration=result.options.max_acceleration,
-            max_lateral_acceleration=result.options.max_lateral_acceleration,
-        ),
-    )
-    refusals = [*_by_record(result), *_by_seal(document), *_by_measure(result.adapted, judge, checks)]
+    checks = _checks(result, limits)
+    refusals = [*_by_record(result), *_by_seal(document), *_by_measure(result.adapted, limits, checks)]
     cautions = [f"'{name}' is meant to be touched and was not measured as an obstacle." for name in result.contacts]
     cautions += [text for text in result.warnings if text not in refusals]
-    if result.robot != judge:
-        cautions.append(f"Measured against the limits of {judge.name!r} instead of the result's {result.robot.name!r}.")
-    cautions += _unchecked(judge, result)
+    if result.robot != limits:
+        cautions.append(
+            f"Measured against the limits of {limits.name!r} instead of the result's {result.robot.name!r}."
+        )
+    cautions += _unchecked(limits, result)
     changes = compare(result.original, result.adapted, result.scene)
-    return Review(result, judge, checks, changes, tuple(dict.fromkeys(refusals)), tuple(cautions), _digest(document))
+    return Review(result, limits, checks, changes, tuple(dict.fromkeys(refusals)), tuple(cautions), _digest(document))
+
+
+def explained(path: str) -> str:
+    """The explanation of a saved result, from what is measured on its paths again.
+
+    Plan, assumptions and parameters are the writer's own words. What the file holds as its explanation follows only
+    where it says something else, such as in a model's words, and is called unchecked.
+
+    Args:
+        path: The file.
+
+    Raises:
+        FormatError: If the file holds no readable result.
+    """
+    document = load_document(path)
+    result = Adaptation.from_document(document, file=path)
+    if not result.usable:
+        return result.explanation or result.message
+    measured = replace(
+        result,
+        changes=compare(result.original, result.adapted, result.scene),
+        postconditions=tuple(_judged_again(result, promise) for promise in result.postconditions),
+    )
+    text = explain(measured)
+    parts = [*_by_seal(document), text]
+    if result.constraints is not None and result.constraints.ok:
+        parts += _broken(_checks(result, result.robot))
+    own = result.explanation.removeprefix(f"{sentence(result.taken)}\n") if result.taken else result.explanation
+    if result.taken:
+        parts.insert(0, sentence(result.taken))
+    if own and own != explain(result):
+        parts += ["", "The file also holds this explanation, which nothing checked:", own]
+    return "\n".join(parts)
+
+
+def _judged_again(result: Adaptation, promise: Postcondition) -> Postcondition:
+    expectation = Expectation(promise.kind, promise.arguments, promise.text)
+    try:
+        after = judge(expectation, result.original.to_array(), result.adapted.to_array(), result.scene)
+    except (ValueError, KeyError, TypeError):
+        return replace(promise, held=False, outcome=f"'{promise.text}' cannot be measured again")
+    return replace(promise, held=after.held, outcome=after.sentence, change=after.change, unit=after.unit)
 
 
 def record(log: str | os.PathLike[str], event: Mapping[str, Any]) -> None:
@@ -140,6 +174,22 @@ def against(trajectory: Trajectory, scene: Scene, robot: Robot | None) -> list[s
     return _by_measure(trajectory, robot, checks)
 
 
+def _checks(result: Adaptation, robot: Robot) -> tuple[ConstraintCheck, ...]:
+    """The adapted trajectory measured against a robot's limits."""
+    return verify(
+        result.adapted,
+        result.scene,
+        robot,
+        proposed=result.adapted,
+        original=result.original,
+        contacts=[name for name in result.contacts if name in result.scene],
+        options=ConstraintOptions(
+            max_acceleration=result.options.max_acceleration,
+            max_lateral_acceleration=result.options.max_lateral_acceleration,
+        ),
+    )
+
+
 def _by_record(result: Adaptation) -> list[str]:
     """What the result itself says against it."""
     if not result.usable:
@@ -175,12 +225,17 @@ def _by_measure(adapted: Trajectory, robot: Robot, checks: Sequence[ConstraintCh
     said = []
     if robot.workspace is None and robot.max_speed is None:
         said.append(f"The robot {robot.name!r} has no limits to verify against; name the real one: --robot NAME|FILE.")
+    return said + _broken(checks) + _standstill(adapted)
+
+
+def _broken(checks: Sequence[ConstraintCheck]) -> list[str]:
+    said = []
     for check in checks:
         if not check.held:
             where = at(check.place, check.where_after)
             what = f"it passes too close to {check.subject!r}" if check.subject else f"the {check.name} limit is broken"
             said.append(f"Measured again, {what} by {check.violation_after:.3g} {check.unit}{where} ({check.limit}).")
-    return said + _standstill(adapted)
+    return said
 
 
 def _standstill(trajectory: Trajectory) -> list[str]:

@@ -96,3 +96,14 @@ def test_the_kernel_holds_alone(files):
         "run", files / "bad.py", "--scene", files / "scene.json", "--kernel-alone", "--isolation", "degraded"
     )
     assert "only where the kernel holds" in str(result.exception)
+
+
+def test_run_says_which_promises_hold(files):
+    source = (
+        "def adapt(traj, scene):\n    expect_moved(left=0.2)\n    expect_start()\n    return move(traj, left=0.2)\n"
+    )
+    (files / "two.py").write_text(source)
+    result = invoke("run", files / "two.py", "--scene", files / "scene.json", "--out", files / "out.json")
+    assert "  held: the path moves 0.2 m left (" in result.output
+    assert "  NOT held: the start stays where it was (the start is 0.200 m from the old start)" in result.output
+    assert [e["held"] for e in json.loads((files / "out.json").read_text())["expectations"]] == [True, False]

@@ -32,6 +32,7 @@ from ovita.cli.common import (
     waiting,
 )
 from ovita.errors import FormatError, RequestError
+from ovita.gate import explained
 from ovita.io import (
     WRITTEN,
     Choices,
@@ -312,7 +313,7 @@ def draw(result: Adaptation, out: str, *, robot: Robot | None = None, view: View
 def explain(file: str, code: bool) -> None:
     """Explain RESULT.json, a result of `ovita adapt --out`, in plain words."""
     result = Adaptation.load(file)
-    click.echo(plain(result.explanation or result.message))
+    click.echo(plain(explained(file)))
     if result.proposal is not None:
         click.echo(f"It is not done yet; if that is what you mean: ovita adapt {plain(file)} --accept")
     shown = result.proposal or result

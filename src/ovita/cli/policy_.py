@@ -16,6 +16,7 @@ from ovita.io.files import read_text
 from ovita.policy import Policy
 from ovita.policy.reading import parse
 from ovita.policy.sandbox import Isolation, Rollout, SandboxLimits, _run
+from ovita.toolkit import judge
 
 EXIT_POLICY = 3
 
@@ -134,7 +135,7 @@ def _run_one(
         policy = policy.with_parameters(**values)
         timings["read"] = _since(started)
         rollout = _run(policy, task.trajectory, task.scene, **settings)
-        result |= _success(rollout)
+        result |= _success(rollout, task)
         result["parameters"] = [{"name": p.name, "value": p.value, "unit": p.unit} for p in policy.parameters]
     except PolicyError as error:
         line = policy.written_line(error.line) if policy is not None else error.line
@@ -146,12 +147,17 @@ def _run_one(
     return result
 
 
-def _success(rollout: Rollout) -> dict[str, Any]:
+def _success(rollout: Rollout, task: Task) -> dict[str, Any]:
+    original, adapted = task.trajectory.to_array(), rollout.trajectory.to_array()
+    outcomes = [judge(e, original, adapted, task.scene) for e in rollout.expectations]
     return {
         "adapted": rollout.trajectory.to_array().tolist(),
         "isolation": rollout.isolation,
         "contacts": list(rollout.contacts),
-        "expectations": [{"kind": e.kind, "text": e.text} for e in rollout.expectations],
+        "expectations": [
+            {"kind": e.kind, "text": e.text, "held": o.held, "outcome": o.sentence}
+            for e, o in zip(rollout.expectations, outcomes, strict=True)
+        ],
         "prints": rollout.prints,
     }
 
@@ -163,7 +169,8 @@ def _report(result: Mapping[str, Any]) -> str:
         return f"{result['file']}: {error['kind']}: {where}{error['message']}"
     spent = result["timings_ms"]["run"]
     lines = [f"{result['file']}: {len(result['adapted'])} waypoints in {spent:.0f} ms ({result['isolation']})"]
-    lines += [f"  it expects: {item['text']}" for item in result["expectations"]]
+    for item in result["expectations"]:
+        lines.append(f"  {'held' if item['held'] else 'NOT held'}: {item['text']} ({item['outcome']})")
     lines += [f"  | {line}" for line in result["prints"].splitlines()]
     return "\n".join(lines)
 
