@@ -24,6 +24,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "models": ("ovita.cli.models_:group", "Local models: list them, fetch one, add a file, try one."),
     "plot": ("ovita.cli.adapt_:plot", "Draw a result or a scene: PNG, SVG, PDF, or an interactive page."),
     "policy": ("ovita.cli.policy_:group", "Check or run policy files in the sandbox."),
+    "read": ("ovita.cli.read_:command", "Show how a sentence is understood, reader by reader."),
     "send": ("ovita.cli.transfer_:send", "Verify a result once more and send it to a robot."),
     "simulate": ("ovita.cli.simulate_:command", "Let a robot follow a result or a trajectory in simulation; video."),
     "studio": ("ovita.cli.sessions_:studio", "See it, say it, turn the knobs, in the browser."),

@@ -1,0 +1,107 @@
+"""`ovita read`: what the readers make of a sentence, word by word, and what the referee says to it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict
+from importlib.resources import as_file, files
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ovita.cli.common import plain
+from ovita.io import Task, load_task, open_task
+from ovita.text import quoted
+
+if TYPE_CHECKING:
+    from ovita.instruct.frames import Reading
+    from ovita.instruct.referee import Verdict
+
+OUTCOMES = {
+    "do": "do it",
+    "needs_confirmation": "show it and ask",
+    "ask": "ask back",
+    "decline": "decline",
+}
+"""What each verdict means."""
+
+
+@click.command()
+@click.argument("utterance")
+@click.option("--scene", "scene_file", metavar="FILE", help="Whose objects may be named. [the shipped table-top scene]")
+@click.option("--before", metavar="FRAMES", default="", help="What was done so far, in the notation, for feedback.")
+@click.option("--json", "as_json", is_flag=True, help="Print it as JSON.")
+def command(utterance: str, scene_file: str | None, before: str, as_json: bool) -> None:
+    """Read UTTERANCE and show how it is understood; nothing is adapted.
+
+    Shows the classes of its words, the frames that each reader sees (training/corpus/NOTATION.md), with
+    what it leaves unused and how sure it is, and the verdict: do it, show it and ask, ask back, or decline.
+    """
+    from ovita.instruct import notation
+    from ovita.instruct.chunks import chunks
+    from ovita.instruct.referee import understand
+
+    task = _task(scene_file)
+    earlier = notation.parse(before, task.scene.names)
+    verdict = understand(utterance, task.scene, task.trajectory, earlier)
+    said, _ = chunks(utterance, task.scene, task.trajectory.positions)
+    words = [{"text": c.text, "class": c.kind, "span": list(c.span), "names": list(c.names)} for c in said]
+    if as_json:
+        shown = {"utterance": utterance, "words": words, **document(verdict)}
+        click.echo(json.dumps(shown, ensure_ascii=False))
+        return
+    click.echo(plain("Words     " + "  ".join(f"{word['text']} [{word['class']}]" for word in words)))
+    for name, reading in (("Rules", verdict.rules), ("Learned", verdict.learned)):
+        click.echo(plain(f"{name:8}  " + ("is not there" if reading is None else line(reading))))
+    click.echo(plain(f"Verdict   {OUTCOMES[verdict.outcome]}, by {verdict.by} ({verdict.confidence:.2f})"))
+    for text in _reasons(verdict):
+        click.echo(plain(f"          {text}"))
+
+
+def _task(scene_file: str | None) -> Task:
+    if scene_file is not None:
+        return open_task(scene_file)
+    with as_file(files("ovita") / "data" / "tabletop.json") as path:
+        return load_task(str(path))
+
+
+def line(reading: Reading) -> str:
+    """A reading on one line: frames in the notation, confidence, and what is left."""
+    from ovita.instruct.notation import show
+
+    left = [f"{reading.confidence:.2f}"]
+    left += [f"not read: {quoted(reading.unread)}"] if reading.unread else []
+    left += [f"aside: {quoted(reading.aside)}"] if reading.aside else []
+    left += [f"asks: {reading.question}"] if reading.question else []
+    left += [f"declines: {reading.improper}"] if reading.improper else []
+    return f"{show(reading.frames or reading.edits) or 'nothing'}  ({'; '.join(left)})"
+
+
+def _reasons(verdict: Verdict) -> list[str]:
+    unused = [f"Not used: {quoted(verdict.unused)}."] if verdict.unused else []
+    said = [text for text in (verdict.reading.question, verdict.reading.improper) if text]
+    return [*unused, *verdict.doubts, *said]
+
+
+def document(verdict: Verdict) -> dict[str, Any]:
+    """A verdict and its readings as JSON values."""
+    readings = {"rules": verdict.rules, "learned": verdict.learned}
+    return {
+        "readings": {name: None if one is None else _reading(one) for name, one in readings.items()},
+        "verdict": {
+            "outcome": verdict.outcome,
+            "by": verdict.by,
+            "confidence": verdict.confidence,
+            "unused": list(verdict.unused),
+            "doubts": list(verdict.doubts),
+            **_reading(verdict.reading),
+        },
+    }
+
+
+def _reading(reading: Reading) -> Mapping[str, Any]:
+    from ovita.instruct.notation import show
+
+    own = {key: value for key, value in asdict(reading).items() if key not in ("frames", "edits")}
+    return {"frames": show(reading.frames), "edits": show(reading.edits), **own}

@@ -1,0 +1,317 @@
+"""The referee: from what the readers made of an utterance to a verdict: do it, show it first, ask back, or decline.
+
+It reads nothing itself. It compares the readings, counts what they leave unused, and holds them against plain facts of
+the utterance: its numbers, objects, directions, negations and bounds. Each ground counts some points; their sum says
+how likely a reading is meant.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, fields
+from functools import cache
+from typing import Any, Literal
+
+from ovita.errors import OvitaError
+from ovita.instruct import frames as F
+from ovita.instruct.chunks import Chunk, chunks
+from ovita.instruct.edits import Also
+from ovita.instruct.notation import name_of
+from ovita.paths.part import PathPart
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Array, Trajectory
+from ovita.text import quoted
+
+Outcome = Literal["do", "needs_confirmation", "ask", "decline"]
+By = Literal["both", "rules", "learned"]
+
+POINTS = {
+    "always": 0.01,
+    "by the rules": -0.55,
+    "both agree": 2.62,
+    "confidence": 0.44,
+    "a word unread": -0.39,
+    "words unread": -0.51,
+    "contradicted": -0.95,
+    "contradicted twice": -0.38,
+    "the other asks": 0.34,
+    "the other reads nothing": 0.16,
+    "many frames": -0.54,
+    "same kinds of frames": 0.31,
+    "long": -1.24,
+}
+"""What each ground counts, as logarithms of odds; `training/referee.py` fits them on voices that the network had not
+seen."""
+
+DO, SHOW = 0.85, 0.15
+"""How likely a reading has to be meant to be done at once, and to be shown."""
+
+LONG = 18
+"""Chunks of an utterance that counts as long."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What is to be done about an utterance.
+
+    Args:
+        outcome: Do it, show it and ask for a yes, ask back, or decline.
+        reading: The reading that counts: its frames or edits, its question, or why it declines.
+        by: Whose reading that is.
+        unused: Words that it does not use and that may ask for something.
+        doubts: What speaks against it, as sentences.
+        confidence: How likely it is meant (0..1).
+        rules: What the rules made of it, or None.
+        learned: What the learned reader made of it, or None where there is none.
+    """
+
+    outcome: Outcome
+    reading: F.Reading
+    by: By
+    unused: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()
+    confidence: float = 0.0
+    rules: F.Reading | None = None
+    learned: F.Reading | None = None
+
+
+Reader = Callable[[str, Scene, "Array | None", Sequence[F.SemanticFrame]], F.Reading]
+
+
+def understand(
+    text: str, scene: Scene, trajectory: Trajectory | None = None, before: Sequence[F.SemanticFrame] = ()
+) -> Verdict:
+    """Have an utterance read by all readers, and judge what they say.
+
+    Args:
+        text: As it was said or typed.
+        scene: Whose objects it may name.
+        trajectory: The path, for phrases such as "the object nearest to the goal".
+        before: Frames of the turns in force, where the utterance may be about them.
+    """
+    positions = None if trajectory is None else trajectory.positions
+    readings = {name: reader(text, scene, positions, before) for name, reader in readers().items()}
+    said, _ = chunks(text, scene, positions)
+    return judged(said, readings.get("rules"), readings.get("learned"))
+
+
+@cache
+def readers() -> dict[str, Reader]:
+    """The readers by name: the rules, and the learned one where its weights are present."""
+    from ovita.instruct.encoder import network
+    from ovita.instruct.feedback import read_feedback
+    from ovita.instruct.learned import LearnedReader
+    from ovita.instruct.rules import read
+
+    def rules(text: str, scene: Scene, at: Array | None, before: Sequence[F.SemanticFrame]) -> F.Reading:
+        found = read_feedback(text, scene, before, at) if before else None
+        return found if found is not None else read(text, scene, at)
+
+    try:
+        learned = LearnedReader(network())
+    except OvitaError:  # without weights the rules read alone
+        return {"rules": rules}
+    return {"rules": rules, "learned": lambda text, scene, at, before: learned.read(text, scene, at, before or None)}
+
+
+def judged(said: Sequence[Chunk], rules: F.Reading | None, learned: F.Reading | None) -> Verdict:
+    """The verdict on what two readers made of an utterance; either may be None.
+
+    Args:
+        said: The utterance in chunks.
+        rules: What the rules made of it.
+        learned: What the learned reader made of it.
+    """
+    known: dict[str, Any] = {"rules": rules, "learned": learned}
+    candidates = [(by, reading) for by, reading in (("rules", rules), ("learned", learned)) if _reads(reading)]
+    if not candidates:
+        return _unread(rules, learned, known)
+    scored = [(likelihood(grounds(said, by, rules, learned)), by, reading) for by, reading in candidates]  # type: ignore[arg-type]
+    confidence, best, reading = max(scored, key=lambda one: one[0])
+    assert reading is not None
+    agreed = _agree(rules, learned)
+    by: By = "both" if agreed else "rules" if best == "rules" else "learned"
+    left = [word for one in (rules, learned) if one is not None and (agreed or one is reading) for word in one.unread]
+    unused, doubts = tuple(dict.fromkeys(left)), contradictions(said, _frames(reading))
+    outcome: Outcome = "needs_confirmation" if confidence >= SHOW else "decline"
+    if confidence >= DO and not unused and not doubts:
+        outcome = "do"
+    return Verdict(outcome, reading, by, unused, doubts, confidence, **known)
+
+
+def _unread(rules: F.Reading | None, learned: F.Reading | None, known: Mapping[str, Any]) -> Verdict:
+    """The verdict where no reader has frames or edits: the first question, else the first reason to decline."""
+    both: list[tuple[By, F.Reading]] = [("rules", rules or F.Reading()), ("learned", learned or F.Reading())]
+    for wanted, outcome in (("question", "ask"), ("improper", "decline")):
+        for by, reading in both:
+            if getattr(reading, wanted):
+                return Verdict(outcome, reading, by, unused=reading.unread, confidence=reading.confidence, **known)  # type: ignore[arg-type]
+    return Verdict("decline", both[0][1], "rules", unused=both[0][1].unread, **known)
+
+
+def grounds(
+    said: Sequence[Chunk], by: Literal["rules", "learned"], rules: F.Reading | None, learned: F.Reading | None
+) -> dict[str, float]:
+    """What speaks for and against a reader's reading, by the names of POINTS."""
+    one, other = (rules, learned) if by == "rules" else (learned, rules)
+    assert one is not None
+    agree, against = _agree(rules, learned), len(contradictions(said, _frames(one)))
+    unread = len(rules.unread) if rules is not None else 0
+    sure = min(max(learned.confidence, 0.02), 0.98) if learned is not None and (agree or by == "learned") else 0.5
+    return {
+        "always": 1.0,
+        "by the rules": float(by == "rules"),
+        "both agree": float(agree),
+        "confidence": math.log(sure / (1.0 - sure)),
+        "a word unread": float(unread == 1),
+        "words unread": float(unread > 1),
+        "contradicted": float(against > 0),
+        "contradicted twice": float(against > 1),
+        "the other asks": float(other is not None and bool(other.question or other.improper)),
+        "the other reads nothing": float(other is not None and not (_reads(other) or other.question or other.improper)),
+        "many frames": float(len(_frames(one)) > 2),
+        "same kinds of frames": float(not agree and _reads(other) and _kinds(one) == _kinds(other)),
+        "long": float(len(said) > LONG),
+    }
+
+
+def likelihood(found: Mapping[str, float]) -> float:
+    """How likely a reading is meant (0..1), from the grounds for and against it."""
+    return 1.0 / (1.0 + math.exp(-sum(POINTS[name] * value for name, value in found.items())))
+
+
+def _reads(reading: F.Reading | None) -> bool:
+    """Whether a reading says what to do."""
+    return reading is not None and bool(reading.frames or reading.edits) and not (reading.question or reading.improper)
+
+
+def _agree(one: F.Reading | None, other: F.Reading | None) -> bool:
+    if one is None or other is None or not (_reads(one) and _reads(other)):
+        return False
+    plain = [[edit for edit in reading.edits if not isinstance(edit, Also)] for reading in (one, other)]
+    return plain[0] == plain[1] and F.same(_frames(one), _frames(other))
+
+
+def _kinds(reading: F.Reading | None) -> list[str]:
+    return sorted(name_of(frame) for frame in _frames(reading)) if reading is not None else []
+
+
+def _frames(reading: F.Reading) -> tuple[F.SemanticFrame, ...]:
+    return (*reading.frames, *(edit.frame for edit in reading.edits if isinstance(edit, Also)))
+
+
+OPPOSED = {
+    "left": {"left"}, "right": {"right"}, "front": {"front"}, "back": {"back"},
+    "up": {"up", "raise", "over", "rising", "height"}, "down": {"down", "lower", "under", "falling", "height"},
+    "closer": {"closer", "near", "toward", "touch", "at_most", "within"},
+    "farther": {"farther", "from", "at_least", "distance"},
+    "faster": {"faster", "inc", "double", "triple"}, "slower": {"slower", "dec", "halve", "half", "brake"},
+    "larger": {"larger", "inc", "double", "triple"}, "smaller": {"smaller", "dec", "halve", "half"},
+    "more": {"more_curve", "larger", "inc"}, "less": {"less_curve", "smaller", "straight", "dec"},
+    "cw": {"clockwise"}, "ccw": {"anticlockwise"},
+}  # fmt: skip
+"""What a frame may hold, and the classes of words that ask for it."""
+
+PAIRS = (
+    ("left", "right"), ("front", "back"), ("up", "down"), ("closer", "farther"), ("faster", "slower"),
+    ("larger", "smaller"), ("more", "less"), ("cw", "ccw"),
+)  # fmt: skip
+_OTHER = {a: b for pair in PAIRS for a, b in (pair, pair[::-1])}
+UPPER = frozenset("at_most max limit vmax ceiling".split())
+LOWER = frozenset("at_least min vmin floorlimit".split())
+
+
+def contradictions(said: Sequence[Chunk], frames: Iterable[F.SemanticFrame]) -> tuple[str, ...]:
+    """What the words say and a reading does not account for, or says otherwise, as sentences for people."""
+    frames = tuple(frames)
+    kinds = frozenset(chunk.kind for chunk in said)
+    return tuple(text for check in CHECKS if (text := check(said, kinds, frames)))
+
+
+def _turned(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.SemanticFrame, ...]) -> str:
+    """Left is read where only right is said, slower where only faster is."""
+    held = {sense for frame in frames for sense in _senses(frame)}
+    for sense in sorted(held):
+        other = _OTHER[sense]
+        if kinds & OPPOSED[other] - OPPOSED[sense] and not kinds & OPPOSED[sense] and other not in held:
+            return f"It is read as {sense!r}, but says {_said(said, OPPOSED[other])}."
+    return ""
+
+
+def _negated(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.SemanticFrame, ...]) -> str:
+    """A "not" that no frame comes from."""
+    if "never" in kinds and not any(_limits(frame) for frame in frames):
+        return f"{_said(said, frozenset(['never']))} turns round what it belongs to."
+    return ""
+
+
+def _unbounded(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.SemanticFrame, ...]) -> str:
+    """A "maximum" or "at least" that is read as something else."""
+    roles: set[str] = {q.role for frame in frames for q in frame.quantities.values()}
+    roles |= {{"cap": "at_most", "floor": "at_least"}.get(str(getattr(frame, "change", "")), "") for frame in frames}
+    bound = any(isinstance(frame, F.Bound) for frame in frames)
+    for words, role, wrong in ((UPPER, "at_most", "at_least"), (LOWER, "at_least", "at_most")):
+        if kinds & words and not bound and role not in roles and (wrong in roles or roles & {"by", "to", "at"}):
+            return f"{_said(said, words)} asks for a limit that the reading does not have."
+    return ""
+
+
+def _number_left(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.SemanticFrame, ...]) -> str:
+    """A number that no slot took."""
+    held = {value for frame in frames for value in _values(frame)}
+    for chunk in said:
+        if chunk.q is not None and not any(abs(v - chunk.q.value) <= 1e-6 + 0.02 * abs(v) for v in held):
+            return f"{chunk.text!r} has no place in it."
+    return ""
+
+
+def _object_left(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.SemanticFrame, ...]) -> str:
+    """An object that no frame is about."""
+    named = {name for frame in frames for name in frame.named}
+    for chunk in said:
+        if chunk.kind == "OBJ" and not named.intersection(chunk.names):
+            return f"{chunk.text!r} has no part in it."
+    return ""
+
+
+CHECKS = (_turned, _negated, _unbounded, _number_left, _object_left)
+
+
+def _said(said: Sequence[Chunk], kinds: frozenset[str] | set[str]) -> str:
+    return quoted([next((chunk.text for chunk in said if chunk.kind in kinds), "")])
+
+
+def _senses(frame: F.SemanticFrame) -> list[str]:
+    """The senses of a frame that have an opposite."""
+    found = [direction for direction, _ in getattr(frame, "offset", ())]
+    found += [str(getattr(frame, slot, "")) for slot in ("direction", "sense", "change")]
+    return [sense for sense in found if sense in _OTHER]
+
+
+def _limits(frame: F.SemanticFrame) -> bool:
+    """Whether a frame is one that a negation asks for: it keeps, bounds, excepts or stays away."""
+    if isinstance(frame, F.Keep | F.Clearance | F.Bound) or frame.part.kind == "outside":
+        return True
+    senses = {"farther", "slower", "less", "smaller", "cap", "floor", "constant"}
+    roles = {q.role for q in frame.quantities.values()}
+    return bool(
+        senses.intersection(_senses(frame)) or roles & {"at_least", "at_most"} or getattr(frame, "change", "") in senses
+    )
+
+
+def _values(frame: F.SemanticFrame) -> set[float]:
+    """The numbers that a frame holds, in SI, also as shares, counts from 1 and means of two."""
+    found = [q.value for q in frame.quantities.values()] + _of_part(frame.part)
+    found += [float(getattr(frame, "number", 0))]
+    for slot in fields(frame):
+        value = getattr(frame, slot.name)
+        found += [value.value] if isinstance(value, F.Quantity) else []
+    return {v for value in found for v in (value, -value, 1 - value, 1 + value, 1 / value if value else 0.0)}
+
+
+def _of_part(part: PathPart) -> list[float]:
+    own = [value for value in (part.amount, part.until) if value is not None]
+    own += [value + 1 for value in own if part.unit == "waypoints"]
+    own += [p.value for p in part.places if isinstance(p, F.Quantity)]
+    return own + [value for inner in part.parts for value in _of_part(inner)]

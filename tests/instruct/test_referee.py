@@ -1,0 +1,110 @@
+"""The referee: what two readings of one utterance amount to."""
+
+import json
+
+import pytest
+from click.testing import CliRunner
+
+from ovita.cli.main import cli
+from ovita.instruct import notation
+from ovita.instruct.chunks import chunks
+from ovita.instruct.frames import Reading
+from ovita.instruct.referee import contradictions, judged
+from ovita.paths.scene import Scene, SceneObject
+
+SCENE = Scene((SceneObject("cup", [0.5, 0.3, 0.0]), SceneObject("box", [1.0, 0.0, 0.0])))
+
+
+def said(text):
+    return chunks(text, SCENE)[0]
+
+
+def reading(frames, *, confidence=1.0, **more):
+    return Reading(notation.parse(frames, SCENE.names), confidence=confidence, **more)
+
+
+def verdict(text, rules, learned):
+    return judged(said(text), rules, learned)
+
+
+def test_what_both_readers_agree_on_is_done():
+    found = verdict("slow down near the cup", reading("pace slower @near=cup"), reading("pace slower @near=cup"))
+    assert (found.outcome, found.by, found.unused, found.doubts) == ("do", "both", (), ())
+    assert found.confidence > 0.85
+
+
+def test_an_unread_word_is_named_and_never_silently_executed():
+    rules = reading("move right=5cm", unread=("feed",))
+    found = verdict("right 5 cm, feed", rules, reading("move right=5cm", confidence=0.99))
+    assert (found.outcome, found.unused) == ("needs_confirmation", ("feed",))
+
+
+def test_asides_do_not_stop_a_certain_reading():
+    rules = reading("move right=5cm", aside=("it is hot",))
+    assert verdict("right 5 cm, it is hot", rules, reading("move right=5cm")).outcome == "do"
+
+
+def test_readings_that_differ_are_shown_and_the_likelier_one_is():
+    sure = verdict("make it lower", reading("move down"), reading("pace slower", confidence=0.95))
+    assert (sure.outcome, sure.by) == ("needs_confirmation", "learned")
+    unsure = verdict("make it lower", reading("move down"), reading("pace slower", confidence=0.05))
+    assert (unsure.outcome, unsure.by) == ("needs_confirmation", "rules")
+
+
+def test_one_reader_alone_is_never_enough():
+    assert verdict("go left", reading("move left"), None).outcome == "needs_confirmation"
+
+
+@pytest.mark.parametrize(
+    ("rules", "learned", "outcome"),
+    [
+        (Reading(question="Which cup?"), Reading(improper="this is not about the path"), "ask"),
+        (Reading(unread=("joke",)), Reading(improper="this is not about the path"), "decline"),
+        (Reading(unread=("frobnicate",)), None, "decline"),
+        (Reading(unread=("frobnicate",)), Reading(), "decline"),
+    ],
+)
+def test_questions_come_before_reasons_to_decline(rules, learned, outcome):
+    found = verdict("frobnicate the joke", rules, learned)
+    assert found.outcome == outcome and not found.reading.frames
+
+
+@pytest.mark.parametrize(
+    ("text", "frames", "doubt"),
+    [
+        ("go left by 10 cm", "move right=10cm", "'left'"),
+        ("never go faster", "pace faster", "'never"),
+        ("maximum 0.3 m/s near the cup", "pace set to=0.3m/s @near=cup", "limit"),
+        ("go left by 10 cm and up 5 cm", "move left=10cm up", "'5 cm'"),
+        ("go left and slow down near the box", "move left; pace slower", "'box'"),
+    ],
+)
+def test_plain_facts_of_the_words_contradict_a_reading(text, frames, doubt):
+    wrong = reading(frames)
+    assert any(doubt in found for found in contradictions(said(text), wrong.frames)), contradictions(
+        said(text), wrong.frames
+    )
+    assert verdict(text, wrong, wrong).outcome == "needs_confirmation"
+
+
+@pytest.mark.parametrize(
+    ("text", "frames"),
+    [
+        ("go left by 10 cm", "move left=10cm"),
+        ("never go faster than 0.3 m/s", "pace at_most=0.3m/s"),
+        ("keep at least 20 cm from the cup", "clearance cup at_least=20cm"),
+        ("waypoints 5 to 15 up by 2 cm", "move up=2cm @range=5-15"),
+        ("30 % slower in the last third", "pace slower by=30% @last=33%"),
+    ],
+)
+def test_a_right_reading_is_not_contradicted(text, frames):
+    assert contradictions(said(text), reading(frames).frames) == ()
+
+
+def test_the_command_shows_words_readings_and_verdict():
+    shown = CliRunner().invoke(cli, ["read", "slow down near the cup"]).output
+    for part in ("Words", "[slower]", "Rules", "pace slower @near=cup", "Learned", "Verdict"):
+        assert part in shown
+    found = json.loads(CliRunner().invoke(cli, ["read", "slow down near the cup", "--json"]).output)
+    assert found["readings"]["rules"]["frames"] == "pace slower @near=cup"
+    assert found["verdict"]["outcome"] in ("do", "needs_confirmation") and found["words"][0]["class"] == "slower"
