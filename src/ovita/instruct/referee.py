@@ -27,19 +27,19 @@ Outcome = Literal["do", "needs_confirmation", "ask", "decline"]
 By = Literal["both", "rules", "learned"]
 
 POINTS = {
-    "always": 0.01,
-    "by the rules": -0.55,
-    "both agree": 2.62,
-    "confidence": 0.44,
-    "a word unread": -0.39,
-    "words unread": -0.51,
-    "contradicted": -0.95,
-    "contradicted twice": -0.38,
-    "the other asks": 0.34,
-    "the other reads nothing": 0.16,
-    "many frames": -0.54,
-    "same kinds of frames": 0.31,
-    "long": -1.24,
+    "always": -0.32,
+    "by the rules": -0.51,
+    "both agree": 2.41,
+    "confidence": 0.91,
+    "a word unread": -0.43,
+    "words unread": -0.32,
+    "contradicted": -0.73,
+    "contradicted twice": -0.34,
+    "the other asks": -0.03,
+    "the other reads nothing": 0.60,
+    "many frames": -0.01,
+    "same kinds of frames": 0.18,
+    "long": -0.79,
 }
 """What each ground counts, as logarithms of odds; `training/referee.py` fits them on voices that the network had not
 seen."""
@@ -135,7 +135,7 @@ def judged(said: Sequence[Chunk], rules: F.Reading | None, learned: F.Reading | 
     left = [word for one in (rules, learned) if one is not None and (agreed or one is reading) for word in one.unread]
     unused, doubts = tuple(dict.fromkeys(left)), contradictions(said, _frames(reading))
     outcome: Outcome = "needs_confirmation" if confidence >= SHOW else "decline"
-    if confidence >= DO and not unused and not doubts:
+    if agreed and confidence >= DO and not unused and not doubts:
         outcome = "do"
     return Verdict(outcome, reading, by, unused, doubts, confidence, **known)
 
