@@ -51,6 +51,10 @@ def test_readings_that_differ_are_shown_and_the_likelier_one_is():
     assert (unsure.outcome, unsure.by) == ("needs_confirmation", "rules")
 
 
+def test_what_is_read_in_unknown_words_is_a_guess():
+    assert verdict("moonwalk", Reading(), reading("pace slower", confidence=0.9)).outcome == "decline"
+
+
 def test_one_reader_alone_is_never_enough():
     assert verdict("go left", reading("move left"), None).outcome == "needs_confirmation"
 

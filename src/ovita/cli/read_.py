@@ -16,7 +16,7 @@ from ovita.text import quoted
 
 if TYPE_CHECKING:
     from ovita.instruct.frames import Reading
-    from ovita.instruct.referee import Verdict
+    from ovita.instruct.referee import Understanding
 
 OUTCOMES = {
     "do": "do it",
@@ -78,13 +78,13 @@ def line(reading: Reading) -> str:
     return f"{show(reading.frames or reading.edits) or 'nothing'}  ({'; '.join(left)})"
 
 
-def _reasons(verdict: Verdict) -> list[str]:
+def _reasons(verdict: Understanding) -> list[str]:
     unused = [f"Not used: {quoted(verdict.unused)}."] if verdict.unused else []
     said = [text for text in (verdict.reading.question, verdict.reading.improper) if text]
     return [*unused, *verdict.doubts, *said]
 
 
-def document(verdict: Verdict) -> dict[str, Any]:
+def document(verdict: Understanding) -> dict[str, Any]:
     """A verdict and its readings as JSON values."""
     readings = {"rules": verdict.rules, "learned": verdict.learned}
     return {

@@ -47,12 +47,15 @@ seen."""
 DO, SHOW = 0.85, 0.15
 """How likely a reading has to be meant to be done at once, and to be shown."""
 
+UNKNOWN = frozenset("unknown filler comma dot and".split())
+"""Classes of chunks that say nothing: what a reader sees in them alone is a guess."""
+
 LONG = 18
 """Chunks of an utterance that counts as long."""
 
 
 @dataclass(frozen=True)
-class Verdict:
+class Understanding:
     """What is to be done about an utterance.
 
     Args:
@@ -81,7 +84,7 @@ Reader = Callable[[str, Scene, "Array | None", Sequence[F.SemanticFrame]], F.Rea
 
 def understand(
     text: str, scene: Scene, trajectory: Trajectory | None = None, before: Sequence[F.SemanticFrame] = ()
-) -> Verdict:
+) -> Understanding:
     """Have an utterance read by all readers, and judge what they say.
 
     Args:
@@ -115,7 +118,7 @@ def readers() -> dict[str, Reader]:
     return {"rules": rules, "learned": lambda text, scene, at, before: learned.read(text, scene, at, before or None)}
 
 
-def judged(said: Sequence[Chunk], rules: F.Reading | None, learned: F.Reading | None) -> Verdict:
+def judged(said: Sequence[Chunk], rules: F.Reading | None, learned: F.Reading | None) -> Understanding:
     """The verdict on what two readers made of an utterance; either may be None.
 
     Args:
@@ -125,7 +128,7 @@ def judged(said: Sequence[Chunk], rules: F.Reading | None, learned: F.Reading | 
     """
     known: dict[str, Any] = {"rules": rules, "learned": learned}
     candidates = [(by, reading) for by, reading in (("rules", rules), ("learned", learned)) if _reads(reading)]
-    if not candidates:
+    if not candidates or all(chunk.kind in UNKNOWN for chunk in said):
         return _unread(rules, learned, known)
     scored = [(likelihood(grounds(said, by, rules, learned)), by, reading) for by, reading in candidates]  # type: ignore[arg-type]
     confidence, best, reading = max(scored, key=lambda one: one[0])
@@ -137,17 +140,19 @@ def judged(said: Sequence[Chunk], rules: F.Reading | None, learned: F.Reading | 
     outcome: Outcome = "needs_confirmation" if confidence >= SHOW else "decline"
     if agreed and confidence >= DO and not unused and not doubts:
         outcome = "do"
-    return Verdict(outcome, reading, by, unused, doubts, confidence, **known)
+    return Understanding(outcome, reading, by, unused, doubts, confidence, **known)
 
 
-def _unread(rules: F.Reading | None, learned: F.Reading | None, known: Mapping[str, Any]) -> Verdict:
-    """The verdict where no reader has frames or edits: the first question, else the first reason to decline."""
+def _unread(rules: F.Reading | None, learned: F.Reading | None, known: Mapping[str, Any]) -> Understanding:
+    """The verdict where no reader has anything to go by: the first question, else the first reason to decline."""
     both: list[tuple[By, F.Reading]] = [("rules", rules or F.Reading()), ("learned", learned or F.Reading())]
     for wanted, outcome in (("question", "ask"), ("improper", "decline")):
         for by, reading in both:
             if getattr(reading, wanted):
-                return Verdict(outcome, reading, by, unused=reading.unread, confidence=reading.confidence, **known)  # type: ignore[arg-type]
-    return Verdict("decline", both[0][1], "rules", unused=both[0][1].unread, **known)
+                return Understanding(
+                    outcome, reading, by, unused=reading.unread, confidence=reading.confidence, **known
+                )  # type: ignore[arg-type]
+    return Understanding("decline", both[0][1], "rules", unused=both[0][1].unread, **known)
 
 
 def grounds(
