@@ -146,12 +146,11 @@ def judged(said: Sequence[Chunk], rules: F.Reading | None, learned: F.Reading | 
 def _unread(rules: F.Reading | None, learned: F.Reading | None, known: Mapping[str, Any]) -> Understanding:
     """The verdict where no reader has anything to go by: the first question, else the first reason to decline."""
     both: list[tuple[By, F.Reading]] = [("rules", rules or F.Reading()), ("learned", learned or F.Reading())]
-    for wanted, outcome in (("question", "ask"), ("improper", "decline")):
-        for by, reading in both:
-            if getattr(reading, wanted):
-                return Understanding(
-                    outcome, reading, by, unused=reading.unread, confidence=reading.confidence, **known
-                )  # type: ignore[arg-type]
+    ways: tuple[tuple[str, Outcome], ...] = (("question", "ask"), ("improper", "decline"))
+    for wanted, outcome in ways:
+        for by, one in both:
+            if getattr(one, wanted):
+                return Understanding(outcome, one, by, unused=one.unread, confidence=one.confidence, **known)
     return Understanding("decline", both[0][1], "rules", unused=both[0][1].unread, **known)
 
 
