@@ -105,7 +105,7 @@ def test_a_video_is_made(scene, tmp_path, ovita, monkeypatch):
         (["--robot", "iiwa", "--base", "0,0,nan,0"], "is not finite"),
         (["--robot", "iiwa", "--video", "v.avi"], "videos are written as .mp4, .gif"),
         (["--robot", "iiwa", "--which", "adapted"], "is no result, so it has no adapted trajectory"),
-        (["--robot", "none.toml"], "none.toml: cannot be read: No such file"),
+        (["--robot", "none.toml"], "none.toml: there is no such file"),
     ],
 )
 def test_mistakes_are_one_sentence(scene, ovita, arguments, said):
