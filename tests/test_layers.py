@@ -67,6 +67,7 @@ MAY_MATCH_TEXT = {
     "dialogue/feedback/utterance.py",
     "instruct/chunks.py",
     "instruct/constituents.py",
+    "dialogue/parameters.py",
     "instruct/draft.py",
     "instruct/notation.py",
     "instruct/numbers.py",

@@ -9,11 +9,13 @@ from typing import Any
 
 from ovita.chain import UNCHANGED, enforced, rerun
 from ovita.dialogue.history import ROOT, History, Kind, Situation, Step, in_force, read_session, replayed, write_session
-from ovita.dialogue.interpret import DialogueState, Interpretation, interpret
+from ovita.dialogue.interpret import interpret
+from ovita.dialogue.reframing import DialogueState, Interpretation, Reader
 from ovita.dialogue.standing import answered, lost
 from ovita.errors import RequestError
 from ovita.io.files import Journal
 from ovita.limits import ConstraintOptions
+from ovita.paths.part import WHOLE, PathPart
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
@@ -35,6 +37,7 @@ class Session:
         writer: A policy writer or its name.
         constraints: How limits are enforced.
         isolation: How policies must be isolated.
+        reader: Reads instructions into frames, so that one is told from feedback on the frames before; or None.
     """
 
     original: Trajectory
@@ -43,6 +46,7 @@ class Session:
     writer: PolicyWriter | str = "auto"
     constraints: ConstraintOptions = field(default_factory=ConstraintOptions)
     isolation: Isolation = "auto"
+    reader: Reader | None = None
     _history: History = field(default_factory=History, init=False)
     _journal: Journal | None = field(default=None, init=False)
     _asked: str = field(default="", init=False)
@@ -107,6 +111,7 @@ class Session:
         instruction: str,
         *,
         on: FeedbackOn = "current",
+        selection: PathPart = WHOLE,
         progress: Progress | None = None,
         cancel: Event | None = None,
     ) -> Adaptation:
@@ -117,7 +122,8 @@ class Session:
         Feedback is resolved without any writer wherever that is certain: it turns knobs of the last turn, runs it
         again, puts its instruction right, or takes it back. A turn that is not understood, or that fails, changes
         nothing and is not kept. Nor is one that needs confirmation until the next sentence agrees ("yes") or says what
-        is different ("no, 10 cm"). `progress` and `cancel` are those of `adapt`.
+        is different ("no, 10 cm"). `selection` is the part of the path that is marked by hand, which "here" means;
+        `progress` and `cancel` are those of `adapt`.
 
         Raises:
             InputError: If the instruction is empty or too long.
@@ -135,7 +141,16 @@ class Session:
                 self.accept()
             instruction = rest
         state = DialogueState(
-            self._history, self._first, self.situation, self.writer, self.isolation, self._asked, progress, cancel
+            self._history,
+            self._first,
+            self.situation,
+            self.writer,
+            self.isolation,
+            self._asked,
+            progress,
+            cancel,
+            selection,
+            self.reader,
         )
         found = interpret(instruction, on, state)
         self._asked = found.asked
@@ -321,6 +336,7 @@ class Session:
     def draft(self) -> Session:
         """A copy whose turns do not count until `adopt`, so that a slow turn can be cancelled."""
         copy = Session(self.original, self.scene, self.robot, self.writer, self.constraints, self.isolation)
+        copy.reader = self.reader
         copy._first, copy._history, copy._asked = self._first, self._history.copy(), self._asked
         copy._pending = self._pending
         return copy

@@ -233,12 +233,12 @@ def _times(frame: SemanticFrame, slot: str, k: float) -> SemanticFrame:
     if isinstance(frame, Pace) and q.unit in ("x", "%") and frame.factor is not None:
         if q.unit == "%" and q.role == "by" and (frame.change == "faster" or q.value * k <= 0.8):
             return put(frame, slot, _like(q, q.value * k))
-        amount = Quantity(_rounded(_further(frame.factor, k)), "x", "to")
+        amount = Quantity(_rounded(further(frame.factor, k)), "x", "to")
         return replace(frame, change="set", amount=amount)
     if isinstance(frame, Resize | Resample) and q.unit in ("x", "%") and (q.unit == "x" or not frame.change):
-        return put(frame, slot, _like(q, _further(q.value, k)))
+        return put(frame, slot, _like(q, further(q.value, k)))
     if isinstance(frame, Approach) and q.unit == "x" and q.value > 1:
-        return put(frame, slot, _like(q, _further(q.value, k)))
+        return put(frame, slot, _like(q, further(q.value, k)))
     if q.unit in ("turns", "waypoints") or slot in ("turns", "waves") or isinstance(frame, Resample):
         whole = max(round(q.value * k), 1)
         whole = whole if whole != q.value or k == 1 else max(round(q.value) + (1 if k > 1 else -1), 1)
@@ -246,7 +246,7 @@ def _times(frame: SemanticFrame, slot: str, k: float) -> SemanticFrame:
     return put(frame, slot, _like(q, q.value * k))
 
 
-def _further(factor: float, k: float) -> float:
+def further(factor: float, k: float) -> float:
     """A factor with k times its effect; a slowdown never comes to a standstill by it."""
     linear = 1 + (factor - 1) * k
     return max(linear, factor**k if linear < 0.2 else linear)
@@ -447,7 +447,15 @@ def _excepted(edit: Except, frames: Frames, values: Values) -> Frames:
 
 def _dropped(edit: Drop, frames: Frames, values: Values) -> Frames:
     del values
+    if edit.on in ENDS:
+        without = [_without(frame, edit.on) for frame in frames]
+        return tuple(f for f in without if getattr(f, "offset", True) or getattr(f, "relation", ""))
     return tuple(f for f in frames if edit.on and edit.on not in (name_of(f), f.NAME))
+
+
+def _without(frame: SemanticFrame, direction: str) -> SemanticFrame:
+    offset: Offset = getattr(frame, "offset", ())
+    return _with(frame, offset=tuple(pair for pair in offset if pair[0] != direction)) if offset else frame
 
 
 def _again(edit: Again, frames: Frames, values: Values) -> Frames:

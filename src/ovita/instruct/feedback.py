@@ -26,9 +26,12 @@ from ovita.instruct.remarks import (
     senses_of,
 )
 from ovita.paths.part import WHOLE, PathPart
-from ovita.paths.scene import Scene
+from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array
 from ovita.units import find
+
+NOTHING = F.Reading()
+"""What is read where nothing is."""
 
 SHARES = {"half": 0.5, "third": 1 / 3, "quarter": 0.25, "fifth": 0.2, "tenth": 0.1}
 FACTORS = {"twice": 2.0, "treble": 3.0, "halve": 0.5, "third": 1 / 3, "quarter": 0.25, "sesqui": 1.5}
@@ -70,7 +73,11 @@ def _score(c: Candidate, said: Remark) -> float:
 
 
 def read_feedback(
-    text: str, scene: Scene, before: Sequence[F.SemanticFrame], positions: Array | None = None
+    text: str,
+    scene: Scene,
+    before: Sequence[F.SemanticFrame],
+    positions: Array | None = None,
+    fresh: F.Reading = NOTHING,
 ) -> F.Reading | None:
     """Read an utterance as edits on the frames before it; None if it says nothing about them.
 
@@ -79,15 +86,114 @@ def read_feedback(
         scene: The surroundings.
         before: The frames of the turns that it may be about, oldest first.
         positions: The path (N, 3) [m], for phrases such as "the object nearest to the goal".
+        fresh: What a reader of instructions makes of the same words; it is needed for "and wait there too", and to tell
+            instructions that say nothing about the frames before.
     """
-    said = Remark(pieces_of(text, scene, before, positions), tuple(before))
-    found = [candidate for row in ROWS for candidate in row(said)]
+    said = Remark(pieces_of(text, scene, before, positions), tuple(before), scene.names)
+    found = [
+        *_further_frames(said, fresh),
+        *_kept(said, fresh),
+        *(candidate for row in ROWS for candidate in row(said)),
+    ]
     if not found:
         return None
     best = max(found, key=lambda c: _score(c, said))
     used = {id(p) for p in best.used}
     unread = tuple(p.text for p in said.active if p.content and id(p) not in used and _weight(p) >= 1.5)
+    if (
+        fresh.frames
+        and not (fresh.unread or fresh.question or fresh.improper)
+        and not _looks_back(best, said, unread, fresh)
+    ):
+        return None
     return F.Reading(edits=best.edits, unread=unread, question=best.question, asked=best.asked)
+
+
+LOOKING_BACK = frozenset(
+    """undo redo restart accept explain again flip more less weak twice treble halve third quarter sesqui meant except
+    also same not enough whole left right""".split()
+)
+"""Cues that speak of what was done."""
+
+
+def _looks_back(best: Candidate, said: Remark, unread: Sequence[str], fresh: F.Reading) -> bool:
+    """Whether a sentence that would do as an instruction is feedback: it speaks of what was done, or compares."""
+    if any(isinstance(edit, E.Also | E.Drop) for edit in best.edits) or not said.before:
+        return True
+    cues = {cue for p in best.used for cue in p.cues} & LOOKING_BACK
+    words = [p for p in said.active if p.content]
+    kin = any(_kin(frame, known) for frame in fresh.frames for known in said.before)
+    if not kin and not cues & SETTLED and (len(words) > 3 or said.elsewhere):
+        return False
+    compared = any(p.text.split()[0].endswith("er") for p in words) and len(words) <= 3
+    judged = any(p.text.split()[0] in ("too", "so") or said.judged(p) for p in said.active)
+    detailed = unread and any(p.number or p.items for p in said.active)
+    return (bool(cues) or compared or judged or bool(said.praised)) and not detailed
+
+
+SETTLED = frozenset("undo redo restart accept explain again flip meant except also same".split())
+"""Cues that no instruction of its own has."""
+
+
+def _kin(frame: F.SemanticFrame, known: F.SemanticFrame) -> bool:
+    """Whether two frames are about the same: of one kind, and along the same axis if they have one."""
+    ways, others = directions_of(frame), directions_of(known)
+    along = not ways or not others or any(w in (o, OPPOSITE[o]) for w in ways for o in others)
+    return frame.NAME == known.NAME and along
+
+
+def _further_frames(said: Remark, fresh: F.Reading) -> Iterator[Candidate]:
+    """Frames beside those before: "and wait there too"."""
+    also = said.cued("also")
+    opened = [p for p in said.pieces[:1] if p.text in ("and", "now", "n")]
+    if fresh.frames and not (fresh.question or fresh.improper) and (also or opened):
+        edits = tuple(E.Also(frame=_placed(frame, said, fresh)) for frame in fresh.frames)
+        yield Candidate(edits, said.active if not fresh.unread else (*also, *opened), 1.0)
+
+
+def _kept(said: Remark, fresh: F.Reading) -> Iterator[Candidate]:
+    """What is to stay as it was: without the frames that changed it."""
+    kinds: dict[str, tuple[type[F.SemanticFrame], ...]] = {"speed": (F.Pace,), "height": (F.Height,)}
+    kinds |= {"goal": (F.MoveEnd,), "start": (F.MoveEnd,), "path": (F.Shift,)}
+    whats = [frame.what for frame in fresh.frames if isinstance(frame, F.Keep)]
+    gone = [f for what in whats for f in said.before if isinstance(f, kinds.get(what, ()))]
+    if gone and len(whats) == len(fresh.frames) and not any(isinstance(f, F.Keep) for f in said.before):
+        yield Candidate(tuple(E.Drop(on=name_of(f)) for f in gone), said.active, 2.0)
+
+
+def _placed(frame: F.SemanticFrame, said: Remark, fresh: F.Reading) -> F.SemanticFrame:
+    """A further frame at the place of the frames before, where it says "there"."""
+    there = any(p.concept == "there" or p.text == "there" for p in said.active)
+    if not there or not said.before:
+        return frame
+    last = said.before[-1]
+    place = getattr(last, "place", "") or next(iter(last.named), "")
+    place = "goal" if isinstance(last, F.MoveEnd) and last.end == "goal" else place
+    if isinstance(frame, F.Wait | F.StopAt) and not frame.place:
+        return replace(frame, place=place)
+    if frame.part == WHOLE and isinstance(place, str) and place:
+        part = PathPart("last", unit="share") if place == "goal" else PathPart("near", (place,))
+        return replace(frame, part=last.part if last.part != WHOLE else part)
+    return frame
+
+
+def named_frames(text: str, scene: Scene, before: Sequence[F.SemanticFrame]) -> list[int]:
+    """Numbers of the frames that an answer such as "the shift" names."""
+    said = Remark(pieces_of(text, scene, before, None), tuple(before))
+    return said.meant(said.pieces)
+
+
+def named_objects(text: str, scene: Scene) -> tuple[SceneObject, ...]:
+    """The objects that an answer such as "the blue one" names."""
+    names_ = {name for piece in pieces_of(text, scene, (), None) for name in piece.items}
+    return tuple(item for item in scene if item.name in names_)
+
+
+def stated(text: str, scene: Scene) -> tuple[F.Quantity | None, set[str]]:
+    """The one quantity of an utterance, or None, and its words."""
+    pieces = pieces_of(text, scene, (), None)
+    numbers = [piece.number for piece in pieces if piece.number]
+    return (numbers[0] if len(numbers) == 1 else None), {word for p in pieces for word in p.text.split()}
 
 
 # Rows: each reads one kind of edit.
@@ -109,32 +215,54 @@ def _commands(said: Remark) -> Iterator[Candidate]:
 def _steps(piece: Phrase) -> int:
     """How many turns a piece counts: "the last two", "both"."""
     q = piece.number
-    return 2 if piece.text == "both" else int(q.value) if q and not q.unit and 1 < q.value <= 50 else 0
+    return 2 if piece.text == "both" else int(q.value) if q and q.unit in ("", "step") and 1 < q.value <= 50 else 0
 
 
 def _drops(said: Remark) -> Iterator[Candidate]:
-    """Without some of the frames: "forget the shift", "no waiting"."""
-    pieces = said.cued("undo")
+    """Without some of the frames: "forget the shift", "no waiting", "only the slowing down"."""
+    pieces = said.cued("undo") or [p for p in said.active if p.concept == "original"]
     denied = [p for p in said.active if said.denies(p) and any(names(p, f) for f in said.before)]
     denied = [] if any(heading(p) and not said.denies(p) for p in said.active) else denied
     clauses = {p.clause for p in (*pieces, *denied)}
-    words = [p for p in said.active if p.clause in clauses]
-    meant = said.meant(words) or said.meant(said.active)
-    meant = [i for i in meant if i in said.targets]
-    if not meant or not (pieces or denied):
-        return
-    if len(meant) < len(said.before):
-        edits = tuple(E.Drop(on=name_of(said.before[i])) for i in meant)
-        yield Candidate(edits, (*pieces, *words), 1.0)
-    elif len(said.before) == 1:
-        yield Candidate((E.Drop(),), (*pieces, *denied, *said.cued("not")), 0.3)
+    words = denied or [p for p in said.active if p.clause in clauses]
+    yield from _ordinals(said, pieces)
+    meant = said.meant(words) or (said.meant(said.active) if pieces else [])
+    ways = [heading(p) for p in words if heading(p)]
+    used = (*pieces, *words, *said.cued("not", "except", "keep"))
+    if meant and (pieces or denied):
+        frame = said.before[meant[0]]
+        if len(meant) == 1 and ways and len(directions_of(frame)) > 1:
+            yield Candidate(tuple(E.Drop(on=way) for way in ways if way in directions_of(frame)), used, 1.2)
+        elif len(meant) < len(said.before):
+            yield Candidate(tuple(E.Drop(on=name_of(said.before[i])) for i in meant), used, 1.0)
+        elif len(said.before) == 1:
+            yield Candidate((E.Drop(),), used, 0.3)
+    only = said.meant(said.active) if said.cued("only") and not list(parts_in(said)) else []
+    if only and len(only) < len(said.before):
+        rest = tuple(E.Drop(on=name_of(f)) for i, f in enumerate(said.before) if i not in only)
+        yield Candidate(rest, said.active, 0.6)
+    elif len(only) == 1 and (kept := {heading(p) for p in said.active} - {""}):
+        gone = [way for way in directions_of(said.before[only[0]]) if way not in kept]
+        if gone and len(gone) < len(directions_of(said.before[only[0]])):
+            yield Candidate(tuple(E.Drop(on=way) for way in gone), said.active, 0.6)
+
+
+def _ordinals(said: Remark, pieces: Sequence[Phrase]) -> Iterator[Candidate]:
+    """Without one of the turns: "forget the first one"."""
+    counted = {"first": 1, "second": 2, "third": 3}
+    for i, piece in enumerate(said.active[:-1] if pieces else ()):
+        if piece.text.split()[-1] in counted and said.active[i + 1].text in ("one", "turn", "step", "change"):
+            edit = E.Drop(on=f"turn {counted[piece.text.split()[-1]]}")
+            yield Candidate((edit,), (*pieces, piece, said.active[i + 1]), 3.0)
 
 
 def _flips(said: Remark) -> Iterator[Candidate]:
     pieces = said.cued("flip", "ccw", "cw")
     turned = [p for p in pieces if p.cues & {"ccw", "cw"}]
     if pieces and (not turned or any(isinstance(f, F.Figure | F.Rotate) for f in said.before)):
-        on = said.on(said.targets[-1]) if len(said.targets) == 1 else ""
+        ways = [i for i in said.targets if directions_of(said.before[i])]
+        i = said.targets[-1] if len(said.targets) == 1 else ways[-1] if ways else None
+        on = "" if i is None else said.on(i)
         yield Candidate((E.Flip(on=on),), (*pieces, *said.cued("meant")), 1.0)
 
 
@@ -142,11 +270,13 @@ def _contraries(said: Remark) -> Iterator[Candidate]:
     """The other way round, by a word for it: "no, speed up", "I said away from it"."""
     no = [p for p in said.pieces[:1] if p.text in ("no", "nope", "nah")]
     meant = said.cued("meant")
-    for i in reversed(said.targets if no or meant else []):
+    denied = [p for p in said.active if p.text.endswith("er") and said.negated(p)]
+    for i in reversed(said.targets if no or meant or denied else []):
         against = {OPPOSITE.get(sense) for sense in senses_of(said.before[i])} - {None, "less"}
         pieces = [p for p in said.active if SENSES.get(p.concept) in against and len(p.text.split()) < 3]
+        pieces = [p for p in pieces if not said.negated(p)]
         if pieces:
-            yield Candidate((E.Flip(on=said.on(i)),), (*pieces, *no, *meant), 0.0)
+            yield Candidate((E.Flip(on=said.on(i)),), (*pieces, *no, *meant, *denied), 0.5)
 
 
 def _directions(said: Remark) -> Iterator[Candidate]:
@@ -169,19 +299,36 @@ def _directions(said: Remark) -> Iterator[Candidate]:
 def _objects(said: Remark) -> Iterator[Candidate]:
     """Another object than was said, or the same for another one."""
     known = {name for frame in said.before for name in frame.named}
-    new = [p for p in said.active if p.items and not set(p.items) & known and not said.negated(p)]
+    new = [p for p in said.active if p.items and not set(p.items) <= known and not said.negated(p)]
     about = [i for i in said.targets if said.before[i].named] or [i for i, f in enumerate(said.before) if f.named]
-    if not new or not about:
+    others = [p for p in said.active if p.text in ("other", "wrong", "the other", "wrong one", "other one")]
+    if not about or not (new or others):
+        return
+    frame, on = said.before[about[-1]], said.on(about[-1])
+    items = tuple(dict.fromkeys(name for p in new for name in p.items)) or said.alike(frame)
+    if not new and len(items) != 1:
+        if items:
+            question = "Which one: " + " or ".join(repr(name) for name in items) + "?"
+            yield Candidate((), (*others, *said.cued("meant")), 1.0, question, items)
         return
     old = [p for p in said.active if set(p.items) & known]
-    items = tuple(dict.fromkeys(name for p in new for name in p.items))
-    frame, on = said.before[about[-1]], said.on(about[-1])
     edit = E.Replace(on=on, objects=items)
-    yield Candidate((edit,), (*new, *old, *said.cued("meant", "not")), 0.4)
-    also = said.cued("also", "same")
+    yield Candidate((edit,), (*new, *others, *old, *said.cued("meant", "not", "flip")), 0.4)
+    also = [*said.cued("also", "same"), *(p for p in said.pieces[:1] if p.text == "and")]
     if also:
         (copy,) = apply((replace(edit, on=""),), (frame,), Scene())
-        yield Candidate((E.Also(frame=copy),), (*new, *also), 0.5)
+        yield Candidate((E.Also(frame=copy),), (*new, *others, *also), 1.0)
+
+
+def _ends(said: Remark) -> Iterator[Candidate]:
+    """The other end of the path than was said."""
+    for frame in said.before:
+        pieces = [p for p in said.active if p.concept in ("start", "goal")]
+        end: Any = pieces[-1].concept if pieces else ""
+        if isinstance(frame, F.MoveEnd) and pieces and end != frame.end:
+            yield Candidate((E.Replace(end=end),), (*pieces, *said.cued("meant", "not")), 1.0)
+            if also := said.cued("also", "same"):
+                yield Candidate((E.Also(frame=replace(frame, end=end)),), (*pieces, *also), 1.5)
 
 
 def _places(said: Remark) -> Iterator[Candidate]:
@@ -229,7 +376,9 @@ def _numbers(said: Remark) -> Iterator[Candidate]:
             spent.append(piece)
             continue
         where = _slot_of(piece, said)
-        if where is None:
+        if where is None or any(
+            heading(p) not in directions_of(said.before[where[0]]) for p in said.active if heading(p)
+        ):
             continue
         i, slot = where
         step: Any = _step(piece, said)
@@ -294,15 +443,27 @@ def _around(piece: Phrase, said: Remark) -> list[Phrase]:
 
 
 def _step(piece: Phrase, said: Remark) -> int:
-    """Whether a number is more or less than before, rather than the new value."""
+    """1 or -1 if a number is more or less than before ("5 cm higher", "increase it by 0.1"), 0 if it is the value."""
     pieces = said.active
     i = pieces.index(piece) if piece in pieces else 0
+    before = [p for p in pieces[:i] if p.clause == piece.clause]
     behind = [p for p in pieces[i + 1 : i + 3] if "turns" not in p.cues][:1]
-    if i and pieces[i - 1].text in ("another", "extra"):
+    if {p.text for p in before[-1:]} & {"another", "extra"}:
         return 1
-    if behind and behind[0].text in ("more", "further", "extra", "farther"):
-        return 1
-    return -1 if behind and behind[0].text in ("less", "fewer") else 0
+    if {p.text for p in before[-1:]} == {"by"} and (by := {c for p in before for c in p.cues} & {"more", "less"}):
+        return 1 if "more" in by else -1
+    for p in behind:
+        if p.text in ("more", "further", "extra", "farther"):
+            return 1
+        if p.text in ("less", "fewer"):
+            return -1
+        sense = SENSES.get(p.concept, "") if p.text.endswith("er") else ""
+        known = [senses_of(said.before[k]) for k in said.targets]
+        if sense and any(sense in senses for senses in known):
+            return 1
+        if sense and any(OPPOSITE.get(sense) in senses for senses in known):
+            return -1
+    return 0
 
 
 def _amounts(said: Remark) -> Iterator[Candidate]:
@@ -349,8 +510,10 @@ def _factor(said: Remark) -> tuple[float | None, tuple[Phrase, ...]]:
             return FACTORS[word], (piece,)
         near = {cue for p in (*before, *behind) for cue in p.cues}
         q = piece.number
+        by = said.active[max(i - 3, 0) : i] if any(p.text == "by" for p in before) else ()
+        near |= {cue for p in by for cue in p.cues}
         if q is not None and q.unit == "%" and near & {"more", "less"}:
-            return 1 - q.value if "less" in near else 1 + q.value, (piece, *before, *behind)
+            return 1 - q.value if "less" in near else 1 + q.value, (piece, *before, *behind, *by)
         if q is not None and q.unit == "x" and not said.counted(q):
             return q.value, (piece, *behind)
     return None, ()
@@ -410,7 +573,7 @@ def parts_in(said: Remark) -> Iterator[tuple[PathPart, bool, tuple[Phrase, ...]]
                 return
             if "between" not in words:
                 yield _at(kind, piece.items), said_not, (piece, *lead)
-        elif piece.concept in ("first", "last", "middle", "start", "goal") and not piece.items:
+        elif piece.concept in ("first", "last", "middle", "start", "goal") and not {p.text for p in behind[:1]} & TURNS:
             part, used = _stretch(piece, behind)
             yield part, said_not, (piece, *used)
         elif piece.concept == "waypoints" and behind and behind[0].number and i + 2 < len(pieces):
@@ -420,6 +583,9 @@ def parts_in(said: Remark) -> Iterator[tuple[PathPart, bool, tuple[Phrase, ...]]
                 yield PathPart("range", amount=low, until=high), said_not, (piece, behind[0], last)
         elif piece.concept in ("up", "down") and any(p.concept in ("when", "only") for p in before):
             yield PathPart("heading", direction=piece.concept), said_not, (piece, *before)
+
+
+TURNS = frozenset("change changes turn step edit one instruction modification".split())
 
 
 def _at(kind: str, items: Sequence[str]) -> PathPart:
@@ -445,6 +611,6 @@ def _stretch(piece: Phrase, behind: Sequence[Phrase]) -> tuple[PathPart, tuple[P
 
 
 ROWS = (
-    _commands, _drops, _flips, _contraries, _directions, _objects, _places, _whole, _numbers, _amounts, _repeats,
+    _commands, _drops, _ends, _flips, _contraries, _directions, _objects, _places, _whole, _numbers, _amounts, _repeats,
 )  # fmt: skip
 """The kinds of edits, in no order: the reading that leaves the least unread wins."""

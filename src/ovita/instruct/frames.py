@@ -524,6 +524,17 @@ def _rounded(frame: SemanticFrame) -> SemanticFrame:
     return replace(frame, **changed)
 
 
+def with_selection(frames: Sequence[SemanticFrame], selection: PathPart) -> tuple[SemanticFrame, ...]:
+    """Frames whose "here" is a part of the path that was marked by hand."""
+    return tuple(replace(frame, part=_selected(frame.part, selection)) for frame in frames)
+
+
+def _selected(part: PathPart, selection: PathPart) -> PathPart:
+    if part.kind == "indices" and not part.ranges:
+        return selection
+    return replace(part, parts=tuple(_selected(inner, selection) for inner in part.parts)) if part.parts else part
+
+
 def to_json(frames: Sequence[SemanticFrame]) -> list[dict[str, Any]]:
     """Frames as JSON documents, which `from_json` reads; slots that are left open are left out."""
     return [{"frame": type(frame).__name__, **_slots_json(frame)} for frame in frames]

@@ -176,8 +176,9 @@ def _piece(words: Sequence[str], i: int, catalog: Catalog, earlier: Any, clause:
 def _same(concept: str, words: Sequence[str]) -> frozenset[str]:
     """The cues of feedback that a phrase of the other word files is."""
     found = {SAME_AS[concept]} if concept in SAME_AS else set()
-    if concept == "large":
-        found = {cue for word in words for cue in _cues_at([word], 0)[0] & {"large", "more", "less"}}
+    if concept in ("large", "slight"):
+        kept = {"large", "more", "less"} if concept == "large" else {"more", "less"}
+        found |= {cue for word in words for cue in _cues_at([word], 0)[0] & kept}
     return frozenset(found)
 
 
@@ -218,6 +219,21 @@ class Remark:
 
     pieces: tuple[Phrase, ...]
     before: tuple[F.SemanticFrame, ...]
+    objects: tuple[str, ...] = ()
+
+    def alike(self, frame: F.SemanticFrame) -> tuple[str, ...]:
+        """The other objects that a frame's one object can be mistaken for: of its kind, else any."""
+        if len(frame.named) != 1:
+            return ()
+        rest = [name for name in self.objects if name != frame.named[0]]
+        kind = [name for name in rest if name.split()[-1] == frame.named[0].split()[-1]]
+        return tuple(kind or rest)
+
+    @cached_property
+    def elsewhere(self) -> bool:
+        """Whether it names kinds of change, and none of those before."""
+        naming = [p for p in self.pieces if any(NOUNS.get(cue) for cue in (*p.cues, p.concept)) and p.text != "move"]
+        return bool(naming) and not any(names(p, f) for p in naming for f in self.before)
 
     @cached_property
     def praised(self) -> frozenset[int]:
@@ -259,7 +275,9 @@ class Remark:
         """Whether "no" or "don't" stands right before a piece."""
         i = self.active.index(piece)
         behind = [p.text for p in self.active[i + 1 : i + 3] if p.clause == piece.clause]
-        before = [p.text for p in self.active[max(i - 1, 0) : i]]
+        before = [p.text.split()[-1] for p in self.active[max(i - 1, 0) : i]]
+        if piece.text.split()[0] in ("so", "too") or piece.text.endswith("er"):
+            return False
         return bool({"no", "nae", "not", "without", "senza"} & set(before)) or behind[:1] == ["no"]
 
     def meant(self, pieces: Sequence[Phrase]) -> list[int]:

@@ -1,0 +1,476 @@
+"""Dialogue on frames: feedback on earlier turns as edits of their frames, and new instructions.
+
+Every turn of the built-in writer keeps its frames. Feedback edits those of the last turn, which is then realised again
+from the trajectory that it began with: "a bit more" after "go left by 0.2" makes 0.25 of the 0.2. If an earlier turn is
+meant, or the feedback is on the original, the frames of all turns in force are realised from the original. Turns of
+other writers have parameters only; what cannot be said by turning these is left to the writer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from threading import Event
+from typing import TypeAlias
+
+from ovita.chain import adapt, rerun
+from ovita.dialogue.history import ROOT, History, Kind, Situation, Step, in_force
+from ovita.dialogue.parameters import called, frames_of, meant, scaled, shown, values_after, which
+from ovita.dialogue.standing import KEEP_IT, Loss, lost
+from ovita.errors import PolicyError
+from ovita.instruct.editing import apply, realised_values
+from ovita.instruct.edits import Again, Also, Command, Edit, Rescale, Set
+from ovita.instruct.feedback import NOTHING, named_frames, named_objects, read_feedback
+from ovita.instruct.frames import Quantity, Reading, SemanticFrame, with_selection
+from ovita.instruct.notation import name_of
+from ovita.measure import compare
+from ovita.paths.part import WHOLE, PathPart
+from ovita.paths.scene import Scene, canonical
+from ovita.paths.trajectory import Array, Trajectory
+from ovita.policy.sandbox import Isolation
+from ovita.request import MAX_INSTRUCTION, FeedbackOn, Request, Turn
+from ovita.result import Adaptation
+from ovita.text import sentence
+from ovita.writers.base import PolicyWriter, Progress, WriterInfo
+from ovita.writers.realised import FramesWriter
+
+CODE_TURNS = 2
+"""How many of the last turns a writer is shown the code of."""
+
+OFFLINE = ("auto", "builtin")
+"""Writers that read every instruction themselves first, so that feedback may also ask for further frames."""
+
+PLACING = ("at", "radius", "share", "of", "other", None)
+"""Roles of parameters that say where or how smoothly, not how much."""
+
+Reader: TypeAlias = Callable[[str, Scene, Array | None], Reading]
+"""Reads an instruction about a scene and a path (N, 3) [m] into frames."""
+
+TAKEN = {
+    "accept": "it is right as it is; nothing is changed",
+    "redo": "bring back what was taken back last",
+    "restart": "start over from the original",
+    "explain": "a question of what was done",
+}
+
+
+def respond(said: str, on: FeedbackOn, state: DialogueState) -> Interpretation:
+    """Edit the frames of the turns before by an utterance about them, or adapt by it as an instruction.
+
+    Raises:
+        InputError: If the instruction is empty or too long.
+    """
+    losses = state.losses() if said.strip(" ,.!").lower() in KEEP_IT else []
+    if losses:
+        return state._restored(said, losses)
+    heard = state._answered(said) or state._heard(said)
+    if heard is None:
+        return state._instructed(said, on)
+    try:
+        return state._followed(heard, on)
+    except PolicyError as error:
+        failed = state._said(said, state.current, f"took {said!r} as: {heard.meaning}")
+        return Interpretation(replace(failed, status="failed", error=str(error), explanation=str(error)))
+
+
+@dataclass(frozen=True)
+class Interpretation:
+    """What an utterance does to a session.
+
+    Args:
+        result: The adaptation, or an answer without a policy.
+        kind: How the step came about, or None if it adds none.
+        on: Which trajectory it is about.
+        goto: The step to go to instead of adding one, or None.
+        asked: The utterance that led to a question, or "".
+    """
+
+    result: Adaptation
+    kind: Kind | None = "said"
+    on: FeedbackOn = "current"
+    goto: int | None = None
+    asked: str = ""
+
+
+@dataclass(frozen=True)
+class Heard:
+    """Feedback as it was read.
+
+    Args:
+        said: The words.
+        reading: The edits, or a question.
+        frames: The frames that the edits are about.
+        first: Number of the turn in force that these begin with.
+        values: What was realised for them.
+        parameters: New values of parameters, where the words name one of them.
+    """
+
+    said: str
+    reading: Reading
+    frames: tuple[SemanticFrame, ...] = ()
+    first: int = 0
+    values: Mapping[str, Quantity] | None = None
+    parameters: Mapping[str, float] | None = None
+
+    @property
+    def edits(self) -> tuple[Edit, ...]:
+        """What is to be changed."""
+        return self.reading.edits
+
+    @property
+    def meaning(self) -> str:
+        """What the words were taken to mean, where nothing was realised."""
+        return self.reading.question or "feedback on the last turn"
+
+
+@dataclass(frozen=True)
+class DialogueState:
+    """What an utterance is interpreted against.
+
+    Args:
+        history: The steps so far.
+        first: The situation before the first step.
+        now: The situation as it is.
+        writer: A policy writer or its name.
+        isolation: How policies must be isolated.
+        asked: The utterance that led to a question right before, or "".
+        progress: Called with a short line at every stage.
+        cancel: Ends the writing once it is set.
+        selection: The part of the path that a person marked by hand, which "here" means.
+        reader: Reads instructions into frames, or None.
+    """
+
+    history: History
+    first: Situation
+    now: Situation
+    writer: PolicyWriter | str
+    isolation: Isolation = "strict"
+    asked: str = ""
+    progress: Progress | None = None
+    cancel: Event | None = None
+    selection: PathPart = WHOLE
+    reader: Reader | None = None
+
+    @property
+    def steps(self) -> list[Step]:
+        """The steps in force, oldest first."""
+        return [self.history.steps[i] for i in self.history.path()]
+
+    @property
+    def current(self) -> Trajectory:
+        """The trajectory as it stands."""
+        steps = self.steps
+        return steps[-1].adaptation.adapted if steps else self.now.original
+
+    @property
+    def turns(self) -> list[Turn]:
+        """The turns in force, oldest first."""
+        turns = in_force(self.steps)
+        shown = len(turns) - CODE_TURNS
+        return [
+            Turn(
+                a.instruction,
+                a.original,
+                a.parameters,
+                count,
+                plan=a.plan,
+                code=a.code if i >= shown else "",
+                contacts=a.contacts,
+            )
+            for i, (a, count) in enumerate((step.adaptation, count) for step, count in turns)
+        ]
+
+    @property
+    def _results(self) -> list[Adaptation]:
+        return [step.adaptation for step, _ in in_force(self.steps)]
+
+    @property
+    def _offline(self) -> bool:
+        return (self.writer if isinstance(self.writer, str) else self.writer.name) in OFFLINE
+
+    def losses(self) -> list[Loss]:
+        """The postconditions of earlier turns that the last step lost."""
+        if not self.steps or not self.steps[-1].adaptation.lost:
+            return []
+        before = self.steps[-2].adaptation.adapted if len(self.steps) > 1 else self.now.original
+        turns = self._results
+        parent = self.history.situation(self.history.parents[self.history.head], self.first)
+        return lost(turns[:-1], before, turns[-1], scene=parent.scene)
+
+    # Reading.
+
+    def _read(self, said: str, scene: Scene | None = None) -> Reading:
+        """An instruction as the built-in reader reads it; "here" is the part that is marked."""
+        if self.reader is None:
+            return NOTHING
+        reading = self.reader(said, scene or self.now.scene, self.current.positions)
+        return replace(reading, frames=with_selection(reading.frames, self.selection))
+
+    def _heard(self, said: str) -> Heard | None:
+        """Feedback on the last turn; on all turns where that reads more of the words; or None."""
+        if not self.history.steps:
+            return None
+        results = self._results
+        if not results:
+            return self._about(said, (), 0)
+        last = self._about(said, results[-1:], len(results) - 1)
+        if last is not None and (len(results) == 1 or not last.reading.unread):
+            return last
+        earlier = self._about(said, results, 0) if len(results) > 1 and all(r.frames for r in results) else None
+        if earlier is None or (last is not None and len(last.reading.unread) <= len(earlier.reading.unread)):
+            return last
+        return earlier
+
+    def _about(self, said: str, results: Sequence[Adaptation], first: int) -> Heard | None:
+        """Feedback on some of the turns in force; with a language model only if it needs no further frames."""
+        frames, values = _frames(results)
+        turned = called(said, results[-1], self.now.scene) if results else {}
+        reading = read_feedback(said, self.now.scene, frames, self.current.positions, self._read(said))
+        placing = [p for p in results[-1].parameters if p.name in turned and p.role in PLACING] if turned else []
+        if turned and (placing or reading is None or reading.unread or reading.question):
+            return Heard(said, Reading(), frames, first, values, turned)
+        if reading is None:
+            return None
+        heard = Heard(said, reading, frames, first, values)
+        if results and not results[-1].frames and not self._by_parameters(heard, results[-1]):
+            return None
+        return heard
+
+    def _by_parameters(self, heard: Heard, last: Adaptation) -> bool:
+        """Whether feedback on a policy of another writer can be done without asking it."""
+        if heard.reading.question or all(isinstance(edit, Command | Again) for edit in heard.edits):
+            return True
+        after = apply(heard.edits, heard.frames, self.now.scene, heard.values)
+        return values_after(last.parameters, self.now.scene, heard.edits, after) is not None
+
+    def _answered(self, said: str) -> Heard | None:
+        """The answer to a question that feedback led to: which of the frames was meant."""
+        results = self._results if self.asked else []
+        if not results:
+            return None
+        frames, values = _frames(results[-1:])
+        meant = named_frames(said, self.now.scene, frames)
+        if not meant or len(meant) == len(frames):
+            return None
+        chosen = tuple(frames[i] for i in meant)
+        reading = read_feedback(self.asked, self.now.scene, chosen, self.current.positions)
+        if reading is None or reading.question or not reading.edits:
+            return None
+        edits = tuple(replace(edit, on=edit.on or name_of(chosen[-1])) for edit in reading.edits)
+        return Heard(f"{self.asked} / {said}", replace(reading, edits=edits), frames, len(results) - 1, values)
+
+    def _clarified(self, said: str) -> tuple[SemanticFrame, ...]:
+        """The frames of the instruction that led to a question, where the answer names the one object that is meant."""
+        meant = named_objects(said, self.now.scene) if self.asked else ()
+        if len(meant) != 1:
+            return ()
+        head = canonical(meant[0].name).split()[-1]
+        rest = tuple(o for o in self.now.scene if o.name == meant[0].name or canonical(o.name).split()[-1] != head)
+        reading = self._read(self.asked, replace(self.now.scene, objects=rest))
+        certain = not (reading.unread or reading.question or reading.improper)
+        return reading.frames if certain and any(meant[0].name in frame.named for frame in reading.frames) else ()
+
+    # Doing.
+
+    def _instructed(self, said: str, on: FeedbackOn) -> Interpretation:
+        """An instruction for the chain; on the original it is added to the frames of all turns."""
+        frames = self._clarified(said)
+        words = f"{self.asked.rstrip('.')}: {said}" if frames else said
+        before, results = self.current, self._results
+        if on == "original":
+            found = self._with_earlier(words, frames, results)
+            if found is not None:
+                return Interpretation(found, on=on)
+            if results and not all(result.frames for result in results) and not frames:
+                words = _joined([*(result.instruction for result in results), said])
+                before = self.now.original
+        if not frames and self.selection:
+            reading = self._read(said)
+            frames = reading.frames if not (reading.unread or reading.question) else ()
+        result = self._adapt(words, before, frames)
+        on = "original" if before is self.now.original and on == "original" else "current"
+        return Interpretation(result, on=on, asked=said if result.status == "needs_clarification" else "")
+
+    def _with_earlier(
+        self, said: str, frames: tuple[SemanticFrame, ...], results: Sequence[Adaptation]
+    ) -> Adaptation | None:
+        """An instruction with all turns before it, on the original; None if they cannot be done in one."""
+        reading = Reading(frames=frames) if frames else self._read(said)
+        if reading.unread or reading.question or not reading.frames or not all(result.frames for result in results):
+            return None
+        everything = (*(frame for result in results for frame in result.frames), *reading.frames)
+        words = _joined([*(result.instruction for result in results), said])
+        result = self._adapt(words, self.now.original, everything)
+        return result if result.usable or result.proposal is not None else None
+
+    def _followed(self, heard: Heard, on: FeedbackOn) -> Interpretation:
+        """What feedback does: a step back or forth, an answer, or the last turn's frames realised again."""
+        commands = [edit for edit in heard.edits if isinstance(edit, Command)]
+        rest = tuple(edit for edit in heard.edits if not isinstance(edit, Command))
+        if heard.reading.question:
+            return self._asking(heard)
+        if commands and not rest:
+            return self._commanded(heard, commands[0])
+        last = self._results[-1]
+        if heard.parameters is not None:
+            return self._noted(heard, last, self._rerun(last, heard.parameters), "knobs")
+        if isinstance(rest[0], Again) and len(rest) == 1:
+            return self._noted(heard, None, self._rerun(replace(last, original=self.current), {}), "said")
+        if rest[0].on.startswith("turn ") and len(self._results) >= int(rest[0].on[5:]):
+            return self._without(heard, int(rest[0].on[5:]) - 1)
+        after = with_selection(apply(rest, heard.frames, self.now.scene, heard.values), self.selection)
+        if not last.frames:
+            values = values_after(last.parameters, self.now.scene, rest, after)
+            return self._noted(heard, last, self._rerun(last, values or {}), "knobs")
+        return self._edited(heard, rest, after, on)
+
+    def _without(self, heard: Heard, turn: int) -> Interpretation:
+        """All turns but one, on the original."""
+        kept = [result for i, result in enumerate(self._results) if i != turn]
+        if not kept:
+            return self._moved(heard, len(self.steps))
+        frames = tuple(frame for result in kept for frame in result.frames)
+        result = self._adapt(_joined([result.instruction for result in kept]), self.now.original, frames)
+        return self._noted(heard, None, result, "said", "original")
+
+    def _edited(
+        self, heard: Heard, edits: tuple[Edit, ...], after: tuple[SemanticFrame, ...], on: FeedbackOn
+    ) -> Interpretation:
+        """Frames after feedback, realised: in the last turn's place, as a further turn, or all from the original."""
+        results, last = self._results, self._results[-1]
+        whole = heard.first < len(results) - 1
+        if not after:
+            turns = in_force(self.steps)[heard.first :]
+            return self._moved(heard, sum(count for _, count in turns))
+        if on == "original" or whole:
+            earlier = tuple(frame for result in results[: heard.first] for frame in result.frames)
+            words = _joined([*(result.instruction for result in results), heard.said])
+            result = self._adapt(words, self.now.original, (*earlier, *after))
+            return self._noted(heard, last, result, "said", "original")
+        if all(isinstance(edit, Also) for edit in edits):
+            added = after[len(heard.frames) :]
+            return self._noted(heard, None, self._adapt(heard.said, self.current, added), "said")
+        tuned = self._tuned_by(edits, heard.frames, last)
+        if tuned:
+            return self._noted(heard, last, self._rerun(last, tuned), "knobs")
+        valued = all(isinstance(edit, Rescale | Set) for edit in edits)
+        words = last.instruction if valued else _joined([last.instruction, heard.said], "; ")
+        return self._noted(heard, last, self._adapt(words, last.original, after), "knobs" if valued else "reworded")
+
+    def _tuned_by(
+        self, edits: Sequence[Edit], frames: Sequence[SemanticFrame], last: Adaptation
+    ) -> dict[str, float | int]:
+        """New values of parameters where more is wanted of what no frame holds an amount of, such as smoothing."""
+        if len(edits) != 1 or not isinstance(edits[0], Rescale):
+            return {}
+        return scaled(edits[0], frames, last.parameters)
+
+    def _noted(
+        self, heard: Heard, before: Adaptation | None, result: Adaptation, kind: Kind, on: FeedbackOn = "current"
+    ) -> Interpretation:
+        """A result with what the words were taken to mean."""
+        taken = f"took {' '.join(heard.said.split())!r} as: {_meaning(before, result)}"
+        if result.usable:
+            result = replace(result, taken=taken, explanation=f"{sentence(taken)}\n{result.explanation}")
+        return Interpretation(result, kind, on)
+
+    def _adapt(self, instruction: str, start: Trajectory, frames: Sequence[SemanticFrame] = ()) -> Adaptation:
+        return adapt(
+            Request(instruction, start, self.now.scene, self.now.robot, tuple(self.turns)),
+            writer=FramesWriter(tuple(frames)) if frames else self.writer,
+            constraints=self.now.constraints,
+            isolation=self.isolation,
+            progress=self.progress,
+            cancel=self.cancel,
+        )
+
+    def _rerun(self, adaptation: Adaptation, values: Mapping[str, float | int]) -> Adaptation:
+        asked = replace(adaptation, scene=self.now.scene, robot=self.now.robot)
+        return rerun(asked, values, constraints=self.now.constraints, isolation=self.isolation)
+
+    def _restored(self, said: str, losses: Sequence[Loss]) -> Interpretation:
+        """Make postconditions hold again that the last step lost: the turns that promised them are run once more."""
+        result: Adaptation | None = None
+        for loss in losses:
+            result = self._rerun(loss.restoring(result.adapted if result else self.current), {})
+        assert result is not None
+        words = "; ".join(dict.fromkeys(loss.turn.instruction for loss in losses))
+        taken = f"took {said!r} as: {words}, once more"
+        return Interpretation(replace(result, taken=taken, explanation=f"{sentence(taken)}\n{result.explanation}"))
+
+    def _commanded(self, heard: Heard, edit: Command) -> Interpretation:
+        """A step back or forth, or an answer."""
+        taken = f"took {' '.join(heard.said.split())!r} as: {TAKEN.get(edit.command, '')}"
+        if edit.command == "undo":
+            return self._moved(heard, edit.steps)
+        if edit.command == "restart":
+            return Interpretation(self._said(heard.said, self.first.original, taken), goto=ROOT)
+        if edit.command == "redo":
+            turn = self.history.forth()
+            if turn is None:
+                return Interpretation(self._said(heard.said, self.current, "there is nothing to bring back"), kind=None)
+            return Interpretation(self._said(heard.said, self.history.steps[turn].adaptation.adapted, taken), goto=turn)
+        result = self._said(heard.said, self.current, taken)
+        if edit.command == "explain" and self.steps:
+            result = replace(result, explanation=self.steps[-1].adaptation.explanation)
+        return Interpretation(result, kind=None)
+
+    def _moved(self, heard: Heard, steps: int) -> Interpretation:
+        """Steps taken back."""
+        path = self.history.path()
+        turn = path[-steps - 1] if steps < len(path) else ROOT
+        after = self.first.original if turn == ROOT else self.history.steps[turn].adaptation.adapted
+        many = "the last turn" if steps == 1 else f"the last {steps} steps"
+        taken = f"took {' '.join(heard.said.split())!r} as: take {many} back"
+        return Interpretation(self._said(heard.said, after, taken), goto=turn)
+
+    def _asking(self, heard: Heard) -> Interpretation:
+        question = heard.reading.question
+        if heard.reading.asked and self._results:
+            question = which(heard.reading.asked, heard.frames, self._results[-1].parameters)
+        result = self._said(heard.said, self.current, f"took {heard.said!r} as: a question of which change")
+        asking = replace(result, status="needs_clarification", question=question, explanation=question)
+        return Interpretation(asking, asked=heard.said)
+
+    def _said(self, said: str, after: Trajectory, taken: str) -> Adaptation:
+        """An answer without a policy."""
+        return Adaptation(
+            said,
+            "done",
+            self.current,
+            after,
+            scene=self.now.scene,
+            robot=self.now.robot,
+            taken=taken,
+            explanation=sentence(taken),
+            changes=compare(self.current, after, self.now.scene),
+            writer=WriterInfo("feedback", reason="it was feedback"),
+        )
+
+
+def _frames(results: Sequence[Adaptation]) -> tuple[tuple[SemanticFrame, ...], dict[str, Quantity]]:
+    """The frames of turns, and what was realised for them; of other writers' turns by their parameters."""
+    frames: list[SemanticFrame] = []
+    values: dict[str, Quantity] = {}
+    for result in results:
+        known = result.frames or frames_of(result.parameters, result.scene)
+        for slot, q in realised_values(result.parameters).items():
+            number, _, name = slot.partition(".")
+            values[f"{len(frames) + int(number)}.{name}"] = q
+        frames += known
+    return tuple(frames), values
+
+
+def _joined(texts: Sequence[str], between: str = ". ") -> str:
+    """What was said in several turns, for the record; the first of it where it gets too long."""
+    text = between.join(text.strip().rstrip(".!?;, ") for text in texts)
+    return text if len(text) <= MAX_INSTRUCTION else text[: MAX_INSTRUCTION - 3] + "..."
+
+
+def _meaning(before: Adaptation | None, result: Adaptation) -> str:
+    """What changed in the parameters; the plan where other things did."""
+    old = {p.name: p for p in before.parameters} if before else {}
+    changed = [p for p in result.parameters if p.name in old and old[p.name].value != p.value]
+    if before is not None and changed and set(old) == {p.name for p in result.parameters}:
+        return ", ".join(f"{shown(old[p.name])} -> {shown(p, named=False)}" + meant(p) for p in changed)
+    return " ".join(result.plan).rstrip(".") or "nothing to do"
