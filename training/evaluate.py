@@ -22,6 +22,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parent / "corpus"))
 
 from check import Example, examples
+from realised import alike
 
 from ovita.instruct import notation
 from ovita.instruct.frames import Reading, same
@@ -74,7 +75,7 @@ def judged(line: Example, reading: Reading) -> str:
     done = bool(reading.frames) and not (reading.question or reading.improper)
     if line.outcome != "do":
         return "wrong" if done and not reading.unread else "right"
-    matches = same(reading.frames, line.frames)
+    matches = same(reading.frames, line.frames) or alike(reading.frames, line.frames, line.objects)
     if reading.question:
         return "asked"
     if not done:

@@ -157,6 +157,19 @@ def tried(frames: Sequence[F.SemanticFrame], objects: Sequence[str]) -> Trial:
     return trial if result.passed else replace(trial, outcome="failed", why=result.sentence)
 
 
+def alike(read: Sequence[F.SemanticFrame], meant: Sequence[F.SemanticFrame], objects: Sequence[str]) -> bool:
+    """Whether two readings come to the same: what comes of each passes the check of the other."""
+    trajectory, scene = setting(meant, objects)
+    for frames, other in ((read, meant), (meant, read)):
+        try:
+            _, adapted = carried_out(frames, trajectory, scene)
+            if adapted is None or not expected(other, trajectory, scene).judge(trajectory, adapted, scene).passed:
+                return False
+        except (OvitaError, ValueError, IndexError, KeyError):
+            return False
+    return True
+
+
 def flipped(frames: Sequence[F.SemanticFrame], objects: Sequence[str]) -> tuple[F.SemanticFrame, ...] | None:
     """The frames with one of them turned into another; None if none can be."""
     for i, frame in enumerate(frames):

@@ -13,6 +13,7 @@ from ovita.dialogue.interpret import interpret
 from ovita.dialogue.reframing import DialogueState, Interpretation, Reader
 from ovita.dialogue.standing import answered, lost
 from ovita.errors import RequestError
+from ovita.instruct.rules import read
 from ovita.io.files import Journal
 from ovita.limits import ConstraintOptions
 from ovita.paths.part import WHOLE, PathPart
@@ -37,7 +38,7 @@ class Session:
         writer: A policy writer or its name.
         constraints: How limits are enforced.
         isolation: How policies must be isolated.
-        reader: Reads instructions into frames, so that one is told from feedback on the frames before; or None.
+        reader: Reads instructions into frames, so that one is told from feedback; None for the rules.
     """
 
     original: Trajectory
@@ -150,7 +151,7 @@ class Session:
             progress,
             cancel,
             selection,
-            self.reader,
+            self.reader or read,
         )
         found = interpret(instruction, on, state)
         self._asked = found.asked

@@ -99,6 +99,12 @@ def understand(
     return judged(said, readings.get("rules"), readings.get("learned"))
 
 
+def doubts_about(reading: F.Reading, text: str, scene: Scene, trajectory: Trajectory) -> tuple[str, ...]:
+    """What the words of an utterance say against a reading of it, as sentences."""
+    said, _ = chunks(text, scene, trajectory.positions)
+    return contradictions(said, _frames(reading))
+
+
 @cache
 def readers() -> dict[str, Reader]:
     """The readers by name: the rules, and the learned one where its weights are present."""

@@ -1,19 +1,45 @@
-"""The built-in policy writer: a clause parser that needs no key, no network and milliseconds."""
+"""The built-in policy writer: readers that need no key and no network, and a referee over them."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+import numpy as np
+
+from ovita.errors import OvitaError
+from ovita.instruct import frames as F
 from ovita.instruct.reading import read_instruction, standing
+from ovita.instruct.referee import Understanding, doubts_about, understand
+from ovita.instruct.rules import read
 from ovita.instruct.steps import compose
+from ovita.paths.trajectory import Trajectory
 from ovita.policy import Policy
+from ovita.policy.direct import run_proven
+from ovita.policy.syntax import parse_tree
+from ovita.request import Request
 from ovita.writers.base import Reply, WriterInfo
 from ovita.writers.prompt import Prompt
+from ovita.writers.realised import reply_for
+
+AGREED, ALONE = 0.4, 0.8
+"""Confidence of the learned reader from which its reading is done: where the rules come to the same, and on its own."""
+
+DOUBT = 0.75
+"""Confidence from which its other reading of a sentence that the clause reader reads is shown, and nothing is done."""
+
+NEAR = (0.03, 0.05)
+"""Two policies come to the same if no waypoint differs by more than this share of the path's extent, nor any speed by
+more than this share of the highest."""
 
 
 @dataclass(frozen=True)
 class BuiltinWriter:
-    """Writes policies for the common families of instructions, and says which words it could not place."""
+    """Writes policies for what its readers understand, and says which words they could not place.
+
+    The clause reader (`instruct.reading`) is exact and knows few turns of phrase; what it reads is done unless the
+    others read the sentence otherwise. What it does not read is left to the referee over the rules and the learned
+    reader (`instruct.referee`): done, shown first, asked back, or declined.
+    """
 
     name: str = "builtin"
 
@@ -23,32 +49,121 @@ class BuiltinWriter:
         A policy that ran but did too little is written again with more effort; one that failed would fail again, so
         then it declines.
         """
-        info = WriterInfo("builtin")
-        request = prompt.request
+        request, effort = prompt.request, 1 + len(prompt.attempts)
         if any(attempt.failure != "broken" for attempt in prompt.attempts):
-            return Reply("not_understood", unplaced=(request.instruction,), writer=info)
-        understood = read_instruction(request.instruction, request.scene, request.trajectory.positions)
-        draft = compose(
-            understood.intents, request.trajectory, request.scene, understood.radius, effort=1 + len(prompt.attempts)
-        )
-        question = understood.question or standing(understood.intents, request.trajectory) or draft.question
-        if understood.unplaced or question:
-            return Reply(
-                "question" if question else "not_understood",
-                plan=tuple(draft.plan),
-                question=question,
-                unplaced=understood.unplaced,
-                writer=info,
-            )
-        summary = " ".join(draft.plan).replace("\\", "/").replace('"""', "'''").rstrip('"')
-        source = draft.source(summary)
+            return _declined((request.instruction,))
+        exact = _by_clauses(request, effort)
+        if exact.kind != "policy":
+            found = _judged(request, _understood(request), effort)
+            return exact if found.kind == "not_understood" or exact.kind == found.kind == "question" else found
+        if _same_effect(exact, _by_rules(request), request):
+            return exact
+        verdict = _understood(request)
+        other = _of(verdict.learned, request, effort)
+        if other is None or verdict.learned is None or _same_effect(exact, other, request):
+            return exact
+        if verdict.learned.confidence < DOUBT:
+            return exact
+        return replace(other, confirm=True, doubts=("It can be read in two ways; this is the likelier one.",))
+
+
+def _by_clauses(request: Request, effort: int) -> Reply:
+    """What the clause reader makes of the instruction."""
+    understood = read_instruction(request.instruction, request.scene, request.trajectory.positions)
+    draft = compose(understood.intents, request.trajectory, request.scene, understood.radius, effort=effort)
+    question = understood.question or standing(understood.intents, request.trajectory) or draft.question
+    if understood.unplaced or question:
         return Reply(
-            "policy",
+            "question" if question else "not_understood",
             plan=tuple(draft.plan),
-            code=source,
-            assumptions=(*understood.notes, *draft.assumptions),
-            contacts=tuple(draft.contacts),
-            holds=tuple(draft.held) if len(draft.held) == len(understood.intents) else (),
-            writer=info,
-            policy=Policy(source, "function", tuple(draft.parameters.values()), summary),
+            question=question,
+            unplaced=understood.unplaced,
+            writer=WriterInfo("builtin"),
         )
+    summary = " ".join(draft.plan).replace("\\", "/").replace('"""', "'''").rstrip('"')
+    source = draft.source(summary)
+    return Reply(
+        "policy",
+        plan=tuple(draft.plan),
+        code=source,
+        assumptions=(*understood.notes, *draft.assumptions),
+        contacts=tuple(draft.contacts),
+        holds=tuple(draft.held) if len(draft.held) == len(understood.intents) else (),
+        writer=WriterInfo("builtin"),
+        policy=Policy(source, "function", tuple(draft.parameters.values()), summary),
+    )
+
+
+def _by_rules(request: Request) -> Reply | None:
+    reading = read(request.instruction, request.scene, request.trajectory.positions)
+    return None if reading.unread else _of(reading, request, 1)
+
+
+def _understood(request: Request) -> Understanding:
+    return understand(request.instruction, request.scene, request.trajectory)
+
+
+def _of(reading: F.Reading | None, request: Request, effort: int) -> Reply | None:
+    """The policy for a reading; None where there is none."""
+    if reading is None or not reading.frames or reading.question or reading.improper:
+        return None
+    try:
+        reply = reply_for(reading.frames, request, effort=effort, notes=reading.notes)
+    except (OvitaError, ValueError, IndexError):  # frames that do not fit together
+        return None
+    return reply if reply.kind == "policy" or reply.question else None
+
+
+def _judged(request: Request, verdict: Understanding, effort: int) -> Reply:
+    """What the verdict on a sentence that the clause reader does not read comes to."""
+    if verdict.outcome == "ask":
+        question = verdict.reading.question
+        return Reply("question", question=question, unplaced=verdict.unused, writer=WriterInfo("builtin"))
+    reply = None if verdict.outcome == "decline" else _of(verdict.reading, request, effort)
+    if reply is None:
+        return _declined(verdict.unused or (request.instruction,))
+    if reply.kind != "policy" or verdict.outcome == "do":
+        return reply
+    sure = _sure(request, verdict)
+    return sure or replace(reply, confirm=True, unplaced=verdict.unused, doubts=verdict.doubts)
+
+
+def _sure(request: Request, verdict: Understanding) -> Reply | None:
+    """The learned reading's policy where it may be done without asking."""
+    learned = verdict.learned
+    if (
+        learned is None
+        or learned.confidence < AGREED
+        or doubts_about(learned, request.instruction, request.scene, request.trajectory)
+    ):
+        return None
+    reply = _of(learned, request, 1)
+    if reply is None or reply.kind != "policy":
+        return None
+    agreed = verdict.rules is not None and _same_effect(reply, _of(verdict.rules, request, 1), request)
+    return reply if agreed or learned.confidence >= ALONE else None
+
+
+def _declined(unplaced: tuple[str, ...]) -> Reply:
+    return Reply("not_understood", unplaced=unplaced, writer=WriterInfo("builtin"))
+
+
+def _same_effect(one: Reply, other: Reply | None, request: Request) -> bool:
+    """Whether two policies come to about the same trajectory."""
+    if other is None or other.kind != "policy":
+        return False
+    try:
+        first, second = (_rollout(reply, request) for reply in (one, other))
+    except (OvitaError, ValueError, IndexError, KeyError):
+        return False
+    if len(first) != len(second):
+        return False
+    extent = float(np.ptp(request.trajectory.positions, axis=0).max())
+    moved = float(np.abs(first.positions - second.positions).max())
+    paced = float(np.abs(first.speeds - second.speeds).max())
+    return moved <= NEAR[0] * extent and paced <= NEAR[1] * max(float(request.trajectory.speeds.max()), 1e-9)
+
+
+def _rollout(reply: Reply, request: Request) -> Trajectory:
+    rows, _ = run_proven(parse_tree(reply.code), request.trajectory.to_array(), request.scene)
+    return Trajectory.from_array(rows)
