@@ -319,4 +319,5 @@ def test_writing_takes_milliseconds():
             BuiltinWriter().write(prompt)
             times.append(time.process_time() - started)
         best.append(min(times))
-    assert max(best) < 0.05
+    assert max(best[:2]) < 0.05  # the clause reader alone
+    assert best[2] < 0.5  # the rules and the network too

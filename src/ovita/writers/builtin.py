@@ -10,7 +10,6 @@ from ovita.errors import OvitaError
 from ovita.instruct import frames as F
 from ovita.instruct.reading import read_instruction, standing
 from ovita.instruct.referee import Understanding, doubts_about, understand
-from ovita.instruct.rules import read
 from ovita.instruct.steps import compose
 from ovita.paths.trajectory import Trajectory
 from ovita.policy import Policy
@@ -21,13 +20,10 @@ from ovita.writers.base import Reply, WriterInfo
 from ovita.writers.prompt import Prompt
 from ovita.writers.realised import reply_for
 
-AGREED, ALONE = 0.4, 0.8
-"""Confidence of the learned reader from which its reading is done: where the rules come to the same, and on its own."""
+SURE = 0.8
+"""Confidence of the learned reader from which a reading is done that the rules come to as well."""
 
-DOUBT = 0.75
-"""Confidence from which its other reading of a sentence that the clause reader reads is shown, and nothing is done."""
-
-NEAR = (0.03, 0.05)
+NEAR = (0.005, 0.02)
 """Two policies come to the same if no waypoint differs by more than this share of the path's extent, nor any speed by
 more than this share of the highest."""
 
@@ -36,9 +32,9 @@ more than this share of the highest."""
 class BuiltinWriter:
     """Writes policies for what its readers understand, and says which words they could not place.
 
-    The clause reader (`instruct.reading`) is exact and knows few turns of phrase; what it reads is done unless the
-    others read the sentence otherwise. What it does not read is left to the referee over the rules and the learned
-    reader (`instruct.referee`): done, shown first, asked back, or declined.
+    The clause reader (`instruct.reading`) is exact and knows few turns of phrase. What it does not read is left to the
+    referee over the rules and the learned reader (`instruct.referee`): done where both are sure and come to the same,
+    else shown first, asked back, or declined.
     """
 
     name: str = "builtin"
@@ -53,18 +49,10 @@ class BuiltinWriter:
         if any(attempt.failure != "broken" for attempt in prompt.attempts):
             return _declined((request.instruction,))
         exact = _by_clauses(request, effort)
-        if exact.kind != "policy":
-            found = _judged(request, _understood(request), effort)
-            return exact if found.kind == "not_understood" or exact.kind == found.kind == "question" else found
-        if _same_effect(exact, _by_rules(request), request):
+        if exact.kind != "not_understood" or len(request.instruction.split()) < 2:  # a word alone asks for nothing
             return exact
-        verdict = _understood(request)
-        other = _of(verdict.learned, request, effort)
-        if other is None or verdict.learned is None or _same_effect(exact, other, request):
-            return exact
-        if verdict.learned.confidence < DOUBT:
-            return exact
-        return replace(other, confirm=True, doubts=("It can be read in two ways; this is the likelier one.",))
+        found = _judged(request, _understood(request), effort)
+        return found if found.kind == "policy" else exact
 
 
 def _by_clauses(request: Request, effort: int) -> Reply:
@@ -94,11 +82,6 @@ def _by_clauses(request: Request, effort: int) -> Reply:
     )
 
 
-def _by_rules(request: Request) -> Reply | None:
-    reading = read(request.instruction, request.scene, request.trajectory.positions)
-    return None if reading.unread else _of(reading, request, 1)
-
-
 def _understood(request: Request) -> Understanding:
     return understand(request.instruction, request.scene, request.trajectory)
 
@@ -116,13 +99,11 @@ def _of(reading: F.Reading | None, request: Request, effort: int) -> Reply | Non
 
 def _judged(request: Request, verdict: Understanding, effort: int) -> Reply:
     """What the verdict on a sentence that the clause reader does not read comes to."""
-    if verdict.outcome == "ask":
-        question = verdict.reading.question
-        return Reply("question", question=question, unplaced=verdict.unused, writer=WriterInfo("builtin"))
-    reply = None if verdict.outcome == "decline" else _of(verdict.reading, request, effort)
+    refused = verdict.learned is not None and bool(verdict.learned.improper)
+    reply = None if refused or verdict.outcome in ("ask", "decline") else _of(verdict.reading, request, effort)
     if reply is None:
         return _declined(verdict.unused or (request.instruction,))
-    if reply.kind != "policy" or verdict.outcome == "do":
+    if reply.kind != "policy":
         return reply
     sure = _sure(request, verdict)
     return sure or replace(reply, confirm=True, unplaced=verdict.unused, doubts=verdict.doubts)
@@ -133,7 +114,7 @@ def _sure(request: Request, verdict: Understanding) -> Reply | None:
     learned = verdict.learned
     if (
         learned is None
-        or learned.confidence < AGREED
+        or learned.confidence < SURE
         or doubts_about(learned, request.instruction, request.scene, request.trajectory)
     ):
         return None
@@ -141,7 +122,7 @@ def _sure(request: Request, verdict: Understanding) -> Reply | None:
     if reply is None or reply.kind != "policy":
         return None
     agreed = verdict.rules is not None and _same_effect(reply, _of(verdict.rules, request, 1), request)
-    return reply if agreed or learned.confidence >= ALONE else None
+    return reply if agreed else None
 
 
 def _declined(unplaced: tuple[str, ...]) -> Reply:

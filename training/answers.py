@@ -1,0 +1,73 @@
+"""What the built-in writer's answers to the corpus amount to, judged by executable checks.
+
+`python training/answers.py [voices|held_out|FOLDER]`: right, right after one yes, shown but not meant, asked or
+declined, and silently wrong, voice by voice; it prints no sentence. A sentence that asks for nothing is right if
+nothing is done.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections import Counter
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent / "corpus"))
+
+from check import Example, examples
+from realised import setting
+
+from ovita.bench.expected import expected
+from ovita.errors import OvitaError
+from ovita.paths.trajectory import Trajectory
+from ovita.policy.direct import run_proven
+from ovita.policy.syntax import parse_tree
+from ovita.request import Request
+from ovita.writers.base import Reply
+from ovita.writers.builtin import BuiltinWriter
+from ovita.writers.prompt import ground
+
+KINDS = ("right", "after a yes", "shown, not meant", "asked or declined", "rightly refused", "silently wrong")
+
+
+def judged(line: Example) -> str:
+    """What the answer to one sentence amounts to: one of KINDS."""
+    trajectory, scene = setting(line.frames, line.objects)
+    reply = BuiltinWriter().write(ground(Request(line.sentence, trajectory, scene)))
+    done = reply.kind == "policy"
+    if line.outcome != "do":
+        return "rightly refused" if not done else "shown, not meant" if reply.confirm else "silently wrong"
+    if not done:
+        return "asked or declined"
+    if _passes(line, reply, trajectory, scene):
+        return "after a yes" if reply.confirm else "right"
+    return "shown, not meant" if reply.confirm else "silently wrong"
+
+
+def _passes(line: Example, reply: Reply, trajectory: Trajectory, scene: object) -> bool:
+    try:
+        rows, _ = run_proven(parse_tree(reply.code), trajectory.to_array(), scene)  # type: ignore[arg-type]
+        check = expected(line.frames, trajectory, scene)  # type: ignore[arg-type]
+        return bool(check.judge(trajectory, Trajectory.from_array(rows), scene).passed)  # type: ignore[arg-type]
+    except (OvitaError, ValueError, IndexError, KeyError):
+        return False
+
+
+def main() -> None:
+    """Print the table."""
+    where = sys.argv[1] if len(sys.argv) > 1 else "held_out"
+    folder = Path(__file__).parent / "corpus" / where if where in ("voices", "held_out") else Path(where)
+    total: Counter[str] = Counter()
+    for path in sorted(folder.glob("*.txt")):
+        counts = Counter(judged(line) for line in examples(path) if line.before is None and not line.problem)
+        total += counts
+        print(_row(path.stem, counts), flush=True)
+    print(_row("all", total))
+
+
+def _row(name: str, counts: Counter[str]) -> str:
+    n = max(counts.total(), 1)
+    return f"{name:16} {counts.total():5}  " + "  ".join(f"{k} {counts[k] / n:5.1%}" for k in KINDS)
+
+
+if __name__ == "__main__":
+    main()
