@@ -68,6 +68,8 @@ def check(wanted: str) -> checks.Check:
 def verdict(sentence: str, wanted: str) -> tuple[str, str]:
     """What came of a sentence: "right", "declined" or "wrong" (wrong without saying so), and why."""
     answer = BuiltinWriter().write(ground(Request(sentence, TRAJECTORY, SCENE)))
+    if answer.confirm:  # shown, and nothing is done before a yes
+        return ("right" if wanted == "honest" else "declined"), "shown"
     if wanted in HONEST:
         right = answer.kind != "policy" and (wanted == "honest" or answer.kind == wanted)
         return ("right" if right else "wrong" if answer.kind == "policy" else "declined"), answer.kind

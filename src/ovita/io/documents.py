@@ -249,6 +249,8 @@ def scene_from_dict(document: Mapping[str, Any]) -> Scene:
     Raises:
         SceneError: On a missing or malformed value; names the key and the index.
     """
+    if not isinstance(document, Mapping):
+        raise SceneError(f"the scene is {show(document)}, expected a table with objects")
     extra = {key: value for key, value in document.items() if key not in SCENE_KEYS}
     known = {key: document[key] for key in SCENE_KEYS if key in document and key != "constraints"}
     try:

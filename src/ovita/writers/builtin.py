@@ -20,7 +20,7 @@ from ovita.writers.base import Reply, WriterInfo
 from ovita.writers.prompt import Prompt
 from ovita.writers.realised import reply_for
 
-SURE = 0.8
+SURE = 0.9
 """Confidence of the learned reader from which a reading is done that the rules come to as well."""
 
 NEAR = (0.005, 0.02)
@@ -118,6 +118,8 @@ def _sure(request: Request, verdict: Understanding) -> Reply | None:
         or doubts_about(learned, request.instruction, request.scene, request.trajectory)
     ):
         return None
+    if any(isinstance(f, F.Approach) and f.by is not None and f.by.unit in ("x", "%") for f in learned.frames):
+        return None  # whether a distance is halved or doubled is easily read the wrong way round
     reply = _of(learned, request, 1)
     if reply is None or reply.kind != "policy":
         return None
