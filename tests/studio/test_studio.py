@@ -57,7 +57,7 @@ def test_feedback_on_the_original_and_on_the_current(start, visit):
 
 def test_what_is_not_understood_is_told_and_changes_nothing(start, visit):
     tab = visit(start())
-    tab.say("moonwalk backwards")
+    tab.say("moonwalk")
     tab.wait(lambda: "not understood" in tab.text())
     assert adapted(tab) is None
     tab.say("   ")
