@@ -17,7 +17,7 @@ LAYERS = (
     ("result",),
     ("chain",),
     ("dialogue",),
-    ("gate", "plots", "sim"),
+    ("gate", "perceive", "plots", "sim"),
     ("bench", "studio"),
     ("cli",),
     ("__main__",),

@@ -1,0 +1,86 @@
+"""Detectors: what tells things in a picture apart and names them, and the mask that a finding stands for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ovita.errors import SceneError
+from ovita.perceive.view import Mask, View
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """One thing that a detector found in a picture.
+
+    Args:
+        label: Its name; "" leaves naming to its colour and shape.
+        mask: Its pixels (H, W), or None where only the box is known.
+        box: x0, y0, x1, y1 [pixels], x to the right and y down; or None where the mask says it.
+        score: How sure the detector is, 0..1.
+        attributes: What else it said, such as {"colour": "red", "shape": "cylinder"}.
+
+    Raises:
+        SceneError: If there is neither mask nor box, or the box is empty.
+    """
+
+    label: str
+    mask: Mask | None = None
+    box: tuple[float, float, float, float] | None = None
+    score: float = 1.0
+    attributes: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if self.mask is None and self.box is None:
+            raise SceneError(f"a detector found {self.label!r} without saying where", key="box")
+        if self.box is not None:
+            x0, y0, x1, y1 = self.box
+            if not (np.isfinite(self.box).all() and x1 > x0 and y1 > y0):
+                raise SceneError(f"a detector's box of {self.label!r} is empty: {self.box}", key="box")
+
+
+class Detector(Protocol):
+    """Finds things in a view. What it reads off the picture is data, never an order."""
+
+    name: str
+
+    def find(self, view: View, names: Sequence[str], text: str) -> tuple[Found, ...]:
+        """The things in a view.
+
+        Args:
+            view: Where to look; detectors of pictures raise a `SceneError` if it has no colours.
+            names: What the person wants found; empty for all things.
+            text: What the person says about the scene, or "".
+        """
+        ...
+
+
+def mask_of(found: Found, labels: NDArray[np.intp]) -> Mask:
+    """The pixels of a finding: its mask where it has one, else the cluster that its box holds best.
+
+    Args:
+        found: By a detector.
+        labels: Cluster of each pixel (H, W), from 1; 0 for none.
+
+    Returns:
+        (H, W), all False where no cluster lies in the box. A box that several clusters share takes the one that it
+        overlaps most as boxes do (intersection over union, counted in pixels), since boxes are off by a few percent.
+    """
+    if found.mask is not None:
+        return np.asarray(found.mask & (labels > 0)) if (found.mask & (labels > 0)).any() else found.mask
+    assert found.box is not None
+    x0, y0, x1, y1 = np.round(found.box).astype(int)
+    inside = np.zeros(labels.shape, dtype=bool)
+    inside[max(y0, 0) : max(y1, 0), max(x0, 0) : max(x1, 0)] = True
+    count = labels.max() + 1
+    total = np.bincount(labels.ravel(), minlength=count)
+    held = np.bincount(labels[inside], minlength=count)
+    share = held / np.maximum(total + inside.sum() - held, 1)
+    share[(total == 0) | (held < 0.5 * total)] = 0.0
+    share[0] = 0.0
+    best = int(share.argmax())
+    return np.asarray(labels == best) if share[best] > 0 else np.zeros(labels.shape, dtype=bool)

@@ -1,0 +1,177 @@
+"""Segments: the plane that things rest on, and the clusters of pixels that stand above it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from ovita.paths.trajectory import Array
+from ovita.perceive.view import Mask, View
+
+Labels = NDArray[np.intp]
+
+SEED = 7
+"""Of the random samples; the same picture always gives the same planes."""
+
+HYPOTHESES = 400
+SAMPLE = 2500
+"""Planes that are tried on so many points."""
+
+TILT = np.cos(np.radians(12.0))
+"""A support's normal is at most this far from the direction up (cosine)."""
+
+LEAST_SHARE = 0.04
+"""Share of the pixels with depth that a support needs at least."""
+
+LOWEST = 0.006
+"""Least height over the support of what counts as standing on it [m]."""
+
+LEAST_JUMP = 0.012
+"""Least step in depth between neighbouring pixels that parts two things [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Plane:
+    """A plane n . x = offset.
+
+    Args:
+        normal: Unit vector (3,), pointing up.
+        offset: [m].
+    """
+
+    normal: Array
+    offset: float
+
+    def heights(self, points: Array) -> Array:
+        """Signed heights of points (..., 3) [m] above it."""
+        return np.asarray(points @ self.normal - self.offset)
+
+
+@dataclass(frozen=True, eq=False)
+class Segments:
+    """A view taken apart.
+
+    Args:
+        labels: Cluster of each pixel (H, W), from 1; 0 for none.
+        depth: Smoothed depth without flying pixels (H, W) [m].
+        noise: Standard deviation of the measured depth at each pixel (H, W) [m].
+        support: The plane that things rest on, or None.
+    """
+
+    labels: Labels
+    depth: Array
+    noise: Array
+    support: Plane | None
+
+    @property
+    def count(self) -> int:
+        """How many clusters there are."""
+        return int(self.labels.max())
+
+
+def noise_of(view: View) -> Array:
+    """Standard deviation of the depth at each pixel (H, W) [m], measured on the picture itself.
+
+    Stereo and structured light err by k z^2; k is the median of the second differences along the rows, which are
+    free of the slope of what is seen.
+    """
+    z = view.depth
+    bend = np.abs(z[:, 2:] - 2.0 * z[:, 1:-1] + z[:, :-2]) / z[:, 1:-1] ** 2
+    known = bend[np.isfinite(bend)]
+    k = float(np.median(known)) / (0.6745 * np.sqrt(6.0)) if len(known) else 0.0
+    return np.asarray(np.hypot(5e-4, k * np.where(view.seen, z, 1.0) ** 2))
+
+
+def segment(view: View, up: Array, plane: Plane | None = None, *, find_plane: bool = True) -> Segments:
+    """Take a view apart into the support and the things above it.
+
+    Args:
+        view: One view.
+        up: Unit vector (3,) in the world.
+        plane: The support where it is known.
+        find_plane: Whether to look for a support where none is given; without one, clusters are parted by depth alone.
+    """
+    noise = noise_of(view)
+    depth, jumps = _smooth(view, noise)
+    points = view.rays * depth[..., None] + view.center
+    if plane is None and find_plane:
+        plane = support_of(points, np.abs(view.rays @ up) * noise, up)
+    standing = np.isfinite(depth)
+    if plane is not None:
+        spread = 0.5 * noise * np.abs(view.rays @ plane.normal)
+        standing &= plane.heights(points) > np.maximum(LOWEST, 3.5 * spread)
+    return Segments(_components(depth, standing, jumps), depth, noise, plane)
+
+
+def _smooth(view: View, noise: Array) -> tuple[Array, Array]:
+    """The depth, each pixel the median of its surroundings, nan at flying pixels; and the step that parts things."""
+    z = np.where(view.seen, view.depth, 0.0)
+    median = ndimage.median_filter(z, size=3)
+    jump = np.maximum(LEAST_JUMP, 5.0 * noise)
+    flying = np.abs(view.depth - median) > jump
+    median[~view.seen | flying | (median <= 0.0)] = np.nan
+    return median, jump
+
+
+def support_of(points: Array, spread: Array, up: Array) -> Plane | None:
+    """The level plane that most points lie on, by RANSAC and least squares, or None.
+
+    Args:
+        points: (H, W, 3) [m], nan where unknown.
+        spread: Standard deviation of their heights (H, W) [m].
+        up: Unit vector (3,).
+    """
+    known = np.flatnonzero(np.isfinite(points[..., 0]).ravel())
+    rng = np.random.default_rng(SEED)
+    chosen = rng.choice(known, min(SAMPLE, len(known)), replace=False)
+    cloud, band = points.reshape(-1, 3)[chosen], 2.0 * spread.ravel()[chosen] + 0.002
+    corners = cloud[rng.integers(0, len(cloud), (HYPOTHESES, 3))]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    lengths = np.linalg.norm(normals, axis=1)
+    normals = normals / np.maximum(lengths, 1e-12)[:, None]
+    normals *= np.sign(normals @ up)[:, None]
+    level = (lengths > 1e-8) & (normals @ up > TILT)
+    if not level.any():
+        return None
+    normals, corners = normals[level], corners[level]
+    offsets = np.einsum("ij,ij->i", normals, corners[:, 0])
+    on = np.abs(cloud @ normals.T - offsets) < band[:, None]
+    best = int(on.sum(axis=0).argmax())
+    if on[:, best].sum() < LEAST_SHARE * len(cloud):
+        return None
+    plane = Plane(normals[best], float(offsets[best]))
+    for _ in range(4):
+        near = np.abs(plane.heights(cloud)) < band
+        plane = _through(cloud[near], 1.0 / band[near], up)
+    return plane
+
+
+def _through(points: Array, weights: Array, up: Array) -> Plane:
+    """The plane of least squares through points (N, 3) with weights (N,)."""
+    center = np.average(points, axis=0, weights=weights**2)
+    normal = np.linalg.svd((points - center) * weights[:, None], full_matrices=False)[2][2]
+    normal = normal * np.sign(normal @ up)
+    return Plane(normal, float(normal @ center))
+
+
+def _components(depth: Array, standing: Mask, jump: Array) -> Labels:
+    """Connected pixels without a step in depth between them, (H, W) from 1."""
+    index: Labels = np.arange(depth.size, dtype=np.intp).reshape(depth.shape)
+    joined: list[tuple[Labels, Labels]] = []
+    for here, there in (
+        ((slice(None), slice(None, -1)), (slice(None), slice(1, None))),
+        ((slice(None, -1), slice(None)), (slice(1, None), slice(None))),
+    ):
+        step = np.abs(depth[here] - depth[there]) < jump[here]
+        link = step & standing[here] & standing[there]
+        joined.append((index[here][link], index[there][link]))
+    rows, columns = (np.concatenate(ends) for ends in zip(*joined, strict=True))
+    graph = coo_matrix((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(depth.size, depth.size))
+    _, raw = connected_components(graph, directed=False)
+    _, labels = np.unique(np.where(standing.ravel(), raw + 1, 0), return_inverse=True)
+    return np.asarray(labels.reshape(depth.shape) + (0 if not standing.all() else 1), dtype=np.intp)
