@@ -175,11 +175,12 @@ class MissingKey(WriterError):
     Args:
         writer: The writer as it was named, such as "openai:gpt-5".
         variable: The environment variable that would hold the key.
+        instead: The option that does without a key.
     """
 
-    def __init__(self, writer: str, variable: str) -> None:
+    def __init__(self, writer: str, variable: str, instead: str = "--writer builtin") -> None:
         self.writer, self.variable = writer, variable
-        problem = f"{writer} needs an API key: set {variable}, or use --writer builtin, which needs none"
+        problem = f"{writer} needs an API key: set {variable}, or use {instead}, which needs none"
         super().__init__(problem, "no_access")
 
 

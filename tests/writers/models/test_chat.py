@@ -547,3 +547,18 @@ def test_a_writer_that_fails_is_a_status(stub: Any, prompt: Prompt) -> None:
     result = adapt(prompt.request, writer=writer(stub))
     assert result.status == "failed"
     assert "refused the API key" in result.explanation
+
+
+def test_pictures_go_with_the_last_turn(stub: Any) -> None:
+    from ovita.writers.base import WritingBudget
+    from ovita.writers.models.exchange import ModelRequest
+
+    stub.script(stub.says("a cup"))
+    ask = ModelRequest("Look.", ("one", "two", "three"), "text", False, 0.0, 100, pictures=(b"\x89PNG...",))
+    assert writer(stub).exchange(ask, WritingBudget()).text == "a cup"
+    _, first, _, last = stub.requests[0]["body"]["messages"]
+    assert first["content"] == [{"type": "text", "text": "one"}] or first["content"] == "one"
+    kinds = [part["type"] for part in last["content"]]
+    assert kinds == ["image_url", "text"] and last["content"][0]["image_url"]["url"].startswith(
+        "data:image/png;base64,"
+    )

@@ -6,7 +6,7 @@ import asyncio
 import ipaddress
 import os
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from importlib.util import find_spec
@@ -20,9 +20,12 @@ from ovita.writers.models.exchange import LARGE_FROM, Answer, Exchange, Form, Mo
 if TYPE_CHECKING:
     import httpx2
     from pydantic_ai.exceptions import ModelHTTPError
-    from pydantic_ai.messages import ModelMessage, ModelResponse
+    from pydantic_ai.messages import ModelMessage, ModelResponse, UserContent
     from pydantic_ai.models import Model, ModelRequestParameters
     from pydantic_ai.settings import ModelSettings
+
+BUILTIN = "--writer builtin"
+"""The option that asks for the writer without a model."""
 
 THINKING_TOKENS = 12_000
 """What a model that thinks before it answers may write on top of the answer [tokens]."""
@@ -40,6 +43,7 @@ class LLMWriter(ModelWriter):
         retries: How often a request that failed at the server is sent again.
         api_key: Key; None takes it from the environment when a request is made.
         max_tokens: Longest answer [tokens].
+        instead: The option that does without a model, for messages.
 
     Raises:
         RequestError: If the name, the address or an option cannot be used.
@@ -56,12 +60,13 @@ class LLMWriter(ModelWriter):
         retries: int = 2,
         api_key: str | None = None,
         max_tokens: int = 4096,
+        instead: str = BUILTIN,
     ) -> None:
         if not 0.0 < timeout < float("inf"):
             raise RequestError(f"the timeout {timeout:g} cannot be used; give a positive number of seconds")
         if retries < 0 or max_tokens < 1:
             raise RequestError("retries must be 0 or more and max_tokens 1 or more")
-        self._endpoint = ModelEndpoint.named(name, base_url, api_key)
+        self._endpoint = replace(ModelEndpoint.named(name, base_url, api_key), instead=instead)
         form: Form = "tool" if self._endpoint.provider == "anthropic" else "native"
         super().__init__(name.strip(), form, temperature, max_tokens)
         self._timeout, self._retries = timeout, retries
@@ -176,10 +181,13 @@ async def _request(model: Model, ask: ModelRequest) -> Exchange:
     from pydantic_ai import messages as wire
     from pydantic_ai.direct import model_request
 
+    pictures = [wire.BinaryContent(data=picture, media_type="image/png") for picture in ask.pictures]
+    said: list[Sequence[UserContent]] = [[turn] for turn in ask.turns]
+    said[-1] = [*pictures, *said[-1]]
     messages: list[ModelMessage] = [
         wire.ModelResponse(parts=[wire.TextPart(turn)])
         if i % 2
-        else wire.ModelRequest(parts=[wire.UserPromptPart(turn)])
+        else wire.ModelRequest(parts=[wire.UserPromptPart(said[i] if pictures else turn)])
         for i, turn in enumerate(ask.turns)
     ]
     settings: ModelSettings = {"max_tokens": ask.max_tokens, "max_retries": 0}
@@ -259,12 +267,14 @@ class ModelEndpoint:
         model: Model name; "" asks a compatible server for the first model that it lists.
         base_url: Address of the server; None is the provider's own.
         given_key: Key given by the caller; None takes it from the environment when a request is made.
+        instead: The option that does without a model, for messages.
     """
 
     provider: Provider
     model: str
     base_url: str | None
     given_key: str | None = field(default=None, repr=False)
+    instead: str = BUILTIN
 
     @classmethod
     def named(cls, name: str, base_url: str | None = None, api_key: str | None = None) -> ModelEndpoint:
@@ -335,7 +345,7 @@ class ModelEndpoint:
         candidates = (self.given_key, *(os.environ.get(variable) for variable in _PROVIDERS[self.provider][1]))
         key = next((candidate.strip() for candidate in candidates if candidate and candidate.strip()), "")
         if not key and self.needs_key:
-            raise MissingKey(writer, self.key_variable)
+            raise MissingKey(writer, self.key_variable, self.instead)
         return key or NO_KEY
 
     def open(self, model: str, key: str, client: httpx2.AsyncClient) -> Model:
@@ -481,18 +491,18 @@ def _http_diagnosis(error: ModelHTTPError, endpoint: ModelEndpoint, key: str, tr
         address = ", and that the address ends as the server wants it, often in /v1" if endpoint.base_url else ""
         return "no_access", f"{where} knows no such model (404){meant}: check the model's name{address}"
     if isinstance(error, failures.ModelQuotaExceededError):
-        sentence = f"the account at {where} has no quota left ({status}): check its plan, or use --writer builtin"
+        sentence = f"the account at {where} has no quota left ({status}): check its plan, or use {endpoint.instead}"
         return "no_access", sentence
     if status == 429:
         wait = f", and asks to wait {error.retry_after:.0f} s" if error.retry_after else ""
-        sentence = f"{where} limits the rate of requests (429){times}{wait}: try again later, or use --writer builtin"
+        sentence = f"{where} limits the rate of requests (429){times}{wait}: try again later, or use {endpoint.instead}"
         return "overloaded", sentence
     if isinstance(error, failures.ModelContextWindowExceededError):
         return "other", (
             "the prompt is longer than this model can read: use a model, or a server setting, with a longer context"
         )
     if status >= 500:
-        return "overloaded", f"{where} failed{times} with status {status}: try again later, or use --writer builtin"
+        return "overloaded", f"{where} failed{times} with status {status}: try again later, or use {endpoint.instead}"
     detail = endpoint.scrubbed(_message(error.body), key)
     about = f": {detail}" if detail else ""
     return "other", f"{where} refused the request ({status}){about}; check the model's name and options"

@@ -53,6 +53,7 @@ class ModelRequest:
         temperature: Sampling temperature, or None for the model's own.
         max_tokens: Longest answer [tokens].
         functions: Whether the policy is to call the toolkit's functions, not the paper's script.
+        pictures: PNG files that go with the last turn, for models that see.
     """
 
     instructions: str
@@ -62,6 +63,7 @@ class ModelRequest:
     temperature: float | None
     max_tokens: int
     functions: bool = False
+    pictures: tuple[bytes, ...] = ()
 
     @property
     def system(self) -> str:

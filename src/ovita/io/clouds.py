@@ -1,0 +1,291 @@
+"""Point clouds from files: PLY (ascii and binary), PCD (ascii, binary and binary_compressed) and NPY."""
+
+from __future__ import annotations
+
+import io
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ovita.errors import FormatError, SceneError
+from ovita.io.documents import listing
+from ovita.io.files import errors_of, examine, file_name, suffix
+from ovita.paths.trajectory import Array
+
+CLOUDS = (".ply", ".pcd", ".npy")
+"""Endings of the files that point clouds are read from."""
+
+LARGEST_SPREAD = 1000.0
+"""A cloud whose middle half is spread wider is taken to be in millimetres [m]."""
+
+_HEADER = 64 * 1024
+_PLY_TYPES = {
+    "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2", "ushort": "u2",
+    "uint16": "u2", "int": "i4", "int32": "i4", "uint": "u4", "uint32": "u4", "float": "f4", "float32": "f4",
+    "double": "f8", "float64": "f8",
+}  # fmt: skip
+_RGB = (("red", "green", "blue"), ("r", "g", "b"), ("diffuse_red", "diffuse_green", "diffuse_blue"))
+
+Columns = Mapping[str, NDArray[Any]]
+
+
+@dataclass(frozen=True, eq=False)
+class PointCloud:
+    """Points in space, perhaps with colours.
+
+    Args:
+        points: (N, 3) [m]; rows that are not finite are left out.
+        colours: Red, green, blue (N, 3) as 8-bit numbers, or None.
+        name: What to call it in messages.
+        notes: What a person should know about how it was read.
+
+    Raises:
+        SceneError: On shapes that do not fit, no finite point, or points that seem to be in millimetres.
+    """
+
+    points: Array
+    colours: NDArray[np.uint8] | None = None
+    name: str = "the point cloud"
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        points = np.asarray(self.points, dtype=np.float64)
+        if points.ndim != 2 or points.shape[1] != 3:
+            raise SceneError(f"a cloud has shape {points.shape}; expected one row x, y, z for each point", key="points")
+        kept = np.isfinite(points).all(axis=1)
+        if not kept.any():
+            raise SceneError("holds no point with finite coordinates", key="points")
+        points = points[kept]
+        low, high = np.quantile(points, (0.25, 0.75), axis=0)
+        if (high - low).max() > LARGEST_SPREAD:
+            raise SceneError("spans kilometres; if it is in millimetres, divide its coordinates by 1000", key="points")
+        object.__setattr__(self, "points", points)
+        if self.colours is not None:
+            object.__setattr__(self, "colours", np.asarray(self.colours, dtype=np.uint8)[kept])
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    def moved(self, pose: Array) -> PointCloud:
+        """The cloud after a rigid transform (4, 4), such as that from a sensor's frame to the world."""
+        return replace(self, points=self.points @ pose[:3, :3].T + pose[:3, 3])
+
+
+def load_cloud(path: str | os.PathLike[str]) -> PointCloud:
+    """Read a point cloud from a file; its ending says the format.
+
+    Raises:
+        FormatError: If it cannot be read or holds no points; names the file and what is wrong.
+    """
+    examine(path)
+    file, ending = file_name(path), suffix(path)
+    if ending not in CLOUDS:
+        raise FormatError(file, f"point clouds are read from {', '.join(CLOUDS)} files")
+    try:
+        with open(path, "rb") as stream:
+            data = stream.read()
+    except OSError as error:
+        raise FormatError(file, f"cannot be read: {error.strerror}") from None
+    with errors_of(path):
+        read = {".ply": _ply, ".pcd": _pcd, ".npy": _npy}[ending](data, file)
+        return replace(read, name=file)
+
+
+def of_columns(columns: Columns, file: str, notes: tuple[str, ...] = ()) -> PointCloud:
+    """The cloud in columns of numbers by name: x, y, z, and colours as red, green, blue or packed in rgb."""
+    missing = [axis for axis in "xyz" if axis not in columns]
+    if missing:
+        raise FormatError(file, f"its points lack {listing(missing)}; they have {listing(columns)}")
+    points = np.column_stack([np.asarray(columns[axis], dtype=np.float64) for axis in "xyz"])
+    return PointCloud(points, _colours_of(columns), notes=notes)
+
+
+def _colours_of(columns: Columns) -> NDArray[np.uint8] | None:
+    for names in _RGB:
+        if all(name in columns for name in names):
+            return _bytes_of(np.column_stack([columns[name] for name in names]))
+    packed = next((columns[name] for name in ("rgb", "rgba") if name in columns), None)
+    if packed is None:
+        return None
+    # PCL packs 0x00RRGGBB, and often calls these four bytes a float.
+    words = packed.astype("<f4").view("<u4") if packed.dtype.kind == "f" else packed.astype("<u4")
+    return np.column_stack([words >> 16 & 255, words >> 8 & 255, words & 255]).astype(np.uint8)
+
+
+def _bytes_of(colours: NDArray[Any]) -> NDArray[np.uint8]:
+    """Colours as bytes: fractions of 1 where they are real numbers of at most 1."""
+    fractions = colours.dtype.kind == "f" and (not colours.size or float(np.nanmax(colours)) <= 1.0)
+    return np.nan_to_num(np.clip(colours * 255.0 if fractions else colours, 0, 255)).round().astype(np.uint8)
+
+
+def _npy(data: bytes, file: str) -> PointCloud:
+    try:
+        array = np.load(io.BytesIO(data), allow_pickle=False)
+    except (ValueError, OSError, EOFError):
+        raise FormatError(file, "this is no NPY file of numbers, or it is cut off") from None
+    if (
+        not isinstance(array, np.ndarray)
+        or array.ndim != 2
+        or array.shape[1] not in (3, 6)
+        or array.dtype.kind not in "fiu"
+    ):
+        shape = getattr(array, "shape", "?")
+        raise FormatError(file, f"has shape {shape}; a cloud has rows x, y, z or x, y, z, red, green, blue")
+    return PointCloud(array[:, :3], _bytes_of(array[:, 3:]) if array.shape[1] == 6 else None)
+
+
+def _header(data: bytes, last: Sequence[str], file: str, kind: str) -> tuple[list[list[str]], int]:
+    """The words of each header line, up to the one that begins with `last`, and where the body begins."""
+    lines: list[list[str]] = []
+    at = 0
+    while at < min(len(data), _HEADER):
+        end = data.find(b"\n", at)
+        if end < 0:
+            break
+        words = data[at:end].decode("ascii", "replace").split()
+        at = end + 1
+        if words and words[0] not in ("comment", "obj_info", "#"):
+            lines.append(words)
+            if words[0] in last:
+                return lines, at
+    raise FormatError(file, f"this is no {kind} file: its header has no end ({last[0]})")
+
+
+def _table(body: bytes, kind: np.dtype[Any], count: int, file: str) -> Columns:
+    """Rows of binary numbers as columns."""
+    if kind.itemsize * count > len(body):
+        raise FormatError(file, f"is cut off: {count} points are announced, and there are {len(body) // kind.itemsize}")
+    rows = np.frombuffer(body, dtype=kind, count=count)
+    return {name: rows[name] for name in kind.names or ()}
+
+
+def _text_table(body: bytes, names: Sequence[str], count: int, file: str) -> Columns:
+    """Rows of numbers in text as columns."""
+    lines = [line for line in body.decode("ascii", "replace").split("\n") if line.strip()][:count]
+    if len(lines) < max(count, 1):
+        raise FormatError(file, f"is cut off: {count} points are announced, and there are {len(lines)}")
+    try:
+        rows = np.loadtxt(lines, dtype=np.float64, ndmin=2, comments=None)
+    except ValueError as error:
+        raise FormatError(file, f"holds a row that is not numbers ({' '.join(str(error).split())[:80]})") from None
+    if rows.shape[1] < len(names):
+        raise FormatError(file, f"has {rows.shape[1]} numbers a row, and its header names {len(names)}")
+    return {name: rows[:, i] for i, name in enumerate(names)}
+
+
+def _count(word: str, file: str) -> int:
+    if not word.isdecimal():
+        raise FormatError(file, f"its header says {word[:20]!r} where a number of points belongs")
+    return int(word)
+
+
+def _ply(data: bytes, file: str) -> PointCloud:
+    if not data.startswith(b"ply"):
+        raise FormatError(file, "this is no PLY file; those begin with the word ply")
+    lines, start = _header(data, ("end_header",), file, "PLY")
+    form = next((line[1] for line in lines if line[0] == "format" and len(line) > 1), "")
+    elements = [i for i, line in enumerate(lines) if line[0] == "element"]
+    if not elements or lines[elements[0]][1:2] != ["vertex"] or len(lines[elements[0]]) < 3:
+        raise FormatError(file, "its first element must be vertex, with the number of points")
+    until = elements[1] if len(elements) > 1 else len(lines)
+    properties = [line for line in lines[elements[0] : until] if line[0] == "property"]
+    if any(len(line) != 3 or line[1] not in _PLY_TYPES for line in properties):
+        raise FormatError(file, "a property of its points is a list or of an unknown type")
+    count, names = _count(lines[elements[0]][2], file), [line[2] for line in properties]
+    if len(set(names)) < len(names):
+        raise FormatError(file, "two properties of its points bear the same name")
+    if form == "ascii":
+        return of_columns(_text_table(data[start:], names, count, file), file)
+    order = {"binary_little_endian": "<", "binary_big_endian": ">"}.get(form)
+    if order is None:
+        raise FormatError(file, f"the PLY format {form[:30]!r} is unknown; save it as ascii or binary_little_endian")
+    kind = np.dtype([(line[2], order + _PLY_TYPES[line[1]]) for line in properties])
+    return of_columns(_table(data[start:], kind, count, file), file)
+
+
+def _pcd(data: bytes, file: str) -> PointCloud:
+    lines, start = _header(data, ("DATA",), file, "PCD")
+    header = {line[0]: line[1:] for line in lines}
+    names, form = header.get("FIELDS", []), (header["DATA"] or [""])[0]
+    counts = [_count(word, file) for word in header.get("COUNT", ["1"] * len(names))]
+    kinds = [
+        f"<{kind.lower()}{size}" for kind, size in zip(header.get("TYPE", []), header.get("SIZE", []), strict=False)
+    ]
+    if not names or not len(names) == len(counts) == len(kinds):
+        raise FormatError(file, "its header must give FIELDS, SIZE, TYPE and COUNT, one entry for each field")
+    total = _count((header.get("POINTS") or [""])[0], file)
+    # Padding fields are all called "_"; a field of several numbers is not one that is needed here.
+    unique = [name if name != "_" else f"_{i}" for i, name in enumerate(names)]
+    notes = _viewpoint(header.get("VIEWPOINT", []))
+    try:
+        kind = np.dtype([(n, k) if c == 1 else (n, k, (c,)) for n, k, c in zip(unique, kinds, counts, strict=True)])
+    except (TypeError, ValueError):
+        raise FormatError(file, f"a field has an unknown type; SIZE and TYPE are {' '.join(kinds)[:60]}") from None
+    if form == "ascii":
+        wide = [n if c == 1 else f"{n}[{i}]" for n, c in zip(unique, counts, strict=True) for i in range(c)]
+        columns = dict(_text_table(data[start:], wide, total, file))
+        for name, number in zip(unique, kinds, strict=True):
+            if name in ("rgb", "rgba") and name in columns:
+                columns[name] = columns[name].astype(number)
+        return of_columns(columns, file, notes)
+    if form == "binary":
+        return of_columns(_table(data[start:], kind, total, file), file, notes)
+    if form == "binary_compressed":
+        return of_columns(_compressed(data[start:], kind, total, file), file, notes)
+    raise FormatError(file, f"the PCD format {form[:30]!r} is unknown; save it as binary")
+
+
+def _viewpoint(words: Sequence[str]) -> tuple[str, ...]:
+    """What to say of a viewpoint that is not the origin: the points are taken as they stand."""
+    if not words or words == ["0", "0", "0", "1", "0", "0", "0"]:
+        return ()
+    return (f"the file gives the viewpoint {' '.join(words)[:80]}; its points are taken as they stand",)
+
+
+def _compressed(body: bytes, kind: np.dtype[Any], count: int, file: str) -> Columns:
+    """Columns that PCL compressed by LZF, one field after the other."""
+    packed, unpacked = (int(size) for size in np.frombuffer(body[:8].ljust(8, b"\0"), dtype="<u4"))
+    if unpacked != kind.itemsize * count or packed > len(body) - 8:
+        raise FormatError(file, "its compressed part is cut off or of another size than its header says")
+    raw = _unpacked(body[8 : 8 + packed], unpacked, file)
+    columns, at = {}, 0
+    for name in kind.names or ():
+        field = kind[name]
+        columns[name] = np.frombuffer(
+            raw, dtype=field.base, count=count * max(1, field.itemsize // field.base.itemsize), offset=at
+        )
+        at += field.itemsize * count
+    return columns
+
+
+def _unpacked(packed: bytes, size: int, file: str) -> bytes:
+    """LZF: runs of new bytes, and copies of what came before."""
+    out, at = bytearray(), 0
+    try:
+        while at < len(packed):
+            control = packed[at]
+            at += 1
+            if control < 32:
+                out += packed[at : at + control + 1]
+                at += control + 1
+                continue
+            length = control >> 5
+            if length == 7:
+                length += packed[at]
+                at += 1
+            source = len(out) - ((control & 31) << 8) - packed[at] - 1
+            at += 1
+            if source < 0 or len(out) > size:
+                raise IndexError
+            for _ in range(length + 2):
+                out.append(out[source])
+                source += 1
+    except IndexError:
+        out.clear()
+    if len(out) != size:
+        raise FormatError(file, "its compressed part is damaged")
+    return bytes(out)
