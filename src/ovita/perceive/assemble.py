@@ -11,7 +11,7 @@ from ovita.errors import SceneError
 from ovita.paths.frame import Frame, quaternion
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array
-from ovita.perceive.detect import Detector, Found, mask_of
+from ovita.perceive.detect import Detector, Found, Sighting, mask_of, sighting
 from ovita.perceive.fit import Solid, upright_box
 from ovita.perceive.segment import Plane, Segments, segment
 from ovita.perceive.view import View
@@ -72,9 +72,9 @@ def perceive(
     axes = Frame(frame) if isinstance(frame, str) else frame
     view = views[0]
     parts = segment(view, axes.direction("up"), find_plane=plane == "auto")
-    found = detector.find(view, names, text) if detector else clusters(parts)
+    seen = sighting(detector, view, names, text) if detector else Sighting(clusters(parts))
     objects, refused = [], []
-    for i, item in enumerate(found, start=1):
+    for i, item in enumerate(seen.found, start=1):
         mask = mask_of(item, parts.labels)
         if mask.sum() < FEWEST:
             refused.append(f"{item.label or 'a thing'}: {mask.sum()} pixels with depth, at least {FEWEST} are needed")
@@ -84,7 +84,7 @@ def perceive(
         name = item.label or f"thing {i}"
         extra = {"seen_by": 1, "points": len(cloud), "shape": solid.kind}
         objects.append(SceneObject(name, solid.center, solid.size, quaternion(solid.rotation), extra))
-    return Perceived(Scene(tuple(objects), axes, text), parts.support, (), tuple(refused))
+    return Perceived(Scene(tuple(objects), axes, seen.environment or text), parts.support, seen.notes, tuple(refused))
 
 
 def clusters(parts: Segments) -> tuple[Found, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +57,37 @@ class Detector(Protocol):
             text: What the person says about the scene, or "".
         """
         ...
+
+
+@dataclass(frozen=True)
+class Sighting:
+    """What a detector has to say of a view beyond what it found.
+
+    Args:
+        found: The things.
+        environment: A description of the scene, or "": data, to be quoted wherever it goes on to.
+        notes: What a person should know, each a sentence.
+    """
+
+    found: tuple[Found, ...]
+    environment: str = ""
+    notes: tuple[str, ...] = ()
+
+
+@runtime_checkable
+class DescribingDetector(Protocol):
+    """A detector that also describes the scene."""
+
+    def look(self, view: View, names: Sequence[str], text: str) -> Sighting:
+        """What is in a view; as `Detector.find`, with a description and notes."""
+        ...
+
+
+def sighting(detector: Detector, view: View, names: Sequence[str], text: str) -> Sighting:
+    """What a detector says of a view, whether or not it describes."""
+    if isinstance(detector, DescribingDetector):
+        return detector.look(view, names, text)
+    return Sighting(detector.find(view, names, text))
 
 
 def mask_of(found: Found, labels: NDArray[np.intp]) -> Mask:
