@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the command line does it, before numpy is imported
 
 settings.register_profile(
     "ovita", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow], max_examples=60

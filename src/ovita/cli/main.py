@@ -74,6 +74,9 @@ def cli() -> None:
 
 def main() -> None:
     """Run the command line; a user's mistake gives one sentence and an exit code, never a traceback."""
+    for library in ("OPENBLAS", "MKL", "OMP"):
+        # Our matrices are small: on a busy machine, threads that wait for each other take ten times the work.
+        os.environ.setdefault(f"{library}_NUM_THREADS", "1")
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")  # a terminal may lack the letters of a name
