@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from ovita.policy import Policy
     from ovita.request import Request
     from ovita.result import Adaptation, accept
+    from ovita.sources.planner import Plan, plan
     from ovita.writers.base import PolicyWriter, Reply, writer_named
     from ovita.writers.prompt import Prompt, ground
 
@@ -34,6 +35,7 @@ _HOMES = {
     "ConstraintOptions": "limits",
     "Frame": "paths.frame",
     "OvitaError": "errors",
+    "Plan": "sources.planner",
     "Policy": "policy",
     "PolicyWriter": "writers.base",
     "Prompt": "writers.prompt",
@@ -52,6 +54,7 @@ _HOMES = {
     "ground": "writers.prompt",
     "load_robot": "io",
     "load_task": "io",
+    "plan": "sources.planner",
     "rerun": "chain",
     "save_trajectory": "io",
     "verify": "limits",
@@ -64,6 +67,7 @@ __all__ = [
     "ConstraintOptions",
     "Frame",
     "OvitaError",
+    "Plan",
     "Policy",
     "PolicyWriter",
     "Prompt",
@@ -82,6 +86,7 @@ __all__ = [
     "ground",
     "load_robot",
     "load_task",
+    "plan",
     "rerun",
     "save_trajectory",
     "verify",

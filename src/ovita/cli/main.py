@@ -22,6 +22,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "demo": ("ovita.cli.adapt_:demo", "Adapt a shipped scene three times and save the pictures."),
     "explain": ("ovita.cli.adapt_:explain", "Explain a result in plain words."),
     "models": ("ovita.cli.models_:group", "Local models: list them, fetch one, add a file, try one."),
+    "plan": ("ovita.cli.plan_:command", "Plan a trajectory from place to place."),
     "plot": ("ovita.cli.adapt_:plot", "Draw a result or a scene: PNG, SVG, PDF, or an interactive page."),
     "policy": ("ovita.cli.policy_:group", "Check or run policy files in the sandbox."),
     "read": ("ovita.cli.read_:command", "Show how a sentence is understood, reader by reader."),

@@ -1,0 +1,106 @@
+"""`ovita plan`: a trajectory from place to place."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import click
+
+from ovita.cli.common import plain, show_notes, waiting
+from ovita.io import load_robot, load_scene, save_task
+from ovita.io.documents import plain as as_json_value
+from ovita.sources.planner import PLANNERS, TIME_LIMIT, WAYPOINTS, Plan, plan
+
+EXIT_INFEASIBLE = 4
+
+
+@click.command()
+@click.argument("scene", metavar="SCENE")
+@click.option("--from", "start", required=True, metavar="PLACE", help="Where to start; see below.")
+@click.option("--to", "goal", required=True, metavar="PLACE", help="Where to end.")
+@click.option("--via", multiple=True, metavar="PLACE", help="What to pass; may be given several times, in order.")
+@click.option("--planner", type=click.Choice(PLANNERS), default="limits", show_default=True, help="How to plan.")
+@click.option("--robot", default="none", show_default=True, metavar="NAME|FILE", help="Limits, as for ovita adapt.")
+@click.option("--out", "-o", metavar="FILE", help="Write the trajectory in its scene, in any format of ovita convert.")
+@click.option("--waypoints", type=int, default=WAYPOINTS, show_default=True, metavar="N")
+@click.option("--speed", type=float, metavar="M/S", help="On the way. [half of the robot's highest]")
+@click.option("--seed", type=int, default=0, show_default=True, help="Of planners that sample.")
+@click.option("--time-limit", type=float, default=TIME_LIMIT, show_default=True, metavar="SECONDS")
+@click.option("--json", "as_json", is_flag=True, help="Print the outcome as JSON.")
+def command(
+    scene: str,
+    start: str,
+    goal: str,
+    via: tuple[str, ...],
+    planner: str,
+    robot: str,
+    out: str | None,
+    waypoints: int,
+    speed: float | None,
+    seed: int,
+    time_limit: float,
+    as_json: bool,
+) -> None:
+    """Plan a trajectory in SCENE, a JSON file with objects, from place to place within a robot's limits.
+
+    A PLACE is an object ("box"), a place at one ("above the box", "0.1 m left of the cup", "between the posts"), or
+    x,y,z in metres. At an object that is an obstacle, the path keeps the robot's distance.
+
+    Planners: limits (moves the straight way around obstacles; quick), rrt_connect and rrt_star (sampling, extra
+    planning).
+    """
+    surroundings, _ = load_scene(scene)
+    with waiting(f"{planner} plans", quiet=as_json) as tell:
+        found = plan(
+            surroundings,
+            start=start,
+            goal=goal,
+            via=via,
+            robot=load_robot(robot),
+            planner=planner,
+            waypoints=waypoints,
+            speed=speed,
+            seed=seed,
+            time_limit=time_limit,
+            progress=tell,
+        )
+    lost: tuple[str, ...] = ()
+    if out and found.ok:
+        task = replace(found.task(None if robot == "none" else robot), path=scene)
+        lost = save_task(out, task)
+    _tell(found, out, as_json)
+    show_notes(lost)
+    raise SystemExit(0 if found.ok else EXIT_INFEASIBLE)
+
+
+def _tell(found: Plan, out: str | None, as_json: bool) -> None:
+    if as_json:
+        click.echo(json.dumps(_document(found), ensure_ascii=False))
+        return
+    for line in found.sentences():
+        click.echo(plain(line))
+    if found.ok and out:
+        click.echo(f"wrote {plain(out)}")
+        click.echo(f'Now change it: ovita adapt {plain(out)} "a little higher"')
+
+
+def _document(found: Plan) -> dict[str, object]:
+    """The outcome for machines."""
+    path = found.trajectory
+    return {
+        "ok": found.ok,
+        "planner": found.planner,
+        "from": found.request.start.label,
+        "via": [anchor.label for anchor in found.request.via],
+        "to": found.request.goal.label,
+        "problems": list(found.problems),
+        "notes": list(found.notes),
+        "seconds": found.seconds,
+        "length": None if path is None else path.length,
+        "duration": None if path is None else path.duration,
+        "trajectory": None if path is None else path.to_array().tolist(),
+        "joints": None if found.joints is None else found.joints.tolist(),
+        "times": None if found.times is None else found.times.tolist(),
+        "checks": as_json_value([*found.checks]),
+    }

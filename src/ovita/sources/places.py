@@ -1,0 +1,316 @@
+"""Places in words: "the box", "10 cm above the plate", "left of the bottle", "between the posts", "0.3,0.1,0.2".
+
+`read_place` says which place is meant, `locate` where that is for a robot: beside or above an object that is an
+obstacle the point keeps the robot's distance and a little more.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from ovita.errors import RequestError
+from ovita.instruct.numbers import amount_at
+from ovita.instruct.objects import WORD, Catalog
+from ovita.instruct.tokens import respelt
+from ovita.limits.obstacles import Obstacle, build, from_object
+from ovita.limits.path import bounds, flatten, keep_out
+from ovita.limits.problem import TOLERANCE
+from ovita.paths.robot import Robot
+from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.trajectory import Array
+from ovita.text import listed, number, point, the
+
+Relation = Literal["at", "over", "under", "left", "right", "front", "back", "beside", "between"]
+
+APPROACH = 0.05
+"""How far beyond the robot's distance a place at an object lies [m]."""
+
+AROUND = 16
+"""Directions that are tried for a place beside an object."""
+
+PHRASES: dict[str, Relation] = {
+    **dict.fromkeys(("above", "over", "on", "onto", "atop", "on top of", "over the top of", "right above"), "over"),
+    **dict.fromkeys(("below", "under", "beneath", "underneath"), "under"),
+    **dict.fromkeys(
+        ("beside", "next to", "near", "close to", "by", "near to", "alongside", "by the side of"), "beside"
+    ),
+    **dict.fromkeys(("in front of", "the front of", "before"), "front"),
+    **dict.fromkeys(("behind", "in back of", "at the back of", "the back of"), "back"),
+    **{
+        phrase.format(side): side
+        for side in ("left", "right")
+        for phrase in (
+            *("{} of", "the {} of", "to the {} of", "on the {} of", "at the {} of", "the {} side of"),
+            *("on the {} side of", "to the {} side of", "{} side of", "on the {} hand side of"),
+        )
+    },
+    "between": "between",
+    "in between": "between",
+    "at": "at",
+}
+"""How a place is told by an object; the longest phrase that fits is read."""
+
+ARTICLES = frozenset("the a an this that these those my our your his her its exactly right just directly about".split())
+
+_TRIPLE = re.compile(
+    r"[(\[]?\s*(-?\d+(?:\.\d+)?|-?\.\d+)\s*,\s*(-?\d+(?:\.\d+)?|-?\.\d+)\s*,\s*(-?\d+(?:\.\d+)?|-?\.\d+)\s*[)\]]?"
+)
+_ARROW = re.compile(r"-+>|=>|→|>")
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A word, mark, arrow or triple of coordinates of a text, with where it stands."""
+
+    text: str
+    span: tuple[int, int]
+    point: tuple[float, float, float] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Said:
+    """A place as it was said.
+
+    Args:
+        relation: To the objects.
+        objects: One; two for "between".
+        distance: From the surface [m], or None where it is left open.
+        point: Coordinates [m], or None.
+        unclear: What several objects, or none, fit; else "".
+    """
+
+    relation: Relation = "at"
+    objects: tuple[SceneObject, ...] = ()
+    distance: float | None = None
+    point: tuple[float, float, float] | None = None
+    unclear: str = ""
+
+    @property
+    def label(self) -> str:
+        """In words."""
+        if self.point is not None:
+            return point(self.point)
+        names = listed(the(item.name) for item in self.objects)
+        far = "" if self.distance is None else f"{number(self.distance)} m "
+        how = {
+            "at": "",
+            "over": "above ",
+            "under": "under ",
+            "beside": "beside ",
+            "between": "between ",
+            "left": "left of ",
+            "right": "right of ",
+            "front": "in front of ",
+            "back": "behind ",
+        }
+        return f"{far}{how[self.relation]}{names}"
+
+
+@dataclass(frozen=True, eq=False)
+class Anchor:
+    """A point that a planned path starts at, passes or ends at.
+
+    Args:
+        position: (3,) [m].
+        label: In words, such as "above the box".
+        objects: Names of the objects that it is told by.
+    """
+
+    position: Array
+    label: str
+    objects: tuple[str, ...] = ()
+
+
+class Text:
+    """A text cut into pieces, with the ways to refer to the objects of a scene."""
+
+    def __init__(self, text: str, scene: Scene, path: Array | None = None) -> None:
+        self.text, self.scene = text.replace("’", "'"), scene
+        self.catalog = Catalog(scene, path)
+        self.pieces = _cut(self.text)
+        self.words, self.notes = respelt([p.text.lower() for p in self.pieces], self.catalog)
+
+    def __len__(self) -> int:
+        return len(self.pieces)
+
+    def phrase_at(self, i: int, phrases: Sequence[str] | dict[str, Relation]) -> tuple[str, int]:
+        """The longest of some phrases that begins at piece i, and how many pieces it takes; ("", 0) for none."""
+        for count in range(min(6, len(self.words) - i), 0, -1):
+            said = " ".join(self.words[i : i + count])
+            if said in phrases:
+                return said, count
+        return "", 0
+
+    def place_at(self, i: int) -> tuple[Said, int] | None:
+        """The place that is told from piece i on and the piece behind it, or None."""
+        at = self._after_articles(i)
+        if at < len(self) and self.pieces[at].point is not None:
+            return Said(point=self.pieces[at].point), at + 1
+        distance, at = self._distance(at)
+        said, used = self.phrase_at(at, PHRASES)
+        relation = PHRASES.get(said, "at")
+        at = self._after_articles(at + used)
+        if relation == "between":
+            return self._between(at)
+        found = self._object(at)
+        if found is None or (distance is not None and not used):
+            return None
+        item, end = found
+        return replace(item, relation=relation, distance=distance), end
+
+    def _distance(self, i: int) -> tuple[float | None, int]:
+        amount = amount_at(self.words, i) if i < len(self) else None
+        return (amount.value, i + amount.used) if amount is not None and amount.unit == "m" else (None, i)
+
+    def _after_articles(self, i: int) -> int:
+        while i < len(self) and self.words[i] in ARTICLES:
+            i += 1
+        return i
+
+    def _object(self, i: int) -> tuple[Said, int] | None:
+        mention = self.catalog.mention_at(self.words, i, ()) if i < len(self) and self.words[i][0].isalnum() else None
+        if mention is None:
+            return None
+        end = i + mention.used
+        if mention.unclear or len(mention.items) != 1:
+            said = " ".join(self.words[i:end])
+            which = " or ".join(repr(item.name) for item in mention.items) or "none fits"
+            return Said(objects=mention.items[:1], unclear=f"Which object is {said!r}: {which}?"), end
+        return Said(objects=mention.items), end
+
+    def _between(self, i: int) -> tuple[Said, int] | None:
+        first = self._object(i)
+        if first is None:
+            return None
+        at = first[1]
+        if at < len(self) and self.words[at] == "and":
+            second = self._object(self._after_articles(at + 1))
+            if second is not None:
+                pair = (*first[0].objects, *second[0].objects)
+                return Said("between", pair, unclear=first[0].unclear or second[0].unclear), second[1]
+        return None
+
+
+def _cut(text: str) -> list[Piece]:
+    pieces: list[Piece] = []
+    at = 0
+    while at < len(text):
+        triple, arrow = _TRIPLE.match(text, at), _ARROW.match(text, at)
+        inside = at > 0 and (text[at - 1].isalnum() or text[at - 1] == ".")
+        if triple and not inside:
+            x, y, z = (float(value) for value in triple.groups())
+            pieces.append(Piece(triple.group().strip(), (at, triple.end()), (x, y, z)))
+            at = triple.end()
+            continue
+        word = arrow or WORD.match(text, at)
+        if word is not None:
+            pieces.append(Piece("->" if arrow else word.group(), word.span()))
+        at = word.end() if word is not None else at + 1
+    return pieces
+
+
+def read_place(text: str, scene: Scene) -> Said:
+    """Read a place in words or as coordinates.
+
+    Raises:
+        RequestError: If it is none, or the words fit several objects.
+    """
+    named = scene.find(text)
+    if named is not None:
+        return Said(objects=(named,))
+    pieces = Text(text, scene)
+    found = pieces.place_at(0) if len(pieces) else None
+    if found is None or found[1] != len(pieces):
+        names = ", ".join(repr(name) for name in scene.names) or "none"
+        raise RequestError(
+            f"{text!r} is no place: give x,y,z in metres or an object of the scene ({names}), "
+            f"such as 'box', 'above the box' or '0.1 m left of the box'"
+        )
+    if found[0].unclear:
+        raise RequestError(found[0].unclear)
+    return found[0]
+
+
+def locate(said: Said, scene: Scene, robot: Robot, toward: Array | None = None) -> Anchor:
+    """Where a place is for a robot.
+
+    Args:
+        said: The place.
+        scene: With all obstacles.
+        robot: Its distance to obstacles, workspace, and whether it stays on a plane.
+        toward: Where the path comes from or goes to (3,) [m]; chooses among the sides of an object.
+
+    Raises:
+        RequestError: If there is no such place, such as above an object for a robot on the ground.
+    """
+    names = tuple(item.name for item in said.objects)
+    if said.point is not None:
+        return Anchor(np.array(said.point), said.label)
+    if said.relation == "between":
+        middle = (said.objects[0].position + said.objects[1].position) / 2.0
+        return Anchor(_on_plane(middle, robot), said.label, names)
+    item = said.objects[0]
+    if said.relation in ("over", "under") and robot.planar:
+        raise RequestError(f"{robot.name} stays on the ground, so it cannot be {said.label}; name a side of it")
+    if said.relation in ("at", "beside"):
+        return _free_place(said, item, scene, robot, toward)
+    word = {"over": "up", "under": "down"}.get(said.relation, said.relation)
+    return Anchor(_beside(item, robot, scene.frame.direction(word), said.distance), said.label, names)
+
+
+def _beside(item: SceneObject, robot: Robot, direction: Array, distance: float | None) -> Array:
+    """The point at a distance [m] from an object's surface in some direction."""
+    body = from_object(item, robot, "box")
+    core = float(body.support(direction[None])[0] - direction @ body.center) - body.radius
+    away = core + (body.radius + APPROACH if distance is None else distance)
+    return _on_plane(body.center + away * direction, robot)
+
+
+def _on_plane(position: Array, robot: Robot) -> Array:
+    """The position on the plane that a planar robot keeps to, by its workspace; any other as it is."""
+    if not robot.planar:
+        return position
+    lower, upper = bounds(robot)
+    flat = position.copy()
+    flat[2] = lower[2] if np.isfinite(lower[2]) and lower[2] == upper[2] else np.clip(0.0, lower[2], upper[2])
+    return flat
+
+
+def _free_place(said: Said, item: SceneObject, scene: Scene, robot: Robot, toward: Array | None) -> Anchor:
+    """Above an object, or at the side of it that is nearest to where the path comes from, if that is legal."""
+    up, right, front = (scene.frame.direction(word) for word in ("up", "right", "front"))
+    angles = np.linspace(0.0, 2.0 * np.pi, AROUND, endpoint=False)
+    level = [np.cos(a) * right + np.sin(a) * front for a in angles]
+    sides = [_beside(item, robot, direction, said.distance) for direction in level]
+    if toward is not None:
+        sides.sort(key=lambda place: round(float(np.linalg.norm(place - toward)), 9))
+    above = [] if robot.planar or said.relation == "beside" else [_beside(item, robot, up, said.distance)]
+    tried = [*above, *sides]
+    best = next((place for place in tried if not troubles(place, scene, robot)), tried[0])
+    label = f"above {the(item.name)}" if above and best is tried[0] else f"beside {the(item.name)}"
+    return Anchor(best, label, (item.name,))
+
+
+def troubles(position: Array, scene: Scene, robot: Robot) -> list[str]:
+    """Why a point cannot be on a legal path, each as the end of a sentence that begins with it; none if it can."""
+    said = []
+    if robot.workspace is not None:
+        outside = robot.margin - float(robot.workspace.inside(position[None])[0])
+        if outside > TOLERANCE:
+            where = robot.workspace.describe()
+            said.append(f"lies {number(outside)} m outside the workspace ({where}, margin {robot.margin:g} m)")
+    for body in obstacles(scene, robot):
+        depth = -float(body.signed(position[None])[0][0])
+        if depth > TOLERANCE and body.what == "obstacle":
+            said.append(f"lies {number(depth)} m inside {body.name!r} with its margin of {number(body.keep)} m")
+    return said
+
+
+def obstacles(scene: Scene, robot: Robot) -> tuple[Obstacle, ...]:
+    """What a path must keep out of: the objects with the distance to keep, and the middle of a shell."""
+    return flatten([*keep_out(robot), *build(scene, robot)], *bounds(robot))

@@ -1,0 +1,343 @@
+"""Planning from place to place: the request, the result, and the protocol that every planner follows.
+
+A planner finds a polyline; `finished` puts waypoints and speeds on it, enforces the robot's limits, and has the result
+measured by `limits.verify`, which knows nothing of how it was found.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ovita.errors import RequestError
+from ovita.io.documents import Task, load_robot
+from ovita.limits import ConstraintCheck, ConstraintOptions, constrain, verify
+from ovita.paths.geometry import lengths
+from ovita.paths.robot import PRESETS, Robot
+from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.trajectory import Array, Trajectory, arc_length
+from ovita.sources.places import Anchor, Said, locate, read_place, troubles
+from ovita.text import length, listed, number, point, sentence
+
+WAYPOINTS, MOST_WAYPOINTS = 60, 2000
+TIME_LIMIT = 10.0
+SHARE, SLOW = 0.5, 0.25
+"""Speed of a planned path where none is asked for: this share of the robot's highest, or without one this [m/s]."""
+
+RAMP = 0.15
+"""Share of the path on which it comes up to speed, and comes to rest."""
+
+PLANNERS = ("limits", "rrt_connect", "rrt_star")
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class PlanRequest:
+    """What is to be planned.
+
+    Args:
+        scene: Its objects are obstacles.
+        robot: The limits.
+        start: Where the path starts.
+        goal: Where it ends.
+        via: What it passes, in order.
+        waypoints: How many the trajectory gets; more where the way needs them.
+        speed: On the way [m/s]; None takes half of the robot's highest.
+        seed: Of planners that sample.
+        time_limit: For the search [s].
+
+    Raises:
+        RequestError: On numbers that make no sense.
+    """
+
+    scene: Scene
+    robot: Robot
+    start: Anchor
+    goal: Anchor
+    via: tuple[Anchor, ...] = ()
+    waypoints: int = WAYPOINTS
+    speed: float | None = None
+    seed: int = 0
+    time_limit: float = TIME_LIMIT
+
+    def __post_init__(self) -> None:
+        if not len(self.anchors) <= self.waypoints <= MOST_WAYPOINTS:
+            raise RequestError(f"{self.waypoints} waypoints: give {len(self.anchors)} to {MOST_WAYPOINTS}")
+        if self.speed is not None and not 0.0 < self.speed < np.inf:
+            raise RequestError(f"speed {self.speed:g} m/s: give a speed above 0")
+        if not 0.0 < self.time_limit < np.inf:
+            raise RequestError(f"time limit {self.time_limit:g} s: give a time above 0")
+        if not 0 <= self.seed < 2**31:
+            raise RequestError(f"seed {self.seed}: give a whole number from 0 to {2**31 - 1}")
+
+    @property
+    def anchors(self) -> tuple[Anchor, ...]:
+        """Start, via points and goal."""
+        return (self.start, *self.via, self.goal)
+
+    @property
+    def corners(self) -> Array:
+        """Their positions (K, 3) [m]."""
+        return np.array([anchor.position for anchor in self.anchors])
+
+    @property
+    def cruise(self) -> float:
+        """The speed on the way [m/s]."""
+        top = self.robot.max_speed
+        wanted = self.speed if self.speed is not None else SLOW if top is None else SHARE * top
+        return max(wanted if top is None else min(wanted, top), self.robot.min_speed)
+
+    @property
+    def told(self) -> str:
+        """The way in words: "from above the box over the bottle to above the plate"."""
+        via = f" by way of {listed(anchor.label for anchor in self.via)}" if self.via else ""
+        return f"from {self.start.label}{via} to {self.goal.label}"
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """What a planner found.
+
+    Args:
+        planner: Its name.
+        request: What was asked for.
+        trajectory: The path with its speeds, or None where there is none.
+        checks: Every limit, measured on it by the independent verifier.
+        problems: Why there is none, or which limits it breaks, each a sentence with what to do.
+        notes: What else a person should know.
+        seconds: How long the search took.
+        joints: Of an arm (M, J) [rad], or None.
+        times: Of the joints (M,) [s], or None.
+    """
+
+    planner: str
+    request: PlanRequest
+    trajectory: Trajectory | None = None
+    checks: tuple[ConstraintCheck, ...] = ()
+    problems: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    seconds: float = field(default=0.0, compare=False)
+    joints: Array | None = None
+    times: Array | None = None
+
+    @property
+    def ok(self) -> bool:
+        """Whether there is a trajectory that keeps every limit."""
+        return self.trajectory is not None and not self.problems
+
+    @property
+    def cost(self) -> float:
+        """Length of the path [m], infinite where there is none."""
+        return np.inf if self.trajectory is None else self.trajectory.length
+
+    def task(self, robot: str | None = None) -> Task:
+        """The trajectory in its scene, as a file holds it.
+
+        Args:
+            robot: The robot's name or file; None takes the name of a preset.
+
+        Raises:
+            RequestError: If there is no legal trajectory.
+        """
+        if self.trajectory is None or not self.ok:
+            raise RequestError(" ".join(self.problems))
+        request = self.request
+        named = robot or (request.robot.name if PRESETS.get(request.robot.name) == request.robot else None)
+        planned: dict[str, Any] = {
+            "planner": self.planner,
+            "from": request.start.label,
+            "via": [anchor.label for anchor in request.via],
+            "to": request.goal.label,
+            "seed": request.seed,
+        }
+        return Task(self.trajectory, request.scene, extra={"planned": planned}, robot=named)
+
+    def sentences(self) -> list[str]:
+        """The outcome in plain words."""
+        if self.trajectory is None or not self.ok:
+            return [f"No legal path was found {self.request.told}.", *self.problems, *self.notes]
+        path = self.trajectory
+        straight = float(lengths(np.diff(self.request.corners, axis=0)).sum())
+        more = f", {length(path.length - straight)} more than the straight way" if path.length > straight + 1e-3 else ""
+        said = f"Planned {self.request.told}: {len(path)} waypoints, {number(path.length)} m{more},"
+        return [f"{said} {number(path.duration)} s.", *self.notes]
+
+
+class Planner(Protocol):
+    """Anything that plans."""
+
+    @property
+    def name(self) -> str:
+        """As on the command line."""
+        ...
+
+    def plan(self, request: PlanRequest, progress: Progress | None = None) -> Plan:
+        """Plan; what cannot be is said in `Plan.problems`.
+
+        Raises:
+            MissingExtra: If the planner's package is not installed.
+        """
+        ...
+
+
+def planner_named(name: str) -> Planner:
+    """A planner by its name.
+
+    Raises:
+        RequestError: If there is no such planner.
+    """
+    if name == "limits":
+        from ovita.sources.legal import LimitsPlanner
+
+        return LimitsPlanner()
+    if name in ("rrt_connect", "rrt_star"):
+        from ovita.sources.sampling import SamplingPlanner
+
+        return SamplingPlanner(name)
+    raise RequestError(f"there is no planner {name!r}; the planners are {', '.join(PLANNERS)}")
+
+
+def plan(
+    scene: Scene,
+    *,
+    start: str | Said | SceneObject | ArrayLike,
+    goal: str | Said | SceneObject | ArrayLike,
+    via: Sequence[str | Said | SceneObject | ArrayLike] = (),
+    robot: Robot | str = "none",
+    planner: Planner | str = "limits",
+    waypoints: int = WAYPOINTS,
+    speed: float | None = None,
+    seed: int = 0,
+    time_limit: float = TIME_LIMIT,
+    progress: Progress | None = None,
+) -> Plan:
+    """Plan a trajectory from place to place within a robot's limits.
+
+    Args:
+        scene: Its objects are obstacles.
+        start: An object, its name, a place in words ("10 cm above the box") or a position (3,) [m].
+        goal: Likewise.
+        via: What to pass, in order.
+        robot: The limits, or the name of a preset or robot file.
+        planner: Or its name, one of `PLANNERS`.
+        waypoints: How many the trajectory gets.
+        speed: On the way [m/s]; None takes half of the robot's highest.
+        seed: Of planners that sample; equal seeds give equal plans.
+        time_limit: For the search [s].
+        progress: Called with a short line now and then.
+
+    Returns:
+        The plan; where there is no legal way, `problems` says why and what to do.
+
+    Raises:
+        RequestError: If a place or a number cannot be used.
+        RobotError: If there is no such robot.
+        MissingExtra: If the planner's package is not installed.
+    """
+    limits = load_robot(robot) if isinstance(robot, str) else robot
+    chosen = planner_named(planner) if isinstance(planner, str) else planner
+    places = [_said(place, scene) for place in (start, *via, goal)]
+    first, *passed, last = anchored(places, scene, limits)
+    request = PlanRequest(scene, limits, first, last, tuple(passed), waypoints, speed, seed, time_limit)
+    return planned(request, chosen, progress)
+
+
+def planned(request: PlanRequest, planner: Planner, progress: Progress | None = None) -> Plan:
+    """As the planner plans; places that no legal path can have are refused before."""
+    problems = impossible(request)
+    return Plan(planner.name, request, problems=problems) if problems else planner.plan(request, progress)
+
+
+def anchored(places: Sequence[Said], scene: Scene, robot: Robot) -> list[Anchor]:
+    """Where places are for a robot, each on the side that faces its neighbour."""
+    centers = [np.array(p.point) if p.point else np.mean([o.position for o in p.objects], axis=0) for p in places]
+    others = [*centers[1:2], *centers[:-1]] if len(centers) > 1 else [None]
+    return [locate(place, scene, robot, other) for place, other in zip(places, others, strict=True)]
+
+
+def _said(place: str | Said | SceneObject | ArrayLike, scene: Scene) -> Said:
+    if isinstance(place, Said):
+        return place
+    if isinstance(place, SceneObject):
+        return Said(objects=(place,))
+    if isinstance(place, str):
+        return read_place(place, scene)
+    values = np.asarray(place, dtype=float)
+    if values.shape != (3,) or not np.isfinite(values).all():
+        raise RequestError(f"{place!r} is no position: give x, y, z in metres")
+    return Said(point=(float(values[0]), float(values[1]), float(values[2])))
+
+
+def impossible(request: PlanRequest) -> tuple[str, ...]:
+    """Why start, via points or goal cannot be on any legal path, each a sentence; none if they can."""
+    names = ["the start", *(f"via point {i}" for i in range(1, len(request.via) + 1)), "the goal"]
+    found = []
+    for name, anchor in zip(names, request.anchors, strict=True):
+        at = point([round(float(value), 3) for value in anchor.position])
+        where = f"{name}, {at}," if anchor.label.startswith("[") else f"{name}, {anchor.label} at {at},"
+        for why in troubles(anchor.position, request.scene, request.robot):
+            remedy = "choose another place" + ("" if "workspace" in why else ", or lower the robot's margin")
+            found.append(sentence(f"{where} {why}; {remedy}"))
+    goes = lengths(np.diff(request.corners, axis=0)).sum()
+    if not found and goes < 1e-9:
+        found.append("Start and goal are the same place, so there is no way to plan; name another goal or a via point.")
+    return tuple(found)
+
+
+def finished(request: PlanRequest, polyline: Array, anchors: Sequence[int], planner: str, started: float) -> Plan:
+    """Waypoints and speeds on a polyline, within the limits, verified.
+
+    Args:
+        request: What was asked for.
+        polyline: (K, 3) [m].
+        anchors: Which of its vertices are start, via points and goal.
+        planner: Its name.
+        started: When, by `time.perf_counter` [s].
+    """
+    line, corners = spread(polyline, max(request.waypoints, len(polyline)), request.cruise)
+    options = ConstraintOptions(
+        fix_start=True, fix_goal=True, pinned=tuple(corners[i] for i in anchors), repair_original=True
+    )
+    solution = constrain(line, request.scene, request.robot, original=line, options=options)
+    path = solution.trajectory
+    checks = verify(path, request.scene, request.robot, proposed=line, original=line, options=options)
+    held = all(check.held for check in checks)
+    problems = () if held else solution.verdict.conflicts or (_UNEXPLAINED,)
+    return Plan(planner, request, path, checks, problems, seconds=time.perf_counter() - started)
+
+
+_UNEXPLAINED = "The path breaks a limit; reduce the robot's margins, or choose another planner."
+
+
+def spread(polyline: Array, count: int, cruise: float) -> tuple[Trajectory, list[int]]:
+    """A trajectory of so many waypoints along a polyline (K, 3) [m], and which of them are its vertices.
+
+    Every vertex is a waypoint, the others are spread evenly between them; it starts and ends at rest.
+    """
+    steps = lengths(np.diff(polyline, axis=0))
+    shares = steps / max(float(steps.sum()), 1e-12) * (count - 1)
+    parts = np.maximum(np.floor(shares), 1).astype(int)
+    for i in np.argsort(np.floor(shares) - shares, kind="stable")[: max(count - 1 - int(parts.sum()), 0)]:
+        parts[i] += 1
+    corners = [0, *np.cumsum(parts).tolist()]
+    rows = [
+        a + np.linspace(0.0, 1.0, n, endpoint=False)[:, None] * (b - a)
+        for (a, b), n in zip(pairwise(polyline), parts, strict=True)
+    ]
+    positions = np.vstack([*rows, polyline[-1:]])
+    return Trajectory(positions, speed_profile(positions, cruise)), corners
+
+
+def speed_profile(positions: Array, cruise: float) -> Array:
+    """Speeds (N,) [m/s] from rest up to a cruising speed and back to rest, at a constant acceleration."""
+    s = arc_length(positions)
+    ramp = max(RAMP * float(s[-1]), 1e-12)
+    share = np.minimum(np.minimum(s, s[-1] - s) / ramp, 1.0)
+    return np.asarray(cruise * np.sqrt(np.maximum(share, 0.0)))
