@@ -64,7 +64,7 @@ _ARROW = re.compile(r"-+>|=>|→|>")
 
 
 @dataclass(frozen=True)
-class Piece:
+class Snippet:
     """A word, mark, arrow or triple of coordinates of a text, with where it stands."""
 
     text: str
@@ -73,7 +73,7 @@ class Piece:
 
 
 @dataclass(frozen=True, eq=False)
-class Said:
+class Location:
     """A place as it was said.
 
     Args:
@@ -146,11 +146,11 @@ class Text:
                 return said, count
         return "", 0
 
-    def place_at(self, i: int) -> tuple[Said, int] | None:
+    def place_at(self, i: int) -> tuple[Location, int] | None:
         """The place that is told from piece i on and the piece behind it, or None."""
         at = self._after_articles(i)
         if at < len(self) and self.pieces[at].point is not None:
-            return Said(point=self.pieces[at].point), at + 1
+            return Location(point=self.pieces[at].point), at + 1
         distance, at = self._distance(at)
         said, used = self.phrase_at(at, PHRASES)
         relation = PHRASES.get(said, "at")
@@ -172,7 +172,7 @@ class Text:
             i += 1
         return i
 
-    def _object(self, i: int) -> tuple[Said, int] | None:
+    def _object(self, i: int) -> tuple[Location, int] | None:
         mention = self.catalog.mention_at(self.words, i, ()) if i < len(self) and self.words[i][0].isalnum() else None
         if mention is None:
             return None
@@ -180,10 +180,10 @@ class Text:
         if mention.unclear or len(mention.items) != 1:
             said = " ".join(self.words[i:end])
             which = " or ".join(repr(item.name) for item in mention.items) or "none fits"
-            return Said(objects=mention.items[:1], unclear=f"Which object is {said!r}: {which}?"), end
-        return Said(objects=mention.items), end
+            return Location(objects=mention.items[:1], unclear=f"Which object is {said!r}: {which}?"), end
+        return Location(objects=mention.items), end
 
-    def _between(self, i: int) -> tuple[Said, int] | None:
+    def _between(self, i: int) -> tuple[Location, int] | None:
         first = self._object(i)
         if first is None:
             return None
@@ -192,29 +192,29 @@ class Text:
             second = self._object(self._after_articles(at + 1))
             if second is not None:
                 pair = (*first[0].objects, *second[0].objects)
-                return Said("between", pair, unclear=first[0].unclear or second[0].unclear), second[1]
+                return Location("between", pair, unclear=first[0].unclear or second[0].unclear), second[1]
         return None
 
 
-def _cut(text: str) -> list[Piece]:
-    pieces: list[Piece] = []
+def _cut(text: str) -> list[Snippet]:
+    pieces: list[Snippet] = []
     at = 0
     while at < len(text):
         triple, arrow = _TRIPLE.match(text, at), _ARROW.match(text, at)
         inside = at > 0 and (text[at - 1].isalnum() or text[at - 1] == ".")
         if triple and not inside:
             x, y, z = (float(value) for value in triple.groups())
-            pieces.append(Piece(triple.group().strip(), (at, triple.end()), (x, y, z)))
+            pieces.append(Snippet(triple.group().strip(), (at, triple.end()), (x, y, z)))
             at = triple.end()
             continue
         word = arrow or WORD.match(text, at)
         if word is not None:
-            pieces.append(Piece("->" if arrow else word.group(), word.span()))
+            pieces.append(Snippet("->" if arrow else word.group(), word.span()))
         at = word.end() if word is not None else at + 1
     return pieces
 
 
-def read_place(text: str, scene: Scene) -> Said:
+def read_place(text: str, scene: Scene) -> Location:
     """Read a place in words or as coordinates.
 
     Raises:
@@ -222,7 +222,7 @@ def read_place(text: str, scene: Scene) -> Said:
     """
     named = scene.find(text)
     if named is not None:
-        return Said(objects=(named,))
+        return Location(objects=(named,))
     pieces = Text(text, scene)
     found = pieces.place_at(0) if len(pieces) else None
     if found is None or found[1] != len(pieces):
@@ -236,7 +236,7 @@ def read_place(text: str, scene: Scene) -> Said:
     return found[0]
 
 
-def locate(said: Said, scene: Scene, robot: Robot, toward: Array | None = None) -> Anchor:
+def locate(said: Location, scene: Scene, robot: Robot, toward: Array | None = None) -> Anchor:
     """Where a place is for a robot.
 
     Args:
@@ -281,7 +281,7 @@ def _on_plane(position: Array, robot: Robot) -> Array:
     return flat
 
 
-def _free_place(said: Said, item: SceneObject, scene: Scene, robot: Robot, toward: Array | None) -> Anchor:
+def _free_place(said: Location, item: SceneObject, scene: Scene, robot: Robot, toward: Array | None) -> Anchor:
     """Above an object, or at the side of it that is nearest to where the path comes from, if that is legal."""
     up, right, front = (scene.frame.direction(word) for word in ("up", "right", "front"))
     angles = np.linspace(0.0, 2.0 * np.pi, AROUND, endpoint=False)

@@ -22,7 +22,7 @@ from ovita.paths.geometry import lengths
 from ovita.paths.robot import PRESETS, Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array, Trajectory, arc_length
-from ovita.sources.places import Anchor, Said, locate, read_place, troubles
+from ovita.sources.places import Anchor, Location, locate, read_place, troubles
 from ovita.text import length, listed, number, point, sentence
 
 WAYPOINTS, MOST_WAYPOINTS = 60, 2000
@@ -207,9 +207,9 @@ def planner_named(name: str) -> Planner:
 def plan(
     scene: Scene,
     *,
-    start: str | Said | SceneObject | ArrayLike,
-    goal: str | Said | SceneObject | ArrayLike,
-    via: Sequence[str | Said | SceneObject | ArrayLike] = (),
+    start: str | Location | SceneObject | ArrayLike,
+    goal: str | Location | SceneObject | ArrayLike,
+    via: Sequence[str | Location | SceneObject | ArrayLike] = (),
     robot: Robot | str = "none",
     planner: Planner | str = "limits",
     waypoints: int = WAYPOINTS,
@@ -255,24 +255,24 @@ def planned(request: PlanRequest, planner: Planner, progress: Progress | None = 
     return Plan(planner.name, request, problems=problems) if problems else planner.plan(request, progress)
 
 
-def anchored(places: Sequence[Said], scene: Scene, robot: Robot) -> list[Anchor]:
+def anchored(places: Sequence[Location], scene: Scene, robot: Robot) -> list[Anchor]:
     """Where places are for a robot, each on the side that faces its neighbour."""
     centers = [np.array(p.point) if p.point else np.mean([o.position for o in p.objects], axis=0) for p in places]
     others = [*centers[1:2], *centers[:-1]] if len(centers) > 1 else [None]
     return [locate(place, scene, robot, other) for place, other in zip(places, others, strict=True)]
 
 
-def _said(place: str | Said | SceneObject | ArrayLike, scene: Scene) -> Said:
-    if isinstance(place, Said):
+def _said(place: str | Location | SceneObject | ArrayLike, scene: Scene) -> Location:
+    if isinstance(place, Location):
         return place
     if isinstance(place, SceneObject):
-        return Said(objects=(place,))
+        return Location(objects=(place,))
     if isinstance(place, str):
         return read_place(place, scene)
     values = np.asarray(place, dtype=float)
     if values.shape != (3,) or not np.isfinite(values).all():
         raise RequestError(f"{place!r} is no position: give x, y, z in metres")
-    return Said(point=(float(values[0]), float(values[1]), float(values[2])))
+    return Location(point=(float(values[0]), float(values[1]), float(values[2])))
 
 
 def impossible(request: PlanRequest) -> tuple[str, ...]:
