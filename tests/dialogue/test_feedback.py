@@ -172,6 +172,14 @@ def test_feedback_to_a_draft_is_adopted():
     assert session.steps == ()
 
 
+@pytest.mark.parametrize("said", ["someplace near the bottle only", "only somewhere in the second half"])
+def test_a_vague_restriction_of_the_turn_before_is_not_a_new_instruction(said):
+    session = after(("lift the path by 0.1",)).draft()
+    result = session.say(said)
+    assert result.status == "not_understood" and result.proposal is None and "'some" in result.message
+    assert session.current.positions[0, 2] == pytest.approx(0.4)
+
+
 def test_without_a_turn_before_it_nothing_is_feedback():
     session = Session(PATH, SCENE, writer="builtin")
     assert session.say("a bit more").status == "not_understood"

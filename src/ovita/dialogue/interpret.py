@@ -39,7 +39,7 @@ def _in_words(said: str, on: FeedbackOn, state: _Wording) -> Interpretation:
         return state._by_words(meant, on, past)
     found = state._resolved(said, past)
     if found is None:
-        return state._by_words(said, on, past)
+        return state._declined(said) or state._by_words(said, on, past)
     if found.kind in ("undo", "redo", "restart"):
         return state._gone(said, found)
     if found.kind in ("accept", "ask"):

@@ -20,7 +20,7 @@ from ovita.dialogue.standing import KEEP_IT, Loss, lost
 from ovita.errors import PolicyError
 from ovita.instruct.editing import apply, realised_values
 from ovita.instruct.edits import Again, Also, Command, Edit, Rescale, Set
-from ovita.instruct.feedback import NOTHING, named_frames, named_objects, read_feedback
+from ovita.instruct.feedback import NOTHING, named_frames, named_objects, only_where, read_feedback
 from ovita.instruct.frames import Quantity, Reading, SemanticFrame, with_selection
 from ovita.instruct.notation import name_of
 from ovita.measure import compare
@@ -274,6 +274,9 @@ class DialogueState:
 
     def _instructed(self, said: str, on: FeedbackOn) -> Interpretation:
         """An instruction for the chain; on the original it is added to the frames of all turns."""
+        declined = self._declined(said)
+        if declined is not None:
+            return declined
         frames = self._clarified(said)
         words = f"{self.asked.rstrip('.')}: {said}" if frames else said
         before, results = self.current, self._results
@@ -290,6 +293,11 @@ class DialogueState:
         result = self._adapt(words, before, frames)
         on = "original" if before is self.now.original and on == "original" else "current"
         return Interpretation(result, on=on, asked=said if result.status == "needs_clarification" else "")
+
+    def _declined(self, said: str) -> Interpretation | None:
+        """What says nothing but where is about the turn before: as an instruction it would lose the "only"."""
+        words = only_where(said, self.now.scene) if self._offline and self.steps else ()
+        return Interpretation(self._adapt(said, self.current, unplaced=words)) if words else None
 
     def _with_earlier(
         self, said: str, frames: tuple[SemanticFrame, ...], results: Sequence[Adaptation]
@@ -374,10 +382,16 @@ class DialogueState:
             result = replace(result, taken=taken, explanation=f"{sentence(taken)}\n{result.explanation}")
         return Interpretation(result, kind, on)
 
-    def _adapt(self, instruction: str, start: Trajectory, frames: Sequence[SemanticFrame] = ()) -> Adaptation:
+    def _adapt(
+        self,
+        instruction: str,
+        start: Trajectory,
+        frames: Sequence[SemanticFrame] = (),
+        unplaced: tuple[str, ...] = (),
+    ) -> Adaptation:
         return adapt(
             Request(instruction, start, self.now.scene, self.now.robot, tuple(self.turns)),
-            writer=FramesWriter(tuple(frames)) if frames else self.writer,
+            writer=FramesWriter(tuple(frames), unplaced) if frames or unplaced else self.writer,
             constraints=self.now.constraints,
             isolation=self.isolation,
             progress=self.progress,

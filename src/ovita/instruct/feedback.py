@@ -189,6 +189,16 @@ def named_objects(text: str, scene: Scene) -> tuple[SceneObject, ...]:
     return tuple(item for item in scene if item.name in names_)
 
 
+def only_where(text: str, scene: Scene) -> tuple[str, ...]:
+    """The words of an utterance that says nothing but where: "somewhere between the cup and the bottle only"; or ()."""
+    said = Remark(pieces_of(text, scene, (), None), ())
+    placed = {id(p) for part in parts_in(said) for p in part[2]}
+    narrow = said.cued("only", "except")
+    rest = [p for p in said.active if p.content and id(p) not in placed and p not in narrow]
+    vague = [p for p in rest if "vague" in p.cues]
+    return tuple(p.text for p in vague or narrow) if placed and narrow and len(rest) == len(vague) else ()
+
+
 def stated(text: str, scene: Scene) -> tuple[F.Quantity | None, set[str]]:
     """The one quantity of an utterance, or None, and its words."""
     pieces = pieces_of(text, scene, (), None)
@@ -336,7 +346,7 @@ def _places(said: Remark) -> Iterator[Candidate]:
     only, but = said.cued("only"), said.cued("except")
     known = {name for frame in said.before for name in frame.named}
     parts = [part for part in parts_in(said) if only or but or not set(part[2][0].items) & known]
-    if not parts or not said.before:
+    if not parts or not said.before or said.cued("vague"):
         return
     leading = any(p.text == "but" for p in said.active[:1]) and said.cued("not")
     open_ = [] if leading else [p for p in parts if not p[1]]
@@ -573,7 +583,7 @@ def parts_in(said: Remark) -> Iterator[tuple[PathPart, bool, tuple[Phrase, ...]]
                 return
             if "between" not in words:
                 yield _at(kind, piece.items), said_not, (piece, *lead)
-        elif piece.concept in ("first", "last", "middle", "start", "goal") and not {p.text for p in behind[:1]} & TURNS:
+        elif _stretches(piece, behind):
             part, used = _stretch(piece, behind)
             yield part, said_not, (piece, *used)
         elif piece.concept == "waypoints" and behind and behind[0].number and i + 2 < len(pieces):
@@ -583,6 +593,13 @@ def parts_in(said: Remark) -> Iterator[tuple[PathPart, bool, tuple[Phrase, ...]]
                 yield PathPart("range", amount=low, until=high), said_not, (piece, behind[0], last)
         elif piece.concept in ("up", "down") and any(p.concept in ("when", "only") for p in before):
             yield PathPart("heading", direction=piece.concept), said_not, (piece, *before)
+
+
+def _stretches(piece: Phrase, behind: Sequence[Phrase]) -> bool:
+    """Whether a stretch of the path begins there: "the last third", "the second half"."""
+    if piece.concept == "second":
+        return any(p.concept in ("half", "third") for p in behind[:1])
+    return piece.concept in ("first", "last", "middle", "start", "goal") and not {p.text for p in behind[:1]} & TURNS
 
 
 TURNS = frozenset("change changes turn step edit one instruction modification".split())
@@ -595,6 +612,10 @@ def _at(kind: str, items: Sequence[str]) -> PathPart:
 
 def _stretch(piece: Phrase, behind: Sequence[Phrase]) -> tuple[PathPart, tuple[Phrase, ...]]:
     kind = {"start": "first", "goal": "last"}.get(piece.concept, piece.concept)
+    if kind == "second":
+        return (PathPart("last", amount=0.5, unit="share") if behind[0].concept == "half" else PathPart("middle")), (
+            behind[0],
+        )
     share = next((p for p in behind[:1] if p.concept in SHARES), None)
     number = next((p for p in behind[:1] if p.number), None)
     if share is not None:

@@ -59,14 +59,16 @@ class FramesWriter:
 
     Args:
         frames: What is asked for.
+        unplaced: Words that no frame was read from; then nothing is written.
         name: How it is named.
     """
 
     frames: tuple[SemanticFrame, ...]
+    unplaced: tuple[str, ...] = ()
     name: str = "builtin"
 
     def write(self, prompt: Prompt) -> Reply:
         """Answer with the policy for the frames; with more effort if the last one did too little."""
         if any(attempt.failure != "broken" for attempt in prompt.attempts):
             return Reply("not_understood", unplaced=(prompt.request.instruction,), writer=WriterInfo("builtin"))
-        return reply_for(self.frames, prompt.request, effort=1 + len(prompt.attempts))
+        return reply_for(self.frames, prompt.request, effort=1 + len(prompt.attempts), unplaced=self.unplaced)
