@@ -32,6 +32,42 @@ SCENE = Scene(tuple(SceneObject(name, np.array([i, 1.0, 0.5])) for i, name in en
         ("keep the start, move the rest up 2 cm", "keep start; move up=2cm"),
         ("slow down in the turns", "pace turns"),
         ("slower near the cup because it is hot", "pace slower @near=cup"),
+        # what turns a sense round
+        ("the lamp is much too near", "farther lamp"),
+        ("you drive too slowly", "pace faster"),
+        ("without bumping into the box", "farther box"),
+        # distances
+        ("reduce the gap between the gripper and the lamp", "closer lamp"),
+        ("leave more space around the box", "farther box"),
+        ("the distance to the lamp never below 20 cm", "clearance lamp at_least=20cm"),
+        ("double the separation to the cup", "farther cup by=2x"),
+        # manners and verbs of motion
+        ("inch towards the lamp", "closer lamp"),
+        ("withdraw by 5 cm", "move back=5cm"),
+        ("advance 10 cm", "move front=10cm"),
+        ("drop by 4 cm", "move down=4cm"),
+        ("drop the first 3 waypoints", "trim first=3wp"),
+        ("climb by 12 cm", "move up=12cm"),
+        ("right half a metre", "move right=0.5m"),
+        ("backwards by 3 cm", "move back=3cm"),
+        # where
+        ("slower whenever the lamp is near", "pace slower @near=lamp"),
+        ("quicker once you have passed the box", "pace faster @after=box"),
+        ("prior to reaching the lamp, 3 cm higher", "move up=3cm @before=lamp"),
+        ("from halfway on, 2 cm to the right", "move right=2cm @last=50%"),
+        ("until the midpoint, slower", "pace slower @first=50%"),
+        # what is said of two things
+        ("go right 5 cm while speeding up", "move right=5cm; pace faster"),
+        ("raise it by 0.1, then to the left by 0.2", "move up=0.1m left=0.2m"),
+        ("slower after shifting everything up by 3 cm", "pace slower; move up=3cm"),
+        # heights, ends and times
+        ("keep below a height of 0.4", "height at_most=0.4m"),
+        ("restrict the altitude to 60 cm", "height at_most=60cm"),
+        ("when finished, go 10 cm up", "extend up=10cm"),
+        ("add 15 cm to the end", "extend by=15cm"),
+        ("take half the time", "pace set to=2x"),
+        ("a third as fast", "pace set to=33%"),
+        ("two loops around the lamp", "circle lamp turns=2"),
     ],
 )
 def test_a_sentence_becomes_its_frames(sentence, notation):
@@ -41,7 +77,16 @@ def test_a_sentence_becomes_its_frames(sentence, notation):
 
 
 @pytest.mark.parametrize(
-    "sentence", ["keep away from the piano", "polish the cup", "shift by 5 cm", "who won the game"]
+    "sentence",
+    [
+        "keep away from the piano",
+        "polish the cup",
+        "shift by 5 cm",
+        "who won the game",
+        "left unless the cup is in the way",
+        "pick up the cup",
+        "stay as far from the cup as from the lamp",
+    ],
 )
 def test_what_cannot_be_done_is_not_read_as_done(sentence):
     reading = read(sentence, SCENE)

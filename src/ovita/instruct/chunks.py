@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ovita.instruct.frames import Quantity, Span
-from ovita.instruct.lexicon import term_at, terms
+from ovita.instruct.lexicon import DETERMINERS, term_at, terms
 from ovita.instruct.numbers import amount_at, is_digits
 from ovita.instruct.objects import Catalog
 from ovita.instruct.tokens import respelt
@@ -50,6 +50,11 @@ BARE = {
 
 PRONOUNS = frozenset("it him her them that this he she they one theirs".split())
 PLACING = frozenset("at by on to from of near around after before over under thru touch toward within for".split())
+DOING = frozenset(
+    "plain farther closer faster slower raise lower drop up down left right touch wait stop keep avoid".split()
+)
+"""Classes of words that may begin what is to be done."""
+
 SHORT = {"pc": "%", "pct": "%", "L": "left", "R": "right", "dz": "z", "dx": "x", "dy": "y", "w": "with"}
 
 
@@ -102,6 +107,39 @@ def chunks(text: str, scene: Scene, positions: Array | None = None) -> tuple[tup
         found.append(chunk)
         i += used
     return tuple(found), tuple(notes)
+
+
+def _term(lowered: Sequence[str], i: int) -> tuple[str, int]:
+    """The class of the words at i, where what stands beside them settles which of their senses it is."""
+    kind, length = term_at(lowered, i)
+    word, before, behind = (
+        lowered[i],
+        lowered[i - 1] if i else "",
+        lowered[i + length] if i + length < len(lowered) else "",
+    )
+    counted = bool(behind) and amount_at(lowered, i + length) is not None
+    if length > 1 and lowered[i + length - 1] == "half" and (half := amount_at(lowered, i + length - 1)) and half.unit:
+        return term_at(lowered[: i + length - 1], i)  # "right" half a metre
+    if length > 1 and counted and lowered[i + length - 1] == "by" and kind not in ("by", "at_least", "at_most"):
+        return term_at(lowered[: i + length - 1], i)  # "up by" 10 cm
+    if word == "right" and i and term_at(lowered, i - 1)[0] in ("stop", "wait"):
+        return "plain", 1
+    if word in ("after", "before", "while", "whilst") and behind.endswith("ing") and length == 1:
+        if term_at(lowered, i + 1)[0] in ("plain", "path", "speed", "keep", "faster", "slower"):
+            return "join", 1  # "while going faster"
+    if word == "then" and counted:
+        return "than", 1
+    if word == "first" and length == 1 and before not in DETERMINERS and term_at(lowered, i + 1)[0] in DOING:
+        return "plain", 1  # "first shift ..., then"
+    if (
+        kind == "rest"
+        and word == "rest"
+        and length == 1
+        and before not in (*DETERMINERS, "to")
+        and behind in ("at", "on", "by", "above", "near", "for")
+    ):
+        return "wait", 1
+    return kind, length
 
 
 def _nicknames(catalog: Catalog) -> None:
@@ -174,7 +212,7 @@ def _chunk(
         return made("filler", 1)
     earlier = next((c.names for c in reversed(found) if c.kind == "OBJ"), ())
     mention = catalog.mention_at(lowered, i, tuple(catalog.scene[n] for n in earlier)) if word[0].isalnum() else None
-    kind, length = term_at(lowered, i)
+    kind, length = _term(lowered, i)
     if mention is not None and mention.used >= length and (not mention.unclear or not kind):
         names = tuple(item.name for item in mention.items)
         return made("CHOICE" if mention.unclear else "OBJ", mention.used, names=names)
@@ -182,7 +220,7 @@ def _chunk(
     if (
         amount is not None
         and amount.used >= length
-        and not (word == "one" and lowered[i - 1 : i] in (["the"], ["that"]))
+        and not (word == "one" and lowered[i - 1 : i] in (["the"], ["that"], ["current"], ["present"], ["old"]))
     ):
         said = "".join(lowered[i : i + amount.used])
         q = Quantity(amount.value, amount.unit, "by", said if is_digits(word) else "")

@@ -23,14 +23,14 @@ GROUPS = {
     "SPAN": "Qm|Qs|Qpc|Qstep|half|third|quarter|tenth|fifth", "AT": "at|by|on|in|near|around|over|within|along",
     "HIGHER": "up|raise|over|height", "LOWER": "down|lower|under", "FIRST": "first|1st", "LAST": "last|nth", "END": "start|goal|ends", "LINK": "to|and|thru|before",
     "DIR": "left|right|front|back|up|down",
-    "FLIPS": "left|right|front|back|up|down|closer|near|farther|faster|slower|larger|smaller|raise|lower|wait|"
+    "FLIPS": "touch|avoid|left|right|front|back|up|down|closer|near|farther|faster|slower|larger|smaller|raise|lower|wait|"
              "more_curve|less_curve|inc|dec",
 }  # fmt: skip
 FLIPPED = {
-    "left": "right", "front": "back", "up": "down", "closer": "farther", "near": "farther", "faster": "slower", "larger": "smaller",
+    "touch": "farther", "avoid": "touch", "left": "right", "front": "back", "up": "down", "closer": "farther", "near": "farther", "faster": "slower", "larger": "smaller",
     "raise": "lower", "more_curve": "less_curve", "inc": "dec",
 }  # fmt: skip
-FLIPPED |= {b: a for a, b in FLIPPED.items() if a != "near"}
+FLIPPED |= {b: a for a, b in FLIPPED.items() if a not in ("near", "touch", "avoid")}
 FRACTION = {"half": 0.5, "third": 1 / 3, "quarter": 0.25, "tenth": 0.1, "fifth": 0.2}
 QUANTITIES = frozenset("Qm Qv Qa Qs Qdeg Qpc Qx Qstep Qn".split())
 
@@ -64,6 +64,10 @@ def _fraction(found: Sequence[Chunk]) -> Chunk:
     times = found[0].q.value if found[0].q is not None else 1.0
     share = FRACTION[found[-1].kind] * times
     return merged(found, "Qpc", q=Quantity(round(share, 2) if share not in (0.125,) else share, "%", "by", ""))
+
+
+def _share_of(found: Chunk) -> Quantity:
+    return found.q or Quantity(round(FRACTION[found.kind], 2), "%")
 
 
 def _and_a_half(found: Sequence[Chunk]) -> Chunk | None:
@@ -199,6 +203,13 @@ def _never_near(found: Sequence[Chunk]) -> Chunk:
     return merged(found, "within_of", q=replace(numbers(found)[0], role="at_least"))
 
 
+def _gap(found: Sequence[Chunk]) -> Chunk:
+    """A distance to an object that never falls below a length."""
+    low = any(c.kind in ("under", "down", "lower", "at_most") for c in found)
+    least = low is any(c.kind == "never" for c in found)
+    return merged(found, "within_of", q=replace(numbers(found)[0], role="at_least" if least else "at_most"))
+
+
 def _turned(found: Sequence[Chunk]) -> Chunk:
     """A quarter turn."""
     return merged(found, "Qdeg", q=Quantity(360 * FRACTION[found[0].kind], "deg"))
@@ -241,7 +252,8 @@ def _counted(label: str, times: float | None = None) -> Build:
 
 def _flip(found: Sequence[Chunk]) -> Chunk:
     last = found[-1]
-    return merged(found, FLIPPED.get(last.kind, last.kind), value="flipped")
+    sure = last.kind in ("touch", "closer") or any(c.kind in ("too", "so", "as", "less", "dec") for c in found)
+    return merged(found, FLIPPED.get(last.kind, last.kind), value="flipped" if sure else "denied")
 
 
 def _except(found: Sequence[Chunk]) -> Chunk | None:
@@ -337,18 +349,28 @@ PATTERNS: tuple[Pattern, ...] = tuple(
         ("every Qn|second|third|quarter|fifth|tenth|rest|unknown waypoints", _every),
         ("Qn laps|turns|times|circle", _counted("turns")),
         ("Qn waves|wave", _counted("waves")),
+        ("1st|start Qn? SHARE of? path?", _amount("first")),
         ("1st Qn? SPAN of? path?", _amount("first")),
+        ("nth|goal Qn? SHARE of? path?", _amount("last")),
         ("nth Qn? SPAN of? path?", _amount("last")),
+        ("Qn FIRST waypoints", _amount("first")),
+        ("Qn LAST waypoints", _amount("last")),
         ("FIRST Qn waypoints?", _amount("first")),
         ("LAST Qn waypoints?", _amount("last")),
         ("middle third|Qpc", _plain("middle")),
         ("secondhalf|firsthalf", lambda f: _share("last" if f[0].kind == "secondhalf" else "first", 0.5)(f)),
         ("AT|from? waypoints|nth|1st Qn to?", _point),
+        ("after|from halfway|middle on|front?", lambda f: _share("last", 0.5)(f)),
+        ("halfway|middle on|front", lambda f: _share("last", 0.5)(f)),
+        ("before touch? halfway|middle", lambda f: _share("first", 0.5)(f)),
         ("from point on|front?", _along("after")),
         ("after|before|from point", lambda f: _along("before" if f[0].kind == "before" else "after")(f)),
         ("point on|front", _along("after")),
         ("after SHARE of? path", _along("after")),
         ("before SHARE of? path", _along("before")),
+        ("reverse by? Qm", lambda f: merged(f, "back")),
+        ("Qm reverse", lambda f: merged(f, "back")),
+        ("rising|falling by? Qm", lambda f: merged(f, "up" if f[0].kind == "rising" else "down")),
         ("AT rising|falling", lambda f: _plain("heading", direction="up" if f[1].kind == "rising" else "down")(f)),
         ("rising|falling", lambda f: _plain("heading", direction="up" if f[0].kind == "rising" else "down")(f)),
         ("never AT? straights", lambda f: part(f, PathPart("turns"))),
@@ -359,12 +381,18 @@ PATTERNS: tuple[Pattern, ...] = tuple(
         ("axis to? plus|minus Qm|Qn", lambda f: _axis([*f[:1], _signed(f[-2:])])),
         ("plus|minus ANYQ", _signed),
         # objects and places
+        ("after|once pass|touch|near|closer at|to|by? OBJ", _side_of_object("after")),
+        ("before pass|touch|near|closer at|to|by? OBJ", _side_of_object("before")),
+        ("between and OBJ", lambda f: merged(f[2:], "obj", value="from")),
+        ("where|as OBJ near|closer|pass", lambda f: merged(f[1:2], "obj", value="near")),
+        ("where|as pass|near|closer|touch|thru at|to|by? OBJ", lambda f: merged(f[-1:], "obj", value="near")),
+        ("pass by? OBJ", lambda f: merged(f[-1:], "obj", value="pass")),
         ("OBJ comma|and OBJ comma|and OBJ", _objects),
         ("OBJ and OBJ", _objects),
         ("from start to|before OBJ|goal", lambda f: _to_or_from_end(f) if f[-1].kind == "OBJ" else merged(f, "whole")),
         ("from OBJ to|before goal", _to_or_from_end),
         ("from? OBJ to|before|thru OBJ", lambda f: _between(f) if len(f[0].names or f[1].names) == 1 else None),
-        ("AT|thru? between OBJ gap?", _between),
+        ("AT|thru? gap? between OBJ gap?", _between),
         ("thru|in|at|to|on|between? middle of OBJ", _between),
         ("OBJ gap", _between),
         ("from OBJ on|front", _side_of_object("after")),
@@ -374,7 +402,11 @@ PATTERNS: tuple[Pattern, ...] = tuple(
         ("within Qm of|from|to|around|near OBJ", _within),
         ("in|on|at|by|to|from|near? middle of? path?", _plain("middle")),
         ("except where? over|under|up|down Qm", lambda f: part(f, outside(_beyond(f).value))),
+        ("SHARE|Qx as", lambda f: merged(f[:1], "Qpc", q=replace(_share_of(f[0]), role="to"))),
+        ("as FLIPS from|to? OBJ? as", lambda f: merged(f, "unknown")),
         # roles of quantities
+        ("distance|gap from|to|around|of? OBJ never? under|over|down|up|lower|at_least|at_most Qm", _gap),
+        ("over|under height of? Qm", lambda f: _height("at_least" if f[0].kind == "over" else "at_most")(f)),
         ("Qv squared", lambda f: merged(f, "Qa", q=replace(f[0].number, unit="m/s2"))),
         ("never HIGHER+ than|on|by? Qm ground?", _height("at_most")),
         ("lower|down|falling under|at_most Qv|Qn", _role("at_least")),
@@ -401,11 +433,19 @@ PATTERNS: tuple[Pattern, ...] = tuple(
         ("to approx? ANYQ", _role("to")),
         ("by approx? ANYQ", _role("by")),
         ("at approx? Qv", _role("to")),
+        ("goal by stop", lambda f: f[2]),
+        ("never stop at|by goal", lambda f: merged(f, "extend")),
+        ("never? faster|inc never? slower|dec", lambda f: merged(f, "constant") if f[0].kind == "never" else None),
         # what is turned round
-        ("never slight? so|too|of|as? slight|large? FLIPS", _flip),
+        ("never keep? slight? so|too|of|as slight|large? FLIPS", _flip),
+        ("never slight? slight|large? FLIPS", _flip),
         ("too so? FLIPS", _flip),
         ("less|dec so? FLIPS", lambda f: _flip(f) if f[0].text.lower().endswith("less") else None),
         # ends and objects with their prepositions
+        ("where|after|once touch? at? goal", lambda f: merged(f, "end", value=("goal", "after"))),
+        ("where? closer|near to? goal", _plain("last")),
+        ("straight|ramp_down|ramp_up path? to|before goal", lambda f: f[0]),
+        ("before turns", lambda f: f[1]),
         ("AT|to|toward|from|of|before|after|where|than? END", _end),
         ("AT|to|toward|from|of|off|than|over|under|thru|with|for|touch|front|back|left|right? AT|of|from|to? OBJ",
          lambda f: None if f[0].kind in ("left", "right", "front", "back") or f[0].kind == "touch" else _object(f)),
@@ -419,6 +459,7 @@ PATTERNS: tuple[Pattern, ...] = tuple(
         ("AT|to|toward|where|only? first", _plain("first", unit="share")),
         ("AT|to|toward|where|only? last", _plain("last", unit="share")),
         ("only? middle", _plain("middle")),
+        ("thru|along part|rest", lambda f: f[1]),
         ("except AT|from|to|near? part|obj|end|pair|point and|comma? part?", _except),
         ("never AT part|obj", _except),
     )
@@ -433,8 +474,15 @@ def constituents(found: Sequence[Chunk]) -> list[Chunk]:
     return row
 
 
+def turned(found: Sequence[Chunk]) -> list[Chunk]:
+    """The words of an utterance that others turn round, as what they come to: "too close" as farther."""
+    return [c for c in constituents(found) if c.value == "flipped"]
+
+
 def _measured(row: list[Chunk]) -> list[Chunk]:
     """Give a bare number beside a direction the unit of the other lengths: "30 mm up, 10 right"."""
+    if {c.kind for c in row}.isdisjoint(PACED):
+        row = [_metres(c) if c.kind == "Qn" else c for c in row] if any(c.kind in PLACED for c in row) else row
     known = next((c for c in row if c.kind == "Qm" and c.text[0].isdigit() and c.number.value), None)
     if known is None or known.q is None:
         return row
@@ -443,12 +491,24 @@ def _measured(row: list[Chunk]) -> list[Chunk]:
     made = list(row)
     for i, item in enumerate(row):
         near = {c.kind for c in row[max(i - 1, 0) : i + 2]}
-        if item.kind == "Qn" and item.q is not None and near & beside and "waypoints" not in near:
+        counted = "waypoints" in {c.kind for c in row[max(i - 3, 0) : i + 2]}
+        if item.kind == "Qn" and item.q is not None and near & beside and not counted:
             made[i] = replace(item, kind="Qm", q=Quantity(item.q.value * factor, "m"))
     return made
 
 
+PACED = frozenset("speed faster slower vmax vmin constant accel brake ramp_up ramp_down".split())
+"""Classes beside which a bare number may be a speed."""
+
+
+def _metres(item: Chunk) -> Chunk:
+    """A decimal such as 0.35 can only be metres."""
+    small = "." in item.text and item.number.value < 10
+    return replace(item, kind="Qm", q=replace(item.number, unit="m")) if small else item
+
+
 DIRECTED = frozenset("left right front back up down raise lower closer farther".split())
+PLACED = DIRECTED | {"drop", "height", "distance", "gap", "ground", "extend"}
 
 
 def _rewritten(row: list[Chunk], pattern: Pattern) -> list[Chunk]:

@@ -15,7 +15,7 @@ from ovita.paths.part import PathPart
 Filler = Callable[["Constituents"], Any]
 
 DIRECTIONS = {"left": "left", "right": "right", "front": "front", "back": "back", "up": "up", "down": "down",
-              "raise": "up", "lower": "down"}  # fmt: skip
+              "raise": "up", "lower": "down", "drop": "down"}  # fmt: skip
 AXES = {"x": "x", "y": "y", "z": "up"}
 
 FREE = frozenset(
@@ -25,7 +25,7 @@ FREE = frozenset(
 """Classes that may be left over: they shape what stands beside them."""
 
 MILD = {"speed": 4, "keep": 2, "distance": 6, "there": 3, "slight": 3, "large": 2, "rest": 8, "ground": 3, "height": 4,
-        "duration": 1, "pass": 1, "touch": 4, "thru": 3, "times": 2, "once": 3, "gap": 2, "origin": 6, "1st": 1, "nth": 1, "limit": 3, "bound": 4, "obj": 9,
+        "duration": 1, "pass": 1, "touch": 6, "thru": 3, "times": 2, "once": 3, "gap": 2, "origin": 6, "1st": 1, "nth": 1, "limit": 3, "bound": 4, "obj": 9,
         "end": 9, "radius": 5, "size": 5, "straights": 4, "laps": 2, "waves": 3, "dec": 5, "raise": 9}  # fmt: skip
 CONTENT = 10
 
@@ -85,7 +85,8 @@ def parts(clause: Constituents, bounds: bool = False) -> PathPart:
     for i, item in enumerate(clause.items):
         if i in clause.used:
             continue
-        of = {"rest": REST, "there": THERE}.get(item.kind) or _part_of(item)
+        passed = item.kind == "obj" and item.value == "pass" and not bounds
+        of = None if passed else {"rest": REST, "there": THERE}.get(item.kind) or _part_of(item)
         if item.kind == "Hq" and bounds:
             of = _bounded_part(item)
         if of is not None:
@@ -114,7 +115,7 @@ def objects(*prepositions: str) -> Filler:
 
     def fill(clause: Constituents) -> tuple[str, ...]:
         test = (lambda c: c.value in prepositions) if prepositions else None
-        found = clause.every("obj", where=test) or clause.every("within_of", where=lambda c: bool(c.names))
+        found = clause.every("obj", where=test) or [c for c in clause.items if c.kind == "within_of"]
         return tuple(dict.fromkeys(name for c in found for name in c.names))
 
     return fill
@@ -200,6 +201,11 @@ def _fraction(clause: Constituents) -> F.Quantity | None:
     return None if found is None else F.Quantity(round(FRACTION[found.kind], 2), "%")
 
 
+UPPER = ("max", "limit", "at_most", "vmax", "ceiling", "within")
+LOWER = ("min", "at_least", "vmin", "floorlimit")
+"""Classes of words that make a quantity an upper or a lower bound."""
+
+
 def bounded(*kinds: str, default: str = "at_least") -> Filler:
     """A quantity with the role at_least or at_most, by the words beside it."""
 
@@ -208,11 +214,9 @@ def bounded(*kinds: str, default: str = "at_least") -> Filler:
         if q is None:
             return None
         if q.role not in ("at_least", "at_most"):
-            found = clause.take(
-                "max", "limit", "at_most", "vmax", "ceiling", "min", "at_least", "vmin", "floorlimit", "within"
-            )
-            high = found is not None and found.kind in ("max", "limit", "at_most", "vmax", "ceiling", "within")
-            role = "at_most" if high else "at_least" if found is not None else default
+            high, low = clause.has(*UPPER), clause.has(*LOWER)
+            clause.every(*UPPER, *LOWER)
+            role = "at_most" if high else "at_least" if low else default
             q = replace(q, role=cast(F.Role, role))
         return q
 

@@ -27,7 +27,7 @@ CONNECTIVES = frozenset({"and", "then", "but", "also", "plus", "whereas", "final
 COMPARING = frozenset("too so less not no never that once twice".split())
 """Words that turn what follows them round; phrases that begin with one are composed by the reader."""
 
-ALIKE = {"away": "farther", "withdraw": "farther", "increase": "inc", "decrease": "dec", "creep": "slower",
+ALIKE = {"away": "farther", "increase": "inc", "decrease": "dec",
          "through": "thru", "beyond": "after", "fewer": "dec", "pass": "pass", "remove": "trim"}  # fmt: skip
 """Concepts of `words/` and the classes of `terms/` that they belong to."""
 

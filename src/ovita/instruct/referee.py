@@ -16,6 +16,7 @@ from typing import Any, Literal
 from ovita.errors import OvitaError
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk, chunks
+from ovita.instruct.constituents import turned
 from ovita.instruct.edits import Also
 from ovita.instruct.notation import name_of
 from ovita.paths.part import PathPart
@@ -214,8 +215,8 @@ def _frames(reading: F.Reading) -> tuple[F.SemanticFrame, ...]:
 OPPOSED = {
     "left": {"left"}, "right": {"right"}, "front": {"front"}, "back": {"back"},
     "up": {"up", "raise", "over", "rising", "height"}, "down": {"down", "lower", "under", "falling", "height"},
-    "closer": {"closer", "near", "toward", "touch", "at_most", "within"},
-    "farther": {"farther", "from", "at_least", "distance"},
+    "closer": {"closer", "near", "toward", "touch", "at_most", "within", "distance", "gap"},
+    "farther": {"farther", "from", "at_least", "distance", "gap", "avoid", "withdraw"},
     "faster": {"faster", "inc", "double", "triple"}, "slower": {"slower", "dec", "halve", "half", "brake"},
     "larger": {"larger", "inc", "double", "triple"}, "smaller": {"smaller", "dec", "halve", "half"},
     "more": {"more_curve", "larger", "inc"}, "less": {"less_curve", "smaller", "straight", "dec"},
@@ -235,7 +236,7 @@ LOWER = frozenset("at_least min vmin floorlimit".split())
 def contradictions(said: Sequence[Chunk], frames: Iterable[F.SemanticFrame]) -> tuple[str, ...]:
     """What the words say and a reading does not account for, or says otherwise, as sentences for people."""
     frames = tuple(frames)
-    kinds = frozenset(chunk.kind for chunk in said)
+    kinds = frozenset(chunk.kind for chunk in said) | frozenset(chunk.kind for chunk in turned(said))
     return tuple(text for check in CHECKS if (text := check(said, kinds, frames)))
 
 
@@ -251,6 +252,9 @@ def _turned(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.Semant
 
 def _negated(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.SemanticFrame, ...]) -> str:
     """A "not" that no frame comes from."""
+    held = {sense for frame in frames for sense in _senses(frame)}
+    if any(OPPOSED.get(sense, set()) & {chunk.kind for chunk in turned(said)} for sense in held):
+        return ""
     if "never" in kinds and not any(_limits(frame) for frame in frames):
         return f"{_said(said, frozenset(['never']))} turns round what it belongs to."
     return ""

@@ -319,9 +319,9 @@ def _added(made: list[F.SemanticFrame], frame: F.SemanticFrame) -> list[F.Semant
         and last.part == frame.part
         and last.degree == frame.degree
     ):
-        taken = dict(last.offset)
+        taken = {direction: q for direction, q in last.offset if q is not None or direction not in dict(frame.offset)}
         if not any(direction in taken for direction, _ in frame.offset):
-            return [*made[:-1], replace(last, offset=(*last.offset, *frame.offset), words=last.words + frame.words)]
+            return [*made[:-1], replace(last, offset=(*taken.items(), *frame.offset), words=last.words + frame.words)]
     return [*made, frame]
 
 
@@ -387,7 +387,9 @@ def _rest(made: Sequence[F.SemanticFrame]) -> PathPart:
 
 
 def _settled(made: Sequence[F.SemanticFrame]) -> list[F.SemanticFrame]:
-    """Without frames said twice, and without a second stop that names no place."""
+    """Without frames said twice or a second stop that names no place; a speed that alone is to stay is to be constant."""
+    if len(made) == 1 and isinstance(made[0], F.Keep) and made[0].what == "speed":
+        return [F.Pace(change="constant", part=made[0].part, words=made[0].words)]  # to ask for nothing else
     stops = [f for f in made if isinstance(f, F.StopAt)]
     return [f for f in dict.fromkeys(made) if not (isinstance(f, F.StopAt) and not f.place and len(stops) > 1)]
 

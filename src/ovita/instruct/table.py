@@ -99,6 +99,8 @@ def _one_called(name: str, clause: Constituents) -> bool:
     test = (lambda c: _value(c) in values) if colon else None
     if kind in SLOTTED:
         return any(c.kind == kind and (test is None or test(c)) for c in clause.items)
+    if any(c.kind == kind and c.q is not None for c in clause.items):
+        return True
     return clause.take(kind, where=test) is not None
 
 
@@ -164,8 +166,8 @@ def _resize(slots: dict[str, Any]) -> dict[str, Any]:
 def _pace(slots: dict[str, Any]) -> dict[str, Any]:
     """A speed itself is a target: "slow down to 0.2 m/s", "20 % of the speed"."""
     q = slots.get("amount")
-    if q is not None and q.role == "by" and q.unit == "x" and slots["change"] == "slower" and q.value == 0.5:
-        slots["amount"] = replace(q, unit="x")
+    if q is not None and slots["change"] == "faster" and q.role == "by" and q.unit == "x" and q.value < 1:
+        return slots | {"change": "set", "amount": replace(q, role="to")}  # half as fast
     return slots
 
 
@@ -267,25 +269,34 @@ def _swing(clause: Constituents) -> F.Quantity | None:
 
 ROWS: tuple[Row, ...] = (
     # where the path runs
-    Row(F.Shift, ("up|down|left|right|front|back|raise|lower|axis_by", "inc height", "dec height"),
-        {"offset": offset}, needs=("offset",), also="height ground axis inc whole path farther", rank=0.2),
-    Row(F.Shift, ("inc height !obj", ), {"offset": lambda c: (("up", LENGTH(c)),)}, also="height more", rank=0.3),
-    Row(F.Shift, ("dec height !obj", ), {"offset": lambda c: (("down", LENGTH(c)),)}, also="height", rank=0.3),
+    Row(F.Shift, ("up|down|left|right|front|back|raise|lower|drop|axis_by",),
+        {"offset": offset}, needs=("offset",), also="height ground axis inc whole path farther pass", rank=0.2),
+    Row(F.Shift, ("keep up|down|left|right|front|back !Qm|height|speed|rest|obj",),
+        {"offset": offset}, needs=("offset",), also="inc whole path farther keep size", rank=0.3),
+    Row(F.Shift, ("inc|more height|ground !obj", ), {"offset": lambda c: (("up", LENGTH(c)),)}, also="height ground more keep than whole path", rank=0.3),
+    Row(F.Shift, ("dec|less height !obj", ), {"offset": lambda c: (("down", LENGTH(c)),)}, also="height than whole path", rank=0.3),
+    Row(F.Shift, ("withdraw !obj|pair",), {"offset": lambda c: (("back", LENGTH(c)),)}, also="whole path", rank=0.3),
+    Row(F.Shift, ("advance !obj|pair",), {"offset": lambda c: (("front", LENGTH(c)),)}, also="whole path", rank=0.3),
     Row(F.MoveEnd, ("end up|down|left|right|front|back|raise|lower|axis_by",),
         {"end": end(), "offset": offset}, needs=("end", "offset"), also="height path farther", rank=0.1, where=False),
     Row(F.MoveEnd, ("end closer|toward|near", "end obj:toward", "end dec distance", "end farther obj:to,toward"),
         {"end": end(), "place": place_of_object, "by": amount("Qm", "Qpc")}, {"relation": "toward"}, ("end", "place"), "farther closer distance near toward", 0.1, where=False),
-    Row(F.MoveEnd, ("end farther !obj:to", "end obj:from", "end inc distance"),
-        {"end": end(), "place": place_of_object, "by": amount("Qm", "Qpc", "Qx")}, {"relation": "away"}, ("end", "place"), "farther distance inc keep never", 0.15, where=False),
+    Row(F.MoveEnd, ("end farther|withdraw !obj:to", "end obj:from", "end inc distance"),
+        {"end": end(), "place": place_of_object, "by": amount("Qm", "Qpc", "Qx")}, {"relation": "away"}, ("end", "place"), "farther distance inc keep never withdraw", 0.15, where=False),
     Row(F.MoveEnd, ("end obj", ), {"end": end(), "place": place("to", "at", "on", "by", "in", "near", "over", "", "with")},
         {"relation": "to"}, ("end", "place"), "touch on over pass", 0.25, where=False),
     Row(F.MoveEnd, ("endup", ), {"place": place()}, {"end": "goal", "relation": "to"}, ("place",), "end near", 0.0, where=False),
     Row(F.MoveEnd, ("startat", ), {"place": place()}, {"end": "start", "relation": "to"}, ("place",), "end near", 0.0, where=False),
+    *(Row(F.MoveEnd, (f"{word} Qm up|down|left|right|front|back !obj|wait",), {"offset": offset}, {"end": name}, ("offset",), "farther", 0.05, where=False)
+      for word, name in (("endup", "goal"), ("startat", "start"))),
     # objects
-    Row(F.Approach, ("closer", "near", "dec distance"), {"objects": objects("to", "by", "", "at", "of", "on", "in", "near", "for", "with", "over", "around", "toward", "than", "along", "touch"),
-        "by": amount("Qm", "Qpc", "Qx")}, {"sense": "closer"}, ("objects",), "distance path pass closer near", 0.25),
-    Row(F.Approach, ("farther", "inc distance", "inc farther", "double|triple distance|farther", "Qx distance|farther", "farther around"),
-        {"objects": objects(), "by": lambda c: amount("Qm", "Qx")(c) or share(c)}, {"sense": "farther"}, ("objects",), "distance path pass farther times inc keep gap than", 0.25),
+    Row(F.Approach, ("closer", "near", "dec|less|smaller|halve|half distance|gap"), {"objects": objects("to", "by", "", "at", "of", "on", "in", "near", "for", "with", "over", "around", "toward", "than", "along", "touch", "from", "pass", "toward"),
+        "by": lambda c: amount("Qm", "Qx")(c) or share(c)}, {"sense": "closer"}, ("objects",), "distance gap path pass closer near creep toward advance keep touch", 0.25),
+    Row(F.Approach, ("obj:toward",), {"objects": objects("toward"), "by": amount("Qm")}, {"sense": "closer"}, ("objects",), "path whole creep toward advance keep", 0.3),
+    Row(F.Approach, ("farther|avoid", "inc|more|larger distance|gap", "inc farther", "double|triple distance|farther", "Qx distance|farther", "farther around", "withdraw obj", "keep large obj:from"),
+        {"objects": objects(), "by": lambda c: amount("Qm", "Qx")(c) or share(c)}, {"sense": "farther"}, ("objects",), "distance path pass farther avoid times inc keep gap than", 0.25),
+    Row(F.Approach, ("distance obj !Qm|dec|less|smaller|keep|constant|halve|half",), {"objects": objects()}, {"sense": "farther"}, ("objects",), "distance", 0.4),
+    Row(F.Approach, ("halve|half farther", "farther Qx|Qpc:to"), {"objects": objects(), "by": share}, {"sense": "closer"}, ("objects",), "farther keep pass", 0.2),
     Row(F.Approach, ("inc Qm obj !speed",), {"objects": objects(), "by": LENGTH}, {"sense": "farther"}, ("objects",), "inc", 2.0),
     Row(F.Clearance, ("Qm:at_least,at_most obj|within_of", "min|at_least|max|at_most|keep|distance Qm", "keep within_of", "distance Qm", "keep|farther Qm obj:from", "within_of !speed|faster|slower",
                       "Qm:at_least,at_most distance|farther|near|closer"),
@@ -294,18 +305,20 @@ ROWS: tuple[Row, ...] = (
     Row(F.Visit, ("obj:thru,touch",), {"objects": objects("thru", "touch", "", "at")}, {}, ("objects",), "touch pass", 0.3, where=False),
     Row(F.Visit, ("obj:thru,touch",), {}, {}, ("objects",), "touch pass", 0.3, where=False),
     Row(F.Visit, ("pair",), {"objects": pair}, {"relation": "between"}, ("objects",), "thru pass gap middle around", 0.35, where=False),
-    Row(F.Visit, ("obj:over", "over obj"), {"objects": objects("over", ""), "by": LENGTH}, {"relation": "over"}, ("objects",), "over up raise pass at_least", 0.1, where=False),
+    Row(F.Visit, ("obj:over", "over obj"), {"objects": objects("over", ""), "by": LENGTH}, {"relation": "over"}, ("objects",), "over up raise pass at_least farther", 0.1, where=False),
     Row(F.Visit, ("obj:under", "under obj"), {"objects": objects("under", ""), "by": LENGTH}, {"relation": "under"}, ("objects",), "under down lower pass", 0.3, where=False),
-    Row(F.Side, ("left|right|front|back obj:,of,from,on,around,to,by,at !Qm", "left|right|front|back pass|side|around obj"),
-        {"objects": objects(), "direction": direction}, {}, ("objects", "direction"), "side pass keep around left right near touch path whole", 0.15, where=False),
+    Row(F.Side, ("left|right|front|back obj:of,from,on,around,to,by,at !Qm", "left|right|front|back pass|side|around|keep obj", "left|right|front|back obj:pass"),
+        {"objects": objects("", "of", "from", "on", "around", "to", "by", "at", "pass", "with", "touch"), "direction": direction}, {}, ("objects", "direction"), "side pass keep around left right near touch path whole", 0.15, where=False),
     # speed
-    Row(F.Pace, ("faster", "inc|raise|up speed", "more speed", "inc Qv"), {"amount": speed_amount}, {"change": "faster"}, (), "speed path whole keep inc up raise more times faster", 0.1, check=_pace),
-    Row(F.Pace, ("slower", "dec|lower|down|trim speed", "less speed", "brake"), {"amount": speed_amount}, {"change": "slower"}, (), "speed path whole keep dec lower down times slower brake trim", 0.1, check=_pace),
+    Row(F.Pace, ("faster", "inc|raise|up speed", "more speed", "inc Qv"), {"amount": speed_amount}, {"change": "faster"}, (), "speed path whole keep inc up raise more times faster thru", 0.1, check=_pace),
+    Row(F.Pace, ("slower_time",), {}, {"change": "set", "amount": F.Quantity(0.5, "x", "to")}, (), "speed path whole", 0.1),
+    Row(F.Pace, ("faster_time",), {}, {"change": "set", "amount": F.Quantity(2.0, "x", "to")}, (), "speed path whole in", 0.1),
+    Row(F.Pace, ("slower", "dec|lower|drop|down|trim speed", "less speed", "brake", "creep"), {"amount": speed_amount}, {"change": "slower"}, (), "speed path whole keep dec lower drop down times slower brake trim creep thru", 0.1, check=_pace),
     Row(F.Pace, ("double|triple speed", "speed double|triple"), {"amount": share}, {"change": "faster"}, (), "speed times", 0.1),
     Row(F.Pace, ("speed Qpc:by", ), {"amount": lambda c: (lambda f: None if f is None else f.q)(c.take("Qpc", where=lambda x: x.value == "plus"))}, {"change": "faster"}, ("amount",), "speed", 0.05, check=_signed_pace),
     Row(F.Pace, ("speed Qpc|Qv", "Qpc|Qv:by speed", ), {"amount": lambda c: (lambda f: None if f is None else f.q)(c.take("Qpc", "Qv", where=lambda x: x.value == "minus"))}, {"change": "slower"}, ("amount",), "speed", 0.05, check=_signed_pace),
     Row(F.Pace, ("Qv", "speed|vmax|vmin Qv|Qn", "half speed", "halve speed", "speed Qpc|Qx|half|third|quarter", "Qpc|quarter|third|fifth|tenth speed"),
-        {"amount": lambda c: amount("Qv", "Qpc", "Qx", role="")(c) or share(c)}, {}, ("amount",), "speed path whole keep max limit at_most at_least min vmax vmin faster slower brake raise lower", 0.3, check=_set_pace),
+        {"amount": lambda c: amount("Qv", "Qpc", "Qx", role="")(c) or share(c)}, {}, ("amount",), "speed path whole keep max limit at_most at_least min vmax vmin faster slower brake raise lower extend", 0.3, check=_set_pace),
     Row(F.Pace, ("vmax|limit|max|at_most Qv", "vmax Qn", "speed max|at_most|limit Qv|Qn"), {"amount": amount("Qv", role="at_most")}, {"change": "cap"}, ("amount",), "speed whole path max limit at_most faster vmax up", 0.1),
     Row(F.Pace, ("vmin|min|at_least Qv", "vmin Qn", "speed min|at_least Qv|Qn"), {"amount": amount("Qv", role="at_least")}, {"change": "floor"}, ("amount",), "speed whole path min at_least slower vmin", 0.1),
     Row(F.Pace, ("constant",), {"amount": amount("Qv", role="to")}, {"change": "constant"}, (), "speed path whole keep constant", 0.2),
@@ -325,23 +338,24 @@ ROWS: tuple[Row, ...] = (
     Row(F.Keep, ("keep path",), {}, _stays("path"), (), "keep whole path never", 0.3, where=False),
     Row(F.Keep, ("keep",), {}, {}, (), "keep whole path never", 0.15, check=_keep),
     # standing still
+    Row(F.MoveEnd, ("stop obj:to",), {"place": place("to")}, {"end": "goal", "relation": "to"}, ("place",), "stop end there", 0.1, where=False),
     Row(F.StopAt, ("stop",), {"place": lambda c: place()(c)}, {}, (), "stop end touch there whole path", 0.2, where=False),
-    Row(F.Wait, ("wait", "stop Qs", "keep Qs", "obj:at,by,near Qs", "Qs point|end"), {"duration": amount("Qs", "Qstep"), "place": place("at", "by", "on", "in", "near", "to", "over", "", "with", "around", "for", "touch", "of")}, {}, ("place",), "wait stop keep duration for there then_on slight", 0.1, where=False),
+    Row(F.Wait, ("wait", "stop Qs", "keep Qs", "obj:at,by,near Qs", "Qs point|end"), {"duration": amount("Qs", "Qstep"), "place": place("at", "by", "on", "in", "near", "to", "over", "", "with", "around", "for", "touch", "of", "pass")}, {}, ("place",), "wait stop keep duration for there then_on slight", 0.1, where=False),
     Row(F.Wait, ("wait there",), {"duration": amount("Qs", "Qstep")}, {}, ("place",), "wait stop there then_on", 0.2, where=False),
     Row(F.Hover, ("hover", "wait obj:over", "keep obj:over Qs"), {"duration": amount("Qs", "Qstep"), "by": LENGTH, "objects": objects("over", "", "at", "near", "by", "on")}, {}, ("objects",), "hover wait over up keep raise touch", 0.0, where=False),
     Row(F.Hop, ("hop",), {"by": LENGTH, "objects": objects("over", "", "to", "on", "by")}, {}, ("objects",), "hop over up down raise at_least distance min", 0.0, where=False),
     # ends and waypoints
-    Row(F.Extend, ("extend", "inc end:goal/after,goal/over"), {"by": LENGTH, "place": place("to", "", "at", "toward", "before", "on")}, {}, (), "extend end path after part whole inc double farther", 0.2, where=False, check=lambda s: _extend(s)),
-    Row(F.Extend, ("extend up|down|left|right|front|back",), {"offset": offset}, {}, ("offset",), "extend end path after part", 0.1, where=False),
+    Row(F.Extend, ("extend", "inc end:goal/after,goal/over,goal/to Qm"), {"by": LENGTH, "place": place("to", "", "at", "toward", "before", "on")}, {}, (), "extend end path after part whole inc double farther", 0.2, where=False, check=lambda s: _extend(s)),
+    Row(F.Extend, ("extend up|down|left|right|front|back|raise|lower", "end:goal/after up|down|left|right|front|back|raise|lower", "inc end:goal/at up|down|left|right|front|back|raise|lower"), {"offset": offset}, {}, ("offset",), "extend end path after part inc", 0.1, where=False),
     Row(F.Return, ("return",), {}, {}, (), "return end start path stop reverse", 0.0, where=False),
     Row(F.Reverse, ("reverse",), {}, {}, (), "reverse path whole end back", 0.1, where=False),
-    Row(F.Trim, ("trim",), {}, {}, (), "trim path waypoints whole", 0.1, check=_trim_place),
+    Row(F.Trim, ("trim", "drop part !Qm|by"), {}, {}, (), "trim drop path waypoints whole", 0.1, check=_trim_place),
     Row(F.Resample, ("inc|more|denser waypoints", "denser"), {"amount": waypoints}, {"change": "more"}, (), "inc more denser waypoints path whole", 0.1, where=False, check=_resample),
-    Row(F.Resample, ("dec|less|sparser waypoints", "sparser", "too waypoints", "halve waypoints"), {"amount": waypoints}, {"change": "fewer"}, (), "dec less sparser waypoints path whole too", 0.1, where=False, check=_resample),
+    Row(F.Resample, ("dec|less|sparser waypoints", "sparser", "too waypoints", "halve waypoints"), {"amount": waypoints}, {"change": "fewer"}, (), "dec less sparser waypoints path whole too drop trim", 0.1, where=False, check=_resample),
     Row(F.Resample, ("merge",), {"amount": count}, {"change": "merge"}, ("amount",), "waypoints merge every of", 0.0, where=False),
     Row(F.Resample, ("Qn waypoints", "double|Qx|halve|Qpc|half|third waypoints"), {"amount": waypoints}, {"change": ""}, ("amount",), "waypoints path whole inc at_most keep", 0.3, where=False, check=_resample),
     # form
-    Row(F.Smooth, ("smooth",), {}, {}, (), "smooth path whole turns", 0.25),
+    Row(F.Smooth, ("smooth", "dec|less turns"), {}, {}, (), "smooth path whole turns trim avoid dec less", 0.25),
     Row(F.Straighten, ("straight",), {}, {}, (), "straight path whole curvature turns", 0.25),
     Row(F.Curve, ("more_curve", "inc|more curvature"), {}, {"change": "more"}, (), "curvature more path inc whole", 0.0),
     Row(F.Curve, ("less_curve", "dec|less|too curvature"), {}, {"change": "less"}, (), "curvature less dec too path whole", 0.0),
@@ -349,20 +363,20 @@ ROWS: tuple[Row, ...] = (
     Row(F.Resize, ("smaller", "dec size", "resize down"), {"by": share, "about": place("around", "of", "at")}, {"change": "smaller"}, (), "resize smaller path whole size dec times", 0.3, where=False, check=_resize),
     Row(F.Resize, ("resize", "Qx|double size", "Qx|double larger"), {"by": share, "about": place("around", "of", "at")}, {}, ("by",), "resize path whole times size inc larger", 0.2, where=False, check=_resize),
     Row(F.Mirror, ("mirror left|right|front|back|up|down|sideways|axis", "mirror"), {"about": place("around", "of", "at")}, {}, (), "mirror path whole left right front back up down sideways axis", 0.1, where=False),
-    Row(F.Rotate, ("rotate", "turns Qdeg", "clockwise|anticlockwise Qdeg"), {"angle": angle, "sense": sense, "about": place("around", "of", "at", "on", "with", "from")}, {}, (), "rotate path whole turns quarter", 0.1, where=False),
+    Row(F.Rotate, ("rotate", "turns Qdeg", "clockwise|anticlockwise Qdeg"), {"angle": angle, "sense": sense, "about": place("around", "of", "at", "on", "with", "from")}, {}, (), "rotate path whole turns quarter axis", 0.1, where=False),
     Row(F.Tilt, ("tilt",), {"angle": amount("Qdeg"), "direction": direction}, {}, ("direction",), "tilt path whole side up raise higher", 0.0, where=False),
     # figures
     *(Row(F.Figure, calls, {"rise": labelled("rise"), "size": size, "radius": radius, "turns": turns, "sense": sense, "place": where},
           {"shape": shape}, ("place",) if shape == "circle" else (), f"{shape} path whole laps once around circle pass turns size times", -0.1)
       for shape, calls, size, radius, where in (
-        ("circle", ("circle", "once|double|triple|turns|laps obj:around", "once|double|triple|turns|laps around obj"), labelled("size"), _radius, AROUND),
+        ("circle", ("circle", "once|double|triple|turns|laps|Qx obj:around", "once|double|triple|turns|laps around obj", "turns:by obj !slower|faster"), labelled("size"), _radius, AROUND),
         ("spiral", ("spiral",), labelled("size"), _radius, AROUND), ("eight", ("eight",), _swing, labelled("radius"), AROUND),
         ("zigzag", ("zigzag",), _swing, labelled("radius"), ALONG), ("wave", ("wave",), _swing, labelled("radius"), ALONG),
         ("shake", ("shake",), _swing, labelled("radius"), AROUND))),
     # bounds
     Row(F.Height, ("Hq", "Qm:at_least,at_most height|up|ground|axis", "height Qm:at_least,at_most", "ceiling|floorlimit Qm", "height min|max|limit|at_least|at_most Qm", "up|ground max|min|at_most|at_least Qm", "Qm:at_least,at_most !obj|pair|left|right|front|back"),
         {"level": level}, {}, ("level",), "height ground axis up keep wait whole path limit max min at_most at_least raise lower down touch", 0.2),
-    Row(F.Height, ("height Qm", "Qm ground", "height axis_by", "axis Qm:to"), {"level": amount("Qm", role="to")}, {}, ("level",), "height ground axis keep wait up raise over lower", 0.25),
+    Row(F.Height, ("height Qm !inc|dec|more|less|limit|max|min", "Qm ground", "height axis_by", "axis Qm:to"), {"level": amount("Qm", role="to")}, {}, ("level",), "height ground axis keep wait up raise over lower", 0.25),
     Row(F.Bound, ("left|right|front|back origin Qm", "bound left|right|front|back Qm", "Qm:at_most left|right|front|back", "within left|right|front|back Qm", "keep left|right|front|back Qm:at_most", "keep within_of left|right|front|back"),
         {"offset": offset, "of": place()}, {}, ("offset",), "origin bound keep at_most max within limit whole", 0.1, where=False),
     Row(F.Quadrant, ("quadrant",), {"number": quadrant}, {}, ("number",), "quadrant keep whole path only third second 1st quarter", -0.1, where=False),
