@@ -171,8 +171,7 @@ def read_message(path: str | os.PathLike[str], choices: Choices, names: Sequence
     `names` are the types that fit; a JointTrajectory is found as well, or only that where there are none.
     """
     file = _checked(path)
-    anyreader = _import("rosbags.highlevel")
-    with _damage(file), anyreader.AnyReader([Path(path)], default_typestore=_typestore()) as bag:
+    with opened(path) as bag:
         topic, name = _topic({c.topic: c.msgtype for c in bag.connections}, choices.topic, [*names, JOINTS], file)
         raw = _raw(bag, topic, name)
         message = bag.deserialize(raw[_index(bag, raw, topic, name, choices.message, file)], name)
@@ -180,6 +179,20 @@ def read_message(path: str | os.PathLike[str], choices: Choices, names: Sequence
     several = choices.message is None and len(raw) > 1
     notes = (f"{topic} holds {len(raw)} messages; read the last (--message picks another)",) if several else ()
     return BagMessage(topic, name, message, notes, str(said[0]) if said else "")
+
+
+@contextmanager
+def opened(path: str | os.PathLike[str]) -> Iterator[Any]:
+    """A bag file or folder, open for reading; whatever is wrong with it in the block becomes one sentence.
+
+    Raises:
+        FormatError: If it is no bag, or is damaged.
+        MissingExtra: If rosbags is not installed.
+    """
+    file = _checked(path)
+    anyreader = _import("rosbags.highlevel")
+    with _damage(file), anyreader.AnyReader([Path(path)], default_typestore=_typestore()) as bag:
+        yield bag
 
 
 def _checked(path: str | os.PathLike[str]) -> str:

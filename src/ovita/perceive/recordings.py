@@ -1,0 +1,344 @@
+"""Views and point clouds from ROS bags: the topics by their types, the camera's place from the transforms or a file."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
+
+import numpy as np
+
+from ovita.errors import FormatError
+from ovita.io.bags import opened
+from ovita.io.cameras import (
+    CLOUD,
+    COMPRESSED,
+    IMAGE,
+    INFO,
+    TRANSFORMS,
+    CameraModel,
+    Colours,
+    Transforms,
+    camera_of,
+    cloud_of,
+    colours_of,
+    depth_of,
+    holds_depth,
+    is_grey,
+    named,
+    stamp_of,
+)
+from ovita.io.clouds import PointCloud
+from ovita.io.documents import listing, validated
+from ovita.io.files import errors_of, file_name, read_text
+from ovita.io.json_ import parse_object
+from ovita.paths.trajectory import Array
+from ovita.perceive.view import View
+
+StreamKind = Literal["depth", "colour", "grey", "cloud", "info", "tf"]
+
+TOGETHER = 100_000_000
+"""A picture and a depth picture that are further apart in time are not of one moment [ns]."""
+
+STALE = 50_000_000
+"""A camera's place that is further off in time is said [ns]."""
+
+_TRANSPORTS = ("/compressedDepth", "/compressed")
+
+
+@dataclass(frozen=True, eq=False)
+class Mount:
+    """Where a camera is mounted: its pose (4, 4) in a frame of the recording, or in the world where `frame` is ""."""
+
+    pose: Array
+    frame: str = ""
+
+
+@dataclass(frozen=True)
+class RecordingChoices:
+    """What a recording leaves open.
+
+    Args:
+        rgb: Topic of the picture; None takes the only one, or none.
+        depth: Topic of the depth; None takes the only one.
+        cloud: Topic of a point cloud, instead of depth.
+        at: Times from the start of the recording, one view each [s]; () takes the last depth.
+        camera_frame: The camera's optical frame; None takes that of the messages.
+        world_frame: The frame of the scene; None takes the root of the transforms.
+        mount: Where the camera is mounted, where the recording's transforms do not say it.
+    """
+
+    rgb: str | None = None
+    depth: str | None = None
+    cloud: str | None = None
+    at: tuple[float, ...] = ()
+    camera_frame: str | None = None
+    world_frame: str | None = None
+    mount: Mount | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Recorded:
+    """What a recording shows: views, or clouds where it holds no depth pictures; and what a person should know."""
+
+    views: tuple[View, ...] = ()
+    clouds: tuple[PointCloud, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class _Topic:
+    topic: str
+    type: str
+    kind: StreamKind
+    connection: Any
+
+    @property
+    def base(self) -> str:
+        """The topic without its image transport."""
+        return next((self.topic.removesuffix(end) for end in _TRANSPORTS if self.topic.endswith(end)), self.topic)
+
+
+@dataclass
+class _Reader:
+    """An open bag, with its streams."""
+
+    bag: Any
+    file: str
+    streams: Mapping[str, _Topic]
+    notes: list[str] = field(default_factory=list)
+
+    def nearest(self, stream: _Topic, at: int | None) -> Any:
+        """The message of a stream that is nearest to a time on the recorder's clock [ns], or the last."""
+        best: tuple[int, bytes] | None = None
+        for _, stamp, raw in self.bag.messages(connections=[stream.connection]):
+            off = 0 if at is None else abs(stamp - at)
+            if best is not None and off > best[0]:
+                break
+            best = off, raw
+        if best is None:
+            raise FormatError(self.file, f"there is no message on {stream.topic}; the recording may have been cut off")
+        return self.bag.deserialize(best[1], stream.type)
+
+    def near_stamp(self, stream: _Topic, stamp: int) -> Any:
+        """The message of a stream whose own time is nearest to another's [ns], or None if it is not of that moment."""
+        best: tuple[int, Any] | None = None
+        for _, _, raw in self.bag.messages(connections=[stream.connection]):
+            message = self.bag.deserialize(raw, stream.type)
+            off = abs(stamp_of(message) - stamp)
+            if best is not None and off > best[0]:
+                break
+            best = off, message
+        return None if best is None or best[0] > TOGETHER else best[1]
+
+    def transforms(self, wanted: int) -> Transforms:
+        """Every transform of the recording as it was at a time."""
+        tree = Transforms(wanted)
+        for stream in self.streams.values():
+            if stream.kind == "tf":
+                for _, _, raw in self.bag.messages(connections=[stream.connection]):
+                    tree.add(self.bag.deserialize(raw, stream.type), fixed=stream.topic.endswith("tf_static"))
+        return tree
+
+
+def read_recording(path: str | os.PathLike[str], choices: RecordingChoices | None = None) -> Recorded:
+    """Read views from a ROS 1 or ROS 2 bag.
+
+    Colours of another camera than the depth's are taken over point by point. Without depth pictures, a point cloud is
+    read.
+
+    Raises:
+        FormatError: If a topic is missing, cannot be chosen or holds something else, or the camera has no place.
+        MissingExtra: If rosbags or, for compressed pictures, pillow is not installed.
+    """
+    choices = choices or RecordingChoices()
+    with opened(path) as bag:
+        reader = _Reader(bag, file_name(path), {s.topic: s for s in _streams(bag)})
+        depth = None if choices.cloud else _chosen(reader, ("depth",), choices.depth, "--depth")
+        times: list[int | None] = [int(bag.start_time + at * 1e9) for at in choices.at]
+        times = times or [None]
+        if depth is not None:
+            colour = _chosen(reader, ("colour", "grey"), choices.rgb, "--rgb")
+            views = [_view(reader, depth, colour, at, choices) for at in times]
+            return Recorded(tuple(views), (), tuple(dict.fromkeys(reader.notes)))
+        cloud = _chosen(reader, ("cloud",), choices.cloud, "--cloud")
+        if cloud is None:
+            there = listing(sorted({c.topic for c in bag.connections}))
+            raise FormatError(reader.file, f"no topic holds depth pictures or a point cloud; its topics are {there}")
+        clouds = [_cloud(reader, cloud, at, choices) for at in times]
+        return Recorded((), tuple(clouds), tuple(dict.fromkeys(reader.notes)))
+
+
+def load_mount(path: str | os.PathLike[str]) -> Mount:
+    """Read where a camera is mounted from a JSON file: "pose" (4, 4), and "frame" where it is not the world.
+
+    Raises:
+        FormatError: If the file cannot be read, or the pose is no rigid transform.
+    """
+    file = file_name(path)
+    document = parse_object(read_text(path), file)
+    rows = validated(list[list[float]], document.get("pose"), file, "pose")
+    pose = np.array(rows, dtype=float) if {len(row) for row in rows} == {4} else np.zeros((1, 1))
+    turn = pose[:3, :3]
+    square = pose.shape == (4, 4) and np.allclose(pose[3], (0.0, 0.0, 0.0, 1.0))
+    if not (square and np.allclose(turn @ turn.T, np.eye(3), atol=2e-3) and np.linalg.det(turn) > 0.0):
+        raise FormatError(file, "must be a rigid transform of 4 rows of 4 numbers, camera to frame", key="pose")
+    return Mount(pose, validated(str, document.get("frame", ""), file, "frame"))
+
+
+# Topics
+
+
+def _streams(bag: Any) -> Iterable[_Topic]:
+    for connection in bag.connections:
+        kind = _kind(bag, connection)
+        if kind is not None:
+            yield _Topic(connection.topic, connection.msgtype, kind, connection)
+
+
+def _kind(bag: Any, connection: Any) -> StreamKind | None:
+    known: dict[str, StreamKind] = {INFO: "info", CLOUD: "cloud", TRANSFORMS: "tf", "tf/msg/tfMessage": "tf"}
+    if connection.msgtype not in (IMAGE, COMPRESSED):
+        return known.get(connection.msgtype)
+    first = next((raw for _, _, raw in bag.messages(connections=[connection])), None)
+    if first is None:
+        return None
+    message = bag.deserialize(first, connection.msgtype)
+    return "depth" if holds_depth(message) else "grey" if is_grey(message) else "colour"
+
+
+def _chosen(reader: _Reader, kinds: Sequence[StreamKind], wanted: str | None, option: str) -> _Topic | None:
+    """The stream that a person names, or the only one of the first of these kinds that there is; None if none is."""
+    fits = [stream for stream in reader.streams.values() if stream.kind in kinds]
+    if wanted is not None:
+        topic = wanted if wanted.startswith("/") else f"/{wanted}"
+        found = next((stream for stream in fits if stream.topic == topic), None)
+        if found is None:
+            holds = "is not in this bag" if topic not in reader.streams else f"holds no {kinds[0]}"
+            raise FormatError(reader.file, f"{topic} {holds}; {option} may be {listing(s.topic for s in fits)}")
+        return found
+    for kind in kinds:
+        # The same pictures in two transports are one stream; the raw one needs no decoding.
+        alike = {s.base: s for s in sorted((s for s in fits if s.kind == kind), key=lambda s: -len(s.topic))}
+        if len(alike) == 1:
+            return next(iter(alike.values()))
+        if alike:
+            several = listing(stream.topic for stream in alike.values())
+            raise FormatError(reader.file, f"there are several topics with {kind}, choose one with {option}: {several}")
+    return None
+
+
+def _camera(reader: _Reader, stream: _Topic, size: tuple[int, int]) -> CameraModel:
+    """The camera model that goes with a stream of pictures: that beside it, or the only one of its size."""
+    infos = [info for info in reader.streams.values() if info.kind == "info"]
+    beside = [info for info in infos if info.topic.rpartition("/")[0] == stream.base.rpartition("/")[0]]
+    rectified = "rect" in stream.base
+    models = [camera_of(reader.nearest(info, None), rectified=rectified) for info in beside or infos]
+    fits = [model for model in models if model.size == size]
+    if len(fits) != 1 and not (fits and all(np.array_equal(fits[0].intrinsics, m.intrinsics) for m in fits)):
+        wide, high = size
+        there = f"those there are {listing(info.topic for info in infos)}" if infos else "there is no CameraInfo at all"
+        raise FormatError(reader.file, f"no CameraInfo beside {stream.topic} is of {wide}x{high} pixels; {there}")
+    if fits[0].distorted:
+        reader.notes.append(f"{stream.topic} is not rectified; the bend of the lens is not taken out of it")
+    return fits[0]
+
+
+# Views
+
+
+def _view(reader: _Reader, depth: _Topic, colour: _Topic | None, at: int | None, choices: RecordingChoices) -> View:
+    message = reader.nearest(depth, at)
+    where = f"{reader.file} {depth.topic}"
+    distances = depth_of(message, where)
+    size = distances.shape[1], distances.shape[0]
+    model, stamp = _camera(reader, depth, size), stamp_of(message)
+    tree = reader.transforms(stamp)
+    own = named(choices.camera_frame or message.header.frame_id)
+    pose = _pose(reader, tree, own, choices)
+    rgb = None if colour is None else _colours(reader, colour, (distances, model, own, stamp), tree)
+    with errors_of(where):
+        return View(distances, model.intrinsics, pose, rgb, name=where)
+
+
+def _pose(reader: _Reader, tree: Transforms, camera: str, choices: RecordingChoices) -> Array:
+    """The camera's pose in the world, from its mount and the transforms."""
+    mount = choices.mount
+    if mount is not None and not mount.frame:
+        return mount.pose
+    start = named(mount.frame) if mount is not None else camera
+    world = named(choices.world_frame) if choices.world_frame else tree.root(start)
+    found = tree.between(start, world) if start in tree.frames or start == world else None
+    if found is None or (mount is None and world == camera):
+        there = f"the frames are {listing(tree.frames)}" if tree.frames else "it holds no transforms"
+        remedy = "name --camera-frame and --world-frame, or give the camera's pose with --pose FILE"
+        raise FormatError(reader.file, f"nothing says where {start!r} is in the world ({there}); {remedy}")
+    pose, off = found
+    if off > STALE:
+        reader.notes.append(f"the place of {start!r} is known {off * 1e-9:.2g} s off the picture only")
+    if mount is None and "optical" not in camera:
+        reader.notes.append(f"the frame {camera!r} is taken to be optical: x right, y down, z forward")
+    reader.notes.append(f"the scene is in the frame {world!r} of the recording")
+    return pose if mount is None else pose @ mount.pose
+
+
+def _colours(
+    reader: _Reader, colour: _Topic, seen: tuple[Array, CameraModel, str, int], tree: Transforms
+) -> Colours | None:
+    """The colours of the depth's pixels, or None where they cannot be had, which is noted."""
+    distances, model, own, stamp = seen
+    message = reader.near_stamp(colour, stamp)
+    if message is None:
+        reader.notes.append(f"no picture on {colour.topic} is of the moment of the depth; colours are left out")
+        return None
+    picture = colours_of(message, f"{reader.file} {colour.topic}")
+    theirs, size = named(message.header.frame_id), (picture.shape[1], picture.shape[0])
+    if picture.shape[:2] == distances.shape and theirs == own:
+        return picture
+    link = tree.between(own, theirs)
+    if link is None:
+        if picture.shape[:2] == distances.shape:
+            reader.notes.append(
+                f"nothing connects {theirs!r} and {own!r}; picture and depth are taken to be registered"
+            )
+            return picture
+        reader.notes.append(f"nothing connects {theirs!r} and {own!r}, and their sizes differ; colours are left out")
+        return None
+    reader.notes.append(f"the colours of {colour.topic} were carried over to the depth camera's pixels")
+    return carried_over(picture, _camera(reader, colour, size), distances, model, link[0])
+
+
+def carried_over(picture: Colours, theirs: CameraModel, depth: Array, own: CameraModel, link: Array) -> Colours:
+    """Colours (H, W, 3) for each pixel of a depth picture (H, W) [m], from a picture of another camera.
+
+    Args:
+        picture: Of the other camera.
+        theirs: The other camera.
+        depth: Distances [m].
+        own: The depth camera.
+        link: Pose (4, 4) of the depth camera in the other one's frame.
+    """
+    rows, columns = np.indices(depth.shape, dtype=float)
+    rays = np.stack([columns, rows, np.ones(depth.shape)], axis=-1) @ np.linalg.inv(own.intrinsics).T
+    points = (rays * depth[..., None]) @ link[:3, :3].T + link[:3, 3]
+    ahead = np.where(points[..., 2] > 1e-6, points[..., 2], np.nan)
+    pixels = (points @ theirs.intrinsics.T)[..., :2] / ahead[..., None]
+    wide, high = theirs.size
+    inside = np.isfinite(pixels).all(axis=-1)
+    u, v = np.round(np.where(inside[..., None], pixels, -1)).astype(int).transpose(2, 0, 1)
+    inside &= (u >= 0) & (u < wide) & (v >= 0) & (v < high)
+    return np.where(inside[..., None], picture[np.where(inside, v, 0), np.where(inside, u, 0)], 0).astype(np.uint8)
+
+
+def _cloud(reader: _Reader, stream: _Topic, at: int | None, choices: RecordingChoices) -> PointCloud:
+    message = reader.nearest(stream, at)
+    where = f"{reader.file} {stream.topic}"
+    with errors_of(where):
+        cloud = cloud_of(message, where)
+    tree = reader.transforms(stamp_of(message))
+    own = named(choices.camera_frame or message.header.frame_id)
+    if not tree.frames and choices.mount is None:
+        reader.notes.append(f"the recording holds no transforms; the scene is in the cloud's own frame {own!r}")
+        return cloud
+    return replace(cloud.moved(_pose(reader, tree, own, choices)), name=where)

@@ -1,0 +1,278 @@
+"""Looking again: which object of a scene is which of those seen now, and what that changes for a path."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from ovita.limits import ConstraintCheck
+from ovita.limits.verify import verify
+from ovita.paths.frame import Frame
+from ovita.paths.scene import Scene, SceneObject, canonical
+from ovita.paths.trajectory import Array
+from ovita.perceive.view import View
+from ovita.result import Adaptation, Postcondition
+from ovita.text import length, listed, the
+from ovita.toolkit import judge
+from ovita.toolkit.catalogue import Expectation
+
+STILL = 0.015
+"""An object whose centre was found nearer to where it was has not moved: cameras err by that much [m]."""
+
+ALIKE = 0.35
+"""Sizes that differ by more, relative and over the edges on average, are those of different things."""
+
+REACH = 3.0
+"""An object is not looked for farther from where it was [m]."""
+
+UNLIKE = 1.0
+"""Cost from which two objects are not the same."""
+
+BEHIND = 0.03
+"""A camera sees through where an object was if it measures that much beyond its far side [m]."""
+
+SEEN, LABEL, SHAPE, COLOUR = "seen_by", "seen_as", "shape", "colour"
+"""Keys of a perceived object's extra data."""
+
+
+@dataclass(frozen=True)
+class FoundAgain:
+    """An object of the scene before, and the one seen now that it is."""
+
+    before: SceneObject
+    now: SceneObject
+
+    @property
+    def shift(self) -> Array:
+        """How far its centre moved, (3,) [m]."""
+        return self.now.position - self.before.position
+
+    @property
+    def moved(self) -> bool:
+        """Whether it moved by more than cameras err."""
+        return float(np.linalg.norm(self.shift)) > STILL
+
+
+@dataclass(frozen=True, eq=False)
+class SceneUpdate:
+    """A scene after another look.
+
+    Args:
+        scene: The objects as they are now, under the names that they had; what was not in sight stays.
+        matches: What was found again.
+        new: What was not there before.
+        gone: What is not where it was, though the cameras see the place.
+        unseen: What the cameras cannot see now, or was not perceived in the first place; it stays as it was.
+    """
+
+    scene: Scene
+    matches: tuple[FoundAgain, ...] = ()
+    new: tuple[SceneObject, ...] = ()
+    gone: tuple[SceneObject, ...] = ()
+    unseen: tuple[SceneObject, ...] = ()
+
+    @property
+    def changed(self) -> bool:
+        """Whether anything moved, came or went."""
+        return bool(self.new or self.gone or any(match.moved for match in self.matches))
+
+    def sentences(self) -> list[str]:
+        """What changed, each a sentence."""
+        frame = self.scene.frame
+        said = [f"{_name(m.now)} moved {_words(m.shift, frame)}." for m in self.matches if m.moved]
+        still = [the(m.now.name) for m in self.matches if not m.moved]
+        said += [f"{_capital(listed(still))} did not move."] if still else []
+        said += [f"{_name(item)} is new." for item in self.new]
+        said += [f"{_name(item)} is gone." for item in self.gone]
+        said += [f"{_name(item)} is out of sight, and was left as it was." for item in self.unseen]
+        return said
+
+
+def update(before: Scene, seen: Scene, views: Sequence[View] = ()) -> SceneUpdate:
+    """FoundAgain the objects of a scene with those seen now.
+
+    Things are told apart by name, or by what they were seen as, by size, colour and shape, and by how far they would
+    have moved; the assignment of least cost over all of them counts. Names that a person gave stay.
+
+    Args:
+        before: The scene to update.
+        seen: What was perceived now; it is turned into the frame of the other.
+        views: What it was perceived in; an object that was there is gone only where one of them sees its place.
+    """
+    seen = seen.in_frame(before.frame)
+    pairs = _assigned(before.objects, seen.objects)
+    matches = tuple(FoundAgain(old, _renamed(new, old)) for old, new in pairs)
+    matched = {id(old) for old, _ in pairs}
+    found = {id(new) for _, new in pairs}
+    missing = [item for item in before if id(item) not in matched]
+    gone = tuple(item for item in missing if SEEN in item.extra and sees_through(views, item))
+    unseen = tuple(item for item in missing if not any(item is other for other in gone))
+    kept = [*(m.now for m in matches), *unseen]
+    new = _with_own_names([item for item in seen if id(item) not in found], kept)
+    order = {canonical(item.name): i for i, item in enumerate(before)}
+    kept.sort(key=lambda item: order[canonical(item.name)])
+    scene = replace(before, objects=(*kept, *new), environment=seen.environment or before.environment)
+    return SceneUpdate(scene, matches, new, gone, unseen)
+
+
+def _assigned(old: Sequence[SceneObject], new: Sequence[SceneObject]) -> list[tuple[SceneObject, SceneObject]]:
+    """Which is which, where they are alike."""
+    if not old or not new:
+        return []
+    costs = np.array([[_unlikeness(a, b) for b in new] for a in old])
+    rows, columns = linear_sum_assignment(np.minimum(costs, 10.0 * UNLIKE))
+    return [(old[i], new[j]) for i, j in zip(rows, columns, strict=True) if costs[i, j] < UNLIKE]
+
+
+def _unlikeness(old: SceneObject, new: SceneObject) -> float:
+    """How little two objects are alike: `UNLIKE` and more for different things."""
+    away = float(np.linalg.norm(new.position - old.position))
+    sizes = np.sort(np.maximum(old.size, 1e-3)), np.sort(np.maximum(new.size, 1e-3))
+    unlike = float(np.abs(np.log(sizes[1] / sizes[0])).mean())
+    named = canonical(new.name) in {canonical(old.name), canonical(str(old.extra.get(LABEL, "")))}
+    there = old.cuboid.signed(new.position[None])[0][0] < STILL
+    if away > REACH or (old.dimensions is not None and unlike > ALIKE and not (named and there)):
+        return 10.0 * UNLIKE
+    looks = (0.0 if named else 0.25) + 0.45 * _differ(old, new, COLOUR) + 0.15 * _differ(old, new, SHAPE)
+    return looks + 0.5 * unlike / ALIKE * (old.dimensions is not None) + 0.3 * min(away, 1.0) - (0.3 if there else 0.0)
+
+
+def _differ(old: SceneObject, new: SceneObject, key: str) -> bool:
+    """Whether both say a thing about themselves, and not the same."""
+    return key in old.extra and key in new.extra and old.extra[key] != new.extra[key]
+
+
+def _renamed(new: SceneObject, old: SceneObject) -> SceneObject:
+    """What was seen, under the name that it had, with what the scene said of it beyond what is seen."""
+    label = {} if canonical(new.name) == canonical(old.name) else {LABEL: new.name}
+    return replace(new, name=old.name, extra={**old.extra, **new.extra, **label})
+
+
+def _with_own_names(new: Sequence[SceneObject], kept: Sequence[SceneObject]) -> tuple[SceneObject, ...]:
+    """New objects under names that no other bears."""
+    taken = {canonical(item.name) for item in kept}
+    named = []
+    for item in new:
+        name, count = item.name, 1
+        while canonical(name) in taken:
+            count += 1
+            name = f"{item.name} {count}"
+        taken.add(canonical(name))
+        named.append(item if name == item.name else replace(item, name=name))
+    return tuple(named)
+
+
+def sees_through(views: Sequence[View], item: SceneObject) -> bool:
+    """Whether most of where an object was is in sight of some view, which measures something behind it."""
+    corners = np.stack(np.meshgrid(*[np.linspace(-0.4, 0.4, 3)] * 3), axis=-1).reshape(-1, 3)
+    points = (corners * item.size) @ item.rotation.T + item.position
+    return any(_share_behind(view, points) > 0.6 for view in views)
+
+
+def _share_behind(view: View, points: Array) -> float:
+    """Share of points (N, 3) [m] before what a view measures."""
+    pixels = view.project(points)
+    known = np.asarray(np.isfinite(pixels).all(axis=1))
+    columns, rows = np.round(np.where(known[:, None], pixels, -1.0)).astype(int).T
+    known &= (rows >= 0) & (rows < view.shape[0]) & (columns >= 0) & (columns < view.shape[1])
+    away = (points - view.center) @ view.pose[:3, 2]
+    measured = view.depth[np.where(known, rows, 0), np.where(known, columns, 0)]
+    with np.errstate(invalid="ignore"):
+        return float((known & (measured > away + BEHIND)).mean())
+
+
+def _name(item: SceneObject) -> str:
+    return _capital(the(item.name))
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
+
+
+def _words(shift: Array, frame: Frame) -> str:
+    parts = [f"{length(amount)} {word}" for word, amount in frame.words(shift).items() if amount >= 0.005]
+    return listed(parts) or length(float(np.linalg.norm(shift)))
+
+
+# What it changes for a path
+
+
+@dataclass(frozen=True, eq=False)
+class PathImpact:
+    """What a changed scene means for an adapted path that stays as it is.
+
+    Args:
+        broken: Limits that held in the scene before and do not hold now.
+        lost: Promises that were kept and are not now.
+        clearances: Least distance to each object's surface before and now [m]; None where it is not in that scene.
+    """
+
+    broken: tuple[ConstraintCheck, ...]
+    lost: tuple[Postcondition, ...]
+    clearances: Mapping[str, tuple[float | None, float | None]]
+
+    @property
+    def holds(self) -> bool:
+        """Whether the path is as good as before."""
+        return not (self.broken or self.lost)
+
+    def sentences(self) -> list[str]:
+        """What changed for the path, each a sentence."""
+        said = [_broken(check) for check in self.broken]
+        said += [f"No longer as meant: {promise.text}; now {promise.outcome}." for promise in self.lost]
+        for name, (old, new) in self.clearances.items():
+            if new is not None and (old is None or abs(new - old) > 1e-3):
+                was = "" if old is None else f", it was {length(old)}"
+                said.append(f"Clearance to {the(name)} is {length(new)}{was}.")
+        verdict = (
+            "The path still holds." if self.holds else "The path no longer holds; adapt it again with the new scene."
+        )
+        return [verdict, *said]
+
+
+def impact(result: Adaptation, scene: Scene) -> PathImpact:
+    """Judge an adapted path in another scene by the limits and promises of its adaptation; nothing is solved again."""
+    scene = scene.in_frame(result.scene.frame)
+    before, now = (_checks(result, place) for place in (result.scene, scene))
+    kept = {(c.name, c.subject) for c in before if c.held}
+    known = {(c.name, c.subject) for c in before}
+    broken = tuple(c for c in now if not c.held and ((c.name, c.subject) in kept or (c.name, c.subject) not in known))
+    lost = tuple(
+        p for p in (_again(result, p, scene) for p in result.postconditions if p.held and p.kind) if not p.held
+    )
+    return PathImpact(broken, lost, _clearances(result, scene))
+
+
+def _broken(check: ConstraintCheck) -> str:
+    subject = f" ({check.subject})" if check.subject else ""
+    amount = length(check.violation_after) if check.unit == "m" else f"{check.violation_after:.3g} {check.unit}"
+    return f"The limit {check.name}{subject}, {check.limit}, is broken by {amount}."
+
+
+def _checks(result: Adaptation, scene: Scene) -> tuple[ConstraintCheck, ...]:
+    contacts = [name for name in result.contacts if name in scene]
+    return verify(
+        result.adapted,
+        scene,
+        result.robot,
+        proposed=result.adapted,
+        original=result.original,
+        contacts=contacts,
+        options=result.options,
+    )
+
+
+def _again(result: Adaptation, promise: Postcondition, scene: Scene) -> Postcondition:
+    expectation = Expectation(promise.kind, promise.arguments, promise.text)
+    outcome = judge(expectation, result.original.to_array(), result.adapted.to_array(), scene)
+    return replace(promise, held=outcome.held, outcome=outcome.sentence)
+
+
+def _clearances(result: Adaptation, scene: Scene) -> dict[str, tuple[float | None, float | None]]:
+    path = result.adapted.positions
+    least = [{item.name: item.cuboid.closest(path)[0] for item in place} for place in (result.scene, scene)]
+    names = dict.fromkeys([*least[0], *least[1]])
+    return {name: (least[0].get(name), least[1].get(name)) for name in names}
