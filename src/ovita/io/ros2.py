@@ -8,9 +8,9 @@ every subscriber of ROS 2, late ones too; what is read is read reliably where th
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib import import_module
 from importlib.util import find_spec
@@ -29,6 +29,7 @@ Build = Callable[[Maker], tuple[str, Any]]
 """Builds the message to send, and the name of its type, with the library's maker."""
 
 _PAUSE = 0.02
+_SETTLE = 0.5
 _LOOPBACK = """<CycloneDDS><Domain>
 <General><Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>
 <AllowMulticast>false</AllowMulticast></General>
@@ -152,22 +153,80 @@ def publish_dds(address: Address, build: Build) -> bytes:
 
 def subscribe_dds(address: Address) -> tuple[str, Any]:
     """The type name and the first message on a topic, over DDS."""
-    from cyclonedds.sub import DataReader
-    from cyclonedds.topic import Topic
-
     end = time.monotonic() + address.timeout
     with _participant(address) as participant:
         found = _wait(lambda: _types(participant, address, publications=True), address.timeout)
         name = _fitting(address, found, () if found else _topics(participant))
-        topic = Topic(participant, f"rt{address.target}", idl_type(name))
-        # A reader must not ask for more than the publisher offers, which is known only after asking.
-        ways = ((True, True), (True, False), (False, False))
-        readers = [DataReader(participant, topic, qos=_qos(reliable, latched)) for reliable, latched in ways]
+        readers = _readers(participant, address.target, name)
         samples = _wait(
             lambda: [sample for reader in readers for sample in reader.take(N=1) if hasattr(sample, "header")],
             max(end - time.monotonic(), _PAUSE),
         )
     return name, _first(address, samples)
+
+
+@dataclass(frozen=True)
+class LiveMessage:
+    """A message that came on a topic: its type, when it came [ns, on this machine's clock], and itself."""
+
+    topic: str
+    type: str
+    stamp: int
+    message: Any
+
+
+def capture(
+    address: Address,
+    choose: Callable[[Mapping[str, str]], Iterable[str]],
+    enough: Callable[[Sequence[LiveMessage]], bool],
+) -> tuple[LiveMessage, ...]:
+    """Listen to several topics over DDS until there is enough, or the address's time is up.
+
+    Args:
+        address: Its topic must be published; the rest are those that go with it.
+        choose: Picks the topics to listen to from all that are published, with their types.
+        enough: Whether what came so far will do.
+
+    Raises:
+        LinkError: If nobody publishes the address's topic.
+        MissingExtra: If cyclonedds is not installed.
+    """
+    end = time.monotonic() + address.timeout
+    with _participant(address) as participant:
+        there = _wait(lambda: _published(participant, address.target), address.timeout)
+        if not there:
+            _fitting(address, [], _topics(participant))
+        _wait(lambda: False, min(_SETTLE, address.timeout))  # the others become known a little later
+        there = _published(participant, address.target) or there
+        readers = {topic: (there[topic], _readers(participant, topic, there[topic])) for topic in choose(there)}
+        came: list[LiveMessage] = []
+
+        def more() -> bool:
+            for topic, (name, several) in readers.items():
+                samples = [sample for reader in several for sample in reader.take(N=10)]
+                known = [sample for sample in samples if type(sample).__name__ == name.rpartition("/")[2]]
+                came.extend(LiveMessage(topic, name, time.time_ns(), sample) for sample in known)
+            return enough(came)
+
+        _wait(more, max(end - time.monotonic(), _PAUSE))
+    return tuple(came)
+
+
+def _published(participant: Any, wanted: str) -> dict[str, str]:
+    """Every topic of ROS that others publish, with the name of its type; nothing while the wanted one is not there."""
+    found = _discovered(participant, True)
+    topics = {e.topic_name.removeprefix("rt"): plain_type(e.type_name) for e in found if e.topic_name.startswith("rt/")}
+    return topics if wanted in topics else {}
+
+
+def _readers(participant: Any, topic: str, name: str) -> list[Any]:
+    """A reader for each way in which a publisher may offer a topic: it must not ask for more."""
+    from cyclonedds.sub import DataReader
+    from cyclonedds.topic import Topic
+
+    kind = Topic(participant, f"rt{topic}", idl_type(name))
+    ways = ((True, True), (True, False), (False, False))
+    return [DataReader(participant, kind, qos=_qos(reliable, latched)) for reliable, latched in ways]
 
 
 def ros_type(name: str) -> str:
@@ -196,9 +255,13 @@ def idl_type(name: str) -> Any:
     def kind_of(described: Any) -> Any:
         node, what = described
         if node == Nodetype.BASE:
-            return str if what[0] == "string" else getattr(types, what[0])
+            known = {"string": str, "bool": bool, "byte": types.uint8, "char": types.uint8}
+            return known.get(what[0]) or getattr(types, what[0])
         if node == Nodetype.NAME:
             return idl_type(what)
+        if node == Nodetype.ARRAY:
+            fixed: Any = types.array
+            return fixed[kind_of(what[0]), what[1]]
         sequence: Any = types.sequence
         return sequence[kind_of(what[0])]
 

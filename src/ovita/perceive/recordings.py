@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ovita.errors import FormatError
+from ovita.errors import FormatError, LinkError
 from ovita.io.bags import opened
 from ovita.io.cameras import (
     CLOUD,
@@ -33,6 +33,8 @@ from ovita.io.clouds import PointCloud
 from ovita.io.documents import listing, validated
 from ovita.io.files import errors_of, file_name, read_text
 from ovita.io.json_ import parse_object
+from ovita.io.links import Address
+from ovita.io.ros2 import LiveMessage, capture
 from ovita.paths.trajectory import Array
 from ovita.perceive.view import View
 
@@ -97,7 +99,11 @@ class _Topic:
     @property
     def base(self) -> str:
         """The topic without its image transport."""
-        return next((self.topic.removesuffix(end) for end in _TRANSPORTS if self.topic.endswith(end)), self.topic)
+        return _base(self.topic)
+
+
+def _base(topic: str) -> str:
+    return next((topic.removesuffix(end) for end in _TRANSPORTS if topic.endswith(end)), topic)
 
 
 @dataclass
@@ -152,22 +158,25 @@ def read_recording(path: str | os.PathLike[str], choices: RecordingChoices | Non
         FormatError: If a topic is missing, cannot be chosen or holds something else, or the camera has no place.
         MissingExtra: If rosbags or, for compressed pictures, pillow is not installed.
     """
-    choices = choices or RecordingChoices()
     with opened(path) as bag:
-        reader = _Reader(bag, file_name(path), {s.topic: s for s in _streams(bag)})
-        depth = None if choices.cloud else _chosen(reader, ("depth",), choices.depth, "--depth")
-        times: list[int | None] = [int(bag.start_time + at * 1e9) for at in choices.at]
-        times = times or [None]
-        if depth is not None:
-            colour = _chosen(reader, ("colour", "grey"), choices.rgb, "--rgb")
-            views = [_view(reader, depth, colour, at, choices) for at in times]
-            return Recorded(tuple(views), (), tuple(dict.fromkeys(reader.notes)))
-        cloud = _chosen(reader, ("cloud",), choices.cloud, "--cloud")
-        if cloud is None:
-            there = listing(sorted({c.topic for c in bag.connections}))
-            raise FormatError(reader.file, f"no topic holds depth pictures or a point cloud; its topics are {there}")
-        clouds = [_cloud(reader, cloud, at, choices) for at in times]
-        return Recorded((), tuple(clouds), tuple(dict.fromkeys(reader.notes)))
+        return _recorded(bag, file_name(path), choices or RecordingChoices())
+
+
+def _recorded(bag: Any, file: str, choices: RecordingChoices) -> Recorded:
+    reader = _Reader(bag, file, {s.topic: s for s in _streams(bag)})
+    depth = None if choices.cloud else _chosen(reader, ("depth",), choices.depth, "--depth")
+    times: list[int | None] = [int(bag.start_time + at * 1e9) for at in choices.at]
+    times = times or [None]
+    if depth is not None:
+        colour = _chosen(reader, ("colour", "grey"), choices.rgb, "--rgb")
+        views = [_view(reader, depth, colour, at, choices) for at in times]
+        return Recorded(tuple(views), (), tuple(dict.fromkeys(reader.notes)))
+    cloud = _chosen(reader, ("cloud",), choices.cloud, "--cloud")
+    if cloud is None:
+        there = listing(sorted({c.topic for c in bag.connections}))
+        raise FormatError(reader.file, f"no topic holds depth pictures or a point cloud; its topics are {there}")
+    clouds = [_cloud(reader, cloud, at, choices) for at in times]
+    return Recorded((), tuple(clouds), tuple(dict.fromkeys(reader.notes)))
 
 
 def load_mount(path: str | os.PathLike[str]) -> Mount:
@@ -185,6 +194,64 @@ def load_mount(path: str | os.PathLike[str]) -> Mount:
     if not (square and np.allclose(turn @ turn.T, np.eye(3), atol=2e-3) and np.linalg.det(turn) > 0.0):
         raise FormatError(file, "must be a rigid transform of 4 rows of 4 numbers, camera to frame", key="pose")
     return Mount(pose, validated(str, document.get("frame", ""), file, "frame"))
+
+
+@dataclass(frozen=True)
+class _LiveConnection:
+    topic: str
+    msgtype: str
+
+
+@dataclass(frozen=True, eq=False)
+class _Capture:
+    """Messages that came live, as an open bag shows them."""
+
+    came: tuple[LiveMessage, ...]
+
+    @property
+    def connections(self) -> list[_LiveConnection]:
+        return [_LiveConnection(*pair) for pair in dict.fromkeys((one.topic, one.type) for one in self.came)]
+
+    def messages(self, connections: Sequence[_LiveConnection]) -> Iterable[tuple[_LiveConnection, int, Any]]:
+        topics = {connection.topic: connection for connection in connections}
+        return ((topics[one.topic], one.stamp, one.message) for one in self.came if one.topic in topics)
+
+    def deserialize(self, message: Any, kind: str) -> Any:
+        return message
+
+
+def read_live(place: str, choices: RecordingChoices | None = None) -> Recorded:
+    """Look through a camera on live ROS 2 topics, over DDS, without ROS.
+
+    Args:
+        place: Address of the topic with the depth or the point cloud, such as ros2:/camera/depth/image_rect_raw.
+        choices: As for a recording; a picture is read where its topic is named.
+
+    Raises:
+        LinkError: If nobody publishes there, or no depth comes in time.
+        FormatError: As `read_recording`.
+        MissingExtra: If cyclonedds is not installed.
+    """
+    address, choices = Address.parse(place), choices or RecordingChoices()
+    wanted = {address.target, *([choices.rgb] if choices.rgb else [])}
+    homes = {_base(topic).rpartition("/")[0] for topic in wanted}
+
+    def chosen(there: Mapping[str, str]) -> list[str]:
+        infos = [topic for topic, kind in there.items() if kind == INFO and topic.rpartition("/")[0] in homes]
+        return [*(wanted & set(there)), *infos, *(topic for topic, kind in there.items() if kind == TRANSFORMS)]
+
+    def enough(came: Sequence[LiveMessage]) -> bool:
+        topics = {one.topic for one in came}
+        kinds = {one.type for one in came}
+        camera = INFO in kinds or any(one.topic == address.target and one.type == CLOUD for one in came)
+        return wanted <= topics and camera and (TRANSFORMS in kinds or choices.mount is not None)
+
+    came = capture(address, chosen, enough)
+    if all(one.topic != address.target for one in came):
+        raise LinkError(f"{place}: the topic is there, but no message came within {address.timeout:g} s")
+    cloud = any(one.topic == address.target and one.type == CLOUD for one in came)
+    topics = (None, address.target) if cloud else (address.target, None)
+    return _recorded(_Capture(came), place, replace(choices, at=(), depth=topics[0], cloud=topics[1]))
 
 
 # Topics
