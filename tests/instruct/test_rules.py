@@ -68,6 +68,23 @@ SCENE = Scene(tuple(SceneObject(name, np.array([i, 1.0, 0.5])) for i, name in en
         ("take half the time", "pace set to=2x"),
         ("a third as fast", "pace set to=33%"),
         ("two loops around the lamp", "circle lamp turns=2"),
+        # each clause has its own place
+        ("2 cm up at the start and 3 cm down at the end", "move up=2cm @first; move down=3cm @last"),
+        (
+            "left 0.1 for the first third, right 0.1 for the last third",
+            "move left=0.1m @first=33%; move right=0.1m @last=33%",
+        ),
+        ("quicker until the lamp, then slower", "pace faster @before=lamp; pace slower @after=lamp"),
+        ("1 m/s for the first 5 waypoints", "pace set to=1m/s @first=5wp"),
+        ("raise it by 3 cm over the lamp", "move up=3cm @near=lamp"),
+        # to, not by
+        ("raise the path to 0.4", "height to=0.4m"),
+        ("finish 5 cm above the lamp", "end goal to=lamp up=5cm"),
+        ("never drive more than 0.2 m/s", "pace at_most=0.2m/s"),
+        ("never drop below 0.2 m/s", "pace at_least=0.2m/s"),
+        ("never go right of the lamp", "side lamp left"),
+        ("decelerate to a stop", "pace rampdown"),
+        ("go left without altering the speed", "move left; keep speed"),
     ],
 )
 def test_a_sentence_becomes_its_frames(sentence, notation):
@@ -84,6 +101,10 @@ def test_a_sentence_becomes_its_frames(sentence, notation):
         "shift by 5 cm",
         "who won the game",
         "left unless the cup is in the way",
+        "go back to the original path",
+        "make the path half as long",
+        "the closer to the cup, the slower",
+        "from 0.1 to 0.5 m/s",
         "pick up the cup",
         "stay as far from the cup as from the lamp",
     ],

@@ -50,6 +50,7 @@ BARE = {
 
 PRONOUNS = frozenset("it him her them that this he she they one theirs".split())
 PLACING = frozenset("at by on to from of near around after before over under thru touch toward within for".split())
+COMPARED = frozenset("closer near farther faster slower up down raise lower".split())
 DOING = frozenset(
     "plain farther closer faster slower raise lower drop up down left right touch wait stop keep avoid".split()
 )
@@ -129,7 +130,18 @@ def _term(lowered: Sequence[str], i: int) -> tuple[str, int]:
             return "join", 1  # "while going faster"
     if word == "then" and counted:
         return "than", 1
-    if word == "first" and length == 1 and before not in DETERMINERS and term_at(lowered, i + 1)[0] in DOING:
+    if (
+        kind in COMPARED
+        and before == "the"
+        and sum(term_at(lowered, j + 1)[0] in COMPARED for j, w in enumerate(lowered[:-1]) if w == "the") > 1
+    ):
+        return "law", length  # "the closer ..., the slower"
+    if (
+        word in ("first", "second", "third")
+        and length <= 1
+        and before not in DETERMINERS
+        and term_at(lowered, i + 1)[0] in DOING
+    ):
         return "plain", 1  # "first shift ..., then"
     if (
         kind == "rest"

@@ -16,7 +16,7 @@ from ovita.instruct.chunks import COUNTED, Chunk
 from ovita.instruct.frames import Quantity, Role
 from ovita.paths.part import PathPart, both, outside
 
-Build = Callable[[Sequence[Chunk]], Chunk | None]
+Build = Callable[[Sequence[Chunk]], Chunk | list[Chunk] | None]
 
 GROUPS = {
     "LENGTH": "Qm", "ANYQ": "Qm|Qv|Qa|Qs|Qdeg|Qpc|Qx|Qstep|Qn", "SHARE": "Qpc|half|third|quarter|tenth|fifth",
@@ -306,7 +306,7 @@ def as_part(chunk: Chunk, *, any_preposition: bool = False) -> PathPart | None:
     return None
 
 
-NEARBY = frozenset({"at", "by", "on", "in", "near", "around", "along", "pass", "over", "with", "for", "to"})
+NEARBY = frozenset({"at", "by", "on", "in", "near", "around", "along", "pass", "over", "with", "for"})
 """Prepositions with which an object says where."""
 
 
@@ -345,7 +345,9 @@ PATTERNS: tuple[Pattern, ...] = tuple(
         ("from|between? waypoints Qn LINK waypoints? Qn", _range_of_points),
         ("from|between Qn LINK Qn waypoints", _range_of_points),
         ("Qn LINK Qn waypoints", _range_of_points),
-        ("between? Qn|Qm|Qv|Qs to|and Qm|Qv|Qs|Qpc|Qdeg", _spread),
+        ("from Qn|Qm|Qv|Qs to Qm|Qv|Qs", lambda f: merged(f, "unknown", q=None)),
+        ("between Qn|Qm|Qv|Qs and Qm|Qv|Qs|Qpc|Qdeg", _spread),
+        ("Qn|Qm|Qv|Qs to Qm|Qv|Qs|Qpc|Qdeg", _spread),
         ("every Qn|second|third|quarter|fifth|tenth|rest|unknown waypoints", _every),
         ("Qn laps|turns|times|circle", _counted("turns")),
         ("Qn waves|wave", _counted("waves")),
@@ -409,7 +411,11 @@ PATTERNS: tuple[Pattern, ...] = tuple(
         ("over|under height of? Qm", lambda f: _height("at_least" if f[0].kind == "over" else "at_most")(f)),
         ("Qv squared", lambda f: merged(f, "Qa", q=replace(f[0].number, unit="m/s2"))),
         ("never HIGHER+ than|on|by? Qm ground?", _height("at_most")),
-        ("lower|down|falling under|at_most Qv|Qn", _role("at_least")),
+        ("never lower|drop|down|falling under|at_most Qv|Qn", _role("at_least")),
+        ("never path? over|under|at_least|at_most Qv", lambda f: _role("at_least" if {c.kind for c in f} & {"under", "at_most"} else "at_most")(f)),
+        ("slower|brake to? stop", lambda f: merged(f, "ramp_down")),
+        ("slower|brake to Qn|Qm|Qv", lambda f: merged(f, "ramp_down", q=None) if f[-1].number.value == 0 else None),
+        ("never left|right|front|back of OBJ", lambda f: [merged(f[:2], FLIPPED[f[1].kind], value="flipped"), *f[2:]]),
         ("never LOWER+ than|on|by? Qm ground?", _height("at_least")),
         ("never faster|inc|slower|dec than? Qv|Qn", lambda f: _role("at_most" if f[1].kind in ("faster", "inc") else "at_least")(f)),
         ("never closer|near of|to|from|at? OBJ than|by? Qm", _never_near),
@@ -503,12 +509,12 @@ PACED = frozenset("speed faster slower vmax vmin constant accel brake ramp_up ra
 
 def _metres(item: Chunk) -> Chunk:
     """A decimal such as 0.35 can only be metres."""
-    small = "." in item.text and item.number.value < 10
+    small = ("." in item.text and item.number.value < 10) or item.number.value == 0
     return replace(item, kind="Qm", q=replace(item.number, unit="m")) if small else item
 
 
 DIRECTED = frozenset("left right front back up down raise lower closer farther".split())
-PLACED = DIRECTED | {"drop", "height", "distance", "gap", "ground", "extend"}
+PLACED = DIRECTED | {"drop", "from", "height", "distance", "gap", "ground", "extend"}
 
 
 def _rewritten(row: list[Chunk], pattern: Pattern) -> list[Chunk]:
@@ -523,7 +529,7 @@ def _rewritten(row: list[Chunk], pattern: Pattern) -> list[Chunk]:
         end = text.count(" ", 0, match.end())
         chunk = pattern.build(row[begin:end]) if end > begin >= at else None
         if chunk is not None:
-            made += [*row[at:begin], chunk]
+            made += [*row[at:begin], *(chunk if isinstance(chunk, list) else [chunk])]
             at = end
     return made + row[at:]
 

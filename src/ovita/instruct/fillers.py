@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any, cast
 
 from ovita.instruct import frames as F
-from ovita.instruct.chunks import Chunk
+from ovita.instruct.chunks import COUNTED, Chunk
 from ovita.instruct.constituents import FRACTION, QUANTITIES, as_part, joined
 from ovita.paths.part import PathPart
 
@@ -193,7 +193,7 @@ def _metres(item: Chunk) -> bool:
 
 def _small(item: Chunk) -> bool:
     """Whether a number without a unit can only be metres: 0.05."""
-    return item.q is not None and "." in item.text and item.q.value < 10
+    return item.q is not None and (("." in item.text and item.q.value < 10) or item.q.value == 0)
 
 
 def _fraction(clause: Constituents) -> F.Quantity | None:
@@ -257,7 +257,7 @@ def offset(clause: Constituents) -> F.Offset:
             if direction not in dict(found):
                 found.append((direction, q))
             waiting = None
-        elif item.number.role not in ("at_least", "at_most") and (item.kind == "Qm" or _metres(item)):
+        elif item.number.role not in ("at_least", "at_most", "to") and (item.kind == "Qm" or _metres(item)):
             clause.used.add(i)
             if found and found[-1][1] is None:
                 found[-1] = (found[-1][0], _length(item))
@@ -367,6 +367,9 @@ def quadrant(clause: Constituents) -> int | None:
     found = clause.take("Qn")
     if found is not None and found.q is not None:
         return int(found.q.value)
+    second = clause.take("unknown", where=lambda c: c.text.lower() in COUNTED)
+    if second is not None:
+        return COUNTED[second.text.lower()]
     for kind, value in (("1st", 1), ("first", 1), ("second", 2), ("secondhalf", 2), ("third", 3), ("quarter", 4)):
         if clause.take(kind):
             return value

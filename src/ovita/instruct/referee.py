@@ -266,7 +266,13 @@ def _unbounded(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.Sem
     roles |= {{"cap": "at_most", "floor": "at_least"}.get(str(getattr(frame, "change", "")), "") for frame in frames}
     bound = any(isinstance(frame, F.Bound) for frame in frames)
     for words, role, wrong in ((UPPER, "at_most", "at_least"), (LOWER, "at_least", "at_most")):
-        if kinds & words and not bound and role not in roles and (wrong in roles or roles & {"by", "to", "at"}):
+        turned_round = "never" in kinds and wrong in roles
+        if (
+            kinds & words
+            and not (bound or turned_round)
+            and role not in roles
+            and (wrong in roles or roles & {"by", "to", "at"})
+        ):
             return f"{_said(said, words)} asks for a limit that the reading does not have."
     return ""
 

@@ -13,8 +13,8 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from ovita.instruct import frames as F
-from ovita.instruct.chunks import Chunk, chunks
-from ovita.instruct.constituents import QUANTITIES, constituents
+from ovita.instruct.chunks import DOING, Chunk, chunks
+from ovita.instruct.constituents import NEARBY, QUANTITIES, constituents
 from ovita.instruct.fillers import CONTENT, FREE, MILD, REST, THERE
 from ovita.instruct.table import ROWS, Match, match
 from ovita.paths.part import WHOLE, PathPart, outside
@@ -22,6 +22,7 @@ from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array
 
 PAUSES = frozenset({"comma", "dot", "and", "because", "correct"})
+STRENGTH = {"": -1, "comma": 0, "and": 1, "correct": 1, "dot": 2, "because": 3}
 LONGEST = 5
 """Pieces between pauses that one clause may hold."""
 
@@ -107,13 +108,13 @@ def _pieces(row: Sequence[Chunk], spoken: Sequence[Chunk]) -> list[Stretch]:
         return Stretch(tuple(items), opening, words)
 
     for chunk in row:
-        if chunk.kind in PAUSES:
-            if items:
-                found.append(piece(chunk.span[0]))
-                begin = chunk.span[0]
-                opening, items = "", []
-            strength = {"comma": 0, "": -1, "and": 1, "correct": 1, "dot": 2, "because": 3}
-            opening = max(opening, chunk.kind, key=lambda kind: strength[kind])
+        pause = chunk.kind in PAUSES
+        if items and (pause or (chunk.kind == "keep" and chunk.text.lower().startswith(("without", "not ")))):
+            found.append(piece(chunk.span[0]))
+            begin = chunk.span[0]
+            opening, items = "", []
+        if pause:
+            opening = max(opening, chunk.kind, key=lambda kind: STRENGTH[kind])
         else:
             items.append(chunk)
     return [*found, piece(float("inf"))] if items else found
@@ -142,10 +143,18 @@ def _clause(items: tuple[Chunk, ...], span: Sequence[Stretch]) -> Said:
     opening = span[0].opening
     best = min(found, key=lambda m: m.cost, default=None)
     asking = sum(_weight(c) for c in items)
+    if best is not None and sum(_placed_by_itself(piece) for piece in span) > 1:
+        best = replace(best, cost=best.cost + asking)  # "left at the start and right at the end" is said of two places
     aside = _aside(span[0], best) if len(span) == 1 else asking
     if best is None or best.cost >= min(aside, asking) + 1:
         return Said(None, items, min(aside, asking), opening, aside < asking or not asking)
     return Said(best, items, best.cost, opening, then=not span[0].words.isdisjoint(THEN))
+
+
+def _placed_by_itself(piece: Stretch) -> bool:
+    """Whether a piece says both what is to be done and where."""
+    where = [c for c in piece.items if c.kind in PLACING or (c.kind in ("end", "obj") and c.value in WHERE)]
+    return bool(where) and any(c.kind in DOING for c in piece.items)
 
 
 ASKING = QUANTITIES | frozenset("obj pair CHOICE end point within_of part Hq axis_by".split())
@@ -153,6 +162,9 @@ ASKING = QUANTITIES | frozenset("obj pair CHOICE end point within_of part Hq axi
 
 PLACING = frozenset("part point within_of pair here Hq".split())
 """Classes that say where."""
+
+WHERE = (*NEARBY, *((end, by) for end in ("start", "goal") for by in NEARBY))
+"""Prepositions with which an object or an end says where."""
 
 TELLING = frozenset(
     """i i've i'm ive im we we've we're were he he's she she's they they're theyre it's its there's theres is are was were has had 's my his
@@ -331,6 +343,8 @@ THEN = frozenset("then after afterwards thereafter that afterward next onwards".
 
 def _afterwards(last: F.SemanticFrame, frame: F.SemanticFrame) -> F.SemanticFrame:
     """After a wait at an object, what comes then begins there."""
+    if last.part.kind == "before" and isinstance(frame, (F.Pace, F.Shift)):
+        return replace(frame, part=replace(last.part, kind="after"))  # "faster until the cup, then slower"
     at = (
         getattr(last, "place", "")
         if isinstance(last, F.Wait)

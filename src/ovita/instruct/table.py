@@ -267,6 +267,12 @@ def _swing(clause: Constituents) -> F.Quantity | None:
     return found
 
 
+def _beside(clause: Constituents) -> F.Offset:
+    """How far to which side of an object."""
+    over = next((c.value for c in clause.items if c.kind == "obj" and c.value in ("over", "under")), "")
+    return (("up" if over == "over" else "down", LENGTH(clause)),) if over else offset(clause)
+
+
 ROWS: tuple[Row, ...] = (
     # where the path runs
     Row(F.Shift, ("up|down|left|right|front|back|raise|lower|drop|axis_by",),
@@ -287,6 +293,8 @@ ROWS: tuple[Row, ...] = (
         {"relation": "to"}, ("end", "place"), "touch on over pass", 0.25, where=False),
     Row(F.MoveEnd, ("endup", ), {"place": place()}, {"end": "goal", "relation": "to"}, ("place",), "end near", 0.0, where=False),
     Row(F.MoveEnd, ("startat", ), {"place": place()}, {"end": "start", "relation": "to"}, ("place",), "end near", 0.0, where=False),
+    *(Row(F.MoveEnd, (f"{word} Qm|Qn obj:over,under", f"{word} Qm left|right|front|back obj:of"), {"offset": _beside, "place": place_of_object}, {"end": name, "relation": "to"}, ("offset", "place"), "end start goal", 0.0, where=False)
+      for word, name in (("endup|goal|end:goal/", "goal"), ("startat|end:start/", "start"))),
     *(Row(F.MoveEnd, (f"{word} Qm up|down|left|right|front|back !obj|wait",), {"offset": offset}, {"end": name}, ("offset",), "farther", 0.05, where=False)
       for word, name in (("endup", "goal"), ("startat", "start"))),
     # objects
@@ -305,6 +313,7 @@ ROWS: tuple[Row, ...] = (
     Row(F.Visit, ("obj:thru,touch",), {"objects": objects("thru", "touch", "", "at")}, {}, ("objects",), "touch pass", 0.3, where=False),
     Row(F.Visit, ("obj:thru,touch",), {}, {}, ("objects",), "touch pass", 0.3, where=False),
     Row(F.Visit, ("pair",), {"objects": pair}, {"relation": "between"}, ("objects",), "thru pass gap middle around", 0.35, where=False),
+    Row(F.Shift, ("raise|lower|drop|up|down Qm:by obj:over !at_least|at_most",), {"offset": offset}, {}, ("offset",), "height path whole", 0.0),
     Row(F.Visit, ("obj:over", "over obj"), {"objects": objects("over", ""), "by": LENGTH}, {"relation": "over"}, ("objects",), "over up raise pass at_least farther", 0.1, where=False),
     Row(F.Visit, ("obj:under", "under obj"), {"objects": objects("under", ""), "by": LENGTH}, {"relation": "under"}, ("objects",), "under down lower pass", 0.3, where=False),
     Row(F.Side, ("left|right|front|back obj:of,from,on,around,to,by,at !Qm", "left|right|front|back pass|side|around|keep obj", "left|right|front|back obj:pass"),
@@ -357,10 +366,11 @@ ROWS: tuple[Row, ...] = (
     # form
     Row(F.Smooth, ("smooth", "dec|less turns"), {}, {}, (), "smooth path whole turns trim avoid dec less", 0.25),
     Row(F.Straighten, ("straight",), {}, {}, (), "straight path whole curvature turns", 0.25),
-    Row(F.Curve, ("more_curve", "inc|more curvature"), {}, {"change": "more"}, (), "curvature more path inc whole", 0.0),
+    Row(F.Curve, ("more_curve", "inc|more|large curvature"), {}, {"change": "more"}, (), "curvature more path inc whole", 0.0),
     Row(F.Curve, ("less_curve", "dec|less|too curvature"), {}, {"change": "less"}, (), "curvature less dec too path whole", 0.0),
-    Row(F.Resize, ("larger", "inc size", "resize up"), {"by": share, "about": place("around", "of", "at")}, {"change": "larger"}, (), "resize larger path whole size inc times", 0.3, where=False, check=_resize),
-    Row(F.Resize, ("smaller", "dec size", "resize down"), {"by": share, "about": place("around", "of", "at")}, {"change": "smaller"}, (), "resize smaller path whole size dec times", 0.3, where=False, check=_resize),
+    Row(F.Resize, ("larger", "inc size", "resize up"), {"by": share, "about": place("around", "of", "at")}, {"change": "larger"}, (), "resize larger path whole size inc times up", 0.3, where=False, check=_resize),
+    Row(F.Resize, ("smaller", "dec size", "resize down"), {"by": share, "about": place("around", "of", "at")}, {"change": "smaller"}, (), "resize smaller path whole size dec times down", 0.3, where=False, check=_resize),
+    Row(F.Resize, ("resize Qn:by",), {"by": lambda c: (lambda q: q and replace(q, unit="x"))(amount("Qn")(c))}, {}, ("by",), "resize path whole", 0.1, where=False),
     Row(F.Resize, ("resize", "Qx|double size", "Qx|double larger"), {"by": share, "about": place("around", "of", "at")}, {}, ("by",), "resize path whole times size inc larger", 0.2, where=False, check=_resize),
     Row(F.Mirror, ("mirror left|right|front|back|up|down|sideways|axis", "mirror"), {"about": place("around", "of", "at")}, {}, (), "mirror path whole left right front back up down sideways axis", 0.1, where=False),
     Row(F.Rotate, ("rotate", "turns Qdeg", "clockwise|anticlockwise Qdeg"), {"angle": angle, "sense": sense, "about": place("around", "of", "at", "on", "with", "from")}, {}, (), "rotate path whole turns quarter axis", 0.1, where=False),
@@ -376,6 +386,7 @@ ROWS: tuple[Row, ...] = (
     # bounds
     Row(F.Height, ("Hq", "Qm:at_least,at_most height|up|ground|axis", "height Qm:at_least,at_most", "ceiling|floorlimit Qm", "height min|max|limit|at_least|at_most Qm", "up|ground max|min|at_most|at_least Qm", "Qm:at_least,at_most !obj|pair|left|right|front|back"),
         {"level": level}, {}, ("level",), "height ground axis up keep wait whole path limit max min at_most at_least raise lower down touch", 0.2),
+    Row(F.Height, ("raise|lower|up|down|drop Qm:to",), {"level": amount("Qm", role="to")}, {}, ("level",), "height ground keep raise lower up down drop path whole", 0.15),
     Row(F.Height, ("height Qm !inc|dec|more|less|limit|max|min", "Qm ground", "height axis_by", "axis Qm:to"), {"level": amount("Qm", role="to")}, {}, ("level",), "height ground axis keep wait up raise over lower", 0.25),
     Row(F.Bound, ("left|right|front|back origin Qm", "bound left|right|front|back Qm", "Qm:at_most left|right|front|back", "within left|right|front|back Qm", "keep left|right|front|back Qm:at_most", "keep within_of left|right|front|back"),
         {"offset": offset, "of": place()}, {}, ("offset",), "origin bound keep at_most max within limit whole", 0.1, where=False),
