@@ -23,7 +23,9 @@ if TYPE_CHECKING:
     from ovita.policy import Policy
     from ovita.request import Request
     from ovita.result import Adaptation, accept
+    from ovita.sources.learning import learn
     from ovita.sources.planner import Plan, plan
+    from ovita.sources.skills import Skill
     from ovita.writers.base import PolicyWriter, Reply, writer_named
     from ovita.writers.prompt import Prompt, ground
 
@@ -45,6 +47,7 @@ _HOMES = {
     "Scene": "paths.scene",
     "SceneObject": "paths.scene",
     "Session": "dialogue.session",
+    "Skill": "sources.skills",
     "Trajectory": "paths.trajectory",
     "Verdict": "limits",
     "accept": "result",
@@ -52,6 +55,7 @@ _HOMES = {
     "compare": "measure",
     "constrain": "limits",
     "ground": "writers.prompt",
+    "learn": "sources.learning",
     "load_robot": "io",
     "load_task": "io",
     "plan": "sources.planner",
@@ -77,6 +81,7 @@ __all__ = [
     "Scene",
     "SceneObject",
     "Session",
+    "Skill",
     "Trajectory",
     "Verdict",
     "accept",
@@ -84,6 +89,7 @@ __all__ = [
     "compare",
     "constrain",
     "ground",
+    "learn",
     "load_robot",
     "load_task",
     "plan",

@@ -6,7 +6,7 @@ import json
 import os
 import sys
 import webbrowser
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from importlib.resources import as_file, files
 from importlib.util import find_spec
@@ -40,6 +40,7 @@ from ovita.io import (
     atomic_write,
     is_adaptation,
     is_address,
+    is_skill,
     load_robot,
     load_task,
     open_task,
@@ -48,8 +49,9 @@ from ovita.io import (
     save_trajectory,
 )
 from ovita.io.files import make_folder
+from ovita.io.waypoints import covariance_rows
 from ovita.paths.robot import Robot
-from ovita.request import Request
+from ovita.request import FeedbackOn, Request
 from ovita.result import Adaptation, accept
 from ovita.writers.base import writer_named
 
@@ -78,6 +80,7 @@ from ovita.writers.base import writer_named
 @click.option("--repairs", type=int, default=REPAIRS, show_default=True, help="How often a failing policy goes back.")
 @click.option("--explain-with-model", is_flag=True, help="Let a model that wrote the policy also word the explanation.")
 @click.option("--accept", "accepting", is_flag=True, help="Do what was understood without asking; see below.")
+@click.option("--on", type=click.Choice(["current", "original"]), help="Of a skill: as it is now, or as it was shown.")
 @click.option("--no-examples", is_flag=True, help="Leave the examples out of a model's prompt (ablation).")
 @shared
 def command(
@@ -92,16 +95,25 @@ def command(
     repairs: int,
     explain_with_model: bool,
     accepting: bool,
+    on: FeedbackOn | None,
     no_examples: bool,
     **options: Any,
 ) -> None:
     """Adapt the trajectory in FILE (see ovita convert for the formats) to INSTRUCTION (default: the one in FILE).
+
+    If FILE is a skill of `ovita learn`, its mean is adapted and --out is the skill there, with its variance.
 
     Where the reading is not certain, it is shown and asked about. Without a terminal to ask on, the exit code is 3 and
     --out holds the finished proposal; `ovita adapt RESULT --accept` takes the one that a saved result holds.
     """
     _check_outputs(file, out, trajectory_out, plot_out)
     choices = choices_from(options)
+    if not is_address(file) and is_skill(file):
+        from ovita.cli.skills_ import adapt_file
+
+        adapt_file(file, instruction or "", on or "current", (out, trajectory_out, plot_out), as_json, options)
+    if on is not None:
+        raise RequestError(f"--on is for skills; in a conversation say it: ovita chat {file}")
     task = open_task(file, scene_file=options["scene_file"], frame=options["frame"], choices=choices)
     if trajectory_out:
         rendered(trajectory_out, task.trajectory, task.scene, choices=choices)
@@ -229,7 +241,7 @@ def _write(
             result.adapted,
             result.scene,
             result.instruction,
-            task.extra,
+            task.extra if len(result.adapted) == len(task.trajectory) else _without_covariance(task.extra),
             choices=choices,
             verdict=result.verdict,
         )
@@ -238,6 +250,11 @@ def _write(
         draw(result, plot_out)
         written.append(plot_out)
     return written, lost
+
+
+def _without_covariance(extra: Mapping[str, Any]) -> dict[str, Any]:
+    """What a task holds besides, without the covariance of waypoints that are no more."""
+    return {key: value for key, value in extra.items() if key != "covariance"}
 
 
 SUFFIXES = (".png", ".svg", ".pdf", ".html")
@@ -252,16 +269,26 @@ View = Literal["auto", "3d", "top"]
 @click.option("--view", type=click.Choice(["auto", "3d", "top"]), default="auto", show_default=True)
 @source
 def plot(file: str, out: str | None, robot: str | None, view: View, **options: Any) -> None:
-    """Draw FILE: a result of `ovita adapt --out` (before and after), or a trajectory in any format with its scene."""
+    """Draw FILE: a result of `ovita adapt --out` (before and after), or a trajectory in any format with its scene.
+
+    The covariance that a task of `ovita generate` holds is drawn as a tube of two standard deviations; of a skill, what
+    it generates as it was shown.
+    """
     out = out or os.path.splitext(file)[0] + ".png"
     drawn = load_robot(robot) if robot else None
     if not is_address(file) and is_adaptation(file):
         draw(Adaptation.load(file), out, robot=drawn, view=view)
+    elif not is_address(file) and is_skill(file):
+        from ovita.sources.skills import Skill
+
+        made = Skill.load(file).generate().task()
+        shown = Adaptation("", "done", made.trajectory, made.trajectory, scene=made.scene)
+        draw(shown, out, robot=drawn, view=view, tube=made.extra.get("covariance"))
     else:
         task = open_task(file, scene_file=options["scene_file"], frame=options["frame"], choices=choices_from(options))
         shown = Adaptation(task.instruction, "done", task.trajectory, task.trajectory, scene=task.scene)
         named, notes = own_robot(task)
-        draw(shown, out, robot=drawn or named, view=view)
+        draw(shown, out, robot=drawn or named, view=view, tube=task.extra.get("covariance"))
         show_notes(notes if drawn is None else ())
     click.echo(f"wrote {out}")
 
@@ -272,11 +299,12 @@ def check_picture(out: str) -> None:
         raise FormatError(out, f"pictures are written as {', '.join(SUFFIXES)}")
 
 
-def draw(result: Adaptation, out: str, *, robot: Robot | None = None, view: View = "auto") -> None:
-    """Draw an adaptation into a file, by its suffix."""
+def draw(result: Adaptation, out: str, *, robot: Robot | None = None, view: View = "auto", tube: object = None) -> None:
+    """Draw an adaptation into a file, by its suffix; `tube` is the covariance that a generated path's file holds."""
     from ovita import plots
 
     check_picture(out)
+    around = None if tube is None else covariance_rows(tube, out, len(result.adapted))
     if result.proposal is not None:
         title = f"Proposal, not done yet: {result.instruction}"
         result = replace(result.proposal, instruction=title, explanation=result.message)
@@ -291,6 +319,7 @@ def draw(result: Adaptation, out: str, *, robot: Robot | None = None, view: View
             title=result.instruction,
             notes=result.explanation.split("\n"),
             view=view,
+            tube=around,
         )
         atomic_write(out, page)
         return
@@ -303,6 +332,7 @@ def draw(result: Adaptation, out: str, *, robot: Robot | None = None, view: View
         title=result.instruction,
         violations=result.constraints.checks if result.constraints else None,
         view=view,
+        tube=around,
     )
     plots.save(out, figure)
 

@@ -21,6 +21,11 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "convert": ("ovita.cli.transfer_:convert", "Convert a trajectory: ROS bags, drone missions, TUM, CSV, JSON."),
     "demo": ("ovita.cli.adapt_:demo", "Adapt a shipped scene three times and save the pictures."),
     "explain": ("ovita.cli.adapt_:explain", "Explain a result in plain words."),
+    "generate": (
+        "ovita.cli.skills_:generate",
+        "Generate a trajectory of a skill: other ends, via-points, moved objects.",
+    ),
+    "learn": ("ovita.cli.skills_:learn", "Learn a skill from demonstrations: KMP, ProMP, DMP or TP-GMM."),
     "models": ("ovita.cli.models_:group", "Local models: list them, fetch one, add a file, try one."),
     "plan": ("ovita.cli.plan_:command", "Plan a trajectory from place to place."),
     "plot": ("ovita.cli.adapt_:plot", "Draw a result or a scene: PNG, SVG, PDF, or an interactive page."),

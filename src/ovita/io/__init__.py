@@ -26,6 +26,7 @@ from ovita.io.documents import NONE, VERDICT, Choices, Task, load_robot, scene_d
 from ovita.io.files import BAGS, atomic_write, errors_of, examine, file_name, is_address, is_bag, read_text, suffix
 from ovita.io.geodesy import MISSION, ROS
 from ovita.io.json_ import is_adaptation_file as is_adaptation
+from ovita.io.json_ import is_skill_file as is_skill
 from ovita.io.json_ import load_document, save_document
 from ovita.io.tables import START, dumps_csv, dumps_poses, dumps_tum, looks_like_tum, parse_csv, parse_tum
 from ovita.io.waypoints import trajectory_from_rows, trajectory_rows
@@ -41,6 +42,7 @@ __all__ = [
     "atomic_write",
     "is_adaptation",
     "is_address",
+    "is_skill",
     "load_document",
     "load_robot",
     "load_scene",

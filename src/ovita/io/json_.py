@@ -35,6 +35,11 @@ from ovita.paths.trajectory import TIMESTEP, Trajectory
 ADAPTATION_SCHEMA = "ovita.adaptation/1"
 """Value of `schema` in a file that holds an adaptation."""
 
+SKILL_SCHEMA = "ovita.skill/1"
+"""Value of `schema` in a file that holds a skill; the first key, so that the file's beginning tells."""
+
+_BEGINNING = 4096
+
 TASK_KEYS = ("trajectory", "instruction", "timestep", *SCENE_KEYS)
 """Top-level keys that ovita gives a meaning to, besides `robot`."""
 
@@ -347,3 +352,11 @@ def is_adaptation_file(path: str | os.PathLike[str]) -> bool:
         return False
     examine(path)
     return is_adaptation(parse_object(read_text(path), file_name(path)))
+
+
+def is_skill_file(path: str | os.PathLike[str]) -> bool:
+    """Whether a file begins as a saved skill does, of any version; False for any other JSON or format."""
+    if suffix(path) != ".json" or not os.path.isfile(path):
+        return False
+    with open(path, "rb") as stream:
+        return b'"ovita.skill/' in stream.read(_BEGINNING)

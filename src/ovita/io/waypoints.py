@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ovita.errors import TrajectoryError
-from ovita.io.documents import LARGEST, listing, number_problem, show
+from ovita.errors import FormatError, TrajectoryError
+from ovita.io.documents import LARGEST, Number, listing, number_problem, show, validated
 from ovita.paths.trajectory import TIMESTEP, Array, Trajectory, first_bad
 
 DEFAULT_SPEED = 0.1
@@ -63,6 +63,16 @@ def read_rows(
         raise TrajectoryError(f"is {show(first)}, expected a row [x, y, z, speed]", key=key, index=0)
     table = _table(lists, names, key)
     return from_columns(dict(zip(names, table.T, strict=True)), key=key, timestep=timestep)
+
+
+def covariance_rows(rows: object, file: str, count: int) -> Array:
+    """The covariances of positions that a file holds beside its waypoints: rows xx, xy, xz, yy, yz, zz (N, 6) [m2]."""
+    values = validated(list[list[Number]], rows, file, "covariance")
+    if len(values) != count or any(len(row) != 6 for row in values):
+        raise FormatError(
+            file, f"is no list of {count} rows xx, xy, xz, yy, yz, zz; generate it anew", key="covariance"
+        )
+    return np.array(values)
 
 
 def column_name(name: str) -> str:

@@ -66,6 +66,7 @@ def interactive(
     title: str = "",
     notes: Sequence[str] = (),
     view: View = "auto",
+    tube: Array | None = None,
 ) -> str:
     """Return an HTML page with a scene to turn, zoom and point at, and the speeds over time and distance below.
 
@@ -81,6 +82,7 @@ def interactive(
         title: Heading, such as the instruction.
         notes: Lines listed below, such as the plan or the explanation.
         view: First look: "3d", "top" (from above), or "auto": from above if the paths lie in one horizontal plane.
+        tube: Covariance of the adapted positions, as in `figure`.
 
     Raises:
         MissingExtra: If plotly is not installed.
@@ -98,6 +100,14 @@ def interactive(
     )
     for word, path in paths.items():
         _add_path(figure, word, path)
+    if tube is not None:
+        rings = geometry.tube(adapted.positions, tube)
+        x, y, z = np.moveaxis(rings, 2, 0)
+        pale = [[0.0, COLOURS["tube"]], [1.0, COLOURS["tube"]]]
+        figure.add_trace(
+            go.Surface(x=x, y=y, z=z, colorscale=pale, showscale=False, opacity=0.35, hoverinfo="skip",
+                       name="2 standard deviations", showlegend=True), 1, 1,
+        )  # fmt: skip
     if robot is not None and robot.workspace is not None:
         for i, line in enumerate(geometry.workspace_lines(robot.workspace, shown.lower, shown.upper)):
             style = {"color": COLOURS["workspace"], "width": 1.5}

@@ -25,6 +25,7 @@ COLOURS = {
     "goal": "#111111",
     "workspace": "#9aa5b1",
     "violation": "#c2185b",
+    "tube": "#f3b0ad",
     "slower": "#f2a900",
     "faster": "#17becf",
 }
@@ -96,6 +97,35 @@ def planar(paths: Sequence[Trajectory]) -> bool:
     """Whether all paths lie in one horizontal plane, so that a view from above shows everything."""
     spread = np.ptp(np.concatenate([path.positions for path in paths]), axis=0)
     return bool(spread[2] <= _FLAT * max(float(spread[0]), float(spread[1])))
+
+
+def tube(path: Array, covariance: Array, deviations: float = 2.0, sides: int = 24) -> Array:
+    """Rings (N, sides, 3) [m] around a path: what lies within some standard deviations across its direction.
+
+    Args:
+        path: (N, 3) [m].
+        covariance: Rows xx, xy, xz, yy, yz, zz (N, 6) [m2].
+        deviations: How many.
+        sides: Points of a ring, the last of them the first again.
+    """
+    along = np.gradient(path, axis=0)
+    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
+    aside = np.eye(3)[np.abs(along).argmin(axis=1)]
+    first = np.cross(along, aside)
+    first /= np.maximum(np.linalg.norm(first, axis=1, keepdims=True), 1e-12)
+    across = np.stack([first, np.cross(along, first)], axis=2)
+    full = covariance[:, [0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(-1, 3, 3)
+    values, axes = np.linalg.eigh(across.transpose(0, 2, 1) @ full @ across)
+    roots = (axes * np.sqrt(np.maximum(values, 0.0))[:, None, :]) @ axes.transpose(0, 2, 1)
+    turn = np.linspace(0.0, 2.0 * np.pi, sides)
+    ring = np.stack([np.cos(turn), np.sin(turn)])
+    return np.asarray(path[:, None] + deviations * (across @ roots @ ring).transpose(0, 2, 1))
+
+
+def walls(rings: Array) -> Array:
+    """The quadrilaterals (M, 4, 3) between neighbouring rings (N, sides, 3) of a tube."""
+    a, b = rings[:-1], rings[1:]
+    return np.stack([a[:, :-1], a[:, 1:], b[:, 1:], b[:, :-1]], axis=2).reshape(-1, 4, 3)
 
 
 def axis_word(frame: Frame, axis: int) -> str:

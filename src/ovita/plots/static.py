@@ -48,6 +48,7 @@ def figure(
     title: str = "",
     violations: Sequence[ConstraintCheck] | None = None,
     view: View = "auto",
+    tube: Array | None = None,
 ) -> Figure:
     """Draw a trajectory before and after in its scene, with its speeds over time and over the distance below.
 
@@ -60,6 +61,8 @@ def figure(
         title: Written above, such as the instruction.
         violations: Limits that do not hold are marked where the adapted trajectory breaks them most.
         view: "3d", "top" (from above), or "auto": from above if the paths lie in one horizontal plane.
+        tube: Covariance of the adapted positions, rows xx, xy, xz, yy, yz, zz (N, 6) [m2], drawn to two standard
+            deviations; None for none.
 
     Raises:
         MissingExtra: If matplotlib is not installed.
@@ -72,6 +75,8 @@ def figure(
     canvas: Canvas = TopCanvas(drawing, shown, scene.frame) if flat else SpaceCanvas(drawing, shown, scene.frame)
     drawn = _workspace(canvas, robot, shown)
     _objects(canvas, shown)
+    if tube is not None:
+        canvas.tube(geometry.walls(geometry.tube(adapted.positions, tube)))
     _paths(canvas, original, adapted, proposed, scene)
     _broken(canvas, adapted, violations or ())
     _names(canvas, shown, paths)
@@ -257,6 +262,11 @@ class Canvas(ABC):
         """Draw a cuboid (8, 3)."""
 
     @abstractmethod
+    def tube(self, walls: Array) -> None:
+        """Draw the walls (M, 4, 3) of a tube of two standard deviations."""
+        self._remember("2 standard deviations", color=COLOURS["tube"], lw=6.0)
+
+    @abstractmethod
     def workspace_lines(self, workspace: Box | Shell) -> list[Array]:
         """The lines of a workspace that can be seen."""
 
@@ -357,6 +367,12 @@ class TopCanvas(Canvas):
         faces = [self.seen(corners[face]) for face in FACES]
         self.axes.add_collection(PolyCollection(faces, facecolors=color, edgecolors=color, alpha=0.22, lw=1.0))
 
+    def tube(self, walls: Array) -> None:
+        """Draw the walls (M, 4, 3) of a tube, from above as one pale area."""
+        super().tube(walls)
+        pale = {"facecolors": COLOURS["tube"], "edgecolors": COLOURS["tube"], "zorder": 0.6}
+        self.axes.add_collection(PolyCollection([self.seen(wall) for wall in walls], **pale))
+
     def workspace_lines(self, workspace: Box | Shell) -> list[Array]:
         """The lines of a workspace that can be seen."""
         self.figure.draw_without_rendering()
@@ -401,6 +417,11 @@ class SpaceCanvas(Canvas):
         self.axes.add_collection3d(
             Poly3DCollection(faces, facecolors=color, edgecolors=color, alpha=0.28, lw=0.8, zorder=2)
         )
+
+    def tube(self, walls: Array) -> None:
+        """Draw the walls (M, 4, 3) of a tube."""
+        super().tube(walls)
+        self.axes.add_collection3d(Poly3DCollection(walls, facecolors=COLOURS["tube"], alpha=0.1, lw=0, zorder=2))
 
     def workspace_lines(self, workspace: Box | Shell) -> list[Array]:
         """The lines of a workspace that can be seen."""

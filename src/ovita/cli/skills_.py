@@ -1,0 +1,173 @@
+"""`ovita learn` and `ovita generate`: skills from demonstrations, and trajectories from skills."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, NoReturn
+
+import click
+
+from ovita.cli.common import EXIT_OF, choices_from, constraints_from, plain, show, show_notes, source
+from ovita.errors import RequestError
+from ovita.io import load_robot, load_scene, save_task
+from ovita.request import FeedbackOn
+from ovita.sources.demonstrations import read_demonstrations
+from ovita.sources.learning import learn as learn_skill
+from ovita.sources.skills import COVARIANCE, KINDS, Skill, SkillKind
+from ovita.text import counted, length
+from ovita.writers.base import writer_named
+
+
+@click.command()
+@click.argument("demos", metavar="DEMOS...", nargs=-1, required=True)
+@click.option("--out", "-o", required=True, metavar="FILE", help="Where to write the skill (JSON).")
+@click.option("--kind", type=click.Choice(KINDS), default="kmp", show_default=True, help="What is learned; see below.")
+@click.option(
+    "--frames",
+    default="",
+    metavar="NAMES",
+    help="Objects, or start and goal, that the movement is relative to: cup,plate (kmp, tpgmm).",
+)
+@click.option(
+    "--align",
+    type=click.Choice(["dtw", "arc_length", "time"]),
+    default="dtw",
+    show_default=True,
+    help="How moments of the demonstrations are matched.",
+)
+@click.option("--components", type=click.IntRange(1, 100), default=8, show_default=True, help="Gaussians of a tpgmm.")
+@source
+def learn(
+    demos: tuple[str, ...], out: str, kind: SkillKind, frames: str, align: Any, components: int, **options: Any
+) -> None:
+    """Learn a skill from DEMOS: files of any format that ovita reads, one demonstration each, or LeRobot folders.
+
+    \b
+    kmp    passes through any via-point and bends where demonstrations varied; the default
+    promp  stays within what the demonstrations span
+    dmp    one movement between any two ends, without a variance; one demonstration is enough
+    tpgmm  weighs what several task frames say, so that it follows objects that moved
+    """  # noqa: D301
+    choices = choices_from(options)
+    tasks = read_demonstrations(demos, scene_file=options["scene_file"], frame=options["frame"], choices=choices)
+    names = [name.strip() for name in frames.split(",") if name.strip()]
+    skill = learn_skill(tasks, kind, frames=names, align=align, components=components)
+    skill.save(out)
+    around = f", relative to {', '.join(skill.frames)}" if skill.frames else ""
+    click.echo(plain(f"Learned a {kind} from {counted(skill.shown, 'demonstration')}{around}: {spread(skill)}"))
+    show_notes(skill.notes)
+    click.echo(f"wrote {out}")
+
+
+def spread(skill: Skill) -> str:
+    """How large a movement is and how much it varies, in words."""
+    covariance = skill.generate().covariance
+    across = f"{length(skill.size)} across"
+    if covariance is None:
+        return f"{across}, without a variance"
+    deviations = (covariance[:, range(3), range(3)].sum(axis=1)) ** 0.5
+    return f"{across}, varying by {length(deviations.min())} to {length(deviations.max())}"
+
+
+@click.command()
+@click.argument("file", metavar="SKILL.json")
+@click.option("--start", metavar="PLACE", help="Where to start: an object, or x,y,z[,qw,qx,qy,qz]. [as shown]")
+@click.option("--goal", metavar="PLACE", help="Where to end. [as shown]")
+@click.option(
+    "--via",
+    multiple=True,
+    metavar="PHASE: PLACE",
+    help="Pass through a place at a phase between 0 and 1: '0.5: cup'; without a phase, where it is least unusual.",
+)
+@click.option("--scene", "scene_file", metavar="FILE", help="Where the objects are now. [where they were shown]")
+@click.option("--waypoints", type=click.IntRange(2, 10000), metavar="N", help="Number of waypoints. [101]")
+@click.option("--out", "-o", metavar="FILE", help="Write the trajectory, in any format that ovita convert writes.")
+@click.option("--json", "as_json", is_flag=True, help="Print mean and covariance as JSON.")
+def generate(
+    file: str,
+    start: str | None,
+    goal: str | None,
+    via: tuple[str, ...],
+    scene_file: str | None,
+    waypoints: int | None,
+    out: str | None,
+    as_json: bool,
+) -> None:
+    """Generate a trajectory of SKILL.json between other ends, through via-points, around objects that moved.
+
+    A task in JSON holds the covariance as well. If a place is not reached, which can happen to a promp, that is said
+    and the exit code is 6.
+    """
+    skill = Skill.load(file)
+    scene = skill.scene
+    if scene_file is not None:
+        scene, stated = load_scene(scene_file)
+        if stated and scene.frame != skill.scene.frame:
+            raise RequestError(
+                f"{scene_file} is in the frame {scene.frame.name}, the skill in {skill.scene.frame.name}"
+            )
+    made = skill.generate(start, goal, [_via(text) for text in via], scene=scene, waypoints=waypoints)
+    task = made.task()
+    lost = save_task(out, task) if out else ()
+    if as_json:
+        covariance = None if made.covariance is None else made.covariance.tolist()
+        document = {"trajectory": made.trajectory.to_array().tolist(), "covariance": covariance}
+        click.echo(json.dumps(document | {"notes": made.notes, "missed": made.missed}))
+    else:
+        path = made.trajectory
+        click.echo(f"{counted(len(path), 'waypoint')}, {length(path.length)} in {path.duration:.1f} s")
+        show_notes((*skill.notes, *made.notes, *lost))
+        for text in made.missed:
+            click.echo(plain(f"not as meant: {text}"), err=True)
+        if out:
+            click.echo(f"wrote {out}")
+    raise SystemExit(EXIT_OF["not_as_meant"] if made.missed else 0)
+
+
+def _via(text: str) -> tuple[float | None, str]:
+    phase, colon, place = text.partition(":")
+    if not colon:
+        return None, text.strip()
+    try:
+        return float(phase), place.strip()
+    except ValueError:
+        raise RequestError(f"--via {text!r}: {phase.strip()!r} is no phase; say it as '0.5: cup'") from None
+
+
+def adapt_file(
+    file: str,
+    instruction: str,
+    on: FeedbackOn,
+    outputs: tuple[str | None, str | None, str | None],
+    as_json: bool,
+    options: Mapping[str, Any],
+) -> NoReturn:
+    """Adapt a skill's mean to an instruction and write the skill, its trajectory and its picture where asked."""
+    from ovita.cli.adapt_ import draw
+    from ovita.sources.adapted_skills import adapt_skill
+
+    out, trajectory_out, plot_out = outputs
+    skill = Skill.load(file)
+    limits = load_robot(options["robot"] or "none")
+    writer = writer_named(options["writer"], base_url=options["base_url"], temperature=options["temperature"])
+    robot = limits if options["max_speed"] is None else replace(limits, max_speed=options["max_speed"])
+    edited = adapt_skill(
+        skill, instruction, on=on, robot=robot, writer=writer, constraints=constraints_from(dict(options))
+    )
+    result, made, lost = edited.result, edited.skill.generate().task(instruction), tuple[str, ...]()
+    if result.usable and out:
+        edited.skill.save(out)
+    if result.usable and trajectory_out:
+        lost = save_task(trajectory_out, made)
+    if result.usable and plot_out:
+        draw(result, plot_out, tube=made.extra.get(COVARIANCE))
+    if as_json:
+        click.echo(json.dumps(result.to_document(), ensure_ascii=False))
+    else:
+        show(result)
+        show_notes((*edited.notes, *lost))
+        for path in [path for path in outputs if path and result.usable]:
+            click.echo(f"wrote {path}")
+    raise SystemExit(EXIT_OF[result.status])

@@ -1,0 +1,118 @@
+"""Adapting a skill by instruction: its mean is adapted as any trajectory, and the skill goes there with its variance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ovita.chain import adapt
+from ovita.limits import ConstraintOptions
+from ovita.paths.correspondence import correspond
+from ovita.paths.geometry import path_distances
+from ovita.paths.robot import Robot
+from ovita.paths.trajectory import Array, Trajectory, interpolate, nlerp
+from ovita.request import FeedbackOn, Request
+from ovita.result import Adaptation
+from ovita.sources.skills import REACHED, Skill
+from ovita.sources.taskframes import logarithm
+from ovita.text import counted, length
+from ovita.writers.base import PolicyWriter
+
+
+@dataclass(frozen=True, eq=False)
+class AdaptedSkill:
+    """A skill after an instruction.
+
+    Args:
+        skill: With its mean where the instruction put it; as it was where nothing was done.
+        result: The adaptation of its mean.
+        notes: What a skill cannot keep of it, each a sentence.
+    """
+
+    skill: Skill
+    result: Adaptation
+    notes: tuple[str, ...] = ()
+
+
+def adapt_skill(
+    skill: Skill,
+    instruction: str,
+    *,
+    on: FeedbackOn = "current",
+    robot: Robot | None = None,
+    writer: PolicyWriter | str = "auto",
+    constraints: ConstraintOptions | None = None,
+) -> AdaptedSkill:
+    """Adapt the mean of a skill to an instruction, and move the skill there.
+
+    What was learned stays as it is, so covariance, task frames, and what generating does with ends and via-points are
+    kept exactly. Each phase is moved by as much as the instruction moved its waypoint, in the world's axes, and gets
+    its new speed. The limits are enforced on the mean as it was shown, not on what is generated later.
+
+    Args:
+        skill: To adapt.
+        instruction: What should change.
+        on: Whether the instruction is about the skill as it is now, or about what was shown.
+        robot: The limits.
+        writer: A policy writer or its name.
+        constraints: How limits are enforced.
+
+    Raises:
+        RequestError: If the instruction is empty or too long.
+    """
+    before = skill if on == "current" else replace(skill, offset=None, pace=None, edits=())
+    mean = before.generate().trajectory
+    limits = Robot.preset("none") if robot is None else robot
+    result = adapt(Request(instruction, mean, skill.scene, limits), writer=writer, constraints=constraints)
+    if not result.usable:
+        return AdaptedSkill(skill, result)
+    return AdaptedSkill(*moved(before, mean, result))
+
+
+def moved(skill: Skill, mean: Trajectory, result: Adaptation) -> tuple[Skill, Adaptation, tuple[str, ...]]:
+    """The skill with its mean where an adaptation of that mean put it, and what could not be kept."""
+    phases = np.linspace(0.0, 1.0, len(mean))
+    adapted, notes = result.adapted, []
+    there = _matched(mean, adapted)
+    gap = _gap(adapted, there.positions)
+    if gap > REACHED * skill.size:
+        spread = adapted.resample(len(mean))
+        if _gap(adapted, spread.positions) < gap:
+            there = spread
+            notes.append("the path was drawn anew, so the variance now belongs to shares of its length")
+        gap = _gap(adapted, there.positions)
+    if gap > REACHED * skill.size:
+        notes.append(f"{counted(len(phases), 'phase')} do not hold every turn of it: it is off by up to {length(gap)}")
+    if adapted.dwells.sum() > mean.dwells.sum():
+        notes.append("a skill keeps no pauses; they are left out")
+    by = _by(skill, mean, there)
+    offset = by if skill.offset is None else skill.offset + by
+    edited = replace(skill, offset=offset, pace=there.speeds, edits=(*skill.edits, result.instruction))
+    return edited, result, tuple(notes)
+
+
+def _matched(mean: Trajectory, adapted: Trajectory) -> Trajectory:
+    """For each waypoint of the mean its counterpart in the adapted path; those taken out lie between the others."""
+    found = correspond(mean.positions, adapted.positions).forward
+    every = np.arange(len(mean), dtype=float)
+    kept = np.isfinite(found)
+    where = np.interp(every, every[kept], found[kept])
+    where[0], where[-1] = 0.0, len(adapted) - 1.0
+    turns = None if adapted.orientations is None else nlerp(adapted.orientations, where)
+    speeds = interpolate(adapted.speeds[:, None], where)[:, 0]
+    return Trajectory(interpolate(adapted.positions, where), speeds, turns, adapted.timestep)
+
+
+def _gap(adapted: Trajectory, positions: Array) -> float:
+    """How far an adapted path is from what a skill keeps of it, at most [m]."""
+    return float(path_distances(positions, adapted.positions).max())
+
+
+def _by(skill: Skill, mean: Trajectory, there: Trajectory) -> Array:
+    """By how much each phase moved, as vectors (T, d)."""
+    by = there.positions - mean.positions
+    base = skill.base()
+    if base is None or mean.orientations is None or there.orientations is None:
+        return by
+    return np.column_stack([by, logarithm(base, there.orientations) - logarithm(base, mean.orientations)])

@@ -1,0 +1,148 @@
+"""Skills as JSON files."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ovita.errors import FormatError
+from ovita.io import atomic_write, scene_dict, scene_from_dict
+from ovita.io.documents import Number, plain, show, timestep_of, validated
+from ovita.io.files import errors_of, examine, file_name, read_text, suffix
+from ovita.io.json_ import SKILL_SCHEMA, check_values, dumps, parse_object
+from ovita.paths.trajectory import TIMESTEP, Array
+from ovita.sources.dmp import BASES as DMP_BASES
+from ovita.sources.dmp import Dmp
+from ovita.sources.promp import BASES as PROMP_BASES
+from ovita.sources.promp import Promp
+from ovita.sources.skills import Model, Moments, Skill, SkillKind
+from ovita.sources.tpgmm import Mixture
+
+_MODELS: Mapping[str, tuple[type[Model], Mapping[str, str]]] = {
+    "kmp": (Moments, {"means": "JTd", "covariances": "JTdd", "way": "Tp", "about": "Tpp"}),
+    "promp": (Promp, {"weights": "DPd"}),
+    "dmp": (Dmp, {"weights": "Fd", "start": "d", "goal": "d", "speed": "d"}),
+    "tpgmm": (Mixture, {"priors": "C", "means": "JCe", "covariances": "JCee"}),
+}
+"""The arrays of each kind of model, with a letter for each axis: frames J, phases T, components of a pose d."""
+
+
+def save_skill(path: str | os.PathLike[str], skill: Skill) -> None:
+    """Write a skill atomically as JSON.
+
+    Raises:
+        FormatError: If it cannot be written there.
+    """
+    file = file_name(path)
+    if suffix(path) != ".json":
+        raise FormatError(file, "a skill is JSON; name a .json file")
+    document = {
+        "schema": SKILL_SCHEMA,
+        "kind": skill.kind,
+        "shown": skill.shown,
+        "frames": skill.frames,
+        "size": skill.size,
+        "timestep": skill.timestep,
+        "notes": skill.notes,
+        "edits": skill.edits,
+        "start": skill.start,
+        "goal": skill.goal,
+        "bases": skill.bases,
+        "speeds": skill.speeds,
+        "offset": skill.offset,
+        "pace": skill.pace,
+        "model": skill.model,
+        "scene": scene_dict(skill.scene),
+    }
+    atomic_write(path, dumps(plain(document), file))
+
+
+def load_skill(path: str | os.PathLike[str]) -> Skill:
+    """Read a skill that `save_skill` wrote.
+
+    Raises:
+        FormatError: If the file cannot be read, has another schema, or something in it is malformed.
+    """
+    examine(path)
+    file = file_name(path)
+    document = parse_object(read_text(path), file)
+    schema = document.get("schema")
+    if schema != SKILL_SCHEMA:
+        raise FormatError(
+            file, f"its schema is {show(schema)}, expected {SKILL_SCHEMA!r}; `ovita learn` makes skills", key="schema"
+        )
+    check_values(document, file)
+    return _skill(document, file)
+
+
+def _skill(document: Mapping[str, Any], file: str) -> Skill:
+    def read(kind: object, key: str, default: object = None) -> Any:
+        return validated(kind, document.get(key, default), file, key)
+
+    kind = read(SkillKind, "kind")
+    frames = tuple(read(list[str], "frames", []))
+    bases = None if document.get("bases") is None else _array(document, "bases", "Jq", file)
+    sizes = {"J": max(len(frames), 1), "q": 4, "p": 3, "d": 3 if bases is None else 6}
+    sizes |= {"e": sizes["d"] + 1, "P": PROMP_BASES, "F": DMP_BASES}
+    speeds = _array(document, "speeds", "T", file, sizes)
+    offset = None if document.get("offset") is None else _array(document, "offset", "Td", file, sizes)
+    pace = None if document.get("pace") is None else _array(document, "pace", "T", file, sizes)
+    for name, paced in (("speeds", speeds), ("pace", speeds if pace is None else pace)):
+        if len(paced) < 2 or (paced < 0).any():
+            raise FormatError(file, "holds fewer than 2 speeds or a negative one", key=name)
+    with errors_of(file):
+        scene = scene_from_dict(read(dict[str, Any], "scene", {}))
+    if bases is not None:
+        _array(document, "bases", "Jq", file, sizes)
+    return Skill(
+        kind,
+        _model(kind, read(dict[str, Any], "model"), file, sizes),
+        frames,
+        bases,
+        speeds,
+        _array(document, "start", "p", file, sizes),
+        _array(document, "goal", "p", file, sizes),
+        read(Number, "size"),
+        read(int, "shown"),
+        scene,
+        offset,
+        pace,
+        tuple(read(list[str], "edits", [])),
+        tuple(read(list[str], "notes", [])),
+        timestep_of(document.get("timestep", TIMESTEP), file),
+    )
+
+
+def _model(kind: SkillKind, document: Mapping[str, Any], file: str, sizes: dict[str, int]) -> Model:
+    made, axes = _MODELS[kind]
+    arrays = {name: _array(document, name, letters, file, sizes, "model.") for name, letters in axes.items()}
+    for name in {"covariances", "about"} & set(arrays):
+        values = arrays[name]
+        if not np.allclose(values, values.swapaxes(-1, -2)) or np.linalg.eigvalsh(values).min() <= 0.0:
+            raise FormatError(file, "holds a matrix that is no covariance", key=f"model.{name}")
+    return made(**arrays)
+
+
+def _array(
+    document: Mapping[str, Any], name: str, axes: str, file: str, sizes: dict[str, int] | None = None, prefix: str = ""
+) -> Array:
+    """An array of a document; the size of an axis that was not seen before is noted under its letter."""
+    kind: Any = Number
+    for _ in axes:
+        kind = list[kind]
+    values = validated(kind, document.get(name), file, prefix + name)
+    try:
+        array = np.array(values, dtype=float)
+    except ValueError:
+        raise FormatError(file, "has rows of different lengths", key=prefix + name) from None
+    sizes = {} if sizes is None else sizes
+    if array.ndim == len(axes):
+        for letter, size in zip(axes, array.shape, strict=True):
+            sizes.setdefault(letter, size)
+    wanted = tuple(sizes.get(letter, 0) for letter in axes)
+    if array.shape != wanted or 0 in wanted:
+        raise FormatError(file, f"has the shape {array.shape}, expected {wanted}", key=prefix + name)
+    return array
