@@ -370,8 +370,9 @@ class TopCanvas(Canvas):
     def tube(self, walls: Array) -> None:
         """Draw the walls (M, 4, 3) of a tube, from above as one pale area."""
         super().tube(walls)
-        pale = {"facecolors": COLOURS["tube"], "edgecolors": COLOURS["tube"], "zorder": 0.6}
-        self.axes.add_collection(PolyCollection([self.seen(wall) for wall in walls], **pale))
+        faces = [self.seen(wall) for wall in walls]
+        pale = COLOURS["tube"]
+        self.axes.add_collection(PolyCollection(faces, facecolors=pale, edgecolors=pale, zorder=0.6))
 
     def workspace_lines(self, workspace: Box | Shell) -> list[Array]:
         """The lines of a workspace that can be seen."""

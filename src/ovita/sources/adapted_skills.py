@@ -1,4 +1,4 @@
-"""Adapting a skill by instruction: its mean is adapted as any trajectory, and the skill goes there with its variance."""
+"""Adapting a skill by instruction: its mean is adapted as any trajectory, and the skill follows with its variance."""
 
 from __future__ import annotations
 
