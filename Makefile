@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check -q
 WORKERS ?= 2
 
-.PHONY: help install dev demo test test-browser check format train bench clean
+.PHONY: help install dev demo test test-browser check lowest format train bench clean
 
 help: ## list the commands
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -41,6 +41,9 @@ check: $(VENV)/.dev ## lint, formatting, strict types
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+
+lowest: $(VENV)/.dev ## run a set of tests with the lowest versions that pyproject.toml allows, in .venv-lowest
+	$(BIN)/python .ci/lowest.py
 
 format: $(VENV)/.dev ## format the code
 	$(BIN)/ruff check --fix .

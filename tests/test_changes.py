@@ -246,7 +246,14 @@ def test_passing_closer_is_told_with_both_distances() -> None:
     rows = line().to_array()
     rows[:, 1] += 0.05
     told = sentences(changed(line(), rows))
-    assert "It now passes 0.05 m closer to the cup (0.30 -> 0.25 m to its centre)." in told
+    assert "It now passes 0.05 m closer to the cup (0.25 -> 0.20 m to its surface)." in told
+
+
+def test_an_object_of_unknown_size_is_told_to_its_centre() -> None:
+    rows = line().to_array()
+    rows[:, 1] += 0.05
+    told = sentences(compare(line(), Trajectory.from_array(rows), Scene((SceneObject("lamp", (0.5, 0.3, 0.0)),))))
+    assert "It now passes 0.05 m closer to the lamp (0.30 -> 0.25 m to its centre)." in told
 
 
 def test_running_into_an_object_is_told() -> None:

@@ -7,6 +7,7 @@ Dimensions are named by their SI unit: "m", "m/s", "m/s2", "s", "deg" (angles ar
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -36,7 +37,7 @@ LENGTHS = (
     _unit("m", "m", 1.0, "m, metre, meter, unit"),
     _unit("dm", "m", 0.1, "dm, decimetre, decimeter"),
     _unit("cm", "m", 0.01, "cm, centimetre, centimeter, cms, centi"),
-    _unit("mm", "m", 0.001, "mm, millimetre, millimeter, mms, millis, mil"),
+    _unit("mm", "m", 0.001, "mm, millimetre, millimeter, mms, millis"),
     _unit("km", "m", 1000.0, "km, kilometre, kilometer, kms"),
     _unit("in", "m", 0.0254, "inch, inches, in."),
     _unit("ft", "m", 0.3048, "ft, foot, feet"),
@@ -89,6 +90,9 @@ TABLE: tuple[Unit, ...] = (
     _unit("Hz", "Hz", 1.0, "hz, hertz"),
 )
 
+AMBIGUOUS = {"mil": "millimetres (mm) or thousandths of an inch (thou)"}
+"""Words that people use for units of very different sizes, in the singular, and which ones; they are no unit."""
+
 SPELLINGS: Mapping[str, Unit] = {spelling: unit for unit in TABLE for spelling in unit.spellings}
 
 
@@ -99,6 +103,14 @@ def find(word: str) -> Unit | None:
         if candidate in SPELLINGS:
             return SPELLINGS[candidate]
     return None
+
+
+def ambiguous(text: str) -> str:
+    """A question back where a text measures in a word that means very different units; else ""."""
+    for word, meanings in AMBIGUOUS.items():
+        if re.search(rf"\d\s*{word}s?\b", text.lower()):
+            return f"{word!r} can be {meanings}: which is meant?"
+    return ""
 
 
 def symbol(word: str) -> str:

@@ -101,7 +101,7 @@ SPEEDS = [
     ("halve the velocity in the first half", "factor", 0.5, ("first", 0.5)),
     ("go three times faster", "factor", 3.0, ()),
     ("increase the speed by 0.1 m/s", "add", 0.1, ()),
-    ("lower the speed at the end", "slower", None, ("last", 0.25)),
+    ("lower the speed at the end", "slower", None, ("last", None)),
     ("drive at a constant speed of 0.3", "set", 0.3, ()),
     ("keep a constant speed after the cup", "constant", None, ("after", "cup", None)),
     ("set the speed to 0.2 for the last 10 waypoints", "set", 0.2, ("last", 10.0)),

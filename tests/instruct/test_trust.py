@@ -222,3 +222,34 @@ def test_decelerating_to_zero_brakes_steadily_and_is_no_question():
 def test_a_step_to_a_place_promises_it(sentence, promised):
     found = said(sentence).postconditions
     assert any(p.text.startswith(promised) and p.held for p in found), found
+
+
+@pytest.mark.parametrize(
+    ("sentence", "assumed"),
+    [
+        ("slow down at the start", '"at the start" is the first 25% of the waypoints'),
+        ("speed up at the end", '"at the end" is the last 25% of the waypoints'),
+        ("slow down at the start", '"slower" is 0.5 times the speed'),
+        ("slow down near the cup", '"near cup" is within'),
+        ("go up near the cup", '"up" is'),
+        ("end left of the cup", '"left" is'),
+        ("end 0.1 m left of the mug", "counted from its surface, 0.14 m from its centre"),
+    ],
+)
+def test_what_a_sentence_leaves_open_is_listed_as_assumed(sentence, assumed):
+    assert any(assumed in text for text in done(sentence).assumptions), done(sentence).assumptions
+
+
+def test_a_quarter_that_is_said_is_not_assumed():
+    assert not any("25%" in text for text in done("slow down in the first quarter").assumptions)
+
+
+@pytest.mark.parametrize("sentence", ["go left by 5 mil", "keep 200mils from the cup"])
+def test_a_word_for_units_of_different_sizes_is_asked_about(sentence):
+    result = said(sentence)
+    assert result.status == "needs_clarification" and "thousandths of an inch" in result.question
+
+
+def test_an_end_beside_an_object_is_so_far_from_its_surface():
+    goal = done("end 0.1 m left of the mug").adapted.positions[-1]
+    assert goal == pytest.approx([0.1 - 0.04 - 0.1, 1.0, 0.2], abs=1e-6)

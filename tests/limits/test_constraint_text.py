@@ -33,6 +33,7 @@ INF = math.inf
         ("z must not be above 1.5 m", {"z": (-INF, 1.5)}),
         ("The y-coordinate must stay below 0.4", {"y": (-INF, 0.4)}),
         ("z >= 0.1 and z <= 0.9", {"z": (0.1, 0.9)}),
+        ("z must be greater than 0.1 m and less than 1.2 m", {"z": (0.1, 1.2)}),
     ],
 )
 def test_ranges(text, ranges):
@@ -57,6 +58,14 @@ def test_ranges(text, ranges):
         ("The maximum speed is 0.5 m/s", "max_speed", 0.5),
         ("v_max = 0.5", "max_speed", 0.5),
         ("max speed 30 cm/s", "max_speed", 0.3),
+        ("no faster than 0.4", "max_speed", 0.4),
+        ("The speed must never be over 0.35", "max_speed", 0.35),
+        ("the top speed is 0.5", "max_speed", 0.5),
+        ("must be slower than 0.3 m/s", "max_speed", 0.3),
+        ("at most 0.5 m/s", "max_speed", 0.5),
+        ("The speed must be above 0.2 m/s", "min_speed", 0.2),
+        ("a_max = 2", "max_acceleration", 2.0),
+        ("acceleration at most 2", "max_acceleration", 2.0),
         ("no faster than 0.5 m/s", "max_speed", 0.5),
         ("Do not exceed 0.5 m/s", "max_speed", 0.5),
         ("v <= 0.4", "max_speed", 0.4),
@@ -87,10 +96,21 @@ def test_bounds_in_two_sentences_hold_together():
         parse_text("z >= 0.5. z <= 0.2").apply(Robot.preset("none"))
 
 
-@pytest.mark.parametrize("text", ["t < 3", "The tilt is at most 5 degrees", "Do not exceed the line", "roll <= 0.2"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        *("t < 3", "The tilt is at most 5 degrees", "Do not exceed the line", "roll <= 0.2", "Do not exceed 0.4"),
+        *("y <= 10 mil", "z at most 80 furlongs", "y >= 3 degrees", "clearance 0.1", "minimum height 0.2"),
+    ],
+)
 def test_limits_of_other_kinds_are_handed_back_by_name(text):
     found = parse_text(text)
     assert found.ignored == (text,) and not found.understood
+
+
+def test_of_two_limits_the_stricter_one_holds():
+    found = parse_text("Speed up to 0.4 m/s. The speed is at most 0.6 and at least 0.1 m/s. v >= 0.05 m/s")
+    assert (found.max_speed, found.min_speed) == (0.4, 0.1)
 
 
 def test_limits_take_the_place_of_the_robots():
@@ -113,7 +133,7 @@ def test_limits_take_the_place_of_the_robots():
     [
         ("Keep 0.1 m from obstacles and never go near the kitchen.", ("never go near the kitchen",)),
         ("The speed is at most 0.3 m/s and the jerk at most 2", ("the jerk at most 2",)),
-        ("the speed is at least 0.1 and at most 0.3 m/s", ("at most 0.3 m/s",)),
+        ("the speed is at least 0.1 m/s and the tilt at most 3", ("the tilt at most 3",)),
         ("z >= 0.1, do not touch the cup", ("do not touch the cup",)),
         ("The workspace is x -1 to 1, y -1 to 1, z 0 to 2, all in metres.", ()),
         ("x between 0 and 1, y from -1 to 2, and z is at least 0.1", ()),

@@ -109,3 +109,28 @@ def test_every_public_file():
             else:
                 assert found.verdict.status in ("satisfied", "repaired"), (path.name, found.verdict.sentences())
                 assert max(c.violation_after for c in found.verdict.checks) <= problem.TOLERANCE
+
+
+NOT_CHECKED = "No limits of a robot are known, so workspace, speed and acceleration were not checked."
+CUPS = tuple(SceneObject(f"cup {k}", [k, 3.0, 0.0]) for k in range(4))
+
+
+@pytest.mark.parametrize(
+    ("robot", "objects", "told"),
+    [
+        ("none", 0, [NOT_CHECKED]),
+        ("none", 2, ["Every limit holds as proposed: the distance to 'cup 0' and 'cup 1'.", NOT_CHECKED]),
+        (
+            "drone",
+            4,
+            [
+                "Every limit holds as proposed: workspace, speed, acceleration, lateral acceleration and the distance "
+                "to 4 objects."
+            ],
+        ),
+    ],
+)
+def test_a_verdict_names_the_limits_that_were_checked(robot, objects, told):
+    scene = Scene(CUPS[:objects])
+    done = constrain(line(), scene, Robot.preset(robot), original=line())
+    assert done.verdict.sentences() == told

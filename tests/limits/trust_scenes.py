@@ -9,6 +9,8 @@ import time
 from collections import Counter
 
 import numpy as np
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import dijkstra
 
 from ovita import Request, adapt
 from ovita.limits import ConstraintOptions
@@ -34,6 +36,24 @@ NAMES = ("cup", "box", "plate", "person", "bottle", "dog", "chair", "laptop")
 LARGER = {"person": 1.0, "dog": 0.3333}
 ASSUMED = {"person": 0.5}
 SLACK = 1e-5
+
+
+DOORWAYS = 0.15
+"""Share of the scenes with a wall across the path, which has a doorway in it."""
+
+
+def doorway(x, rng):
+    """Two plates across the middle of a path, a doorway of 0.1 to 1 m between them."""
+    k = int(np.abs(x[-1, :2] - x[0, :2]).argmax())
+    at, aside, wide = (x[0] + x[-1]) / 2, 1 - k, rng.uniform(0.05, 0.5)
+    size = np.array([4.0, 4.0, 6.0])
+    size[k] = 0.05
+    plates = []
+    for name, side in (("left plate", -1), ("right plate", 1)):
+        centre = np.array(at)
+        centre[aside] += side * (wide + 2.0) + rng.normal() * 0.05
+        plates.append(SceneObject(name, centre, size))
+    return plates
 
 
 def problem(seed):
@@ -63,27 +83,36 @@ def problem(seed):
         max_lateral_acceleration=None if rng.random() < 0.5 else 3.0,
         planar=planar,
     )
+    if rng.random() < DOORWAYS:
+        objects += doorway(x, rng)
     options = ConstraintOptions(fix_start=bool(rng.random() < 0.2), fix_goal=bool(rng.random() < 0.2))
     text = str(rng.choice(INSTRUCTIONS)).format(names[0])
     return Request(text, Trajectory(x, speeds), Scene(tuple(objects)), robot), options
 
 
-def gaps(positions, item, samples=60):
-    """Distance of each densely sampled segment to an oriented box, (N-1,) [m]; own formula, no code of ovita's."""
+def turn(item):
+    """Rotation matrix (3, 3) of an object; own formula, no code of ovita's."""
     w, x, y, z = item.orientation / np.linalg.norm(item.orientation)
-    turn = np.array(
+    return np.array(
         [
             [w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)],
             [2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x)],
             [2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z],
         ]
     )
+
+
+def distance(points, item):
+    """Distance of points (..., 3) to an oriented box, negative inside [m]."""
     half = np.full(3, 0.025) if item.dimensions is None else item.dimensions / 2
+    beyond = np.abs((points - item.position) @ turn(item)) - half
+    return np.sqrt((np.maximum(beyond, 0) ** 2).sum(axis=-1)) + np.minimum(beyond.max(axis=-1), 0)
+
+
+def gaps(positions, item, samples=60):
+    """Distance of each densely sampled segment to an oriented box, (N-1,) [m]."""
     t = np.linspace(0, 1, samples)[:, None, None]
-    points = positions[:-1] * (1 - t) + positions[1:] * t
-    beyond = np.abs((points - item.position) @ turn) - half
-    outside = np.sqrt((np.maximum(beyond, 0) ** 2).sum(axis=-1))
-    return (outside + np.minimum(beyond.max(axis=-1), 0)).min(axis=0)
+    return distance(positions[:-1] * (1 - t) + positions[1:] * t, item).min(axis=0)
 
 
 def wanted(item, robot):
@@ -116,30 +145,86 @@ def excesses(path, scene, robot, contacts=()):
     return found
 
 
-def sampled(result, options, tries=300):
-    """Whether random polylines between the pinned ends, or anywhere, hold a legal path."""
-    rng = np.random.default_rng(0)
-    n, robot = len(result.proposed), result.robot
-    pins = [i for i, pinned in ((0, options.fix_start), (-1, options.fix_goal)) if pinned]
-    there = Trajectory(result.proposed.positions[pins * 2], np.zeros(len(pins) * 2)) if pins else None
-    still = there is None or len(pins) == 2  # one pinned point, as a path that stays there
-    if not still and max(excesses(there, result.scene, robot, result.contacts).values()) > 0:
+class Room:
+    """Where a body may be under the limits that a result was judged by, as far as they are about places.
+
+    At rest a path keeps every limit on speed and acceleration, so that a legal path is one that is legal in its places.
+    A person may be passed as near as the original path did.
+    """
+
+    def __init__(self, result):
+        robot, start = result.robot, result.original.positions
+        least = robot.radius + robot.obstacle_margin
+        self.level = start[0, 2] if robot.planar else None
+        self.bodies = []
+        for item in result.scene:
+            keep = wanted(item, robot)
+            if item.name in LARGER and item.dimensions is not None:
+                keep = min(keep, max(gaps(start, item).min(), least))
+            if item.name not in result.contacts:
+                self.bodies.append((item, keep))
+        bounds = robot.workspace and (np.array(robot.workspace.lower), np.array(robot.workspace.upper))
+        self.bounds = bounds and (bounds[0] + robot.margin, bounds[1] - robot.margin)
+
+    def slack(self, points):
+        """How far points (K, 3) are from breaking a limit [m]; it changes by no more than the points move."""
+        found = [distance(points, item) - keep for item, keep in self.bodies] or [np.full(points.shape[:-1], 9.0)]
+        if self.bounds is not None:
+            found.append(np.minimum(points - self.bounds[0], self.bounds[1] - points).min(axis=-1))
+        return np.min(found, axis=0)
+
+    def clear(self, starts, ends, finest=0.004):
+        """Which segments are legal in every point: halved until the slack in the middle covers each piece."""
+        legal, edge = np.ones(len(starts), dtype=bool), np.arange(len(starts))
+        while len(edge):
+            middle, half = (starts + ends) / 2, np.linalg.norm(ends - starts, axis=1) / 2
+            slack = self.slack(middle)
+            legal[edge[(slack < 0) | ((slack < half) & (half < finest))]] = False
+            open_ = (slack < half) & legal[edge]
+            starts, ends = np.concatenate([starts[open_], middle[open_]]), np.concatenate([middle[open_], ends[open_]])
+            edge = np.concatenate([edge[open_], edge[open_]])
+        return legal
+
+    def places(self, around, rng, scattered=300, beside=50):
+        """Legal points (K, 3): some anywhere near, some right beside each body."""
+        low, high = around.min(axis=0) - 1.0, around.max(axis=0) + 1.0
+        found = [rng.uniform(low, high, (scattered, 3))]
+        for item, keep in self.bodies:
+            ray = rng.normal(size=(beside, 3)) * (1, 1, self.level is None)
+            ray /= np.linalg.norm(ray, axis=1)[:, None]
+            origin = item.position if self.level is None else np.array([*item.position[:2], self.level])
+            near, far = np.zeros(beside), np.full(beside, 4.0)
+            for _ in range(25):
+                middle = (near + far) / 2
+                inside = distance(origin + middle[:, None] * ray, item) < keep + 0.01
+                near, far = np.where(inside, middle, near), np.where(inside, far, middle)
+            found.append(origin + far[:, None] * ray)
+        points = np.concatenate(found)
+        if self.level is not None:
+            points[:, 2] = self.level
+        return points[self.slack(points) > 0]
+
+
+def sampled(result, options):
+    """Whether a legal path is found: a road map of sampled places, its edges proven, searched from pin to pin."""
+    room, rng = Room(result), np.random.default_rng(0)
+    path = result.proposed.positions
+    pins = path[[i for i, pinned in ((0, options.fix_start), (-1, options.fix_goal)) if pinned]]
+    if room.level is not None and len(pins) and np.abs(pins[:, 2] - room.level).max() > 1e-9:
         return False
-    reach = result.proposed.positions.min(axis=0) - 0.7, result.proposed.positions.max(axis=0) + 0.7
-    for _ in range(tries):
-        corners = rng.uniform(*reach, (int(rng.integers(2, 5)), 3))
-        if robot.planar:
-            corners[:, 2] = result.original.positions[0, 2]
-        if options.fix_start:
-            corners[0] = result.proposed.positions[0]
-        if options.fix_goal:
-            corners[-1] = result.proposed.positions[-1]
-        at = np.linspace(0, len(corners) - 1, n)
-        x = np.column_stack([np.interp(at, np.arange(len(corners)), corners[:, k]) for k in range(3)])
-        path = Trajectory(x, np.zeros(n))
-        if max(excesses(path, result.scene, robot, result.contacts).values()) <= 0:
-            return True
-    return False
+    if len(pins) and room.slack(pins).min() < 0:
+        return False
+    places = room.places(np.concatenate([path, [item.position for item, _ in room.bodies] or path]), rng)
+    if len(pins) < 2:
+        return bool(len(pins) or len(places))  # a path that stays at one place
+    points = np.concatenate([pins, places])
+    apart = np.linalg.norm(points[:, None] - points[None], axis=-1)
+    closest = np.argsort(apart, axis=1)[:, 1:25]
+    one, other = np.repeat(np.arange(len(points)), closest.shape[1]), closest.ravel()
+    one, other = np.concatenate([one, np.zeros(len(points), int)]), np.concatenate([other, np.arange(len(points))])
+    legal = room.clear(points[one], points[other])
+    graph = csr_matrix((np.ones(legal.sum()), (one[legal], other[legal])), shape=(len(points),) * 2)
+    return bool(dijkstra(graph, directed=False, unweighted=True, indices=0)[1] <= len(path) - 1)
 
 
 def judge(seed):

@@ -11,7 +11,7 @@ import numpy as np
 from ovita.errors import OvitaError
 from ovita.instruct import frames as F
 from ovita.instruct.frames import Quantity, SemanticFrame
-from ovita.instruct.scale import Scale
+from ovita.instruct.scale import END_SHARE, Scale, end_share
 from ovita.paths.frame import DIRECTIONS, OPPOSITE, Frame
 from ovita.paths.geometry import Mask, runs
 from ovita.paths.part import PathPart
@@ -29,7 +29,7 @@ STILL = (F.Keep, F.Pace, F.Wait, F.StopAt, F.Resample)
 
 RESERVED = frozenset({"traj", "scene", "original", "given", "part", "np", "math"})
 NOTHING: Mapping[str, str] = {}
-SHARES = {"first": 0.25, "last": 0.25, "middle": 1 / 3, "turns": 0.25}
+SHARES = {"first": END_SHARE, "last": END_SHARE, "middle": 1 / 3, "turns": 0.25}
 """How much of the waypoints a part of the path means where it is left open."""
 
 
@@ -337,6 +337,8 @@ def _end(d: PolicyBuilder, part: PathPart, was: PathPart, traj: str) -> tuple[st
     side = "start" if kind == "first" else "end"
     if part.unit == "share":
         share = round(amount, 4)
+        if was.amount is None:
+            d.assume(end_share(kind))
         name = d.knob(f"{kind}_share", share, "share", f"share of the waypoints at the {side}", "part", unit="")
         return f"{kind}({traj}, fraction={name})", f"for the {kind} {share:.0%} of the waypoints"
     count = min(max(int(amount), 1), len(d.trajectory))

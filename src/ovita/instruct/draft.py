@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ovita.instruct.intents import Region
-from ovita.instruct.scale import Scale, nice
+from ovita.instruct.scale import END_SHARE, Scale, end_share, nice
 from ovita.paths.frame import OPPOSITE
 from ovita.paths.scene import Scene, SceneObject, canonical
 from ovita.paths.trajectory import Array, Trajectory
@@ -169,14 +169,7 @@ def mask(draft: IntentDraft, region: Region) -> tuple[str, str]:
         kind = "last" if kind == "but_first" else "first"
         region = Region(kind, amount=left, counted=True)
     if kind in ("first", "last"):
-        region = _in_waypoints(draft, region)
-        if region.counted:
-            meaning = f"number of waypoints at the {_side(kind)}"
-            n = draft.knob(f"{kind}_waypoints", int(region.amount or 1), "of", meaning)
-            return f"{kind}(traj, {n})", f"for the {kind} {int(region.amount or 1)} waypoints"
-        share = round(region.amount or 0.25, 4)
-        name = draft.knob(f"{kind}_share", share, "share", f"share of the waypoints at the {_side(kind)}")
-        return f"{kind}(traj, fraction={name})", f"for the {kind} {share:.0%} of the waypoints"
+        return _at_an_end(draft, region, kind)
     if kind == "middle" and region.amount is not None:
         margin = (1.0 - region.amount) / 2
         part = f"in the middle {region.amount:.0%} of the path"
@@ -203,6 +196,20 @@ def mask(draft: IntentDraft, region: Region) -> tuple[str, str]:
     item = region.items[0]
     span = f"{draft.ref(item)}, 1.0" if kind == "after" else f"0.0, {draft.ref(item)}"
     return f"between(traj, {span})", f"{kind} {item.name}"
+
+
+def _at_an_end(draft: IntentDraft, region: Region, kind: str) -> tuple[str, str]:
+    """The first or last waypoints: so many of them, a share, a length or a time."""
+    region = _in_waypoints(draft, region)
+    if region.counted:
+        meaning = f"number of waypoints at the {_side(kind)}"
+        n = draft.knob(f"{kind}_waypoints", int(region.amount or 1), "of", meaning)
+        return f"{kind}(traj, {n})", f"for the {kind} {int(region.amount or 1)} waypoints"
+    share = round(region.amount or END_SHARE, 4)
+    if region.amount is None:
+        draft.assume(end_share(kind))
+    name = draft.knob(f"{kind}_share", share, "share", f"share of the waypoints at the {_side(kind)}")
+    return f"{kind}(traj, fraction={name})", f"for the {kind} {share:.0%} of the waypoints"
 
 
 def _ask_if_far(draft: IntentDraft, region: Region) -> None:

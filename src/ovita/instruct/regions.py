@@ -15,8 +15,6 @@ NOUNS = {"descent": "down", "ascent": "up", "climb": "up"}
 """Words that name a part of the path by where it heads."""
 
 SHARES = {"half": 0.5, "third": 1 / 3, "quarter": 0.25, "fifth": 0.2, "tenth": 0.1}
-END_SHARE = 0.25
-"""Share of the waypoints that "at the end" or "at the start" means."""
 
 LINKING = ("reach", "pass", "near", "when", "around")
 
@@ -185,7 +183,7 @@ def _share(r: Reader) -> Region | None:
         single = j is not None and r.tokens[j].text.lower() in ("waypoint", "point")
         r.consume_at(i)
         r.consume("waypoints")
-        return Region(word, amount=1.0, counted=True) if single else Region(word, amount=END_SHARE)
+        return Region(word, amount=1.0, counted=True) if single else Region(word)
     return None
 
 
@@ -368,8 +366,8 @@ def _end(r: Reader) -> Region | None:
     for word, kind in (("goal", "last"), ("start", "first")):
         if r.consume(word):
             r.consume("near", "when", "reach", "before", "toward", "closer")
-            return Region(kind, amount=END_SHARE)
+            return Region(kind)
     if r.peek("reach") and not any(t.items for t in r.tokens) and not r.peek("stop"):
         r.consume("reach", "when", "before")
-        return Region("last", amount=END_SHARE)
+        return Region("last")
     return None

@@ -26,8 +26,16 @@ NEAR_SHARE = 0.15
 """Half the length of the stretch that is "near an object" on a straight path, as a share of the path's extent."""
 
 
+END_SHARE = 0.25
+"""Share of the waypoints that "at the start" or "at the end" means."""
+
 NEAR_WAYPOINTS = 0.1
 """Least share of the waypoints that are "near an object", so that sparse waypoints have some too."""
+
+
+def end_share(kind: str) -> str:
+    """What "at the start" (first) or "at the end" (last) is taken to be, as an assumption."""
+    return f'"at the {"start" if kind == "first" else "end"}" is the {kind} {END_SHARE:.0%} of the waypoints'
 
 
 @dataclass(frozen=True)

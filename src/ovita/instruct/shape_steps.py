@@ -8,7 +8,7 @@ import numpy as np
 
 from ovita.instruct.draft import IntentDraft, above, argument, mask, suffix
 from ovita.instruct.intents import Intent
-from ovita.instruct.scale import FASTER, SLOWER, Degree, nice
+from ovita.instruct.scale import END_SHARE, FASTER, SLOWER, Degree, nice
 from ovita.paths.frame import OPPOSITE
 from ovita.paths.scene import SceneObject
 from ovita.policy.policy import Role
@@ -395,7 +395,7 @@ def _ramp(d: IntentDraft, intent: Intent, where: str, part: str, mean: float) ->
         d.plan.append(f"Begin at rest and speed up steadily{suffix(part)}.")
         return
     at_end = intent.region.kind == "last"
-    at = {"last": 1.0 - (intent.region.amount or 0.25), "middle": 0.33}.get(intent.region.kind, 0.0)
+    at = {"last": 1.0 - (intent.region.amount or END_SHARE), "middle": 0.33}.get(intent.region.kind, 0.0)
     if intent.region.counted:
         at = 1.0 - (intent.region.amount or 1.0) / len(speeds) if at_end else 0.0
     first = float(speeds[min(round(max(at, 0.0) * len(speeds)), len(speeds) - 1)])

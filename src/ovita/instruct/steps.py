@@ -15,6 +15,7 @@ from ovita.paths.frame import OPPOSITE
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.policy.policy import Role
+from ovita.toolkit.approach import extent
 from ovita.toolkit.waypoints import smooth
 
 
@@ -190,11 +191,27 @@ def _endpoint(d: IntentDraft, intent: Intent) -> None:
     if intent.directions:
         if intent.directions[0] == ("up", intent.directions[0][1]) and intent.mode == "to":
             intent = replace(intent, directions=(("up", above(d, intent.items[0], intent.directions[0][1])),))
-        beside = _offset(d, intent, f"{end}_")
+            beside = _offset(d, intent, f"{end}_")
+        else:
+            beside = _beside(d, intent, _offset(d, intent, f"{end}_"))
         offset, words = f", {beside.code}", f"{beside.words} of {words}"
     d.body.append(f"traj = move_{end}(traj, {target}{offset}, blend={blend})")
     d.promise(f"expect_{end}({target}{offset})", about=end)
     d.plan.append(f"Move the {end} to {words}; the path bends towards it.")
+
+
+def _beside(d: IntentDraft, intent: Intent, offset: _Offset) -> _Offset:
+    """The offset from an object's centre that so much beside it is: counted from its surface."""
+    if len(intent.items) != 1 or intent.mode == "between":
+        return offset
+    item, knobs = intent.items[0], dict(offset.knobs)
+    for direction, metres in offset.metres.items():
+        half = float(f"{extent(item, d.scene.frame.direction(direction)):.6g}")
+        if half:
+            knobs[direction] += f" + {half!r}"
+            way = f"{metres:g} m {direction} of {item.name}"
+            d.assume(f"{way} is counted from its surface, {metres + half:.4g} m from its centre")
+    return replace(offset, knobs=knobs)
 
 
 def _same(d: IntentDraft, intent: Intent) -> None:

@@ -21,7 +21,7 @@ from typing import Any, Literal
 
 from ovita.errors import ConstraintDefinitionError
 from ovita.paths.trajectory import Trajectory
-from ovita.text import sentence
+from ovita.text import listed, sentence
 
 _CHOICES = (("method", ("verified", "paper")), ("obstacle_shape", ("box", "sphere")))
 
@@ -214,7 +214,7 @@ class Verdict:
         if self.status == "off":
             said.append("The limits were measured, not enforced.")
         elif self.status == "satisfied":
-            said.append("Every limit holds as proposed.")
+            said += self._satisfied()
         elif self.status == "infeasible":
             said.append("Not every limit can hold; this is the best effort.")
         moved = self.max_shift > 0
@@ -223,6 +223,17 @@ class Verdict:
         said += [line for check in self.checks for line in _tell(check, self.status, moved)]
         said += [f"'{name}' is meant to be touched and was no obstacle." for name in self.exempt]
         return said + list(self.conflicts) + list(self.notes)
+
+    def _satisfied(self) -> list[str]:
+        """That every limit holds, which ones there are, and whether the robot's are among them."""
+        own = list(dict.fromkeys(check.name for check in self.checks if check.name != "obstacle"))
+        near = [check.subject for check in self.checks if check.name == "obstacle"]
+        objects = listed(f"'{name}'" for name in near) if len(near) < 4 else f"{len(near)} objects"
+        checked = [*own, *([f"the distance to {objects}"] if near else [])]
+        said = [f"Every limit holds as proposed: {listed(checked)}."] if checked else []
+        if not {"workspace", "speed", "acceleration"} & set(own):
+            said.append("No limits of a robot are known, so workspace, speed and acceleration were not checked.")
+        return said
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,10 @@ Understood are ranges of axes ("x -2 to 2", "z >= 0.1", "the z-coordinate is alw
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -24,24 +25,34 @@ _N = r"([-+\u2212]?\s?(?:\d+(?:\.\d+)?|\.\d+))"
 
 
 def _spelled(table: Iterable[Unit]) -> str:
-    """A pattern for the units of a table, in the singular or plural."""
+    """A pattern for the units of a table, in the singular or plural, or none before a word that is no unit."""
     words = sorted({word for unit in table for word in unit.spellings}, key=len, reverse=True)
-    return r"\s*((?:" + "|".join(map(re.escape, words)) + r")s?)?(?![\w/])"
+    return (
+        r"\s*(?:((?:"
+        + "|".join(map(re.escape, words))
+        + rf")s?)(?![\w/])|(?![\w/%\u00b0])(?!\s+(?!{_NO_UNIT}\b)[a-z%]))"
+    )
+
+
+_NO_UNIT = (
+    r"(?:to|and|or|but|from|away|of|around|in|at|on|for|with|while|along|all|every\w*|always|is|are|was|must|should|may|"
+    r"[xyz]|respectively|over|under|above|below|between|within|when\w*|where\w*|unless|until|if|as|so|the|an?|each|any|by)"
+)
+"""Words that may follow a number without its being their unit."""
 
 
 _UNIT = _spelled(LENGTHS)
 _RATE = _spelled(SPEEDS)
 _AXIS = r"\b([xyz])(?:[\s-]*(?:axis|coordinates?|values?|direction|position))?"
 _BE = r"\s*(?:is|are|(?:must|should|may|has to)(?: be| stay| remain)?|stays?|remains?|be|kept|keep)?\s*"
-_AT_LEAST = (
-    r"(?:>=|=>|>|\u2265|at least|above|over|no less than|not less than|no lower than|not below|never below|"
-    r"not be below|greater than|more than|higher than|larger than|minimum|min\.?)"
+_NOT = (
+    r"(?:\b(?:no|not|never|cannot)|n't)"
+    r"(?:\s+(?:be|go|get|move|drive|travel|fly|stay|come|drop|fall|rise|run|ever|to))*\s+"
 )
-_AT_MOST = (
-    r"(?:<=|=<|<|\u2264|at most|below|under|no more than|not more than|no higher than|not above|never above|"
-    r"not be above|never be above|not be over|not be higher than|not exceed|never exceed|less than|smaller than|"
-    r"lower than|maximum|max\.?|up to)"
-)
+_MORE = r"(?:above|over|beyond|greater than|more than|higher than|larger than|exceed(?:ing|s)?)"
+_LESS = r"(?:below|under|less than|smaller than|lower than)"
+_AT_LEAST = rf"(?:>=|=>|>|\u2265|at least|{_NOT}{_LESS}|{_MORE}|minimum|min\.?)"
+_AT_MOST = rf"(?:<=|=<|<|\u2264|at most|{_NOT}{_MORE}|{_LESS}|maximum|max\.?|up to)"
 
 _RANGES = (
     _AXIS
@@ -67,7 +78,9 @@ _FIXED = (
     + _UNIT
     + r"(?!\s*(?:to|\.\.|and\s*[-+]?\d))"
 )
-_COMPARED = _AXIS + _BE + f"(?:({_AT_LEAST})|({_AT_MOST}))" + r"\s*" + _N + _UNIT
+_COMPARISON = f"(?:({_AT_LEAST})|({_AT_MOST}))" + r"\s*(?:of\s*)?"
+_COMPARED = _AXIS + _BE + _COMPARISON + _N + _UNIT
+_AND_COMPARED = _COMPARED + r"\s*(?:and|but)\s+" + _BE + _COMPARISON + _N + _UNIT
 _TURNED = _N + _UNIT + r"\s*(?:(<=|<|\u2264)|(>=|>|\u2265))\s*([xyz])\b(?!\s*[<>=\u2264\u2265])"
 _RADIUS = (
     r"\b(?:radius|reach)\s*(?:of|is|=|:|<=|at most|up to|limited to|within|\s)*\s*"
@@ -82,16 +95,19 @@ _TOLERANCE = r"tolerance\s*(?:of|is|=|:)?\s*(?:\+/?-|\u00b1|\+)?\s*" + _N + _UNI
 _APART = (
     r"(?:distance|clearance|margin|keep|stay|remain)\b[^.;]*?" + _N + _UNIT + r"\s*(?:away\s*)?(?:from|to|of|around)\b"
 )
-_DISTANCE = _APART + r"[^.;]*?\b(?:objects?|obstacles?|everything)\b"
-_PEOPLE = _APART + r"[^.;]*?\b(?:people|persons?|humans?)\b"
-_SPEED = r"(?:speed|velocity|faster|slower|exceed)\b[^.;]*?" + _N + _RATE
-_V_MAX = r"\b(?:v[_ ]?max|max[_ ]?v|max[_ ]?(?:speed|velocity))\s*(?:=|:|<=|<|\u2264|is|of|\s)\s*" + _N + _RATE
-_V = r"\bv\s*(?:<=|<|\u2264)\s*" + _N + _RATE
-_SLOWEST = r"(?:speed|velocity|\bv)\b[^.;]*?(?:at least|minimum|no less than|not below|>=|>|\u2265)\s*" + _N + _RATE
-_V_MIN = r"(?:\bv[_ ]?min|\bmin(?:imum)?[_ ]?(?:speed|velocity)|slower than)\s*(?:=|:|is|of|\s)?\s*" + _N + _RATE
-_ACCELERATION = (
-    r"acceleration\b[^.;]*?" + _N + r"\s*(?:m/s\^?2|m/s\u00b2|metres? per second squared|meters? per second squared)"
+_DISTANCE = _APART + r"[^.;\d]*?\b(?:objects?|obstacles?|everything)\b"
+_PEOPLE = _APART + r"[^.;\d]*?\b(?:people|persons?|humans?)\b"
+_PACE = r"(?:speed|velocity)"
+_PACE_COMPARED = rf"\b(?:{_PACE}|v)\b[^.;]*?(?:({_AT_LEAST})|({_AT_MOST}|limited to))\s*(?:of\s*)?" + _N + _RATE
+_PACE_NAMED = (
+    r"\b(?:v[_ ]?(max|min)|(max|min|top)(?:imum|imal)?\.?[_ ]?(?:v\b|speed|velocity)|speed (limit))"
+    r"\s*(?:=|:|<=|>=|<|>|\u2264|\u2265|is|of|at|\s)*" + _N + _RATE
 )
+_FASTER = rf"({_NOT})?(faster|quicker|slower) than\s*" + _N + _RATE
+_RATED = _COMPARISON + _N + _RATE
+_PACE_STATED = _PACE + r"\b[^.;]*?" + _N + _RATE
+_A = r"(?:\s*(m/s\^?2|m/s\u00b2|met(?:re|er)s? per second squared)|(?!\s*(?!and\b|but\b|while\b)[a-z/\d]))"
+_ACCELERATION = r"\b(?:acceleration\b[^.;]*?|a[_ ]?max\s*(?:=|:|<=|is|of)?\s*)" + _N + _A
 
 
 @dataclass(frozen=True)
@@ -201,6 +217,7 @@ _AXIS_LIMITS: tuple[tuple[str, Callable[[re.Match[str]], tuple[str, float, float
     (_ONE_SIDED, lambda m: _beyond(m[2], _number(m[3]), least=m[1].startswith("min"))),
     (_FIXED, lambda m: _within(m[1], _si(m[2], m[3]), _si(m[2], m[3]))),
     (_COMPARED, lambda m: _beyond(m[1], _si(m[4], m[5]), least=bool(m[2]))),
+    (_AND_COMPARED, lambda m: _beyond(m[1], _si(m[8], m[9]), least=bool(m[6]))),
     (_TURNED, lambda m: _beyond(m[5], _si(m[1], m[2]), least=bool(m[3]))),
 )
 """Patterns of limits on one axis, and how each gives the axis and its lowest and highest coordinate [m]."""
@@ -241,37 +258,59 @@ def _reach(sentence: str, found: TextLimits) -> tuple[TextLimits, list[str]]:
     return found, []
 
 
-_SINGLE: tuple[Mapping[str, tuple[str, ...]], ...] = (
-    {
-        "obstacle_margin": ("the path keeps {:g} m from every object", _DISTANCE),
-        "person_margin": ("the path keeps {:g} m from every person", _PEOPLE),
-    },
-    {
-        "min_speed": ("the speed is at least {:g} m/s while moving", _SLOWEST, _V_MIN),
-        "max_speed": ("the speed is at most {:g} m/s", _V_MAX, _V, _SPEED),
-    },
-    {"max_acceleration": ("the acceleration is at most {:g} m/s^2", _ACCELERATION)},
-)
-"""Limits with one value each, how they are confirmed, and their patterns; a sentence states one of each group."""
+_Found = Iterable[tuple[str, float]]
 
 
-def _one_of(limits: Mapping[str, tuple[str, ...]], sentence: str, found: TextLimits) -> tuple[TextLimits, list[str]]:
-    for key, (words, *patterns) in limits.items():
-        for m in (m for pattern in patterns for m in _each(pattern, sentence)):
-            unit = m[2] if m.re.groups > 1 else None
-            value = _si(m[1], unit)
-            legal = value > 0 or (value == 0 and key.endswith("margin"))
-            if legal and (unit or m.re.pattern != _SPEED):
-                return replace(found, **{key: value}), [words.format(value)]  # type: ignore[arg-type]
-    return found, []
+def _speeds(sentence: str) -> _Found:
+    """Least and top speeds; without a unit only where the words are about speed."""
+    found = [(bool(m[1]), _si(m[3], m[4])) for m in _each(_PACE_COMPARED, sentence)]
+    found += [("min" in (m[1], m[2]), _si(m[4], m[5])) for m in _each(_PACE_NAMED, sentence)]
+    found += [((m[2] == "slower") == bool(m[1]), _si(m[3], m[4])) for m in _each(_FASTER, sentence)]
+    found += [(bool(m[1]), _si(m[3], m[4])) for m in _each(_RATED, sentence) if m[4]]
+    found = found or [(False, _si(m[1], m[2])) for m in _each(_PACE_STATED, sentence) if m[2]]
+    return [("min_speed" if least else "max_speed", value) for least, value in found if value > 0]
+
+
+def _margins(sentence: str) -> _Found:
+    patterns = {"obstacle_margin": _DISTANCE, "person_margin": _PEOPLE}
+    return [(key, _si(m[1], m[2])) for key, pattern in patterns.items() for m in _each(pattern, sentence)]
+
+
+def _accelerations(sentence: str) -> _Found:
+    return [("max_acceleration", _number(m[1])) for m in _each(_ACCELERATION, sentence) if _number(m[1]) > 0]
+
+
+_SAID = {
+    "obstacle_margin": "the path keeps {:g} m from every object",
+    "person_margin": "the path keeps {:g} m from every person",
+    "min_speed": "the speed is at least {:g} m/s while moving",
+    "max_speed": "the speed is at most {:g} m/s",
+    "max_acceleration": "the acceleration is at most {:g} m/s^2",
+}
+"""Limits with one value each, and how they are confirmed."""
+
+
+def _strictest(read: Callable[[str], _Found], sentence: str, found: TextLimits) -> tuple[TextLimits, list[str]]:
+    """The limits of a sentence with those before it: of two that are about the same, the stricter one."""
+    said = {}
+    for key, value in read(sentence):
+        before = getattr(found, key)
+        pick = min if key.startswith("max") else max
+        strictest: dict[str, Any] = {key: value if before is None else pick(before, value)}
+        found = replace(found, **strictest)
+        said[key] = _SAID[key].format(getattr(found, key))
+    return found, list(said.values())
 
 
 _JOINT = r",\s*(?:and\s+|but\s+)?|\s+(?:and|but|while)\s+"
-_READERS: tuple[_Read, ...] = (_ranges, _reach, *(partial(_one_of, limits) for limits in _SINGLE))
+_READERS: tuple[_Read, ...] = (
+    _ranges,
+    _reach,
+    *(partial(_strictest, read) for read in (_speeds, _margins, _accelerations)),
+)
 _PATTERNS = (
     *(pattern for pattern, _ in _AXIS_LIMITS),
-    *(_RADIUS, _TOLERANCE),
-    *(pattern for limits in _SINGLE for _, *patterns in limits.values() for pattern in patterns),
+    *(_RADIUS, _TOLERANCE, _DISTANCE, _PEOPLE, _PACE_COMPARED, _PACE_NAMED, _FASTER, _RATED, _ACCELERATION),
 )
 
 
@@ -286,6 +325,7 @@ def _clauses(sentence: str) -> list[str]:
 def _asks(sentence: str) -> bool:
     """Whether a sentence asks for something, rather than introducing or describing."""
     words = r"must|should|never|always|avoid|limit|max|min|keep|stay|remain|cannot|not\b|only|within|exceed|faster|"
-    words += r"slower|least|most|below|above|more than|less than|\d\S*\s*[cm]?m\b"
+    words += r"slower|least|most|below|above|more than|less than|\d\S*\s*[cm]?m\b|"
+    words += r"(?:speed|velocity|acceleration|clearance|margin|distance|height|altitude|jerk|tilt|angle)\b.*\d"
     asks = re.search(rf"\b(?:{words})|[<>=\u2264\u2265]", sentence.lower())
     return not sentence.endswith(":") and asks is not None

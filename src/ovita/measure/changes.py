@@ -201,6 +201,7 @@ class ObjectChange:
         neighbourhood: Distance from the centre that counts as near [m].
         speed_before: Mean speed of the original's waypoints in the neighbourhood [m/s]; None without any.
         speed_after: The same of the adapted trajectory.
+        sized: Whether the scene says how large the object is.
     """
 
     name: str
@@ -211,6 +212,7 @@ class ObjectChange:
     neighbourhood: float
     speed_before: float | None
     speed_after: float | None
+    sized: bool = True
 
 
 @dataclass(frozen=True)
@@ -381,11 +383,14 @@ def _object_change(item: SceneObject, original: Trajectory, adapted: Trajectory)
     neighbourhood = item.radius + NEIGHBOURHOOD * extent(original.positions)
     (d0, i0), (d1, i1) = (closest_to_point(t.positions, item.position) for t in (original, adapted))
     (c0, j0), (c1, j1) = (item.body(original.positions).closest(t.positions) for t in (original, adapted))
-    speeds: list[float | None] = []
-    for trajectory in (original, adapted):
-        near = within(trajectory.positions, item.position, neighbourhood) & ~trajectory.dwells
-        speeds.append(float(trajectory.speeds[near].mean()) if near.any() else None)
-    return ObjectChange(item.name, Span(d0, d1), Span(i0, i1), Span(c0, c1), Span(j0, j1), neighbourhood, *speeds)
+    before, after = (_speed_near(t, item, neighbourhood) for t in (original, adapted))
+    passes = Span(d0, d1), Span(i0, i1), Span(c0, c1), Span(j0, j1)
+    return ObjectChange(item.name, *passes, neighbourhood, before, after, item.dimensions is not None)
+
+
+def _speed_near(trajectory: Trajectory, item: SceneObject, radius: float) -> float | None:
+    near = within(trajectory.positions, item.position, radius) & ~trajectory.dwells
+    return float(trajectory.speeds[near].mean()) if near.any() else None
 
 
 def _endpoint(before: Array, after: Array, frame: Frame) -> Endpoint:

@@ -218,22 +218,28 @@ def _objects(changes: Changes) -> list[str]:
             told.append(f"It now runs into {the(item.name)}{deep}.")
         elif item.clearance.before <= 0 < item.clearance.after:
             told.append(f"It no longer runs into {the(item.name)}; {number(item.clearance.after)} m are left.")
-        elif abs(item.distance.change) >= _VISIBLE and _relative(item.distance) >= 0.02:
+        elif abs(_gap(item).change) >= _VISIBLE and _relative(_gap(item)) >= 0.02:
             passed.append(item)
-    passed.sort(key=lambda item: -_relative(item.distance))
+    passed.sort(key=lambda item: -_relative(_gap(item)))
     told += [_passes(item) for item in passed[:_MOST]]
     rest = passed[_MOST:]
     for word, closer in (("closer to", True), ("farther from", False)):
-        names = [the(item.name) for item in rest if (item.distance.change < 0) == closer]
+        names = [the(item.name) for item in rest if (_gap(item).change < 0) == closer]
         if names:
             told.append(f"It also passes {word} {listed(names)}.")
     return told
 
 
 def _passes(item: ObjectChange) -> str:
-    amount = number(abs(item.distance.change))
-    word = "closer to" if item.distance.change < 0 else "farther from"
-    return f"It now passes {amount} m {word} {the(item.name)} ({_span(item.distance, 'm')} to its centre)."
+    gap = _gap(item)
+    what = "surface" if gap is item.clearance else "centre"
+    word = "closer to" if gap.change < 0 else "farther from"
+    return f"It now passes {number(abs(gap.change))} m {word} {the(item.name)} ({_span(gap, 'm')} to its {what})."
+
+
+def _gap(item: ObjectChange) -> Span:
+    """The distance that people mean: to the surface, or to the centre inside of it or where no size is known."""
+    return item.clearance if item.sized and min(item.clearance.before, item.clearance.after) > 0 else item.distance
 
 
 def _total(opening: str, span: Span, unit: str, words: tuple[str, str]) -> list[str]:

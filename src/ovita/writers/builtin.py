@@ -16,6 +16,7 @@ from ovita.policy import Policy
 from ovita.policy.direct import run_proven
 from ovita.policy.syntax import parse_tree
 from ovita.request import Request
+from ovita.units import ambiguous
 from ovita.writers.base import Reply, WriterInfo
 from ovita.writers.prompt import Prompt
 from ovita.writers.realised import reply_for
@@ -48,6 +49,9 @@ class BuiltinWriter:
         request, effort = prompt.request, 1 + len(prompt.attempts)
         if any(attempt.failure != "broken" for attempt in prompt.attempts):
             return _declined((request.instruction,))
+        question = ambiguous(request.instruction)
+        if question:
+            return Reply("question", question=question, writer=WriterInfo("builtin"))
         exact = _by_clauses(request, effort)
         if exact.kind != "not_understood" or len(request.instruction.split()) < 2:  # a word alone asks for nothing
             return exact
