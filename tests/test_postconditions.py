@@ -57,6 +57,22 @@ def test_a_change_that_the_limits_take_back_entirely_is_not_as_meant():
     assert result.postconditions[0].lost and result.status == "not_as_meant", result.postconditions
 
 
+def test_closer_to_a_person_who_is_as_near_as_allowed_is_not_as_meant():
+    """The limits leave a millimetre of it, which is closer, but nothing of what was meant."""
+    scene = Scene((SceneObject("person", [0.0, 0.31, 0.0], [0.1, 0.1, 0.1]),))
+    result = adapted(
+        "traj = closer(traj, scene['person'], 0.1)", "expect_closer(scene['person'])", "return traj", scene=scene
+    )
+    assert result.postconditions[0].undone > 0.95
+    assert result.status == "not_as_meant" and result.message.startswith("Not as meant"), result.message
+
+
+def test_a_distance_that_holds_after_the_limits_took_most_of_the_change_back_is_as_meant():
+    kept = Postcondition("it keeps 0.2 m", True, True, "it is 0.2 m away", 0.5, 0.01, kind="distance")
+    assert kept.undone > 0.95 and not kept.lost
+    assert Postcondition("it moves", True, True, "it moved", 0.5, 0.01, kind="moved").lost
+
+
 def test_each_promise_has_its_own_share():
     result = adapted(
         "traj = scale_speed(move(traj, back=0.1), 2.0)", "expect_moved(back=0.1)", "expect_faster()", "return traj"

@@ -76,8 +76,12 @@ class Postcondition:
 
     @property
     def lost(self) -> bool:
-        """Whether the policy's output met the postcondition and the limits undid it completely."""
-        return self.held_before and not self.held and self.undone is not None and self.undone >= TAKEN_BACK
+        """Whether the policy's output met the postcondition and the limits undid it completely.
+
+        What describes the result by itself may still hold after that; a change that was taken back does not.
+        """
+        broken = not self.held or not self.states
+        return self.held_before and broken and self.undone is not None and self.undone >= TAKEN_BACK
 
     @property
     def undone(self) -> float | None:
@@ -225,7 +229,7 @@ class Adaptation:
             case "limited":
                 return self._limited()
             case "not_as_meant":
-                broken = [p.outcome for p in self.postconditions if not p.held]
+                broken = [p.outcome for p in self.postconditions if p.lost or not p.held]
                 return "Not as meant: " + " ".join(broken or self.warnings)
             case "infeasible":
                 conflicts = self.constraints.conflicts if self.constraints else ()
@@ -243,12 +247,12 @@ class Adaptation:
     def _limited(self) -> str:
         if self.constraints is None or self.constraints.status == "off":
             return "Done, but the limits were only measured, and not all of them are kept."
-        if self.constraints.status == "preexisting":
-            return "Done, but the path breaks a limit that the original path broke already."
         taken = [f"{p.undone:.0%} of '{p.text}'" for p in self.postconditions if p.undone and p.undone > 0.005]
-        if taken:
-            return f"Done, but changed by the limits: they took back {', '.join(taken)}."
-        return "Done, but changed by the limits."
+        lost = f": they took back {', '.join(taken)}." if taken else "."
+        if self.constraints.status == "preexisting":
+            also = f" It was changed by the limits{lost}" if taken else ""
+            return f"Done, but the path breaks a limit that the original path broke already.{also}"
+        return f"Done, but changed by the limits{lost}"
 
     def _understood(self, proposal: Adaptation) -> str:
         """The reading in plain words, what it leaves out, why it is not certain, and how it would come out."""
@@ -376,7 +380,7 @@ def judged_status(verdict: Verdict | None, postconditions: Sequence[Postconditio
     """
     if verdict is not None and verdict.status == "infeasible":
         return "infeasible"
-    if vain or any(not p.held and (not p.held_before or p.lost) for p in postconditions):
+    if vain or any(p.lost or not (p.held or p.held_before) for p in postconditions):
         return "not_as_meant"
     kept = verdict is None or verdict.status == "satisfied" or (verdict.status == "off" and verdict.ok)
     return "done" if kept else "limited"

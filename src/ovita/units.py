@@ -7,7 +7,6 @@ Dimensions are named by their SI unit: "m", "m/s", "m/s2", "s", "deg" (angles ar
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -107,9 +106,11 @@ def find(word: str) -> Unit | None:
 
 def ambiguous(text: str) -> str:
     """A question back where a text measures in a word that means very different units; else ""."""
-    for word, meanings in AMBIGUOUS.items():
-        if re.search(rf"\d\s*{word}s?\b", text.lower()):
-            return f"{word!r} can be {meanings}: which is meant?"
+    said = [word.strip(".,;:!?()") for word in text.lower().split()]
+    for before, word in zip(["", *said], said, strict=False):
+        unit = word.lstrip("0123456789.,").removesuffix("s")
+        if unit in AMBIGUOUS and (word[:1].isdigit() or before[-1:].isdigit()):
+            return f"{unit!r} can be {AMBIGUOUS[unit]}: which is meant?"
     return ""
 
 

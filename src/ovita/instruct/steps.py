@@ -245,7 +245,8 @@ def _closer(d: IntentDraft, intent: Intent) -> None:
         if intent.degree != "slight":
             by = APPROACH[intent.degree] * (d.distance(item) + 0.1 * d.scale.extent)
         by = nice(d.effort * by)
-        d.assume(f'"closer to {item.name}" is {by:g} m closer')
+        short = ", as far as its surface lets it" if by > most else ""
+        d.assume(f'"closer to {item.name}" is {by:g} m closer{short}')
     ref = d.ref(item)
     where = d.part(where)
     if intent.amount is not None and by > most + 1e-9:
