@@ -12,12 +12,26 @@ from ovita.paths.frame import Frame, quaternion
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array
 from ovita.perceive.detect import Detector, Found, Sighting, mask_of, sighting
-from ovita.perceive.fit import Solid, upright_box
+from ovita.perceive.evidence import Evidence, evidence_of, joined
+from ovita.perceive.fit import Solid, fit
+from ovita.perceive.looks import Look, assign, colour_of, distinct
 from ovita.perceive.segment import Plane, Segments, segment
-from ovita.perceive.view import View
+from ovita.perceive.view import Mask, View
 
 FEWEST = 60
 """Pixels that a thing needs at least."""
+
+COLOURS = 400
+"""Most pixels of a thing, in each view, whose colour is looked at."""
+
+HIDDEN = 0.2
+"""Share of its outline behind other things from which a thing counts as partly hidden."""
+
+IMPLAUSIBLE = 4.5
+"""Loss of a shape from which it explains nothing."""
+
+APART = 0.03
+"""Supports of several views that differ by more are not the same [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,54 +64,258 @@ def perceive(
     text: str = "",
     detector: Detector | None = None,
     frame: Frame | str = "flu",
-    plane: str = "auto",
+    plane: str | float = "auto",
 ) -> Perceived:
     """Make a scene of what cameras saw.
 
     Args:
         views: At least one; their poses are in the world of the scene.
-        names: What the person calls the things, such as "red cup" or "cup=red".
+        names: What the person calls the things: "red cup", or "cup=red box" where the name and the look differ.
         text: What the person says about the scene.
         detector: Finds and names things; None takes each cluster of depth above the support for a thing.
         frame: Of the world: which way is up.
-        plane: "auto" looks for a level support; "none" fits boxes in space.
+        plane: "auto" looks for a level support, a number is its height [m], and "none" fits shapes in space.
 
     Raises:
-        SceneError: Without views, or with an unknown plane.
+        SceneError: Without views, or with a plane or a name that cannot be.
     """
     if not views:
         raise SceneError("there is no view to look at", key="views")
-    if plane not in ("auto", "none"):
-        raise SceneError(f"is {plane!r}, expected auto or none", key="plane")
     axes = Frame(frame) if isinstance(frame, str) else frame
-    view = views[0]
-    parts = segment(view, axes.direction("up"), find_plane=plane == "auto")
-    seen = sighting(detector, view, names, text) if detector else Sighting(clusters(parts))
-    objects, refused = [], []
-    for i, item in enumerate(seen.found, start=1):
-        mask = mask_of(item, parts.labels)
-        if mask.sum() < FEWEST:
-            refused.append(f"{item.label or 'a thing'}: {mask.sum()} pixels with depth, at least {FEWEST} are needed")
+    up = axes.direction("up")
+    given = _height(plane, up)
+    parts = [segment(view, up, given, find_plane=plane == "auto") for view in views]
+    ground = _Ground.of(parts, up)
+    things: list[_Thing] = []
+    refused: list[str] = []
+    notes, said = _notes(views, parts, ground, plane), ""
+    for number, (view, part) in enumerate(zip(views, parts, strict=True)):
+        seen = sighting(detector, view, names, text) if detector else Sighting(clusters(part))
+        notes += list(seen.notes)
+        said = said or seen.environment
+        new, without = _things(seen.found, view, part, number, ground)
+        refused += without
+        things = _merged(things, _whole(new, ground), ground)
+    things, hollow = _plausible(things)
+    labels, unplaced = _named(things, () if detector else names)
+    objects = [thing.object(label, ground) for thing, label in zip(things, labels, strict=True)]
+    notes += [note for thing, label in zip(things, labels, strict=True) for note in thing.remarks(label)]
+    described = said or text or _description(objects, ground, up)
+    scene = Scene(tuple(objects), axes, described)
+    return Perceived(scene, ground.plane, tuple(dict.fromkeys(notes)), (*refused, *hollow, *unplaced))
+
+
+def _height(plane: str | float, up: Array) -> Plane | None:
+    """The support that a person gave, or None."""
+    if isinstance(plane, str):
+        if plane not in ("auto", "none"):
+            raise SceneError(f"is {plane!r}, expected auto, none or a height in metres", key="plane")
+        return None
+    if not np.isfinite(plane):
+        raise SceneError(f"is {plane}, not a height in metres", key="plane")
+    return Plane(up, float(plane))
+
+
+def _notes(views: Sequence[View], parts: Sequence[Segments], ground: _Ground, plane: str | float) -> list[str]:
+    """What a person should know about the pictures as a whole."""
+    notes = []
+    if plane == "auto" and ground.plane is None:
+        notes.append("no level support was found, so shapes were fitted in space; sides that nobody saw are guesses")
+    supports = [part.support.offset for part in parts if part.support is not None]
+    if supports and np.ptp(supports) > APART:
+        heights = ", ".join(f"{height:.3f}" for height in supports)
+        notes.append(f"the views disagree on the height of the support ({heights} m); check the cameras' poses")
+    for view, part in zip(views, parts, strict=True):
+        where = "" if len(views) == 1 else f" in {view.name}"
+        if part.beyond:
+            notes.append(f"{_things_are(part.beyond)} left out{where}: not on the support")
+        if part.backdrops:
+            notes.append(f"{_things_are(part.backdrops)} left out{where}: taken for a wall")
+        if view.seen.mean() < 0.5:
+            share = f"{100 * view.seen.mean():.0f} %"
+            notes.append(f"only {share} of the pixels have depth{where}; glass, gloss and what is too near have none")
+    return notes
+
+
+def _things_are(count: int) -> str:
+    return "1 thing was" if count == 1 else f"{count} things were"
+
+
+def _things(
+    found: Sequence[Found], view: View, part: Segments, number: int, ground: _Ground
+) -> tuple[list[_Thing], list[str]]:
+    """What was found in one view as fitted things, and a sentence for each that has too few pixels."""
+    things, refused = [], []
+    for item in found:
+        mask = mask_of(item, part.labels)
+        evidence = evidence_of(view, mask, part)
+        if evidence.pixels < FEWEST:
+            what = item.label or "a thing"
+            refused.append(f"{what}: {evidence.pixels} pixels with depth in {view.name}; {FEWEST} are needed")
             continue
-        cloud = view.points[mask & view.seen]
-        solid = _solid(cloud, parts.support, axes.direction("up"))
-        name = item.label or f"thing {i}"
-        extra = {"seen_by": 1, "points": len(cloud), "shape": solid.kind}
-        objects.append(SceneObject(name, solid.center, solid.size, quaternion(solid.rotation), extra))
-    return Perceived(Scene(tuple(objects), axes, seen.environment or text), parts.support, seen.notes, tuple(refused))
+        things.append(_Thing.of(item, evidence, _sample(view, mask), number, ground))
+    return things, refused
+
+
+def _sample(view: View, mask: Mask) -> Array:
+    """Colours of some pixels of a mask, (N, 3); none without a picture."""
+    if view.rgb is None:
+        return np.zeros((0, 3))
+    pixels = view.rgb[mask]
+    return np.asarray(pixels[:: max(1, len(pixels) // COLOURS)], dtype=float)
+
+
+def _plausible(things: Sequence[_Thing]) -> tuple[list[_Thing], list[str]]:
+    """The things that a shape explains, and a sentence for each that none does."""
+    kept, hollow = [], []
+    for thing in things:
+        if thing.solid.loss > IMPLAUSIBLE:
+            what = thing.label or "a thing"
+            hollow.append(f"{what}: {thing.evidence.pixels} pixels fit no box, cylinder or ball; name a part of it")
+        else:
+            kept.append(thing)
+    return kept, hollow
+
+
+def _named(things: Sequence[_Thing], names: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """A name for each thing: its detector's, else the person's that fits, else colour and shape."""
+    looks = [thing.look for thing in things]
+    given, unplaced = assign(names, looks)
+    labels = [thing.label or given.get(i) or looks[i].words for i, thing in enumerate(things)]
+    return distinct(labels), unplaced
+
+
+def _description(objects: Sequence[SceneObject], ground: _Ground, up: Array) -> str:
+    """One sentence on what was seen."""
+    if not objects:
+        return ""
+    names = [item.name for item in objects]
+    listed = names[0] if len(names) == 1 else ", ".join(names[:-1]) + " and " + names[-1]
+    if ground.plane is None:
+        return f"Seen by a camera: {listed}."
+    return f"Seen by a camera, on a level support at height {ground.origin @ up:.3f} m: {listed}."
+
+
+@dataclass(frozen=True, eq=False)
+class _Ground:
+    """Axes in which fits are made: z up, zero on the support where there is one."""
+
+    axes: Array
+    origin: Array
+    plane: Plane | None
+
+    @classmethod
+    def of(cls, parts: Sequence[Segments], up: Array) -> _Ground:
+        """From the supports that the views show, their mean."""
+        planes = [part.support for part in parts if part.support is not None]
+        normal = np.mean([p.normal for p in planes], axis=0) if planes else up
+        normal = normal / np.linalg.norm(normal)
+        side = np.eye(3)[int(np.abs(normal).argmin())]
+        first = np.cross(side, normal)
+        first = first / np.linalg.norm(first)
+        rows = np.array([first, np.cross(normal, first), normal])
+        if not planes:
+            return cls(rows, np.zeros(3), None)
+        offset = float(np.mean([p.offset for p in planes]))
+        return cls(rows, offset * normal, Plane(normal, offset))
+
+
+@dataclass(frozen=True, eq=False)
+class _Thing:
+    """One thing, as far as it is known: in the axes of the ground."""
+
+    label: str
+    evidence: Evidence
+    solid: Solid
+    colours: Array
+    views: tuple[int, ...]
+
+    @classmethod
+    def of(cls, found: Found, evidence: Evidence, colours: Array, view: int, ground: _Ground) -> _Thing:
+        """Fitted to the pixels of a finding."""
+        local = evidence.turned(ground.axes, ground.origin)
+        return cls(found.label, local, fit(local, supported=ground.plane is not None), colours, (view,))
+
+    def with_(self, other: _Thing, ground: _Ground) -> _Thing:
+        """Both taken for one."""
+        views = tuple(sorted({*self.views, *other.views}))
+        evidence = joined([self.evidence, other.evidence], len(views))
+        solid = fit(evidence, supported=ground.plane is not None)
+        return _Thing(self.label or other.label, evidence, solid, np.vstack([self.colours, other.colours]), views)
+
+    @property
+    def look(self) -> Look:
+        """Its colour and shape."""
+        return Look(colour_of(self.colours), self.solid.kind)
+
+    def object(self, name: str, ground: _Ground) -> SceneObject:
+        """As an object of a scene."""
+        solid, look = self.solid.turned(ground.axes, ground.origin), self.look
+        extra: dict[str, object] = {"shape": solid.kind}
+        if look.colour:
+            extra["colour"] = look.colour
+        extra |= {"seen_by": len(self.views), "points": self.evidence.pixels}
+        extra["spread_mm"] = round(1000.0 * solid.spread, 1)
+        flags = (("tilted", solid.tilted), ("cut", self.evidence.cut), ("partly_hidden", self.evidence.hidden > HIDDEN))
+        extra |= {key: True for key, holds in flags if holds}
+        center, size = np.round(solid.center, 4) + 0.0, np.round(solid.size, 4)
+        return SceneObject(name, center, size, quaternion(solid.rotation), extra)
+
+    def remarks(self, name: str) -> list[str]:
+        """What a person should know about how it was seen."""
+        said = []
+        if self.evidence.cut:
+            said.append(f"{name} is cut off by the edge of the picture; it may be larger")
+        elif self.evidence.hidden > HIDDEN:
+            said.append(f"{name} is partly hidden by something nearer; it may be larger")
+        return said
+
+
+def _whole(things: list[_Thing], ground: _Ground) -> list[_Thing]:
+    """Things of one view, the parts that something nearer cuts a thing into taken together.
+
+    Two parts are one thing if one shape explains both as well as two shapes do.
+    """
+    left = list(things)
+    for thing in sorted(things, key=lambda one: one.evidence.pixels):
+        for other in [one for one in left if one is not thing and _may_belong(thing, one)]:
+            both = other.with_(thing, ground)
+            if thing in left and both.solid.loss < 1.15 * max(thing.solid.loss, other.solid.loss) + 0.03:
+                left = [one for one in left if one is not thing and one is not other] + [both]
+    return left
+
+
+def _may_belong(one: _Thing, other: _Thing) -> bool:
+    """Whether two parts are hidden in part, alike in colour, and near each other for their size."""
+    if min(one.evidence.hidden, other.evidence.hidden) < 0.08 or one.label != other.label:
+        return False
+    gap = np.linalg.norm(one.solid.center - other.solid.center)
+    near = bool(gap < 0.75 * (np.linalg.norm(one.solid.size) + np.linalg.norm(other.solid.size)))
+    return near and colour_of(one.colours) == colour_of(other.colours)
+
+
+def _merged(known: list[_Thing], seen: list[_Thing], ground: _Ground) -> list[_Thing]:
+    """Things of the views before with those of one more, the ones in the same place taken together."""
+    left = list(known)
+    for thing in seen:
+        same = [one for one in left if _same_place(one.solid, thing.solid)]
+        for one in same:
+            left.remove(one)
+            thing = one.with_(thing, ground)
+        left.append(thing)
+    return left
+
+
+def _same_place(one: Solid, other: Solid) -> bool:
+    """Whether one solid holds the centre of the other, and the other way round or nearly."""
+    gap = other.center - one.center
+    return any(
+        bool((np.abs(turn.T @ gap) < 0.5 * size + 0.005).all())
+        for turn, size in ((one.rotation, one.size), (other.rotation, other.size))
+    )
 
 
 def clusters(parts: Segments) -> tuple[Found, ...]:
     """Each cluster of depth as a nameless finding."""
     sizes = np.bincount(parts.labels.ravel(), minlength=parts.count + 1)
     return tuple(Found("", parts.labels == i) for i in range(1, parts.count + 1) if sizes[i] >= FEWEST)
-
-
-def _solid(cloud: Array, support: Plane | None, up: Array) -> Solid:
-    normal = up if support is None else support.normal
-    side = np.eye(3)[int(np.abs(normal).argmin())]
-    first = np.cross(side, normal)
-    first = first / np.linalg.norm(first)
-    axes = np.array([first, np.cross(normal, first), normal])
-    floor = float((cloud @ normal).min()) if support is None else support.offset
-    return upright_box(cloud, axes, floor)

@@ -1,55 +1,390 @@
-"""Fits: the cuboid, cylinder or ball that explains the pixels of one thing best."""
+"""Fits: the box, cylinder or ball that explains the pixels of one thing best.
+
+Every candidate is judged by one measure: how far the measured points are from its surface, and how far the lines of
+sight along the outline are from touching it, each in units of its own noise, with a Cauchy loss. Nothing else is
+needed for one view or several, for hidden sides, or to choose between the shapes.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from ovita.paths.trajectory import Array
+from ovita.perceive.evidence import Evidence
+from ovita.perceive.segment import SEED
 
 Kind = Literal["box", "cylinder", "sphere"]
+
+CAUCHY = 2.5
+"""Residual, in standard deviations, from which a pixel counts for less and less."""
+
+ROUNDS = 16
+"""Steps of a fit at most."""
+
+THIN = 90
+"""Points, and lines of sight, on which the families of shapes are compared first."""
+
+POOR = 1.0
+"""Mean loss above which a shape that stands upright does not explain the pixels; Gaussian noise gives 0.4."""
+
+BETTER = 0.75
+"""A tilted shape must have at most this share of the loss of the upright ones."""
+
+SMALLEST = 0.004
+"""Least edge of a solid [m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """A primitive shape in the world.
+    """A primitive shape.
 
     Args:
         kind: A box; a cylinder along its own z axis; a sphere.
         center: (3,) [m].
-        rotation: (3, 3), columns are its axes in the world.
+        rotation: (3, 3), columns are its axes.
         size: Full edge lengths of the cuboid around it (3,) [m].
-        spread: Median distance of the pixels to its surface [m].
+        loss: Mean loss of the pixels; 0.4 is noise alone.
+        spread: Median distance of the measured points to its surface [m].
+        tilted: Whether it stands on none of its faces.
     """
 
     kind: Kind
     center: Array
     rotation: Array
     size: Array
-    spread: float
+    loss: float = float("nan")
+    spread: float = float("nan")
+    tilted: bool = False
+
+    def turned(self, axes: Array, origin: Array) -> Solid:
+        """Back from axes whose rows are (3, 3) and whose zero is `origin` (3,) in the world."""
+        center, rotation = axes.T @ self.center + origin, axes.T @ self.rotation
+        rotation, size = _plainest(self.kind, rotation, self.size)
+        return Solid(self.kind, center, rotation, size, self.loss, self.spread, self.tilted)
 
 
-def upright_box(points: Array, axes: Array, floor: float) -> Solid:
-    """The box on a support of least footprint.
+@dataclass(frozen=True, eq=False)
+class _Model:
+    """A family of solids: where it starts, and in which directions its nine numbers may change.
+
+    The nine are the centre (3), a rotation vector in the solid's own axes (3), and the full size (3).
+    """
+
+    kind: Kind
+    start: Array
+    turn: Array
+    basis: Array
+    grounded: bool = False
+    """Whether it reaches down to the support, so that its underside is never seen."""
+    tilted: bool = False
+
+
+def fit(evidence: Evidence, *, supported: bool) -> Solid:
+    """The solid that explains the evidence best.
 
     Args:
-        points: (N, 3) [m].
-        axes: (3, 3), rows are two level unit vectors and the support's normal.
-        floor: Height of the support along the normal [m].
+        evidence: In axes whose z points up, zero on the support where there is one.
+        supported: Whether there is a support, z = 0.
     """
-    local = points @ axes.T
-    yaws = np.radians(np.arange(0.0, 90.0, 1.0))
+    standing = _best(_standing(evidence), evidence, supported=True) if supported else None
+    if standing is not None and standing.loss <= POOR:
+        return standing
+    floating = _best(_floating(evidence), evidence, supported=supported)
+    return floating if standing is None or floating.loss < BETTER * standing.loss else standing
+
+
+def _standing(evidence: Evidence) -> list[_Model]:
+    """Upright boxes and cylinders, cylinders that lie, and balls."""
+    boxes = _upright_boxes(evidence.points)
+    order = _losses("box", boxes, np.eye(3), evidence, grounded=True).argsort()
+    first = boxes[order[0]]
+    others = [boxes[i] for i in order[1:] if 0.2 < abs(boxes[i][5] - first[5]) < np.pi / 2 - 0.2]
+    models = [_Model("box", start, np.eye(3), _UPRIGHT_BOX, grounded=True) for start in [first, *others[:1]]]
+    round_ = first.copy()
+    round_[5] = 0.0
+    across = 0.5 * (first[6] + first[7])
+    round_[6:8] = across
+    models.append(_Model("cylinder", round_, np.eye(3), _UPRIGHT_CYLINDER, grounded=True))
+    ball = first.copy()
+    ball[2], ball[3:6], ball[6:] = 0.5 * first[8], 0.0, first[8]
+    models.append(_Model("sphere", ball, np.eye(3), _RESTING_BALL))
+    models += [_lying(first, quarter) for quarter in (0.0, np.pi / 2)]
+    return models
+
+
+def _lying(box: Array, quarter: float) -> _Model:
+    """A cylinder on its side in the place of an upright box, along one of its level edges."""
+    yaw = box[5] + quarter
+    turn = Rotation.from_euler("zy", [yaw, np.pi / 2]).as_matrix()
+    along = box[6] if quarter == 0.0 else box[7]
+    start = np.array([*box[:2], 0.5 * box[8], 0.0, 0.0, 0.0, box[8], box[8], along])
+    basis = np.zeros((9, 5))
+    basis[0, 0] = basis[1, 1] = basis[8, 4] = 1.0
+    basis[3:6, 2] = turn.T @ (0.0, 0.0, 1.0)
+    basis[2, 3], basis[6, 3], basis[7, 3] = 0.5, 1.0, 1.0
+    return _Model("cylinder", start, turn, basis)
+
+
+def _floating(evidence: Evidence) -> list[_Model]:
+    """Boxes, cylinders and balls of any attitude."""
+    models = []
+    for turn in _attitudes(evidence):
+        center, size = _extent(evidence.points, turn)
+        start = np.array([*center, 0.0, 0.0, 0.0, *size])
+        models.append(_Model("box", start, turn, np.eye(9), tilted=True))
+    center, size = _extent(evidence.points, models[0].turn)
+    along = int(size.argmax())
+    turn = np.roll(models[0].turn, 2 - along, axis=1)
+    across = float(np.mean(np.delete(size, along)))
+    start = np.array([*center, 0.0, 0.0, 0.0, across, across, size[along]])
+    models.append(_Model("cylinder", start, turn, _FREE_CYLINDER, tilted=True))
+    ball = np.array([*center, 0.0, 0.0, 0.0, *[float(size.mean())] * 3])
+    models.append(_Model("sphere", ball, np.eye(3), _FREE_BALL))
+    return models
+
+
+def _attitudes(evidence: Evidence) -> list[Array]:
+    """Rotations (3, 3) whose axes are normals of the largest flat faces."""
+    points, noise = evidence.points, evidence.point_noise
+    first = _flat(points, noise)
+    beside = np.abs((points - points.mean(axis=0)) @ first)
+    off = beside > np.percentile(beside, 50)
+    second = _flat(points[off], noise[off], apart=first) if off.sum() > 20 else None
+    turns = []
+    side = np.linalg.svd(first[None])[2][1:]
+    flat = (points - points.mean(axis=0)) @ side.T
+    angles = np.radians(np.arange(0.0, 90.0, 3.0))
+    u = flat[:, :1] * np.cos(angles) + flat[:, 1:] * np.sin(angles)
+    v = flat[:, 1:] * np.cos(angles) - flat[:, :1] * np.sin(angles)
+    best = float(angles[int((np.ptp(u, axis=0) * np.ptp(v, axis=0)).argmin())])
+    swept = np.cos(best) * side[0] + np.sin(best) * side[1]
+    for axis in (swept, second):
+        if axis is None:
+            continue
+        level = axis - (axis @ first) * first
+        level = level / np.linalg.norm(level)
+        turns.append(np.column_stack([level, np.cross(first, level), first]))
+    return turns
+
+
+def _flat(points: Array, noise: Array, apart: Array | None = None) -> Array:
+    """Normal (3,) of the plane through most points, by RANSAC; if asked, well apart from another normal."""
+    rng = np.random.default_rng(SEED)
+    corners = points[rng.integers(0, len(points), (150, 3))]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals = normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-12)[:, None]
+    offsets = np.einsum("ij,ij->i", normals, corners[:, 0])
+    on = np.abs(points @ normals.T - offsets) < (2.0 * noise + 0.001)[:, None]
+    score = on.sum(axis=0).astype(float)
+    if apart is not None:
+        score[np.abs(normals @ apart) > 0.5] = 0.0
+    mine = points[on[:, int(score.argmax())]]
+    return np.asarray(np.linalg.svd(mine - mine.mean(axis=0), full_matrices=False)[2][2])
+
+
+def _extent(points: Array, turn: Array) -> tuple[Array, Array]:
+    """Centre and size of points in the axes of a rotation."""
+    low, high = np.percentile(points @ turn, [1.5, 98.5], axis=0)
+    return turn @ (0.5 * (low + high)), np.maximum(high - low, SMALLEST)
+
+
+def _upright_boxes(points: Array) -> Array:
+    """Nine numbers of the upright box around points for each of many yaws, (Y, 9)."""
+    yaws = np.radians(np.arange(0.0, 90.0, 5.0))
     c, s = np.cos(yaws), np.sin(yaws)
-    u = local[:, :1] * c + local[:, 1:2] * s
-    v = local[:, 1:2] * c - local[:, :1] * s
-    low = np.percentile([u, v], 1.0, axis=1)
-    high = np.percentile([u, v], 99.0, axis=1)
-    best = int(np.prod(high - low, axis=0).argmin())
-    yaw, top = yaws[best], float(np.percentile(local[:, 2], 98.0))
-    middle = 0.5 * (low + high)[:, best]
-    turn = np.array([[np.cos(yaw), -np.sin(yaw), 0.0], [np.sin(yaw), np.cos(yaw), 0.0], [0.0, 0.0, 1.0]])
-    center = turn @ np.array([*middle, 0.5 * (floor + top)])
-    size = np.array([*(high - low)[:, best], top - floor])
-    return Solid("box", axes.T @ center, axes.T @ turn, size, float("nan"))
+    u = points[:, :1] * c + points[:, 1:2] * s
+    v = points[:, 1:2] * c - points[:, :1] * s
+    low, high = np.percentile([u, v], [1.5, 98.5], axis=1)
+    middle, size = 0.5 * (low + high), np.maximum(high - low, SMALLEST)
+    top = max(float(np.percentile(points[:, 2], 97.0)), SMALLEST)
+    starts = np.zeros((len(yaws), 9))
+    starts[:, 0], starts[:, 1] = c * middle[0] - s * middle[1], s * middle[0] + c * middle[1]
+    starts[:, 2], starts[:, 5], starts[:, 8] = 0.5 * top, yaws, top
+    starts[:, 6:8] = size.T
+    return starts
+
+
+def _basis(*columns: dict[int, float]) -> Array:
+    basis = np.zeros((9, len(columns)))
+    for j, column in enumerate(columns):
+        for i, value in column.items():
+            basis[i, j] = value
+    return basis
+
+
+_TOP = {2: 0.5, 8: 1.0}
+_UPRIGHT_BOX = _basis({0: 1.0}, {1: 1.0}, {5: 1.0}, {6: 1.0}, {7: 1.0}, _TOP)
+_UPRIGHT_CYLINDER = _basis({0: 1.0}, {1: 1.0}, {6: 1.0, 7: 1.0}, _TOP)
+_RESTING_BALL = _basis({0: 1.0}, {1: 1.0}, {2: 0.5, 6: 1.0, 7: 1.0, 8: 1.0})
+_FREE_BALL = _basis({0: 1.0}, {1: 1.0}, {2: 1.0}, {6: 1.0, 7: 1.0, 8: 1.0})
+_FREE_CYLINDER = _basis({0: 1.0}, {1: 1.0}, {2: 1.0}, {3: 1.0}, {4: 1.0}, {6: 1.0, 7: 1.0}, {8: 1.0})
+
+
+def _best(models: Sequence[_Model], evidence: Evidence, *, supported: bool) -> Solid:
+    """The solid of several families that fits best: all are tried on a part of the evidence, the best two on all."""
+    part = evidence.thinned(THIN)
+    raced = [_improved(model, part, resting=supported and not model.grounded) for model in models]
+    order = np.argsort([loss for _, loss in raced])[:2]
+    solids = []
+    for i in order:
+        model = replace(models[i], start=raced[i][0])
+        state, _ = _improved(model, evidence, resting=supported and not model.grounded)
+        solids.append(_solid(model, state, evidence))
+    return min(solids, key=lambda one: one.loss)
+
+
+def _improved(model: _Model, evidence: Evidence, *, resting: bool) -> tuple[Array, float]:
+    """The numbers (9,) of a family's member that fits best, and its loss with priors.
+
+    Damped Gauss-Newton steps with weights of the Cauchy loss; each step is tried together with the neighbours that
+    give the slopes of the next one.
+    """
+    count, scale = model.basis.shape[1], np.maximum(model.start[6:], SMALLEST)
+    steps = np.where(np.abs(model.basis[3:6]).max(axis=0) > 0, 1e-3, 1e-4)
+    around = np.vstack([np.zeros(count), np.eye(count) * steps]) @ model.basis.T
+    state, loss, damping = model.start, np.inf, 1e-2
+    move = np.zeros(9)
+    for _ in range(ROUNDS):
+        ahead = state + move
+        ahead[6:] = np.maximum(ahead[6:], SMALLEST)
+        batch = _residuals(
+            model.kind, ahead + around, model.turn, evidence, scale, grounded=model.grounded, resting=resting
+        )
+        now = _loss(batch[0])
+        if now < loss:
+            gained = loss - now
+            state, loss, damping = ahead, now, max(0.2 * damping, 1e-6)
+            r, slopes = batch[0], (batch[1:] - batch[0]) / steps[:, None]
+            weighted = slopes / (1.0 + (r / CAUCHY) ** 2)
+            hessian, gradient = weighted @ slopes.T, weighted @ r
+            if gained < 1e-3 * loss:
+                break
+        else:
+            damping *= 10.0
+            if damping > 1e4:
+                break
+        damped = hessian + damping * np.diag(np.diag(hessian) + 1e-9)
+        move = model.basis @ np.linalg.solve(damped, -gradient)
+    return state, loss
+
+
+def _solid(model: _Model, state: Array, evidence: Evidence) -> Solid:
+    """A member of a family with how well it fits."""
+    r = _residuals(model.kind, state[None], model.turn, evidence, np.ones(3), grounded=model.grounded, resting=False)[
+        0, : len(evidence.points) + len(evidence.rays)
+    ]
+    off = np.abs(r[: len(evidence.points)] * np.hypot(evidence.point_noise, 5e-4))
+    turn = model.turn @ Rotation.from_rotvec(state[3:6]).as_matrix()
+    return Solid(model.kind, state[:3], turn, state[6:], _loss(r), float(np.median(off)), model.tilted)
+
+
+def _loss(residuals: Array) -> float:
+    return float(0.5 * CAUCHY**2 * np.log1p((residuals / CAUCHY) ** 2).mean())
+
+
+def _losses(kind: Kind, numbers: Array, turn: Array, evidence: Evidence, *, grounded: bool) -> Array:
+    found = _residuals(kind, numbers, turn, evidence, np.ones(3), grounded=grounded, resting=False)
+    return np.array([_loss(one) for one in found])
+
+
+def _residuals(
+    kind: Kind, numbers: Array, turn: Array, evidence: Evidence, scale: Array, *, grounded: bool, resting: bool
+) -> Array:
+    """Residuals of many solids at once (P, N + E + priors), in standard deviations.
+
+    Args:
+        kind: Of the solids.
+        numbers: (P, 9), see `_Model`.
+        turn: Rotation that the rotation vectors start from (3, 3).
+        evidence: Points and touching lines.
+        scale: Size that the prior on sizes is relative to (3,) [m]: what is hidden is taken to be small.
+        grounded: Whether the solids have no underside.
+        resting: Whether the lowest point of each is to be near z = 0.
+    """
+    turns = turn @ Rotation.from_rotvec(numbers[:, 3:6]).as_matrix()
+    half = 0.5 * numbers[:, None, 6:]
+    local = (evidence.points - numbers[:, None, :3]) @ turns
+    near = _signed(kind, local, half, grounded) / np.hypot(evidence.point_noise, 5e-4)
+    eyes, rays = (evidence.eyes - numbers[:, None, :3]) @ turns, evidence.rays @ turns
+    at = _deepest(kind, eyes, rays, half, grounded)
+    touch = _signed(kind, eyes + at[..., None] * rays, half, grounded) / evidence.ray_noise
+    priors = [0.3 * numbers[:, 6:] / scale]
+    if resting:
+        lowest = numbers[:, 2] - (np.abs(turns[:, 2]) * half[:, 0]).sum(axis=1)
+        if kind != "box":
+            level = np.sqrt(np.maximum(1.0 - turns[:, 2, 2] ** 2, 0.0))
+            lowest = numbers[:, 2] - half[:, 0, 0] * level - half[:, 0, 2] * np.abs(turns[:, 2, 2])
+        if kind == "sphere":
+            lowest = numbers[:, 2] - half[:, 0, 0]
+        priors.append((10.0 * np.where(lowest < 0, lowest / 0.002, lowest / 0.02))[:, None])
+    return np.concatenate([near, touch, *priors], axis=1)
+
+
+def _signed(kind: Kind, local: Array, half: Array, grounded: bool) -> Array:
+    """Signed distance of points (P, N, 3) in the solids' own axes to their surfaces, (P, N), negative inside."""
+    if kind == "sphere":
+        return np.asarray(np.sqrt((local**2).sum(axis=2)) - half[..., 0])
+    up = local[..., 2] if grounded else np.abs(local[..., 2])
+    beyond_z = up - half[..., 2]
+    if kind == "cylinder":
+        beyond = (np.sqrt(local[..., 0] ** 2 + local[..., 1] ** 2) - half[..., 0], beyond_z)
+    else:
+        beyond = (np.abs(local[..., 0]) - half[..., 0], np.abs(local[..., 1]) - half[..., 1], beyond_z)
+    inner = beyond[0]
+    outer = np.maximum(beyond[0], 0.0) ** 2
+    for each in beyond[1:]:
+        inner = np.maximum(inner, each)
+        outer = outer + np.maximum(each, 0.0) ** 2
+    return np.asarray(np.sqrt(outer) + np.minimum(inner, 0.0))
+
+
+def _deepest(kind: Kind, eyes: Array, rays: Array, half: Array, grounded: bool) -> Array:
+    """Where lines are deepest inside the solids, or pass them nearest, as distances along them (P, E).
+
+    Midway between the last entry into and the first exit out of the slabs (for a cylinder: the tube and the slab) that
+    the solid is the intersection of; exact where the line just touches, which is where it counts.
+    """
+    nearest = -(eyes * rays).sum(axis=2)
+    if kind == "sphere":
+        return np.asarray(nearest)
+    reach = 2.0 * np.linalg.norm(half, axis=2)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        one, two = (-half - eyes) / rays, (half - eyes) / rays
+    enter, leave = np.minimum(one, two), np.maximum(one, two)
+    if grounded:
+        down = rays[..., 2] < 0
+        enter[..., 2] = np.where(down, two[..., 2], -np.inf)
+        leave[..., 2] = np.where(down, np.inf, two[..., 2])
+    if kind == "cylinder":
+        aa = np.maximum(rays[..., 0] ** 2 + rays[..., 1] ** 2, 1e-12)
+        ab = eyes[..., 0] * rays[..., 0] + eyes[..., 1] * rays[..., 1]
+        under = ab**2 - aa * (eyes[..., 0] ** 2 + eyes[..., 1] ** 2 - half[..., 0] ** 2)
+        root = np.sqrt(np.maximum(under, 0.0))
+        into, out = np.maximum((-ab - root) / aa, enter[..., 2]), np.minimum((-ab + root) / aa, leave[..., 2])
+    else:
+        into, out = enter.max(axis=2), leave.min(axis=2)
+    low, high = nearest - reach, nearest + reach
+    return np.asarray(0.5 * (np.clip(into, low, high) + np.clip(out, low, high)))
+
+
+def _plainest(kind: Kind, rotation: Array, size: Array) -> tuple[Array, Array]:
+    """The same solid with its axes named so that its rotation is as small as can be."""
+    if kind == "sphere":
+        return np.eye(3), size
+    if kind == "cylinder":
+        axis = rotation[:, 2] * (1.0 if rotation[2, 2] >= 0 else -1.0)
+        turn = np.cross((0.0, 0.0, 1.0), axis)
+        sine, cosine = float(np.linalg.norm(turn)), float(axis[2])
+        if sine < 1e-9:
+            return np.eye(3), size
+        return Rotation.from_rotvec(turn / sine * np.arctan2(sine, cosine)).as_matrix(), size
+    best = max(_QUARTERS, key=lambda quarter: float(np.trace(rotation @ quarter)))
+    return rotation @ best, np.abs(best.T) @ size
+
+
+_QUARTERS = tuple(np.round(Rotation.create_group("O").as_matrix()))

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial import ConvexHull
 
 from ovita.paths.trajectory import Array
 from ovita.perceive.view import Mask, View
@@ -28,11 +29,23 @@ TILT = np.cos(np.radians(12.0))
 LEAST_SHARE = 0.04
 """Share of the pixels with depth that a support needs at least."""
 
+RIVAL = 0.3
+"""Share of the largest level plane's pixels from which a higher one is taken for the support instead."""
+
 LOWEST = 0.006
 """Least height over the support of what counts as standing on it [m]."""
 
 LEAST_JUMP = 0.012
 """Least step in depth between neighbouring pixels that parts two things [m]."""
+
+MARGIN = 0.03
+"""How far things may stand over the edge of the support [m]."""
+
+STEP = 5
+"""Distance at which what surrounds a cluster is compared with it [pixels]."""
+
+LEAST_REPORTED = 400
+"""Fewest pixels of what is left out that a person is told of."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,12 +74,16 @@ class Segments:
         depth: Smoothed depth without flying pixels (H, W) [m].
         noise: Standard deviation of the measured depth at each pixel (H, W) [m].
         support: The plane that things rest on, or None.
+        beyond: How many clusters were left out since they stand beside the support.
+        backdrops: How many were left out since they are walls.
     """
 
     labels: Labels
     depth: Array
     noise: Array
     support: Plane | None
+    beyond: int = 0
+    backdrops: int = 0
 
     @property
     def count(self) -> int:
@@ -104,8 +121,52 @@ def segment(view: View, up: Array, plane: Plane | None = None, *, find_plane: bo
     standing = np.isfinite(depth)
     if plane is not None:
         spread = 0.5 * noise * np.abs(view.rays @ plane.normal)
-        standing &= plane.heights(points) > np.maximum(LOWEST, 3.5 * spread)
-    return Segments(_components(depth, standing, jumps), depth, noise, plane)
+        heights = plane.heights(points)
+        standing &= heights > np.maximum(LOWEST, 3.5 * spread)
+    labels = _components(depth, standing, jumps)
+    beyond = backdrop = np.zeros(int(labels.max()) + 1, dtype=bool)
+    if plane is not None:
+        beyond = _beyond(points, labels, np.abs(heights) < np.maximum(LOWEST, 3.5 * spread), plane)
+    backdrop = _backdrop(depth, labels, jumps) & ~beyond
+    gone = beyond | backdrop
+    kept = np.where(gone, 0, np.cumsum(~gone) - 1)
+    large = np.bincount(labels.ravel()) >= LEAST_REPORTED
+    left_out = (int((beyond & large).sum()), int((backdrop & large).sum()))
+    return Segments(kept[labels], depth, noise, plane, *left_out)
+
+
+def _beyond(points: Array, labels: Labels, on: Mask, plane: Plane) -> Mask:
+    """Which clusters (from 0, the first never) stand beside the support: outside of the hull of its pixels."""
+    patches, count = ndimage.label(on)
+    sizes = np.bincount(patches.ravel(), minlength=count + 1)
+    sizes[0] = 0
+    sides = np.linalg.svd(plane.normal[None])[2][1:]
+    ground = points[(sizes >= 0.05 * sizes.sum())[patches]][::5] @ sides.T
+    hull = ConvexHull(ground).equations
+    some = np.flatnonzero(labels.ravel())[::3]
+    spots, owner = points.reshape(-1, 3)[some] @ sides.T, labels.ravel()[some]
+    outside = (spots @ hull[:, :2].T + hull[:, 2]).max(axis=1) > MARGIN
+    out = np.bincount(owner, weights=outside, minlength=int(labels.max()) + 1)
+    return np.asarray(out > 0.5 * np.maximum(np.bincount(owner, minlength=len(out)), 1))
+
+
+def _backdrop(depth: Array, labels: Labels, jump: Array) -> Mask:
+    """Which clusters (from 0, the first never) are walls: at the border of the picture, with nothing behind them."""
+    count = int(labels.max()) + 1
+    rims, deeper = np.zeros(count), np.zeros(count)
+    for axis in (0, 1):
+        for here, there in ((slice(None, -STEP), slice(STEP, None)), (slice(STEP, None), slice(None, -STEP))):
+            a, b = (tuple(one if i == axis else slice(None) for i in (0, 1)) for one in (here, there))
+            rim = (labels[a] > 0) & (labels[a] != labels[b]) & np.isfinite(depth[b])
+            mine = labels[a][rim]
+            rims += np.bincount(mine, minlength=count)
+            behind = depth[b][rim] > depth[a][rim] + jump[a][rim]
+            deeper += np.bincount(mine, weights=behind, minlength=count)
+    border = np.zeros(count, dtype=bool)
+    for line in (labels[0], labels[-1], labels[:, 0], labels[:, -1]):
+        border[line] = True
+    border[0] = False
+    return border & (deeper < 0.05 * np.maximum(rims, 1.0))
 
 
 def _smooth(view: View, noise: Array) -> tuple[Array, Array]:
@@ -119,7 +180,10 @@ def _smooth(view: View, noise: Array) -> tuple[Array, Array]:
 
 
 def support_of(points: Array, spread: Array, up: Array) -> Plane | None:
-    """The level plane that most points lie on, by RANSAC and least squares, or None.
+    """The level plane that things stand on, by RANSAC and least squares, or None.
+
+    Of several, such as a floor and a table, the highest of those that are at least `RIVAL` times as large in the
+    picture as the largest.
 
     Args:
         points: (H, W, 3) [m], nan where unknown.
@@ -130,6 +194,27 @@ def support_of(points: Array, spread: Array, up: Array) -> Plane | None:
     rng = np.random.default_rng(SEED)
     chosen = rng.choice(known, min(SAMPLE, len(known)), replace=False)
     cloud, band = points.reshape(-1, 3)[chosen], 2.0 * spread.ravel()[chosen] + 0.002
+    planes: list[tuple[Plane, int]] = []
+    left = np.ones(len(cloud), dtype=bool)
+    for _ in range(3):
+        plane = _level(cloud[left], band[left], up, rng)
+        if plane is None:
+            break
+        on = left & (np.abs(plane.heights(cloud)) < 1.5 * band)
+        if on.sum() < LEAST_SHARE * len(cloud):
+            break
+        planes.append((plane, int(on.sum())))
+        left &= ~on
+        if left.sum() < LEAST_SHARE * len(cloud):
+            break
+    if not planes:
+        return None
+    most = max(count for _, count in planes)
+    return max((plane for plane, count in planes if count >= RIVAL * most), key=lambda one: one.offset)
+
+
+def _level(cloud: Array, band: Array, up: Array, rng: np.random.Generator) -> Plane | None:
+    """The level plane through most of the points (N, 3), each with its half width (N,) [m]; None if there is none."""
     corners = cloud[rng.integers(0, len(cloud), (HYPOTHESES, 3))]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     lengths = np.linalg.norm(normals, axis=1)
@@ -140,13 +225,12 @@ def support_of(points: Array, spread: Array, up: Array) -> Plane | None:
         return None
     normals, corners = normals[level], corners[level]
     offsets = np.einsum("ij,ij->i", normals, corners[:, 0])
-    on = np.abs(cloud @ normals.T - offsets) < band[:, None]
-    best = int(on.sum(axis=0).argmax())
-    if on[:, best].sum() < LEAST_SHARE * len(cloud):
-        return None
+    best = int((np.abs(cloud @ normals.T - offsets) < band[:, None]).sum(axis=0).argmax())
     plane = Plane(normals[best], float(offsets[best]))
     for _ in range(4):
         near = np.abs(plane.heights(cloud)) < band
+        if near.sum() < 3:
+            return None
         plane = _through(cloud[near], 1.0 / band[near], up)
     return plane
 

@@ -1,0 +1,160 @@
+"""Evidence: what the pixels of one thing say about its surface and its outline, ready for a fit."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ovita.paths.trajectory import Array
+from ovita.perceive.segment import SEED, Segments
+from ovita.perceive.view import Mask, View
+
+POINTS = 260
+"""Most points of the surface that a fit looks at."""
+
+EDGES = 140
+"""Most rays along the outline that a fit looks at."""
+
+GAP = 6
+"""Widest strip without depth between a thing and its background, whose middle is taken for the outline [pixels]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """Points on the surface of one thing, and lines of sight that just touch it.
+
+    Args:
+        points: (N, 3) [m].
+        point_noise: Standard deviation of each along its line of sight (N,) [m].
+        eyes: Where the touching lines begin (E, 3) [m].
+        rays: Their directions, unit vectors (E, 3).
+        ray_noise: How far each may be off the outline (E,) [m].
+        pixels: How many depth pixels there are in all.
+        views: How many views they come from.
+        cut: Whether the border of a picture cuts the thing.
+        hidden: Share of the outline that something nearer hides, 0..1.
+    """
+
+    points: Array
+    point_noise: Array
+    eyes: Array
+    rays: Array
+    ray_noise: Array
+    pixels: int
+    views: int = 1
+    cut: bool = False
+    hidden: float = 0.0
+
+    def turned(self, axes: Array, origin: Array) -> Evidence:
+        """The same in other axes: rows of `axes` (3, 3) are unit vectors, `origin` (3,) becomes zero."""
+        return Evidence(
+            (self.points - origin) @ axes.T,
+            self.point_noise,
+            (self.eyes - origin) @ axes.T,
+            self.rays @ axes.T,
+            self.ray_noise,
+            *(self.pixels, self.views, self.cut, self.hidden),
+        )
+
+    def thinned(self, count: int) -> Evidence:
+        """At most so many points and so many lines, evenly spread over what there is."""
+        some = np.linspace(0, len(self.points) - 1, min(count, len(self.points))).astype(int)
+        few = np.linspace(0, len(self.rays) - 1, min(count, len(self.rays))).astype(int)
+        return replace(
+            self,
+            points=self.points[some],
+            point_noise=self.point_noise[some],
+            eyes=self.eyes[few],
+            rays=self.rays[few],
+            ray_noise=self.ray_noise[few],
+        )
+
+
+def joined(parts: Sequence[Evidence], views: int) -> Evidence:
+    """All evidence of one thing, thinned to what a fit looks at."""
+    if len(parts) == 1:
+        return parts[0]
+    points, rays = sum(len(p.points) for p in parts), sum(len(p.rays) for p in parts)
+    rng = np.random.default_rng(SEED)
+    some = rng.choice(points, min(points, int(1.5 * POINTS)), replace=False)
+    few = rng.choice(rays, min(rays, int(1.5 * EDGES)), replace=False)
+    stacked = {
+        key: np.concatenate([getattr(p, key) for p in parts])[chosen]
+        for key, chosen in (("points", some), ("point_noise", some), ("eyes", few), ("rays", few), ("ray_noise", few))
+    }
+    hidden = min(p.hidden for p in parts) if views > 1 else max(p.hidden for p in parts)
+    return Evidence(
+        **stacked, pixels=sum(p.pixels for p in parts), views=views, cut=all(p.cut for p in parts), hidden=hidden
+    )
+
+
+def evidence_of(view: View, mask: Mask, parts: Segments) -> Evidence:
+    """What one view says about the thing at the pixels of a mask (H, W)."""
+    rng = np.random.default_rng(SEED)
+    solid = mask & view.seen & np.isfinite(parts.depth)
+    chosen = np.flatnonzero((_inner(solid) if solid.sum() > 4 * POINTS else solid).ravel())
+    chosen = rng.choice(chosen, min(POINTS, len(chosen)), replace=False)
+    directions, noise, hidden, cut = _outline(view, solid, parts)
+    few = rng.choice(len(directions), min(EDGES, len(directions)), replace=False)
+    return Evidence(
+        view.points.reshape(-1, 3)[chosen],
+        parts.noise.ravel()[chosen],
+        np.broadcast_to(view.center, (len(few), 3)),
+        directions[few],
+        noise[few],
+        int(solid.sum()),
+        cut=cut,
+        hidden=hidden,
+    )
+
+
+def _inner(mask: Mask) -> Mask:
+    """The mask without its outermost pixels."""
+    kept = mask.copy()
+    kept[1:] &= mask[:-1]
+    kept[:-1] &= mask[1:]
+    kept[:, 1:] &= mask[:, :-1]
+    kept[:, :-1] &= mask[:, 1:]
+    return kept
+
+
+def _outline(view: View, mask: Mask, parts: Segments) -> tuple[Array, Array, float, bool]:
+    """Lines of sight between a thing and what lies behind it, their uncertainty, the share hidden, and whether cut."""
+    rows, columns = np.nonzero(mask)
+    high, wide = view.shape
+    cut = bool(rows.min(initial=high) == 0 or columns.min(initial=wide) == 0)
+    cut |= bool(rows.max(initial=0) == high - 1 or columns.max(initial=0) == wide - 1)
+    places, widths, depths = [np.zeros((0, 2))], [np.zeros(0)], [np.zeros(0)]
+    outer = occluded = 0
+    for dy, dx in ((0, 1), (0, -1), (1, 0), (-1, 0)):
+        y, x = rows, columns
+        edge = ~_at(mask, y + dy, x + dx, True)
+        y, x = y[edge], x[edge]
+        z, jump = parts.depth[y, x], np.maximum(0.012, 4.0 * parts.noise[y, x])
+        outer += len(y)
+        open_ = np.ones(len(y), dtype=bool)
+        for k in range(1, GAP + 1):
+            beyond = _at(parts.depth, y + k * dy, x + k * dx, np.nan)
+            known = open_ & np.isfinite(beyond)
+            clear = known & (beyond > z + jump)
+            occluded += int((known & (beyond < z - jump)).sum())
+            places.append(np.column_stack([x[clear] + 0.5 * k * dx, y[clear] + 0.5 * k * dy]))
+            widths.append(np.full(int(clear.sum()), float(k)))
+            depths.append(z[clear])
+            open_ &= ~known & ~_at(mask, y + k * dy, x + k * dx, False)
+    place, width, depth = np.concatenate(places), np.concatenate(widths), np.concatenate(depths)
+    pixels = np.column_stack([place, np.ones(len(place))])
+    rays = pixels @ np.linalg.inv(view.intrinsics).T @ view.pose[:3, :3].T
+    rays = rays / np.linalg.norm(rays, axis=1)[:, None]
+    noise = np.hypot(0.3, 0.3 * width) * depth / view.focal
+    return rays, noise, occluded / max(outer, 1), cut
+
+
+def _at(values: Array | Mask, rows: Array, columns: Array, outside: float | bool) -> Array:
+    """Values at pixels, `outside` beyond the picture."""
+    high, wide = values.shape
+    inside = (rows >= 0) & (rows < high) & (columns >= 0) & (columns < wide)
+    found = values[np.clip(rows, 0, high - 1), np.clip(columns, 0, wide - 1)]
+    return np.where(inside, found, outside)

@@ -1,0 +1,153 @@
+"""Looks: what colour a thing has, what its shape is called, and which thing a person's name means."""
+
+from __future__ import annotations
+
+import tomllib
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+
+from ovita.errors import SceneError
+from ovita.paths.trajectory import Array
+
+COLOURED = 0.28
+"""Saturation from which a pixel has a hue."""
+
+DARK, BRIGHT = 0.16, 0.62
+"""Value below which a thing without a hue is black, and from which it is white."""
+
+
+@dataclass(frozen=True)
+class Look:
+    """How a thing looks: a colour's word, or "" without colours; and its shape, box, cylinder or sphere."""
+
+    colour: str
+    shape: str
+
+    @property
+    def words(self) -> str:
+        """Such as "red box"."""
+        return f"{self.colour} {_words()['shapes'].get(self.shape, self.shape)}".strip()
+
+
+@cache
+def _words() -> Mapping[str, Mapping[str, Any]]:
+    return tomllib.loads((files("ovita") / "perceive" / "words.toml").read_text(encoding="utf-8"))
+
+
+def colour_of(pixels: Array) -> str:
+    """The word for the colour of pixels (N, 3), red, green and blue in 0..255; "" without pixels.
+
+    The most frequent hue among those that have one, each counted by its saturation, so that shade and gloss, which
+    change the brightness, do not change the word.
+    """
+    if not len(pixels):
+        return ""
+    rgb = np.asarray(pixels, dtype=float) / 255.0
+    value, low = rgb.max(axis=1), rgb.min(axis=1)
+    chroma = value - low
+    saturation = chroma / np.maximum(value, 1e-6)
+    hued = (saturation > COLOURED) & (chroma > 0.06)
+    if hued.mean() < 0.4:
+        brightness = float(np.median(value))
+        return "black" if brightness < DARK else "white" if brightness > BRIGHT else "grey"
+    hue = _hue(rgb[hued], value[hued], chroma[hued])
+    votes = {
+        word: float(saturation[hued][((hue - start) % 360.0) < ((end - start) % 360.0)].sum())
+        for word, (start, end) in _words()["hues"].items()
+    }
+    return max(votes, key=lambda word: votes[word])
+
+
+def _hue(rgb: Array, value: Array, chroma: Array) -> Array:
+    """Hue (N,) in degrees of pixels that have one."""
+    red, green, blue = rgb.T
+    sector = np.select(
+        [value == red, value == green],
+        [(green - blue) / chroma, 2.0 + (blue - red) / chroma],
+        4.0 + (red - green) / chroma,
+    )
+    return np.asarray(60.0 * sector % 360.0)
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """A name that a person gave, and the colours and shapes that it asks for; empty for any."""
+
+    name: str
+    colours: tuple[str, ...]
+    shapes: tuple[str, ...]
+
+    @classmethod
+    def parse(cls, text: str) -> Wanted:
+        """From "red cup", or "cup=red box" where the name and the look differ.
+
+        Raises:
+            SceneError: If there is no name.
+        """
+        name, _, look = (part.strip() for part in text.partition("="))
+        if not name:
+            raise SceneError(f"{text!r} names nothing; write 'red cup', or 'cup=red'", key="names")
+        words = (look or name).lower().split()
+        known = _words()
+        hues = {*known["hues"], "black", "white", "grey"}
+        synonyms = {word: known["colours"].get(word, word) for word in words}
+        last = words[-1]
+        colours = [synonyms[w] for w in words if synonyms[w] in hues and not (w == last and w in known["nouns"])]
+        return cls(name, tuple(colours), tuple(known["nouns"].get(last, ())))
+
+    def fits(self, look: Look) -> bool:
+        """Whether a thing that looks so may bear the name."""
+        right = not self.colours or not look.colour or look.colour in self.colours
+        return right and (not self.shapes or look.shape in self.shapes)
+
+
+def assign(names: Sequence[str], looks: Sequence[Look]) -> tuple[dict[int, str], tuple[str, ...]]:
+    """Which thing each name means, and why a name means none.
+
+    A name goes to a thing only if no other fits it; names that fit one thing only come first, so that "the cup" may
+    be what "the red cup" leaves. A name that fits several things, or none, is not guessed.
+
+    Returns:
+        The name by the number of the thing, and a sentence for each name that is left.
+    """
+    wanted = [Wanted.parse(text) for text in names]
+    given: dict[int, str] = {}
+    left = list(wanted)
+    while True:
+        free = [i for i in range(len(looks)) if i not in given]
+        fits = [(one, [i for i in free if one.fits(looks[i])]) for one in left]
+        certain = [(one, where[0]) for one, where in fits if len(where) == 1]
+        chosen = [(one, i) for one, i in certain if Counter(j for _, j in certain)[i] == 1]
+        if not chosen:
+            return given, tuple(_unplaced(one, where, looks) for one, where in fits)
+        for one, i in chosen:
+            given[i] = one.name
+            left.remove(one)
+
+
+def _unplaced(one: Wanted, where: Sequence[int], looks: Sequence[Look]) -> str:
+    if not where:
+        there = ", ".join(sorted({look.words for look in looks})) or "nothing"
+        return f"{one.name}: nothing seen fits this name; there is {there}"
+    several = ", ".join(looks[i].words for i in where)
+    return f"{one.name}: it may be any of {several}; say more, as in '{one.name}=COLOUR SHAPE'"
+
+
+def distinct(names: Sequence[str]) -> tuple[str, ...]:
+    """The names, numbered from the second of a kind on, so that no two are alike."""
+    used: set[str] = set()
+    out = []
+    for name in names:
+        unique, count = name, 1
+        while unique.lower() in used:
+            count += 1
+            unique = f"{name} {count}"
+        used.add(unique.lower())
+        out.append(unique)
+    return tuple(out)
