@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ovita.paths.trajectory import Array
 from ovita.perceive.segment import SEED, Segments
@@ -16,6 +17,9 @@ POINTS = 260
 
 EDGES = 140
 """Most rays along the outline that a fit looks at."""
+
+WIDEST = 5
+"""Largest square whose pixels are averaged [pixels a side]."""
 
 GAP = 6
 """Widest strip without depth between a thing and its background, whose middle is taken for the outline [pixels]."""
@@ -77,9 +81,7 @@ def joined(parts: Sequence[Evidence], views: int) -> Evidence:
     if len(parts) == 1:
         return parts[0]
     points, rays = sum(len(p.points) for p in parts), sum(len(p.rays) for p in parts)
-    rng = np.random.default_rng(SEED)
-    some = rng.choice(points, min(points, int(1.5 * POINTS)), replace=False)
-    few = rng.choice(rays, min(rays, int(1.5 * EDGES)), replace=False)
+    some, few = _some(points, int(1.5 * POINTS)), _some(rays, int(1.5 * EDGES))
     stacked = {
         key: np.concatenate([getattr(p, key) for p in parts])[chosen]
         for key, chosen in (("points", some), ("point_noise", some), ("eyes", few), ("rays", few), ("ray_noise", few))
@@ -92,15 +94,13 @@ def joined(parts: Sequence[Evidence], views: int) -> Evidence:
 
 def evidence_of(view: View, mask: Mask, parts: Segments) -> Evidence:
     """What one view says about the thing at the pixels of a mask (H, W)."""
-    rng = np.random.default_rng(SEED)
     solid = mask & view.seen & np.isfinite(parts.depth)
-    chosen = np.flatnonzero((_inner(solid) if solid.sum() > 4 * POINTS else solid).ravel())
-    chosen = rng.choice(chosen, min(POINTS, len(chosen)), replace=False)
+    points, point_noise = _surface(view, solid, parts.noise)
     directions, noise, hidden, cut = _outline(view, solid, parts)
-    few = rng.choice(len(directions), min(EDGES, len(directions)), replace=False)
+    few = _some(len(directions), EDGES)
     return Evidence(
-        view.points.reshape(-1, 3)[chosen],
-        parts.noise.ravel()[chosen],
+        points,
+        point_noise,
         np.broadcast_to(view.center, (len(few), 3)),
         directions[few],
         noise[few],
@@ -108,6 +108,33 @@ def evidence_of(view: View, mask: Mask, parts: Segments) -> Evidence:
         cut=cut,
         hidden=hidden,
     )
+
+
+def _surface(view: View, mask: Mask, noise: Array) -> tuple[Array, Array]:
+    """Points of a surface (N, 3) and their noise (N,) [m]: where there are many pixels, means over small squares."""
+    rows, columns = (np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0))
+    if not len(rows):
+        return np.zeros((0, 3)), np.zeros(0)
+    inner = _inner(mask) if mask.sum() > 4 * POINTS else mask
+    side = int(np.clip(np.sqrt(inner.sum() / (3 * POINTS)), 1, WIDEST))
+    box = (slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1))
+    kept, cloud, sigma = (_squares(values[box], side) for values in (inner, view.points, noise))
+    full = kept.all(axis=1)
+    points, spread = cloud[full].mean(axis=1), sigma[full].mean(axis=1) / side
+    chosen = _some(len(points), POINTS)
+    return points[chosen], spread[chosen]
+
+
+def _squares(values: Array | Mask, side: int) -> Array | Mask:
+    """A picture (H, W, ...) cut into squares of pixels, (squares, side * side, ...); a rest at the edge is dropped."""
+    high, wide = values.shape[0] // side, values.shape[1] // side
+    cut = values[: high * side, : wide * side].reshape(high, side, wide, side, *values.shape[2:])
+    return cut.swapaxes(1, 2).reshape(high * wide, side * side, *values.shape[2:])
+
+
+def _some(count: int, most: int) -> NDArray[np.intp]:
+    """At most so many of `count` indices, drawn at random but always alike."""
+    return np.random.default_rng(SEED).choice(count, min(most, count), replace=False)
 
 
 def _inner(mask: Mask) -> Mask:

@@ -17,22 +17,23 @@ from scipy.spatial.transform import Rotation
 from ovita.paths.trajectory import Array
 from ovita.perceive.evidence import Evidence
 from ovita.perceive.segment import SEED
+from ovita.perceive.view import Mask
 
 Kind = Literal["box", "cylinder", "sphere"]
 
 CAUCHY = 2.5
 """Residual, in standard deviations, from which a pixel counts for less and less."""
 
-ROUNDS = 16
+ROUNDS = 20
 """Steps of a fit at most."""
 
 THIN = 90
 """Points, and lines of sight, on which the families of shapes are compared first."""
 
-POOR = 1.0
+POOR = 0.45
 """Mean loss above which a shape that stands upright does not explain the pixels; Gaussian noise gives 0.4."""
 
-BETTER = 0.75
+BETTER = 0.8
 """A tilted shape must have at most this share of the loss of the upright ones."""
 
 SMALLEST = 0.004
@@ -48,7 +49,7 @@ class Solid:
         center: (3,) [m].
         rotation: (3, 3), columns are its axes.
         size: Full edge lengths of the cuboid around it (3,) [m].
-        loss: Mean loss of the pixels; 0.4 is noise alone.
+        loss: Mean loss of the pixels, and a little for every number of the shape; 0.4 is noise alone.
         spread: Median distance of the measured points to its surface [m].
         tilted: Whether it stands on none of its faces.
     """
@@ -132,59 +133,73 @@ def _lying(box: Array, quarter: float) -> _Model:
 
 def _floating(evidence: Evidence) -> list[_Model]:
     """Boxes, cylinders and balls of any attitude."""
+    turns = _attitudes(evidence)
+    starts = np.zeros((len(turns), 9))
+    for start, turn in zip(starts, turns, strict=True):
+        start[:3], start[6:] = _extent(evidence.points, turn)
+        start[3:6] = Rotation.from_matrix(turn).as_rotvec()
+    order = _losses("box", starts, np.eye(3), evidence, grounded=False).argsort()
     models = []
-    for turn in _attitudes(evidence):
-        center, size = _extent(evidence.points, turn)
-        start = np.array([*center, 0.0, 0.0, 0.0, *size])
-        models.append(_Model("box", start, turn, np.eye(9), tilted=True))
-    center, size = _extent(evidence.points, models[0].turn)
-    along = int(size.argmax())
-    turn = np.roll(models[0].turn, 2 - along, axis=1)
-    across = float(np.mean(np.delete(size, along)))
-    start = np.array([*center, 0.0, 0.0, 0.0, across, across, size[along]])
-    models.append(_Model("cylinder", start, turn, _FREE_CYLINDER, tilted=True))
+    for i in _apart(turns, order, 3):
+        level = np.where(np.arange(9) // 3 == 1, 0.0, starts[i])
+        models.append(_Model("box", level, turns[i], np.eye(9), tilted=True))
+    center, size = starts[order[0], :3], starts[order[0], 6:]
+    for along in np.argsort(size)[[0, 2]]:
+        turn = np.roll(turns[order[0]], 2 - along, axis=1)
+        across = float(np.mean(np.delete(size, along)))
+        start = np.array([*center, 0.0, 0.0, 0.0, across, across, size[along]])
+        models.append(_Model("cylinder", start, turn, _FREE_CYLINDER, tilted=True))
     ball = np.array([*center, 0.0, 0.0, 0.0, *[float(size.mean())] * 3])
     models.append(_Model("sphere", ball, np.eye(3), _FREE_BALL))
     return models
 
 
+def _apart(turns: Sequence[Array], order: Array, count: int) -> list[int]:
+    """The first so many rotations in an order that differ by more than 15 degrees, whatever their axes are called."""
+    chosen: list[int] = []
+    for i in order:
+        near = (np.sort(np.abs(turns[i].T @ turns[j]).max(axis=0))[0] > 0.966 for j in chosen)
+        if not any(near):
+            chosen.append(int(i))
+        if len(chosen) == count:
+            break
+    return chosen
+
+
 def _attitudes(evidence: Evidence) -> list[Array]:
-    """Rotations (3, 3) whose axes are normals of the largest flat faces."""
+    """Rotations (3, 3) with one axis normal to one of the two largest flat faces, and the others turned about it."""
     points, noise = evidence.points, evidence.point_noise
-    first = _flat(points, noise)
-    beside = np.abs((points - points.mean(axis=0)) @ first)
-    off = beside > np.percentile(beside, 50)
-    second = _flat(points[off], noise[off], apart=first) if off.sum() > 20 else None
     turns = []
-    side = np.linalg.svd(first[None])[2][1:]
-    flat = (points - points.mean(axis=0)) @ side.T
-    angles = np.radians(np.arange(0.0, 90.0, 3.0))
-    u = flat[:, :1] * np.cos(angles) + flat[:, 1:] * np.sin(angles)
-    v = flat[:, 1:] * np.cos(angles) - flat[:, :1] * np.sin(angles)
-    best = float(angles[int((np.ptp(u, axis=0) * np.ptp(v, axis=0)).argmin())])
-    swept = np.cos(best) * side[0] + np.sin(best) * side[1]
-    for axis in (swept, second):
-        if axis is None:
-            continue
-        level = axis - (axis @ first) * first
-        level = level / np.linalg.norm(level)
-        turns.append(np.column_stack([level, np.cross(first, level), first]))
+    for _ in range(2):
+        normal, on = _flat(points, noise)
+        side = np.linalg.svd(normal[None])[2][1:]
+        for angle in np.radians(np.arange(0.0, 90.0, 6.0)):
+            level = np.cos(angle) * side[0] + np.sin(angle) * side[1]
+            turns.append(np.column_stack([level, np.cross(normal, level), normal]))
+        points, noise = points[~on], noise[~on]
+        if len(points) < 0.15 * len(evidence.points):
+            break
     return turns
 
 
-def _flat(points: Array, noise: Array, apart: Array | None = None) -> Array:
-    """Normal (3,) of the plane through most points, by RANSAC; if asked, well apart from another normal."""
+def _flat(points: Array, noise: Array) -> tuple[Array, Mask]:
+    """Normal (3,) of the plane through most points, by RANSAC and least squares, and which points lie on it."""
     rng = np.random.default_rng(SEED)
-    corners = points[rng.integers(0, len(points), (150, 3))]
+    corners = points[rng.integers(0, len(points), (200, 3))]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals = normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-12)[:, None]
     offsets = np.einsum("ij,ij->i", normals, corners[:, 0])
-    on = np.abs(points @ normals.T - offsets) < (2.0 * noise + 0.001)[:, None]
-    score = on.sum(axis=0).astype(float)
-    if apart is not None:
-        score[np.abs(normals @ apart) > 0.5] = 0.0
-    mine = points[on[:, int(score.argmax())]]
-    return np.asarray(np.linalg.svd(mine - mine.mean(axis=0), full_matrices=False)[2][2])
+    band = 1.5 * noise + 0.001
+    found = np.abs(points @ normals.T - offsets) < band[:, None]
+    on = found[:, int(found.sum(axis=0).argmax())]
+    normal = normals[0]
+    for _ in range(3):
+        center = points[on].mean(axis=0)
+        normal = np.linalg.svd(points[on] - center, full_matrices=False)[2][2]
+        on = np.abs((points - center) @ normal) < band
+        if on.sum() < 3:
+            break
+    return normal, on
 
 
 def _extent(points: Array, turn: Array) -> tuple[Array, Array]:
@@ -229,12 +244,14 @@ def _best(models: Sequence[_Model], evidence: Evidence, *, supported: bool) -> S
     """The solid of several families that fits best: all are tried on a part of the evidence, the best two on all."""
     part = evidence.thinned(THIN)
     raced = [_improved(model, part, resting=supported and not model.grounded) for model in models]
-    order = np.argsort([loss for _, loss in raced])[:2]
+    order = np.argsort([loss for _, loss in raced])
+    rival = next((i for i in order if models[i].kind != models[order[0]].kind), None)
     solids = []
-    for i in order:
-        model = replace(models[i], start=raced[i][0])
-        state, _ = _improved(model, evidence, resting=supported and not model.grounded)
-        solids.append(_solid(model, state, evidence))
+    for i in (order[0], rival):
+        if i is not None:
+            model = replace(models[i], start=raced[i][0])
+            state, _ = _improved(model, evidence, resting=supported and not model.grounded)
+            solids.append(_solid(model, state, evidence))
     return min(solids, key=lambda one: one.loss)
 
 
@@ -280,7 +297,8 @@ def _solid(model: _Model, state: Array, evidence: Evidence) -> Solid:
     ]
     off = np.abs(r[: len(evidence.points)] * np.hypot(evidence.point_noise, 5e-4))
     turn = model.turn @ Rotation.from_rotvec(state[3:6]).as_matrix()
-    return Solid(model.kind, state[:3], turn, state[6:], _loss(r), float(np.median(off)), model.tilted)
+    loss = _loss(r) + 0.5 * model.basis.shape[1] * float(np.log(len(r))) / len(r)
+    return Solid(model.kind, state[:3], turn, state[6:], loss, float(np.median(off)), model.tilted)
 
 
 def _loss(residuals: Array) -> float:
