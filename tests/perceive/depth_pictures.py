@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from ovita.perceive import View
 
@@ -79,3 +80,8 @@ def cast(thing, eye, rays):
             low, high = (-half[2] - a[2]) / d[:, 2], (half[2] - a[2]) / d[:, 2]
             into, out = np.maximum(into, np.minimum(low, high)), np.minimum(out, np.maximum(low, high))
         return np.where((under > 0) & (into <= out) & (into > 0), into, np.inf)
+
+
+def tilted(axis, degrees):
+    """A rotation about a world axis."""
+    return Rotation.from_euler(axis, degrees, degrees=True).as_matrix()

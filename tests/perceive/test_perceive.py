@@ -1,14 +1,151 @@
 import numpy as np
 import pytest
-from depth_pictures import Thing, picture
+from depth_pictures import Thing, picture, tilted
 
-from ovita.perceive import perceive
+from ovita.errors import SceneError
+from ovita.paths.frame import matrix
+from ovita.perceive import Found, View, perceive
+
+CUP = Thing("cylinder", (0.0, 0.12, 0.05), (0.08, 0.08, 0.1), colour="red")
+BOX = Thing("box", (0.1, -0.12, 0.04), (0.1, 0.14, 0.08), 0.4, "blue")
+BALL = Thing("sphere", (-0.14, -0.02, 0.035), (0.07, 0.07, 0.07), colour="yellow")
+TABLE = [CUP, BOX, BALL]
+
+
+def off(seen, thing):
+    """Errors of centre and of the sorted sizes [m]."""
+    return np.linalg.norm(seen.position - thing.position), np.abs(np.sort(seen.size) - np.sort(thing.size)).max()
 
 
 @pytest.mark.parametrize("yaw", [0.0, 0.5, 1.2])
 def test_a_box_on_a_table_is_found_where_it_is(yaw):
     box = Thing("box", (0.05, -0.04, 0.06), (0.16, 0.1, 0.12), yaw)
     (seen,) = perceive([picture([box], noise=0.0025)]).scene
-    assert np.linalg.norm(seen.position - box.position) < 0.012
-    assert np.sort(seen.size) == pytest.approx(np.sort(box.size), abs=0.015)
-    assert seen.extra["points"] > 100
+    center, size = off(seen, box)
+    assert center < 0.004 and size < 0.006
+    assert seen.extra["shape"] == "box" and seen.extra["points"] > 100
+    turn = matrix(seen.orientation).T @ box.rotation
+    assert np.degrees(np.arccos(np.abs(turn).max(axis=0).min())) < 1.0
+
+
+@pytest.mark.parametrize(
+    "thing",
+    [
+        CUP,
+        BALL,
+        Thing("cylinder", (0.0, 0.0, 0.04), (0.08, 0.08, 0.2), turn=tilted("y", 90)),
+        Thing("box", (0.0, 0.0, 0.09), (0.12, 0.1, 0.1), turn=tilted("y", 30)),
+        Thing("box", (0.0, 0.0, 0.02), (0.2, 0.14, 0.04), 0.3),
+    ],
+    ids=["cup", "ball", "lying", "tilted", "flat"],
+)
+def test_the_shape_that_explains_the_pixels_is_chosen(thing):
+    (seen,) = perceive([picture([thing], eye=(-0.45, -0.6, 0.5), noise=0.0015, size=(240, 180))]).scene
+    center, size = off(seen, thing)
+    assert seen.extra["shape"] == thing.kind
+    assert center < 0.008 and size < 0.012
+    assert seen.extra.get("tilted", False) == (thing.turn is not None and thing.kind == "box")
+
+
+def test_two_views_are_merged_and_each_thing_says_what_it_rests_on():
+    views = [picture(TABLE, noise=0.002), picture(TABLE, eye=(0.1, -0.75, 0.55), noise=0.002, seed=1)]
+    seen = perceive(views)
+    assert len(seen.scene) == 3
+    one = perceive(views[:1]).scene
+    for item in seen.scene:
+        assert item.extra["seen_by"] == 2
+        assert item.extra["spread_mm"] < 5
+        assert item.extra["points"] > min(o.extra["points"] for o in one)
+    cup = seen.scene["red cylinder"]
+    assert off(cup, CUP)[0] < 0.004
+
+
+def test_names_go_to_what_looks_like_them_and_are_not_guessed():
+    seen = perceive([picture(TABLE)], names=["red cup", "carton=blue", "ball", "green bottle"])
+    assert set(seen.scene.names) == {"red cup", "carton", "ball"}
+    assert off(seen.scene["carton"], BOX)[0] < 0.01
+    assert [each.split(":")[0] for each in seen.refused] == ["green bottle"]
+
+
+def test_alike_things_are_numbered_and_an_ambiguous_name_is_refused():
+    two = [Thing("box", (0.0, y, 0.04), (0.08, 0.08, 0.08), colour="red") for y in (-0.15, 0.15)]
+    seen = perceive([picture(two)], names=["box"])
+    assert seen.scene.names == ("red box", "red box 2")
+    assert len(seen.refused) == 1 and "any of" in seen.refused[0]
+
+
+def test_without_colours_things_are_called_by_their_shape():
+    view = picture([BALL])
+    (seen,) = perceive([View(view.depth, view.intrinsics, view.pose)]).scene
+    assert seen.name == "ball" and "colour" not in seen.extra
+
+
+def test_without_a_support_shapes_are_fitted_in_space():
+    box = Thing("box", (0.0, 0.0, 0.1), (0.12, 0.16, 0.1), turn=tilted("x", 35))
+    seen = perceive([picture([box], table=False, noise=0.001)])
+    (item,) = seen.scene
+    assert seen.support is None and "no level support" in seen.notes[0]
+    assert off(item, box)[0] < 0.01 and off(item, box)[1] < 0.02
+
+
+def test_what_nothing_explains_gets_the_box_around_it():
+    parts = [Thing("box", (0.0, y, 0.15), (0.05, 0.05, 0.3)) for y in (-0.12, 0.12)]
+    parts.append(Thing("box", (0.0, 0.0, 0.03), (0.05, 0.24, 0.06)))
+    seen = perceive([picture(parts, noise=0.001)])
+    (item,) = seen.scene
+    assert item.extra["shape"] == "irregular" and "no box, cylinder or ball" in " ".join(seen.notes)
+    assert item.size == pytest.approx([0.05, 0.29, 0.3], abs=0.06)
+
+
+def test_what_is_seen_in_part_is_said():
+    cut = picture([Thing("box", (0.0, 0.42, 0.05), (0.12, 0.2, 0.1))])
+    assert "cut off by the edge" in " ".join(perceive([cut]).notes)
+
+
+def test_a_wall_and_what_stands_beside_the_table_are_left_out():
+    wall = Thing("box", (1.6, 0.0, 0.5), (0.02, 6.0, 3.0), colour="green")
+    seen = perceive([picture([CUP, wall], target=(0.2, 0.0, 0.1))])
+    assert seen.scene.names == ("red cylinder",)
+    assert any("left out" in note for note in seen.notes)
+
+
+def test_a_detector_names_things_by_box_or_mask_and_too_few_pixels_are_refused_by_name():
+    view = picture(TABLE)
+    column, row = view.project(np.array([CUP.position]))[0]
+
+    class Fake:
+        name = "fake"
+
+        def find(self, view, names, text):
+            near = np.zeros(view.shape, dtype=bool)
+            near[:5, :5] = True
+            return (
+                Found("mug", box=(column - 14, row - 16, column + 14, row + 16)),
+                Found("fly", mask=near),
+            )
+
+    seen = perceive([view], detector=Fake())
+    assert seen.scene.names == ("mug",)
+    assert off(seen.scene["mug"], CUP)[0] < 0.006
+    assert seen.refused[0].startswith("fly: ")
+
+
+def test_the_same_pictures_give_the_same_scene():
+    views = [picture(TABLE, noise=0.003)]
+    assert perceive(views).scene == perceive(views).scene
+
+
+@pytest.mark.parametrize("plane, says", [("level", "auto, none"), (float("nan"), "not a height")])
+def test_a_plane_that_cannot_be_is_refused(plane, says):
+    with pytest.raises(SceneError, match=says):
+        perceive([picture([CUP])], plane=plane)
+
+
+def test_no_view_is_refused():
+    with pytest.raises(SceneError, match="no view"):
+        perceive([])
+
+
+def test_the_height_of_the_support_can_be_given():
+    seen = perceive([picture([CUP])], plane=0.0)
+    assert off(seen.scene["red cylinder"], CUP)[0] < 0.004

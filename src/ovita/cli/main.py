@@ -27,6 +27,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     ),
     "learn": ("ovita.cli.skills_:learn", "Learn a skill from demonstrations: KMP, ProMP, DMP or TP-GMM."),
     "models": ("ovita.cli.models_:group", "Local models: list them, fetch one, add a file, try one."),
+    "perceive": ("ovita.cli.perceive_:command", "Find the things in pictures with depth; write a scene."),
     "plan": ("ovita.cli.plan_:command", "Plan a trajectory from place to place."),
     "plot": ("ovita.cli.adapt_:plot", "Draw a result or a scene: PNG, SVG, PDF, or an interactive page."),
     "policy": ("ovita.cli.policy_:group", "Check or run policy files in the sandbox."),

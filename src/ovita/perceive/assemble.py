@@ -27,9 +27,6 @@ COLOURS = 400
 HIDDEN = 0.2
 """Share of its outline behind other things from which a thing counts as partly hidden."""
 
-IMPLAUSIBLE = 4.5
-"""Loss of a shape from which it explains nothing."""
-
 APART = 0.03
 """Supports of several views that differ by more are not the same [m]."""
 
@@ -96,13 +93,12 @@ def perceive(
         new, without = _things(seen.found, view, part, number, ground)
         refused += without
         things = _merged(things, _whole(new, ground), ground)
-    things, hollow = _plausible(things)
     labels, unplaced = _named(things, () if detector else names)
     objects = [thing.object(label, ground) for thing, label in zip(things, labels, strict=True)]
     notes += [note for thing, label in zip(things, labels, strict=True) for note in thing.remarks(label)]
     described = said or text or _description(objects, ground, up)
     scene = Scene(tuple(objects), axes, described)
-    return Perceived(scene, ground.plane, tuple(dict.fromkeys(notes)), (*refused, *hollow, *unplaced))
+    return Perceived(scene, ground.plane, tuple(dict.fromkeys(notes)), (*refused, *unplaced))
 
 
 def _height(plane: str | float, up: Array) -> Plane | None:
@@ -163,18 +159,6 @@ def _sample(view: View, mask: Mask) -> Array:
         return np.zeros((0, 3))
     pixels = view.rgb[mask]
     return np.asarray(pixels[:: max(1, len(pixels) // COLOURS)], dtype=float)
-
-
-def _plausible(things: Sequence[_Thing]) -> tuple[list[_Thing], list[str]]:
-    """The things that a shape explains, and a sentence for each that none does."""
-    kept, hollow = [], []
-    for thing in things:
-        if thing.solid.loss > IMPLAUSIBLE:
-            what = thing.label or "a thing"
-            hollow.append(f"{what}: {thing.evidence.pixels} pixels fit no box, cylinder or ball; name a part of it")
-        else:
-            kept.append(thing)
-    return kept, hollow
 
 
 def _named(things: Sequence[_Thing], names: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -240,22 +224,23 @@ class _Thing:
         """Both taken for one."""
         views = tuple(sorted({*self.views, *other.views}))
         evidence = joined([self.evidence, other.evidence], len(views))
-        solid = fit(evidence, supported=ground.plane is not None)
+        solid = fit(evidence, supported=ground.plane is not None, hints=(self.solid, other.solid))
         return _Thing(self.label or other.label, evidence, solid, np.vstack([self.colours, other.colours]), views)
 
     @property
     def look(self) -> Look:
         """Its colour and shape."""
-        return Look(colour_of(self.colours), self.solid.kind)
+        return Look(colour_of(self.colours), self.solid.kind if self.solid.regular else "irregular")
 
     def object(self, name: str, ground: _Ground) -> SceneObject:
         """As an object of a scene."""
         solid, look = self.solid.turned(ground.axes, ground.origin), self.look
-        extra: dict[str, object] = {"shape": solid.kind}
+        extra: dict[str, object] = {"shape": look.shape}
         if look.colour:
             extra["colour"] = look.colour
         extra |= {"seen_by": len(self.views), "points": self.evidence.pixels}
-        extra["spread_mm"] = round(1000.0 * solid.spread, 1)
+        if solid.regular:
+            extra["spread_mm"] = round(1000.0 * solid.spread, 1)
         flags = (("tilted", solid.tilted), ("cut", self.evidence.cut), ("partly_hidden", self.evidence.hidden > HIDDEN))
         extra |= {key: True for key, holds in flags if holds}
         center, size = np.round(solid.center, 4) + 0.0, np.round(solid.size, 4)
@@ -264,6 +249,8 @@ class _Thing:
     def remarks(self, name: str) -> list[str]:
         """What a person should know about how it was seen."""
         said = []
+        if not self.solid.regular:
+            said.append(f"{name} is no box, cylinder or ball; the box around what was seen of it stands for it")
         if self.evidence.cut:
             said.append(f"{name} is cut off by the edge of the picture; it may be larger")
         elif self.evidence.hidden > HIDDEN:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,8 @@ from numpy.typing import NDArray
 from ovita.paths.trajectory import Array
 from ovita.perceive.segment import SEED, Segments
 from ovita.perceive.view import Mask, View
+
+Indices = NDArray[np.intp]
 
 POINTS = 260
 """Most points of the surface that a fit looks at."""
@@ -20,6 +23,9 @@ EDGES = 140
 
 WIDEST = 5
 """Largest square whose pixels are averaged [pixels a side]."""
+
+SLOPE = 3.0
+"""Change of depth from pixel to pixel, in widths of a pixel, that a surface seen at a slant may have."""
 
 GAP = 6
 """Widest strip without depth between a thing and its background, whose middle is taken for the outline [pixels]."""
@@ -125,14 +131,14 @@ def _surface(view: View, mask: Mask, noise: Array) -> tuple[Array, Array]:
     return points[chosen], spread[chosen]
 
 
-def _squares(values: Array | Mask, side: int) -> Array | Mask:
+def _squares(values: Any, side: int) -> Any:
     """A picture (H, W, ...) cut into squares of pixels, (squares, side * side, ...); a rest at the edge is dropped."""
     high, wide = values.shape[0] // side, values.shape[1] // side
     cut = values[: high * side, : wide * side].reshape(high, side, wide, side, *values.shape[2:])
     return cut.swapaxes(1, 2).reshape(high * wide, side * side, *values.shape[2:])
 
 
-def _some(count: int, most: int) -> NDArray[np.intp]:
+def _some(count: int, most: int) -> Indices:
     """At most so many of `count` indices, drawn at random but always alike."""
     return np.random.default_rng(SEED).choice(count, min(most, count), replace=False)
 
@@ -160,13 +166,14 @@ def _outline(view: View, mask: Mask, parts: Segments) -> tuple[Array, Array, flo
         edge = ~_at(mask, y + dy, x + dx, True)
         y, x = y[edge], x[edge]
         z, jump = parts.depth[y, x], np.maximum(0.012, 4.0 * parts.noise[y, x])
+        slope = SLOPE * z / view.focal
         outer += len(y)
         open_ = np.ones(len(y), dtype=bool)
         for k in range(1, GAP + 1):
             beyond = _at(parts.depth, y + k * dy, x + k * dx, np.nan)
             known = open_ & np.isfinite(beyond)
-            clear = known & (beyond > z + jump)
-            occluded += int((known & (beyond < z - jump)).sum())
+            clear = known & (beyond > z + jump + k * slope)
+            occluded += int((known & (beyond < z - jump - k * slope)).sum())
             places.append(np.column_stack([x[clear] + 0.5 * k * dx, y[clear] + 0.5 * k * dy]))
             widths.append(np.full(int(clear.sum()), float(k)))
             depths.append(z[clear])
@@ -179,7 +186,7 @@ def _outline(view: View, mask: Mask, parts: Segments) -> tuple[Array, Array, flo
     return rays, noise, occluded / max(outer, 1), cut
 
 
-def _at(values: Array | Mask, rows: Array, columns: Array, outside: float | bool) -> Array:
+def _at(values: Any, rows: Indices, columns: Indices, outside: float | bool) -> Any:
     """Values at pixels, `outside` beyond the picture."""
     high, wide = values.shape
     inside = (rows >= 0) & (rows < high) & (columns >= 0) & (columns < wide)

@@ -7,7 +7,7 @@ needed for one view or several, for hidden sides, or to choose between the shape
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -36,6 +36,12 @@ POOR = 0.45
 BETTER = 0.8
 """A tilted shape must have at most this share of the loss of the upright ones."""
 
+LEANING = np.cos(np.radians(5.0))
+"""Cosine of the angle from which a thing leans."""
+
+IRREGULAR = 1.0
+"""Mean loss from which no shape explains the pixels."""
+
 SMALLEST = 0.004
 """Least edge of a solid [m]."""
 
@@ -52,6 +58,7 @@ class Solid:
         loss: Mean loss of the pixels, and a little for every number of the shape; 0.4 is noise alone.
         spread: Median distance of the measured points to its surface [m].
         tilted: Whether it stands on none of its faces.
+        regular: Whether it explains the pixels; if not, it is the box around them.
     """
 
     kind: Kind
@@ -61,12 +68,13 @@ class Solid:
     loss: float = float("nan")
     spread: float = float("nan")
     tilted: bool = False
+    regular: bool = True
 
     def turned(self, axes: Array, origin: Array) -> Solid:
         """Back from axes whose rows are (3, 3) and whose zero is `origin` (3,) in the world."""
         center, rotation = axes.T @ self.center + origin, axes.T @ self.rotation
         rotation, size = _plainest(self.kind, rotation, self.size)
-        return Solid(self.kind, center, rotation, size, self.loss, self.spread, self.tilted)
+        return replace(self, center=center, rotation=rotation, size=size)
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,18 +93,48 @@ class _Model:
     tilted: bool = False
 
 
-def fit(evidence: Evidence, *, supported: bool) -> Solid:
-    """The solid that explains the evidence best.
+def fit(evidence: Evidence, *, supported: bool, hints: Sequence[Solid] = ()) -> Solid:
+    """The solid that explains the evidence best; where none does, the upright box around the points.
 
     Args:
         evidence: In axes whose z points up, zero on the support where there is one.
         supported: Whether there is a support, z = 0.
+        hints: Solids that explain parts of the evidence.
     """
     standing = _best(_standing(evidence), evidence, supported=True) if supported else None
     if standing is not None and standing.loss <= POOR:
         return standing
-    floating = _best(_floating(evidence), evidence, supported=supported)
-    return floating if standing is None or floating.loss < BETTER * standing.loss else standing
+    floating = _best([*_floating(evidence), *_resumed(hints)], evidence, supported=supported)
+    best = floating if standing is None or floating.loss < _share(floating) * standing.loss else standing
+    return best if best.loss <= IRREGULAR else _enclosing(evidence, best.loss, supported=supported)
+
+
+def _share(one: Solid) -> float:
+    """Share of an upright shape's loss that a floating one may have at most: little, if it hardly leans."""
+    leaning = float(np.abs(one.rotation[2]).max() if one.kind == "box" else abs(one.rotation[2, 2]))
+    return BETTER if leaning < LEANING or one.kind == "sphere" else 0.5 * BETTER
+
+
+def _resumed(hints: Sequence[Solid]) -> list[_Model]:
+    """Families of any attitude that start where earlier fits ended."""
+    bases = {"box": np.eye(9), "cylinder": _FREE_CYLINDER, "sphere": _FREE_BALL}
+    return [
+        _Model(one.kind, np.array([*one.center, 0.0, 0.0, 0.0, *one.size]), one.rotation, bases[one.kind], tilted=True)
+        for one in hints
+        if one.tilted and one.regular
+    ]
+
+
+def _enclosing(evidence: Evidence, loss: float, *, supported: bool) -> Solid:
+    """The upright box of least footprint around all points, down to the support if there is one."""
+    boxes = _upright_boxes(evidence.points, 0.5)
+    best = boxes[int((boxes[:, 6] * boxes[:, 7]).argmin())]
+    center, size = best[:3].copy(), best[6:].copy()
+    if not supported:
+        low, high = np.percentile(evidence.points[:, 2], [0.5, 99.5])
+        center[2], size[2] = 0.5 * (low + high), max(float(high - low), SMALLEST)
+    turn = Rotation.from_euler("z", best[5]).as_matrix()
+    return Solid("box", center, turn, size, loss, float("nan"), regular=False)
 
 
 def _standing(evidence: Evidence) -> list[_Model]:
@@ -154,7 +192,7 @@ def _floating(evidence: Evidence) -> list[_Model]:
     return models
 
 
-def _apart(turns: Sequence[Array], order: Array, count: int) -> list[int]:
+def _apart(turns: Sequence[Array], order: Iterable[int], count: int) -> list[int]:
     """The first so many rotations in an order that differ by more than 15 degrees, whatever their axes are called."""
     chosen: list[int] = []
     for i in order:
@@ -194,11 +232,11 @@ def _flat(points: Array, noise: Array) -> tuple[Array, Mask]:
     on = found[:, int(found.sum(axis=0).argmax())]
     normal = normals[0]
     for _ in range(3):
+        if on.sum() < 4:
+            break
         center = points[on].mean(axis=0)
         normal = np.linalg.svd(points[on] - center, full_matrices=False)[2][2]
         on = np.abs((points - center) @ normal) < band
-        if on.sum() < 3:
-            break
     return normal, on
 
 
@@ -208,15 +246,15 @@ def _extent(points: Array, turn: Array) -> tuple[Array, Array]:
     return turn @ (0.5 * (low + high)), np.maximum(high - low, SMALLEST)
 
 
-def _upright_boxes(points: Array) -> Array:
-    """Nine numbers of the upright box around points for each of many yaws, (Y, 9)."""
+def _upright_boxes(points: Array, rest: float = 1.5) -> Array:
+    """Nine numbers of the upright box around points, but for `rest` percent, for each of many yaws, (Y, 9)."""
     yaws = np.radians(np.arange(0.0, 90.0, 5.0))
     c, s = np.cos(yaws), np.sin(yaws)
     u = points[:, :1] * c + points[:, 1:2] * s
     v = points[:, 1:2] * c - points[:, :1] * s
-    low, high = np.percentile([u, v], [1.5, 98.5], axis=1)
+    low, high = np.percentile([u, v], [rest, 100.0 - rest], axis=1)
     middle, size = 0.5 * (low + high), np.maximum(high - low, SMALLEST)
-    top = max(float(np.percentile(points[:, 2], 97.0)), SMALLEST)
+    top = max(float(np.percentile(points[:, 2], 100.0 - 2.0 * rest)), SMALLEST)
     starts = np.zeros((len(yaws), 9))
     starts[:, 0], starts[:, 1] = c * middle[0] - s * middle[1], s * middle[0] + c * middle[1]
     starts[:, 2], starts[:, 5], starts[:, 8] = 0.5 * top, yaws, top
@@ -241,17 +279,22 @@ _FREE_CYLINDER = _basis({0: 1.0}, {1: 1.0}, {2: 1.0}, {3: 1.0}, {4: 1.0}, {6: 1.
 
 
 def _best(models: Sequence[_Model], evidence: Evidence, *, supported: bool) -> Solid:
-    """The solid of several families that fits best: all are tried on a part of the evidence, the best two on all."""
+    """The solid of several families that fits best.
+
+    All are tried on a part of the evidence; then on all of it the best, the best of another kind, and while none
+    explains the pixels, the next two.
+    """
     part = evidence.thinned(THIN)
     raced = [_improved(model, part, resting=supported and not model.grounded) for model in models]
-    order = np.argsort([loss for _, loss in raced])
-    rival = next((i for i in order if models[i].kind != models[order[0]].kind), None)
-    solids = []
-    for i in (order[0], rival):
-        if i is not None:
-            model = replace(models[i], start=raced[i][0])
-            state, _ = _improved(model, evidence, resting=supported and not model.grounded)
-            solids.append(_solid(model, state, evidence))
+    order = [int(i) for i in np.argsort([loss for _, loss in raced])]
+    rivals = [i for i in order if models[i].kind != models[order[0]].kind][:1]
+    solids: list[Solid] = []
+    for i in dict.fromkeys([order[0], *rivals, *order[1:4]]):
+        model = replace(models[i], start=raced[i][0])
+        state, _ = _improved(model, evidence, resting=supported and not model.grounded)
+        solids.append(_solid(model, state, evidence))
+        if len(solids) > len(rivals) and min(one.loss for one in solids) <= POOR:
+            break
     return min(solids, key=lambda one: one.loss)
 
 
@@ -350,9 +393,9 @@ def _signed(kind: Kind, local: Array, half: Array, grounded: bool) -> Array:
     up = local[..., 2] if grounded else np.abs(local[..., 2])
     beyond_z = up - half[..., 2]
     if kind == "cylinder":
-        beyond = (np.sqrt(local[..., 0] ** 2 + local[..., 1] ** 2) - half[..., 0], beyond_z)
+        beyond = [np.sqrt(local[..., 0] ** 2 + local[..., 1] ** 2) - half[..., 0], beyond_z]
     else:
-        beyond = (np.abs(local[..., 0]) - half[..., 0], np.abs(local[..., 1]) - half[..., 1], beyond_z)
+        beyond = [np.abs(local[..., 0]) - half[..., 0], np.abs(local[..., 1]) - half[..., 1], beyond_z]
     inner = beyond[0]
     outer = np.maximum(beyond[0], 0.0) ** 2
     for each in beyond[1:]:

@@ -24,7 +24,7 @@ DARK, BRIGHT = 0.16, 0.62
 
 @dataclass(frozen=True)
 class Look:
-    """How a thing looks: a colour's word, or "" without colours; and its shape, box, cylinder or sphere."""
+    """How a thing looks: a colour's word, or "" without colours; and its shape: box, cylinder, sphere or irregular."""
 
     colour: str
     shape: str
@@ -104,7 +104,7 @@ class Wanted:
     def fits(self, look: Look) -> bool:
         """Whether a thing that looks so may bear the name."""
         right = not self.colours or not look.colour or look.colour in self.colours
-        return right and (not self.shapes or look.shape in self.shapes)
+        return right and (not self.shapes or look.shape in (*self.shapes, "irregular"))
 
 
 def assign(names: Sequence[str], looks: Sequence[Look]) -> tuple[dict[int, str], tuple[str, ...]]:

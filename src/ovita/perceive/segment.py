@@ -27,7 +27,7 @@ TILT = np.cos(np.radians(12.0))
 """A support's normal is at most this far from the direction up (cosine)."""
 
 LEAST_SHARE = 0.04
-"""Share of the pixels with depth that a support needs at least."""
+"""Share of the picture that a support needs at least."""
 
 RIVAL = 0.3
 """Share of the largest level plane's pixels from which a higher one is taken for the support instead."""
@@ -46,6 +46,9 @@ STEP = 5
 
 LEAST_REPORTED = 400
 """Fewest pixels of what is left out that a person is told of."""
+
+STEEP = 6.0
+"""Change of depth between neighbouring pixels, in widths of a pixel, that one surface seen at a slant may have."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,7 +176,7 @@ def _smooth(view: View, noise: Array) -> tuple[Array, Array]:
     """The depth, each pixel the median of its surroundings, nan at flying pixels; and the step that parts things."""
     z = np.where(view.seen, view.depth, 0.0)
     median = ndimage.median_filter(z, size=3)
-    jump = np.maximum(LEAST_JUMP, 5.0 * noise)
+    jump = np.maximum(np.maximum(LEAST_JUMP, 5.0 * noise), STEEP * z / view.focal)
     flying = np.abs(view.depth - median) > jump
     median[~view.seen | flying | (median <= 0.0)] = np.nan
     return median, jump
@@ -196,16 +199,17 @@ def support_of(points: Array, spread: Array, up: Array) -> Plane | None:
     cloud, band = points.reshape(-1, 3)[chosen], 2.0 * spread.ravel()[chosen] + 0.002
     planes: list[tuple[Plane, int]] = []
     left = np.ones(len(cloud), dtype=bool)
+    least = LEAST_SHARE * len(cloud) * points[..., 0].size / len(known)
     for _ in range(3):
         plane = _level(cloud[left], band[left], up, rng)
         if plane is None:
             break
         on = left & (np.abs(plane.heights(cloud)) < 1.5 * band)
-        if on.sum() < LEAST_SHARE * len(cloud):
+        if on.sum() < least:
             break
         planes.append((plane, int(on.sum())))
         left &= ~on
-        if left.sum() < LEAST_SHARE * len(cloud):
+        if left.sum() < max(least, 3):
             break
     if not planes:
         return None

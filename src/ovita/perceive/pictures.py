@@ -1,0 +1,239 @@
+"""Views from files: PNG, JPEG or NPY pictures with a camera.json, folders of these, and NPZ files of all in one."""
+
+from __future__ import annotations
+
+import io
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any, Literal
+from zipfile import BadZipFile
+
+import numpy as np
+
+from ovita.errors import FormatError, MissingExtra, SceneError
+from ovita.io.documents import brief, unknown_key, validated
+from ovita.io.files import examine, file_name, read_text, suffix
+from ovita.io.json_ import parse_object
+from ovita.paths.frame import matrix
+from ovita.paths.trajectory import Array
+from ovita.perceive.view import View
+
+PICTURES = (".png", ".jpg", ".jpeg", ".npy")
+"""Endings of pictures."""
+
+CAMERA = "camera.json"
+
+
+@dataclass(frozen=True)
+class CameraFile:
+    """What a camera.json holds.
+
+    Args:
+        intrinsics: Camera matrix (3, 3) [pixels].
+        pose: Camera to world (4, 4) [m].
+        depth_scale: Metres per unit of the depth picture; None is millimetres for whole numbers, metres for others.
+        axes: "opencv" (x right, y down, z forward) or "opengl" (x right, y up, z backward).
+    """
+
+    intrinsics: list[list[float]]
+    pose: list[list[float]]
+    depth_scale: float | None = None
+    axes: Literal["opencv", "opengl"] = "opencv"
+
+
+def views_from(places: Sequence[str], camera: str | None = None) -> tuple[View, ...]:
+    """Views from files and folders as they are named on a command line.
+
+    Args:
+        places: Folders, each with a depth picture, perhaps a colour picture, and a camera.json; NPZ files; or one
+            depth picture, with or without one colour picture, in any order.
+        camera: The camera.json of loose pictures, and of folders that have none.
+
+    Raises:
+        FormatError: If something is missing or cannot be read, or pictures and camera do not fit.
+        MissingExtra: If a PNG or JPEG is to be read without pillow.
+    """
+    views, loose = [], []
+    for place in places:
+        if os.path.isdir(place):
+            views.append(_folder(place, camera))
+        elif suffix(place) == ".npz":
+            views.append(_archive(place, camera))
+        elif suffix(place) in PICTURES:
+            loose.append(place)
+        else:
+            examine(place)
+            raise FormatError(file_name(place), f"views are read from folders, .npz, and {', '.join(PICTURES)} files")
+    if loose:
+        views.append(_loose(loose, camera))
+    return tuple(views)
+
+
+def load_view(depth: str, rgb: str | None, camera: str) -> View:
+    """A view from a depth picture, a colour picture or None, and a camera.json."""
+    raw = _read(depth)
+    colours = None if rgb is None else _read(rgb)
+    return _view(raw, colours, load_camera(camera), depth, rgb or depth, camera)
+
+
+def load_camera(path: str) -> CameraFile:
+    """Read a camera.json.
+
+    Its intrinsics are a matrix, or fx, fy, cx, cy; its pose a matrix (4, 4), or position and orientation (wxyz).
+    """
+    file = file_name(path)
+    return camera_from(parse_object(read_text(path), file), file)
+
+
+def camera_from(document: Mapping[str, Any], file: str) -> CameraFile:
+    """A camera from a parsed camera.json."""
+    given = dict(document)
+    for key in ("width", "height", "name", "frame"):
+        given.pop(key, None)
+    if "fx" in given:
+        fx, fy, cx, cy = (validated(float, given.pop(key, None), file, key) for key in ("fx", "fy", "cx", "cy"))
+        given["intrinsics"] = [[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]]
+    if "position" in given or "orientation" in given:
+        given["pose"] = _posed(given.pop("position", None), given.pop("orientation", None), file)
+    known = [item.name for item in fields(CameraFile)]
+    for key in given:
+        if key not in known:
+            raise FormatError(file, unknown_key(key, known), key=brief(key))
+    if "intrinsics" not in given:
+        raise FormatError(file, "has no intrinsics; give a 3x3 matrix, or fx, fy, cx and cy")
+    if "pose" not in given:
+        raise FormatError(file, "has no pose; give the camera-to-world matrix 4x4, or position and orientation (wxyz)")
+    return validated(CameraFile, given, file)
+
+
+def _posed(position: Any, orientation: Any, file: str) -> list[list[float]]:
+    place = validated(tuple[float, float, float], position, file, "position")
+    turn = np.array(validated(tuple[float, float, float, float], orientation, file, "orientation"))
+    if abs(np.linalg.norm(turn) - 1.0) > 1e-2:
+        raise FormatError(file, "must be a unit quaternion w, x, y, z", key="orientation")
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = matrix(turn / np.linalg.norm(turn)), place
+    rows: list[list[float]] = pose.tolist()
+    return rows
+
+
+def _view(raw: Array, colours: Any, camera: CameraFile, depth: str, rgb: str, where: str) -> View:
+    """A view, each of its mistakes said of the file that made it."""
+    if raw.ndim != 2:
+        raise FormatError(file_name(depth), "is no depth picture: it has colours; give 16-bit grey, or NPY metres")
+    if raw.dtype == np.uint8:
+        raise FormatError(file_name(depth), "is an 8-bit picture, which is too coarse for depth; give 16-bit, or NPY")
+    scale = camera.depth_scale
+    if scale is None:
+        scale = 0.001 if np.issubdtype(raw.dtype, np.integer) else 1.0
+    pose = np.array(camera.pose, dtype=float) if np.shape(camera.pose) == (4, 4) else np.zeros((4, 0))
+    if camera.axes == "opengl" and pose.shape == (4, 4):
+        pose = pose @ np.diag([1.0, -1.0, -1.0, 1.0])
+    try:
+        return View(raw.astype(float) * scale, np.array(camera.intrinsics), pose, colours, Path(depth).stem)
+    except SceneError as error:
+        of_picture = {"depth": depth, "rgb": rgb}
+        key = None if error.key in of_picture else error.key
+        raise FormatError(file_name(of_picture.get(error.key or "", where)), error.problem, key=key) from None
+    except ValueError:
+        raise FormatError(file_name(where), "must be a 3x3 matrix of numbers", key="intrinsics") from None
+
+
+def _folder(place: str, camera: str | None) -> View:
+    """The view in a folder: depth.png or depth.npy, rgb.png or rgb.jpg, camera.json."""
+    names = sorted(os.listdir(place))
+    found = {
+        what: [name for name in names if Path(name).stem.lower() in words and suffix(name) in PICTURES]
+        for what, words in (("depth", ("depth",)), ("colour", ("rgb", "color", "colour")))
+    }
+    for what, files in found.items():
+        if len(files) > 1:
+            raise FormatError(file_name(place), f"has several {what} pictures: {', '.join(files)}; keep one")
+    if not found["depth"]:
+        raise FormatError(file_name(place), "has no depth picture; name it depth.png (16-bit) or depth.npy (metres)")
+    own = os.path.join(place, CAMERA)
+    if not os.path.exists(own) and camera is None:
+        raise FormatError(file_name(place), f"has no {CAMERA}; add it, or name one with --camera")
+    rgb = os.path.join(place, found["colour"][0]) if found["colour"] else None
+    return load_view(os.path.join(place, found["depth"][0]), rgb, own if os.path.exists(own) else str(camera))
+
+
+def _archive(place: str, camera: str | None) -> View:
+    """The view in an NPZ file: depth, intrinsics, pose, and perhaps rgb and depth_scale."""
+    examine(place)
+    file = file_name(place)
+    try:
+        with open(place, "rb") as stream, np.load(stream, allow_pickle=False) as opened:
+            held = {key: opened[key] for key in opened.files}
+    except (OSError, ValueError, EOFError, KeyError, BadZipFile) as error:
+        raise FormatError(file, f"cannot be read as NPZ: {str(error).splitlines()[0]}") from None
+    if "depth" not in held:
+        raise FormatError(file, f"holds no depth, only {', '.join(sorted(held)) or 'nothing'}")
+    if camera is not None and "pose" not in held:
+        return _view(held["depth"], held.get("rgb"), load_camera(camera), place, place, camera)
+    keys = ("intrinsics", "pose", "depth_scale")
+    return _view(
+        held["depth"],
+        held.get("rgb"),
+        camera_from({key: held[key].tolist() for key in keys if key in held}, file),
+        *(place, place, place),
+    )
+
+
+def _loose(pictures: Sequence[str], camera: str | None) -> View:
+    """The view of one or two loose pictures."""
+    for path in pictures:
+        examine(path)
+    if camera is None:
+        raise FormatError(file_name(pictures[0]), "needs its camera; name it: --camera camera.json")
+    if len(pictures) > 2:
+        raise FormatError(file_name(pictures[2]), "is a third picture; give one depth and one colour picture a view")
+    read = [(path, _read(path)) for path in pictures]
+    depths = [(path, one) for path, one in read if one.ndim == 2 and one.dtype != np.uint8]
+    colours = [(path, one) for path, one in read if one.ndim == 3]
+    if len(depths) != 1 or len(depths) + len(colours) != len(read):
+        seen = ", ".join(f"{file_name(path)} is {_described(one)}" for path, one in read)
+        raise FormatError(file_name(pictures[0]), f"one depth picture (16-bit or NPY) is needed; {seen}")
+    rgb, colour = colours[0] if colours else (depths[0][0], None)
+    return _view(depths[0][1], colour, load_camera(camera), depths[0][0], rgb, camera)
+
+
+def _described(picture: Array) -> str:
+    kind = "colour" if picture.ndim == 3 else "depth" if picture.dtype != np.uint8 else "8-bit grey"
+    return f"{kind} of {picture.shape[1]}x{picture.shape[0]} pixels" if picture.ndim in (2, 3) else "no picture"
+
+
+def _read(path: str) -> Any:
+    """A picture as an array: (H, W) for depth, (H, W, 3) uint8 for colours."""
+    examine(path)
+    file = file_name(path)
+    if suffix(path) == ".npy":
+        try:
+            array = np.load(path, allow_pickle=False)
+        except (OSError, ValueError, EOFError) as error:
+            raise FormatError(file, f"cannot be read as NPY: {str(error).splitlines()[0]}") from None
+        if array.dtype.kind not in "fiu":
+            raise FormatError(file, f"holds {array.dtype}, not numbers")
+        return array
+    try:
+        content = Path(path).read_bytes()
+    except OSError as error:
+        raise FormatError(file, f"cannot be read: {error.strerror}") from None
+    return decode_picture(content, file)
+
+
+def decode_picture(content: bytes, file: str) -> Any:
+    """The pixels of a PNG or JPEG: (H, W) for grey, with 8 or 16 bits, and (H, W, 3) uint8 for colours."""
+    try:
+        from PIL import Image, UnidentifiedImageError
+    except ImportError:
+        raise MissingExtra("pillow", "perceive") from None
+    try:
+        with Image.open(io.BytesIO(content)) as picture:
+            if picture.mode.startswith("I") or picture.mode in ("F", "L"):
+                return np.asarray(picture)
+            return np.asarray(picture.convert("RGB"))
+    except (UnidentifiedImageError, OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
+        raise FormatError(file, f"cannot be read as a picture: {str(error).splitlines()[0]}") from None
