@@ -94,6 +94,62 @@ def test_a_sentence_becomes_its_frames(sentence, notation):
 
 
 @pytest.mark.parametrize(
+    ("sentence", "notation"),
+    [
+        # a number without a unit counts what stands beside it
+        ("pass faster within 0.4 of the lamp", "pace faster @near=lamp,40cm"),
+        ("move it 0.3 to the left and 0.1 down", "move left=30cm down=10cm"),
+        ("stay at least 0.2 clear of the box and the cup", "clearance box+cup at_least=20cm"),
+        ("keep a speed of 0.4 while within 0.5 of the cup", "pace set to=0.4m/s @near=cup,50cm"),
+        ("multiply the speed by 0.5", "pace set to=50%"),
+        ("scale your velocity by 1.5", "pace set to=1.5x"),
+        ("go faster near the cup and slower near the box. The threshold is 0.2",
+         "pace faster @near=cup,20cm; pace slower @near=box,20cm"),
+        ("points 3 to 8 higher", "move up @range=3-8"),
+        # where
+        ("slower in the vicinity of the lamp", "pace slower @near=lamp"),
+        ("drive slower around the location of the box", "pace slower @near=box"),
+        ("hurry past the lamp", "pace faster @near=lamp"),
+        ("everything past the lamp 5 cm lower", "move down=5cm @after=lamp"),
+        ("lift the middle of the route", "move up @middle"),
+        ("0.1 up for the first half and 0.1 down for the second half",
+         "move up=10cm @first=50%; move down=10cm @last=50%"),
+        ("a steady pace after reaching the box", "pace constant @after=box"),
+        # distances
+        ("cut the gap to the lamp a little", "closer lamp deg=slight"),
+        ("with a smaller distance from the cup", "closer cup"),
+        ("steer a bit clear of the lamp", "farther lamp deg=slight"),
+        ("remain within 30 cm of the box", "clearance box at_most=30cm"),
+        # several things in one sentence
+        ("go a bit higher and move the start left by 0.1", "move up deg=slight; end start left=10cm"),
+        ("move the start up and left", "end start up left"),
+        ("shift left keeping the speed", "move left; keep speed"),
+        ("go up at a constant speed of 0.2", "move up; pace constant to=0.2m/s"),
+        ("walk closer to the cup and keep at least 0.2 from the box", "closer cup; clearance box at_least=20cm"),
+        # ends
+        ("the new goal is the midpoint of the cup and the lamp", "end goal to=cup+lamp"),
+        ("after reaching the goal go on straight to the box", "extend to=box"),
+        ("move the goal backwards by 0.2", "end goal back=20cm"),
+        ("run the route backwards", "reverse"),
+        ("a small spiral after reaching the goal", "spiral at=goal deg=slight"),
+        ("stop near the lamp for 8 timesteps", "wait at=lamp for=8steps"),
+        ("stay on the right", "move right"),
+        ("0.5 times as fast", "pace set to=50%"),
+    ],
+)  # fmt: skip
+def test_plain_requests_with_numbers_and_several_clauses_are_read(sentence, notation):
+    reading = read(sentence, SCENE)
+    assert same(reading.frames, parse(notation, NAMES)), show(reading.frames)
+    assert not (reading.unread or reading.question or reading.improper)
+
+
+def test_a_number_that_can_be_no_length_in_metres_is_left_unread():
+    path = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
+    assert "80" in read("lift 80 near the cup", SCENE, path).unread
+    assert not read("lift 0.08 near the cup", SCENE, path).unread
+
+
+@pytest.mark.parametrize(
     "sentence",
     [
         "keep away from the piano",
@@ -106,6 +162,7 @@ def test_a_sentence_becomes_its_frames(sentence, notation):
         "the closer to the cup, the slower",
         "from 0.1 to 0.5 m/s",
         "pick up the cup",
+        "turn left",
         "stay as far from the cup as from the lamp",
     ],
 )

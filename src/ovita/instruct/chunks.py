@@ -223,8 +223,9 @@ def _chunk(
     if not word[0].isalnum() and word not in "+-=@%" and word[0] != ".":
         return made("filler", 1)
     earlier = next((c.names for c in reversed(found) if c.kind == "OBJ"), ())
-    mention = catalog.mention_at(lowered, i, tuple(catalog.scene[n] for n in earlier)) if word[0].isalnum() else None
     kind, length = _term(lowered, i)
+    named = word[0].isalnum() and kind not in PLACING
+    mention = catalog.mention_at(lowered, i, tuple(catalog.scene[n] for n in earlier)) if named else None
     if mention is not None and mention.used >= length and (not mention.unclear or not kind):
         names = tuple(item.name for item in mention.items)
         return made("CHOICE" if mention.unclear else "OBJ", mention.used, names=names)
@@ -237,7 +238,13 @@ def _chunk(
         said = "".join(lowered[i : i + amount.used])
         q = Quantity(amount.value, amount.unit, "by", said if is_digits(word) else "")
         return made(UNIT_KIND[amount.unit], amount.used, q=q)
-    if word in PRONOUNS and length <= 1 and earlier and found and found[-1].kind in PLACING:
+    if (
+        word in PRONOUNS
+        and length <= 1
+        and earlier
+        and found
+        and (found[-1].kind in PLACING or found[-1].text.endswith(" of"))
+    ):
         return made("OBJ", 1, names=earlier)
     if kind == "plain":
         return made("filler", length)

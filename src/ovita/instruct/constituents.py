@@ -22,7 +22,7 @@ GROUPS = {
     "LENGTH": "Qm", "ANYQ": "Qm|Qv|Qa|Qs|Qdeg|Qpc|Qx|Qstep|Qn", "SHARE": "Qpc|half|third|quarter|tenth|fifth",
     "SPAN": "Qm|Qs|Qpc|Qstep|half|third|quarter|tenth|fifth", "AT": "at|by|on|in|near|around|over|within|along",
     "HIGHER": "up|raise|over|height", "LOWER": "down|lower|under", "FIRST": "first|1st", "LAST": "last|nth", "END": "start|goal|ends", "LINK": "to|and|thru|before",
-    "DIR": "left|right|front|back|up|down",
+    "DIR": "left|right|front|back|up|down", "BEFORE_OBJ": "at|by|on|in|near|around|over|within|along|to|toward|from|of|off|than|under|thru|with|for",
     "FLIPS": "touch|avoid|left|right|front|back|up|down|closer|near|farther|faster|slower|larger|smaller|raise|lower|wait|"
              "more_curve|less_curve|inc|dec",
 }  # fmt: skip
@@ -154,7 +154,10 @@ def _plain(kind: str, **more: Any) -> Build:
 
 def _object(found: Sequence[Chunk]) -> Chunk:
     """An object with its preposition, which is the last one before it."""
-    preposition = next((c.kind for c in reversed(found) if c.kind != "OBJ"), "")
+    said = [c.kind for c in found if c.kind != "OBJ"]
+    preposition = (
+        "near" if "near" in said else next((kind for kind in reversed(said) if kind != "of"), "of" if said else "")
+    )
     return merged([c for c in found if c.kind == "OBJ"], "obj", value=preposition)
 
 
@@ -185,8 +188,13 @@ def _side_of_object(kind: str) -> Build:
     return lambda found: part(found, PathPart(kind, (next(c for c in reversed(found) if c.kind == "OBJ").names[0],)))
 
 
+def _for_the(found: Sequence[Chunk]) -> Chunk | None:
+    """For the last half: where, not why."""
+    return merged(found, "for") if found[0].text.lower() == "for the" else None
+
+
 def _within(found: Sequence[Chunk]) -> Chunk:
-    return merged(found, "within_of", q=numbers(found)[0])
+    return merged(found, "within_of", q=replace(numbers(found)[0], role="at_most"))
 
 
 def _role(role: str) -> Build:
@@ -299,6 +307,8 @@ def as_part(chunk: Chunk, *, any_preposition: bool = False) -> PathPart | None:
         case "end":
             of = chunk.value[0]
             return None if of == "ends" else PathPart("first" if of == "start" else "last")
+        case "obj" if chunk.text.lower().startswith("up to "):
+            return PathPart("before", chunk.names[:1])
         case "obj" if any_preposition or chunk.value in NEARBY:
             return _either(chunk.names, None)
         case "halfway":
@@ -317,7 +327,7 @@ def _either(names: tuple[str, ...], radius: float | None) -> PathPart:
 
 @dataclass(frozen=True)
 class Pattern:
-    """A row of classes and what it becomes."""
+    """A row of classes, what must follow it if it ends in "(?=...)" or "(?!...)", and what it becomes."""
 
     classes: str
     build: Build
@@ -326,17 +336,21 @@ class Pattern:
 
 def _pattern(classes: str, build: Build) -> Pattern:
     pieces = []
-    for piece in classes.split():
+    named, _, ahead = classes.partition(" (?")
+    for piece in named.split():
         repeat = piece[-1] if piece[-1] in "?*+" else ""
         names = "|".join(GROUPS.get(name, name) for name in piece.removesuffix(repeat).split("|"))
         pieces.append(f"(?:(?:{names}) ){repeat}")
-    return Pattern(classes, build, re.compile(r"(?<!\S)" + "".join(pieces)))
+    return Pattern(classes, build, re.compile(r"(?<!\S)" + "".join(pieces) + ("(?" + ahead if ahead else "")))
 
 
 PATTERNS: tuple[Pattern, ...] = tuple(
     _pattern(classes, build)
     for classes, build in (
         ("comma never comma", lambda f: merged(f, "correct")),
+        ("because (?=(?:firsthalf|secondhalf|first|last|middle|1st|nth|rest|start|goal) )", _for_the),
+        ("keep|pass (?=(?:on |at |to |toward |slight |large |too )*(?:left|right|front|back|up|down|closer|farther) (?!of|OBJ|speed|Q|than))", lambda f: merged(f, "filler")),
+        ("keep (?=(?:slight |large )*(?:closer|farther) )", lambda f: merged(f, "filler")),
         # numbers
         ("Qm|Qv|Qs and half", _and_a_half),
         ("quarter|half of? turns|laps|rotate|circle", _turned),
@@ -360,7 +374,7 @@ PATTERNS: tuple[Pattern, ...] = tuple(
         ("FIRST Qn waypoints?", _amount("first")),
         ("LAST Qn waypoints?", _amount("last")),
         ("middle third|Qpc", _plain("middle")),
-        ("secondhalf|firsthalf", lambda f: _share("last" if f[0].kind == "secondhalf" else "first", 0.5)(f)),
+        ("before|for? secondhalf|firsthalf", lambda f: _share("last" if f[-1].kind == "secondhalf" else "first", 0.5)(f)),
         ("AT|from? waypoints|nth|1st Qn to?", _point),
         ("after|from halfway|middle on|front?", lambda f: _share("last", 0.5)(f)),
         ("halfway|middle on|front", lambda f: _share("last", 0.5)(f)),
@@ -382,6 +396,9 @@ PATTERNS: tuple[Pattern, ...] = tuple(
         ("where height|axis|ground? lower|down under|than|at_most Qm ground?", _beyond),
         ("axis to? plus|minus Qm|Qn", lambda f: _axis([*f[:1], _signed(f[-2:])])),
         ("plus|minus ANYQ", _signed),
+        ("plus", lambda f: merged(f, "and")),
+        ("threshold to? Qm", lambda f: merged(f, "threshold")),
+        ("gap to|from|around", lambda f: merged(f, "distance")),
         # objects and places
         ("after|once pass|touch|near|closer at|to|by? OBJ", _side_of_object("after")),
         ("before pass|touch|near|closer at|to|by? OBJ", _side_of_object("before")),
@@ -395,7 +412,7 @@ PATTERNS: tuple[Pattern, ...] = tuple(
         ("from OBJ to|before goal", _to_or_from_end),
         ("from? OBJ to|before|thru OBJ", lambda f: _between(f) if len(f[0].names or f[1].names) == 1 else None),
         ("AT|thru? gap? between OBJ gap?", _between),
-        ("thru|in|at|to|on|between? middle of OBJ", _between),
+        ("thru|in|at|to|on|between? middle of? OBJ", _between),
         ("OBJ gap", _between),
         ("from OBJ on|front", _side_of_object("after")),
         ("where? after OBJ", _side_of_object("after")),
@@ -443,6 +460,7 @@ PATTERNS: tuple[Pattern, ...] = tuple(
         ("never stop at|by goal", lambda f: merged(f, "extend")),
         ("never? faster|inc never? slower|dec", lambda f: merged(f, "constant") if f[0].kind == "never" else None),
         # what is turned round
+        ("stop faster|slower", lambda f: _flip(f) if f[-1].text.lower().endswith("ing") else None),
         ("never keep? slight? so|too|of|as slight|large? FLIPS", _flip),
         ("never slight? slight|large? FLIPS", _flip),
         ("too so? FLIPS", _flip),
@@ -453,13 +471,11 @@ PATTERNS: tuple[Pattern, ...] = tuple(
         ("straight|ramp_down|ramp_up path? to|before goal", lambda f: f[0]),
         ("before turns", lambda f: f[1]),
         ("AT|to|toward|from|of|before|after|where|than? END", _end),
-        ("AT|to|toward|from|of|off|than|over|under|thru|with|for|touch|front|back|left|right? AT|of|from|to? OBJ",
-         lambda f: None if f[0].kind in ("left", "right", "front", "back") or f[0].kind == "touch" else _object(f)),
-        ("AT|to|toward|from|of|than|over|under|thru|with|for|after|before? OBJ", _object),
+        ("BEFORE_OBJ* OBJ", _object),
         ("from here|there", lambda f: merged(f, f[1].kind)),
         ("AT|over here", _plain("indices")),
         ("here", _plain("indices")),
-        ("turns turns", lambda f: merged(f, "turns")),
+        ("turns|before turns", lambda f: merged(f, "turns")),
         ("FIRST waypoints", lambda f: merged(f, "end", value=("start", ""))),
         ("LAST waypoints", lambda f: merged(f, "end", value=("goal", ""))),
         ("AT|to|toward|where|only? first", _plain("first", unit="share")),
@@ -472,9 +488,15 @@ PATTERNS: tuple[Pattern, ...] = tuple(
 )  # fmt: skip
 
 
-def constituents(found: Sequence[Chunk]) -> list[Chunk]:
-    """Chunks put together by the patterns, without the words that ask for nothing."""
-    row = _measured([c for c in found if c.kind not in ("filler", "approx")])
+def constituents(found: Sequence[Chunk], reach: float = 1.0) -> list[Chunk]:
+    """Chunks put together by the patterns, without the words that ask for nothing.
+
+    Args:
+        found: The chunks of an utterance.
+        reach: The longest length [m] that a number without a unit may be.
+    """
+    row = _with_units([c for c in found if c.kind not in ("filler", "approx")], reach)
+    row = [replace(c, kind=_past(row[:i])) if c.kind == "past" else c for i, c in enumerate(row)]
     for pattern in PATTERNS:
         row = _rewritten(row, pattern)
     return row
@@ -485,36 +507,47 @@ def turned(found: Sequence[Chunk]) -> list[Chunk]:
     return [c for c in constituents(found) if c.value == "flipped"]
 
 
-def _measured(row: list[Chunk]) -> list[Chunk]:
-    """Give a bare number beside a direction the unit of the other lengths: "30 mm up, 10 right"."""
-    if {c.kind for c in row}.isdisjoint(PACED):
-        row = [_metres(c) if c.kind == "Qn" else c for c in row] if any(c.kind in PLACED for c in row) else row
+LENGTHS = "within|left|right|front|back|up|down|raise|lower|closer|farther|distance|gap|threshold|extend|hop|hover|height|radius|size|plus|minus"
+NO_COUNT = "(?!waypoints|times|turns|laps|waves|double)"
+COUNTED_UNITS = tuple(
+    (kind, re.compile(rf"(?:.* )?(?:{before}) $"), re.compile(after))
+    for kind, before, after in (
+        ("Qn", r"first|1st|last|nth|every|waypoints|(?:waypoints|from|between) Qn (?:to|and|thru|before)", ""),
+        ("Qx", r"(?:multiply|resize)(?: \S+){0,4} by", ""),
+        ("Qv", r"(?:speed|vmax|vmin|constant)(?: (?:of|to|at|max|min|at_most|at_least|limit))*", NO_COUNT),
+        ("Qm", rf"(?:{LENGTHS})(?: (?:of|by|to|at|with|in|path|whole|max|min|at_most|at_least|distance))*", NO_COUNT),
+        ("Qv", ".*", "speed"),
+        ("Qm", ".*", rf"(?:from|off|ground|{LENGTHS})"),
+    )
+)
+"""What a number without a unit counts, by what stands before and behind it: "left by 0.2", "0.3 away from it"."""
+
+
+def _past(before: Sequence[Chunk]) -> str:
+    """Hurrying past something is done beside it; what comes past it comes after it."""
+    return "by" if any(c.kind in ("faster", "slower", "pass") for c in before[-2:]) else "after"
+
+
+def _with_units(row: list[Chunk], reach: float) -> list[Chunk]:
+    """Give bare numbers the unit that what stands beside them calls for: that of the other lengths, or metres."""
     known = next((c for c in row if c.kind == "Qm" and c.text[0].isdigit() and c.number.value), None)
-    if known is None or known.q is None:
-        return row
-    factor = known.q.value / float(known.text.split()[0].replace(",", "."))
-    beside = DIRECTED | {"by", "plus", "minus"}
+    factor = known.number.value / float(known.text.split()[0].replace(",", ".")) if known is not None else 1.0
     made = list(row)
     for i, item in enumerate(row):
-        near = {c.kind for c in row[max(i - 1, 0) : i + 2]}
-        counted = "waypoints" in {c.kind for c in row[max(i - 3, 0) : i + 2]}
-        if item.kind == "Qn" and item.q is not None and near & beside and not counted:
-            made[i] = replace(item, kind="Qm", q=Quantity(item.q.value * factor, "m"))
+        if item.kind != "Qn" or item.q is None or not (item.q.said or known):
+            continue
+        before, behind = (" ".join(["", *(c.kind for c in part), ""]) for part in (made[:i], row[i + 1 :]))
+        kind = next((k for k, b, a in COUNTED_UNITS if b.match(before) and a.match(behind.lstrip())), "Qn")
+        if kind in ("Qm", "Qv") and item.q.value * factor > reach:
+            continue
+        said = "" if known else item.q.said + "m"
+        q = {
+            "Qm": Quantity(item.q.value * factor, "m", "by", said),
+            "Qv": replace(item.q, unit="m/s", said=item.q.said + "m/s"),
+            "Qx": replace(item.q, unit="x", said=item.q.said + "x"),
+        }
+        made[i] = replace(item, kind=kind, q=q.get(kind, item.q))
     return made
-
-
-PACED = frozenset("speed faster slower vmax vmin constant accel brake ramp_up ramp_down".split())
-"""Classes beside which a bare number may be a speed."""
-
-
-def _metres(item: Chunk) -> Chunk:
-    """A decimal such as 0.35 can only be metres."""
-    small = ("." in item.text and item.number.value < 10) or item.number.value == 0
-    return replace(item, kind="Qm", q=replace(item.number, unit="m")) if small else item
-
-
-DIRECTED = frozenset("left right front back up down raise lower closer farther".split())
-PLACED = DIRECTED | {"drop", "from", "height", "distance", "gap", "ground", "extend"}
 
 
 def _rewritten(row: list[Chunk], pattern: Pattern) -> list[Chunk]:

@@ -20,7 +20,7 @@ AXES = {"x": "x", "y": "y", "z": "up"}
 
 FREE = frozenset(
     """comma dot and so where only whole path to of with for as at by on in from than around over approx then_on because
-    correct too toward side more filler bare within off here inc near along min max between""".split()
+    correct too toward side more filler bare within off here inc near along min max between waypoints""".split()
 )
 """Classes that may be left over: they shape what stands beside them."""
 
@@ -85,6 +85,8 @@ def parts(clause: Constituents, bounds: bool = False) -> PathPart:
     for i, item in enumerate(clause.items):
         if i in clause.used:
             continue
+        if i == 0 and item.text.lower() == "turn":
+            continue  # a verb
         passed = item.kind == "obj" and item.value == "pass" and not bounds
         of = None if passed else {"rest": REST, "there": THERE}.get(item.kind) or _part_of(item)
         if item.kind == "Hq" and bounds:
@@ -142,14 +144,20 @@ def place(*prepositions: str) -> Filler:
             where=lambda c: c.kind != "obj" or not prepositions or c.value in prepositions,
         )  # fmt: skip
         if found is None:
-            found = clause.take("Qpc", "half") or clause.take("part", where=_middle_or_end)
+            pivot = prepositions == ("around", "of", "at")
+            found = (None if pivot else clause.take("Qpc", "half")) or clause.take(
+                "part", where=lambda c: _is_place(c, prepositions)
+            )
         return None if found is None else _place_of(found)
 
     return fill
 
 
-def _middle_or_end(item: Chunk) -> bool:
+def _is_place(item: Chunk, prepositions: tuple[str, ...]) -> bool:
+    """Whether a part of the path stands for a point on it; the middle alone for what something turns about."""
     of: Any = item.value
+    if prepositions == ("around", "of", "at"):
+        return bool(of.kind == "middle" and of.amount is None)
     return (of.kind in ("middle", "first", "last") and of.amount is None) or of.kind == "after" or of.kind == "before"
 
 
@@ -262,6 +270,7 @@ def offset(clause: Constituents) -> F.Offset:
             if found and found[-1][1] is None:
                 found[-1] = (found[-1][0], _length(item))
             else:
+                clause.used -= set() if waiting is None else {clause.items.index(waiting)}
                 waiting = item
     if waiting is not None and len(found) == 1 and found[0][1] is None:
         found = [(found[0][0], _length(waiting))]

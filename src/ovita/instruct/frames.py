@@ -511,15 +511,23 @@ def _six(value: float | None) -> float | None:
     )
 
 
+_IMPLIED = {("pace", "amount"): "m/s", ("rotate", "angle"): "deg", ("tilt", "angle"): "deg", ("wait", "duration"): "s"}
+_COUNTING, _COUNTS = ("waypoints", "resize"), ("turns", "waves", "place", "about")
+"""What a number without a unit counts in a slot; elsewhere it is metres."""
+
+
 def _rounded(frame: SemanticFrame) -> SemanticFrame:
     changed: dict[str, Any] = {"words": (), "confidence": 1.0}
     for slot in fields(frame):
         value: Any = getattr(frame, slot.name)
         if isinstance(value, Quantity):
-            changed[slot.name] = Quantity(_six(value.value) or 0.0, value.unit, value.role)
+            unit = value.unit or _IMPLIED.get((frame.NAME, slot.name), "" if frame.NAME in _COUNTING else "m")
+            changed[slot.name] = Quantity(
+                _six(value.value) or 0.0, unit if slot.name not in _COUNTS else value.unit, value.role
+            )
         elif slot.name == "offset":
             changed["offset"] = tuple(
-                (d, None if q is None else Quantity(_six(q.value) or 0.0, q.unit)) for d, q in value
+                (d, None if q is None else Quantity(_six(q.value) or 0.0, q.unit or "m")) for d, q in value
             )
     return replace(frame, **changed)
 

@@ -12,10 +12,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
+import numpy as np
+
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import DOING, Chunk, chunks
 from ovita.instruct.constituents import NEARBY, QUANTITIES, constituents
-from ovita.instruct.fillers import CONTENT, FREE, MILD, REST, THERE
+from ovita.instruct.fillers import CONTENT, FREE, MILD, REST, THERE, Constituents, parts
 from ovita.instruct.table import ROWS, Match, match
 from ovita.paths.part import WHOLE, PathPart, outside
 from ovita.paths.scene import Scene
@@ -35,16 +37,18 @@ class Stretch:
         items: Its constituents.
         opening: The pause before it.
         words: Everything that was said in it.
+        first: The word that it begins with.
     """
 
     items: tuple[Chunk, ...]
     opening: str
     words: frozenset[str] = frozenset()
+    first: str = ""
 
 
 @dataclass(frozen=True)
 class Said:
-    """A clause: a frame, or an aside (`match` is None)."""
+    """A clause: a frame, or an aside (`match` is None); `telling` says how something is, and gives way to a request."""
 
     match: Match | None
     items: tuple[Chunk, ...]
@@ -52,6 +56,7 @@ class Said:
     opening: str = ""
     aside: bool = False
     then: bool = False
+    telling: bool = False
 
 
 def read(text: str, scene: Scene, positions: Array | None = None) -> F.Reading:
@@ -63,12 +68,53 @@ def read(text: str, scene: Scene, positions: Array | None = None) -> F.Reading:
         positions: The path (N, 3) [m], for phrases such as "the object nearest to the goal".
     """
     found, notes = chunks(text, scene, positions)
-    row = _corrected(constituents(found))
+    row = _corrected(constituents(_with_pauses(found), _reach(positions)))
     pieces = _pieces(row, found)
     said = _cut(pieces)
     if not any(s.match for s in said):
         said = _cut([replace(p, opening="") for p in pieces])
+    if any(s.match and not s.telling for s in said):
+        said = [replace(s, match=None, aside=True) if s.telling else s for s in said]
     return _reading(said, found, notes, scene)
+
+
+def _reach(positions: Array | None) -> float:
+    """The longest length [m] that a number without a unit may be: twice the extent of the path."""
+    return 2.0 * float(np.ptp(positions, axis=0).max()) if positions is not None and len(positions) else 1.0
+
+
+SETTLED = QUANTITIES | frozenset("OBJ left right front back up down start goal ends path".split())
+"""Classes after which a participle begins something new: "to the left keeping the speed"."""
+
+
+def _with_pauses(found: Sequence[Chunk]) -> list[Chunk]:
+    """Chunks with a pause before a participle, and before the speed at which something is done."""
+    row: list[Chunk] = []
+    run = not WORDS_OF_RUNNING.isdisjoint(w for c in found for w in c.text.lower().split())
+    for i, chunk in enumerate(found):
+        word = chunk.text.lower().partition(" ")[0]
+        chunk = replace(chunk, kind="reverse" if run else "back") if chunk.kind == "backwards" else chunk
+        paced = chunk.kind in ("at", "with") and {c.kind for c in found[i + 1 : i + 4]} & {"constant", "speed", "Qv"}
+        if word in DESCRIBING and i + 2 < len(found) and found[i + 1].text.lower().partition(" ")[0] in PORTIONS:
+            chunk = replace(
+                chunk, kind="filler" if found[i + 2].kind in NEARBY | {"between", "before", "after"} else "unknown"
+            )
+        if row and row[-1].kind in SETTLED and (paced or (word.endswith("ing") and chunk.kind in PARTICIPLES)):
+            row.append(Chunk("and", "", (chunk.span[0], chunk.span[0])))
+        row.append(chunk)
+    return row
+
+
+DESCRIBING = frozenset("slow fast quick hasty high low rough jerky bumpy".split())
+PORTIONS = frozenset("part parts bit bits section stretch portion piece segment leg".split())
+"""The slow part: which one, not what to do."""
+
+WORDS_OF_RUNNING = frozenset("run do play same whole lot".split())
+"""With these words "backwards" is an order, not a direction."""
+
+PARTICIPLES = frozenset(
+    "filler faster slower brake accel keep up down raise lower closer farther smooth constant".split()
+)
 
 
 def _corrected(row: list[Chunk]) -> list[Chunk]:
@@ -104,8 +150,9 @@ def _pieces(row: Sequence[Chunk], spoken: Sequence[Chunk]) -> list[Stretch]:
     begin = 0
 
     def piece(end: float) -> Stretch:
-        words = frozenset(w for c in spoken if begin <= c.span[0] < end for w in c.text.lower().split())
-        return Stretch(tuple(items), opening, words)
+        said = [(w, c.kind) for c in spoken if begin <= c.span[0] < end for w in c.text.lower().split()]
+        first = next((word for word, kind in said if kind not in PAUSES), "")
+        return Stretch(tuple(items), opening, frozenset(word for word, _ in said), first)
 
     for chunk in row:
         pause = chunk.kind in PAUSES
@@ -131,7 +178,10 @@ def _cut(pieces: Sequence[Stretch]) -> list[Said]:
                 continue
             items = tuple(c for p in span for c in p.items)
             said = _clause(items, span)
-            options.append((best[begin][0] + said.cost + 0.4 * (len(span) - 1), [*best[begin][1], said]))
+            placed = sum(any(c.kind in PLACING or c.kind == "turns" for c in p.items) for p in span)
+            asks = not {c.kind for c in span[0].items} <= PLACING | FREE
+            joint = sum(0.4 + 1.2 * (p.first in VERBS and asks) for p in span[1:]) + 1.2 * (placed > 1)
+            options.append((best[begin][0] + said.cost + joint, [*best[begin][1], said]))
         best.append(min(options, key=lambda option: option[0]))
     return best[-1][1]
 
@@ -148,7 +198,8 @@ def _clause(items: tuple[Chunk, ...], span: Sequence[Stretch]) -> Said:
     aside = _aside(span[0], best) if len(span) == 1 else asking
     if best is None or best.cost >= min(aside, asking) + 1:
         return Said(None, items, min(aside, asking), opening, aside < asking or not asking)
-    return Said(best, items, best.cost, opening, then=not span[0].words.isdisjoint(THEN))
+    told = len(span) == 1 and _tells(span[0])
+    return Said(best, items, best.cost, opening, then=not span[0].words.isdisjoint(THEN), telling=told)
 
 
 def _placed_by_itself(piece: Stretch) -> bool:
@@ -156,6 +207,12 @@ def _placed_by_itself(piece: Stretch) -> bool:
     where = [c for c in piece.items if c.kind in PLACING or (c.kind in ("end", "obj") and c.value in WHERE)]
     return bool(where) and any(c.kind in DOING for c in piece.items)
 
+
+VERBS = frozenset(
+    """go move shift walk drive fly travel bring put push pull take make set get let translate displace relocate offset
+    finish begin end start come head run keep maintain leave stop wait""".split()
+)
+"""Words with which a piece begins a sentence of its own."""
 
 ASKING = QUANTITIES | frozenset("obj pair CHOICE end point within_of part Hq axis_by".split())
 """Classes that a piece which asks for nothing does not hold."""
@@ -176,6 +233,20 @@ WANTING = frozenset(
     """want wants need needs like would should must shall ought prefer wish could can may might let make please has have will want to go move keep stay
     i'd we'd we'll you'll you'd it'll""".split()
 )
+
+
+STATED = frozenset(
+    "it's its it’s that's thats you're youre they're theyre he's she's we're i'm im there's theres".split()
+)
+"""Words that begin how something is."""
+
+
+def _tells(piece: Stretch) -> bool:
+    """Whether a piece says how something is, and not that it is too much: "you're crowding her, give her room"."""
+    plain = {c.kind for c in piece.items}.isdisjoint(QUANTITIES | PLACING) and "flipped" not in [
+        c.value for c in piece.items
+    ]
+    return plain and piece.first in STATED and piece.words.isdisjoint(WANTING)
 
 
 def _aside(piece: Stretch, best: Match | None) -> float:
@@ -208,14 +279,20 @@ def _reading(said: Sequence[Said], found: Sequence[Chunk], notes: tuple[str, ...
     question = ""
     asked: tuple[str, ...] = ()
     before: Said | None = None
+    radius = next((c.number.value for clause in said for c in clause.items if c.kind == "threshold" and c.q), None)
     for clause in said:
-        words = [c.text for c in (clause.match.unread if clause.match else clause.items) if c.kind not in FREE]
+        left = clause.match.unread if clause.match else clause.items
+        words = [c.text for c in left if c.kind not in FREE and c.kind != "threshold"]
         if clause.aside:
             aside += words
             continue
         choice = next((c for c in clause.items if c.kind == "CHOICE"), None)
         if choice is not None:
             question, asked = f"Which {choice.text.removeprefix('the ')}?", choice.names
+        only = _only(clause, made)
+        if only:
+            made[-1] = replace(made[-1], part=only)
+            continue
         if clause.match is None:
             unread += words
             continue
@@ -234,11 +311,19 @@ def _reading(said: Sequence[Said], found: Sequence[Chunk], notes: tuple[str, ...
             frame = _afterwards(made[-1], frame)
         before = clause
         made = _added(made, frame)
-    frames = tuple(_settled(made))
+    frames = tuple(_within(frame, radius) for frame in _settled(made))
     return F.Reading(
         frames, unread=tuple(unread), aside=tuple(aside), question=question, asked=asked, notes=notes,
         improper=_improper(frames),
     )  # fmt: skip
+
+
+def _only(clause: Said, made: Sequence[F.SemanticFrame]) -> PathPart:
+    """The part to which a clause confines what was asked for before it: "only between the cup and the box"."""
+    kinds = {c.kind for c in clause.items}
+    if "only" not in kinds or not made or made[-1].part or not kinds <= PLACING | FREE | {"obj", "only", "end"}:
+        return WHOLE
+    return parts(Constituents(clause.items))
 
 
 def _leads(clause: Said | None) -> bool:
@@ -271,10 +356,10 @@ def _from_before(name: str, made: Sequence[F.SemanticFrame]) -> Any:
     for frame in reversed(made):
         if name == "objects" and frame.named:
             return frame.named[:1]
-        if name == "place" and frame.named:
-            return frame.named[-1]
         if name == "place" and isinstance(frame, F.MoveEnd):
             return frame.end
+        if name == "place" and frame.named:
+            return frame.named[-1]
     return None
 
 
@@ -300,7 +385,7 @@ def _frame(match: Match, slots: Mapping[str, Any], items: Sequence[Chunk]) -> F.
         and "amount" not in given
     ):
         given |= {"change": "turns", "part": WHOLE}
-    if kind not in GRADED or (kind is F.Figure and given["shape"] != "shake"):
+    if kind not in GRADED:
         given.pop("degree", None)
     if not given.get("place", ""):
         given.pop("place", None)
@@ -314,10 +399,9 @@ def _axis(items: Sequence[Chunk]) -> str:
     for item in items:
         if item.kind == "axis":
             return item.text.lower() if item.text.lower() in ("x", "y", "z") else "left"
-        if item.kind in ("front", "back"):
-            return "front"
-        if item.kind in ("up", "down"):
-            return "up"
+        for axis, words in (("front", ("front", "back", "fore")), ("up", ("up", "down"))):
+            if item.kind in words or (item.kind == "sideways" and not set(words).isdisjoint(item.text.lower().split())):
+                return axis
     return "left"
 
 
@@ -325,6 +409,14 @@ def _added(made: list[F.SemanticFrame], frame: F.SemanticFrame) -> list[F.Semant
     """The frames with one more; two shifts of the same part are one."""
     frame = _placed(made, frame)
     last = made[-1] if made else None
+    if (
+        isinstance(last, F.Hop | F.Hover | F.Visit)
+        and last.by is None
+        and getattr(last, "relation", "over") in ("over", "under")
+    ):
+        by = frame.by if isinstance(frame, F.Approach) else frame.distance if isinstance(frame, F.Clearance) else None
+        if by is not None and frame.named == last.named:
+            return [*made[:-1], replace(last, by=replace(by, role="by"), words=last.words + frame.words)]
     if (
         isinstance(last, F.Shift)
         and isinstance(frame, F.Shift)
@@ -379,6 +471,8 @@ def _placed(made: Sequence[F.SemanticFrame], frame: F.SemanticFrame) -> F.Semant
 
 def _there(made: Sequence[F.SemanticFrame]) -> PathPart:
     for frame in reversed(made):
+        if isinstance(frame, F.MoveEnd):
+            return PathPart("first" if frame.end == "start" else "last")
         if frame.part:
             return frame.part
         place = getattr(frame, "place", "")
@@ -386,8 +480,6 @@ def _there(made: Sequence[F.SemanticFrame]) -> PathPart:
             return PathPart("first" if place == "start" else "last")
         if frame.named:
             return PathPart("near", (frame.named[0],))
-        if isinstance(frame, F.MoveEnd):
-            return PathPart("first" if frame.end == "start" else "last")
     return WHOLE
 
 
@@ -400,12 +492,26 @@ def _rest(made: Sequence[F.SemanticFrame]) -> PathPart:
     return WHOLE
 
 
+def _within(frame: F.SemanticFrame, radius: float | None) -> F.SemanticFrame:
+    """A frame near an object within the distance that the utterance says counts as near."""
+    near = radius is not None and frame.part.kind == "near" and frame.part.amount is None
+    return replace(frame, part=replace(frame.part, amount=radius)) if near else frame
+
+
 def _settled(made: Sequence[F.SemanticFrame]) -> list[F.SemanticFrame]:
-    """Without frames said twice or a second stop that names no place; a speed that alone is to stay is to be constant."""
+    """Without frames that another one says in full; a speed that alone is to stay is to be constant."""
     if len(made) == 1 and isinstance(made[0], F.Keep) and made[0].what == "speed":
         return [F.Pace(change="constant", part=made[0].part, words=made[0].words)]  # to ask for nothing else
-    stops = [f for f in made if isinstance(f, F.StopAt)]
-    return [f for f in dict.fromkeys(made) if not (isinstance(f, F.StopAt) and not f.place and len(stops) > 1)]
+    once = list(dict.fromkeys(made))
+    return [f for f in once if not any(f is not other and _covers(other, f) for other in once)]
+
+
+def _covers(full: F.SemanticFrame, bare: F.SemanticFrame) -> bool:
+    """Whether a frame says all that another says, and more: "smooth it, a bit smoother near the end"."""
+    if type(full) is not type(bare) or (full.part != bare.part and not isinstance(bare, F.Smooth | F.Figure)):
+        return False
+    slots = [(getattr(bare, s.name), getattr(full, s.name), s.default) for s in fields(bare) if s.compare]
+    return full != bare and all(one in (other, default) for one, other, default in slots)
 
 
 def _improper(frames: Sequence[F.SemanticFrame]) -> str:

@@ -138,8 +138,11 @@ def _filled(row: Row, clause: Constituents) -> Match | None:
             slots[name] = value
     if row.where:
         slots["part"] = parts(clause, row.kind in (F.Pace, F.Smooth))
-    if (degree := clause.take("large", "slight")) is not None:
-        slots["degree"] = degree.kind
+    degree = clause.take("large", "slight")
+    if slots.get("shape", "shake") != "shake":
+        degree = clause.take("larger", "smaller")
+    if degree is not None:
+        slots["degree"] = {"larger": "large", "smaller": "slight"}.get(degree.kind, degree.kind)
     clause.every(*row.also.split())
     if row.check is not None:
         checked = row.check(slots)
@@ -164,10 +167,12 @@ def _resize(slots: dict[str, Any]) -> dict[str, Any]:
 
 
 def _pace(slots: dict[str, Any]) -> dict[str, Any]:
-    """A speed itself is a target: "slow down to 0.2 m/s", "20 % of the speed"."""
+    """A factor below one makes it no faster ("0.75 times as fast"); slower to a standstill comes down steadily."""
     q = slots.get("amount")
-    if q is not None and slots["change"] == "faster" and q.role == "by" and q.unit == "x" and q.value < 1:
-        return slots | {"change": "set", "amount": replace(q, role="to")}  # half as fast
+    if q is not None and q.role == "to" and q.value == 0 and slots["change"] == "slower":
+        return slots | {"change": "rampdown"}
+    if q is not None and q.role == "by" and q.unit == "x" and slots["change"] == "faster" and q.value < 1:
+        return slots | {"change": "set", "amount": replace(q, role="to")}
     return slots
 
 
@@ -291,6 +296,7 @@ ROWS: tuple[Row, ...] = (
         {"end": end(), "place": place_of_object, "by": amount("Qm", "Qpc", "Qx")}, {"relation": "away"}, ("end", "place"), "farther distance inc keep never withdraw", 0.15, where=False),
     Row(F.MoveEnd, ("end obj", ), {"end": end(), "place": place("to", "at", "on", "by", "in", "near", "over", "", "with")},
         {"relation": "to"}, ("end", "place"), "touch on over pass", 0.25, where=False),
+    Row(F.MoveEnd, ("end pair", ), {"end": end(), "place": pair}, {"relation": "to"}, ("end", "place"), "touch on pass between", 0.1, where=False),
     Row(F.MoveEnd, ("endup", ), {"place": place()}, {"end": "goal", "relation": "to"}, ("place",), "end near", 0.0, where=False),
     Row(F.MoveEnd, ("startat", ), {"place": place()}, {"end": "start", "relation": "to"}, ("place",), "end near", 0.0, where=False),
     *(Row(F.MoveEnd, (f"{word} Qm|Qn obj:over,under", f"{word} Qm left|right|front|back obj:of"), {"offset": _beside, "place": place_of_object}, {"end": name, "relation": "to"}, ("offset", "place"), "end start goal", 0.0, where=False)
@@ -298,8 +304,8 @@ ROWS: tuple[Row, ...] = (
     *(Row(F.MoveEnd, (f"{word} Qm up|down|left|right|front|back !obj|wait",), {"offset": offset}, {"end": name}, ("offset",), "farther", 0.05, where=False)
       for word, name in (("endup", "goal"), ("startat", "start"))),
     # objects
-    Row(F.Approach, ("closer", "near", "dec|less|smaller|halve|half distance|gap"), {"objects": objects("to", "by", "", "at", "of", "on", "in", "near", "for", "with", "over", "around", "toward", "than", "along", "touch", "from", "pass", "toward"),
-        "by": lambda c: amount("Qm", "Qx")(c) or share(c)}, {"sense": "closer"}, ("objects",), "distance gap path pass closer near creep toward advance keep touch", 0.25),
+    Row(F.Approach, ("closer", "near", "dec|less|smaller|trim|halve|half distance|gap"), {"objects": objects("to", "by", "", "at", "of", "on", "in", "near", "for", "with", "over", "around", "toward", "than", "along", "touch", "from", "pass", "toward"),
+        "by": lambda c: amount("Qm", "Qx")(c) or share(c)}, {"sense": "closer"}, ("objects",), "distance gap path pass closer near trim creep toward advance keep touch", 0.25),
     Row(F.Approach, ("obj:toward",), {"objects": objects("toward"), "by": amount("Qm")}, {"sense": "closer"}, ("objects",), "path whole creep toward advance keep", 0.3),
     Row(F.Approach, ("farther|avoid", "inc|more|larger distance|gap", "inc farther", "double|triple distance|farther", "Qx distance|farther", "farther around", "withdraw obj", "keep large obj:from"),
         {"objects": objects(), "by": lambda c: amount("Qm", "Qx")(c) or share(c)}, {"sense": "farther"}, ("objects",), "distance path pass farther avoid times inc keep gap than", 0.25),
@@ -307,31 +313,31 @@ ROWS: tuple[Row, ...] = (
     Row(F.Approach, ("halve|half farther", "farther Qx|Qpc:to"), {"objects": objects(), "by": share}, {"sense": "closer"}, ("objects",), "farther keep pass", 0.2),
     Row(F.Approach, ("inc Qm obj !speed",), {"objects": objects(), "by": LENGTH}, {"sense": "farther"}, ("objects",), "inc", 2.0),
     Row(F.Clearance, ("Qm:at_least,at_most obj|within_of", "min|at_least|max|at_most|keep|distance Qm", "keep within_of", "distance Qm", "keep|farther Qm obj:from", "within_of !speed|faster|slower",
-                      "Qm:at_least,at_most distance|farther|near|closer"),
-        {"distance": bounded("Qm", "within_of"), "objects": objects()}, {}, ("objects", "distance"), "distance keep farther near closer at_least at_most min max pass whole gap dec inc", 0.2),
+                      "Qm:at_least,at_most distance|farther|near|closer", "Qm:at_least,at_most !left|right|front|back|height|up|ground|axis|over|under"),
+        {"distance": bounded("Qm", "within_of"), "objects": lambda c: objects()(c) or tuple(n for i in c.items if i.kind == "within_of" for n in i.names)}, {}, ("objects", "distance"), "distance keep farther near closer at_least at_most min max pass whole gap dec inc", 0.2),
     Row(F.Visit, ("touch obj", "thru obj"), {"objects": objects("", "to", "at", "on", "by", "thru", "with", "in", "touch", "of")}, {}, ("objects",), "touch pass", 0.1, where=False),
     Row(F.Visit, ("obj:thru,touch",), {"objects": objects("thru", "touch", "", "at")}, {}, ("objects",), "touch pass", 0.3, where=False),
     Row(F.Visit, ("obj:thru,touch",), {}, {}, ("objects",), "touch pass", 0.3, where=False),
-    Row(F.Visit, ("pair",), {"objects": pair}, {"relation": "between"}, ("objects",), "thru pass gap middle around", 0.35, where=False),
+    Row(F.Visit, ("pair !only",), {"objects": pair}, {"relation": "between"}, ("objects",), "thru touch pass gap middle around", 0.35, where=False),
     Row(F.Shift, ("raise|lower|drop|up|down Qm:by obj:over !at_least|at_most",), {"offset": offset}, {}, ("offset",), "height path whole", 0.0),
     Row(F.Visit, ("obj:over", "over obj"), {"objects": objects("over", ""), "by": LENGTH}, {"relation": "over"}, ("objects",), "over up raise pass at_least farther", 0.1, where=False),
     Row(F.Visit, ("obj:under", "under obj"), {"objects": objects("under", ""), "by": LENGTH}, {"relation": "under"}, ("objects",), "under down lower pass", 0.3, where=False),
     Row(F.Side, ("left|right|front|back obj:of,from,on,around,to,by,at !Qm", "left|right|front|back pass|side|around|keep obj", "left|right|front|back obj:pass"),
         {"objects": objects("", "of", "from", "on", "around", "to", "by", "at", "pass", "with", "touch"), "direction": direction}, {}, ("objects", "direction"), "side pass keep around left right near touch path whole", 0.15, where=False),
     # speed
-    Row(F.Pace, ("faster", "inc|raise|up speed", "more speed", "inc Qv"), {"amount": speed_amount}, {"change": "faster"}, (), "speed path whole keep inc up raise more times faster thru", 0.1, check=_pace),
+    Row(F.Pace, ("faster", "inc|raise|up speed", "more speed", "inc Qv"), {"amount": speed_amount}, {"change": "faster"}, (), "speed path whole keep pass inc up raise more times faster thru as", 0.1, check=_pace),
     Row(F.Pace, ("slower_time",), {}, {"change": "set", "amount": F.Quantity(0.5, "x", "to")}, (), "speed path whole", 0.1),
     Row(F.Pace, ("faster_time",), {}, {"change": "set", "amount": F.Quantity(2.0, "x", "to")}, (), "speed path whole in", 0.1),
-    Row(F.Pace, ("slower", "dec|lower|drop|down|trim speed", "less speed", "brake", "creep"), {"amount": speed_amount}, {"change": "slower"}, (), "speed path whole keep dec lower drop down times slower brake trim creep thru", 0.1, check=_pace),
+    Row(F.Pace, ("slower", "dec|lower|drop|down|trim speed", "less speed", "brake", "creep"), {"amount": speed_amount}, {"change": "slower"}, (), "speed path whole keep pass dec lower drop down times slower brake trim creep thru", 0.1, check=_pace),
     Row(F.Pace, ("double|triple speed", "speed double|triple"), {"amount": share}, {"change": "faster"}, (), "speed times", 0.1),
     Row(F.Pace, ("speed Qpc:by", ), {"amount": lambda c: (lambda f: None if f is None else f.q)(c.take("Qpc", where=lambda x: x.value == "plus"))}, {"change": "faster"}, ("amount",), "speed", 0.05, check=_signed_pace),
     Row(F.Pace, ("speed Qpc|Qv", "Qpc|Qv:by speed", ), {"amount": lambda c: (lambda f: None if f is None else f.q)(c.take("Qpc", "Qv", where=lambda x: x.value == "minus"))}, {"change": "slower"}, ("amount",), "speed", 0.05, check=_signed_pace),
     Row(F.Pace, ("Qv", "speed|vmax|vmin Qv|Qn", "half speed", "halve speed", "speed Qpc|Qx|half|third|quarter", "Qpc|quarter|third|fifth|tenth speed"),
-        {"amount": lambda c: amount("Qv", "Qpc", "Qx", role="")(c) or share(c)}, {}, ("amount",), "speed path whole keep max limit at_most at_least min vmax vmin faster slower brake raise lower extend", 0.3, check=_set_pace),
-    Row(F.Pace, ("vmax|limit|max|at_most Qv", "vmax Qn", "speed max|at_most|limit Qv|Qn"), {"amount": amount("Qv", role="at_most")}, {"change": "cap"}, ("amount",), "speed whole path max limit at_most faster vmax up", 0.1),
-    Row(F.Pace, ("vmin|min|at_least Qv", "vmin Qn", "speed min|at_least Qv|Qn"), {"amount": amount("Qv", role="at_least")}, {"change": "floor"}, ("amount",), "speed whole path min at_least slower vmin", 0.1),
-    Row(F.Pace, ("constant",), {"amount": amount("Qv", role="to")}, {"change": "constant"}, (), "speed path whole keep constant", 0.2),
-    Row(F.Pace, ("ramp_up", "gradual faster", "gradual inc|raise speed", "faster faster"), {"amount": amount("Qv", role="to")}, {"change": "rampup"}, (), "speed path whole gradual faster constant ramp_up", 0.0),
+        {"amount": lambda c: amount("Qv", "Qpc", "Qx", role="")(c) or share(c)}, {}, ("amount",), "speed path whole keep max limit at_most at_least min vmax vmin faster slower brake raise lower extend pass multiply resize", 0.3, check=_set_pace),
+    Row(F.Pace, ("vmax|limit|max|at_most Qv", "vmax Qn", "speed max|at_most|limit Qv|Qn"), {"amount": amount("Qv", role="at_most")}, {"change": "cap"}, ("amount",), "speed whole path max limit at_most faster vmax up keep", 0.1),
+    Row(F.Pace, ("vmin|min|at_least Qv", "vmin Qn", "speed min|at_least Qv|Qn"), {"amount": amount("Qv", role="at_least")}, {"change": "floor"}, ("amount",), "speed whole path min at_least slower vmin keep", 0.1),
+    Row(F.Pace, ("constant",), {"amount": amount("Qv", role="to")}, {"change": "constant"}, (), "speed path whole keep pass constant", 0.2),
+    Row(F.Pace, ("ramp_up", "gradual faster", "gradual inc|raise speed", "faster faster", "accel constant|gradual !Qa"), {"amount": amount("Qv", role="to")}, {"change": "rampup"}, (), "speed path whole gradual faster constant ramp_up accel", 0.0),
     Row(F.Pace, ("ramp_down", "gradual slower", "gradual dec|lower speed", "slower|brake constant|gradual"), {"amount": amount("Qv", role="to")}, {"change": "rampdown"}, (), "speed path whole gradual slower constant stop ramp_down brake", 0.0),
     Row(F.Pace, ("up|inc|raise Qpc|Qx|third|quarter|half|fifth|tenth !speed",), {"amount": speed_amount}, {"change": "faster"}, ("amount",), "up inc raise times", 0.6),
     Row(F.Pace, ("down|dec|lower Qpc|Qx|third|quarter|half|fifth|tenth !speed",), {"amount": speed_amount}, {"change": "slower"}, ("amount",), "down dec lower times", 0.6),
@@ -345,17 +351,18 @@ ROWS: tuple[Row, ...] = (
     Row(F.Keep, ("keep height", "never height"), {}, _stays("height"), (), "keep whole height never path", 0.1),
     Row(F.Keep, ("keep rest",), {}, _stays("rest"), (), "keep whole rest never path", 0.1, where=False),
     Row(F.Keep, ("keep path",), {}, _stays("path"), (), "keep whole path never", 0.3, where=False),
-    Row(F.Keep, ("keep",), {}, {}, (), "keep whole path never", 0.15, check=_keep),
+    Row(F.Keep, ("keep !within_of",), {}, {}, (), "keep whole path never", 0.15, check=_keep),
     # standing still
     Row(F.MoveEnd, ("stop obj:to",), {"place": place("to")}, {"end": "goal", "relation": "to"}, ("place",), "stop end there", 0.1, where=False),
     Row(F.StopAt, ("stop",), {"place": lambda c: place()(c)}, {}, (), "stop end touch there whole path", 0.2, where=False),
-    Row(F.Wait, ("wait", "stop Qs", "keep Qs", "obj:at,by,near Qs", "Qs point|end"), {"duration": amount("Qs", "Qstep"), "place": place("at", "by", "on", "in", "near", "to", "over", "", "with", "around", "for", "touch", "of", "pass")}, {}, ("place",), "wait stop keep duration for there then_on slight", 0.1, where=False),
+    Row(F.Wait, ("wait", "stop|keep Qs|Qstep", "obj:at,by,near Qs", "Qs point|end"), {"duration": amount("Qs", "Qstep"), "place": place("at", "by", "on", "in", "near", "to", "over", "", "with", "around", "for", "touch", "of", "pass")}, {}, ("place",), "wait stop keep duration for there then_on slight", 0.1, where=False),
     Row(F.Wait, ("wait there",), {"duration": amount("Qs", "Qstep")}, {}, ("place",), "wait stop there then_on", 0.2, where=False),
     Row(F.Hover, ("hover", "wait obj:over", "keep obj:over Qs"), {"duration": amount("Qs", "Qstep"), "by": LENGTH, "objects": objects("over", "", "at", "near", "by", "on")}, {}, ("objects",), "hover wait over up keep raise touch", 0.0, where=False),
     Row(F.Hop, ("hop",), {"by": LENGTH, "objects": objects("over", "", "to", "on", "by")}, {}, ("objects",), "hop over up down raise at_least distance min", 0.0, where=False),
     # ends and waypoints
-    Row(F.Extend, ("extend", "inc end:goal/after,goal/over,goal/to Qm"), {"by": LENGTH, "place": place("to", "", "at", "toward", "before", "on")}, {}, (), "extend end path after part whole inc double farther", 0.2, where=False, check=lambda s: _extend(s)),
+    Row(F.Extend, ("extend", "inc end:goal/after,goal/over,goal/to Qm"), {"by": LENGTH, "place": place("to", "", "at", "toward", "before", "on")}, {}, (), "extend end path after part whole inc double farther distance smooth touch", 0.2, where=False, check=lambda s: _extend(s)),
     Row(F.Extend, ("extend up|down|left|right|front|back|raise|lower", "end:goal/after up|down|left|right|front|back|raise|lower", "inc end:goal/at up|down|left|right|front|back|raise|lower"), {"offset": offset}, {}, ("offset",), "extend end path after part inc", 0.1, where=False),
+    Row(F.Extend, ("end:goal/after obj:to,toward,by,at,near !wait|stop|hover", "end:goal/after pair"), {"place": lambda c: c.take("end") and (pair(c) or place("to", "toward", "by", "at", "near")(c))}, {}, ("place",), "end path straight smooth touch extend", 0.0, where=False),
     Row(F.Return, ("return",), {}, {}, (), "return end start path stop reverse", 0.0, where=False),
     Row(F.Reverse, ("reverse",), {}, {}, (), "reverse path whole end back", 0.1, where=False),
     Row(F.Trim, ("trim", "drop part !Qm|by"), {}, {}, (), "trim drop path waypoints whole", 0.1, check=_trim_place),
@@ -364,7 +371,7 @@ ROWS: tuple[Row, ...] = (
     Row(F.Resample, ("merge",), {"amount": count}, {"change": "merge"}, ("amount",), "waypoints merge every of", 0.0, where=False),
     Row(F.Resample, ("Qn waypoints", "double|Qx|halve|Qpc|half|third waypoints"), {"amount": waypoints}, {"change": ""}, ("amount",), "waypoints path whole inc at_most keep", 0.3, where=False, check=_resample),
     # form
-    Row(F.Smooth, ("smooth", "dec|less turns"), {}, {}, (), "smooth path whole turns trim avoid dec less", 0.25),
+    Row(F.Smooth, ("smooth", "dec|less turns"), {}, {}, (), "smooth path whole turns trim avoid dec less touch", 0.25),
     Row(F.Straighten, ("straight",), {}, {}, (), "straight path whole curvature turns", 0.25),
     Row(F.Curve, ("more_curve", "inc|more|large curvature"), {}, {"change": "more"}, (), "curvature more path inc whole", 0.0),
     Row(F.Curve, ("less_curve", "dec|less|too curvature"), {}, {"change": "less"}, (), "curvature less dec too path whole", 0.0),
@@ -372,8 +379,8 @@ ROWS: tuple[Row, ...] = (
     Row(F.Resize, ("smaller", "dec size", "resize down"), {"by": share, "about": place("around", "of", "at")}, {"change": "smaller"}, (), "resize smaller path whole size dec times down", 0.3, where=False, check=_resize),
     Row(F.Resize, ("resize Qn:by",), {"by": lambda c: (lambda q: q and replace(q, unit="x"))(amount("Qn")(c))}, {}, ("by",), "resize path whole", 0.1, where=False),
     Row(F.Resize, ("resize", "Qx|double size", "Qx|double larger"), {"by": share, "about": place("around", "of", "at")}, {}, ("by",), "resize path whole times size inc larger", 0.2, where=False, check=_resize),
-    Row(F.Mirror, ("mirror left|right|front|back|up|down|sideways|axis", "mirror"), {"about": place("around", "of", "at")}, {}, (), "mirror path whole left right front back up down sideways axis", 0.1, where=False),
-    Row(F.Rotate, ("rotate", "turns Qdeg", "clockwise|anticlockwise Qdeg"), {"angle": angle, "sense": sense, "about": place("around", "of", "at", "on", "with", "from")}, {}, (), "rotate path whole turns quarter axis", 0.1, where=False),
+    Row(F.Mirror, ("mirror left|right|front|back|up|down|sideways|axis", "mirror"), {"about": place("around", "of", "at")}, {}, (), "mirror path whole left right front back up down sideways axis", 0.1),
+    Row(F.Rotate, ("rotate", "turns Qdeg", "clockwise|anticlockwise Qdeg", "tilt clockwise|anticlockwise"), {"angle": angle, "sense": sense, "about": place("around", "of", "at", "on", "with", "from")}, {}, (), "rotate path whole turns quarter tilt axis", 0.05, where=False),
     Row(F.Tilt, ("tilt",), {"angle": amount("Qdeg"), "direction": direction}, {}, ("direction",), "tilt path whole side up raise higher", 0.0, where=False),
     # figures
     *(Row(F.Figure, calls, {"rise": labelled("rise"), "size": size, "radius": radius, "turns": turns, "sense": sense, "place": where},
@@ -384,7 +391,7 @@ ROWS: tuple[Row, ...] = (
         ("zigzag", ("zigzag",), _swing, labelled("radius"), ALONG), ("wave", ("wave",), _swing, labelled("radius"), ALONG),
         ("shake", ("shake",), _swing, labelled("radius"), AROUND))),
     # bounds
-    Row(F.Height, ("Hq", "Qm:at_least,at_most height|up|ground|axis", "height Qm:at_least,at_most", "ceiling|floorlimit Qm", "height min|max|limit|at_least|at_most Qm", "up|ground max|min|at_most|at_least Qm", "Qm:at_least,at_most !obj|pair|left|right|front|back"),
+    Row(F.Height, ("Hq", "Qm:at_least,at_most height|up|ground|axis", "height Qm:at_least,at_most", "ceiling|floorlimit Qm", "height min|max|limit|at_least|at_most Qm", "up|ground max|min|at_most|at_least Qm"),
         {"level": level}, {}, ("level",), "height ground axis up keep wait whole path limit max min at_most at_least raise lower down touch", 0.2),
     Row(F.Height, ("raise|lower|up|down|drop Qm:to",), {"level": amount("Qm", role="to")}, {}, ("level",), "height ground keep raise lower up down drop path whole", 0.15),
     Row(F.Height, ("height Qm !inc|dec|more|less|limit|max|min", "Qm ground", "height axis_by", "axis Qm:to"), {"level": amount("Qm", role="to")}, {}, ("level",), "height ground axis keep wait up raise over lower", 0.25),
