@@ -135,6 +135,28 @@ def test_a_sentence_becomes_its_frames(sentence, notation):
         ("stop near the lamp for 8 timesteps", "wait at=lamp for=8steps"),
         ("stay on the right", "move right"),
         ("0.5 times as fast", "pace set to=50%"),
+        # a clause of its own beside another one
+        ("approach the lamp, box >= 25 cm", "closer lamp; clearance box at_least=25cm"),
+        ("keep away from the cup but stay close to the box", "farther cup; closer box"),
+        ("lift everything while the goal stays put", "move up; keep goal"),
+        ("smoother and with fewer points", "smooth; waypoints fewer"),
+        ("pass on the left side of the lamp and a bit more away from it", "side lamp left; farther lamp deg=slight"),
+        ("go to the top and drive slower in the proximity of the box", "move up; pace slower @near=box"),
+        ("sink 4 cm. Only between the cup and the lamp.", "move down=4cm @between=cup+lamp"),
+        # what is said of the path as it is
+        ("you're crowding the lamp, go 5 cm higher", "move up=5cm"),
+        ("the slow part near the lamp may be quicker", "pace faster @near=lamp"),
+        # speeds as targets and as changes
+        ("crawl near the box, 0.1 m/s", "pace set to=0.1m/s @near=box"),
+        ("take 20 percent off the speed", "pace slower by=20%"),
+        ("-0.1 m/s in the last 20 cm", "pace slower by=0.1m/s @last=20cm"),
+        ("0.25 times as fast", "pace set to=25%"),
+        ("+15 waypoints", "waypoints by=+15wp"),
+        ("downsample to 40 points", "waypoints to=40"),
+        ("at no point lower than 60 mm above the ground", "height at_least=60mm"),
+        ("at the lamp, and only within 10 cm of it, slower", "pace slower @near=lamp,10cm"),
+        ("hop over the box, 8 cm clear", "hop box by=8cm"),
+        ("end nearer to the lamp, then wait 2 s", "end goal toward=lamp; wait at=goal for=2s"),
     ],
 )  # fmt: skip
 def test_plain_requests_with_numbers_and_several_clauses_are_read(sentence, notation):

@@ -133,7 +133,7 @@ def _term(lowered: Sequence[str], i: int) -> tuple[str, int]:
     if (
         kind in COMPARED
         and before == "the"
-        and sum(term_at(lowered, j + 1)[0] in COMPARED for j, w in enumerate(lowered[:-1]) if w == "the") > 1
+        and sum(term_at(lowered, j + 1)[0] in COMPARED for j in range(len(lowered) - 1) if _compares(lowered, j)) > 1
     ):
         return "law", length  # "the closer ..., the slower"
     if (
@@ -152,6 +152,11 @@ def _term(lowered: Sequence[str], i: int) -> tuple[str, int]:
     ):
         return "wait", 1
     return kind, length
+
+
+def _compares(lowered: Sequence[str], j: int) -> bool:
+    """Whether "the closer", "the more" begins at j."""
+    return lowered[j] == "the" and lowered[j + 1].endswith(("er", "more", "less"))
 
 
 def _nicknames(catalog: Catalog) -> None:

@@ -348,6 +348,8 @@ PATTERNS: tuple[Pattern, ...] = tuple(
     _pattern(classes, build)
     for classes, build in (
         ("comma never comma", lambda f: merged(f, "correct")),
+        ("where (?=(?:start|goal|ends|speed|height) keep )", lambda f: merged(f, "and")),
+        ("keep near (?=(?:to |of )*OBJ )", lambda f: merged(f, "closer")),
         ("because (?=(?:firsthalf|secondhalf|first|last|middle|1st|nth|rest|start|goal) )", _for_the),
         ("keep|pass (?=(?:on |at |to |toward |slight |large |too )*(?:left|right|front|back|up|down|closer|farther) (?!of|OBJ|speed|Q|than))", lambda f: merged(f, "filler")),
         ("keep (?=(?:slight |large )*(?:closer|farther) )", lambda f: merged(f, "filler")),
@@ -411,7 +413,7 @@ PATTERNS: tuple[Pattern, ...] = tuple(
         ("from start to|before OBJ|goal", lambda f: _to_or_from_end(f) if f[-1].kind == "OBJ" else merged(f, "whole")),
         ("from OBJ to|before goal", _to_or_from_end),
         ("from? OBJ to|before|thru OBJ", lambda f: _between(f) if len(f[0].names or f[1].names) == 1 else None),
-        ("AT|thru? gap? between OBJ gap?", _between),
+        ("AT|thru? gap? middle? between OBJ gap?", _between),
         ("thru|in|at|to|on|between? middle of? OBJ", _between),
         ("OBJ gap", _between),
         ("from OBJ on|front", _side_of_object("after")),
@@ -567,7 +569,12 @@ def _rewritten(row: list[Chunk], pattern: Pattern) -> list[Chunk]:
     return made + row[at:]
 
 
+def _narrower(one: PathPart, other: PathPart) -> bool:
+    """Whether a part is another one with its size: within 10 cm of the cup, near the cup."""
+    return other.amount is None and one.amount is not None and replace(one, amount=None, unit=other.unit) == other
+
+
 def joined(parts: Sequence[PathPart]) -> PathPart:
     """What belongs to all of the parts that a frame was given."""
-    kept = list(dict.fromkeys(parts))
+    kept = [p for p in dict.fromkeys(parts) if not any(_narrower(other, p) for other in parts)]
     return PathPart() if not kept else kept[0] if len(kept) == 1 else both(*kept)

@@ -20,7 +20,7 @@ AXES = {"x": "x", "y": "y", "z": "up"}
 
 FREE = frozenset(
     """comma dot and so where only whole path to of with for as at by on in from than around over approx then_on because
-    correct too toward side more filler bare within off here inc near along min max between waypoints""".split()
+    correct too toward side more filler bare within off here inc near along min max between""".split()
 )
 """Classes that may be left over: they shape what stands beside them."""
 
@@ -324,11 +324,19 @@ def share(clause: Constituents) -> F.Quantity | None:
 
 def speed_amount(clause: Constituents) -> F.Quantity | None:
     """How much faster or slower."""
-    q = share(clause)
+    q: F.Quantity | None = share(clause)
+    found: Chunk | None = None
     if q is None:
         found = clause.take("Qv") or clause.take("Qn", where=_small)
         q = None if found is None or found.q is None else replace(found.q, unit="m/s")
-    return q if q is None else replace(q, role="to" if q.role == "to" else "by")
+    return q if q is None else replace(q, role="to" if q.role == "to" or _apposed(clause, found) else "by")
+
+
+def _apposed(clause: Constituents, found: Chunk | None) -> bool:
+    """Whether a speed stands behind "slower" without "by": what it is slowed to."""
+    if found is None or found.kind != "Qv" or found.value in ("by", "plus", "minus"):
+        return False
+    return any(c.kind in ("slower", "creep") and c.span < found.span for c in clause.items)
 
 
 def waypoints(clause: Constituents) -> F.Quantity | None:
@@ -337,7 +345,9 @@ def waypoints(clause: Constituents) -> F.Quantity | None:
     if found is None or found.q is None:
         q = share(clause)
         return q
-    return replace(found.q, unit=found.q.unit or "waypoints", role="by" if found.q.role == "at" else found.q.role)
+    said = {"plus": "+", "minus": "-"}.get(str(found.value), found.q.said)
+    role = cast(F.Role, "by" if found.q.role == "at" else found.q.role)
+    return replace(found.q, unit=found.q.unit or "waypoints", role=role, said=said)
 
 
 def level(clause: Constituents) -> F.Quantity | None:

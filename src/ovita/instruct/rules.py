@@ -180,10 +180,20 @@ def _cut(pieces: Sequence[Stretch]) -> list[Said]:
             said = _clause(items, span)
             placed = sum(any(c.kind in PLACING or c.kind == "turns" for c in p.items) for p in span)
             asks = not {c.kind for c in span[0].items} <= PLACING | FREE
-            joint = sum(0.4 + 1.2 * (p.first in VERBS and asks) for p in span[1:]) + 1.2 * (placed > 1)
+            alone = len(span) > 1 and all(_complete(_clause(p.items, [p])) for p in span)
+            joint = sum(0.4 + 1.2 * (p.first in VERBS and asks) for p in span[1:]) + 1.2 * (placed > 1 or alone)
             options.append((best[begin][0] + said.cost + joint, [*best[begin][1], said]))
         best.append(min(options, key=lambda option: option[0]))
     return best[-1][1]
+
+
+def _complete(said: Said) -> bool:
+    """Whether a piece says by itself all that it is about."""
+    return bool(
+        said.match
+        and not (said.match.unread or said.match.missing)
+        and any(c.kind in PLACING | {"obj", "end"} for c in said.items)
+    )
 
 
 def _clause(items: tuple[Chunk, ...], span: Sequence[Stretch]) -> Said:
@@ -210,7 +220,7 @@ def _placed_by_itself(piece: Stretch) -> bool:
 
 VERBS = frozenset(
     """go move shift walk drive fly travel bring put push pull take make set get let translate displace relocate offset
-    finish begin end start come head run keep maintain leave stop wait""".split()
+    finish begin end start come head run keep maintain leave stop wait remain""".split()
 )
 """Words with which a piece begins a sentence of its own."""
 

@@ -144,6 +144,8 @@ def _filled(row: Row, clause: Constituents) -> Match | None:
     if degree is not None:
         slots["degree"] = {"larger": "large", "smaller": "slight"}.get(degree.kind, degree.kind)
     clause.every(*row.also.split())
+    if not clause.has("Qn", "inc", "dec", "more", "less", "double", "halve"):
+        clause.every("waypoints")  # the path by another name
     if row.check is not None:
         checked = row.check(slots)
         if checked is None:
@@ -171,7 +173,7 @@ def _pace(slots: dict[str, Any]) -> dict[str, Any]:
     q = slots.get("amount")
     if q is not None and q.role == "to" and q.value == 0 and slots["change"] == "slower":
         return slots | {"change": "rampdown"}
-    if q is not None and q.role == "by" and q.unit == "x" and slots["change"] == "faster" and q.value < 1:
+    if q is not None and q.unit == "x" and slots["change"] == "faster" and q.value < 1:
         return slots | {"change": "set", "amount": replace(q, role="to")}
     return slots
 
@@ -208,6 +210,8 @@ def _resample(slots: dict[str, Any]) -> dict[str, Any]:
     change = slots["change"]
     if q is None:
         return slots
+    if q.said in ("+", "-"):
+        return slots | {"change": "by", "amount": F.Quantity(q.value if q.said == "+" else -q.value, "waypoints", "by")}
     if q.unit in ("%", "x"):
         factor = q.value
         if change == "fewer" and factor > 1:
@@ -217,7 +221,7 @@ def _resample(slots: dict[str, Any]) -> dict[str, Any]:
         elif change == "more" and q.unit == "%":
             factor = 1 + factor
         return slots | {"change": "by", "amount": F.Quantity(round(factor, 6), q.unit if change == "" else "x", "by")}
-    if change in ("more", "fewer"):
+    if change in ("more", "fewer") and q.role != "to":
         signed = q.value if change == "more" else -q.value
         return slots | {"change": "by", "amount": F.Quantity(signed, "waypoints", "by")}
     return slots | {"change": "to", "amount": replace(q, role="to", unit="")}
@@ -309,6 +313,7 @@ ROWS: tuple[Row, ...] = (
     Row(F.Approach, ("obj:toward",), {"objects": objects("toward"), "by": amount("Qm")}, {"sense": "closer"}, ("objects",), "path whole creep toward advance keep", 0.3),
     Row(F.Approach, ("farther|avoid", "inc|more|larger distance|gap", "inc farther", "double|triple distance|farther", "Qx distance|farther", "farther around", "withdraw obj", "keep large obj:from"),
         {"objects": objects(), "by": lambda c: amount("Qm", "Qx")(c) or share(c)}, {"sense": "farther"}, ("objects",), "distance path pass farther avoid times inc keep gap than", 0.25),
+    Row(F.Approach, ("large distance|gap !Qm|dec|less|smaller|keep",), {"objects": objects()}, {"sense": "farther", "degree": "large"}, ("objects",), "distance path pass keep gap", 0.25),
     Row(F.Approach, ("distance obj !Qm|dec|less|smaller|keep|constant|halve|half",), {"objects": objects()}, {"sense": "farther"}, ("objects",), "distance", 0.4),
     Row(F.Approach, ("halve|half farther", "farther Qx|Qpc:to"), {"objects": objects(), "by": share}, {"sense": "closer"}, ("objects",), "farther keep pass", 0.2),
     Row(F.Approach, ("inc Qm obj !speed",), {"objects": objects(), "by": LENGTH}, {"sense": "farther"}, ("objects",), "inc", 2.0),
@@ -328,15 +333,15 @@ ROWS: tuple[Row, ...] = (
     Row(F.Pace, ("faster", "inc|raise|up speed", "more speed", "inc Qv"), {"amount": speed_amount}, {"change": "faster"}, (), "speed path whole keep pass inc up raise more times faster thru as", 0.1, check=_pace),
     Row(F.Pace, ("slower_time",), {}, {"change": "set", "amount": F.Quantity(0.5, "x", "to")}, (), "speed path whole", 0.1),
     Row(F.Pace, ("faster_time",), {}, {"change": "set", "amount": F.Quantity(2.0, "x", "to")}, (), "speed path whole in", 0.1),
-    Row(F.Pace, ("slower", "dec|lower|drop|down|trim speed", "less speed", "brake", "creep"), {"amount": speed_amount}, {"change": "slower"}, (), "speed path whole keep pass dec lower drop down times slower brake trim creep thru", 0.1, check=_pace),
+    Row(F.Pace, ("slower", "dec|lower|drop|down|trim speed", "less speed", "brake", "creep", "Qpc|Qv from speed"), {"amount": speed_amount}, {"change": "slower"}, (), "speed path whole keep pass dec lower drop down times slower brake trim creep thru", 0.1, check=_pace),
     Row(F.Pace, ("double|triple speed", "speed double|triple"), {"amount": share}, {"change": "faster"}, (), "speed times", 0.1),
-    Row(F.Pace, ("speed Qpc:by", ), {"amount": lambda c: (lambda f: None if f is None else f.q)(c.take("Qpc", where=lambda x: x.value == "plus"))}, {"change": "faster"}, ("amount",), "speed", 0.05, check=_signed_pace),
-    Row(F.Pace, ("speed Qpc|Qv", "Qpc|Qv:by speed", ), {"amount": lambda c: (lambda f: None if f is None else f.q)(c.take("Qpc", "Qv", where=lambda x: x.value == "minus"))}, {"change": "slower"}, ("amount",), "speed", 0.05, check=_signed_pace),
+    Row(F.Pace, ("speed Qpc:by", "Qv"), {"amount": lambda c: (lambda f: None if f is None else f.q)(c.take("Qpc", "Qv", where=lambda x: x.value == "plus"))}, {"change": "faster"}, ("amount",), "speed", 0.05, check=_signed_pace),
+    Row(F.Pace, ("speed Qpc|Qv", "Qpc|Qv:by speed", "Qv"), {"amount": lambda c: (lambda f: None if f is None else f.q)(c.take("Qpc", "Qv", where=lambda x: x.value == "minus"))}, {"change": "slower"}, ("amount",), "speed", 0.05, check=_signed_pace),
     Row(F.Pace, ("Qv", "speed|vmax|vmin Qv|Qn", "half speed", "halve speed", "speed Qpc|Qx|half|third|quarter", "Qpc|quarter|third|fifth|tenth speed"),
         {"amount": lambda c: amount("Qv", "Qpc", "Qx", role="")(c) or share(c)}, {}, ("amount",), "speed path whole keep max limit at_most at_least min vmax vmin faster slower brake raise lower extend pass multiply resize", 0.3, check=_set_pace),
     Row(F.Pace, ("vmax|limit|max|at_most Qv", "vmax Qn", "speed max|at_most|limit Qv|Qn"), {"amount": amount("Qv", role="at_most")}, {"change": "cap"}, ("amount",), "speed whole path max limit at_most faster vmax up keep", 0.1),
     Row(F.Pace, ("vmin|min|at_least Qv", "vmin Qn", "speed min|at_least Qv|Qn"), {"amount": amount("Qv", role="at_least")}, {"change": "floor"}, ("amount",), "speed whole path min at_least slower vmin keep", 0.1),
-    Row(F.Pace, ("constant",), {"amount": amount("Qv", role="to")}, {"change": "constant"}, (), "speed path whole keep pass constant", 0.2),
+    Row(F.Pace, ("constant",), {"amount": amount("Qv", role="to")}, {"change": "constant"}, (), "speed path whole keep pass constant waypoints", 0.2),
     Row(F.Pace, ("ramp_up", "gradual faster", "gradual inc|raise speed", "faster faster", "accel constant|gradual !Qa"), {"amount": amount("Qv", role="to")}, {"change": "rampup"}, (), "speed path whole gradual faster constant ramp_up accel", 0.0),
     Row(F.Pace, ("ramp_down", "gradual slower", "gradual dec|lower speed", "slower|brake constant|gradual"), {"amount": amount("Qv", role="to")}, {"change": "rampdown"}, (), "speed path whole gradual slower constant stop ramp_down brake", 0.0),
     Row(F.Pace, ("up|inc|raise Qpc|Qx|third|quarter|half|fifth|tenth !speed",), {"amount": speed_amount}, {"change": "faster"}, ("amount",), "up inc raise times", 0.6),
@@ -365,15 +370,15 @@ ROWS: tuple[Row, ...] = (
     Row(F.Extend, ("end:goal/after obj:to,toward,by,at,near !wait|stop|hover", "end:goal/after pair"), {"place": lambda c: c.take("end") and (pair(c) or place("to", "toward", "by", "at", "near")(c))}, {}, ("place",), "end path straight smooth touch extend", 0.0, where=False),
     Row(F.Return, ("return",), {}, {}, (), "return end start path stop reverse", 0.0, where=False),
     Row(F.Reverse, ("reverse",), {}, {}, (), "reverse path whole end back", 0.1, where=False),
-    Row(F.Trim, ("trim", "drop part !Qm|by"), {}, {}, (), "trim drop path waypoints whole", 0.1, check=_trim_place),
+    Row(F.Trim, ("trim", "drop part !Qm|by"), {}, {}, (), "trim drop path whole", 0.1, check=_trim_place),
     Row(F.Resample, ("inc|more|denser waypoints", "denser"), {"amount": waypoints}, {"change": "more"}, (), "inc more denser waypoints path whole", 0.1, where=False, check=_resample),
     Row(F.Resample, ("dec|less|sparser waypoints", "sparser", "too waypoints", "halve waypoints"), {"amount": waypoints}, {"change": "fewer"}, (), "dec less sparser waypoints path whole too drop trim", 0.1, where=False, check=_resample),
     Row(F.Resample, ("merge",), {"amount": count}, {"change": "merge"}, ("amount",), "waypoints merge every of", 0.0, where=False),
     Row(F.Resample, ("Qn waypoints", "double|Qx|halve|Qpc|half|third waypoints"), {"amount": waypoints}, {"change": ""}, ("amount",), "waypoints path whole inc at_most keep", 0.3, where=False, check=_resample),
     # form
-    Row(F.Smooth, ("smooth", "dec|less turns"), {}, {}, (), "smooth path whole turns trim avoid dec less touch", 0.25),
+    Row(F.Smooth, ("smooth !dec|less|inc|more", "smooth turns", "dec|less turns"), {}, {}, (), "smooth path whole turns trim avoid dec less touch", 0.25),
     Row(F.Straighten, ("straight",), {}, {}, (), "straight path whole curvature turns", 0.25),
-    Row(F.Curve, ("more_curve", "inc|more|large curvature"), {}, {"change": "more"}, (), "curvature more path inc whole", 0.0),
+    Row(F.Curve, ("more_curve", "inc|more|large curvature !too"), {}, {"change": "more"}, (), "curvature more path inc whole", 0.0),
     Row(F.Curve, ("less_curve", "dec|less|too curvature"), {}, {"change": "less"}, (), "curvature less dec too path whole", 0.0),
     Row(F.Resize, ("larger", "inc size", "resize up"), {"by": share, "about": place("around", "of", "at")}, {"change": "larger"}, (), "resize larger path whole size inc times up", 0.3, where=False, check=_resize),
     Row(F.Resize, ("smaller", "dec size", "resize down"), {"by": share, "about": place("around", "of", "at")}, {"change": "smaller"}, (), "resize smaller path whole size dec times down", 0.3, where=False, check=_resize),
