@@ -1,6 +1,8 @@
 """A skill adapted by instruction: its mean moves, its variance and its generalisation stay."""
 
 import json
+import runpy
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,6 +18,7 @@ from ovita.sources.adapted_skills import adapt_skill
 from ovita.sources.learning import learn
 from ovita.sources.skills import KINDS, Skill
 
+ROOT = Path(__file__).parents[2]
 CUP = Scene((SceneObject("cup", np.array([0.3, 0.0, 0.05]), np.array([0.08, 0.08, 0.1])),))
 
 
@@ -123,3 +126,18 @@ def test_a_covariance_that_does_not_fit_is_refused(tmp_path):
     with pytest.raises(FormatError, match="covariance is no list of 101 rows"):
         words = ["plot", str(tmp_path / "task.json"), "--out", str(tmp_path / "x.png")]
         CliRunner().invoke(cli, words, catch_exceptions=False)
+
+
+def test_the_example_runs(capsys):
+    runpy.run_path(str(ROOT / "examples" / "skill_from_demonstrations.py"), run_name="__main__")
+    said = capsys.readouterr().out
+    assert "The variance is as it was: True" in said and "lies outside what was shown" in said
+
+
+def test_the_benchmark_runs_small(monkeypatch, capsys):
+    monkeypatch.setattr("sys.argv", ["demonstrations.py", "--small"])
+    runpy.run_path(str(ROOT / "benchmarks" / "demonstrations.py"), run_name="not_main")["main"]()
+    rows = [line.split("|") for line in capsys.readouterr().out.splitlines() if line.startswith("| ovita")]
+    mean = {row[1].strip(): float(row[2]) for row in rows}
+    assert max(mean[f"ovita {kind}"] for kind in KINDS) < 3.0
+    assert mean["ovita kmp, frames"] < 20.0

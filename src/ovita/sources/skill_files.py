@@ -39,6 +39,11 @@ def save_skill(path: str | os.PathLike[str], skill: Skill) -> None:
     file = file_name(path)
     if suffix(path) != ".json":
         raise FormatError(file, "a skill is JSON; name a .json file")
+    atomic_write(path, dumps(document_of(skill), file))
+
+
+def document_of(skill: Skill) -> dict[str, Any]:
+    """The document of a skill, in lists, dicts and scalars."""
     document = {
         "schema": SKILL_SCHEMA,
         "kind": skill.kind,
@@ -57,7 +62,7 @@ def save_skill(path: str | os.PathLike[str], skill: Skill) -> None:
         "model": skill.model,
         "scene": scene_dict(skill.scene),
     }
-    atomic_write(path, dumps(plain(document), file))
+    return dict(plain(document))
 
 
 def load_skill(path: str | os.PathLike[str]) -> Skill:

@@ -20,6 +20,7 @@ from ovita.plots.geometry import COLOURS, OBJECT_COLOURS
 from ovita.result import Adaptation
 
 GHOST = "#eeb1ab"
+STROKE = "#7b1fa2"
 _WIDE, _THIN = 4.5, 2.0
 _FOV = 0.75
 _NO_SEGMENTS = np.zeros((1, 2, 3), dtype=np.float32)
@@ -134,6 +135,11 @@ class SceneView:
     def pins(self, places: Array) -> None:
         """Show where waypoints are pinned, (K, 3) [m]."""
         self._points("pins", places if len(places) else None, colour=(255, 140, 0), scale=2.4)
+
+    def draw_stroke(self, path: Array) -> None:
+        """Show a line (N, 3) [m] that is drawn by hand; none where it has no segment."""
+        pairs = segments(path) if len(path) > 1 else _NO_SEGMENTS[:0]
+        self._segments("pen", pairs, plain_colours(len(pairs), STROKE), _WIDE)
 
     def update_shown(self, session: Session) -> None:
         """Apply the visibility switches."""

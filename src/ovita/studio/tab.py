@@ -24,6 +24,7 @@ from ovita.studio.panels import (
     WritersPanel,
     writer_name,
 )
+from ovita.studio.recording import PenRecorder
 from ovita.studio.scene_view import SceneView
 from ovita.studio.sessions import News, SessionController
 
@@ -78,6 +79,7 @@ class Tab:
             self.conversation = Conversation(gui, self._controller, self.complain)
         with tabs.add_tab("Edit", "hand-move"):
             self.hand = DragEditor(gui, self.space, self._controller, self._peek)
+            self.pen = PenRecorder(self.client, self.space, self._controller, self.tell, self.complain)
         with tabs.add_tab("View", "eye"):
             self._build_view(gui)
         with tabs.add_tab("Files", "folder"):
@@ -251,6 +253,7 @@ class Tab:
             self._leave()
             self.controller = controller
             self.hand.let_go()
+            self.pen.let_go()
             self.heads.place([])
             self.puppet.choose(str(self.robot.value))
             self.space.reset()
