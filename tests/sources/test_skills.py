@@ -100,6 +100,15 @@ def test_a_place_outside_what_was_shown_is_named():
     assert any(text.startswith("the via-point at 0.5") and "deviations" in text for text in outside.notes)
 
 
+def test_places_are_told_in_words_or_by_objects():
+    tasks = [reaching(seed) for seed in range(4)]
+    skill, plate = learn(tasks), tasks[0].scene["plate"]
+    centre = skill.generate(goal=plate).trajectory.positions[-1]
+    above = skill.generate(goal="0.2 m above the plate").trajectory.positions[-1]
+    assert np.allclose(centre, plate.position)
+    assert np.allclose(above, np.add(plate.position, [0, 0, 0.2 + plate.size[2] / 2]))
+
+
 def test_a_via_point_without_a_phase_goes_where_it_is_least_unusual():
     skill = learn(demonstrations(), "kmp")
     place = skill.generate().trajectory.positions[30] + [0, 0.01, 0.0]
@@ -181,7 +190,7 @@ def test_what_cannot_be_generated_is_said(wrong):
 
 
 def test_more_that_cannot_be_done_is_said():
-    with pytest.raises(UnknownObject, match="'mug'"):
+    with pytest.raises(RequestError, match="'mug' is no place"):
         learn([reaching(1), reaching(2)]).generate(goal="mug")
     with pytest.raises(UnknownObject, match="'mug'"):
         learn([reaching(1), reaching(2)], frames=("mug",))

@@ -61,7 +61,7 @@ def test_objects_that_moved_are_followed(tmp_path):
     ("words", "said"),
     [
         (("--via", "middle: cup"), "'middle' is no phase; say it as '0.5: cup'"),
-        (("--goal", "cup"), "no object 'cup'"),
+        (("--goal", "cup"), "'cup' is no place"),
         (("--out", "x.foo"), "says nothing about the format"),
     ],
 )

@@ -73,7 +73,7 @@ def spread(skill: Skill) -> str:
 
 @click.command()
 @click.argument("file", metavar="SKILL.json")
-@click.option("--start", metavar="PLACE", help="Where to start: an object, or x,y,z[,qw,qx,qy,qz]. [as shown]")
+@click.option("--start", metavar="PLACE", help="Where to start: 'above the cup', or x,y,z[,qw,qx,qy,qz]. [as shown]")
 @click.option("--goal", metavar="PLACE", help="Where to end. [as shown]")
 @click.option(
     "--via",

@@ -14,12 +14,14 @@ from typing import Literal, TypeAlias, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ovita.errors import RequestError, UnknownObject
+from ovita.errors import RequestError
 from ovita.io import Task
+from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import TIMESTEP, Array, Trajectory, interpolate
 from ovita.sources.dmp import Dmp
 from ovita.sources.kmp import Via, conditioned, led
+from ovita.sources.places import locate, read_place
 from ovita.sources.promp import Promp
 from ovita.sources.taskframes import (
     GOAL,
@@ -56,7 +58,7 @@ SLOWEST = 0.01
 """Between its ends a generated path is never slower than this share of its highest speed, so that it goes on."""
 
 Place: TypeAlias = "str | SceneObject | ArrayLike"
-"""An object or its name, perhaps with an offset ("cup+0,0,0.2"), or x, y, z[, qw, qx, qy, qz], text or numbers [m]."""
+"""A place in words ("the cup", "0.1 m left of the cup"), an object (its centre), or x, y, z[, qw, qx, qy, qz] [m]."""
 
 Vias: TypeAlias = "Mapping[float, Place] | Sequence[tuple[float | None, Place]]"
 """Places by phase, from 0 to 1; None stands for the phase at which the place is least unusual."""
@@ -178,7 +180,7 @@ class Skill:
 
         Raises:
             RequestError: If a place or a phase cannot be used, or the kind has no via-points.
-            UnknownObject: If the scene lacks an object.
+            UnknownObject: If the scene lacks the object of a task frame.
         """
         scene = self.scene if scene is None else scene
         asked = _asked(start, goal, via, scene)
@@ -356,34 +358,26 @@ def _asked(start: Place | None, goal: Place | None, via: Vias, scene: Scene) -> 
 def placed(place: Place, scene: Scene) -> tuple[Array, Array | None]:
     """The position (3,) [m] of a place, and its orientation (4,) where it gives one.
 
-    An object gives its centre, and no orientation.
+    Words are read as `ovita plan` reads them, so "the cup" is the free place above it; a `SceneObject` is its centre.
 
     Raises:
-        RequestError: If it is no place.
-        UnknownObject: If the scene has no such object.
+        RequestError: If it is no place, or the scene has no such object.
     """
     if isinstance(place, SceneObject):
         return place.position, None
-    if isinstance(place, str) and place in scene:
-        return scene[place].position, None
-    name, _, offset = place.partition("+") if isinstance(place, str) else ("", "", "")
-    if name.strip() and offset and name.strip() in scene:
-        return scene[name.strip()].position + _numbers(offset, (3,), place), None
-    if isinstance(place, str) and name.strip()[:1].isalpha():
-        raise UnknownObject(name.strip(), scene.names)
-    values = _numbers(place, (3, 7), place)
+    if isinstance(place, str) and any(letter.isalpha() for letter in place):
+        return locate(read_place(place, scene), scene, Robot.preset("none")).position, None
+    values = _numbers(place)
     return values[:3], _unit(values[3:]) if len(values) == 7 else None
 
 
-def _numbers(text: Place, sizes: Sequence[int], place: Place) -> Array:
+def _numbers(place: Place) -> Array:
     try:
-        values = np.array(text.split(",") if isinstance(text, str) else text, dtype=float)
+        values = np.array(place.split(",") if isinstance(place, str) else place, dtype=float)
     except (TypeError, ValueError):
         values = np.zeros(0)
-    if values.ndim != 1 or len(values) not in sizes or not np.isfinite(values).all():
-        raise RequestError(
-            f"{_text(place)!r} is no place; give an object, an object with an offset such as 'cup+0,0,0.2', or x,y,z"
-        )
+    if values.ndim != 1 or len(values) not in (3, 7) or not np.isfinite(values).all():
+        raise RequestError(f"{_text(place)!r} is no place; give an object, such as 'above the cup', or x,y,z in metres")
     return values
 
 
