@@ -7,7 +7,9 @@ import pytest
 from shown import demonstrations, reaching, swing
 
 from ovita.errors import FormatError, RequestError, UnknownObject
+from ovita.io import Task
 from ovita.paths.geometry import path_distances
+from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.sources.kmp import LENGTH
 from ovita.sources.learning import learn
@@ -132,6 +134,24 @@ def test_task_frames_follow_objects_that_moved_and_turned(kind, within):
     assert np.mean(gaps) < within < np.mean(unmoved)
     assert max(ends) < 0.035
     assert skill.frames == ("cup", "plate") and made.scene is there.scene
+
+
+@pytest.mark.parametrize("kind", ["kmp", "tpgmm"])
+def test_the_tool_turns_with_the_object_of_its_task_frame(kind):
+    def at(yaw: float, seed: int = 0) -> Task:
+        """Towards a cup from its front, the tool turned as the cup is."""
+        c, s = np.cos(yaw), np.sin(yaw)
+        rng = np.random.default_rng(seed)
+        out = np.linspace(0.5, 0.0, 60)[:, None] * [c, s, 0] + rng.normal(0, 0.005, 3) * [0, 0, 1]
+        turn = np.array([np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)])
+        cup = SceneObject("cup", np.array([0.1 * seed, 0.2, 0.0]), orientation=turn)
+        return Task(Trajectory(cup.position + out, np.full(60, 0.2), np.tile(turn, (60, 1))), Scene((cup,)))
+
+    skill = learn([at(0.4 * seed - 1.0, seed) for seed in range(6)], kind, frames=("cup",))
+    there = at(1.6, 3)
+    made = skill.generate(scene=there.scene).trajectory
+    assert np.abs(made.positions - there.trajectory.resample(101).positions).max() < 0.01
+    assert np.abs((made.orientations * there.trajectory.orientations[0]).sum(axis=1)).min() > 1 - 1e-4
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -129,8 +129,8 @@ def compared(tasks: Sequence[Task], seen: Sequence[Array]) -> tuple[str, ...]:
 def aligned(trajectories: Sequence[Trajectory], seen: Sequence[Array], by: Alignment = "dtw") -> Aligned:
     """Bring demonstrations to common phases.
 
-    "dtw" and "arc_length" go by the path, so that a demonstrator's pace and pauses do not matter; the speeds are those
-    shown at each place. "time" keeps pauses.
+    "dtw" and "arc_length" go by the path, so that a demonstrator's pace does not matter; the speeds are those shown at
+    each place.
 
     Args:
         trajectories: In the world.
@@ -161,10 +161,10 @@ def without_orientations(tasks: Sequence[Task]) -> tuple[str, ...]:
 
 
 def pauses(tasks: Sequence[Task]) -> tuple[str, ...]:
-    """Say that pauses are left out of demonstrations that are aligned by their paths."""
+    """Say that pauses are left out: at a phase, a skill is somewhere, and goes on."""
     waits = [(task.path, int(task.trajectory.dwells.sum())) for task in tasks]
     who = [path for path, count in waits if count]
-    return (f"the pauses of {listed(who)} are left out; align by time to keep them",) if who else ()
+    return (f"the pauses of {listed(who)} are left out; a skill keeps none",) if who else ()
 
 
 def _same_frame(tasks: Sequence[Task]) -> None:

@@ -64,8 +64,7 @@ def learn(
     agreeing = [_agreeing(some) for some in around]
     seen = [local(one, t.trajectory.positions, None)[0] for one, t in zip(agreeing, tasks, strict=True)]
     said += demonstrations.compared(tasks, seen) + demonstrations.without_orientations(tasks)
-    if align != "time":
-        said += demonstrations.pauses(tasks)
+    said += demonstrations.pauses(tasks)
     together = demonstrations.aligned([task.trajectory for task in tasks], seen, align)
     views, bases = _views(together, around)
     size = float(np.mean([extent(one) for one in together.positions]))
