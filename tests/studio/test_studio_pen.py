@@ -1,11 +1,15 @@
 """A pen that is dragged through the studio's scene: strokes become demonstrations, these a skill."""
 
+import json
+
 import numpy as np
 import pytest
 
 from ovita.errors import RequestError
 from ovita.io import load_task
 from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Trajectory
+from ovita.sources.learning import learn
 from ovita.sources.skills import Skill
 from ovita.studio.recording import PenSample, level, stroke
 
@@ -40,10 +44,25 @@ def test_strokes_are_kept_saved_and_learned_from(start, visit, tmp_path):
     tab.click("Learn a skill and save it")
     tab.wait(lambda: "skill.json" in tab.downloads and any("3 demonstrations" in said for said in tab.notices))
     (tmp_path / "skill.json").write_bytes(tab.downloads["skill.json"])
+    assert "/tube" in tab.nodes
     made = Skill.load(tmp_path / "skill.json").generate(goal=[0.9, 0.1, 0.1])
     assert np.allclose(made.trajectory.positions[-1], [0.9, 0.1, 0.1])
     tab.click("Put the pen away")
     tab.wait(lambda: "/pen" not in tab.nodes)
+
+
+def test_a_skill_is_opened_as_what_it_generates_with_its_tube(start, visit, tmp_path):
+    s = np.linspace(0.0, 1.0, 30)
+    shown = [np.stack([s, by * np.sin(np.pi * s), 0 * s], axis=1) for by in (0.1, 0.2, 0.3)]
+    learn([Trajectory(path, np.full(30, 0.2)) for path in shown]).save(tmp_path / "skill.json")
+    tab = visit(start())
+    tab.upload("skill.json", (tmp_path / "skill.json").read_bytes())
+    tab.wait(lambda: "/tube" in tab.nodes and any("what the skill generates" in said for said in tab.notices))
+    assert np.allclose(tab.points("/lines/original")[-1, 1], [1, 0, 0], atol=1e-5)
+    document = json.loads((tmp_path / "skill.json").read_text())
+    document["model"]["means"] = "x"
+    tab.upload("broken.json", json.dumps(document).encode())
+    tab.wait(lambda: any("model.means" in said for said in tab.notices))
 
 
 def test_one_stroke_is_too_few_for_a_variance_and_that_is_said(start, visit):

@@ -13,12 +13,13 @@ from typing import Any
 from ovita.dialogue.history import SCHEMA
 from ovita.dialogue.session import Session
 from ovita.errors import FormatError, OvitaError, RobotError
-from ovita.io import is_adaptation, load_robot, load_task, save_trajectory, with_scene
+from ovita.io import Task, is_adaptation, is_skill, load_robot, load_task, save_trajectory, with_scene
 from ovita.io.files import read_text
 from ovita.io.json_ import parse_object
+from ovita.io.waypoints import covariance_rows
 from ovita.limits import ConstraintOptions
 from ovita.paths.robot import PRESETS, Robot
-from ovita.paths.trajectory import Trajectory
+from ovita.paths.trajectory import Array, Trajectory
 from ovita.result import Adaptation
 from ovita.studio import html
 from ovita.studio.sessions import SessionController
@@ -37,11 +38,15 @@ SUFFIXES = (".json", ".csv", ".tum", ".txt", ".plan", ".waypoints", ".wpl")
 
 @dataclass(frozen=True)
 class Opened:
-    """A session made of a file, the file's name, and what a person should know, each a sentence."""
+    """A session made of a file, the file's name, and what a person should know, each a sentence.
+
+    `covariance` is that of the original's positions (N, 6) [m2], where the file holds it.
+    """
 
     session: Session
     title: str
     notes: tuple[str, ...] = ()
+    covariance: Array | None = None
 
 
 def open_file(path: str, template: Session, *, limits: Robot | None = None, upload: bool = False) -> Opened:
@@ -67,7 +72,7 @@ def open_file(path: str, template: Session, *, limits: Robot | None = None, uplo
         _check_length(path, result.original)
         _check_length(path, result.adapted)
         return Opened(Session.of(result, writer=template.writer, isolation=template.isolation), name, (_PROGRAM,))
-    task = load_task(path)
+    task = _generated(path) if is_skill(path) else load_task(path)
     _check_length(path, task.trajectory)
     bare = not path.lower().endswith(".json")
     if bare:
@@ -85,7 +90,18 @@ def open_file(path: str, template: Session, *, limits: Robot | None = None, uplo
         notes.append(f"limits now: {html.limits_of(robot)} Those of the file before do not go along")
     options = replace(template.constraints, pinned=()) if bare else ConstraintOptions()
     session = Session(task.trajectory, task.scene, robot, template.writer, options, template.isolation)
-    return Opened(session, name, tuple(notes))
+    held = task.extra.get("covariance")
+    covariance = None if held is None else covariance_rows(held, path, len(task.trajectory))
+    return Opened(session, name, tuple(notes), covariance)
+
+
+def _generated(path: str) -> Task:
+    """What a skill generates as it was shown."""
+    from ovita.sources.skills import Skill
+
+    skill = Skill.load(path)
+    made = skill.generate().task()
+    return replace(made, notes=(f"this is what the skill generates as it was shown ({skill.kind})", *skill.notes))
 
 
 def open_upload(name: str, content: bytes, template: Session, *, limits: Robot | None = None) -> Opened:

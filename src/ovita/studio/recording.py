@@ -19,7 +19,7 @@ from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array
 from ovita.sources.learning import learn
 from ovita.sources.skill_files import document_of
-from ovita.sources.skills import KINDS
+from ovita.sources.skills import KINDS, packed
 from ovita.studio import html
 from ovita.studio.scene_view import STROKE, SceneView, rgb
 from ovita.studio.sessions import SessionController
@@ -36,7 +36,7 @@ class PenSample:
     """Where the pen was at a moment [s]."""
 
     moment: float
-    position: tuple[float, float, float]
+    position: tuple[float, ...]
 
 
 class PenRecorder:
@@ -109,8 +109,8 @@ class PenRecorder:
             place = level(place, np.array(event.client.camera.position), self._home, self._up())
         with self._lock:
             if event.phase == "start":
-                self._samples = [PenSample(time.monotonic(), (*self._home.tolist(),))]
-            self._samples.append(PenSample(time.monotonic(), (*place.tolist(),)))
+                self._samples = [PenSample(time.monotonic(), tuple(self._home.tolist()))]
+            self._samples.append(PenSample(time.monotonic(), tuple(place.tolist())))
             samples = tuple(self._samples)
         if self._pen is not None:
             self._pen.position = place if event.phase != "end" else self._home
@@ -143,7 +143,7 @@ class PenRecorder:
         for i, task in enumerate(self.strokes, start=1):
             content, _ = rendered(f"demonstration-{i}.json", task.trajectory, task.scene)
             text = content.encode() if isinstance(content, str) else content
-            self._client.send_file_download(f"demonstration-{i}.json", text)
+            self._client.send_file_download(f"demonstration-{i}.json", text, save_immediately=True)
 
     def _learn(self) -> None:
         try:
@@ -152,8 +152,12 @@ class PenRecorder:
         except OvitaError as error:
             self._complain(str(error))
             return
-        self._client.send_file_download("skill.json", dumps(document_of(skill), "skill.json").encode())
-        self._space.draw_stroke(made.trajectory.positions)
+        self._client.send_file_download(
+            "skill.json", dumps(document_of(skill), "skill.json").encode(), save_immediately=True
+        )
+        path = made.trajectory.positions
+        self._space.draw_stroke(path)
+        self._space.draw_tube(path, None if made.covariance is None else packed(made.covariance))
         said = f"A {skill.kind} of {counted(skill.shown, 'demonstration')}, {length(skill.size)} across, was saved"
         self._tell(". ".join([f"{said} as skill.json", *skill.notes]))
 

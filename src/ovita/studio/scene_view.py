@@ -141,6 +141,17 @@ class SceneView:
         pairs = segments(path) if len(path) > 1 else _NO_SEGMENTS[:0]
         self._segments("pen", pairs, plain_colours(len(pairs), STROKE), _WIDE)
 
+    def draw_tube(self, path: Array, covariance: Array | None) -> None:
+        """Show two standard deviations around a path (N, 3) [m]; covariance as in `geometry.tube`, None for none."""
+        node = self._lines.pop("tube", None)
+        if node is not None:
+            node.remove()
+        if covariance is not None:
+            vertices, faces = mesh(geometry.tube(path, covariance))
+            self._lines["tube"] = self.api.add_mesh_simple(
+                "/tube", vertices, faces, color=rgb(COLOURS["tube"]), opacity=0.3, side="double", cast_shadow=False
+            )
+
     def update_shown(self, session: Session) -> None:
         """Apply the visibility switches."""
         for node in (*self._labels, *self._end_labels):
@@ -454,6 +465,15 @@ class ViewBounds:
         wide = tall * aspect * _FILL
         needed = near + np.maximum(np.abs(across) / wide, np.where(high > 0, high / 0.85, -high / 0.6) / tall)
         return middle + view * float(needed.max()), middle
+
+
+def mesh(rings: Array) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
+    """Vertices (V, 3) and triangles (F, 3) of a tube of rings (N, sides, 3)."""
+    count, sides = rings.shape[:2]
+    i = np.arange(count * sides).reshape(count, sides)
+    a, b, c, d = i[:-1, :-1], i[:-1, 1:], i[1:, 1:], i[1:, :-1]
+    faces = np.stack([np.stack([a, b, c], axis=2), np.stack([a, c, d], axis=2)]).reshape(-1, 3)
+    return rings.reshape(-1, 3).astype(np.float32), faces.astype(np.uint32)
 
 
 def grid_step(size: float) -> float:

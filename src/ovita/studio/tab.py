@@ -203,6 +203,8 @@ class Tab:
     def open(self, opened: Opened) -> None:
         """Show a session that was opened."""
         self._change_desk(lambda: self._opened(opened))
+        if self.controller.session is opened.session:
+            self.space.draw_tube(opened.session.original.positions, opened.covariance)
         for note in opened.notes:
             self.tell(note)
 
