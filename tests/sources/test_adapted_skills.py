@@ -10,8 +10,10 @@ from click.testing import CliRunner
 from shown import demonstrations, reaching
 
 from ovita.cli.main import cli
-from ovita.errors import FormatError
+from ovita.errors import FormatError, OvitaError
 from ovita.io import Task, load_task, save_task
+from ovita.limits import ConstraintOptions
+from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.plots.geometry import tube
 from ovita.sources.adapted_skills import adapt_skill
@@ -93,6 +95,42 @@ def test_the_command_line(tmp_path):
     mean = load_task(tmp_path / "mean.json")
     assert len(mean.extra["covariance"]) == 101
     assert np.allclose(mean.trajectory.positions, second.generate().trajectory.positions)
+
+
+def test_a_reading_that_is_not_certain_waits_for_a_yes():
+    skill = skill_of("kmp")
+    doubtful = "right 5 cm, feed 0.7"
+    asked = adapt_skill(skill, doubtful, writer="builtin")
+    assert asked.result.status == "needs_confirmation" and asked.skill is skill
+    done = adapt_skill(skill, doubtful, writer="builtin", accepting=True)
+    lifted = done.skill.generate().trajectory.positions - skill.generate().trajectory.positions
+    assert np.allclose(lifted, [0.05, 0, 0])
+
+
+def test_a_skill_that_the_limits_could_not_hold_says_so():
+    inside = Scene((SceneObject("cup", np.array([0.0, 0.0, 0.2]), np.array([0.2, 0.2, 0.2])),))
+    skill = learn([Task(one, inside) for one in demonstrations(4)])
+    edited = adapt_skill(
+        skill,
+        "go up by 0.02",
+        writer="builtin",
+        robot=Robot.preset("drone"),
+        constraints=ConstraintOptions(fix_start=True),
+    )
+    assert edited.result.status in ("infeasible", "limited")
+    assert edited.skill.notes[-1] == edited.result.verdict
+
+
+def test_only_skills_have_an_original_and_only_generate_makes_paths_of_them(tmp_path):
+    skill_of("kmp").save(tmp_path / "skill.json")
+    save_task(tmp_path / "task.json", reaching(1))
+    for words, said in (
+        (["adapt", "task.json", "go up by 0.1", "--on", "original"], "--on is for skills"),
+        (["convert", "skill.json", "x.csv"], "this is a skill, not a trajectory; make one of it: ovita generate"),
+    ):
+        placed = [str(tmp_path / word) if "." in word and " " not in word else word for word in words]
+        with pytest.raises(OvitaError, match=said):
+            CliRunner().invoke(cli, placed, catch_exceptions=False)
 
 
 def test_a_tube_is_two_deviations_across_the_path():

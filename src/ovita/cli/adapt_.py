@@ -111,7 +111,9 @@ def command(
     if not is_address(file) and is_skill(file):
         from ovita.cli.skills_ import adapt_file
 
-        adapt_file(file, instruction or "", on or "current", (out, trajectory_out, plot_out), as_json, options)
+        adapt_file(
+            file, instruction or "", on or "current", (out, trajectory_out, plot_out), as_json, accepting, options
+        )
     if on is not None:
         raise RequestError(f"--on is for skills; in a conversation say it: ovita chat {file}")
     task = open_task(file, scene_file=options["scene_file"], frame=options["frame"], choices=choices)

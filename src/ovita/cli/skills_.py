@@ -142,6 +142,7 @@ def adapt_file(
     on: FeedbackOn,
     outputs: tuple[str | None, str | None, str | None],
     as_json: bool,
+    accepting: bool,
     options: Mapping[str, Any],
 ) -> NoReturn:
     """Adapt a skill's mean to an instruction and write the skill, its trajectory and its picture where asked."""
@@ -154,7 +155,13 @@ def adapt_file(
     writer = writer_named(options["writer"], base_url=options["base_url"], temperature=options["temperature"])
     robot = limits if options["max_speed"] is None else replace(limits, max_speed=options["max_speed"])
     edited = adapt_skill(
-        skill, instruction, on=on, robot=robot, writer=writer, constraints=constraints_from(dict(options))
+        skill,
+        instruction,
+        on=on,
+        robot=robot,
+        writer=writer,
+        constraints=constraints_from(dict(options)),
+        accepting=accepting,
     )
     result, made, lost = edited.result, edited.skill.generate().task(instruction), tuple[str, ...]()
     if result.usable and out:
@@ -168,6 +175,8 @@ def adapt_file(
     else:
         show(result)
         show_notes((*edited.notes, *lost))
+        if result.proposal is not None:
+            click.echo("If that is what you mean: the same command with --accept")
         for path in [path for path in outputs if path and result.usable]:
             click.echo(f"wrote {path}")
     raise SystemExit(EXIT_OF[result.status])

@@ -268,6 +268,8 @@ def _instruction(document: Mapping[str, Any], file: str) -> str:
 
 
 def _no_trajectory(document: Mapping[str, Any], key: str) -> str:
+    if str(document.get("schema")).startswith("ovita.skill/"):
+        return "this is a skill, not a trajectory; make one of it: ovita generate"
     if key == "adapted":
         return f"this adaptation has no adapted trajectory (its status is {show(document.get('status'))})"
     if key in document:

@@ -13,7 +13,7 @@ from ovita.paths.geometry import path_distances
 from ovita.paths.robot import Robot
 from ovita.paths.trajectory import Array, Trajectory, interpolate, nlerp
 from ovita.request import FeedbackOn, Request
-from ovita.result import Adaptation
+from ovita.result import Adaptation, accept
 from ovita.sources.skills import REACHED, Skill
 from ovita.sources.taskframes import logarithm
 from ovita.text import counted, length
@@ -43,6 +43,7 @@ def adapt_skill(
     robot: Robot | None = None,
     writer: PolicyWriter | str = "auto",
     constraints: ConstraintOptions | None = None,
+    accepting: bool = False,
 ) -> AdaptedSkill:
     """Adapt the mean of a skill to an instruction, and move the skill there.
 
@@ -57,6 +58,7 @@ def adapt_skill(
         robot: The limits.
         writer: A policy writer or its name.
         constraints: How limits are enforced.
+        accepting: Whether a reading that is not certain is done without asking.
 
     Raises:
         RequestError: If the instruction is empty or too long.
@@ -65,6 +67,8 @@ def adapt_skill(
     mean = before.generate().trajectory
     limits = Robot.preset("none") if robot is None else robot
     result = adapt(Request(instruction, mean, skill.scene, limits), writer=writer, constraints=constraints)
+    if accepting and result.proposal is not None:
+        result = accept(result)
     if not result.usable:
         return AdaptedSkill(skill, result)
     return AdaptedSkill(*moved(before, mean, result))
@@ -88,7 +92,9 @@ def moved(skill: Skill, mean: Trajectory, result: Adaptation) -> tuple[Skill, Ad
         notes.append("a skill keeps no pauses; they are left out")
     by = _by(skill, mean, there)
     offset = by if skill.offset is None else skill.offset + by
-    edited = replace(skill, offset=offset, pace=there.speeds, edits=(*skill.edits, result.instruction))
+    doubts = (*skill.notes, result.verdict) if result.verdict else skill.notes
+    edits = (*skill.edits, result.instruction)
+    edited = replace(skill, offset=offset, pace=there.speeds, edits=edits, notes=doubts)
     return edited, result, tuple(notes)
 
 
