@@ -40,6 +40,11 @@ BAND = 0.15
 DETOUR = 0.1
 """What a step off the diagonal costs more in dynamic time warping, as a share."""
 
+_OF_TWO = {
+    "kmp": "it is taken to be the same in all directions",
+    "promp": "the movement varies only along the way from one to the other",
+}
+
 LEVER = 0.1
 """Turning by a radian counts in an alignment as so many metres."""
 
@@ -301,5 +306,5 @@ def too_few(count: int, kind: str) -> tuple[str, ...]:
             f"one demonstration shows no variance, which a {kind} is made of; show more, or use --kind dmp"
         )
     if count == 2:
-        return ("two demonstrations are too few for a covariance; it is taken to be the same in all directions",)
+        return (f"two demonstrations are too few for a covariance; {_OF_TWO.get(kind, 'it is a guess')}",)
     return ()
