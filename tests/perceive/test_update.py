@@ -71,6 +71,18 @@ def test_two_alike_are_matched_by_the_least_way():
     assert now.scene["right cup"].position[0] == pytest.approx(0.75)
 
 
+def test_what_has_no_partner_does_not_take_that_of_another():
+    ball = thing("green ball", (0.2, 0.4, 0.04), (0.08, 0.08, 0.08), seen_by=1, colour="green", shape="sphere")
+    now = update(BEFORE, seen(as_seen(CUP, "red cylinder", (0.2, 0.1, 0.0)), ball))
+    assert [match.now.name for match in now.matches] == ["cup"] and [item.name for item in now.new] == ["green ball"]
+
+
+def test_a_flat_thing_that_is_gone():
+    sheet = thing("sheet", (0.0, 0.0, 0.01), (0.2, 0.15, 0.02), seen_by=1)
+    there = picture([Thing("box", (0.0, 0.0, 0.01), (0.2, 0.15, 0.02))])
+    assert sees_through([picture([])], sheet) and not sees_through([there], sheet)
+
+
 def test_a_renamed_thing_keeps_its_name_over_several_looks():
     first = update(
         Scene((replace(CUP, name="my mug", extra={**CUP.extra, "seen_as": "red cylinder"}),)), seen(as_seen(CUP))

@@ -1,18 +1,25 @@
-"""`ovita perceive`: from pictures with depth to a scene file."""
+"""`ovita perceive`: from pictures with depth, recordings and point clouds to a scene file."""
 
 from __future__ import annotations
 
 import os
+from dataclasses import replace
+from typing import Any
 
 import click
 
 from ovita.cli.common import plain, section, show_notes, waiting
 from ovita.errors import FormatError, RequestError
-from ovita.io import atomic_write, scene_dict
+from ovita.io import atomic_write, load_scene, scene_dict
 from ovita.io.json_ import dumps
 from ovita.paths.scene import Scene, SceneObject
 from ovita.perceive import Perceived, perceive
-from ovita.perceive.pictures import views_from
+from ovita.perceive.assemble import perceive_clouds
+from ovita.perceive.detectors import detector_named
+from ovita.perceive.recordings import Recorded, RecordingChoices, load_mount
+from ovita.perceive.sources import gathered
+from ovita.perceive.update import SceneUpdate, impact, update
+from ovita.result import Adaptation
 
 EXIT_NOTHING = 3
 
@@ -33,6 +40,34 @@ EXIT_NOTHING = 3
     metavar="auto|none|Z",
     help="What things rest on; Z is its height [m].",
 )
+@click.option(
+    "--detector",
+    default="clusters",
+    show_default=True,
+    metavar="NAME",
+    help="What finds and names things: clusters, vlm:PROVIDER:MODEL, onnx:ENCODER,DECODER, or vlm:...+onnx:....",
+)
+@click.option("--base-url", metavar="URL", help="An OpenAI-compatible server; --detector vlm:MODEL names its model.")
+@click.option(
+    "--boxes", metavar="HOW", help="How a model writes boxes: gemini, qwen2.5, qwen3, glm, fractions. [by name]"
+)
+@click.option("--rgb", metavar="TOPIC", help="Topic of a bag's or a live camera's picture. [the only one]")
+@click.option("--depth", metavar="TOPIC", help="Topic of a bag's depth. [the only one]")
+@click.option("--cloud", metavar="TOPIC", help="Topic of a bag's point cloud, instead of depth.")
+@click.option(
+    "--at",
+    type=float,
+    multiple=True,
+    metavar="SECONDS",
+    help="When to look into a bag; again for more views. [its end]",
+)
+@click.option("--camera-frame", metavar="NAME", help="The camera's optical frame. [that of the messages]")
+@click.option("--world-frame", metavar="NAME", help="The frame of the scene. [the root of the bag's transforms]")
+@click.option(
+    "--pose", metavar="FILE", help="Where the camera is mounted (JSON): pose 4x4, and the frame that it is in."
+)
+@click.option("--update", "old", metavar="SCENE", help="Match with this scene: what moved, came and went; names stay.")
+@click.option("--result", metavar="FILE", help="With --update: what that changes for this adapted path.")
 @click.option("--picture", metavar="FILE", help="Draw what was found over the first view (.png).")
 @click.option("--json", "as_json", is_flag=True, help="Print the scene as JSON instead of a report.")
 def command(
@@ -43,8 +78,14 @@ def command(
     text: str,
     frame: str,
     plane: str,
+    detector: str,
+    base_url: str | None,
+    boxes: str | None,
+    old: str | None,
+    result: str | None,
     picture: str | None,
     as_json: bool,
+    **recorded: Any,
 ) -> None:
     """Find the things in PICTUREs with depth, and where they are: centre, size and orientation.
 
@@ -52,26 +93,40 @@ def command(
     camera.json, one folder a view; an .npz file of all in one; or a depth and a colour file with --camera. Several
     views are merged. camera.json holds intrinsics (3x3, or fx, fy, cx, cy) and pose (4x4, camera to world).
 
+    A PICTURE may also be a ROS bag, a live camera by the topic of its depth (ros2:/camera/depth/image_rect_raw), or a
+    point cloud (.ply, .pcd, .npy with rows x, y, z).
+
     Then: ovita adapt PATH.csv "Keep 10 cm away from the red cup" --scene SCENE.json
 
     Exit code 3 where nothing was found.
     """
     _check(out, picture)
     level = plane if plane in ("auto", "none") else _height(plane)
-    views = views_from(places, camera)
+    if result and not old:
+        raise RequestError("--result goes with --update SCENE, the scene that the path was adapted in")
+    before = None if old is None else load_scene(old)[0]
+    adapted = None if result is None else Adaptation.load(result)
+    finder = detector_named(detector, frame=frame, base_url=base_url, boxes=boxes)
     with waiting("looking", quiet=as_json):
-        seen = perceive(views, names=_listed(names), text=text, frame=frame, plane=level)
+        there = gathered(places, camera=camera, choices=_choices(recorded))
+        options: dict[str, Any] = {"names": _listed(names), "text": text, "frame": frame, "plane": level}
+        if there.views:
+            seen = perceive(there.views, detector=finder, **options)
+        elif finder is None:
+            seen = perceive_clouds(there.clouds, **options)
+        else:
+            raise RequestError(f"a point cloud has no picture for --detector {detector}; use clusters")
+    change = None if before is None else update(before, seen.scene, there.views)
+    seen = seen if change is None else replace(seen, scene=change.scene)
     written = _write(seen, out)
     if picture:
-        from ovita.perceive.overlay import overlay
-
-        atomic_write(picture, overlay(views[0], seen.scene))
-        written.append(picture)
+        written += _draw(picture, there, seen)
     if as_json:
         click.echo(dumps(document(seen.scene), "the scene").rstrip())
     else:
         _show(seen)
-    show_notes((*seen.notes, *(f"not taken: {each}" for each in seen.refused)))
+        _show_change(change, adapted)
+    show_notes((*there.notes, *seen.notes, *(f"not taken: {each}" for each in seen.refused)))
     if not as_json:
         for path in written:
             click.echo(plain(f"wrote {path}"))
@@ -85,6 +140,31 @@ def _check(out: str | None, picture: str | None) -> None:
             raise FormatError(path, f"name a {ending} file")
         if path and not os.path.isdir(os.path.dirname(path) or "."):
             raise FormatError(path, "its folder does not exist; make it first")
+
+
+def _choices(given: dict[str, Any]) -> RecordingChoices:
+    """What was chosen of topics, times and frames."""
+    mount = None if given["pose"] is None else load_mount(given["pose"])
+    topics = {key: given[key] for key in ("rgb", "depth", "cloud", "at", "camera_frame", "world_frame")}
+    return RecordingChoices(**topics, mount=mount)
+
+
+def _draw(picture: str, there: Recorded, seen: Perceived) -> list[str]:
+    """Draw what was found over the first view."""
+    if not there.views:
+        raise FormatError(picture, "a point cloud is no picture to draw over; leave --picture out")
+    from ovita.perceive.overlay import overlay
+
+    atomic_write(picture, overlay(there.views[0], seen.scene))
+    return [picture]
+
+
+def _show_change(change: SceneUpdate | None, path: Adaptation | None) -> None:
+    """Print what moved, came and went, and what that means for a path."""
+    if change is not None:
+        section("Since the last look", change.sentences())
+    if change is not None and path is not None:
+        section("The path", impact(path, change.scene).sentences())
 
 
 def _height(plane: str) -> float:
@@ -120,6 +200,8 @@ def _line(item: SceneObject) -> str:
     place = ", ".join(f"{value:.3f}" for value in item.position)
     size = " x ".join(f"{value:.3f}" for value in item.size)
     known = item.extra
+    if "seen_by" not in known:
+        return f"{item.name}: at ({place}) m, {size} m; not seen by a camera"
     views = "1 view" if known["seen_by"] == 1 else f"{known['seen_by']} views"
     spread = f", spread {known['spread_mm']} mm" if "spread_mm" in known else ""
     flags = "".join(f", {word.replace('_', ' ')}" for word in ("tilted", "cut", "partly_hidden") if known.get(word))

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ovita.errors import SceneError
+from ovita.io.clouds import PointCloud
 from ovita.paths.frame import Frame, quaternion
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array
@@ -16,6 +17,7 @@ from ovita.perceive.evidence import Evidence, evidence_of, joined
 from ovita.perceive.fit import Solid, fit
 from ovita.perceive.looks import Look, assign, colour_of, distinct
 from ovita.perceive.segment import Plane, Segments, segment
+from ovita.perceive.space import SpaceSegments, taken_apart
 from ovita.perceive.view import Mask, View
 
 FEWEST = 60
@@ -93,12 +95,54 @@ def perceive(
         new, without = _things(seen.found, view, part, number, ground)
         refused += without
         things = _merged(things, _whole(new, ground), ground)
-    labels, unplaced = _named(things, () if detector else names)
+    labels, unplaced = _named(things, () if any(thing.label for thing in things) else names)
     objects = [thing.object(label, ground) for thing, label in zip(things, labels, strict=True)]
     notes += [note for thing, label in zip(things, labels, strict=True) for note in thing.remarks(label)]
     described = said or text or _description(objects, ground, up)
     scene = Scene(tuple(objects), axes, described)
     return Perceived(scene, ground.plane, tuple(dict.fromkeys(notes)), (*refused, *unplaced))
+
+
+def perceive_clouds(
+    clouds: Sequence[PointCloud],
+    *,
+    names: Sequence[str] = (),
+    text: str = "",
+    frame: Frame | str = "flu",
+    plane: str | float = "auto",
+) -> Perceived:
+    """Make a scene of point clouds, where there is no picture: things are clusters in space.
+
+    Args:
+        clouds: At least one, in the world of the scene.
+        names: As for `perceive`; colours count where every cloud has them.
+        text: What the person says about the scene.
+        frame: Of the world: which way is up.
+        plane: As for `perceive`.
+
+    Raises:
+        SceneError: Without clouds, or with a plane or a name that cannot be.
+    """
+    if not clouds:
+        raise SceneError("there is no point cloud to look at", key="clouds")
+    axes = Frame(frame) if isinstance(frame, str) else frame
+    up = axes.direction("up")
+    parts = taken_apart(clouds, up, FEWEST, _height(plane, up), find_plane=plane == "auto")
+    ground = _Ground.of([parts], up)
+    things = [_Thing.of(Found("", None, _WHOLE), one.evidence, one.colours, 0, ground) for one in parts.clusters]
+    labels, unplaced = _named(things, names)
+    objects = tuple(thing.object(label, ground) for thing, label in zip(things, labels, strict=True))
+    notes = [note for cloud in clouds for note in cloud.notes]
+    notes += [note for thing, label in zip(things, labels, strict=True) for note in thing.remarks(label)]
+    if parts.large:
+        notes.append(f"{_things_are(parts.large)} left out: as large as a wall or another piece of furniture")
+    if ground.plane is None and plane == "auto":
+        notes.append("no level support was found, so shapes were fitted in space")
+    scene = Scene(objects, axes, text or _description(objects, ground, up))
+    return Perceived(scene, ground.plane, tuple(dict.fromkeys(notes)), unplaced)
+
+
+_WHOLE = (0.0, 0.0, 1.0, 1.0)
 
 
 def _height(plane: str | float, up: Array) -> Plane | None:
@@ -189,7 +233,7 @@ class _Ground:
     plane: Plane | None
 
     @classmethod
-    def of(cls, parts: Sequence[Segments], up: Array) -> _Ground:
+    def of(cls, parts: Sequence[Segments | SpaceSegments], up: Array) -> _Ground:
         """From the supports that the views show, their mean."""
         planes = [part.support for part in parts if part.support is not None]
         normal = np.mean([p.normal for p in planes], axis=0) if planes else up

@@ -31,8 +31,12 @@ REACH = 3.0
 UNLIKE = 1.0
 """Cost from which two objects are not the same."""
 
-BEHIND = 0.03
-"""A camera sees through where an object was if it measures that much beyond its far side [m]."""
+BEHIND, BEHIND_FAR = 0.008, 0.004
+"""A camera sees through the place of a surface if it measures farther than it by this much [m], and this for each
+square metre of its squared distance."""
+
+THROUGH = 0.6
+"""Share of an object's visible surface that must be seen through for the object to be gone."""
 
 SEEN, LABEL, SHAPE, COLOUR = "seen_by", "seen_as", "shape", "colour"
 """Keys of a perceived object's extra data."""
@@ -123,7 +127,7 @@ def _assigned(old: Sequence[SceneObject], new: Sequence[SceneObject]) -> list[tu
     if not old or not new:
         return []
     costs = np.array([[_unlikeness(a, b) for b in new] for a in old])
-    rows, columns = linear_sum_assignment(np.minimum(costs, 10.0 * UNLIKE))
+    rows, columns = linear_sum_assignment(np.minimum(costs, UNLIKE))  # not to be matched costs as much
     return [(old[i], new[j]) for i, j in zip(rows, columns, strict=True) if costs[i, j] < UNLIKE]
 
 
@@ -166,14 +170,17 @@ def _with_own_names(new: Sequence[SceneObject], kept: Sequence[SceneObject]) -> 
 
 
 def sees_through(views: Sequence[View], item: SceneObject) -> bool:
-    """Whether most of where an object was is in sight of some view, which measures something behind it."""
-    corners = np.stack(np.meshgrid(*[np.linspace(-0.4, 0.4, 3)] * 3), axis=-1).reshape(-1, 3)
-    points = (corners * item.size) @ item.rotation.T + item.position
-    return any(_share_behind(view, points) > 0.6 for view in views)
+    """Whether some view measures what lies behind most of the surface that an object would show it."""
+    return any(_share_behind(view, item) > THROUGH for view in views)
 
 
-def _share_behind(view: View, points: Array) -> float:
-    """Share of points (N, 3) [m] before what a view measures."""
+def _share_behind(view: View, item: SceneObject) -> float:
+    """Share of the surface that an object would show a view and that the view sees through, 0..1."""
+    local = _FACES * item.size / 2.0
+    facing = (
+        np.einsum("ij,ij->i", _NORMALS @ item.rotation.T, view.center - item.position - local @ item.rotation.T) > 0
+    )
+    points = local[facing] @ item.rotation.T + item.position
     pixels = view.project(points)
     known = np.asarray(np.isfinite(pixels).all(axis=1))
     columns, rows = np.round(np.where(known[:, None], pixels, -1.0)).astype(int).T
@@ -181,7 +188,22 @@ def _share_behind(view: View, points: Array) -> float:
     away = (points - view.center) @ view.pose[:3, 2]
     measured = view.depth[np.where(known, rows, 0), np.where(known, columns, 0)]
     with np.errstate(invalid="ignore"):
-        return float((known & (measured > away + BEHIND)).mean())
+        through = known & (measured > away + BEHIND + BEHIND_FAR * away**2)
+    return float(through.mean()) if len(through) else 0.0
+
+
+def _faces() -> tuple[Array, Array]:
+    """Points (150, 3) on the faces of the cube from -1 to 1, and the normals there."""
+    grid = np.stack(np.meshgrid(*[np.linspace(-0.8, 0.8, 5)] * 2), axis=-1).reshape(-1, 2)
+    points, normals = [], []
+    for axis in range(3):
+        for side in (-1.0, 1.0):
+            points.append(np.insert(grid, axis, side, axis=1))
+            normals.append(np.tile(side * np.eye(3)[axis], (len(grid), 1)))
+    return np.concatenate(points), np.concatenate(normals)
+
+
+_FACES, _NORMALS = _faces()
 
 
 def _name(item: SceneObject) -> str:

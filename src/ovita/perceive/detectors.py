@@ -1,0 +1,68 @@
+"""Detectors by name: clusters, vlm:PROVIDER:MODEL, onnx:ENCODER,DECODER, and a detector with masks of a model."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ovita.errors import RequestError
+from ovita.paths.frame import Frame
+from ovita.perceive.assemble import clusters
+from ovita.perceive.detect import Detector, Found
+from ovita.perceive.segment import segment
+from ovita.perceive.view import View
+
+KINDS = "clusters, vlm:PROVIDER:MODEL, onnx:ENCODER,DECODER, or both: vlm:PROVIDER:MODEL+onnx:ENCODER,DECODER"
+
+
+class ClusterDetector:
+    """Each cluster of depth above the support, nameless: for masks that a model then refines."""
+
+    name = "clusters"
+
+    def __init__(self, frame: Frame) -> None:
+        self._up = frame.direction("up")
+
+    def find(self, view: View, names: Sequence[str], text: str) -> tuple[Found, ...]:
+        """The clusters of a view."""
+        return clusters(segment(view, self._up))
+
+
+def detector_named(
+    name: str, *, frame: Frame | str = "flu", base_url: str | None = None, boxes: str | None = None
+) -> Detector | None:
+    """Return the detector of that name, or None for "clusters", which `perceive` does by itself.
+
+    Args:
+        name: "clusters"; "vlm:PROVIDER:MODEL"; "onnx:ENCODER,DECODER" or "onnx:FILE" for masks of clusters; and of a
+            model's boxes with both, joined by "+".
+        frame: Of the world: which way is up.
+        base_url: Address of an OpenAI-compatible server; the model is then one of its own, vlm:MODEL.
+        boxes: How the model writes boxes, where its name does not tell: see `ovita.perceive.vlm.CONVENTIONS`.
+
+    Raises:
+        RequestError: If the name is none of these, or an option does not go with it.
+        FormatError: If a model's file cannot be used.
+        MissingExtra: If a package is not installed.
+    """
+    finder, _, masks = name.partition("+")
+    if not masks and finder.startswith("onnx:"):
+        finder, masks = "clusters", finder
+    if not finder.startswith("vlm:") and (base_url or boxes):
+        raise RequestError("--base-url and --boxes go with a vlm: detector")
+    if finder == "clusters":
+        found: Detector | None = ClusterDetector(Frame(frame) if isinstance(frame, str) else frame) if masks else None
+    elif finder.startswith("vlm:") and finder[4:].strip():
+        from ovita.perceive.vlm import VlmDetector
+
+        found = VlmDetector(finder[4:].strip(), base_url=base_url, boxes=boxes)
+    else:
+        raise RequestError(f"unknown detector {name!r}; use {KINDS}")
+    if not masks:
+        return found
+    kind, _, files = masks.partition(":")
+    encoder, _, decoder = files.partition(",")
+    if kind != "onnx" or not encoder or found is None:
+        raise RequestError(f"unknown detector {name!r}; use {KINDS}")
+    from ovita.perceive.segmenter import BoxSegmenter
+
+    return BoxSegmenter(found, encoder.strip(), decoder.strip() or None)

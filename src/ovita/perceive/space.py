@@ -1,0 +1,118 @@
+"""Things in a point cloud: the support, the clusters above it in space, and the shape that explains each best."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from ovita.io.clouds import PointCloud
+from ovita.paths.trajectory import Array
+from ovita.perceive.evidence import POINTS, Evidence
+from ovita.perceive.segment import SEED, Plane, support_of
+
+CELL = 0.012
+"""Points in touching cells of this edge belong together, so that things need a gap of one to two cells [m]."""
+
+NOISE = 0.002
+"""Standard deviation that points are taken to have [m]: a cloud does not say how it was measured."""
+
+LOWEST = 0.008
+"""Least height over the support of what counts as standing on it [m]."""
+
+LARGEST = 1.5
+"""What is longer than this over the support is a wall or another piece of furniture, and no thing on it [m]."""
+
+COLOURS = 400
+"""Most pixels whose colours are looked at."""
+
+MOST = 400_000
+"""Of more points a random part of so many is looked at."""
+
+
+@dataclass(frozen=True, eq=False)
+class SpaceCluster:
+    """One thing in a cloud: a part of its points as evidence, and colours (N, 3), none without colours."""
+
+    evidence: Evidence
+    colours: Array
+
+
+@dataclass(frozen=True, eq=False)
+class SpaceSegments:
+    """A cloud taken apart into the support and the clusters above it; `large` were left out for their size."""
+
+    clusters: tuple[SpaceCluster, ...]
+    support: Plane | None
+    large: int = 0
+
+
+def taken_apart(
+    clouds: Sequence[PointCloud], up: Array, fewest: int, plane: Plane | None = None, *, find_plane: bool = True
+) -> SpaceSegments:
+    """Take clouds of one scene apart.
+
+    Args:
+        clouds: In the world of the scene.
+        up: Unit vector (3,).
+        fewest: Points that a cluster has at least.
+        plane: The support where it is known.
+        find_plane: Whether to look for a support where none is given.
+    """
+    points = np.concatenate([cloud.points for cloud in clouds])
+    known = [cloud.colours for cloud in clouds if cloud.colours is not None]
+    colours = np.concatenate(known) if len(known) == len(clouds) else None
+    if len(points) > MOST:
+        some = np.random.default_rng(SEED).choice(len(points), MOST, replace=False)
+        points, colours = points[some], None if colours is None else colours[some]
+    if plane is None and find_plane:
+        plane = support_of(points[None], np.full((1, len(points)), NOISE), up)
+    standing = np.ones(len(points), dtype=bool) if plane is None else plane.heights(points) > LOWEST
+    place = np.flatnonzero(standing)
+    owner = joined_cells(points[place])
+    sizes = np.bincount(owner)
+    found: list[SpaceCluster] = []
+    large = 0
+    for number in np.argsort(-sizes, kind="stable"):
+        if sizes[number] < fewest:
+            break
+        mine = place[owner == number]
+        if np.ptp(points[mine], axis=0).max() > LARGEST:
+            large += 1
+            continue
+        hues = np.zeros((0, 3)) if colours is None else colours[mine][:: max(1, len(mine) // COLOURS)]
+        found.append(SpaceCluster(_evidence(points[mine]), np.asarray(hues, dtype=float)))
+    return SpaceSegments(tuple(found), plane, large)
+
+
+def _evidence(points: Array) -> Evidence:
+    """Points (N, 3) [m] on a surface as evidence; a cloud has no lines of sight that touch the outline."""
+    some = np.random.default_rng(SEED).choice(len(points), min(2 * POINTS, len(points)), replace=False)
+    none = np.zeros((0, 3))
+    return Evidence(points[some], np.full(len(some), NOISE), none, none, np.zeros(0), len(points))
+
+
+def joined_cells(points: Array) -> NDArray[np.intp]:
+    """Number of the cluster of each point (N, 3), (N,): points whose cells touch, corners included, are together."""
+    if not len(points):
+        return np.zeros(0, dtype=np.intp)
+    places = np.floor((points - points.min(axis=0)) / CELL).astype(np.int64)
+    cells, owner = np.unique(places, axis=0, return_inverse=True)
+    span = cells.max(axis=0) + 3
+    keys = ((cells[:, 0] + 1) * span[1] + cells[:, 1] + 1) * span[2] + cells[:, 2] + 1
+    ends = [np.zeros((2, 0), dtype=np.intp)]
+    for dx, dy, dz in _AHEAD:
+        wanted = keys + (dx * span[1] + dy) * span[2] + dz
+        at = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
+        there = np.flatnonzero(keys[at] == wanted)
+        ends.append(np.stack([there, at[there]]))
+    rows, columns = np.concatenate(ends, axis=1)
+    graph = coo_matrix((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(len(cells), len(cells)))
+    return np.asarray(connected_components(graph, directed=False)[1][owner.ravel()], dtype=np.intp)
+
+
+_AHEAD = [(dx, dy, dz) for dx in (0, 1) for dy in (-1, 0, 1) for dz in (-1, 0, 1) if (dx, dy, dz) > (0, 0, 0)]
