@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from ovita.sources.learning import learn
     from ovita.sources.planner import Plan, plan
     from ovita.sources.skills import Skill
+    from ovita.sources.words import Generation, from_words
     from ovita.writers.base import PolicyWriter, Reply, writer_named
     from ovita.writers.prompt import Prompt, ground
 
@@ -36,6 +37,7 @@ _HOMES = {
     "Changes": "measure",
     "ConstraintOptions": "limits",
     "Frame": "paths.frame",
+    "Generation": "sources.words",
     "OvitaError": "errors",
     "Plan": "sources.planner",
     "Policy": "policy",
@@ -54,6 +56,7 @@ _HOMES = {
     "adapt": "chain",
     "compare": "measure",
     "constrain": "limits",
+    "from_words": "sources.words",
     "ground": "writers.prompt",
     "learn": "sources.learning",
     "load_robot": "io",
@@ -70,6 +73,7 @@ __all__ = [
     "Changes",
     "ConstraintOptions",
     "Frame",
+    "Generation",
     "OvitaError",
     "Plan",
     "Policy",
@@ -88,6 +92,7 @@ __all__ = [
     "adapt",
     "compare",
     "constrain",
+    "from_words",
     "ground",
     "learn",
     "load_robot",

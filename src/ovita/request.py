@@ -52,6 +52,7 @@ class Request:
         scene: Its surroundings.
         robot: The limits that will be enforced.
         history: Earlier turns, oldest first.
+        origin: How the trajectory came about, such as "planned from above the box to above the plate", or "".
 
     Raises:
         RequestError: If the instruction is empty or longer than 2000 characters.
@@ -62,6 +63,7 @@ class Request:
     scene: Scene = field(default_factory=Scene)
     robot: Robot = field(default_factory=lambda: Robot.preset("none"))
     history: tuple[Turn, ...] = ()
+    origin: str = ""
 
     def __post_init__(self) -> None:
         if not self.instruction.strip():

@@ -166,3 +166,32 @@ def test_a_plan_is_saved_and_adapted(tmp_path):
     assert saved.extra["planned"]["from"] == "above the box"
     refused = CliRunner().invoke(cli, ["plan", str(scene), "--from", "9,9,9", "--to", "plate", "--robot", "arm"])
     assert refused.exit_code == 4 and "outside the workspace" in refused.output
+
+
+def test_a_controlled_vehicle_keeps_the_limits_and_its_timestep():
+    """A drone here; a rover drives in examples/plan_vehicles.py."""
+    scene, robot, start, goal = TABLE, "drone", "0.5,-0.3,0.3", "left of the bottle"
+    found = plan(scene, start=start, goal=goal, robot=robot, planner="mpc", time_limit=120)
+    assert found.ok, found.problems
+    path = legal(found)
+    careful = plan(scene, start=start, goal=goal, robot=robot)
+    assert path.length < 1.3 * careful.trajectory.length
+    assert found.notes[0].startswith("The rollout stays within")
+    assert np.allclose(path.durations[2:-3], path.timestep, rtol=0.25)
+
+
+def test_a_model_predicts_what_it_does():
+    from ovita.sources.mpc import DoubleIntegrator, Unicycle
+
+    for vehicle, z in (
+        (DoubleIntegrator(4.0, 1.0), np.array([0.1, 0.2, 0.3, 0.4, 0.1, 0.0])),
+        (Unicycle(0.5, 1.0, 2.0, 0.0), np.array([0.1, 0.2, 0.7, 0.5])),
+    ):
+        a, b, c = vehicle.linear(z)
+        for u in (np.zeros(len(vehicle.most)), 0.2 * vehicle.most):
+            assert np.abs(a @ z + b @ u + c - vehicle.step(z, u)).max() < 3e-3
+
+
+def test_a_controller_that_runs_out_of_time_says_so():
+    found = plan(WALL, start="crate", goal="door", robot="ground", planner="mpc", time_limit=0.05)
+    assert not found.ok and "allow more" in found.problems[0]

@@ -41,6 +41,7 @@ from ovita.io import (
     is_adaptation,
     is_address,
     is_skill,
+    load_bare,
     load_robot,
     load_task,
     open_task,
@@ -53,7 +54,7 @@ from ovita.io.waypoints import covariance_rows
 from ovita.paths.robot import Robot
 from ovita.request import FeedbackOn, Request
 from ovita.result import Adaptation, accept
-from ovita.writers.base import writer_named
+from ovita.writers.base import PolicyWriter, writer_named
 
 
 @click.command()
@@ -82,6 +83,7 @@ from ovita.writers.base import writer_named
 @click.option("--accept", "accepting", is_flag=True, help="Do what was understood without asking; see below.")
 @click.option("--on", type=click.Choice(["current", "original"]), help="Of a skill: as it is now, or as it was shown.")
 @click.option("--no-examples", is_flag=True, help="Leave the examples out of a model's prompt (ablation).")
+@click.option("--planner", default="limits", show_default=True, help="Where FILE has no trajectory: see ovita plan.")
 @shared
 def command(
     file: str,
@@ -97,11 +99,13 @@ def command(
     accepting: bool,
     on: FeedbackOn | None,
     no_examples: bool,
+    planner: str,
     **options: Any,
 ) -> None:
     """Adapt the trajectory in FILE (see ovita convert for the formats) to INSTRUCTION (default: the one in FILE).
 
     If FILE is a skill of `ovita learn`, its mean is adapted and --out is the skill there, with its variance.
+    Where FILE holds objects and no trajectory, one is planned: ovita adapt SCENE "from the box to the plate, slowly".
 
     Where the reading is not certain, it is shown and asked about. Without a terminal to ask on, the exit code is 3 and
     --out holds the finished proposal; `ovita adapt RESULT --accept` takes the one that a saved result holds.
@@ -116,6 +120,22 @@ def command(
         )
     if on is not None:
         raise RequestError(f"--on is for skills; in a conversation say it: ovita chat {file}")
+    bare = load_bare(file) if options["scene_file"] is None else None
+    writer = writer_named(options["writer"], base_url=options["base_url"], temperature=options["temperature"])
+    stages: dict[str, Any] = {
+        "writer": writer,
+        "constraints": constraints_from(options),
+        "isolation": options["isolation"],
+        "repairs": repairs,
+        "examples": not no_examples,
+        "time_limit": time_limit,
+        "explain_with_model": explain_with_model,
+    }
+    if bare is not None:
+        from ovita.cli.plan_ import generated
+
+        result, task = generated(bare, file, instruction, planner, options, stages, as_json=as_json)
+        _finish(result, task, options, writer, (out, trajectory_out, plot_out), code, as_json, accepting)
     task = open_task(file, scene_file=options["scene_file"], frame=options["frame"], choices=choices)
     if trajectory_out:
         rendered(trajectory_out, task.trajectory, task.scene, choices=choices)
@@ -124,24 +144,27 @@ def command(
     text = instruction if instruction is not None else task.instruction
     if instruction is None and not text.strip():
         raise RequestError(f"{file} holds no instruction; add one: ovita adapt {file} 'slow down near the cup'")
-    writer = writer_named(options["writer"], base_url=options["base_url"], temperature=options["temperature"])
     request = Request(text, task.trajectory, task.scene, robot_from(task, options["robot"], options["max_speed"]))
     with waiting(f"{writer.name} writes a policy", quiet=as_json) as tell:
-        result = adapt(
-            request,
-            writer=writer,
-            constraints=constraints_from(options),
-            isolation=options["isolation"],
-            repairs=repairs,
-            examples=not no_examples,
-            time_limit=time_limit,
-            explain_with_model=explain_with_model,
-            progress=tell,
-        )
+        result = adapt(request, progress=tell, **stages)
+    _finish(result, task, options, writer, (out, trajectory_out, plot_out), code, as_json, accepting)
+
+
+def _finish(
+    result: Adaptation,
+    task: Task,
+    options: dict[str, Any],
+    writer: PolicyWriter,
+    outputs: tuple[str | None, str | None, str | None],
+    code: bool,
+    as_json: bool,
+    accepting: bool,
+) -> NoReturn:
+    """Ask about a proposal, write what was asked for and report."""
     if result.proposal is not None and (accepting or (not as_json and _agrees(result))):
         result = accept(result)
     notes = (*notes_on(task, options["robot"]), *notes_on_writer(writer))
-    _report(result, task, choices, (out, trajectory_out, plot_out), code=code, as_json=as_json, notes=notes)
+    _report(result, task, choices_from(options), outputs, code=code, as_json=as_json, notes=notes)
 
 
 def _report(

@@ -4,13 +4,20 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from typing import Any
 
 import click
 
-from ovita.cli.common import plain, show_notes, waiting
-from ovita.io import load_robot, load_scene, save_task
+from ovita.cli.common import EXIT_OF, plain, robot_from, show_notes, waiting
+from ovita.errors import RequestError
+from ovita.io import Task, load_robot, load_scene, save_task
 from ovita.io.documents import plain as as_json_value
+from ovita.paths.frame import Frame
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Trajectory
+from ovita.result import Adaptation
 from ovita.sources.planner import PLANNERS, TIME_LIMIT, WAYPOINTS, Plan, plan
+from ovita.sources.words import from_words
 
 EXIT_INFEASIBLE = 4
 
@@ -48,7 +55,7 @@ def command(
     x,y,z in metres. At an object that is an obstacle, the path keeps the robot's distance.
 
     Planners: limits (moves the straight way around obstacles; quick), rrt_connect and rrt_star (sampling, extra
-    planning).
+    planning), mpc (what a rover or drone would really drive), joint (all joints of an arm, extras planning and sim).
     """
     surroundings, _ = load_scene(scene)
     with waiting(f"{planner} plans", quiet=as_json) as tell:
@@ -72,6 +79,40 @@ def command(
     _tell(found, out, as_json)
     show_notes(lost)
     raise SystemExit(0 if found.ok else EXIT_INFEASIBLE)
+
+
+def generated(
+    bare: tuple[Scene, str | None, str],
+    file: str,
+    instruction: str | None,
+    planner: str,
+    options: dict[str, Any],
+    stages: dict[str, Any],
+    *,
+    as_json: bool,
+) -> tuple[Adaptation, Task]:
+    """Plan and adapt from words alone, for `ovita adapt` on a file without a trajectory.
+
+    A question, or a way that cannot be, is told and ends the command.
+    """
+    scene, named, own = bare
+    if options["frame"] is not None:
+        scene = replace(scene, frame=Frame(options["frame"]))
+    text = own if instruction is None else instruction
+    if not text.strip():
+        raise RequestError(f"{file} has no trajectory: say from where to where, ovita adapt {file} 'from A to B'")
+    standing = Trajectory.from_array([[0.0] * 4, [0.0] * 4])
+    known = Task(standing, scene, path=file, robot=named)
+    robot = robot_from(known, options["robot"], options["max_speed"])
+    with waiting(f"{planner} plans", quiet=as_json) as tell:
+        made = from_words(text, scene, robot, planner=planner, progress=tell, **stages)
+    if made.adaptation is None or made.plan is None:
+        if as_json:
+            click.echo(json.dumps({"status": made.status, "instruction": text, "message": made.message}))
+        else:
+            click.echo(plain(made.message))
+        raise SystemExit(EXIT_OF[made.status])
+    return made.adaptation, replace(known, trajectory=made.adaptation.original)
 
 
 def _tell(found: Plan, out: str | None, as_json: bool) -> None:
@@ -100,7 +141,7 @@ def _document(found: Plan) -> dict[str, object]:
         "length": None if path is None else path.length,
         "duration": None if path is None else path.duration,
         "trajectory": None if path is None else path.to_array().tolist(),
-        "joints": None if found.joints is None else found.joints.tolist(),
-        "times": None if found.times is None else found.times.tolist(),
+        "joints": None if found.motion is None else as_json_value(found.motion.positions),
+        "times": None if found.motion is None else as_json_value(found.motion.times),
         "checks": as_json_value([*found.checks]),
     }

@@ -43,6 +43,7 @@ __all__ = [
     "is_adaptation",
     "is_address",
     "is_skill",
+    "load_bare",
     "load_document",
     "load_robot",
     "load_scene",
@@ -173,6 +174,18 @@ def load_scene(path: str | os.PathLike[str]) -> tuple[Scene, bool]:
     if suffix(path) != ".json":
         raise FormatError(file_name(path), "scenes are read from .json files")
     return json_.parse_scene(read_text(path), file_name(path))
+
+
+def load_bare(path: str | os.PathLike[str]) -> tuple[Scene, str | None, str] | None:
+    """Scene, robot's name and instruction of a JSON file with objects and no trajectory; None for any other file.
+
+    Raises:
+        FormatError: If it is such a file and something in it is malformed, or it is not JSON.
+    """
+    if is_address(os.fspath(path)) or is_bag(path) or suffix(path) != ".json":
+        return None
+    examine(path)
+    return json_.parse_bare(read_text(path), file_name(path))
 
 
 def save_task(path: str | os.PathLike[str], task: Task, choices: Choices = NONE) -> tuple[str, ...]:

@@ -119,6 +119,22 @@ def parse_scene(content: str, file: str) -> tuple[Scene, bool]:
     return scene, document.get("frame") is not None
 
 
+def parse_bare(content: str, file: str) -> tuple[Scene, str | None, str] | None:
+    """Read scene, robot's name and instruction from the text of a JSON file with objects and no trajectory.
+
+    None if the file holds a trajectory, an adaptation, or no objects.
+    """
+    document = parse_object(content, file)
+    objects = document.get("objects")
+    if is_adaptation(document) or "trajectory" in document or not (isinstance(objects, list) and objects):
+        return None
+    check_values(document, file)
+    with errors_of(file):
+        scene = scene_from_dict(_only(document, SCENE_KEYS))
+    robot = document.get("robot")
+    return scene, robot if isinstance(robot, str) and robot.strip() else None, _instruction(document, file)
+
+
 def document_of(
     trajectory: Trajectory,
     scene: Scene | None = None,

@@ -7,7 +7,7 @@ obstacle the point keeps the robot's distance and a little more.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Container
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -15,7 +15,7 @@ import numpy as np
 
 from ovita.errors import RequestError
 from ovita.instruct.numbers import amount_at
-from ovita.instruct.objects import WORD, Catalog
+from ovita.instruct.objects import WORD, Catalog, Mention
 from ovita.instruct.tokens import respelt
 from ovita.limits.obstacles import Obstacle, build, from_object
 from ovita.limits.path import bounds, flatten, keep_out
@@ -57,10 +57,12 @@ PHRASES: dict[str, Relation] = {
 
 ARTICLES = frozenset("the a an this that these those my our your his her its exactly right just directly about".split())
 
-_TRIPLE = re.compile(
-    r"[(\[]?\s*(-?\d+(?:\.\d+)?|-?\.\d+)\s*,\s*(-?\d+(?:\.\d+)?|-?\.\d+)\s*,\s*(-?\d+(?:\.\d+)?|-?\.\d+)\s*[)\]]?"
+_NUMBER = r"-?(?:\d+(?:\.\d+)?|\.\d+)"
+_SNIPPET = re.compile(
+    rf"(?<![\w.])[(\[]?\s*(?P<x>{_NUMBER})\s*,\s*(?P<y>{_NUMBER})\s*,\s*(?P<z>{_NUMBER})\s*[)\]]?"
+    rf"|(?P<arrow>-+>|=>|→|>)|{WORD.pattern}"
 )
-_ARROW = re.compile(r"-+>|=>|→|>")
+"""A triple of coordinates, an arrow, or a piece that any reader cuts a sentence into."""
 
 
 @dataclass(frozen=True)
@@ -138,7 +140,7 @@ class Text:
     def __len__(self) -> int:
         return len(self.pieces)
 
-    def phrase_at(self, i: int, phrases: Sequence[str] | dict[str, Relation]) -> tuple[str, int]:
+    def phrase_at(self, i: int, phrases: Container[str]) -> tuple[str, int]:
         """The longest of some phrases that begins at piece i, and how many pieces it takes; ("", 0) for none."""
         for count in range(min(6, len(self.words) - i), 0, -1):
             said = " ".join(self.words[i : i + count])
@@ -154,10 +156,10 @@ class Text:
         distance, at = self._distance(at)
         said, used = self.phrase_at(at, PHRASES)
         relation = PHRASES.get(said, "at")
-        at = self._after_articles(at + used)
+        at += used
         if relation == "between":
             return self._between(at)
-        found = self._object(at)
+        found = self.object_at(at)
         if found is None or (distance is not None and not used):
             return None
         item, end = found
@@ -172,45 +174,42 @@ class Text:
             i += 1
         return i
 
-    def _object(self, i: int) -> tuple[Location, int] | None:
+    def object_at(self, i: int) -> tuple[Location, int] | None:
+        """The object that is named from piece i on, articles aside, and where its name ends."""
+        while i < len(self) and self.words[i] in ARTICLES and self._mention(i) is None:
+            i += 1  # the first word of a name may be an article or a side: "right post"
         mention = self.catalog.mention_at(self.words, i, ()) if i < len(self) and self.words[i][0].isalnum() else None
         if mention is None:
             return None
         end = i + mention.used
+        unclear = ""
         if mention.unclear or len(mention.items) != 1:
-            said = " ".join(self.words[i:end])
             which = " or ".join(repr(item.name) for item in mention.items) or "none fits"
-            return Location(objects=mention.items[:1], unclear=f"Which object is {said!r}: {which}?"), end
-        return Location(objects=mention.items), end
+            unclear = f"Which object is {' '.join(self.words[i:end])!r}: {which}?"
+        return Location(objects=mention.items[:1], unclear=unclear), end
+
+    def _mention(self, i: int) -> Mention | None:
+        """The mention of an object that begins with piece i itself, or None."""
+        mention = self.catalog.mention_at(self.words, i, ())
+        return None if mention is None or mention.unclear else mention
 
     def _between(self, i: int) -> tuple[Location, int] | None:
-        first = self._object(i)
-        if first is None:
+        first = self.object_at(i)
+        joined = first is not None and self.words[first[1] : first[1] + 1] == ["and"]
+        second = self.object_at(first[1] + 1) if first is not None and joined else None
+        if first is None or second is None:
             return None
-        at = first[1]
-        if at < len(self) and self.words[at] == "and":
-            second = self._object(self._after_articles(at + 1))
-            if second is not None:
-                pair = (*first[0].objects, *second[0].objects)
-                return Location("between", pair, unclear=first[0].unclear or second[0].unclear), second[1]
-        return None
+        pair = (*first[0].objects, *second[0].objects)
+        return Location("between", pair, unclear=first[0].unclear or second[0].unclear), second[1]
 
 
 def _cut(text: str) -> list[Snippet]:
-    pieces: list[Snippet] = []
-    at = 0
-    while at < len(text):
-        triple, arrow = _TRIPLE.match(text, at), _ARROW.match(text, at)
-        inside = at > 0 and (text[at - 1].isalnum() or text[at - 1] == ".")
-        if triple and not inside:
-            x, y, z = (float(value) for value in triple.groups())
-            pieces.append(Snippet(triple.group().strip(), (at, triple.end()), (x, y, z)))
-            at = triple.end()
-            continue
-        word = arrow or WORD.match(text, at)
-        if word is not None:
-            pieces.append(Snippet("->" if arrow else word.group(), word.span()))
-        at = word.end() if word is not None else at + 1
+    pieces = []
+    for found in _SNIPPET.finditer(text):
+        place: tuple[float, float, float] | None = None
+        if found["x"] is not None:
+            place = (float(found["x"]), float(found["y"]), float(found["z"]))
+        pieces.append(Snippet("->" if found["arrow"] else found[0].strip(), found.span(), place))
     return pieces
 
 
@@ -266,9 +265,13 @@ def locate(said: Location, scene: Scene, robot: Robot, toward: Array | None = No
 def _beside(item: SceneObject, robot: Robot, direction: Array, distance: float | None) -> Array:
     """The point at a distance [m] from an object's surface in some direction."""
     body = from_object(item, robot, "box")
-    core = float(body.support(direction[None])[0] - direction @ body.center) - body.radius
-    away = core + (body.radius + APPROACH if distance is None else distance)
-    return _on_plane(body.center + away * direction, robot)
+    wanted = APPROACH if distance is None else distance - body.radius
+    low, high = 0.0, float(body.support(direction[None])[0] - direction @ body.center) + max(wanted, 0.0)
+    for _ in range(50):  # the distance grows along the ray, since the body is convex
+        middle = (low + high) / 2.0
+        near = float(body.signed((body.center + middle * direction)[None])[0][0]) < wanted
+        low, high = (middle, high) if near else (low, middle)
+    return _on_plane(body.center + high * direction, robot)
 
 
 def _on_plane(position: Array, robot: Robot) -> Array:
@@ -283,17 +286,22 @@ def _on_plane(position: Array, robot: Robot) -> Array:
 
 def _free_place(said: Location, item: SceneObject, scene: Scene, robot: Robot, toward: Array | None) -> Anchor:
     """Above an object, or at the side of it that is nearest to where the path comes from, if that is legal."""
-    up, right, front = (scene.frame.direction(word) for word in ("up", "right", "front"))
-    angles = np.linspace(0.0, 2.0 * np.pi, AROUND, endpoint=False)
-    level = [np.cos(a) * right + np.sin(a) * front for a in angles]
-    sides = [_beside(item, robot, direction, said.distance) for direction in level]
-    if toward is not None:
-        sides.sort(key=lambda place: round(float(np.linalg.norm(place - toward)), 9))
-    above = [] if robot.planar or said.relation == "beside" else [_beside(item, robot, up, said.distance)]
-    tried = [*above, *sides]
+    over = not robot.planar and said.relation != "beside"
+    above = [_beside(item, robot, scene.frame.direction("up"), said.distance)] if over else []
+    tried = [*above, *_sides(said, item, scene, robot, toward)]
     best = next((place for place in tried if not troubles(place, scene, robot)), tried[0])
     label = f"above {the(item.name)}" if above and best is tried[0] else f"beside {the(item.name)}"
     return Anchor(best, label, (item.name,))
+
+
+def _sides(said: Location, item: SceneObject, scene: Scene, robot: Robot, toward: Array | None) -> list[Array]:
+    """Places around an object, the nearest to where the path comes from first."""
+    right, front = (scene.frame.direction(word) for word in ("right", "front"))
+    angles = np.linspace(0.0, 2.0 * np.pi, AROUND, endpoint=False)
+    sides = [_beside(item, robot, np.cos(a) * right + np.sin(a) * front, said.distance) for a in angles]
+    if toward is not None:
+        sides.sort(key=lambda place: round(float(np.linalg.norm(place - toward)), 9))
+    return sides
 
 
 def troubles(position: Array, scene: Scene, robot: Robot) -> list[str]:

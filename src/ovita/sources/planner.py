@@ -17,6 +17,8 @@ from numpy.typing import ArrayLike
 
 from ovita.errors import RequestError
 from ovita.io.documents import Task, load_robot
+from ovita.io.documents import plain as as_json
+from ovita.io.messages import JointMotion
 from ovita.limits import ConstraintCheck, ConstraintOptions, constrain, verify
 from ovita.paths.geometry import lengths
 from ovita.paths.robot import PRESETS, Robot
@@ -26,14 +28,14 @@ from ovita.sources.places import Anchor, Location, locate, read_place, troubles
 from ovita.text import length, listed, number, point, sentence
 
 WAYPOINTS, MOST_WAYPOINTS = 60, 2000
-TIME_LIMIT = 10.0
+TIME_LIMIT = 30.0
 SHARE, SLOW = 0.5, 0.25
 """Speed of a planned path where none is asked for: this share of the robot's highest, or without one this [m/s]."""
 
 RAMP = 0.15
 """Share of the path on which it comes up to speed, and comes to rest."""
 
-PLANNERS = ("limits", "rrt_connect", "rrt_star")
+PLANNERS = ("limits", "rrt_connect", "rrt_star", "mpc", "joint")
 
 Progress = Callable[[str], None]
 
@@ -96,8 +98,8 @@ class PlanRequest:
 
     @property
     def told(self) -> str:
-        """The way in words: "from above the box over the bottle to above the plate"."""
-        via = f" by way of {listed(anchor.label for anchor in self.via)}" if self.via else ""
+        """The way in words: "from above the box, passing above the bottle, to above the plate"."""
+        via = f", passing {listed(anchor.label for anchor in self.via)}," if self.via else ""
         return f"from {self.start.label}{via} to {self.goal.label}"
 
 
@@ -113,8 +115,7 @@ class Plan:
         problems: Why there is none, or which limits it breaks, each a sentence with what to do.
         notes: What else a person should know.
         seconds: How long the search took.
-        joints: Of an arm (M, J) [rad], or None.
-        times: Of the joints (M,) [s], or None.
+        motion: Of the joints of an arm, where the planner plans for them.
     """
 
     planner: str
@@ -124,8 +125,7 @@ class Plan:
     problems: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     seconds: float = field(default=0.0, compare=False)
-    joints: Array | None = None
-    times: Array | None = None
+    motion: JointMotion | None = None
 
     @property
     def ok(self) -> bool:
@@ -157,6 +157,9 @@ class Plan:
             "to": request.goal.label,
             "seed": request.seed,
         }
+        if self.motion is not None:
+            joints = self.motion
+            planned["joints"] = as_json({"names": joints.names, "times": joints.times, "positions": joints.positions})
         return Task(self.trajectory, request.scene, extra={"planned": planned}, robot=named)
 
     def sentences(self) -> list[str]:
@@ -201,6 +204,14 @@ def planner_named(name: str) -> Planner:
         from ovita.sources.sampling import SamplingPlanner
 
         return SamplingPlanner(name)
+    if name == "mpc":
+        from ovita.sources.mpc import TrackingPlanner
+
+        return TrackingPlanner()
+    if name == "joint":
+        from ovita.sources.joints import JointPlanner
+
+        return JointPlanner()
     raise RequestError(f"there is no planner {name!r}; the planners are {', '.join(PLANNERS)}")
 
 
@@ -278,17 +289,19 @@ def _said(place: str | Location | SceneObject | ArrayLike, scene: Scene) -> Loca
 def impossible(request: PlanRequest) -> tuple[str, ...]:
     """Why start, via points or goal cannot be on any legal path, each a sentence; none if they can."""
     names = ["the start", *(f"via point {i}" for i in range(1, len(request.via) + 1)), "the goal"]
-    found = []
-    for name, anchor in zip(names, request.anchors, strict=True):
-        at = point([round(float(value), 3) for value in anchor.position])
-        where = f"{name}, {at}," if anchor.label.startswith("[") else f"{name}, {anchor.label} at {at},"
-        for why in troubles(anchor.position, request.scene, request.robot):
-            remedy = "choose another place" + ("" if "workspace" in why else ", or lower the robot's margin")
-            found.append(sentence(f"{where} {why}; {remedy}"))
-    goes = lengths(np.diff(request.corners, axis=0)).sum()
-    if not found and goes < 1e-9:
-        found.append("Start and goal are the same place, so there is no way to plan; name another goal or a via point.")
-    return tuple(found)
+    named = zip(names, request.anchors, strict=True)
+    found = tuple(text for name, anchor in named for text in _barred(name, anchor, request))
+    if not found and lengths(np.diff(request.corners, axis=0)).sum() < 1e-9:
+        return ("Start and goal are the same place, so there is no way to plan; name another goal or a via point.",)
+    return found
+
+
+def _barred(name: str, anchor: Anchor, request: PlanRequest) -> list[str]:
+    """Why no legal path can be at a place, each a sentence."""
+    at = point([round(float(value), 3) for value in anchor.position])
+    where = f"{name}, {at}," if not anchor.objects else f"{name}, {anchor.label} at {at},"
+    remedy = "; choose another place, or lower the robot's margin"
+    return [sentence(f"{where} {why}{remedy}") for why in troubles(anchor.position, request.scene, request.robot)]
 
 
 def finished(request: PlanRequest, polyline: Array, anchors: Sequence[int], planner: str, started: float) -> Plan:

@@ -107,7 +107,7 @@ class PointSpace:
         lower, upper = _extent(robot, request.corners, bodies)
         level = float(request.start.position[2]) if robot.planar else None
         dims = 2 if level is not None else 3
-        return cls(lower[:dims], upper[:dims], _clearance(robot, bodies, level), level)
+        return cls(lower[:dims], upper[:dims], clearance_of(robot, bodies, level), level)
 
     def point(self, values: Sequence[float]) -> Array:
         """A point (3,) [m] from the coordinates that are chosen."""
@@ -126,7 +126,7 @@ def _extent(robot: Robot, corners: Array, bodies: Sequence[Obstacle]) -> tuple[A
     return np.maximum(low, lower), np.minimum(high, upper)
 
 
-def _clearance(robot: Robot, bodies: Sequence[Obstacle], level: float | None) -> Clearance:
+def clearance_of(robot: Robot, bodies: Sequence[Obstacle], level: float | None) -> Clearance:
     """The clearance of points; in plain Python, since a search asks for one point at a time, a million times."""
     boxes = [(b.center.tolist(), b.rotation.T.tolist(), b.half.tolist(), float(b.radius)) for b in bodies]
     shell = robot.workspace if isinstance(robot.workspace, Shell) else None
@@ -190,10 +190,12 @@ def search(
     return points
 
 
-def shortened(path: Array, passable: Callable[[Sequence[float], Sequence[float]], bool]) -> Array:
+def shortened(
+    path: Array, passable: Callable[[Sequence[float], Sequence[float]], bool], count: int = SHORTCUTS
+) -> Array:
     """The shortest polyline (K, D) between points on a path (N, D) whose motions are all passable."""
     s = arc_length(path)
-    even = np.linspace(0.0, s[-1], max(SHORTCUTS - len(path), 0))
+    even = np.linspace(0.0, s[-1], max(count - len(path), 0))
     at = np.unique(np.concatenate([s, even]))
     rows = np.column_stack([np.interp(at, s, path[:, k]) for k in range(path.shape[1])])
     points, cost, before = rows.tolist(), np.full(len(rows), np.inf), np.zeros(len(rows), dtype=int)
@@ -253,12 +255,7 @@ def solve(
 
     util.setLogLevel(util.LOG_NONE)
     util.RNG.setSeed(seed)
-    space = base.RealVectorStateSpace(len(dims))
-    limits = base.RealVectorBounds(len(dims))
-    for k, (low, high) in enumerate(zip(*(side.tolist() for side in box), strict=True)):
-        limits.setLow(k, low)
-        limits.setHigh(k, high)
-    space.setBounds(limits)
+    space = _space(base, box)
     si = base.SpaceInformation(space)
     si.setStateValidityChecker(lambda state: free([state[k] for k in dims]))
     si.setMotionValidator(Motions(si))
@@ -269,20 +266,30 @@ def solve(
     for goal in goals:
         targets.addState(_state(space, goal))
     problem.setGoal(targets)
+    known = problem.hasExactSolution
+    planner = geometric.RRTConnect(si)
     if name == "rrt_star":
         problem.setOptimizationObjective(base.PathLengthOptimizationObjective(si))
-    planner = geometric.RRTstar(si) if name == "rrt_star" else geometric.RRTConnect(si)
+        planner = geometric.RRTstar(si)
+        known = lambda: bool(planner.bestCost().value() < inf)  # noqa: E731  # it hands its way over at the very end
     planner.setProblemDefinition(problem)
     planner.setup()
-    known = problem.hasExactSolution
-    if name == "rrt_star":  # it hands its way over at the very end
-        known = lambda: bool(planner.bestCost().value() < inf)  # noqa: E731
     patience = _patience(name, seconds, known, progress)
     planner.solve(base.PlannerTerminationCondition(patience))
     if not problem.hasExactSolution():
         return None
     path = problem.getSolutionPath()
     return np.array([[path.getState(i)[k] for k in range(len(dims))] for i in range(path.getStateCount())])
+
+
+def _space(base: Any, box: tuple[Array, Array]) -> Any:
+    """OMPL's space of a box."""
+    space, limits = base.RealVectorStateSpace(len(box[0])), base.RealVectorBounds(len(box[0]))
+    for k, (low, high) in enumerate(zip(*(side.tolist() for side in box), strict=True)):
+        limits.setLow(k, low)
+        limits.setHigh(k, high)
+    space.setBounds(limits)
+    return space
 
 
 def _state(space: Any, values: Sequence[float]) -> Any:

@@ -239,6 +239,7 @@ def _scene_lines(request: Request) -> list[str]:
     lines = [
         f"Frame: {scene.frame.describe()}.",
         _trajectory_line(request.trajectory),
+        *([f"It was {one_line(request.origin)}, so it goes that way already."] if request.origin else []),
         *_object_lines(scene, request.trajectory, scale),
         _limits_line(request),
         f"Sizes: {scale.describe()}",

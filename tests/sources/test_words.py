@@ -1,0 +1,129 @@
+"""From words alone: the way is resolved and planned, the rest adapts it, and what is not said is asked."""
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from ovita import Robot, from_words
+from ovita.cli.main import cli
+from ovita.errors import RequestError
+from ovita.request import Request
+from ovita.sources.route import read_route
+from ovita.writers.prompt import ground
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
+import generation
+
+TABLE = generation.scene_of(
+    "box 0.30 -0.30 0.05 0.12 0.10 0.10; plate 0.30 0.30 0.01 0.22 0.22 0.02; bottle 0.30 0.00 0.13 0.07 0.07 0.26;"
+    "left post 0.1 0.1 0.1 0.05 0.05 0.2; right post 0.5 0.1 0.1 0.05 0.05 0.2"
+)
+ARM = Robot.preset("arm")
+
+
+@pytest.mark.parametrize(
+    ("text", "start", "via", "goal", "rest"),
+    [
+        ("From the box to the plate over the bottle, slowly", "the box", ["above the bottle"], "the plate", "slowly"),
+        ("box -> plate -> bottle", "the box", ["the plate"], "the bottle", ""),
+        ("0.3,-0.3,0.5 to plate", "[0.3, -0.3, 0.5]", [], "the plate", ""),
+        ("Run from the box to the plate and back", "the box", ["the plate"], "the box", ""),
+        ("From box to plate, wait there for 2 s", "the box", [], "the plate", "wait at the plate for 2 s"),
+        ("Pass between the left post and the right post from box to plate", "the box",
+         ["between the left post and the right post"], "the plate", ""),
+        ("Fly from the box to the plate but keep 20 cm from the bottle", "the box", [], "the plate",
+         "keep 20 cm from the bottle"),
+        ("Start 10 cm above the box and end left of the plate", "0.10 m above the box", [], "left of the plate", ""),
+        ("Keep a distance of 15 cm to the bottle from the box to the plate", "the box", [], "the plate",
+         "Keep a distance of 15 cm to the bottle"),
+    ],
+)  # fmt: skip
+def test_the_way_and_the_rest_are_told_apart(text, start, via, goal, rest):
+    route = read_route(text, TABLE)
+    assert (route.start and route.start.label, [v.label for v in route.via], route.goal and route.goal.label) == (
+        start,
+        via,
+        goal,
+    )
+    assert (route.rest, route.question) == (rest, "")
+
+
+@pytest.mark.parametrize(
+    ("text", "asks"),
+    [
+        ("go to the plate", "Where does it start?"),
+        ("from the box, slowly", "Where does it end?"),
+        ("a bit faster", "From where to where?"),
+        ("from the post to the plate", "left post.*right post"),
+    ],
+)
+def test_what_is_not_known_is_asked(text, asks):
+    made = from_words(text, TABLE, ARM, writer="builtin")
+    assert made.status == "needs_clarification" and made.adaptation is None
+    import re
+
+    assert re.search(asks, made.question)
+
+
+def test_the_whole_sentence_is_the_instruction_and_planning_its_first_step():
+    text = "From the box to the plate over the bottle, slowly, then a small spiral"
+    result = from_words(text, TABLE, ARM, writer="builtin").adaptation
+    assert result.status in ("done", "limited") and result.instruction == text
+    assert result.plan[0].startswith("Plan the way from above the box") and len(result.plan) == 3
+    assert result.original.positions[:, 2].max() > 0.26 and len(result.adapted) > len(result.original)
+
+
+def test_a_way_that_cannot_be_is_infeasible():
+    made = from_words("from 9,0,0 to the plate, slowly", TABLE, ARM, writer="builtin")
+    assert made.status == "infeasible" and "outside the workspace" in made.message
+
+
+def test_what_only_says_not_to_touch_is_left_to_the_limits():
+    result = from_words("From box to plate, don't hit the bottle", TABLE, ARM, writer="builtin").adaptation
+    assert result.status == "done" and any("limits see to" in text for text in result.assumptions)
+    assert TABLE["bottle"].clearance(result.adapted.resample(500).positions).min() > 0.04
+
+
+def test_a_model_is_told_how_the_trajectory_came_about():
+    path = from_words("from box to plate", TABLE, ARM, writer="builtin").plan.trajectory
+    said = ground(Request("slowly", path, TABLE, ARM, origin="planned from above the box to above the plate")).situation
+    assert "It was planned from above the box to above the plate" in said
+    assert "It was" not in ground(Request("slowly", path, TABLE, ARM)).situation
+
+
+def test_every_tenth_sentence_of_the_list_is_right():
+    sentences = list(generation.corpus())
+    assert len(sentences) >= 40
+    for sentence, wrong in generation.evaluate(iter(sentences[1:40:10])):
+        assert not wrong, (sentence.text, wrong)
+
+
+def test_the_judge_finds_what_is_wrong():
+    sentence = next(s for s in generation.corpus() if "half speed" in s.text)
+    made = from_words("from cup to box", sentence.scene, sentence.robot, writer="builtin")
+    assert set(generation.Judge(sentence, made).wrong()) == {"from box", "to cup", "pace 0.5"}
+
+
+def test_adapt_takes_a_scene_without_a_trajectory(tmp_path):
+    scene = {
+        "objects": [
+            {"name": o.name, "x": o.position[0], "y": o.position[1], "z": o.position[2], "dimensions": [*o.size]}
+            for o in TABLE
+        ],
+        "robot": "arm",
+    }
+    file, out = tmp_path / "scene.json", tmp_path / "made.json"
+    file.write_text(json.dumps(scene))
+    done = CliRunner().invoke(cli, ["adapt", str(file), "from the box to the plate, slowly", "-o", str(out)])
+    assert done.exit_code == 0, done.output
+    saved = json.loads(out.read_text())
+    assert saved["robot"]["name"] == "arm" and saved["instruction"].startswith("from the box")
+    assert np.allclose(saved["adapted"][0][:2], [0.3, -0.3])
+    asked = CliRunner().invoke(cli, ["adapt", str(file), "go to the plate", "--json"])
+    assert asked.exit_code == 3 and json.loads(asked.output)["status"] == "needs_clarification"
+    unsaid = CliRunner().invoke(cli, ["adapt", str(file)])
+    assert isinstance(unsaid.exception, RequestError) and "from where to where" in str(unsaid.exception)
