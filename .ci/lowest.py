@@ -86,7 +86,9 @@ def main() -> int:
     print("\n".join(pins), flush=True)
     pip("install", "-q", "--only-binary=:all:", "-e", ".", *pins)
     pip("install", "-q", "-c", "constraints.txt", *TOOLS)
-    return subprocess.run([str(HOME / "bin/python"), "-m", "pytest", *SMOKE, *sys.argv[1:]], cwd=ROOT).returncode
+    return subprocess.run(
+        [str(HOME / "bin/python"), "-m", "pytest", "-W", "default", *SMOKE, *sys.argv[1:]], cwd=ROOT
+    ).returncode
 
 
 if __name__ == "__main__":

@@ -343,3 +343,11 @@ def test_a_constant_orientation_is_unchanged_with_another_number_of_waypoints():
     assert compare(path, path.resample(5), Scene()).orientations_unchanged
     tilted = Trajectory(path.resample(5).positions, path.resample(5).speeds, np.tile([1.0, 0, 0, 0], (5, 1)))
     assert not compare(path, tilted, Scene()).orientations_unchanged
+
+
+def test_a_path_that_stands_still_is_not_said_to_be_quicker() -> None:
+    rows = line().to_array()
+    rows[2:, 3] = 0.0
+    told = sentences(changed(line(), rows))
+    assert "It does not arrive: the speed is 0 on the way." in told
+    assert not any("It takes" in text for text in told)

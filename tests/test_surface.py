@@ -39,3 +39,16 @@ def test_import_and_help_load_nothing_heavy():
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, done.stderr
     assert "adapt" in done.stdout and "demo" in done.stdout
+
+
+def test_make_lowest_tries_every_dependency_of_its_own():
+    """pydantic was allowed in a version that could not read our own results: the bounds had never been tried."""
+    import runpy
+    import tomllib
+    from pathlib import Path
+
+    root = Path(__file__).parents[1]
+    tried = runpy.run_path(str(root / ".ci/lowest.py"))["requirements"]()
+    own = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]["dependencies"]
+    assert {line.partition(">=")[0] for line in own} <= set(tried)
+    assert all(bound.startswith(">=") for bound in tried.values()), tried

@@ -263,3 +263,11 @@ def test_unknown_objects_and_kinds(line, scene):
     assert not outcome.held and "vase" in outcome.sentence
     with pytest.raises(ValueError, match="unknown expectation 'prettier'"):
         judge(Expectation("prettier", {}, ""), line, line, scene)
+
+
+def test_braking_in_a_part_for_a_stop_beyond_it_breaks_no_least_speed(line):
+    out, part = line.copy(), np.arange(len(line)) < 10
+    out[7:12, 3] = [0.3, 0.2, 0.1, 0.0, 0.2]
+    assert judge(expect_speed(at_least=0.4, where=part), line, out, Scene()).held
+    out[5, 3] = 0.3
+    assert not judge(expect_speed(at_least=0.4, where=part), line, out, Scene()).held

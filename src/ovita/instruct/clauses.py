@@ -380,20 +380,19 @@ class Reader:
 
     def directions(self) -> tuple[tuple[str, float | None], ...]:
         """Consume the direction words, each with the length next to it."""
-        found: list[tuple[str, float | None]] = []
+        found: dict[str, float | None] = {}
         for i, token in enumerate(self.tokens):
             if token.kind != "concept" or token.value not in DIRECTIONS or self.taken[i]:
                 continue
             self.taken[i] = True
-            amount: float | None = None
-            for j in (self.after(i), self.before(i)):
+            amount = found.get(token.value)
+            for j in (self.after(i), self.before(i)) if amount is None else ():  # a second amount is left over
                 if j is not None and not self.taken[j] and self.tokens[j].unit in ("", "m"):
                     if self.tokens[j].kind == "number" and self.word_before(j) != "to":
                         amount = self.consume_at(j).number
                         break
-            if not any(word == token.value for word, _ in found):
-                found.append((token.value, amount))
-        return tuple(found)
+            found[token.value] = amount
+        return tuple(found.items())
 
     def left_over(self) -> tuple[str, ...]:
         """The words that no meaning was found for, in their order."""

@@ -227,6 +227,7 @@ def bound(d: IntentDraft, intent: Intent) -> None:
     limit = stated or 0.0
     name = d.knob("limit", limit, "at_most", f"furthest {direction}", unit="m", direction=direction)
     d.body.append(f"traj = bound(traj, {direction}={name})")
+    d.promise(f"expect_side({direction!r}, at_most={name})")
     words = f"Never go further {direction} than {limit:g} m."
     words = f"Stay at least {-limit:g} m {OPPOSITE[direction]}." if limit < 0 else words
     d.do(words, holds=bool((d.positions @ d.scene.frame.direction(direction) <= limit).all()))
@@ -300,6 +301,7 @@ def height(d: IntentDraft, intent: Intent) -> None:
     value = intent.amount or 0.0
     name = d.knob("height", value, "to", "height above the ground, z = 0", unit="m", direction="up")
     d.body.append(f"traj = at_height(traj, {name}{argument(where)})")
+    d.promise(f"expect_side('up', {name}, {name}{argument(where)})")
     d.plan.append(f"Stay {value:g} m above the ground{suffix(part)}.")
 
 
@@ -377,6 +379,7 @@ def speed(d: IntentDraft, intent: Intent) -> None:
         beyond = f"traj[:, 3] {'>' if intent.mode == 'cap' else '<'} {name}"
         chosen = f"({where}) & ({beyond})" if where else beyond
         d.body.append(f"traj = set_speed(traj, {name}, where={chosen})")
+        d.promise(f"expect_speed({role}={name}{argument(where)})")
         inside = bool((speeds <= value).all() if intent.mode == "cap" else (speeds >= value).all())
         bound = "most" if intent.mode == "cap" else "least"
         d.do(f"Keep the speed at {bound} {value:g} m/s{suffix(part)}.", holds=inside)

@@ -235,6 +235,7 @@ class Changes:
         goal: Change of the goal.
         speed: How speeds changed.
         objects: How each object is passed, in the scene's order.
+        stalled: Whether the adapted path goes on at speed 0 from some waypoint, so that its duration is none.
     """
 
     matching: Method
@@ -252,6 +253,7 @@ class Changes:
     goal: Endpoint
     speed: SpeedChange
     objects: tuple[ObjectChange, ...]
+    stalled: bool = False
 
     @property
     def nothing_changed(self) -> bool:
@@ -305,6 +307,7 @@ def compare(original: Trajectory, adapted: Trajectory, scene: Scene) -> Changes:
         goal=_endpoint(original.positions[-1], adapted.positions[-1], scene.frame),
         speed=_speed_change(original, adapted, before[:, 3], compared, scene, objects),
         objects=objects,
+        stalled=adapted.stall is not None,
     )
 
 

@@ -27,7 +27,7 @@ def sentences(changes: Changes) -> list[str]:
         *path,
         *speed,
         *_objects(changes),
-        *_total("It takes", changes.duration, "s", ("longer", "less time")),
+        *_duration(changes),
         *_total("The path is", changes.length, "m", ("longer", "shorter")),
     ]
     put = bool(changes.removed or changes.added)
@@ -240,6 +240,12 @@ def _passes(item: ObjectChange) -> str:
 def _gap(item: ObjectChange) -> Span:
     """The distance that people mean: to the surface, or to the centre inside of it or where no size is known."""
     return item.clearance if item.sized and min(item.clearance.before, item.clearance.after) > 0 else item.distance
+
+
+def _duration(changes: Changes) -> list[str]:
+    if changes.stalled:
+        return ["It does not arrive: the speed is 0 on the way."]
+    return _total("It takes", changes.duration, "s", ("longer", "less time"))
 
 
 def _total(opening: str, span: Span, unit: str, words: tuple[str, str]) -> list[str]:

@@ -390,7 +390,7 @@ def _speed_bounds(case: _Case) -> Outcome:
         for rows, part in ((case.original, case.old), (case.adapted, case.new)):
             speeds = sign * rows[:, 3]
             moving = part & (rows[:, 3] > AT_REST)
-            counted = part & ~_stopping(np.where(part, rows[:, 3], np.inf), asked) if sign > 0 else part
+            counted = part & ~_braking(rows[:, 3], part, asked) if sign > 0 else part
             counted = counted if counted.any() else moving
             extremes.append(sign * float(speeds[counted].min()) if counted.any() else asked)
         misses = [max(sign * (asked - value), 0.0) for value in extremes]
@@ -399,6 +399,11 @@ def _speed_bounds(case: _Case) -> Outcome:
         which = "lowest" if sign > 0 else "highest"
         parts.append(f"the {which} speed is {extremes[1]:.3f} m/s (asked {name.replace('_', ' ')} {asked:g} m/s)")
     return Outcome(bool(held), " and ".join(parts), float(shortfalls[0] - shortfalls[1]), "m/s")
+
+
+def _braking(speeds: Array, part: Mask, least: float) -> Mask:
+    """Which waypoints (N,) are slower for a stop, in the part or beyond it."""
+    return _stopping(np.where(part, speeds, np.inf), least) | _stopping(speeds, least)
 
 
 def _stopping(speeds: Array, least: float) -> Mask:
