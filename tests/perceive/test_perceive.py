@@ -149,3 +149,14 @@ def test_no_view_is_refused():
 def test_the_height_of_the_support_can_be_given():
     seen = perceive([picture([CUP])], plane=0.0)
     assert off(seen.scene["red cylinder"], CUP)[0] < 0.004
+
+
+@pytest.mark.parametrize("frame, turn", [("rfu", [[0, -1, 0], [1, 0, 0], [0, 0, 1]]), ("ned", np.diag([1, -1, -1]))])
+def test_any_frame_of_the_world_will_do(frame, turn):
+    view, move = picture([CUP, BOX]), np.eye(4)
+    move[:3, :3] = turn
+    seen = perceive([View(view.depth, view.intrinsics, move @ view.pose, view.rgb)], frame=frame).scene
+    assert seen.frame.name == frame
+    for name, thing in (("red cylinder", CUP), ("blue box", BOX)):
+        assert np.linalg.norm(seen[name].position - turn @ np.array(thing.position)) < 0.004
+        assert np.sort(seen[name].size) == pytest.approx(np.sort(thing.size), abs=0.006)

@@ -27,6 +27,12 @@ CAUCHY = 2.5
 ROUNDS = 20
 """Steps of a fit at most."""
 
+HEAT = 4
+"""Steps after which a family whose loss is `HOPELESS` times the best is given up."""
+
+HOPELESS = 3.0
+"""See `HEAT`."""
+
 THIN = 90
 """Points, and lines of sight, on which the families of shapes are compared first."""
 
@@ -281,24 +287,30 @@ _FREE_CYLINDER = _basis({0: 1.0}, {1: 1.0}, {2: 1.0}, {3: 1.0}, {4: 1.0}, {6: 1.
 def _best(models: Sequence[_Model], evidence: Evidence, *, supported: bool) -> Solid:
     """The solid of several families that fits best.
 
-    All are tried on a part of the evidence; then on all of it the best, the best of another kind, and while none
-    explains the pixels, the next two.
+    All are tried on a part of the evidence, the hopeless ones for a few steps only; then on all of it the best, the
+    best of another kind, and while none explains the pixels, the next two.
     """
     part = evidence.thinned(THIN)
-    raced = [_improved(model, part, resting=supported and not model.grounded) for model in models]
-    order = [int(i) for i in np.argsort([loss for _, loss in raced])]
+
+    def improved(i: int, start: Array, seen: Evidence, rounds: int = ROUNDS) -> tuple[Array, float]:
+        model = replace(models[i], start=start)
+        return _improved(model, seen, resting=supported and not model.grounded, rounds=rounds)
+
+    heats = [improved(i, model.start, part, HEAT) for i, model in enumerate(models)]
+    limit = max(HOPELESS * min(loss for _, loss in heats), POOR)
+    raced = {i: improved(i, start, part) for i, (start, loss) in enumerate(heats) if loss <= limit}
+    order = sorted(raced, key=lambda i: raced[i][1])
     rivals = [i for i in order if models[i].kind != models[order[0]].kind][:1]
     solids: list[Solid] = []
     for i in dict.fromkeys([order[0], *rivals, *order[1:4]]):
-        model = replace(models[i], start=raced[i][0])
-        state, _ = _improved(model, evidence, resting=supported and not model.grounded)
-        solids.append(_solid(model, state, evidence))
+        state, _ = improved(i, raced[i][0], evidence)
+        solids.append(_solid(models[i], state, evidence))
         if len(solids) > len(rivals) and min(one.loss for one in solids) <= POOR:
             break
     return min(solids, key=lambda one: one.loss)
 
 
-def _improved(model: _Model, evidence: Evidence, *, resting: bool) -> tuple[Array, float]:
+def _improved(model: _Model, evidence: Evidence, *, resting: bool, rounds: int) -> tuple[Array, float]:
     """The numbers (9,) of a family's member that fits best, and its loss with priors.
 
     Damped Gauss-Newton steps with weights of the Cauchy loss; each step is tried together with the neighbours that
@@ -309,7 +321,7 @@ def _improved(model: _Model, evidence: Evidence, *, resting: bool) -> tuple[Arra
     around = np.vstack([np.zeros(count), np.eye(count) * steps]) @ model.basis.T
     state, loss, damping = model.start, np.inf, 1e-2
     move = np.zeros(9)
-    for _ in range(ROUNDS):
+    for _ in range(rounds):
         ahead = state + move
         ahead[6:] = np.maximum(ahead[6:], SMALLEST)
         batch = _residuals(

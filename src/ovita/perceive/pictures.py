@@ -132,13 +132,19 @@ def _view(raw: Array, colours: Any, camera: CameraFile, depth: str, rgb: str, wh
     if camera.axes == "opengl" and pose.shape == (4, 4):
         pose = pose @ np.diag([1.0, -1.0, -1.0, 1.0])
     try:
-        return View(raw.astype(float) * scale, np.array(camera.intrinsics), pose, colours, Path(depth).stem)
+        return View(raw.astype(float) * scale, np.array(camera.intrinsics), pose, colours, _name(depth))
     except SceneError as error:
         of_picture = {"depth": depth, "rgb": rgb}
         key = None if error.key in of_picture else error.key
         raise FormatError(file_name(of_picture.get(error.key or "", where)), error.problem, key=key) from None
     except ValueError:
         raise FormatError(file_name(where), "must be a 3x3 matrix of numbers", key="intrinsics") from None
+
+
+def _name(depth: str) -> str:
+    """What to call a view: its folder, or the file where that says more."""
+    path = Path(depth)
+    return (path.resolve().parent.name or path.stem) if path.stem.lower() == "depth" else path.stem
 
 
 def _folder(place: str, camera: str | None) -> View:
