@@ -91,7 +91,7 @@ def read_all(
 ) -> tuple[list[tuple[check.Example, Reading, Any]], list[str]]:
     """Every line of some voices with its reading, its features and how it was judged."""
     lines = [line for path in paths for line in check.examples(path) if not line.problem]
-    read = [reader.explain(e.sentence, augment.scene_of(e.objects), None, e.before) for e in lines]
+    read = [reader.explain(reader.hear(e.sentence, augment.scene_of(e.objects), None, e.before)) for e in lines]
     rows = [(e, reading, features) for e, (reading, features) in zip(lines, read, strict=True)]
     return rows, [judged(e, reading) for e, reading, _ in rows]
 
@@ -100,7 +100,7 @@ def main() -> None:
     """Read, fit, print, write."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("weights", type=Path)
-    parser.add_argument("voices", help="fold:K/N of the voices to train on, or held_out")
+    parser.add_argument("voices", help="the voices that it was not trained on, or fold:K/N of all, or held_out")
     parser.add_argument("--to", type=Path)
     parser.add_argument("--list", type=Path, help="write the sentences that were read wrongly")
     options = parser.parse_args()
@@ -111,9 +111,11 @@ def main() -> None:
         arrays = {name: file[name] for name in file.files}
     reader = LearnedReader(Network(arrays))
     paths = sorted(check.FOLDERS[held_out].glob("*.txt"))
-    if not held_out:
+    if options.voices.startswith("fold:"):
         k, n = map(int, options.voices.removeprefix("fold:").split("/"))
         paths = paths[k::n]
+    elif not held_out:
+        paths = [path for path in paths if path.stem in options.voices.split(",")]
     rows, kinds = read_all(reader, paths)
     counts: dict[str, Counter[str]] = {}
     for (e, _, _), kind in zip(rows, kinds, strict=True):

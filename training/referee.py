@@ -33,11 +33,13 @@ def candidates(line: Example, learned: LearnedReader) -> list[tuple[list[float],
     """The grounds of each reader's reading of a line, and whether the reading is right."""
     scene = scene_of(line.objects)
     said, _ = chunks(line.sentence, scene)
-    one, other = read(line.sentence, scene), learned.read(line.sentence, scene)
+    one, heard = read(line.sentence, scene), learned.hear(line.sentence, scene)
+    other = learned.reading(heard)
+    weighed = {"rules": heard.weigh(one.frames), "learned": heard.weigh(other.frames)}
     found = []
     for by, reading in (("rules", one), ("learned", other)):
         if reading.frames and not (reading.question or reading.improper):
-            values = grounds(said, by, one, other)  # type: ignore[arg-type]
+            values = grounds(said, by, one, other, weighed)  # type: ignore[arg-type]
             found.append(([values[name] for name in POINTS], right(line, reading)))
     return found
 

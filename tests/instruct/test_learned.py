@@ -36,7 +36,7 @@ def reader():
         ("wait at the cup for 3 seconds", "wait at=cup for=3s"),
         ("stay further away from the lamp", "farther lamp"),
         ("pass between the cup and the box", "via between=cup+box"),
-        ("faster after the cup, slower before it", "pace faster @after=cup; pace slower @before=cup"),
+        ("speed up after the cup and slow down before the box", "pace faster @after=cup; pace slower @before=box"),
         ("at most 0.3 m/s near the box", "pace at_most=0.3m/s @near=box"),
         ("circle the box twice", "circle box turns=2"),
     ],

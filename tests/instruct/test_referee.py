@@ -78,6 +78,10 @@ def test_questions_come_before_reasons_to_decline(rules, learned, outcome):
     [
         ("go left by 10 cm", "move right=10cm", "'left'"),
         ("never go faster", "pace faster", "'never"),
+        ("do not stay away from the cup", "farther cup", "'do not"),
+        ("avoid the cup unless it is empty", "farther cup", "condition"),
+        ("go left if the box is hot", "move left", "condition"),
+        ("raise waypoint 5 and waypoint 10 by 3 cm", "move up=3cm @range=5-10", "two waypoints"),
         ("maximum 0.3 m/s near the cup", "pace set to=0.3m/s @near=cup", "limit"),
         ("go left by 10 cm and up 5 cm", "move left=10cm up", "'5 cm'"),
         ("go left and slow down near the box", "move left; pace slower", "'box'"),
@@ -96,6 +100,9 @@ def test_plain_facts_of_the_words_contradict_a_reading(text, frames, doubt):
     [
         ("go left by 10 cm", "move left=10cm"),
         ("never go faster than 0.3 m/s", "pace at_most=0.3m/s"),
+        ("don't go so close to the cup", "farther cup"),
+        ("go left if you can", "move left"),
+        ("raise it between waypoint 5 and waypoint 10", "move up @range=5-10"),
         ("keep at least 20 cm from the cup", "clearance cup at_least=20cm"),
         ("waypoints 5 to 15 up by 2 cm", "move up=2cm @range=5-15"),
         ("30 % slower in the last third", "pace slower by=30% @last=33%"),

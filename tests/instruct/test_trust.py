@@ -253,3 +253,15 @@ def test_a_word_for_units_of_different_sizes_is_asked_about(sentence):
 def test_an_end_beside_an_object_is_so_far_from_its_surface():
     goal = done("end 0.1 m left of the mug").adapted.positions[-1]
     assert goal == pytest.approx([0.1 - 0.04 - 0.1, 1.0, 0.2], abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("sentence", "up"),
+    [
+        ("lift it up 10 cm and drop the speed by 20 percent", 0.1),
+        ("drop the pace by 15 percent and raise it 5 cm", 0.05),
+    ],
+)
+def test_no_number_of_a_sentence_is_lost(sentence, up):
+    result = said(sentence)
+    assert np.allclose(shift(result.proposal or result), [0.0, 0.0, up])

@@ -7,19 +7,19 @@ reading is right was calibrated on voices that it had not been trained on (`trai
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from ovita import text as words_of
-from ovita.instruct.edits import Also
+from ovita.instruct.edits import Also, Edit
 from ovita.instruct.encoder import QUERIES, Encoded, Network, Output, concepts_of, encode, network
 from ovita.instruct.frames import Quantity, Reading, SemanticFrame, Span
 from ovita.instruct.notation import FRAMES
 from ovita.instruct.sketch import Referent, Sketch, sketch
-from ovita.instruct.slots import ACTIONS, AMOUNTS, CHOICES, HEADS, OBJECTS, Atom, Unfit, items_of
+from ovita.instruct.slots import ACTIONS, AMOUNTS, CHOICES, HEADS, OBJECTS, Atom, Unfit, atoms_of, items_of
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array
 
@@ -120,6 +120,9 @@ FEATURES = (
 )  # fmt: skip
 """What the confidence is calibrated on."""
 
+LEAST = 1e-6
+"""No class is held to be less likely than this."""
+
 CAPPED = 0.5
 """The most that a reading may claim which leaves a number or an object of the sentence unused."""
 
@@ -137,6 +140,46 @@ class Choice:
     atoms: tuple[Atom, ...]
     likelihoods: tuple[float, ...]
     used: frozenset[int]
+
+
+@dataclass(frozen=True)
+class NetworkReading:
+    """What the network says of a sentence.
+
+    Args:
+        seen: The sentence with what it mentions.
+        encoded: The sentence as the network takes it.
+        output: Probabilities of all classes and pointers.
+        before: Frames of the turns in force, or None for a first request.
+    """
+
+    seen: Sketch
+    encoded: Encoded
+    output: Output
+    before: Sequence[SemanticFrame] | None = None
+
+    def weigh(self, items: Iterable[SemanticFrame | Edit]) -> tuple[float, float] | None:
+        """The log-likelihoods of a reading by any reader: of all that it says, and of its least likely choice.
+
+        None if the network has no words for it.
+        """
+        try:
+            atoms = atoms_of(items)
+            said = [value for q, atom in enumerate(atoms) for value in self._weights(q, atom)]
+        except (Unfit, ValueError, IndexError):  # a class that a head does not have, or more atoms than it has places
+            return None
+        if len(atoms) < QUERIES:
+            said.append(self._weight("action", len(atoms), "none"))
+        return sum(said), min(said)
+
+    def _weights(self, q: int, atom: Atom) -> Iterator[float]:
+        heads = ("action", *OF_ACTION.get(atom.label("action"), ()))
+        if "part" in heads and atom.label("part") != "whole":
+            heads += WITH_PART
+        return (self._weight(head, q, atom.label(head)) for head in heads)
+
+    def _weight(self, head: str, q: int, label: str) -> float:
+        return math.log(max(float(self.output.heads[head][q][HEADS[head].index(label)]), LEAST))
 
 
 class LearnedReader:
@@ -171,21 +214,29 @@ class LearnedReader:
             positions: The path (N, 3) [m], for "the object nearest to the goal".
             before: Frames of the turns in force; then the sentence may also change them (`Reading.edits`).
         """
-        reading, features = self.explain(text, scene, positions, before)
-        return replace(reading, confidence=round(self.sure(reading, features), 4))
+        return self.reading(self.hear(text, scene, positions, before))
 
-    def explain(
+    def hear(
         self,
         text: str,
         scene: Scene,
         positions: Array | None = None,
         before: Sequence[SemanticFrame] | None = None,
-    ) -> tuple[Reading, Array]:
-        """The reading before its confidence is calibrated, and the features (F,) that it is calibrated on."""
+    ) -> NetworkReading:
+        """What the network says of a sentence, from which a reading is taken and others are weighed."""
         seen = sketch(text, scene, positions, before, self.net.known)
         encoded = encode(seen, self.net.splitter)
-        choice = choose(self.net.read(encoded), seen, encoded)
-        return self._reading(choice, seen, encoded, before)
+        return NetworkReading(seen, encoded, self.net.read(encoded), before)
+
+    def reading(self, heard: NetworkReading) -> Reading:
+        """The likeliest reading, with its calibrated confidence."""
+        reading, features = self.explain(heard)
+        return replace(reading, confidence=round(self.sure(reading, features), 4))
+
+    def explain(self, heard: NetworkReading) -> tuple[Reading, Array]:
+        """The reading before its confidence is calibrated, and the features (F,) that it is calibrated on."""
+        choice = choose(heard.output, heard.seen, heard.encoded)
+        return self._reading(choice, heard.seen, heard.encoded, heard.before)
 
     def _reading(
         self, choice: Choice, seen: Sketch, encoded: Encoded, before: Sequence[SemanticFrame] | None

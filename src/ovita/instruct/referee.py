@@ -8,44 +8,52 @@ how likely a reading is meant.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cache
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from ovita.errors import OvitaError
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk, chunks
 from ovita.instruct.constituents import turned
-from ovita.instruct.edits import Also
-from ovita.instruct.notation import name_of
+from ovita.instruct.edits import Also, Edit
 from ovita.paths.part import PathPart
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.text import quoted
 
+if TYPE_CHECKING:
+    from ovita.instruct.learned import LearnedReader
+
 Outcome = Literal["do", "needs_confirmation", "ask", "decline"]
+Who = Literal["rules", "learned"]
 By = Literal["both", "rules", "learned"]
+Weighed = Mapping[str, "tuple[float, float] | None"]
 
 POINTS = {
-    "always": -0.32,
-    "by the rules": -0.51,
-    "both agree": 2.41,
-    "confidence": 0.91,
-    "a word unread": -0.43,
-    "words unread": -0.32,
-    "contradicted": -0.73,
-    "contradicted twice": -0.34,
-    "the other asks": -0.03,
-    "the other reads nothing": 0.60,
-    "many frames": -0.01,
-    "same kinds of frames": 0.18,
-    "long": -0.79,
+    "always": -0.50,
+    "by the rules": 1.36,
+    "both agree": 2.23,
+    "confidence": 0.83,
+    "a word unread": -1.17,
+    "words unread": -0.82,
+    "unread by the network": 0.78,
+    "contradicted": -0.88,
+    "contradicted twice": -0.25,
+    "beyond the network": -1.78,
+    "likelihood": 0.61,
+    "weakest": 0.36,
+    "in common": 0.52,
+    "the other asks": -0.19,
+    "the other reads nothing": 0.56,
+    "many frames": 0.51,
+    "long": -0.42,
 }
 """What each ground counts, as logarithms of odds; `training/referee.py` fits them on voices that the network had not
 seen."""
 
-DO, SHOW = 0.85, 0.15
+DO, SHOW = 0.88, 0.15
 """How likely a reading has to be meant to be done at once, and to be shown."""
 
 UNKNOWN = frozenset("unknown filler comma dot and".split())
@@ -80,9 +88,6 @@ class Understanding:
     learned: F.Reading | None = None
 
 
-Reader = Callable[[str, Scene, "Array | None", Sequence[F.SemanticFrame]], F.Reading]
-
-
 def understand(
     text: str, scene: Scene, trajectory: Trajectory | None = None, before: Sequence[F.SemanticFrame] = ()
 ) -> Understanding:
@@ -95,49 +100,54 @@ def understand(
         before: Frames of the turns in force, where the utterance may be about them.
     """
     positions = None if trajectory is None else trajectory.positions
-    readings = {name: reader(text, scene, positions, before) for name, reader in readers().items()}
+    rules = by_rules(text, scene, before, positions)
     said, _ = chunks(text, scene, positions)
-    return judged(said, readings.get("rules"), readings.get("learned"))
+    reader = learned_reader()
+    if reader is None:
+        return judged(said, rules, None)
+    heard = reader.hear(text, scene, positions, before or None)
+    learned = reader.reading(heard)
+    return judged(said, rules, learned, {"rules": heard.weigh(_items(rules)), "learned": heard.weigh(_items(learned))})
 
 
-def doubts_about(reading: F.Reading, text: str, scene: Scene, trajectory: Trajectory) -> tuple[str, ...]:
-    """What the words of an utterance say against a reading of it, as sentences."""
-    said, _ = chunks(text, scene, trajectory.positions)
-    return contradictions(said, _frames(reading))
+def by_rules(text: str, scene: Scene, before: Sequence[F.SemanticFrame], positions: Array | None) -> F.Reading:
+    """What the rules make of an utterance: feedback on the frames before where it is that, else an instruction."""
+    from ovita.instruct.feedback import read_feedback
+    from ovita.instruct.rules import read
+
+    found = read_feedback(text, scene, before, positions) if before else None
+    return found if found is not None else read(text, scene, positions)
 
 
 @cache
-def readers() -> dict[str, Reader]:
-    """The readers by name: the rules, and the learned one where its weights are present."""
+def learned_reader() -> LearnedReader | None:
+    """The learned reader; None where its weights are not present, and the rules read alone."""
     from ovita.instruct.encoder import network
-    from ovita.instruct.feedback import read_feedback
     from ovita.instruct.learned import LearnedReader
-    from ovita.instruct.rules import read
-
-    def rules(text: str, scene: Scene, at: Array | None, before: Sequence[F.SemanticFrame]) -> F.Reading:
-        found = read_feedback(text, scene, before, at) if before else None
-        return found if found is not None else read(text, scene, at)
 
     try:
-        learned = LearnedReader(network())
-    except OvitaError:  # without weights the rules read alone
-        return {"rules": rules}
-    return {"rules": rules, "learned": lambda text, scene, at, before: learned.read(text, scene, at, before or None)}
+        return LearnedReader(network())
+    except OvitaError:
+        return None
 
 
-def judged(said: Sequence[Chunk], rules: F.Reading | None, learned: F.Reading | None) -> Understanding:
+def judged(
+    said: Sequence[Chunk], rules: F.Reading | None, learned: F.Reading | None, weighed: Weighed | None = None
+) -> Understanding:
     """The verdict on what two readers made of an utterance; either may be None.
 
     Args:
         said: The utterance in chunks.
         rules: What the rules made of it.
         learned: What the learned reader made of it.
+        weighed: How likely the network holds each of the two readings to be (`learned.NetworkReading.weigh`).
     """
     known: dict[str, Any] = {"rules": rules, "learned": learned}
-    candidates = [(by, reading) for by, reading in (("rules", rules), ("learned", learned)) if _reads(reading)]
+    both: tuple[tuple[Who, F.Reading | None], ...] = (("rules", rules), ("learned", learned))
+    candidates = [(by, reading) for by, reading in both if _reads(reading)]
     if not candidates or all(chunk.kind in UNKNOWN for chunk in said):
         return _unread(rules, learned, known)
-    scored = [(likelihood(grounds(said, by, rules, learned)), by, reading) for by, reading in candidates]  # type: ignore[arg-type]
+    scored = [(likelihood(grounds(said, by, rules, learned, weighed)), by, reading) for by, reading in candidates]
     confidence, best, reading = max(scored, key=lambda one: one[0])
     assert reading is not None
     agreed = _agree(rules, learned)
@@ -145,7 +155,7 @@ def judged(said: Sequence[Chunk], rules: F.Reading | None, learned: F.Reading | 
     left = [word for one in (rules, learned) if one is not None and (agreed or one is reading) for word in one.unread]
     unused, doubts = tuple(dict.fromkeys(left)), contradictions(said, _frames(reading))
     outcome: Outcome = "needs_confirmation" if confidence >= SHOW else "decline"
-    if agreed and confidence >= DO and not unused and not doubts:
+    if confidence >= DO and not unused and not doubts:
         outcome = "do"
     return Understanding(outcome, reading, by, unused, doubts, confidence, **known)
 
@@ -162,29 +172,47 @@ def _unread(rules: F.Reading | None, learned: F.Reading | None, known: Mapping[s
 
 
 def grounds(
-    said: Sequence[Chunk], by: Literal["rules", "learned"], rules: F.Reading | None, learned: F.Reading | None
+    said: Sequence[Chunk],
+    by: Who,
+    rules: F.Reading | None,
+    learned: F.Reading | None,
+    weighed: Weighed | None = None,
 ) -> dict[str, float]:
     """What speaks for and against a reader's reading, by the names of POINTS."""
     one, other = (rules, learned) if by == "rules" else (learned, rules)
     assert one is not None
-    agree, against = _agree(rules, learned), len(contradictions(said, _frames(one)))
-    unread = len(rules.unread) if rules is not None else 0
-    sure = min(max(learned.confidence, 0.02), 0.98) if learned is not None and (agree or by == "learned") else 0.5
+    mine, agree = by == "rules", _agree(rules, learned)
+    against = len(contradictions(said, _frames(one)))
+    unread = len(rules.unread) if rules is not None and (mine or agree) else 0
+    sure = min(max(learned.confidence, 0.02), 0.98) if learned is not None and not mine else 0.5
+    weight = (0.0, 0.0) if weighed is None else weighed.get(by)
+    total, least = weight or (0.0, 0.0)
     return {
         "always": 1.0,
-        "by the rules": float(by == "rules"),
+        "by the rules": float(mine),
         "both agree": float(agree),
         "confidence": math.log(sure / (1.0 - sure)),
         "a word unread": float(unread == 1),
         "words unread": float(unread > 1),
+        "unread by the network": float(not mine and bool(one.unread)),
         "contradicted": float(against > 0),
         "contradicted twice": float(against > 1),
+        "beyond the network": float(weight is None),
+        "likelihood": max(total, -25.0) / 5.0,
+        "weakest": max(least, -8.0) / 3.0,
+        "in common": 0.0 if agree or not _reads(other) else _shared(one, other),
         "the other asks": float(other is not None and bool(other.question or other.improper)),
         "the other reads nothing": float(other is not None and not (_reads(other) or other.question or other.improper)),
         "many frames": float(len(_frames(one)) > 2),
-        "same kinds of frames": float(not agree and _reads(other) and _kinds(one) == _kinds(other)),
         "long": float(len(said) > LONG),
     }
+
+
+def _shared(one: F.Reading, other: F.Reading | None) -> float:
+    """Which share of their frames two readings have in common."""
+    mine, theirs = _frames(one), _frames(other or F.Reading())
+    alike = sum(any(F.same((frame,), (twin,)) for twin in theirs) for frame in mine)
+    return 2.0 * alike / max(len(mine) + len(theirs), 1)
 
 
 def likelihood(found: Mapping[str, float]) -> float:
@@ -204,8 +232,8 @@ def _agree(one: F.Reading | None, other: F.Reading | None) -> bool:
     return plain[0] == plain[1] and F.same(_frames(one), _frames(other))
 
 
-def _kinds(reading: F.Reading | None) -> list[str]:
-    return sorted(name_of(frame) for frame in _frames(reading)) if reading is not None else []
+def _items(reading: F.Reading) -> tuple[F.SemanticFrame | Edit, ...]:
+    return reading.edits or reading.frames
 
 
 def _frames(reading: F.Reading) -> tuple[F.SemanticFrame, ...]:
@@ -255,7 +283,7 @@ def _negated(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.Seman
     held = {sense for frame in frames for sense in _senses(frame)}
     if any(OPPOSED.get(sense, set()) & {chunk.kind for chunk in turned(said)} for sense in held):
         return ""
-    if "never" in kinds and not any(_limits(frame) for frame in frames):
+    if "never" in kinds and not any(_limits(frame, kinds) for frame in frames):
         return f"{_said(said, frozenset(['never']))} turns round what it belongs to."
     return ""
 
@@ -295,7 +323,30 @@ def _object_left(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.S
     return ""
 
 
-CHECKS = (_turned, _negated, _unbounded, _number_left, _object_left)
+def _conditional(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.SemanticFrame, ...]) -> str:
+    """A condition, which no frame can hold."""
+    words = " ".join(chunk.text.lower() for chunk in said).split()
+    for word, after in zip(words, [*words[1:], ""], strict=True):
+        if word == "unless" or (word == "if" and after not in COURTESY):
+            return f"{word!r} sets a condition, and it would be done always."
+    return ""
+
+
+def _two_waypoints(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.SemanticFrame, ...]) -> str:
+    """Two single waypoints that are read as all from one to the other."""
+    if not any(frame.part.kind == "range" for frame in frames) or kinds & {"between", "from"}:
+        return ""
+    row = [chunk for chunk in said if chunk.kind not in ("filler", "waypoints")]
+    for one, link, other in zip(row, row[1:], row[2:], strict=False):
+        if (one.kind, link.kind, other.kind) == ("Qn", "and", "Qn"):
+            return f"{one.text!r} and {other.text!r} are two waypoints, not a range."
+    return ""
+
+
+COURTESY = frozenset("you i we possible need needed necessary anything at so".split())
+"""What follows an "if" that is mere politeness."""
+
+CHECKS = (_turned, _negated, _unbounded, _number_left, _object_left, _conditional, _two_waypoints)
 
 
 def _said(said: Sequence[Chunk], kinds: frozenset[str] | set[str]) -> str:
@@ -309,15 +360,16 @@ def _senses(frame: F.SemanticFrame) -> list[str]:
     return [sense for sense in found if sense in _OTHER]
 
 
-def _limits(frame: F.SemanticFrame) -> bool:
-    """Whether a frame is one that a negation asks for: it keeps, bounds, excepts or stays away."""
+def _limits(frame: F.SemanticFrame, kinds: frozenset[str]) -> bool:
+    """Whether a negation asks for a frame: it keeps, bounds, excepts, or is the opposite of what is said."""
     if isinstance(frame, F.Keep | F.Clearance | F.Bound) or frame.part.kind == "outside":
         return True
-    senses = {"farther", "slower", "less", "smaller", "cap", "floor", "constant"}
+    change = getattr(frame, "change", "")
     roles = {q.role for q in frame.quantities.values()}
-    return bool(
-        senses.intersection(_senses(frame)) or roles & {"at_least", "at_most"} or getattr(frame, "change", "") in senses
-    )
+    if roles & {"at_least", "at_most"} or change in ("cap", "floor", "constant"):
+        return True
+    turned = {"farther", "slower", "less", "smaller"} & {change, *_senses(frame)}
+    return any(kinds & OPPOSED[_OTHER[sense]] or not kinds & OPPOSED[sense] for sense in turned)
 
 
 def _values(frame: F.SemanticFrame) -> set[float]:
