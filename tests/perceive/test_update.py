@@ -77,6 +77,13 @@ def test_what_has_no_partner_does_not_take_that_of_another():
     assert [match.now.name for match in now.matches] == ["cup"] and [item.name for item in now.new] == ["green ball"]
 
 
+def test_what_was_written_by_hand_is_only_taken_for_what_is_there_or_bears_its_name():
+    zone = thing("zone", (0.4, 0.1, 0.06))
+    assert update(Scene((zone,)), seen(as_seen(CUP, "red box", (0.3, 0.0, 0.0)))).scene.names == ("zone", "red box")
+    assert update(Scene((zone,)), seen(as_seen(CUP, "red box"))).scene.names == ("zone",)
+    assert update(Scene((zone,)), seen(as_seen(CUP, "the zone", (0.3, 0.0, 0.0)))).scene.names == ("zone",)
+
+
 def test_a_flat_thing_that_is_gone():
     sheet = thing("sheet", (0.0, 0.0, 0.01), (0.2, 0.15, 0.02), seen_by=1)
     there = picture([Thing("box", (0.0, 0.0, 0.01), (0.2, 0.15, 0.02))])

@@ -104,9 +104,9 @@ class Tab:
         time.sleep(0.05)
         self.send("GuiFormSubmitMessage", uuid=form)
 
-    def upload(self, name: str, content: bytes, declared: int | None = None) -> None:
+    def upload(self, name: str, content: bytes, declared: int | None = None, button: str = "Upload a file") -> None:
         """Upload a file."""
-        uuid, size = self.find("Upload a file"), len(content) if declared is None else declared
+        uuid, size = self.find(button), len(content) if declared is None else declared
         common = {"source_component_uuid": uuid, "transfer_uuid": f"{name}-{time.monotonic_ns()}"}
         self.send("FileTransferStartUpload", **common, filename=name, mime_type="", part_count=1, size_bytes=size)
         self.send("FileTransferPart", **common, part_index=0, content=content)

@@ -138,7 +138,8 @@ def _unlikeness(old: SceneObject, new: SceneObject) -> float:
     unlike = float(np.abs(np.log(sizes[1] / sizes[0])).mean())
     named = canonical(new.name) in {canonical(old.name), canonical(str(old.extra.get(LABEL, "")))}
     there = old.cuboid.signed(new.position[None])[0][0] < STILL
-    if away > REACH or (old.dimensions is not None and unlike > ALIKE and not (named and there)):
+    stranger = SEEN not in old.extra and not (named or there)  # written by hand, so nobody knows how it looks
+    if stranger or away > REACH or (old.dimensions is not None and unlike > ALIKE and not (named and there)):
         return 10.0 * UNLIKE
     looks = (0.0 if named else 0.25) + 0.45 * _differ(old, new, COLOUR) + 0.15 * _differ(old, new, SHAPE)
     return looks + 0.5 * unlike / ALIKE * (old.dimensions is not None) + 0.3 * min(away, 1.0) - (0.3 if there else 0.0)

@@ -18,6 +18,7 @@ from ovita.dialogue.session import Session
 from ovita.errors import FormatError, MissingExtra, OvitaError, RequestError
 from ovita.studio.files import offered_files, open_file
 from ovita.studio.html import page
+from ovita.studio.look import lookable
 from ovita.studio.security import Gate, gate_for, guarded, is_local, limit_uploads
 from ovita.studio.sessions import SessionController, Sessions, default_folder
 from ovita.studio.tab import Tab
@@ -68,6 +69,7 @@ class Studio:
         self.gate: Gate = gate_for(settings.host, token, page, port)
         self._local = is_local(settings.host)
         self._template, self._offered = settings.template, offered_files(settings.paths)
+        self._lookable = lookable(settings.paths)
         self._first = self._offered[next(iter(self._offered))] if self._offered else ""
         self._open_first()
         self.controllers = Sessions(
@@ -158,6 +160,7 @@ class Studio:
             returned=returned,
             limits=self._template.robot,
             local=self._local,
+            lookable=self._lookable,
         )
         if note:
             view.tell(note)

@@ -313,9 +313,16 @@ class FilesPanel:
 
 
 def offered_files(paths: Sequence[str]) -> dict[str, str]:
-    """The files that a studio offers, from the files and folders it was started with: shown name to path."""
+    """The files that a studio offers, from the files and folders it was started with: shown name to path.
+
+    What a camera saw is none of them: that is for the Look panel.
+    """
+    from ovita.perceive.sources import is_view
+
     found: dict[str, str] = {}
     for path in paths:
+        if is_view(path):
+            continue
         inside = [os.path.join(path, name) for name in in_folder(path)] if os.path.isdir(path) else [path]
         for file in inside:
             name = os.path.basename(file)

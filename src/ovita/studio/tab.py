@@ -15,6 +15,7 @@ from ovita.studio.conversation import Conversation
 from ovita.studio.editor import DragEditor
 from ovita.studio.files import FilesPanel, Opened
 from ovita.studio.html import BRAND
+from ovita.studio.look import LookPanel
 from ovita.studio.panels import (
     ChangesPanel,
     CodePanel,
@@ -36,7 +37,8 @@ class Tab:
     """One tab, viser's handle of it, and what it shows.
 
     `opened`, `again` and `returned` make the controller for an opened session, for the file that the studio was started
-    with, and for an earlier session; the browser remembers it. The rest is as in `FilesPanel` and `WritersPanel`.
+    with, and for an earlier session; the browser remembers it. The rest is as in `FilesPanel`, `WritersPanel` and, for
+    what can be looked at, `LookPanel`.
     """
 
     def __init__(
@@ -51,6 +53,7 @@ class Tab:
         returned: Callable[[str], SessionController],
         limits: Robot,
         local: bool,
+        lookable: dict[str, str] | None = None,
     ) -> None:
         self.client, self.controller = client, controller
         self._opened, self._again, self._returned = opened, again, returned
@@ -62,13 +65,20 @@ class Tab:
         self.heads = playback.Playheads(self.space)
         self.puppet = playback.RobotView(client.scene, self.complain)
         with client.atomic():
-            self._build(client.gui, offered, earlier, local)
+            self._build(client.gui, offered, earlier, local, lookable or {})
         self._leave = controller.watch(self.refresh)
         self.refresh("turn")
         self.space.look(controller.session)
         client.camera.on_update(lambda _: self._camera_moved())
 
-    def _build(self, gui: Any, offered: dict[str, str], earlier: Callable[[], dict[str, str]], local: bool) -> None:
+    def _build(
+        self,
+        gui: Any,
+        offered: dict[str, str],
+        earlier: Callable[[], dict[str, str]],
+        local: bool,
+        lookable: dict[str, str],
+    ) -> None:
         gui.configure_theme(control_width="medium", show_logo=False, show_share_button=False, brand_color=BRAND)
         gui.set_panel_label("ovita studio")
         gui.main_panel.dock_left()
@@ -80,6 +90,8 @@ class Tab:
         with tabs.add_tab("Edit", "hand-move"):
             self.hand = DragEditor(gui, self.space, self._controller, self._peek)
             self.pen = PenRecorder(self.client, self.space, self._controller, self.tell, self.complain)
+        with tabs.add_tab("Look", "camera"):
+            self.looking = LookPanel(gui, self._controller, offered=lookable, complain=self.complain, tell=self.tell)
         with tabs.add_tab("View", "eye"):
             self._build_view(gui)
         with tabs.add_tab("Files", "folder"):

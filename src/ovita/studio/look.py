@@ -1,0 +1,249 @@
+"""Looking in one tab: pictures in, boxes over them, and what is accepted becomes one turn of the session.
+
+What is uploaded is data: it is decoded and checked, and nothing in it is run.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ovita.errors import FormatError, OvitaError, RequestError
+from ovita.paths.scene import Scene, SceneObject
+from ovita.studio import html
+from ovita.studio.sessions import SessionController
+from ovita.text import listed
+
+if TYPE_CHECKING:
+    from ovita.perceive.recordings import Recorded
+    from ovita.perceive.update import SceneUpdate
+
+ENDINGS = (".png", ".jpg", ".jpeg", ".npy", ".json")
+"""Endings of the files that are taken."""
+
+
+@dataclass(frozen=True)
+class _SeenRow:
+    """A thing that was seen, whether a person takes it, and under which name."""
+
+    item: SceneObject
+    taken: Any
+    name: Any
+
+
+class LookPanel:
+    """What a camera saw, for one tab.
+
+    Args:
+        gui: viser's GUI of the tab; the controls are added to the container that is open.
+        controller: Gives the controller.
+        offered: Folders of pictures and recordings that need no upload: shown name to path.
+        complain, tell: Show a sentence about something that did not work, or that is good to know.
+    """
+
+    def __init__(
+        self,
+        gui: Any,
+        controller: Callable[[], SessionController],
+        *,
+        offered: Mapping[str, str],
+        complain: Callable[[str], None],
+        tell: Callable[[str], None],
+    ) -> None:
+        self._gui, self._controller, self._offered = gui, controller, offered
+        self._complain, self._tell = complain, tell
+        self._files: dict[str, tuple[str, bytes]] = {}
+        self._rows: list[_SeenRow] = []
+        self._gone: list[tuple[SceneObject, Any]] = []
+        self._change: SceneUpdate | None = None
+        self._before = Scene()
+        gui.add_html(html.block(
+            "<h4>Look</h4><p class='soft'>Upload a picture (.png, .jpg), its depth (16-bit .png in millimetres, or .npy"
+            " in metres) and camera.json, one after the other.</p>"
+        ))  # fmt: skip
+        self.upload: Any = None
+        self._upload_box = gui.add_folder(None)
+        self._place_upload()
+        self.have = gui.add_html("")
+        self.which = gui.add_dropdown("pictures", tuple(offered)) if offered else None
+        self.names = gui.add_text("look for", "", hint="Names, such as: red cup, box=blue; nothing for all things")
+        self.go = gui.add_button("Look", icon="eye")
+        self._picture: Any = None
+        self._list = gui.add_folder(None)
+        self.notes = gui.add_html("")
+        self.take = gui.add_button("Take into the scene", icon="check", visible=False)
+        self.go.on_click(lambda _: self._look())
+        self.take.on_click(lambda _: self._take())
+
+    def _place_upload(self) -> None:
+        """A fresh button: a browser does not send a file again whose name the same button had before."""
+        if self.upload is not None:
+            self.upload.remove()
+        with self._upload_box:
+            kinds = ",".join(ENDINGS)
+            self.upload = self._gui.add_upload_button("Upload for looking", icon="upload", mime_type=kinds)
+        self.upload.on_upload(lambda _: self._uploaded())
+
+    def _uploaded(self) -> None:
+        file = self.upload.value
+        self._place_upload()
+        try:
+            self._files[role_of(file.name, file.content)] = (file.name, file.content)
+        except OvitaError as error:
+            self._complain(str(error))
+            return
+        self.have.content = html.block(f"<p class='soft'>{html.e(self._told())}</p>")
+
+    def _told(self) -> str:
+        have = [f"{role}: {Path(name).name[:40]}" for role, (name, _) in self._files.items()]
+        return listed(have)
+
+    def _look(self) -> None:
+        self.go.disabled = True
+        try:
+            self._show()
+        except OvitaError as error:
+            self._complain(str(error))
+        finally:
+            self.go.disabled = False
+
+    def _show(self) -> None:
+        from ovita.perceive import perceive
+        from ovita.perceive.assemble import perceive_clouds
+        from ovita.perceive.overlay import overlay
+        from ovita.perceive.update import update
+
+        session, there = self._controller().session, self._there()
+        names = [name.strip() for name in str(self.names.value).split(",") if name.strip()]
+        look: Any = (perceive, there.views) if there.views else (perceive_clouds, there.clouds)
+        seen = look[0](look[1], names=names, frame=session.scene.frame)
+        self._before = session.scene
+        self._change = update(session.scene, seen.scene, there.views)
+        self._show_picture(overlay(there.views[0], seen.scene) if there.views else b"")
+        self._show_rows(self._change)
+        said = [*self._change.sentences(), *seen.notes, *seen.refused]
+        self.notes.content = html.block(html.listed([html.e(one) for one in said]))
+        self.take.visible = True
+
+    def _there(self) -> Recorded:
+        """What is to be looked at: what was uploaded, else what was chosen."""
+        from ovita.perceive.sources import gathered
+
+        if not self._files and self.which is not None:
+            return gathered([self._offered[str(self.which.value)]])
+        missing = [role for role in ("depth", "camera") if role not in self._files]
+        if missing:
+            raise RequestError(f"there is no {listed(missing)} yet; upload a picture, its depth and camera.json")
+        with tempfile.TemporaryDirectory(prefix="ovita-look-") as folder:
+            paths = {}
+            for role, (name, content) in self._files.items():
+                paths[role] = Path(folder, f"{role}{Path(name).suffix.lower()}")
+                paths[role].write_bytes(content)
+            pictures = [str(paths[role]) for role in ("picture", "depth") if role in paths]
+            try:
+                return gathered(pictures, camera=str(paths["camera"]))
+            except FormatError as error:
+                role = Path(error.file).stem
+                shown = self._files[role][0] if role in self._files else error.file
+                raise FormatError(shown, error.problem, key=error.key, index=error.index) from None
+
+    def _show_picture(self, png: bytes) -> None:
+        if self._picture is not None:
+            self._picture.remove()
+            self._picture = None
+        if png:
+            import imageio.v3 as images
+
+            with self._list:
+                self._picture = self._gui.add_image(images.imread(png), label="what was seen", format="jpeg")
+
+    def _show_rows(self, change: SceneUpdate) -> None:
+        for row in self._rows:
+            row.taken.remove()
+            row.name.remove()
+        for _, box in self._gone:
+            box.remove()
+        with self._list:
+            self._rows = [self._row(item) for item in (*(m.now for m in change.matches), *change.new)]
+            self._gone = [(item, self._gui.add_checkbox(f"{item.name} is gone", True)) for item in change.gone]
+
+    def _row(self, item: SceneObject) -> _SeenRow:
+        size = " x ".join(f"{100 * edge:.0f}" for edge in item.size)
+        taken = self._gui.add_checkbox(f"take {item.name}", True, hint=f"{size} cm")
+        return _SeenRow(item, taken, self._gui.add_text(f"name of {item.name}", item.name))
+
+    def _take(self) -> None:
+        change = self._change
+        if change is None:
+            return
+        names = {row.item.name: str(row.name.value).strip() for row in self._rows if row.taken.value}
+        removed = [item.name for item, box in self._gone if box.value]
+        before = self._controller().session.scene
+        if before != self._before:
+            self._complain("The scene has changed since the look; look again.")
+            return
+        try:
+            scene = accepted(before, change, names, removed)
+        except OvitaError as error:
+            self._complain(str(error))
+            return
+        said = f"looked: {listed(names.values()) or 'nothing new'}"
+        if self._controller().act(lambda session: session.change(said, scene=scene)):
+            self.take.visible = False
+            self._tell(f"{listed(names.values()) or 'Nothing'} taken into the scene; Undo takes it back.")
+
+
+def accepted(before: Scene, change: SceneUpdate, names: Mapping[str, str], removed: Collection[str]) -> Scene:
+    """The scene after a look, with what a person accepted.
+
+    Args:
+        before: The scene before the look.
+        change: What the look found.
+        names: Of the things taken, as the look calls them, to the names to give them; of what is not taken, the
+            scene keeps what it had.
+        removed: Names of the things that are gone, as far as the person agrees.
+
+    Raises:
+        SceneError: If two objects would bear one name, or one none.
+    """
+    found = {match.before.name: match.now for match in change.matches}
+    kept = [found[o.name] if o.name in found and o.name in names else o for o in before if o.name not in removed]
+    new = [item for item in change.new if item.name in names]
+    named = (replace(item, name=names.get(item.name, item.name)) for item in (*kept, *new))
+    return replace(change.scene, objects=tuple(named))
+
+
+def role_of(name: str, content: bytes) -> str:
+    """What an uploaded file is by its content: "picture", "depth" or "camera".
+
+    Raises:
+        FormatError: If it is none of these.
+    """
+    ending = Path(name).suffix.lower()
+    if ending == ".json":
+        return "camera"
+    if ending == ".npy":
+        return "depth"
+    if ending not in ENDINGS:
+        raise FormatError(Path(name).name[:60], f"is nothing to look at; take {', '.join(ENDINGS)}")
+    # Byte 24 of a PNG is its bit depth, byte 25 its kind of colours; 16 bits of grey are distances.
+    return "depth" if content[:4] == b"\x89PNG" and content[24:26] == b"\x10\x00" else "picture"
+
+
+def lookable(paths: Sequence[str]) -> dict[str, str]:
+    """What can be looked at of the files and folders that a studio was started with: shown name to path."""
+    from ovita.perceive.sources import is_view
+
+    found: dict[str, str] = {}
+    for path in paths:
+        inside = (
+            sorted(str(one) for one in Path(path).iterdir()) if os.path.isdir(path) and not is_view(path) else [path]
+        )
+        for place in filter(is_view, inside):
+            name = os.path.basename(os.path.normpath(place))
+            found[name if name not in found else place] = place
+    return found
