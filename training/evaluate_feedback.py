@@ -1,7 +1,8 @@
 """Measure the reader of feedback on the corpus: right, asked and wrong by voice; it prints no sentence.
 
 `python training/evaluate_feedback.py [voices|held_out]`. A reading is right if it gives the frames that the written
-edits give, and the same commands; taking all of the last turn away and undoing it are the same.
+edits give, and the same commands; taking all of the last turn away and undoing it are the same. What is no feedback is
+what the rules read it as: an instruction, done after the frames before, as in a session.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from ovita.instruct import edits as E  # noqa: E402
 from ovita.instruct import frames as F  # noqa: E402
 from ovita.instruct.editing import Values, apply, slots  # noqa: E402
 from ovita.instruct.feedback import read_feedback  # noqa: E402
+from ovita.instruct.rules import read  # noqa: E402
 from ovita.paths.part import PathPart  # noqa: E402
 from ovita.paths.scene import Scene, SceneObject  # noqa: E402
 
@@ -78,6 +80,18 @@ def outcome(line: Example, reading: F.Reading | None) -> str:
     return "right" if right and found else "wrong"
 
 
+def reading_of(line: Example) -> F.Reading | None:
+    """What a session makes of a line of feedback: edits, or an instruction after the frames before."""
+    scene = Scene(tuple(SceneObject(name, [0.1 * i, 0.3, 0.2]) for i, name in enumerate(line.objects)))
+    found = read_feedback(
+        line.sentence, scene, line.before or (), None, lambda text, earlier: read(text, scene, None, earlier)
+    )
+    fresh = F.Reading() if found is not None else read(line.sentence, scene)
+    if not fresh.frames or fresh.unread or fresh.question or fresh.improper:
+        return found
+    return F.Reading(edits=tuple(E.Also(frame=frame) for frame in fresh.frames))
+
+
 def measured(folder: Path) -> dict[str, Counter[str]]:
     """Outcomes by voice."""
     found: dict[str, Counter[str]] = {}
@@ -85,8 +99,7 @@ def measured(folder: Path) -> dict[str, Counter[str]]:
         counts = found.setdefault(path.stem, Counter())
         for line in examples(path):
             if line.before is not None and not line.problem:
-                scene = Scene(tuple(SceneObject(name, [0.1 * i, 0.3, 0.2]) for i, name in enumerate(line.objects)))
-                counts[outcome(line, read_feedback(line.sentence, scene, line.before))] += 1
+                counts[outcome(line, reading_of(line))] += 1
     return found
 
 

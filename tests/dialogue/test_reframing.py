@@ -30,7 +30,7 @@ class NotationWriter:
         return reply_for(parse(request.instruction, request.scene.names), request)
 
 
-def read(text, scene, positions):
+def read(text, scene, positions, earlier=()):
     try:
         return Reading(frames=parse(text, scene.names))
     except InputError:
@@ -94,6 +94,15 @@ def test_an_earlier_turn_is_meant_where_the_words_fit_it_better(session):
     result = session.say("undo the speed")
     assert result.usable and same(result.frames, parse("move left=0.2m"))
     assert session.current.speeds[10] == pytest.approx(0.4) and session.steps[-1].feedback_on == "original"
+
+
+def test_what_is_said_of_an_earlier_and_of_the_last_turn_changes_both(session):
+    session.say("move left=0.2m")
+    session.say("move up=0.1m")
+    session.say("a bit more to the left")
+    assert same(session.adaptation.frames, parse("move left=0.25m; move up=0.1m"))
+    session.say("more to the left and higher")
+    assert session.current.positions[0] == pytest.approx([-0.38, 0, 0.45], abs=0.01)
 
 
 def test_feedback_on_the_original_realises_all_frames_again(session):

@@ -12,6 +12,7 @@ from ovita.instruct.editing import apply, by_hand
 from ovita.instruct.feedback import read_feedback
 from ovita.instruct.frames import Quantity, from_json, same, to_json
 from ovita.instruct.notation import parse, parse_edits, show
+from ovita.instruct.rules import read
 from ovita.paths.part import PathPart, both, outside
 from ovita.paths.scene import Scene, SceneObject
 from ovita.policy import Parameter
@@ -49,6 +50,47 @@ def test_what_is_said_about_frames_changes_them(before, said, wanted):
     reading = read_feedback(said, SCENE, frames)
     assert reading is not None and not reading.question
     assert show(apply(reading.edits, frames, SCENE, REALISED)) == wanted
+
+
+BESIDE_INSTRUCTIONS = [
+    ("end goal to=cup", "and stay there for 2 seconds", "end goal to=cup; wait at=goal for=2s"),
+    ("closer person by=5cm", "also linger there for 3 s", "closer person by=5cm; wait at=person for=3s"),
+    ("side cup left", "on the right of it, sorry", "side cup right"),
+    ("side cup left", "behind it, sorry", "side cup back"),
+    ("side person left", "pass on its right instead", "side person right"),
+    ("pace slower @near=cup", "do the same near the person", "pace slower @near=cup; pace slower @near=person"),
+    ("pace slower", "but not around the person", "pace slower @!near=person"),
+    ("move up=10cm", "only in the second half", "move up=10cm @last=50%"),
+    ("farther cup by=20cm", "a great deal more, my cat drinks from it", "farther cup by=40cm"),
+    ("move left=20cm; pace slower by=20%", "more to the left and slower", "move left=30cm; pace slower by=30%"),
+    ("move left=20cm; move up=10cm", "a bit more to the left", "move left=25cm; move up=10cm"),
+    ("move left=20cm up=10cm", "a bit more to the left", "move left=25cm up=10cm"),
+    ("move left=20cm up=10cm", "15 cm instead of 10 cm", "move left=20cm up=15cm"),
+    ("move left=20cm; move up=10cm; pace slower", "everything but the shift to the left", "move up=10cm; pace slower"),
+    ("circle cup radius=10cm", "r=15cm", "circle cup radius=15cm"),
+    ("move up=10cm", "that's quite right", "move up=10cm"),
+    ("move up=10cm", "lower it again", "move up=6.7cm"),
+]
+
+
+def read_beside(said, frames):
+    return read_feedback(said, SCENE, frames, None, lambda text, earlier: read(text, SCENE, None, earlier))
+
+
+@pytest.mark.parametrize(("before", "said", "wanted"), BESIDE_INSTRUCTIONS)
+def test_feedback_is_told_from_instructions(before, said, wanted):
+    frames = parse(before, NAMES)
+    reading = read_beside(said, frames)
+    assert reading is not None and not reading.question
+    assert same(apply(reading.edits, frames, SCENE, REALISED), parse(wanted, NAMES))
+
+
+@pytest.mark.parametrize(
+    "said",
+    ["go left by 0.1", "slow down near the cup", "move up by 5 cm near the person", "somewhere near the cup only"],
+)
+def test_instructions_are_no_feedback(said):
+    assert read_beside(said, parse("move left=20cm", NAMES)) is None
 
 
 @pytest.mark.parametrize(
@@ -141,4 +183,4 @@ def test_the_voices_that_it_was_tuned_on_are_read():
 
     counts = measured(CORPUS / "voices").values()
     right, total = sum(c["right"] for c in counts), sum(c.total() for c in counts)
-    assert right >= 0.87 * total, f"{right} of {total}"
+    assert right >= 0.9 * total, f"{right} of {total}"

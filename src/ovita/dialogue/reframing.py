@@ -43,8 +43,8 @@ OFFLINE = ("auto", "builtin")
 PLACING = ("at", "radius", "share", "of", "other", None)
 """Roles of parameters that say where or how smoothly, not how much."""
 
-Reader: TypeAlias = Callable[[str, Scene, Array | None], Reading]
-"""Reads an instruction about a scene and a path (N, 3) [m] into frames."""
+Reader: TypeAlias = Callable[[str, Scene, Array | None, Sequence[SemanticFrame]], Reading]
+"""Reads an instruction about a scene and a path (N, 3) [m] into frames, after those of the turns before."""
 
 TAKEN = {
     "accept": "it is right as it is; nothing is changed",
@@ -199,33 +199,43 @@ class DialogueState:
 
     # Reading.
 
-    def _read(self, said: str, scene: Scene | None = None) -> Reading:
-        """An instruction as the built-in reader reads it; "here" is the part that is marked."""
+    def _read(self, said: str, earlier: Sequence[SemanticFrame] = (), scene: Scene | None = None) -> Reading:
+        """An instruction as the built-in reader reads it; "there" is where the frames before are, "here" is marked."""
         if self.reader is None:
             return NOTHING
-        reading = self.reader(said, scene or self.now.scene, self.current.positions)
+        reading = self.reader(said, scene or self.now.scene, self.current.positions, earlier)
         return replace(reading, frames=with_selection(reading.frames, self.selection))
 
     def _heard(self, said: str) -> Heard | None:
-        """Feedback on the last turn; on all turns where that reads more of the words; or None."""
-        if not self.history.steps:
-            return None
+        """Feedback on the last turn; on all turns where they are named or that reads more of the words; or None."""
         results = self._results
-        if not results:
-            return self._about(said, (), 0)
+        if not self.history.steps or not results:
+            return self._about(said, (), 0) if self.history.steps else None
         last = self._about(said, results[-1:], len(results) - 1)
-        if last is not None and (len(results) == 1 or not last.reading.unread):
+        framed = len(results) > 1 and all(result.frames for result in results)
+        named = self._named_earlier(said, results) if framed else 0
+        if not framed or (last is not None and not last.reading.unread and not named):
             return last
-        earlier = self._about(said, results, 0) if len(results) > 1 and all(r.frames for r in results) else None
-        if earlier is None or (last is not None and len(last.reading.unread) <= len(earlier.reading.unread)):
-            return last
-        return earlier
+        earlier = self._about(said, results, 0)
+        if earlier is None or last is None:
+            return earlier or last
+        more = len(last.reading.unread) - len(earlier.reading.unread) or len(earlier.edits) - len(last.edits)
+        return earlier if more > 0 or (more == 0 and named == 1) else last
+
+    def _named_earlier(self, said: str, results: Sequence[Adaptation]) -> int:
+        """1 if an utterance names changes of earlier turns only ("more to the left"), 2 if of the last too, else 0."""
+        everything = _frames(results)[0]
+        named = named_frames(said, self.now.scene, everything)
+        old = [i for i in named if i < len(everything) - len(results[-1].frames)]
+        return 0 if not old else 1 if old == named else 2
 
     def _about(self, said: str, results: Sequence[Adaptation], first: int) -> Heard | None:
         """Feedback on some of the turns in force; with a language model only if it needs no further frames."""
         frames, values = _frames(results)
-        turned = called(said, results[-1], self.now.scene) if results else {}
-        reading = read_feedback(said, self.now.scene, frames, self.current.positions, self._read(said))
+        fresh = self._read(said)
+        whole = bool(fresh.frames) and not (fresh.unread or fresh.question)
+        turned = called(said, results[-1], self.now.scene) if results and not whole else {}
+        reading = read_feedback(said, self.now.scene, frames, self.current.positions, self._read)
         placing = [p for p in results[-1].parameters if p.name in turned and p.role in PLACING] if turned else []
         if turned and (placing or reading is None or reading.unread or reading.question):
             return Heard(said, Reading(), frames, first, values, turned)
@@ -266,7 +276,7 @@ class DialogueState:
             return ()
         head = canonical(meant[0].name).split()[-1]
         rest = tuple(o for o in self.now.scene if o.name == meant[0].name or canonical(o.name).split()[-1] != head)
-        reading = self._read(self.asked, replace(self.now.scene, objects=rest))
+        reading = self._read(self.asked, scene=replace(self.now.scene, objects=rest))
         certain = not (reading.unread or reading.question or reading.improper)
         return reading.frames if certain and any(meant[0].name in frame.named for frame in reading.frames) else ()
 

@@ -181,9 +181,22 @@ def apply(
     return known
 
 
+def directions_of(frame: SemanticFrame) -> tuple[str, ...]:
+    """The directions that a frame names."""
+    offset: Offset = getattr(frame, "offset", ())
+    direction = getattr(frame, "direction", "")
+    over = {"over": ("up",), "under": ("down",)}.get(getattr(frame, "relation", ""), ())
+    return (*(d for d, _ in offset), *((direction,) if direction else ()), *over)
+
+
+def is_called(frame: SemanticFrame, name: str) -> bool:
+    """Whether a person would call a frame so: by its kind, one of its directions or its objects."""
+    return name in (name_of(frame), frame.NAME, *directions_of(frame), *frame.named)
+
+
 def chosen(frames: Sequence[SemanticFrame], on: str, fits: Callable[[SemanticFrame], object]) -> int | None:
-    """Number of the frame that an edit is about: the last one of that name, else the last one that fits."""
-    named = [i for i, frame in enumerate(frames) if on and on in (name_of(frame), frame.NAME)]
+    """Number of the frame that an edit is about: the last one that is called so, else the last one that fits."""
+    named = [i for i, frame in enumerate(frames) if on and is_called(frame, on)]
     fitting = [i for i, frame in enumerate(frames) if fits(frame)]
     both = [i for i in named if i in fitting]
     return next(reversed(both or named or fitting), None)
@@ -214,6 +227,7 @@ def _rescaled(edit: Rescale, frames: Frames, values: Values) -> Frames:
     k = MORE[edit.degree or "moderate"]
     k = edit.factor if edit.factor is not None else 1 / k if edit.change == "less" else k
     directions = [d for d, q in getattr(frame, "offset", ()) if q is not None]
+    directions = [edit.on] if edit.on in directions else directions
     for name in directions or [slot if slot in frame.quantities else next(iter(frame.quantities))]:
         frame = _times(frame, name, k)
     return _changed(frames, i, lambda _: frame)
@@ -450,7 +464,7 @@ def _dropped(edit: Drop, frames: Frames, values: Values) -> Frames:
     if edit.on in ENDS:
         without = [_without(frame, edit.on) for frame in frames]
         return tuple(f for f in without if getattr(f, "offset", True) or getattr(f, "relation", ""))
-    return tuple(f for f in frames if edit.on and edit.on not in (name_of(f), f.NAME))
+    return tuple(f for f in frames if edit.on and not is_called(f, edit.on))
 
 
 def _without(frame: SemanticFrame, direction: str) -> SemanticFrame:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import Any
 
+from ovita.instruct import edits as E
 from ovita.instruct import frames as F
+from ovita.instruct.editing import directions_of, is_called
 from ovita.instruct.lexicon import FEEDBACK, concept_at, concepts, stems
 from ovita.instruct.notation import name_of
 from ovita.instruct.numbers import amount_at, is_digits, unit_at
@@ -26,6 +28,8 @@ SKIPPED = frozenset(
 GAPS = SKIPPED | {"all", "back", "right"}
 
 SHORT = (
+    (" + ", " also "),
+    ("quite right", "is right"),
     ("’", "'"),
     ("n't", " not"),
     ("'s ", " is "),
@@ -132,26 +136,31 @@ def pieces_of(
 ) -> tuple[Phrase, ...]:
     """An utterance in pieces, each the longest phrase that begins there."""
     for short, full in SHORT:
-        text = f"{text} ".replace(short, full)
+        text = f" {text.lower()} ".replace(short, full)
     catalog = Catalog(scene, positions)
     words, _ = respelt([word.lower() for word in cut(text)], catalog)
     earlier = tuple(item for frame in before for item in scene if item.name in frame.named)
+    figured = any(isinstance(frame, F.Figure) for frame in before)
     found: list[Phrase] = []
     i = clause = 0
     while i < len(words):
-        piece, used = _piece(words, i, catalog, earlier, clause)
+        piece, used = _piece(words, i, catalog, earlier, clause, figured)
         clause += piece.text in (".", ",", ";", ":", "!", "?", "but", "although", "though")
         found.append(piece)
         i += used
     return tuple(found)
 
 
-def _piece(words: Sequence[str], i: int, catalog: Catalog, earlier: Any, clause: int) -> tuple[Phrase, int]:
+def _piece(
+    words: Sequence[str], i: int, catalog: Catalog, earlier: Any, clause: int, figured: bool
+) -> tuple[Phrase, int]:
     word = words[i]
     cues, cued = _cues_at(words, i)
     concept, length = concept_at(words, i)
     if word in ("wp", "wps"):
         return Phrase(word, clause, concept="waypoints"), 1
+    if word == "r":
+        cues = cues - ({"right"} if figured else {"radius"})
     if concept == "reverse" and {"other", "opposite"} & set(words[i : i + length]) and length > cued:
         cues, cued, concept = frozenset({"flip"}), length, ""
     mention = _mention(words, i, catalog, earlier)
@@ -165,7 +174,7 @@ def _piece(words: Sequence[str], i: int, catalog: Catalog, earlier: Any, clause:
         concept, length = "", 0
     if length >= cued and (same := _same(concept, words[i : i + length])):
         return Phrase(" ".join(words[i : i + length]), clause, cues | same, concept), length
-    if cued >= length and cued:
+    if cued and (cued >= length or concept in ("plain", "join")):
         kept = concept if cued == length and concept not in ("plain", "join") else ""
         return Phrase(" ".join(words[i : i + cued]), clause, cues, kept), cued
     if concept not in ("", "plain", "join"):
@@ -177,14 +186,20 @@ def _same(concept: str, words: Sequence[str]) -> frozenset[str]:
     """The cues of feedback that a phrase of the other word files is."""
     found = {SAME_AS[concept]} if concept in SAME_AS else set()
     if concept in ("large", "slight"):
-        kept = {"large", "more", "less"} if concept == "large" else {"more", "less"}
+        kept = {"large", "more", "less"} if concept == "large" and words[0] != "too" else {"more", "less"}
         found |= {cue for word in words for cue in _cues_at([word], 0)[0] & kept}
+        found |= {concept} if len(words) > 1 and not found & {"more", "less"} else set()
     return frozenset(found)
+
+
+COUNTED = frozenset("first second third last".split())
 
 
 def _mention(words: Sequence[str], i: int, catalog: Catalog, earlier: Any) -> Mention | None:
     """The objects that are named; "that one" and "another thing" name none."""
     found = catalog.mention_at(words, i, earlier) if words[i][0].isalnum() else None
+    if found is not None and len(earlier) < 2 and COUNTED & set(words[i : i + found.used]):
+        return None
     if found is None or singular(words[i + found.used - 1]) not in GENERIC:
         return found
     return None if found.unclear or len(found.items) == len(catalog.scene) else found
@@ -211,6 +226,9 @@ def _amount(words: Sequence[str], i: int) -> tuple[F.Quantity, int] | None:
 def _counts(behind: Sequence[str]) -> bool:
     """Whether a "one" before some words is a number: "one lap", "one is enough"."""
     return bool(behind) and any("turns" in cues for cues, _ in [_cues_at(behind, 0)])
+
+
+MOTIONS = ("go", "move", "shift", "drive", "fly", "raise", "lift")
 
 
 @dataclass(frozen=True)
@@ -245,6 +263,23 @@ class Remark:
         return frozenset(left) if clauses - left else frozenset()
 
     @cached_property
+    def request(self) -> str:
+        """What is left without the clauses that praise; "" where nothing is praised."""
+        return self.text_of({p.clause for p in self.active}) if self.praised else ""
+
+    def text_of(self, clauses: Set[int]) -> str:
+        """The words of some clauses."""
+        return " ".join(p.text for p in self.pieces if p.clause in clauses)
+
+    @cached_property
+    def beside(self) -> bool:
+        """Whether a short remark is about the side on which something is passed, and no motion: "in front of it"."""
+        content = [p for p in self.active if p.content]
+        moves = any(p.text in MOTIONS for p in self.pieces)
+        about = any(isinstance(f, F.Side) for f in self.before)
+        return about and len(content) <= 3 and (not moves or any(p.text == "of" for p in self.pieces))
+
+    @cached_property
     def active(self) -> tuple[Phrase, ...]:
         """The pieces of the other clauses."""
         return tuple(p for p in self.pieces if p.clause not in self.praised)
@@ -275,18 +310,16 @@ class Remark:
         """Whether "no" or "don't" stands right before a piece."""
         i = self.active.index(piece)
         behind = [p.text for p in self.active[i + 1 : i + 3] if p.clause == piece.clause]
-        before = [p.text.split()[-1] for p in self.active[max(i - 1, 0) : i]]
+        before = [p.text.split()[-1] for p in self.active[:i] if p.text not in ("the", "a", "an")][-1:]
         if piece.text.split()[0] in ("so", "too") or piece.text.endswith("er"):
             return False
         return bool({"no", "nae", "not", "without", "senza"} & set(before)) or behind[:1] == ["no"]
 
     def meant(self, pieces: Sequence[Phrase]) -> list[int]:
-        """Numbers of the frames that pieces name by a noun, a direction or an object."""
-        found = [
-            i for i, frame in enumerate(self.before) for p in pieces
-            if names(p, frame)
-        ]  # fmt: skip
-        return list(dict.fromkeys(found))
+        """Numbers of the frames that pieces name by a noun, a direction or an object; by all of these if one fits."""
+        found = [{i for i, frame in enumerate(self.before) if names(p, frame)} for p in pieces]
+        found = [frames for frames in found if frames]
+        return sorted(set.intersection(*found) or set.union(*found)) if found else []
 
     @cached_property
     def targets(self) -> list[int]:
@@ -304,8 +337,12 @@ class Remark:
         return not likened and (turns or factors)
 
     def on(self, i: int) -> str:
-        """How an edit names a frame; "" where there is only one."""
-        return name_of(self.before[i]) if len(self.before) > 1 else ""
+        """How an edit names a frame: by its kind, or a direction or object of its own; "" where there is only one."""
+        if len(self.before) == 1:
+            return ""
+        frame, others = self.before[i], [f for k, f in enumerate(self.before) if k != i]
+        names_ = (name_of(frame), *directions_of(frame), *frame.named)
+        return next((name for name in names_ if not any(is_called(f, name) for f in others)), names_[0])
 
 
 def names(piece: Phrase, frame: F.SemanticFrame) -> bool:
@@ -327,17 +364,11 @@ def heading(piece: Phrase) -> str:
     return "" if piece.text.endswith("er") else words
 
 
-def directions_of(frame: F.SemanticFrame) -> tuple[str, ...]:
-    """The directions that a frame names."""
-    offset: F.Offset = getattr(frame, "offset", ())
-    direction = getattr(frame, "direction", "")
-    over = {"over": ("up",), "under": ("down",)}.get(getattr(frame, "relation", ""), ())
-    return (*(d for d, _ in offset), *((direction,) if direction else ()), *over)
-
-
 def senses_of(frame: F.SemanticFrame) -> set[str]:
     """What more of a frame is more of."""
     found = {"more", *directions_of(frame)}
+    if getattr(frame, "offset", ()):
+        found.add("farther")
     match frame:
         case F.Pace(factor=float() as factor):
             found.add("slower" if factor < 1 else "faster")
@@ -371,3 +402,28 @@ ACTING = frozenset(
     also""".split()
 )
 """Cues that ask for a change."""
+
+
+def steps_of(piece: Phrase) -> int:
+    """How many turns a piece counts: "the last two", "both"."""
+    q = piece.number
+    return 2 if piece.text == "both" else int(q.value) if q and q.unit in ("", "step") and 1 < q.value <= 50 else 0
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One way to read an utterance.
+
+    Args:
+        edits: What it changes.
+        used: The pieces that it is read from.
+        prior: How much more, or less, likely it is than another with as many pieces.
+        question: What has to be asked back.
+        asked: What could be meant.
+    """
+
+    edits: tuple[E.Edit, ...]
+    used: tuple[Phrase, ...]
+    prior: float = 0.0
+    question: str = ""
+    asked: tuple[str, ...] = ()

@@ -59,13 +59,14 @@ class Said:
     telling: bool = False
 
 
-def read(text: str, scene: Scene, positions: Array | None = None) -> F.Reading:
+def read(text: str, scene: Scene, positions: Array | None = None, earlier: Sequence[F.SemanticFrame] = ()) -> F.Reading:
     """What an utterance asks for.
 
     Args:
         text: As it was said or typed.
         scene: Whose objects it may name.
         positions: The path (N, 3) [m], for phrases such as "the object nearest to the goal".
+        earlier: Frames of the turns before, for "there" and for what the utterance leaves open.
     """
     found, notes = chunks(text, scene, positions)
     row = _corrected(constituents(_with_pauses(found), _reach(positions)))
@@ -75,7 +76,7 @@ def read(text: str, scene: Scene, positions: Array | None = None) -> F.Reading:
         said = _cut([replace(p, opening="") for p in pieces])
     if any(s.match and not s.telling for s in said):
         said = [replace(s, match=None, aside=True) if s.telling else s for s in said]
-    return _reading(said, found, notes, scene)
+    return _reading(said, notes, earlier)
 
 
 def _reach(positions: Array | None) -> float:
@@ -282,7 +283,7 @@ def _weight(item: Chunk) -> float:
     return 0.0 if item.kind in FREE else MILD.get(item.kind, CONTENT)
 
 
-def _reading(said: Sequence[Said], found: Sequence[Chunk], notes: tuple[str, ...], scene: Scene) -> F.Reading:
+def _reading(said: Sequence[Said], notes: tuple[str, ...], earlier: Sequence[F.SemanticFrame]) -> F.Reading:
     made: list[F.SemanticFrame] = []
     unread: list[str] = []
     aside: list[str] = []
@@ -307,7 +308,7 @@ def _reading(said: Sequence[Said], found: Sequence[Chunk], notes: tuple[str, ...
             unread += words
             continue
         unread += words
-        slots, open_ = _inherited(clause.match, made)
+        slots, open_ = _inherited(clause.match, [*earlier, *made])
         if open_:
             question = question or _question(clause.match, open_)
             continue
@@ -320,7 +321,7 @@ def _reading(said: Sequence[Said], found: Sequence[Chunk], notes: tuple[str, ...
         if before is not None and made and not frame.part and clause.then:
             frame = _afterwards(made[-1], frame)
         before = clause
-        made = _added(made, frame)
+        made = _added(made, _placed([*earlier, *made], frame))
     frames = tuple(_within(frame, radius) for frame in _settled(made))
     return F.Reading(
         frames, unread=tuple(unread), aside=tuple(aside), question=question, asked=asked, notes=notes,
@@ -366,8 +367,8 @@ def _from_before(name: str, made: Sequence[F.SemanticFrame]) -> Any:
     for frame in reversed(made):
         if name == "objects" and frame.named:
             return frame.named[:1]
-        if name == "place" and isinstance(frame, F.MoveEnd):
-            return frame.end
+        if name == "place" and isinstance(frame, F.MoveEnd | F.Extend):
+            return getattr(frame, "end", "goal")
         if name == "place" and frame.named:
             return frame.named[-1]
     return None
@@ -417,7 +418,6 @@ def _axis(items: Sequence[Chunk]) -> str:
 
 def _added(made: list[F.SemanticFrame], frame: F.SemanticFrame) -> list[F.SemanticFrame]:
     """The frames with one more; two shifts of the same part are one."""
-    frame = _placed(made, frame)
     last = made[-1] if made else None
     if (
         isinstance(last, F.Hop | F.Hover | F.Visit)
@@ -487,7 +487,11 @@ def _there(made: Sequence[F.SemanticFrame]) -> PathPart:
             return frame.part
         place = getattr(frame, "place", "")
         if place in ("start", "goal"):
-            return PathPart("first" if place == "start" else "last")
+            return PathPart("first" if place == "start" else "last", unit="share")
+        if isinstance(frame, F.MoveEnd):
+            return PathPart("first" if frame.end == "start" else "last", unit="share")
+        if isinstance(frame, F.Visit) and frame.relation == "between":
+            return PathPart("between", frame.objects[:2])
         if frame.named:
             return PathPart("near", (frame.named[0],))
     return WHOLE

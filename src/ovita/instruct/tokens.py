@@ -61,7 +61,7 @@ def _corrected(word: str, named: set[str]) -> str:
     names = [n for n in sorted(named) if close(word, n) or (len(n) == len(word) + 1 and n.startswith(word))]
     if len(names) == 1:
         return names[0]
-    single = _unswapped(word) if len(word) < SHORTEST else _undoubled(word)
+    single = _unswapped(word) if len(word) < SHORTEST and word[-1] != word[-2] else _undoubled(word)
     if single != word or len(word) < SHORTEST:
         return single
     known = _by_letter()
@@ -88,10 +88,10 @@ def _unswapped(word: str) -> str:
 
 
 def _undoubled(word: str) -> str:
-    """The known word of four letters in which one was typed twice: "lefft"."""
-    if len(word) != 5:
+    """The known word of three or four letters in which one was typed twice: "lefft", "bitt"."""
+    if len(word) not in (4, 5):
         return word
-    found = {word[:i] + word[i + 1 :] for i in range(4) if word[i] == word[i + 1]} & _all_known()
+    found = {word[:i] + word[i + 1 :] for i in range(len(word) - 1) if word[i] == word[i + 1]} & _all_known()
     return min(found) if len(found) == 1 else word
 
 

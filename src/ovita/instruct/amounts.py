@@ -1,0 +1,240 @@
+"""How much: other values for slots, more or less of what was done, or a factor on it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any
+
+from ovita.instruct import edits as E
+from ovita.instruct import frames as F
+from ovita.instruct.editing import OPPOSITE, directions_of, scale_of, slots
+from ovita.instruct.notation import name_of, quantity
+from ovita.instruct.remarks import (
+    ADJECTIVES,
+    DIRECTIONS,
+    JUDGING,
+    SENSES,
+    Candidate,
+    Phrase,
+    Remark,
+    heading,
+    names,
+    senses_of,
+)
+from ovita.instruct.whereabouts import parts_in
+
+FACTORS = {"twice": 2.0, "treble": 3.0, "halve": 0.5, "third": 1 / 3, "quarter": 0.25, "sesqui": 1.5}
+
+NAMED = {"radius": "radius", "turns": "turns", "size": "size", "duration": "duration"}
+
+ORDINALS = ("first", "last", "middle", "second")
+
+
+def numbers(said: Remark) -> Iterator[Candidate]:
+    """Other values for slots."""
+    placed = {id(p) for part in parts_in(said) for p in part[2]}
+    stated = [p for p in said.active if p.number and id(p) not in placed] or _turn_words(said)
+    old = {id(p): where for p in stated if (where := _held(p, said)) and (len(stated) > 1 or said.negated(p))}
+    found: dict[tuple[int, str], E.Edit] = {}
+    used: list[Phrase] = []
+    for piece in [p for p in stated if id(p) not in old]:
+        where = next(iter(old.values()), None) if len(old) == 1 else _slot_of(piece, said)
+        if where is not None and not _otherwise(said, said.before[where[0]]) and not _absurd(piece, where, said):
+            found[where] = _set(piece, where, said)
+            used += [piece, *_around(piece, said)]
+    if found:
+        extra = said.cued("more", "less", "enough", "meant", "not", "only", "radius", "turns", "size", "duration")
+        yield Candidate(tuple(found.values()), (*used, *extra, *stated), 0.5)
+
+
+def _otherwise(said: Remark, frame: F.SemanticFrame) -> bool:
+    """Whether a direction is named that a frame does not have."""
+    return any(heading(p) not in directions_of(frame) for p in said.active if heading(p))
+
+
+def _absurd(piece: Phrase, where: tuple[int, str], said: Remark) -> bool:
+    """Whether a bare number is far beyond what stood in the slot, as in "42 is the answer"."""
+    q, had = piece.number, said.before[where[0]].quantities.get(where[1])
+    return q is not None and had is not None and not q.unit and q.value * scale_of(had) > FAR * abs(had.value)
+
+
+FAR = 25.0
+"""How many times as much a bare number may ask for."""
+
+
+def _held(piece: Phrase, said: Remark) -> tuple[int, str] | None:
+    """The frame and slot that hold a number already."""
+    q = piece.number or quantity("1")
+    held = [(i, slot) for i, f in enumerate(said.before) for slot, had in f.quantities.items() if _alike(q, had)]
+    return held[-1] if held else None
+
+
+def _set(piece: Phrase, where: tuple[int, str], said: Remark) -> E.Edit:
+    i, slot = where
+    q, step, had = piece.number or quantity("1"), _step(piece, said), said.before[i].quantities.get(slot)
+    if slot == "turns":
+        q = replace(q, unit="")
+    elif q.unit == "m" and had is not None and had.unit == "m/s":
+        q = replace(q, unit="m/s", said="")
+    return E.Set(on=said.on(i), slot=slot, quantity=q, step=step)  # type: ignore[arg-type]
+
+
+def _alike(q: F.Quantity, had: F.Quantity) -> bool:
+    values = (had.value,) if q.unit else (had.value / scale_of(had), had.value, had.value * 100)
+    return any(abs(q.value - v) <= 1e-6 * max(1.0, abs(v)) for v in values) and q.unit in ("", had.unit)
+
+
+def _turn_words(said: Remark) -> list[Phrase]:
+    """Once and twice as numbers of turns."""
+    if not any(isinstance(f, F.Figure) and f.turns for f in said.before):
+        return []
+    counts = {"once": 1.0, "twice": 2.0, "thrice": 3.0}
+    bare = [p for p in said.active if p.text in counts and not any(q.text in ("as", "of") for q in said.active)]
+    return [replace(p, number=F.Quantity(counts[p.text], "turns")) for p in bare]
+
+
+def _slot_of(piece: Phrase, said: Remark) -> tuple[int, str] | None:
+    """The frame and slot that a number fits best: named, of its unit, already filled, in the last frame."""
+    assert piece.number is not None
+    unit = piece.number.unit
+    around = [p for p in said.active if p.clause == piece.clause] if unit else said.active
+    cues = {NAMED[c] for p in around for c in p.cues if c in NAMED}
+    senses = {SENSES.get(p.concept, "") for p in around}
+    best: tuple[float, int, str] | None = None
+    for i in said.targets:
+        frame = said.before[i]
+        for rank, (slot, units) in enumerate(slots(frame).items()):
+            had = frame.quantities.get(slot)
+            if unit == "m" and had is not None and had.unit == "m/s":
+                return i, slot
+            if unit == "x" and slot == "turns":
+                return i, slot
+            if unit not in units or (unit in ("%", "x") and had is not None and had.unit not in ("%", "x")):
+                continue
+            score = 3.0 * (slot in cues or slot in senses) + 2.0 * (slot in frame.quantities) - 0.1 * rank + 0.01 * i
+            if best is None or score > best[0]:
+                best = score, i, slot
+    return None if best is None else best[1:]
+
+
+def _around(piece: Phrase, said: Remark) -> list[Phrase]:
+    return [
+        p for p in said.active if p.clause == piece.clause and not p.items and not p.number and not p.cues & {"undo"}
+    ]
+
+
+def _step(piece: Phrase, said: Remark) -> int:
+    """1 or -1 if a number is more or less than before ("5 cm higher", "increase it by 0.1"), 0 if it is the value."""
+    pieces = said.active
+    i = pieces.index(piece) if piece in pieces else 0
+    before = [p for p in pieces[:i] if p.clause == piece.clause]
+    behind = [p for p in pieces[i + 1 : i + 3] if "turns" not in p.cues][:1]
+    if {p.text for p in before[-1:]} & {"another", "extra"}:
+        return 1
+    if {p.text for p in before[-1:]} == {"by"} and (by := {c for p in before for c in p.cues} & {"more", "less"}):
+        return 1 if "more" in by else -1
+    for p in behind:
+        if p.text in ("more", "further", "extra", "farther"):
+            return 1
+        if p.text in ("less", "fewer"):
+            return -1
+        sense = SENSES.get(p.concept, "") if p.text.endswith("er") else ""
+        known = [senses_of(said.before[k]) for k in said.targets]
+        if sense and any(sense in senses for senses in known):
+            return 1
+        if sense and any(OPPOSITE.get(sense) in senses for senses in known):
+            return -1
+    return 0
+
+
+def amounts(said: Remark) -> Iterator[Candidate]:
+    """More, less, or a factor on it."""
+    sized = [i for i in said.targets if slots(said.before[i]) or isinstance(said.before[i], F.Smooth | F.Curve)]
+    if not sized:
+        return
+    degrees = {d: [p for p in said.cued(d) if not said.judged(p)] for d in ("slight", "large")}
+    degree: Any = next((d for d, found in degrees.items() if found), None)
+    named = [p for p in said.active if p.cues and any(names(p, said.before[i]) for i in sized)]
+    used = (*said.cued("more", "less", "weak", "slight", "large", "enough", "not", "same", "again"), *named)
+    factor, pieces = _factor(said)
+    if factor is not None:
+        yield from _scaled(said, sized, lambda on: E.Rescale(on=on, factor=factor), (*used, *pieces), 1.0)
+        return
+    signs = {i: sensed for i in sized if (sensed := _sensed(said, said.before[i]))}
+    generic = -1 if said.cued("less") else 1 if said.cued("more", "weak") else 0
+    if not signs and generic:
+        signs = {i: (generic, ()) for i in sized}
+    changes: dict[int, Any] = {i: "more" if sign > 0 else "less" for i, (sign, _) in signs.items()}
+    pieces = tuple(p for _, sensed in signs.values() for p in sensed)
+    if len({p for _, sensed in signs.values() for p in sensed[:1]}) == len(signs) > 1:  # each has words of its own
+        edits = tuple(E.Rescale(on=_way(said, i), change=change, degree=degree) for i, change in changes.items())
+        yield Candidate(edits, (*used, *pieces), 0.0)
+    elif signs:
+        last = changes[list(signs)[-1]]
+        yield from _scaled(
+            said, list(signs), lambda on: E.Rescale(on=on, change=last, degree=degree), (*used, *pieces), 0.0
+        )
+
+
+def _way(said: Remark, i: int) -> str:
+    """How an edit names a frame, or the one of its directions that is said."""
+    known = directions_of(said.before[i])
+    ways = [w for p in said.active if (w := SENSES.get(p.concept, "") or heading(p)) in known]
+    return ways[-1] if len(known) > 1 and ways else said.on(i)
+
+
+def _scaled(
+    said: Remark, where: list[int], edit: Callable[[str], E.Edit], used: tuple[Phrase, ...], prior: float
+) -> Iterator[Candidate]:
+    kinds = list(dict.fromkeys(name_of(said.before[i]) for i in where))
+    if len(kinds) > 1:
+        yield Candidate((), used, prior, "Which do you mean: " + " or ".join(kinds) + "?", tuple(kinds))
+    else:
+        yield Candidate((edit(_way(said, where[-1])),), used, prior)
+
+
+def _factor(said: Remark) -> tuple[float | None, tuple[Phrase, ...]]:
+    """A factor on what was done: half of that, three times as much, 50 % more."""
+    for i, piece in enumerate(said.active):
+        before, behind = said.active[max(i - 1, 0) : i], said.active[i + 1 : i + 2]
+        ordinal = any(p.concept in ORDINALS for p in before)
+        word = next((cue for cue in FACTORS if cue in piece.cues), "")
+        if word and not ordinal and not (word == "twice" and _turn_words(said)):
+            return FACTORS[word], (piece,)
+        near = {cue for p in (*before, *behind) for cue in p.cues}
+        q = piece.number
+        by = said.active[max(i - 3, 0) : i] if any(p.text == "by" for p in before) else ()
+        near |= {cue for p in by for cue in p.cues}
+        if q is not None and q.unit == "%" and near & {"more", "less"}:
+            return 1 - q.value if "less" in near else 1 + q.value, (piece, *before, *behind, *by)
+        if q is not None and q.unit == "x" and not said.counted(q):
+            return q.value, (piece, *behind)
+    return None, ()
+
+
+def _sensed(said: Remark, frame: F.SemanticFrame) -> tuple[int, tuple[Phrase, ...]] | None:
+    """1 if more of a frame is wanted, -1 if less, by words that say which way: "slower", "too close", "not so high"."""
+    senses = senses_of(frame)
+    for i, piece in enumerate(said.active):
+        words = piece.text.split()
+        adjective = ADJECTIVES.get(words[0], "") if len(words) == 1 else ""
+        sense = adjective or SENSES.get(piece.concept, "")
+        along = 1 if sense in senses else -1 if OPPOSITE.get(sense) in senses else 0
+        if not along or piece.text in ("further", "farther"):
+            continue
+        before = [p for p in said.active[max(i - 2, 0) : i] if p.clause == piece.clause]
+        behind = said.active[i + 1 : i + 3]
+        enough = any("enough" in p.cues for p in behind[:1])
+        judged = not enough and any(p.text in JUDGING or p.cues & {"less", "not"} for p in before)
+        judged = judged or any("less" in p.cues for p in behind)
+        if piece.cues & {"slight", "large"} and not judged:
+            continue
+        resolved = len(words) > 1 and words[0] in ("too", "so", "less", "that")
+        if resolved or words[0].endswith("er") or (adjective and (judged or enough or said.cued("more", "weak"))):
+            return (-along if judged and not resolved else along), (piece, *before)
+        if said.cued("less"):
+            return -1, (piece,)
+        if said.cued("more", "weak") or (sense not in DIRECTIONS and said.cued("slight", "large")):
+            return along, (piece,)
+    return None
