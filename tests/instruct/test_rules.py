@@ -181,7 +181,6 @@ def test_a_number_that_can_be_no_length_in_metres_is_left_unread():
         "left unless the cup is in the way",
         "go back to the original path",
         "make the path half as long",
-        "the closer to the cup, the slower",
         "from 0.1 to 0.5 m/s",
         "pick up the cup",
         "turn left",

@@ -218,6 +218,15 @@ def _gap(found: Sequence[Chunk]) -> Chunk:
     return merged(found, "within_of", q=replace(numbers(found)[0], role="at_least" if least else "at_most"))
 
 
+def _law(found: Sequence[Chunk]) -> list[Chunk] | None:
+    """The closer to the cup, the slower: slower near the cup."""
+    pace = next((kind for kind in ("slow", "fast", "quick") if kind in found[-1].text.lower()), "")
+    if not pace or not found[0].text.lower().startswith(("closer", "near")):
+        return None
+    near = merged([c for c in found if c.names], "obj", value="near")
+    return [merged(found[-1:], "slower" if pace == "slow" else "faster"), near]
+
+
 def _turned(found: Sequence[Chunk]) -> Chunk:
     """A quarter turn."""
     return merged(found, "Qdeg", q=Quantity(360 * FRACTION[found[0].kind], "deg"))
@@ -424,6 +433,8 @@ PATTERNS: tuple[Pattern, ...] = tuple(
         ("in|on|at|by|to|from|near? middle of? path?", _plain("middle")),
         ("except where? over|under|up|down Qm", lambda f: part(f, outside(_beyond(f).value))),
         ("SHARE|Qx as", lambda f: merged(f[:1], "Qpc", q=replace(_share_of(f[0]), role="to"))),
+        ("law to? OBJ comma? law", lambda f: _law(f)),
+        ("with|keep OBJ on|to|at left|right", lambda f: [merged(f[:1], "pass"), merged(f[1:2], "obj", value="of"), merged(f[2:], FLIPPED[f[3].kind], value="flipped")]),
         ("as FLIPS from|to? OBJ? as", lambda f: merged(f, "unknown")),
         # roles of quantities
         ("distance|gap from|to|around|of? OBJ never? under|over|down|up|lower|at_least|at_most Qm", _gap),
@@ -432,6 +443,8 @@ PATTERNS: tuple[Pattern, ...] = tuple(
         ("never HIGHER+ than|on|by? Qm ground?", _height("at_most")),
         ("never lower|drop|down|falling under|at_most Qv|Qn", _role("at_least")),
         ("never path? over|under|at_least|at_most Qv", lambda f: _role("at_least" if {c.kind for c in f} & {"under", "at_most"} else "at_most")(f)),
+        ("under|at_most Qv", _role("at_most")),
+        ("over|at_least Qv", _role("at_least")),
         ("slower|brake to? stop", lambda f: merged(f, "ramp_down")),
         ("slower|brake to Qn|Qm|Qv", lambda f: merged(f, "ramp_down", q=None) if f[-1].number.value == 0 else None),
         ("never left|right|front|back of OBJ", lambda f: [merged(f[:2], FLIPPED[f[1].kind], value="flipped"), *f[2:]]),

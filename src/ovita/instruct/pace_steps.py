@@ -69,6 +69,8 @@ def _change(s: _Speed) -> None:
 def _scale(s: _Speed, factor: float) -> None:
     if factor <= 0:
         s.d.ask(STANDSTILL)
+    if s.mean == 0:
+        s.d.ask("The speed is 0 everywhere: how fast should it be, in m/s?")
     if (s.frame.change == "slower" and factor >= 1) or (s.frame.change == "faster" and factor <= 1):
         s.d.ask(f"{factor:g} times the speed is not {s.frame.change}: which is meant?")
     name, word = ("slowdown", "slower") if factor < 1 else ("speedup", "faster")

@@ -422,6 +422,8 @@ def _over(d: PolicyBuilder, frame: F.Visit | F.Hop, item: SceneObject, side: str
     word, end = ("above", "top") if side == "up" else ("below", "bottom")
     gap = nice(item.radius - half + d.scale.step("slight")) if q is None else d.metres(q, d.scale.extent, word)
     if q is None:
+        passing = interpolate(d.positions, np.array([closest_to_point(d.positions, item.position)[1]]))[0]
+        gap = max(gap, float(f"{float((passing - item.position) @ axis) - half:.3g}"))  # never nearer than it is
         d.assume(f'"{word} {item.name}" is {gap:g} m {word} its {end}')
     passed = _passes(d, item, axis)
     ref, sentence = d.ref(item), f"Bend the path {'over' if side == 'up' else 'under'} {item.name}, {gap:g} m"

@@ -58,6 +58,8 @@ def realise(
     d = PolicyBuilder(trajectory, scene, 1 if many else effort, once)
     for question in conflicts(once, scene.frame):
         d.ask(question)
+    if once and all(isinstance(frame, F.Keep) for frame in once):
+        d.ask("All of that is to stay as it is: what should change?")
     kept = [frame.part for frame in once if isinstance(frame, F.Keep) and frame.what == "part" and frame.part]
     ends = [part for f in once if isinstance(f, F.Keep) for part in _KEPT_ENDS.get(f.what, ())]
     for d.frame, frame in sorted(enumerate(once), key=lambda pair: _rank(pair[1], once)):

@@ -18,6 +18,7 @@ from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk, chunks
 from ovita.instruct.constituents import turned
 from ovita.instruct.edits import Also, Edit
+from ovita.instruct.lexicon import DETERMINERS
 from ovita.paths.part import PathPart
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
@@ -346,7 +347,37 @@ def _two_waypoints(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F
 COURTESY = frozenset("you i we possible need needed necessary anything at so".split())
 """What follows an "if" that is mere politeness."""
 
-CHECKS = (_turned, _negated, _unbounded, _number_left, _object_left, _conditional, _two_waypoints)
+
+def _once_near(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.SemanticFrame, ...]) -> str:
+    """A greatest distance that is to hold all along, read as coming so near once."""
+    if kinds & {"never", "max"} and any(isinstance(f, F.Clearance) and f.distance.role == "at_most" for f in frames):
+        return f"{_said(said, {'never', 'max'})} asks for it all along, not only where the path comes nearest."
+    return ""
+
+
+def _thing_moved(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.SemanticFrame, ...]) -> str:
+    """Something that is to be moved itself: "push the cup to the left", "turn the gripper"."""
+    before: list[str] = []
+    for chunk in said:
+        words = [word for word in chunk.text.lower().split() if word not in DETERMINERS]
+        tool = next((k for k, word in enumerate(words) if word in TOOLS), None)
+        handled = (before + words[:tool])[-1:] if tool is not None else before[-1:]
+        verbs = HANDLING if tool is None else TURNING
+        if (chunk.kind == "OBJ" or tool is not None) and handled and handled[0] in verbs:
+            return f"{handled[0]!r} asks for {chunk.text!r} itself to be moved; only the path can be."
+        before += words
+    return ""
+
+
+TURNING = frozenset("rotate turn tilt spin flip open close point".split())
+HANDLING = TURNING | frozenset(
+    "move shift push pull put place bring take carry lift raise lower drop throw grab pick paint clean fill".split()
+)
+"""Verbs whose object is what is moved; the tool goes with the path unless it is to be turned."""
+
+TOOLS = frozenset("gripper hand wrist camera tool head".split())
+
+CHECKS = (_turned, _negated, _unbounded, _number_left, _object_left, _conditional, _two_waypoints, _once_near, _thing_moved)
 
 
 def _said(said: Sequence[Chunk], kinds: frozenset[str] | set[str]) -> str:

@@ -299,7 +299,7 @@ def _reading(said: Sequence[Said], notes: tuple[str, ...], earlier: Sequence[F.S
             continue
         choice = next((c for c in clause.items if c.kind == "CHOICE"), None)
         if choice is not None:
-            question, asked = f"Which {choice.text.removeprefix('the ')}?", choice.names
+            question, asked = _which(choice), choice.names
         only = _only(clause, made)
         if only:
             made[-1] = replace(made[-1], part=only)
@@ -335,6 +335,12 @@ def _only(clause: Said, made: Sequence[F.SemanticFrame]) -> PathPart:
     if "only" not in kinds or not made or made[-1].part or not kinds <= PLACING | FREE | {"obj", "only", "end"}:
         return WHOLE
     return parts(Constituents(clause.items))
+
+
+def _which(choice: Chunk) -> str:
+    """The question which of some objects is meant."""
+    names = [repr(name) for name in choice.names]
+    return f"Which {choice.text.lower().removeprefix('the ')}: {', '.join(names[:-1])} or {names[-1]}?"
 
 
 def _leads(clause: Said | None) -> bool:

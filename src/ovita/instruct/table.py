@@ -331,6 +331,7 @@ ROWS: tuple[Row, ...] = (
         {"objects": objects("", "of", "from", "on", "around", "to", "by", "at", "pass", "with", "touch"), "direction": direction}, {}, ("objects", "direction"), "side pass keep around left right near touch path whole", 0.15, where=False),
     # speed
     Row(F.Pace, ("faster", "inc|raise|up speed", "more speed", "inc Qv"), {"amount": speed_amount}, {"change": "faster"}, (), "speed path whole keep pass inc up raise more times faster thru as", 0.1, check=_pace),
+    Row(F.Pace, ("multiply speed Qn|Qx|Qpc",), {"amount": lambda c: (lambda f: f and F.Quantity(f.number.value, "x", "to"))(c.take("Qn", "Qx", "Qpc"))}, {"change": "set"}, ("amount",), "speed", 0.0),
     Row(F.Pace, ("slower_time",), {}, {"change": "set", "amount": F.Quantity(0.5, "x", "to")}, (), "speed path whole", 0.1),
     Row(F.Pace, ("faster_time",), {}, {"change": "set", "amount": F.Quantity(2.0, "x", "to")}, (), "speed path whole in", 0.1),
     Row(F.Pace, ("slower", "dec|lower|drop|down|trim speed", "less speed", "brake", "creep", "Qpc|Qv from speed"), {"amount": speed_amount}, {"change": "slower"}, (), "speed path whole keep pass dec lower drop down times slower brake trim creep thru", 0.1, check=_pace),
