@@ -125,6 +125,12 @@ REQUESTS = [
     # a distance to things that move, and laws
     ("the nearer to the fan, the quicker", "pace faster @near=fan"),
     ("pass with the fan on your left", "side fan right"),
+    ("between the fan and the goal, up by 2 cm", "move up=2cm @after=fan"),
+    ("come within 12 cm of the fan", "clearance fan at_most=12cm"),
+    ("lower the last 5 waypoints by 1 cm and slow them down", "move down=1cm @last=5wp; pace slower @last=5wp"),
+    ("0.3 m/s until the fan and 0.2 m/s afterwards", "pace set to=0.3m/s @before=fan; pace set to=0.2m/s @after=fan"),
+    ("halve how far you stay from the fan", "closer fan by=0.5x"),
+    ("head straight for the goal", "straighten"),
     ("multiply the speed by 1.5", "pace set to=1.5x"),
     ("keep the velocity under 0.3 m/s", "pace at_most=0.3m/s"),
 ]
@@ -166,6 +172,8 @@ OPEN = [
     "go around the fan",
     "don't slow down",
     "go left by 0.1 and keep at least a distance of 0.3",
+    "keep 5 cm more distance from the cup than from the fan",
+    "avoid the fan unless it is off",
     "never be more than 0.6 m away from the cup",
 ]
 

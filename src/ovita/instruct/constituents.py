@@ -21,7 +21,7 @@ Build = Callable[[Sequence[Chunk]], Chunk | list[Chunk] | None]
 GROUPS = {
     "LENGTH": "Qm", "ANYQ": "Qm|Qv|Qa|Qs|Qdeg|Qpc|Qx|Qstep|Qn", "SHARE": "Qpc|half|third|quarter|tenth|fifth",
     "SPAN": "Qm|Qs|Qpc|Qstep|half|third|quarter|tenth|fifth", "AT": "at|by|on|in|near|around|over|within|along",
-    "HIGHER": "up|raise|over|height", "LOWER": "down|lower|under", "FIRST": "first|1st", "LAST": "last|nth", "END": "start|goal|ends", "LINK": "to|and|thru|before",
+    "HIGHER": "up|raise|over|height", "LOWER": "down|lower|under", "FIRST": "first|1st", "LAST": "last|nth", "END": "start|goal|ends", "LINK": "to|thru|before",
     "DIR": "left|right|front|back|up|down", "BEFORE_OBJ": "at|by|on|in|near|around|over|within|along|to|toward|from|of|off|than|under|thru|with|for",
     "FLIPS": "touch|avoid|left|right|front|back|up|down|closer|near|farther|faster|slower|larger|smaller|raise|lower|wait|"
              "more_curve|less_curve|inc|dec",
@@ -194,7 +194,8 @@ def _for_the(found: Sequence[Chunk]) -> Chunk | None:
 
 
 def _within(found: Sequence[Chunk]) -> Chunk:
-    return merged(found, "within_of", q=replace(numbers(found)[0], role="at_most"))
+    q = numbers(found)[0]
+    return merged(found, "within_of", q=q if q.role == "at_least" else replace(q, role="at_most"))
 
 
 def _role(role: str) -> Build:
@@ -237,7 +238,7 @@ def _height(role: str) -> Build:
 
     def build(found: Sequence[Chunk]) -> Chunk:
         q = numbers(found)[0]
-        return merged(found, "Hq", q=replace(q, role=cast(Role, role)))
+        return merged(found, "Hq", q=replace(q, unit="m", role=cast(Role, role)))
 
     return build
 
@@ -367,8 +368,9 @@ PATTERNS: tuple[Pattern, ...] = tuple(
         ("quarter|half of? turns|laps|rotate|circle", _turned),
         ("up|raise|rising by? Qm rising|up", _label("rise")),
         ("Qn half|third|quarter|tenth|fifth", _many_thirds),
-        ("from|between? waypoints Qn LINK waypoints? Qn", _range_of_points),
-        ("from|between Qn LINK Qn waypoints", _range_of_points),
+        ("from|between waypoints Qn LINK|and waypoints? Qn", _range_of_points),
+        ("waypoints Qn LINK waypoints? Qn", _range_of_points),
+        ("from|between Qn LINK|and Qn waypoints", _range_of_points),
         ("Qn LINK Qn waypoints", _range_of_points),
         ("from Qn|Qm|Qv|Qs to Qm|Qv|Qs", lambda f: merged(f, "unknown", q=None)),
         ("between Qn|Qm|Qv|Qs and Qm|Qv|Qs|Qpc|Qdeg", _spread),
@@ -390,6 +392,7 @@ PATTERNS: tuple[Pattern, ...] = tuple(
         ("after|from halfway|middle on|front?", lambda f: _share("last", 0.5)(f)),
         ("halfway|middle on|front", lambda f: _share("last", 0.5)(f)),
         ("before touch? halfway|middle", lambda f: _share("first", 0.5)(f)),
+        ("point and|comma AT? point", lambda f: merged(f, "unknown")),
         ("from point on|front?", _along("after")),
         ("after|before|from point", lambda f: _along("before" if f[0].kind == "before" else "after")(f)),
         ("point on|front", _along("after")),
@@ -421,6 +424,9 @@ PATTERNS: tuple[Pattern, ...] = tuple(
         ("OBJ and OBJ", _objects),
         ("from start to|before OBJ|goal", lambda f: _to_or_from_end(f) if f[-1].kind == "OBJ" else merged(f, "whole")),
         ("from OBJ to|before goal", _to_or_from_end),
+        ("between OBJ and start|goal", _to_or_from_end),
+        ("between start|goal and OBJ", _to_or_from_end),
+        ("than from|to|of? OBJ", lambda f: merged(f, "unknown")),
         ("from? OBJ to|before|thru OBJ", lambda f: _between(f) if len(f[0].names or f[1].names) == 1 else None),
         ("AT|thru? gap? middle? between OBJ gap?", _between),
         ("thru|in|at|to|on|between? middle of? OBJ", _between),
@@ -440,7 +446,7 @@ PATTERNS: tuple[Pattern, ...] = tuple(
         ("distance|gap from|to|around|of? OBJ never? under|over|down|up|lower|at_least|at_most Qm", _gap),
         ("over|under height of? Qm", lambda f: _height("at_least" if f[0].kind == "over" else "at_most")(f)),
         ("Qv squared", lambda f: merged(f, "Qa", q=replace(f[0].number, unit="m/s2"))),
-        ("never HIGHER+ than|on|by? Qm ground?", _height("at_most")),
+        ("never HIGHER+ than|on|by? Qm|Qn ground?", _height("at_most")),
         ("never lower|drop|down|falling under|at_most Qv|Qn", _role("at_least")),
         ("never path? over|under|at_least|at_most Qv", lambda f: _role("at_least" if {c.kind for c in f} & {"under", "at_most"} else "at_most")(f)),
         ("under|at_most Qv", _role("at_most")),
@@ -448,7 +454,7 @@ PATTERNS: tuple[Pattern, ...] = tuple(
         ("slower|brake to? stop", lambda f: merged(f, "ramp_down")),
         ("slower|brake to Qn|Qm|Qv", lambda f: merged(f, "ramp_down", q=None) if f[-1].number.value == 0 else None),
         ("never left|right|front|back of OBJ", lambda f: [merged(f[:2], FLIPPED[f[1].kind], value="flipped"), *f[2:]]),
-        ("never LOWER+ than|on|by? Qm ground?", _height("at_least")),
+        ("never LOWER+ than|on|by? Qm|Qn ground?", _height("at_least")),
         ("never faster|inc|slower|dec than? Qv|Qn", lambda f: _role("at_most" if f[1].kind in ("faster", "inc") else "at_least")(f)),
         ("never closer|near of|to|from|at? OBJ than|by? Qm", _never_near),
         ("never farther|closer|near|within|side than|to? Qm", lambda f: _role("at_least" if f[1].kind in ("closer", "near", "within") else "at_most")(f)),
@@ -483,7 +489,7 @@ PATTERNS: tuple[Pattern, ...] = tuple(
         # ends and objects with their prepositions
         ("where|after|once touch? at? goal", lambda f: merged(f, "end", value=("goal", "after"))),
         ("where? closer|near to? goal", _plain("last")),
-        ("straight|ramp_down|ramp_up path? to|before goal", lambda f: f[0]),
+        ("straight|ramp_down|ramp_up path? to|before|for goal", lambda f: f[0]),
         ("before turns", lambda f: f[1]),
         ("AT|to|toward|from|of|before|after|where|than? END", _end),
         ("BEFORE_OBJ* OBJ", _object),

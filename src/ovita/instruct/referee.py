@@ -377,7 +377,17 @@ HANDLING = TURNING | frozenset(
 
 TOOLS = frozenset("gripper hand wrist camera tool head".split())
 
-CHECKS = (_turned, _negated, _unbounded, _number_left, _object_left, _conditional, _two_waypoints, _once_near, _thing_moved)
+CHECKS = (
+    _turned,
+    _negated,
+    _unbounded,
+    _number_left,
+    _object_left,
+    _conditional,
+    _two_waypoints,
+    _once_near,
+    _thing_moved,
+)
 
 
 def _said(said: Sequence[Chunk], kinds: frozenset[str] | set[str]) -> str:

@@ -57,6 +57,7 @@ class Said:
     aside: bool = False
     then: bool = False
     telling: bool = False
+    them: bool = False
 
 
 def read(text: str, scene: Scene, positions: Array | None = None, earlier: Sequence[F.SemanticFrame] = ()) -> F.Reading:
@@ -165,7 +166,10 @@ def _pieces(row: Sequence[Chunk], spoken: Sequence[Chunk]) -> list[Stretch]:
             opening = max(opening, chunk.kind, key=lambda kind: STRENGTH[kind])
         else:
             items.append(chunk)
-    return [*found, piece(float("inf"))] if items else found
+    if items:
+        return [*found, piece(float("inf"))]
+    last = frozenset(w for c in spoken if c.span[0] >= begin for w in c.text.lower().split())
+    return [*found[:-1], replace(found[-1], words=found[-1].words | last)] if found else found
 
 
 def _cut(pieces: Sequence[Stretch]) -> list[Said]:
@@ -210,7 +214,8 @@ def _clause(items: tuple[Chunk, ...], span: Sequence[Stretch]) -> Said:
     if best is None or best.cost >= min(aside, asking) + 1:
         return Said(None, items, min(aside, asking), opening, aside < asking or not asking)
     told = len(span) == 1 and _tells(span[0])
-    return Said(best, items, best.cost, opening, then=not span[0].words.isdisjoint(THEN), telling=told)
+    words = span[0].words
+    return Said(best, items, best.cost, opening, then=not words.isdisjoint(THEN), telling=told, them="them" in words)
 
 
 def _placed_by_itself(piece: Stretch) -> bool:
@@ -316,7 +321,7 @@ def _reading(said: Sequence[Said], notes: tuple[str, ...], earlier: Sequence[F.S
         if frame is None:
             unread += [c.text for c in clause.items]
             continue
-        if clause.opening == "and" and _leads(before):
+        if clause.opening == "and" and (_leads(before) or clause.them):
             frame = _shared(made, frame)
         if before is not None and made and not frame.part and clause.then:
             frame = _afterwards(made[-1], frame)
