@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from ovita.instruct.chunks import chunks
 from ovita.instruct.frames import same
 from ovita.instruct.notation import parse, show
-from ovita.instruct.referee import doubts_about
+from ovita.instruct.referee import contradictions
 from ovita.instruct.rules import read
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
@@ -137,7 +138,7 @@ REQUESTS = [
 
 
 def doubts(sentence, reading):
-    return doubts_about(reading, sentence, SCENE, PATH)
+    return contradictions(chunks(sentence, SCENE, PATH.positions)[0], reading.frames)
 
 
 @pytest.mark.parametrize(("sentence", "notation"), REQUESTS, ids=[r[0] for r in REQUESTS])
