@@ -92,14 +92,13 @@ def reading_of(line: Example) -> F.Reading | None:
     return F.Reading(edits=tuple(E.Also(frame=frame) for frame in fresh.frames))
 
 
-def measured(folder: Path) -> dict[str, Counter[str]]:
-    """Outcomes by voice."""
+def measured(folder: Path, every: int = 1) -> dict[str, Counter[str]]:
+    """Outcomes by voice, of every so many lines."""
     found: dict[str, Counter[str]] = {}
     for path in sorted(folder.glob("*.txt")):
         counts = found.setdefault(path.stem, Counter())
-        for line in examples(path):
-            if line.before is not None and not line.problem:
-                counts[outcome(line, reading_of(line))] += 1
+        for line in [one for one in examples(path) if one.before is not None and not one.problem][::every]:
+            counts[outcome(line, reading_of(line))] += 1
     return found
 
 

@@ -11,7 +11,7 @@ from ovita.errors import OvitaError
 from ovita.instruct import frames as F
 from ovita.instruct.reading import read_instruction, standing
 from ovita.instruct.steps import compose
-from ovita.policy import Parameter, Policy
+from ovita.policy import Policy
 from ovita.request import Request
 from ovita.units import ambiguous
 from ovita.writers.base import Reply, WriterInfo
@@ -81,17 +81,16 @@ def _by_clauses(request: Request, effort: int) -> Reply:
 def _lost(request: Request, policy: Policy) -> tuple[str, ...]:
     """The numbers of the instruction that a policy does not use, not even as time steps or from an object's centre."""
     step = request.trajectory.timestep
-    reach = max((float(np.linalg.norm(item.size)) / 2 for item in request.scene), default=0.0)
+    sizes = [[*item.size, np.linalg.norm(item.size)] for item in request.scene]  # from the surface to the centre
+    offsets = {0.0, *(float(edge) / 2 for edges in sizes for edge in edges)}
+    values = [p.value for p in policy.parameters if isinstance(p.value, float | int)]
 
-    def used(number: float, parameter: Parameter) -> bool:
-        if not isinstance(parameter.value, float | int):
-            return False
-        beyond = [parameter.value - number * scale for scale in (1.0, 0.01, 0.001)]
-        steps = math.isclose(parameter.value, number / step, rel_tol=0.06)
-        return steps or (bool(parameter.about) and any(0.0 <= rest <= reach for rest in beyond))
+    def used(number: float) -> bool:
+        lengths = [number * scale + offset for scale in (1.0, 0.01, 0.001) for offset in offsets]
+        told = [(number / step, 0.06), *((length, 1e-3) for length in lengths)]
+        return any(math.isclose(abs(value), meant, rel_tol=near) for value in values for meant, near in told)
 
-    lost = unused(request.instruction, policy.source)
-    return tuple(said for said in lost if not any(used(float(said), p) for p in policy.parameters))
+    return tuple(said for said in unused(request.instruction, policy.source) if not used(float(said)))
 
 
 def _by_referee(request: Request, effort: int) -> Reply:
