@@ -11,6 +11,8 @@ counted as invented. PCA, as in the paper, gets the renderer's own masks; ours f
 from __future__ import annotations
 
 import argparse
+import os
+import sys
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -23,6 +25,7 @@ from scipy.spatial.transform import Rotation
 from ovita.paths.frame import matrix
 from ovita.paths.scene import SceneObject
 from ovita.perceive import View, perceive
+from ovita.sim.render import backend
 
 WIDE, HIGH, FOCAL = 640, 480, 580.0
 TABLE = 0.74
@@ -226,6 +229,8 @@ def rendered(seed: int, cache: Path) -> tuple[list[Truth], list[Shot]]:
     truths, poses = things(rng, room), cameras(rng, room)
     file = cache / f"{seed}.npz"
     if not file.exists():
+        if sys.platform == "linux":
+            os.environ.setdefault("MUJOCO_GL", backend())  # no screen is needed; to be set before mujoco is imported
         import mujoco
 
         model = world(rng, truths, room)
