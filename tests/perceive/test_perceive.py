@@ -3,6 +3,7 @@ import pytest
 from depth_pictures import Thing, picture, tilted
 
 from ovita.errors import SceneError
+from ovita.limits import parse_text
 from ovita.paths.frame import matrix
 from ovita.perceive import Found, View, perceive
 
@@ -160,3 +161,9 @@ def test_any_frame_of_the_world_will_do(frame, turn):
     for name, thing in (("red cylinder", CUP), ("blue box", BOX)):
         assert np.linalg.norm(seen[name].position - turn @ np.array(thing.position)) < 0.004
         assert np.sort(seen[name].size) == pytest.approx(np.sort(thing.size), abs=0.006)
+
+
+def test_that_nothing_may_go_through_the_support_is_a_limit_of_the_scene():
+    seen = perceive([picture(TABLE, noise=0.002)])
+    low, _ = parse_text(seen.scene.constraints_text).ranges["z"]
+    assert seen.support is not None and abs(low) < 5e-3

@@ -99,7 +99,7 @@ def perceive(
     objects = [thing.object(label, ground) for thing, label in zip(things, labels, strict=True)]
     notes += [note for thing, label in zip(things, labels, strict=True) for note in thing.remarks(label)]
     described = said or text or _description(objects, ground, up)
-    scene = Scene(tuple(objects), axes, described)
+    scene = Scene(tuple(objects), axes, described, _bound(ground, up))
     return Perceived(scene, ground.plane, tuple(dict.fromkeys(notes)), (*refused, *unplaced))
 
 
@@ -138,7 +138,7 @@ def perceive_clouds(
         notes.append(f"{_things_are(parts.large)} left out: as large as a wall or another piece of furniture")
     if ground.plane is None and plane == "auto":
         notes.append("no level support was found, so shapes were fitted in space")
-    scene = Scene(objects, axes, text or _description(objects, ground, up))
+    scene = Scene(objects, axes, text or _description(objects, ground, up), _bound(ground, up))
     return Perceived(scene, ground.plane, tuple(dict.fromkeys(notes)), unplaced)
 
 
@@ -222,6 +222,14 @@ def _description(objects: Sequence[SceneObject], ground: _Ground, up: Array) -> 
     if ground.plane is None:
         return f"Seen by a camera: {listed}."
     return f"Seen by a camera, on a level support at height {ground.origin @ up:.3f} m: {listed}."
+
+
+def _bound(ground: _Ground, up: Array) -> str:
+    """That nothing may go through the support, as the limits read it; "" without a level one."""
+    if ground.plane is None or abs(up[2]) < 1.0:
+        return ""
+    height = float(ground.origin @ up)
+    return f"z >= {height:.3f} m" if up[2] > 0 else f"z <= {-height:.3f} m"
 
 
 @dataclass(frozen=True, eq=False)
