@@ -265,3 +265,16 @@ def test_an_end_beside_an_object_is_so_far_from_its_surface():
 def test_no_number_of_a_sentence_is_lost(sentence, up):
     result = said(sentence)
     assert np.allclose(shift(result.proposal or result), [0.0, 0.0, up])
+
+
+@pytest.mark.parametrize(
+    ("sentence", "least"),
+    [
+        ("do not go near the cup, minimum 40 centimeter", 0.4),
+        ("don't go close to the cup, 0.45 m is the minimum", 0.45),
+    ],
+)
+def test_a_minimum_is_no_greatest_distance(sentence, least):
+    result = said(sentence)
+    path = (result.proposal or result).adapted.positions
+    assert result.status != "done" or np.linalg.norm(path - SCENE["cup"].position, axis=1).min() > least - 1e-3

@@ -6,6 +6,7 @@ from ovita.errors import SceneError
 from ovita.limits import parse_text
 from ovita.paths.frame import matrix
 from ovita.perceive import Found, View, perceive
+from ovita.perceive.looks import Wanted
 
 CUP = Thing("cylinder", (0.0, 0.12, 0.05), (0.08, 0.08, 0.1), colour="red")
 BOX = Thing("box", (0.1, -0.12, 0.04), (0.1, 0.14, 0.08), 0.4, "blue")
@@ -167,3 +168,8 @@ def test_that_nothing_may_go_through_the_support_is_a_limit_of_the_scene():
     seen = perceive([picture(TABLE, noise=0.002)])
     low, _ = parse_text(seen.scene.constraints_text).ranges["z"]
     assert seen.support is not None and abs(low) < 5e-3
+
+
+def test_a_colour_that_is_a_fruit_as_well_is_a_colour_behind_the_sign():
+    assert Wanted.parse("carton=orange") == Wanted("carton", ("orange",), ())
+    assert Wanted.parse("orange") == Wanted("orange", (), ("sphere",))

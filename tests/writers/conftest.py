@@ -8,20 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from chat_server import KEY_VARIABLES, Stub, chat_server
+from chat_server import no_keys, stub
 
-
-@pytest.fixture(autouse=True)
-def _no_keys(monkeypatch: pytest.MonkeyPatch) -> None:
-    for variable in KEY_VARIABLES:
-        monkeypatch.delenv(variable, raising=False)
-
-
-@pytest.fixture
-def stub() -> Iterator[Stub]:
-    """A server that misbehaves on command."""
-    with chat_server() as server:
-        yield server
+__all__ = ["no_keys", "stub"]
 
 
 def small_model() -> Path | None:

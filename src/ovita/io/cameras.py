@@ -63,7 +63,7 @@ def depth_of(message: Any, where: str) -> Array:
 def colours_of(message: Any, where: str) -> Colours:
     """Red, green, blue (H, W, 3) of an Image or a CompressedImage."""
     if not hasattr(message, "encoding"):
-        image = _decoded(bytes(message.data), where)
+        image = decode_picture(bytes(message.data), where)
         return np.asarray(image.convert("RGB"), dtype=np.uint8)
     encoding = str(message.encoding)
     if encoding not in _CHANNELS:
@@ -91,7 +91,7 @@ def _compressed_depth(message: Any, where: str) -> Array:
         raise FormatError(where, "is compressed by RVL; record it as PNG, or the raw topic")
     if len(data) <= _DEPTH_HEADER:
         raise FormatError(where, "is cut off")
-    raw = np.asarray(_decoded(data[_DEPTH_HEADER:], where), dtype=np.float64)
+    raw = np.asarray(decode_picture(data[_DEPTH_HEADER:], where), dtype=np.float64)
     if raw.ndim != 2:
         raise FormatError(where, "holds colours where depth belongs")
     if "32FC1" in form:
@@ -104,8 +104,13 @@ def _positive(depth: Array) -> Array:
     return np.asarray(np.where(np.isfinite(depth) & (depth > 0.0), depth, np.nan), dtype=np.float64)
 
 
-def _decoded(data: bytes, where: str) -> Any:
-    """The picture in a PNG or JPEG file."""
+def decode_picture(data: bytes, where: str) -> Any:
+    """The picture (a `PIL.Image.Image`) in the bytes of a PNG or JPEG file.
+
+    Raises:
+        FormatError: If it is none, is damaged, or is too large.
+        MissingExtra: Without pillow.
+    """
     try:
         from PIL import Image
     except ImportError:

@@ -98,8 +98,9 @@ class Wanted:
         hues = {*known["hues"], "black", "white", "grey"}
         synonyms = {word: known["colours"].get(word, word) for word in words}
         last = words[-1]
-        colours = [synonyms[w] for w in words if synonyms[w] in hues and not (w == last and w in known["nouns"])]
-        return cls(name, tuple(colours), tuple(known["nouns"].get(last, ())))
+        fruit = last in known["nouns"] and not (look and synonyms[last] in hues)  # an "orange"; "carton=orange" is none
+        colours = [synonyms[w] for w in words if synonyms[w] in hues and not (w == last and fruit)]
+        return cls(name, tuple(colours), tuple(known["nouns"][last]) if fruit else ())
 
     def fits(self, look: Look) -> bool:
         """Whether a thing that looks so may bear the name."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
@@ -12,7 +11,8 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from ovita.errors import FormatError, MissingExtra, SceneError
+from ovita.errors import FormatError, SceneError
+from ovita.io.cameras import decode_picture
 from ovita.io.documents import brief, unknown_key, validated
 from ovita.io.files import examine, file_name, read_text, suffix
 from ovita.io.json_ import parse_object
@@ -227,19 +227,6 @@ def _read(path: str) -> Any:
         content = Path(path).read_bytes()
     except OSError as error:
         raise FormatError(file, f"cannot be read: {error.strerror}") from None
-    return decode_picture(content, file)
-
-
-def decode_picture(content: bytes, file: str) -> Any:
-    """The pixels of a PNG or JPEG: (H, W) for grey, with 8 or 16 bits, and (H, W, 3) uint8 for colours."""
-    try:
-        from PIL import Image, UnidentifiedImageError
-    except ImportError:
-        raise MissingExtra("pillow", "perceive") from None
-    try:
-        with Image.open(io.BytesIO(content)) as picture:
-            if picture.mode.startswith("I") or picture.mode in ("F", "L"):
-                return np.asarray(picture)
-            return np.asarray(picture.convert("RGB"))
-    except (UnidentifiedImageError, OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
-        raise FormatError(file, f"cannot be read as a picture: {str(error).splitlines()[0]}") from None
+    picture = decode_picture(content, file)
+    grey = picture.mode.startswith("I") or picture.mode in ("F", "L")
+    return np.asarray(picture if grey else picture.convert("RGB"))

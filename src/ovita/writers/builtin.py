@@ -24,8 +24,8 @@ class BuiltinWriter:
     """Writes policies for what its readers understand, and says which words they could not place.
 
     The clause reader (`instruct.reading`) is exact and knows few turns of phrase. What it does not read, or reads
-    without one of its numbers, is left to the referee over the rules and the learned reader (`instruct.referee`): done
-    where it is sure, else shown first, or declined.
+    without one of its numbers or with a bound turned round, is left to the referee over the rules and the learned
+    reader (`instruct.referee`): done where it is sure, else shown first, or declined.
     """
 
     name: str = "builtin"
@@ -44,11 +44,14 @@ class BuiltinWriter:
             return Reply("question", question=question, writer=WriterInfo("builtin"))
         exact = _by_clauses(request, effort)
         left = _lost(request, exact.policy) if exact.policy is not None else ()
-        certain = exact.kind == "question" or (exact.kind == "policy" and not left)
+        turned = exact.policy is not None and _turned(request, exact.policy)
+        certain = exact.kind == "question" or (exact.kind == "policy" and not left and not turned)
         if certain or len(request.instruction.split()) < 2:  # a word alone asks for nothing
             return exact
         found = _by_referee(request, effort)
-        return found if found.kind == "policy" else _declined(left) if left else exact
+        if found.kind == "policy" or exact.kind != "policy":
+            return found if found.kind == "policy" else exact
+        return _declined(left or (request.instruction,))
 
 
 def _by_clauses(request: Request, effort: int) -> Reply:
@@ -91,6 +94,17 @@ def _lost(request: Request, policy: Policy) -> tuple[str, ...]:
         return any(math.isclose(abs(value), meant, rel_tol=near) for value in values for meant, near in told)
 
     return tuple(said for said in unused(request.instruction, policy.source) if not used(float(said)))
+
+
+def _turned(request: Request, policy: Policy) -> bool:
+    """Whether a policy has only a most where a minimum is named, or only a least where a maximum is."""
+    roles = {p.role for p in policy.parameters} & {"at_least", "at_most"}
+    if len(roles) != 1:
+        return False
+    from ovita.instruct.chunks import chunks
+
+    kinds = {chunk.kind for chunk in chunks(request.instruction, request.scene, request.trajectory.positions)[0]}
+    return bool(kinds & ({"min", "vmin"} if roles == {"at_most"} else {"max", "vmax"}))
 
 
 def _by_referee(request: Request, effort: int) -> Reply:

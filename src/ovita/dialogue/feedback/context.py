@@ -9,12 +9,12 @@ from functools import cached_property
 
 from ovita.dialogue.feedback.resolution import Reference, Resolution, read_reference
 from ovita.dialogue.feedback.rewording import SpokenClause, Wording, parts_of, worded
+from ovita.dialogue.parameters import described
 from ovita.instruct.tokens import tokenize
 from ovita.paths.frame import OPPOSITE
 from ovita.paths.scene import Scene, SceneObject, canonical
 from ovita.paths.trajectory import Trajectory
 from ovita.policy import Parameter
-from ovita.policy.policy import Role
 from ovita.request import Turn
 from ovita.units import dimension
 
@@ -138,7 +138,7 @@ def knobs_of(past: Turn, parts: Sequence[SpokenClause] | None, scene: Scene) -> 
     numeric = [p for p in past.parameters if isinstance(p.value, int | float) and not isinstance(p.value, bool)]
     if parts is None:
         return [_alone(p, i, scene) for i, p in enumerate(numeric)]
-    found = {p.name: p if p.role is not None else _of_a_model(p, scene) for p in numeric}
+    found = {p.name: p if p.role is not None else described(p, scene) for p in numeric}
     knobs: list[Knob] = []
     group = 0
     for part in parts:
@@ -163,7 +163,7 @@ def _alone(parameter: Parameter, group: int, scene: Scene) -> Knob:
     heading = ""
     if parameter.role is None:
         heading = _direction_in(_words(parameter))
-        parameter = _of_a_model(parameter, scene)
+        parameter = described(parameter, scene)
     family, measured = _FAMILY.get(parameter.direction, ""), dimension(parameter.unit)
     if measured == "m/s":
         family = "speed"
@@ -181,41 +181,8 @@ def _alone(parameter: Parameter, group: int, scene: Scene) -> Knob:
     )
 
 
-_MODEL_PLACING = re.compile(
-    r"\b(radius|within|reach|ease|easing|blend|fade|share|fraction|portion|window|tolerance|margin|sigma|width|range|"
-    r"threshold|falloff|influence|iterations|waypoints?|index|count\w* as|how far around)\b"
-)
-_MODEL_FACTOR = re.compile(r"\b(factor|times|ratio|multipl\w*|scale|slowdown|speedup|fraction of)\b")
-_MODEL_WORDS = (
-    ("faster", re.compile(r"\b(speedup|fast\w*|acceler\w*)\b")),
-    ("slower", re.compile(r"\b(speed|slow\w*|velocity|brake|decel\w*|cruise)\b")),
-    ("closer", re.compile(r"\b(closer|nearer|toward\w*|approach|at most)\b")),
-    ("away", re.compile(r"\b(farther|further|away|distance|clearance|gap|push|pull|keep)\b")),
-    ("longer", re.compile(r"\b(wait|dwell|pause|stop)\b")),
-)
-_MODEL_SHIFT = re.compile(r"\b(shift|offset|move|displace\w*|lift|translate|translation|height|lateral|raise)\b")
-
-
 def _words(parameter: Parameter) -> list[str]:
     return re.findall(r"[a-z]+", f"{parameter.name.replace('_', ' ')} {parameter.meaning}".lower())
-
-
-def _of_a_model(parameter: Parameter, scene: Scene) -> Parameter:
-    """A parameter of a policy that someone else wrote, with what its unit, its name and their words for it say."""
-    text, words = f"{parameter.name.replace('_', ' ')} {parameter.meaning}".lower(), _words(parameter)
-    heading = _direction_in(words)
-    direction = next((word for word, pattern in _MODEL_WORDS if pattern.search(text)), "")
-    speed = _FAMILY.get(direction) == "speed" or dimension(parameter.unit) == "m/s"
-    role: Role = "by" if direction or heading or _MODEL_SHIFT.search(text) else "to"
-    if _MODEL_PLACING.search(text):
-        role = "other"
-    elif parameter.unit in ("", "x", "factor", "ratio") and _MODEL_FACTOR.search(f"{text} {parameter.unit}"):
-        role = "factor"
-    elif speed and "added" not in words:
-        role = "to"
-    names = [item.name for item in scene if set(canonical(item.name).split()) <= set(words)]
-    about = max(names, key=len, default="")
-    return replace(parameter, role=role, about=about, direction=direction or heading)
 
 
 _TURNED = {"forward": "front", "backward": "back", "upward": "up", "downward": "down", "height": "up", "lift": "up"}
