@@ -423,7 +423,7 @@ def scene(seed: int, given: argparse.Namespace, tallies: Mapping[str, Tally], pe
         label = f"{n} view{'s' * (n > 1)}"
         asked = asked_for(truths, shots[:n])
         began = time.process_time()
-        seen = perceive([View(v.depth, v.intrinsics, v.pose, v.rgb) for v in views[:n]]).scene.objects
+        seen = perceive([View(v.depth, v.intrinsics, v.pose, v.rgb) for v in views[:n]]).things
         spent = (time.process_time() - began) / n
         place = per_place[f"ovita, {label}, {'rooms' if seed % 2 else 'table-tops'}"]
         for tally in (tallies[f"ovita, {label}"], place):

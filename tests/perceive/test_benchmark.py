@@ -69,7 +69,7 @@ def test_shapes_beat_principal_components_on_the_same_picture(bench):
     truths = [bench.Truth(t.kind, np.array(t.position), t.rotation, np.array(t.size), "red") for t in things]
     shot = bench.Shot(clean.rgb, clean.depth, mask, clean.pose)
     ours, theirs = bench.Tally(), bench.Tally()
-    bench.count(ours, truths, [True, True], perceive([view]).scene.objects)
+    bench.count(ours, truths, [True, True], perceive([view]).things)
     bench.count(theirs, truths, [True, True], [b for b in bench.by_pca(truths, [shot], [view]) if b is not None])
     assert ours.found == 2 and ours.invented == 0 and max(ours.center) < 0.006
     assert np.median(theirs.center) > 2 * np.median(ours.center)

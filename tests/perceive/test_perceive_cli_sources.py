@@ -60,7 +60,7 @@ def test_looking_again_at_a_path(tmp_path: Path, look: str) -> None:
 def test_a_point_cloud(tmp_path: Path) -> None:
     np.save(tmp_path / "cloud.npy", picture([CUP, BOOK]).points.reshape(-1, 3))
     said = json.loads(run(tmp_path / "cloud.npy", "--json"))
-    assert len(said["objects"]) == 2
+    assert [one["name"] for one in said["objects"]] == ["box", "box 2", "table"]
     assert "no picture to draw over" in run(tmp_path / "cloud.npy", "--picture", tmp_path / "a.png")
     model = ("--detector", "vlm:my-model", "--base-url", "http://127.0.0.1:9/v1")
     assert "use clusters" in run(tmp_path / "cloud.npy", *model)
@@ -86,7 +86,16 @@ def test_a_vision_language_model(tmp_path: Path, look: str, stub) -> None:
     stub.script(stub.says(json.dumps({"description": "One cup.", "objects": [entry]})))
     said = run(look, "--detector", "vlm:my-model", "--base-url", stub.url, "--json")
     document = json.loads(said[said.index("{") : said.rindex("}") + 1])
-    assert document["environment"] == "One cup." and [one["name"] for one in document["objects"]] == ["cup"]
+    assert document["environment"] == "One cup." and [one["name"] for one in document["objects"]] == ["cup", "table"]
+
+
+def test_a_name_that_nothing_bears_is_said_and_ends_in_its_own_exit_code(tmp_path: Path, look: str, stub) -> None:
+    assert "lamp: nothing seen fits this name" in run(look, "--names", "cup=red, lamp=green", code=3)
+    entry = {"label": "cup", "box": [0.1, 0.2, 0.5, 0.9]}
+    stub.script(stub.says(json.dumps({"description": "One cup.", "objects": [entry]})))
+    model = ("--detector", "vlm:my-model", "--base-url", stub.url)
+    said = run(look, *model, "--names", "cup, lamp", "--out", tmp_path / "a.json", code=3)
+    assert "lamp: not found" in said and "cup" in load_scene(tmp_path / "a.json")[0].names
 
 
 @pytest.mark.parametrize(

@@ -70,7 +70,7 @@ def test_masks_of_each_family(tmp_path: Path, model: str, size: tuple[int, int])
 def test_a_scene_of_masks(tmp_path: Path) -> None:
     view = picture([CUP, BOOK])
     seen = perceive([view], detector=BoxSegmenter(Boxes(("cup", around(truth(view, "red")))), *sam2(tmp_path)))
-    assert seen.scene.names == ("cup",)
+    assert seen.scene.names == ("cup", "table")
     assert np.linalg.norm(seen.scene["cup"].position - CUP.position) < 0.03
 
 

@@ -97,5 +97,5 @@ def test_masks_of_clusters(tmp_path: Path) -> None:
     detector = detector_named(f"onnx:{','.join(sam2(tmp_path))}")
     assert detector is not None
     seen = perceive([picture([CUP])], names=["cup=red"], detector=detector)
-    assert seen.scene.names == ("cup",)
+    assert seen.scene.names == ("cup", "table")
     assert np.linalg.norm(seen.scene["cup"].position - CUP.position) < 0.02

@@ -29,7 +29,7 @@ ROUND = ((-0.7, 0.0, 0.6), (0.6, 0.5, 0.6), (0.5, -0.6, 0.6))
 
 def test_things_around_which_a_camera_went():
     seen = perceive_clouds([cloud_of(*ROUND)], names=["cup=red", "book=blue box", "ball"])
-    assert set(seen.scene.names) == {"cup", "book", "ball"}
+    assert set(seen.scene.names) == {"cup", "book", "ball", "floor"}
     for name, thing in (("cup", CUP), ("book", BOOK), ("ball", BALL)):
         found = seen.scene[name]
         assert np.linalg.norm(found.position - thing.position) < 0.01, name
@@ -40,14 +40,14 @@ def test_things_around_which_a_camera_went():
 
 def test_one_side_is_enough_to_find_them():
     seen = perceive_clouds([cloud_of(ROUND[0], colours=False)])
-    assert len(seen.scene) == 3 and all("colour" not in item.extra for item in seen.scene)
+    assert len(seen.things) == 3 and all("colour" not in item.extra for item in seen.things)
     for thing in (CUP, BOOK, BALL):
         assert min(np.linalg.norm(item.position - thing.position) for item in seen.scene) < 0.04
 
 
 def test_clouds_of_several_sensors_are_one():
     seen = perceive_clouds([cloud_of(eye) for eye in ROUND])
-    assert len(seen.scene) == 3
+    assert len(seen.things) == 3
 
 
 def test_without_a_support_and_what_is_too_large():
@@ -61,7 +61,7 @@ def test_without_a_support_and_what_is_too_large():
 
 def test_nothing_there():
     flat = PointCloud(np.random.default_rng(1).uniform(-1, 1, (5000, 3)) * [1, 1, 0])
-    assert perceive_clouds([flat]).scene.names == ()
+    assert perceive_clouds([flat]).things == ()
     with pytest.raises(SceneError, match="no point cloud"):
         perceive_clouds([])
 

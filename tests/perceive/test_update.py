@@ -12,6 +12,7 @@ from ovita.chain import adapt
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
+from ovita.perceive import perceive
 from ovita.perceive.update import impact, sees_through, update
 from ovita.request import Request
 
@@ -22,6 +23,8 @@ def thing(name, position, size=(0.08, 0.08, 0.12), **extra):
 
 CUP = thing("cup", (0.4, 0.1, 0.06), seen_by=1, colour="red", shape="cylinder")
 BOOK = thing("book", (0.6, -0.2, 0.02), (0.2, 0.15, 0.04), seen_by=1, colour="blue", shape="box")
+BOX = Thing("box", (0.0, 0.15, 0.06), (0.08, 0.08, 0.12), colour="red")
+OTHER = Thing("box", (0.05, -0.15, 0.03), (0.16, 0.1, 0.06), 0.4, "blue")
 BEFORE = Scene((CUP, BOOK), environment="a desk")
 
 
@@ -156,3 +159,34 @@ def test_a_new_thing_in_the_way_and_one_that_is_gone(result):
     found = impact(result, Scene((CUP, wall)))
     assert [check.subject for check in found.broken] == ["wall"]
     assert found.clearances["wall"][0] is None and found.clearances["book"][1] is None
+
+
+def test_a_poorer_look_does_not_replace_a_better_founded_one_of_what_did_not_move():
+    two = replace(CUP, extra={**CUP.extra, "seen_by": 2, "points": 900})
+    poor = as_seen(CUP, by=(0.006, 0, 0), grown=0.8)
+    now = update(seen(two), seen(poor)).scene["cup"]
+    assert np.allclose(now.dimensions, CUP.dimensions) and now.extra["seen_by"] == 2
+    moved = update(seen(two), seen(as_seen(CUP, by=(0.1, 0, 0), grown=0.9))).scene["cup"]
+    assert moved.position[0] == pytest.approx(0.5) and moved.extra["seen_by"] == 1
+    hidden = replace(poor, extra={**poor.extra, "seen_by": 3, "partly_hidden": True})
+    assert update(seen(two), seen(hidden)).scene["cup"].extra["seen_by"] == 2
+    assert np.allclose(update(seen(poor), seen(as_seen(two))).scene.objects[0].dimensions, CUP.dimensions)
+
+
+def test_the_description_keeps_the_names_that_a_person_gave():
+    first = perceive([picture([BOX])], names=["mug=red", "desk=table"]).scene
+    assert first.environment.startswith("Seen by a camera: mug, on the desk")
+    view = picture([BOX, OTHER])
+    again = update(first, perceive([view]).scene, [view])
+    assert set(again.scene.names) == {"mug", "desk", "blue box"}
+    assert again.scene.environment.startswith("Seen by a camera: mug and blue box, on the desk")
+    own = replace(first, environment="The bench of Anna.")
+    assert update(own, perceive([view]).scene, [view]).scene.environment == "The bench of Anna."
+
+
+def test_a_support_keeps_its_name_and_the_larger_extent_and_does_not_move():
+    first = perceive([picture([BOX])], names=["desk=table"]).scene
+    near = picture([BOX], eye=(-0.4, 0.0, 0.35))
+    again = update(first, perceive([near]).scene, [near])
+    assert again.scene.names == ("red box", "desk") and not again.changed
+    assert again.scene["desk"].size == pytest.approx(first["desk"].size)

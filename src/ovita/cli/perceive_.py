@@ -98,7 +98,7 @@ def command(
 
     Then: ovita adapt PATH.csv "Keep 10 cm away from the red cup" --scene SCENE.json
 
-    Exit code 3 where nothing was found.
+    Exit code 3 where nothing was found, or nothing for one of the names.
     """
     _check(out, picture)
     level = plane if plane in ("auto", "none") else _height(plane)
@@ -126,11 +126,11 @@ def command(
     else:
         _show(seen)
         _show_change(change, adapted)
-    show_notes((*there.notes, *seen.notes, *(f"not taken: {each}" for each in seen.refused)))
+    show_notes((*there.notes, *seen.notes, *(f"not taken: {each}" for each in (*seen.refused, *seen.missing))))
     if not as_json:
         for path in written:
             click.echo(plain(f"wrote {path}"))
-    raise SystemExit(0 if len(seen.scene) else EXIT_NOTHING)
+    raise SystemExit(0 if seen.things and not seen.missing else EXIT_NOTHING)
 
 
 def _check(out: str | None, picture: str | None) -> None:
@@ -205,4 +205,5 @@ def _line(item: SceneObject) -> str:
     views = "1 view" if known["seen_by"] == 1 else f"{known['seen_by']} views"
     spread = f", spread {known['spread_mm']} mm" if "spread_mm" in known else ""
     flags = "".join(f", {word.replace('_', ' ')}" for word in ("tilted", "cut", "partly_hidden") if known.get(word))
-    return f"{item.name}: at ({place}) m, {size} m; {known['points']} pixels in {views}{spread}{flags}"
+    assumed = "; its thickness is assumed" if known.get("assumed") == "thickness" else ""
+    return f"{item.name}: at ({place}) m, {size} m; {known['points']} pixels in {views}{spread}{flags}{assumed}"

@@ -10,6 +10,7 @@ import numpy as np
 
 from ovita.instruct.lexicon import concept_at, is_filler
 from ovita.instruct.numbers import NUMBER_WORDS
+from ovita.limits.obstacles import is_support
 from ovita.paths.scene import Scene, SceneObject, canonical
 from ovita.paths.trajectory import Array
 
@@ -144,6 +145,7 @@ class Catalog:
 
     def __init__(self, scene: Scene, path: Array | None = None) -> None:
         self.scene, self.path = scene, path
+        self.things = tuple(item for item in scene if not is_support(item))  # "everything" leaves out what it stands on
         self.words = {item.name: name_words(item) for item in scene}
         self.heads: dict[str, list[SceneObject]] = {}
         for item in scene:
@@ -178,9 +180,9 @@ class Catalog:
             words[i] in ("everything", "anything")
             and i > 0
             and words[i - 1] in ("from", "near", "than")
-            and len(self.scene)
+            and self.things
         ):
-            return Mention(tuple(self.scene), 1)
+            return Mention(self.things, 1)
         return None
 
     def _named(self, words: Sequence[str], i: int) -> Mention | None:
@@ -325,7 +327,7 @@ class _Phrase:
         special = special or len(self.traits) > before or self.key is not None
         if plural:
             self.many = True
-        items = list(self.catalog.scene) if generic else self.catalog.heads[noun]
+        items = list(self.catalog.things) if generic else self.catalog.heads[noun]
         items = [item for item in items if all(self.catalog.fits(item, trait) for trait in self.traits)]
         if not generic and not special and not plural and len(items) == 1:
             return None

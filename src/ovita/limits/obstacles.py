@@ -5,6 +5,10 @@ sphere: the bounding sphere of the paper, |x_i - o|^2 >= R^2 (there R^2 = R_obs^
 the distance that is really kept). Its signed distance is convex: for every unit vector n the half-space
 {x : n.x >= support(n)} is free of it, and imposed on both ends of a segment it keeps the whole segment out.
 
+A support, a table or floor that robots land, stand and grasp on (`"kind": "support"`), counts from above as it is: a
+path may come down to its upper side, on its own +z, and not go through. From beside and from below it counts as any
+object, and where its thickness was only assumed, nothing goes beneath it.
+
 The distance kept is the robot's body radius and a margin. The margin is larger for people and animals (`kinds.toml`);
 where the original path passes nearer to them than that, the change may come no nearer than the original does. The size
 assumed for an object without dimensions is smaller where the original path passes that near to its centre.
@@ -23,9 +27,18 @@ from typing import Literal
 import numpy as np
 
 from ovita.paths.geometry import Cuboid
-from ovita.paths.robot import Robot
+from ovita.paths.robot import Box, Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array
+
+SUPPORT = "support"
+"""The kind of tables and floors, in the `extra` of an object."""
+
+SETTLED = 0.01
+"""How far an original path may go into a support that was measured too high [m]: cameras err by that much."""
+
+BENEATH = 2.0
+"""How far a support goes down whose underside nobody saw [m]."""
 
 _AFTER_THE_HEAD = re.compile(r"\b(?:with|in|on|at|near|of|by|next|behind|from|who|that|holding|wearing)\b.*|[^a-z -]")
 
@@ -98,8 +111,45 @@ def build(
     Raises:
         UnknownObject: If a contact is not in the scene.
     """
+    return tuple(from_object(item, robot, shape, original, granted) for item in in_the_way(scene, robot, contacts))
+
+
+def in_the_way(scene: Scene, robot: Robot, contacts: Sequence[str] = ()) -> tuple[SceneObject, ...]:
+    """The objects that are obstacles: not those in `contacts`, nor the support that a planar robot drives on.
+
+    Raises:
+        UnknownObject: If a contact is not in the scene.
+    """
     touched = {scene[name].name for name in contacts}
-    return tuple(from_object(item, robot, shape, original, granted) for item in scene if item.name not in touched)
+    return tuple(item for item in scene if item.name not in touched and not _carries(item, robot))
+
+
+def is_support(item: SceneObject) -> bool:
+    """Whether an object is a table or floor that things stand on."""
+    return item.extra.get("kind") == SUPPORT
+
+
+def top_of(item: SceneObject) -> Array:
+    """The middle of a support's upper side (3,) [m]."""
+    return np.asarray(item.position + 0.5 * item.size[2] * item.rotation[:, 2])
+
+
+def _carries(item: SceneObject, robot: Robot) -> bool:
+    """Whether a support is what a planar robot drives on, by the plane of its workspace."""
+    if not (robot.planar and is_support(item) and isinstance(robot.workspace, Box)):
+        return False
+    return abs(float(top_of(item)[2]) - robot.workspace.lower[2]) < robot.radius
+
+
+def counted(item: SceneObject, robot: Robot) -> SceneObject:
+    """The body whose distance counts: an object as it is, a support sunk by the distance that is kept from it."""
+    if not is_support(item):
+        return item
+    deep = robot.radius + robot.obstacle_margin
+    unseen = item.extra.get("assumed") == "thickness"
+    thick = BENEATH if unseen else max(float(item.size[2]) - deep, 0.0)
+    center = top_of(item) - (deep + 0.5 * thick) * item.rotation[:, 2]
+    return replace(item, position=center, dimensions=np.array([item.size[0], item.size[1], thick]))
 
 
 def from_object(
@@ -112,6 +162,7 @@ def from_object(
     """One object as an obstacle; see `build`."""
     kind = kind_of(item.name, item.extra)
     least = robot.radius + robot.obstacle_margin
+    item, support = counted(item, robot), is_support(item)
     keep = least if kind is None else max(least, robot.radius + kind.share * robot.person_margin)
     notes = [] if kind is None else [kind.name]
     if item.dimensions is None:
@@ -125,11 +176,12 @@ def from_object(
     else:
         size = np.asarray(item.dimensions)
     half, core = size / 2.0, 0.0
-    if shape == "sphere":
+    if shape == "sphere" and not support:
         half, core = np.zeros(3), float(np.linalg.norm(half))
     body = Obstacle(np.asarray(item.position), item.rotation, half, core + keep, item.name, keep=keep)
-    if original is not None and granted and kind is not None:
+    if original is not None and kind is not None and (granted or support):
         nearest = keep + body.closest(original)[0]
         if nearest < keep:
-            body = replace(body, radius=core + max(nearest, least), keep=max(nearest, least))
+            keep = max(nearest, least - SETTLED if support else least)
+            body = replace(body, radius=core + keep, keep=keep)
     return replace(body, note=", ".join(notes))

@@ -85,6 +85,8 @@ def linearise(
     parts = [Rows.none(4)]
     if options.obstacles:
         for body in build(scene, robot, contacts=contacts, shape="sphere"):
+            if body.half.any():
+                continue  # a support: no sphere stands for a table top, so only the verification knows it
             radius = body.radius - body.keep
             parts.append(_outside(reference, body.center, radius**2 + body.keep**2))
     if isinstance(robot.workspace, Shell):

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ovita.limits.obstacles import Obstacle, from_object
+from ovita.limits.obstacles import Obstacle, counted, from_object, in_the_way, is_support
 from ovita.limits.problem import TOLERANCE, ConstraintCheck, ConstraintOptions, Place, Violation, about_path
 from ovita.limits.speed import dynamics, too_bent, too_quick, too_slow
 from ovita.paths.robot import Box, Robot, Shell
@@ -130,8 +130,7 @@ def measure_all(
         text = f"on its plane z = {level:g} m"
         found.append(Measure("plane", "", text, "m", "waypoint", lambda t: np.abs(t.positions[:, 2] - level)))
     if options.obstacles:
-        touched = {scene[name].name for name in contacts}
-        found += [_obstacle(item, robot, original, options) for item in scene if item.name not in touched]
+        found += [_obstacle(item, robot, original, options) for item in in_the_way(scene, robot, contacts)]
     found += _dynamic(robot, original, options)
     found += [_custom(constraint, proposed) for constraint in options.custom]
     for i in options.pins(len(proposed)):
@@ -209,11 +208,11 @@ def _obstacle(item: SceneObject, robot: Robot, original: Trajectory, options: Co
     body = from_object(item, robot, options.obstacle_shape, path, granted=False)
     near = from_object(item, robot, options.obstacle_shape, path)
     distance: Callable[[Array], Array]
-    if options.obstacle_shape == "sphere":
+    if options.obstacle_shape == "sphere" and not is_support(item):
         distance, what = item.distance, "its bounding sphere"
     else:
-        known = item if item.dimensions is not None else replace(item, dimensions=2.0 * body.half)
-        distance, what = known.clearance, "it"
+        known = counted(item, robot) if item.dimensions is not None else replace(item, dimensions=2.0 * body.half)
+        distance, what = known.clearance, "its sides, and do not go through its top" if is_support(item) else "it"
     text = f"keep {body.keep:g} m from {what}" + (f" ({body.note})" if body.note else "")
     if robot.radius > 0.0:
         text += f", counted from the path of a body of {robot.radius:g} m radius"

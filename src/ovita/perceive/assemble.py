@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ovita.errors import SceneError
 from ovita.io.clouds import PointCloud
+from ovita.limits.obstacles import is_support
 from ovita.paths.frame import Frame, quaternion
-from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.scene import Scene, SceneObject, canonical
 from ovita.paths.trajectory import Array
 from ovita.perceive.detect import Detector, Found, Sighting, mask_of, sighting
 from ovita.perceive.evidence import Evidence, evidence_of, joined
 from ovita.perceive.fit import Solid, fit
-from ovita.perceive.looks import Look, assign, colour_of, distinct
-from ovita.perceive.segment import Plane, Segments, segment
+from ovita.perceive.looks import Look, assign, colour_of, distinct, names_of_support, support_word
+from ovita.perceive.segment import Footing, Plane, Segments, segment
 from ovita.perceive.space import SpaceSegments, taken_apart
+from ovita.perceive.support import description, support_object
 from ovita.perceive.view import Mask, View
 
 FEWEST = 60
@@ -39,16 +41,24 @@ class Perceived:
 
     Args:
         scene: The objects; `extra` of each says its shape and colour, on how many depth pixels (`points`) and views
-            (`seen_by`) it rests, and how far the pixels are from its surface (`spread_mm`, the median).
+            (`seen_by`) it rests, and how far the pixels are from its surface (`spread_mm`, the median). What they stand
+            on is the last of them, of the kind "support".
         support: The plane that things rest on, or None.
         notes: What a person should know, each a sentence.
         refused: What was found but not taken, each a sentence with the reason.
+        missing: The person's names that nothing was given, each a sentence with the reason.
     """
 
     scene: Scene
     support: Plane | None = None
     notes: tuple[str, ...] = ()
     refused: tuple[str, ...] = ()
+    missing: tuple[str, ...] = ()
+
+    @property
+    def things(self) -> tuple[SceneObject, ...]:
+        """The objects without what they stand on."""
+        return tuple(item for item in self.scene if not is_support(item))
 
     @property
     def environment(self) -> str:
@@ -95,12 +105,7 @@ def perceive(
         new, without = _things(seen.found, view, part, number, ground)
         refused += without
         things = _merged(things, _whole(new, ground), ground)
-    labels, unplaced = _named(things, () if any(thing.label for thing in things) else names)
-    objects = [thing.object(label, ground) for thing, label in zip(things, labels, strict=True)]
-    notes += [note for thing, label in zip(things, labels, strict=True) for note in thing.remarks(label)]
-    described = said or text or _description(objects, ground, up)
-    scene = Scene(tuple(objects), axes, described, _bound(ground, up))
-    return Perceived(scene, ground.plane, tuple(dict.fromkeys(notes)), (*refused, *unplaced))
+    return _result(things, ground, _Told(axes, names, said or text, tuple(notes), tuple(refused)))
 
 
 def perceive_clouds(
@@ -130,16 +135,37 @@ def perceive_clouds(
     parts = taken_apart(clouds, up, FEWEST, _height(plane, up), find_plane=plane == "auto")
     ground = _Ground.of([parts], up)
     things = [_Thing.of(Found("", None, _WHOLE), one.evidence, one.colours, 0, ground) for one in parts.clusters]
-    labels, unplaced = _named(things, names)
-    objects = tuple(thing.object(label, ground) for thing, label in zip(things, labels, strict=True))
     notes = [note for cloud in clouds for note in cloud.notes]
-    notes += [note for thing, label in zip(things, labels, strict=True) for note in thing.remarks(label)]
     if parts.large:
         notes.append(f"{_things_are(parts.large)} left out: as large as a wall or another piece of furniture")
     if ground.plane is None and plane == "auto":
         notes.append("no level support was found, so shapes were fitted in space")
-    scene = Scene(objects, axes, text or _description(objects, ground, up), _bound(ground, up))
-    return Perceived(scene, ground.plane, tuple(dict.fromkeys(notes)), unplaced)
+    return _result(things, ground, _Told(axes, names, text, tuple(notes)))
+
+
+@dataclass(frozen=True)
+class _Told:
+    """What is known of a scene beside its things: its axes, the person's names, a description, notes, refusals."""
+
+    axes: Frame
+    names: Sequence[str]
+    text: str
+    notes: tuple[str, ...] = ()
+    refused: tuple[str, ...] = ()
+
+
+def _result(things: Sequence[_Thing], ground: _Ground, told: _Told) -> Perceived:
+    """The scene of things that were seen."""
+    base = ground.object(told.axes.direction("up"))
+    called, rest = names_of_support(told.names, base.name if base else "")
+    named, unplaced = _named(things, rest)
+    *labels, called = distinct([*named, called])
+    objects = [thing.object(label, ground) for thing, label in zip(things, labels, strict=True)]
+    supports = [replace(base, name=called)] if base else []
+    notes = [note for thing, label in zip(things, labels, strict=True) for note in thing.remarks(label)]
+    scene = Scene((*objects, *supports), told.axes, told.text)
+    scene = scene if told.text else replace(scene, environment=description(scene))
+    return Perceived(scene, ground.plane, tuple(dict.fromkeys([*told.notes, *notes])), told.refused, unplaced)
 
 
 _WHOLE = (0.0, 0.0, 1.0, 1.0)
@@ -187,6 +213,8 @@ def _things(
     """What was found in one view as fitted things, and a sentence for each that has too few pixels."""
     things, refused = [], []
     for item in found:
+        if item.mask is None and support_word(item.label) and part.footing is not None:
+            continue  # the support is in the scene by itself, and its box holds everything on it
         mask = mask_of(item, part.labels)
         evidence = evidence_of(view, mask, part)
         if evidence.pixels < FEWEST:
@@ -206,30 +234,16 @@ def _sample(view: View, mask: Mask) -> Array:
 
 
 def _named(things: Sequence[_Thing], names: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """A name for each thing: its detector's, else the person's that fits, else colour and shape."""
+    """A name for each thing, its detector's, else the person's that fits, else colour and shape; names not used up."""
     looks = [thing.look for thing in things]
+    found = {canonical(thing.label) for thing in things if thing.label}
+    if found:
+        wanted = [text.partition("=")[0].strip() for text in names]
+        missing = tuple(f"{name}: not found" for name in wanted if canonical(name) not in found)
+        return distinct([thing.label or look.words for thing, look in zip(things, looks, strict=True)]), missing
     given, unplaced = assign(names, looks)
     labels = [thing.label or given.get(i) or looks[i].words for i, thing in enumerate(things)]
     return distinct(labels), unplaced
-
-
-def _description(objects: Sequence[SceneObject], ground: _Ground, up: Array) -> str:
-    """One sentence on what was seen."""
-    if not objects:
-        return ""
-    names = [item.name for item in objects]
-    listed = names[0] if len(names) == 1 else ", ".join(names[:-1]) + " and " + names[-1]
-    if ground.plane is None:
-        return f"Seen by a camera: {listed}."
-    return f"Seen by a camera, on a level support at height {ground.origin @ up:.3f} m: {listed}."
-
-
-def _bound(ground: _Ground, up: Array) -> str:
-    """That nothing may go through the support, as the limits read it; "" without a level one."""
-    if ground.plane is None or abs(up[2]) < 1.0:
-        return ""
-    height = float(ground.origin @ up)
-    return f"z >= {height:.3f} m" if up[2] > 0 else f"z <= {-height:.3f} m"
 
 
 @dataclass(frozen=True, eq=False)
@@ -239,6 +253,11 @@ class _Ground:
     axes: Array
     origin: Array
     plane: Plane | None
+    footings: tuple[Footing, ...] = ()
+
+    def object(self, up: Array) -> SceneObject | None:
+        """What things stand on, as an object of the scene; None where it was not seen."""
+        return None if self.plane is None else support_object(self.plane, up, self.footings)
 
     @classmethod
     def of(cls, parts: Sequence[Segments | SpaceSegments], up: Array) -> _Ground:
@@ -253,7 +272,8 @@ class _Ground:
         if not planes:
             return cls(rows, np.zeros(3), None)
         offset = float(np.mean([p.offset for p in planes]))
-        return cls(rows, offset * normal, Plane(normal, offset))
+        footings = tuple(part.footing for part in parts if part.footing is not None)
+        return cls(rows, offset * normal, Plane(normal, offset), footings)
 
 
 @dataclass(frozen=True, eq=False)

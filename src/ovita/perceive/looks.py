@@ -108,6 +108,29 @@ class Wanted:
         return right and (not self.shapes or look.shape in (*self.shapes, "irregular"))
 
 
+def support_word(text: str) -> str:
+    """Whether a name, or the look that it asks for, is that of a support: "table", "floor", or "" for neither."""
+    words = text.rpartition("=")[2].lower().split() or [""]
+    return str(_words()["supports"].get(words[-1], ""))
+
+
+def names_of_support(names: Sequence[str], kind: str) -> tuple[str, tuple[str, ...]]:
+    """What a person calls the support, and the names that are left for things.
+
+    Args:
+        names: As given.
+        kind: "table", "floor", or "" where there is no support; a floor may be called one whatever it looks like, but
+            a table beside the camera's own support is a thing.
+
+    Returns:
+        The name, or `kind` where nobody gave one.
+    """
+    for text in names:
+        if kind and support_word(text) in (kind, "floor"):
+            return text.partition("=")[0].strip() or kind, tuple(other for other in names if other != text)
+    return kind, tuple(names)
+
+
 def assign(names: Sequence[str], looks: Sequence[Look]) -> tuple[dict[int, str], tuple[str, ...]]:
     """Which thing each name means, and why a name means none.
 

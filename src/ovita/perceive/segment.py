@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import ConvexHull
+from scipy.spatial import ConvexHull, QhullError
 
 from ovita.paths.trajectory import Array
 from ovita.perceive.view import Mask, View
@@ -69,6 +69,43 @@ class Plane:
 
 
 @dataclass(frozen=True, eq=False)
+class Footing:
+    """What was seen of a support.
+
+    Args:
+        rim: Corners of the convex hull of its pixels (K, 3) [m].
+        pixels: How many there are.
+        cut: Whether the border of a picture cuts it.
+    """
+
+    rim: Array
+    pixels: int
+    cut: bool = False
+
+    @classmethod
+    def of(cls, points: Array, plane: Plane, pixels: int, *, cut: bool = False) -> Footing | None:
+        """Around points (N, 3) [m] of a plane; None where they span no surface."""
+        flat = points @ sides_of(plane.normal).T
+        if len(points) < 3 or min(np.ptp(flat, axis=0)) < 1e-3:
+            return None
+        try:
+            return cls(points[ConvexHull(flat).vertices], pixels, cut)
+        except QhullError:
+            return None
+
+    def holds(self, points: Array, plane: Plane) -> Mask:
+        """Which points (N, 3) [m] lie over it, or at most `MARGIN` beside it, (N,)."""
+        sides = sides_of(plane.normal)
+        edges = ConvexHull(self.rim @ sides.T).equations
+        return np.asarray((points @ sides.T @ edges[:, :2].T + edges[:, 2]).max(axis=1) <= MARGIN)
+
+
+def sides_of(normal: Array) -> Array:
+    """Two unit vectors along a plane, (2, 3)."""
+    return np.asarray(np.linalg.svd(normal[None])[2][1:])
+
+
+@dataclass(frozen=True, eq=False)
 class Segments:
     """A view taken apart.
 
@@ -77,6 +114,7 @@ class Segments:
         depth: Smoothed depth without flying pixels (H, W) [m].
         noise: Standard deviation of the measured depth at each pixel (H, W) [m].
         support: The plane that things rest on, or None.
+        footing: Where the support was seen, or None.
         beyond: How many clusters were left out since they stand beside the support.
         backdrops: How many were left out since they are walls.
     """
@@ -85,6 +123,7 @@ class Segments:
     depth: Array
     noise: Array
     support: Plane | None
+    footing: Footing | None = None
     beyond: int = 0
     backdrops: int = 0
 
@@ -121,36 +160,43 @@ def segment(view: View, up: Array, plane: Plane | None = None, *, find_plane: bo
     points = view.rays * depth[..., None] + view.center
     if plane is None and find_plane:
         plane = support_of(points, np.abs(view.rays @ up) * noise, up)
-    standing = np.isfinite(depth)
+    standing, footing = np.isfinite(depth), None
     if plane is not None:
-        spread = 0.5 * noise * np.abs(view.rays @ plane.normal)
+        thick = np.maximum(LOWEST, 1.75 * noise * np.abs(view.rays @ plane.normal))
         heights = plane.heights(points)
-        standing &= heights > np.maximum(LOWEST, 3.5 * spread)
+        standing &= heights > thick
+        footing = _footing(points, np.abs(heights) < thick, plane)
     labels = _components(depth, standing, jumps)
-    beyond = backdrop = np.zeros(int(labels.max()) + 1, dtype=bool)
-    if plane is not None:
-        beyond = _beyond(points, labels, np.abs(heights) < np.maximum(LOWEST, 3.5 * spread), plane)
+    beyond = _beyond(points, labels, footing, plane)
     backdrop = _backdrop(depth, labels, jumps) & ~beyond
     gone = beyond | backdrop
     kept = np.where(gone, 0, np.cumsum(~gone) - 1)
     large = np.bincount(labels.ravel()) >= LEAST_REPORTED
     left_out = (int((beyond & large).sum()), int((backdrop & large).sum()))
-    return Segments(kept[labels], depth, noise, plane, *left_out)
+    return Segments(kept[labels], depth, noise, plane, footing, *left_out)
 
 
-def _beyond(points: Array, labels: Labels, on: Mask, plane: Plane) -> Mask:
-    """Which clusters (from 0, the first never) stand beside the support: outside of the hull of its pixels."""
+def _footing(points: Array, on: Mask, plane: Plane) -> Footing | None:
+    """What was seen of the support: the larger patches of its pixels (H, W)."""
     patches, count = ndimage.label(on)
     sizes = np.bincount(patches.ravel(), minlength=count + 1)
     sizes[0] = 0
-    sides = np.linalg.svd(plane.normal[None])[2][1:]
-    ground = points[(sizes >= 0.05 * sizes.sum())[patches]][::5] @ sides.T
-    hull = ConvexHull(ground).equations
+    large = sizes >= max(0.05 * sizes.sum(), 1.0)
+    wide = np.flatnonzero(large[patches].ravel())
+    cut = any(large[patches[line]].any() for line in (0, -1, (slice(None), 0), (slice(None), -1)))
+    return Footing.of(points.reshape(-1, 3)[wide[::5]], plane, len(wide), cut=bool(cut))
+
+
+def _beyond(points: Array, labels: Labels, footing: Footing | None, plane: Plane | None) -> Mask:
+    """Which clusters (from 0, the first never) stand beside the support."""
+    count = int(labels.max()) + 1
+    if footing is None or plane is None:
+        return np.zeros(count, dtype=bool)
     some = np.flatnonzero(labels.ravel())[::3]
-    spots, owner = points.reshape(-1, 3)[some] @ sides.T, labels.ravel()[some]
-    outside = (spots @ hull[:, :2].T + hull[:, 2]).max(axis=1) > MARGIN
-    out = np.bincount(owner, weights=outside, minlength=int(labels.max()) + 1)
-    return np.asarray(out > 0.5 * np.maximum(np.bincount(owner, minlength=len(out)), 1))
+    owner = labels.ravel()[some]
+    outside = ~footing.holds(points.reshape(-1, 3)[some], plane)
+    out = np.bincount(owner, weights=outside, minlength=count)
+    return np.asarray(out > 0.5 * np.maximum(np.bincount(owner, minlength=count), 1))
 
 
 def _backdrop(depth: Array, labels: Labels, jump: Array) -> Mask:

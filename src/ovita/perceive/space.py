@@ -13,7 +13,7 @@ from scipy.sparse.csgraph import connected_components
 from ovita.io.clouds import PointCloud
 from ovita.paths.trajectory import Array
 from ovita.perceive.evidence import POINTS, Evidence
-from ovita.perceive.segment import SEED, Plane, support_of
+from ovita.perceive.segment import SEED, Footing, Plane, support_of
 
 CELL = 0.012
 """Points in touching cells of this edge belong together, so that things need a gap of one to two cells [m]."""
@@ -48,6 +48,7 @@ class SpaceSegments:
 
     clusters: tuple[SpaceCluster, ...]
     support: Plane | None
+    footing: Footing | None = None
     large: int = 0
 
 
@@ -71,7 +72,10 @@ def taken_apart(
         points, colours = points[some], None if colours is None else colours[some]
     if plane is None and find_plane:
         plane = support_of(points[None], np.full((1, len(points)), NOISE), up)
-    standing = np.ones(len(points), dtype=bool) if plane is None else plane.heights(points) > LOWEST
+    heights = np.full(len(points), np.inf) if plane is None else plane.heights(points)
+    standing = heights > LOWEST
+    on = points[np.abs(heights) < LOWEST]
+    footing = None if plane is None else Footing.of(on, plane, len(on))
     place = np.flatnonzero(standing)
     owner = joined_cells(points[place])
     sizes = np.bincount(owner)
@@ -86,7 +90,7 @@ def taken_apart(
             continue
         hues = np.zeros((0, 3)) if colours is None else colours[mine][:: max(1, len(mine) // COLOURS)]
         found.append(SpaceCluster(_evidence(points[mine]), np.asarray(hues, dtype=float)))
-    return SpaceSegments(tuple(found), plane, large)
+    return SpaceSegments(tuple(found), plane, footing, large)
 
 
 def _evidence(points: Array) -> Evidence:

@@ -9,10 +9,12 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from ovita.limits import ConstraintCheck
+from ovita.limits.obstacles import is_support, top_of
 from ovita.limits.verify import verify
 from ovita.paths.frame import Frame
 from ovita.paths.scene import Scene, SceneObject, canonical
 from ovita.paths.trajectory import Array
+from ovita.perceive.support import description, with_objects
 from ovita.perceive.view import View
 from ovita.result import Adaptation, Postcondition
 from ovita.text import length, listed, the
@@ -56,8 +58,8 @@ class FoundAgain:
 
     @property
     def moved(self) -> bool:
-        """Whether it moved by more than cameras err."""
-        return float(np.linalg.norm(self.shift)) > STILL
+        """Whether it moved by more than cameras err; of a table or floor, each view shows another part."""
+        return not is_support(self.now) and float(np.linalg.norm(self.shift)) > STILL
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +89,7 @@ class SceneUpdate:
         """What changed, each a sentence."""
         frame = self.scene.frame
         said = [f"{_name(m.now)} moved {_words(m.shift, frame)}." for m in self.matches if m.moved]
-        still = [the(m.now.name) for m in self.matches if not m.moved]
+        still = [the(m.now.name) for m in self.matches if not (m.moved or is_support(m.now))]
         said += [f"{_capital(listed(still))} did not move."] if still else []
         said += [f"{_name(item)} is new." for item in self.new]
         said += [f"{_name(item)} is gone." for item in self.gone]
@@ -108,7 +110,7 @@ def update(before: Scene, seen: Scene, views: Sequence[View] = ()) -> SceneUpdat
     """
     seen = seen.in_frame(before.frame)
     pairs = _assigned(before.objects, seen.objects)
-    matches = tuple(FoundAgain(old, _renamed(new, old)) for old, new in pairs)
+    matches = tuple(FoundAgain(old, _renamed(_better_founded(old, new), old, new.name)) for old, new in pairs)
     matched = {id(old) for old, _ in pairs}
     found = {id(new) for _, new in pairs}
     missing = [item for item in before if id(item) not in matched]
@@ -118,7 +120,9 @@ def update(before: Scene, seen: Scene, views: Sequence[View] = ()) -> SceneUpdat
     new = _with_own_names([item for item in seen if id(item) not in found], kept)
     order = {canonical(item.name): i for i, item in enumerate(before)}
     kept.sort(key=lambda item: order[canonical(item.name)])
-    scene = replace(before, objects=(*kept, *new), environment=seen.environment or before.environment)
+    said = "" if seen.environment == description(seen) else seen.environment
+    scene = with_objects(before, (*kept, *new))
+    scene = replace(scene, environment=said or scene.environment or description(scene))
     return SceneUpdate(scene, matches, new, gone, unseen)
 
 
@@ -133,6 +137,8 @@ def _assigned(old: Sequence[SceneObject], new: Sequence[SceneObject]) -> list[tu
 
 def _unlikeness(old: SceneObject, new: SceneObject) -> float:
     """How little two objects are alike: `UNLIKE` and more for different things."""
+    if is_support(old) or is_support(new):
+        return 0.0 if is_support(old) and is_support(new) and _same_level(old, new) else 10.0 * UNLIKE
     away = float(np.linalg.norm(new.position - old.position))
     sizes = np.sort(np.maximum(old.size, 1e-3)), np.sort(np.maximum(new.size, 1e-3))
     unlike = float(np.abs(np.log(sizes[1] / sizes[0])).mean())
@@ -150,10 +156,35 @@ def _differ(old: SceneObject, new: SceneObject, key: str) -> bool:
     return key in old.extra and key in new.extra and old.extra[key] != new.extra[key]
 
 
-def _renamed(new: SceneObject, old: SceneObject) -> SceneObject:
-    """What was seen, under the name that it had, with what the scene said of it beyond what is seen."""
-    label = {} if canonical(new.name) == canonical(old.name) else {LABEL: new.name}
-    return replace(new, name=old.name, extra={**old.extra, **new.extra, **label})
+def _same_level(old: SceneObject, new: SceneObject) -> bool:
+    """Whether two supports are at one height, and one of them reaches over the other."""
+    up, gap = old.rotation[:, 2], top_of(new) - top_of(old)
+    level = gap - (gap @ up) * up
+    return bool(abs(gap @ up) < 2.0 * STILL and np.linalg.norm(level) < 0.5 * (max(old.size) + max(new.size)))
+
+
+def _better_founded(old: SceneObject, new: SceneObject) -> SceneObject:
+    """Of two looks at one thing, the one that rests on more: seen whole, by more views; if they are equal, the later.
+
+    What moved is where it was seen last.
+    """
+    if SEEN not in old.extra or FoundAgain(old, new).moved:
+        return new
+    return old if _foundation(old) > _foundation(new) else new
+
+
+def _foundation(item: SceneObject) -> tuple[float, ...]:
+    """What a perceived object rests on, to be compared: of a support its extent, of a thing if it was seen whole."""
+    if is_support(item):
+        return (float(np.prod(item.size[:2])),)
+    whole = not (item.extra.get("cut") or item.extra.get("partly_hidden"))
+    return (float(whole), float(item.extra[SEEN]))
+
+
+def _renamed(kept: SceneObject, old: SceneObject, seen_as: str) -> SceneObject:
+    """What is kept, under the name that it had, with what the scene said of it beyond what is seen."""
+    label = {} if canonical(seen_as) == canonical(old.name) else {LABEL: seen_as}
+    return replace(kept, name=old.name, extra={**old.extra, **kept.extra, **label})
 
 
 def _with_own_names(new: Sequence[SceneObject], kept: Sequence[SceneObject]) -> tuple[SceneObject, ...]:

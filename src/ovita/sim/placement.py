@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ovita.errors import RequestError
+from ovita.limits.obstacles import is_support, top_of
 from ovita.paths.frame import Frame
 from ovita.paths.robot import Robot, Shell
 from ovita.paths.scene import Scene, SceneObject
@@ -114,10 +115,15 @@ class WorldTransform:
 def floor_under(low: float, scene: Scene) -> float:
     """Height of the floor [m]: what the objects stand on, unless there are none or the path goes on beneath them.
 
+    Of a table or floor among the objects that is its upper side.
     `low` is the height of the lowest waypoint [m], in the simulator's coordinates as the scene is.
     """
-    bottoms = [float(item.position[2] - 0.5 * np.abs(item.rotation[2]) @ item.size) for item in scene]
+    bottoms = [float(top_of(item)[2] if is_support(item) else _bottom(item)) for item in scene]
     return min(low, *bottoms) if bottoms and min(bottoms) < low + TOUCH else low - ROOM
+
+
+def _bottom(item: SceneObject) -> float:
+    return float(item.position[2] - 0.5 * np.abs(item.rotation[2]) @ item.size)
 
 
 def arm_base(paths: list[Array], scene: Scene, robot: Robot | None, shoulder: float, reach: float) -> Base:
@@ -183,7 +189,12 @@ def _clear(place: Array, shoulder: float, points: Array, scene: Scene) -> bool:
     beside = (points[:, 2] > place[2] - 0.1) & (points[:, 2] < place[2] + shoulder + 0.1)
     if (beside & (flat < 0.25)).any():
         return False
-    return all(item.clearance(column).min() > 0.15 for item in scene)
+    beneath = place[2] + TOUCH
+    return all(
+        item.clearance(column).min() > 0.15
+        for item in scene
+        if not (is_support(item) and float(top_of(item)[2]) <= beneath)
+    )
 
 
 def _facing(place: Array, middle: Array) -> Base:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, Literal
@@ -9,6 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ovita.errors import RobotError
+from ovita.limits.obstacles import is_support
 from ovita.paths.robot import Box, Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, nlerp
@@ -216,7 +218,10 @@ def build(
         stand = np.array([base.x, base.y, base.z, np.cos(half), 0.0, 0.0, np.sin(half)])
     frame = world.worldbody.add_frame(pos=stand[:3], quat=stand[3:])
     world.attach(child, frame=frame, prefix=PREFIX)
+    rolls = robot.controller == "rover"
     _furnish(world, scene, base if fixed else None, ground, solid)
+    if rolls:
+        _let_pass(world, [i for i, item in enumerate(scene) if is_support(item)])
     if workspace is not None and workspace.workspace is not None:
         _show(world, workspace)
     try:
@@ -231,7 +236,6 @@ def build(
     found = {model.geom(f"object/{i}").id: item.name for i, item in enumerate(scene) if float(np.prod(item.size)) > 0}
     own = tuple(names[i][len(PREFIX) :] for i in bodies)
     floor = model.geom("floor").id
-    rolls = robot.controller == "rover"
     return SimWorld(model, tip, tuple(bodies), own, found, floor, ground, rolls, robot.name, world, stand)
 
 
@@ -315,6 +319,13 @@ def _furnish(world: Any, scene: Scene, base: Base | None, ground: float, solid: 
             margin=0.0 if solid else -10.0,
             gap=0.0 if solid else 10.0,
         )
+
+
+def _let_pass(world: Any, objects: Sequence[int]) -> None:
+    """Let a rover's wheels stand on supports of these numbers: for them, the floor is the simulator's own."""
+    for geom in world.geoms:
+        if geom.name in {f"object/{i}" for i in objects}:
+            geom.contype = geom.conaffinity = 0
 
 
 def _show(world: Any, robot: Robot) -> None:

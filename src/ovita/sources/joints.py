@@ -19,6 +19,7 @@ import numpy as np
 from ovita.io.messages import JointMotion
 from ovita.limits import ConstraintOptions, verify
 from ovita.limits.obstacles import build as obstacles_of
+from ovita.limits.obstacles import is_support
 from ovita.limits.path import bounds, keep_out
 from ovita.limits.speed import dynamics, limit_speeds
 from ovita.paths.geometry import path_distances
@@ -207,8 +208,8 @@ def stage_of(model: RobotModel, scene: Scene, base: Base, request: PlanRequest) 
 
 
 def _grown(item: SceneObject, margin: float) -> SceneObject:
-    """An object with a margin all around."""
-    return replace(item, dimensions=item.size + 2.0 * margin)
+    """An object with a margin all around; a support as it is, since arms grasp what stands on it."""
+    return item if is_support(item) else replace(item, dimensions=item.size + 2.0 * margin)
 
 
 def _timed(name: str, request: PlanRequest, cell: Cell, corners: Array, started: float) -> Plan:

@@ -17,7 +17,7 @@ from ovita.errors import RequestError
 from ovita.instruct.numbers import amount_at
 from ovita.instruct.objects import WORD, Catalog, Mention
 from ovita.instruct.tokens import respelt
-from ovita.limits.obstacles import Obstacle, build, from_object
+from ovita.limits.obstacles import Obstacle, build, from_object, is_support
 from ovita.limits.path import bounds, flatten, keep_out
 from ovita.limits.problem import TOLERANCE
 from ovita.paths.robot import Robot
@@ -264,8 +264,10 @@ def locate(said: Location, scene: Scene, robot: Robot, toward: Array | None = No
 
 def _beside(item: SceneObject, robot: Robot, direction: Array, distance: float | None) -> Array:
     """The point at a distance [m] from an object's surface in some direction."""
-    body = from_object(item, robot, "box")
+    low_down = is_support(item)  # a robot may come down to it, so no distance is too small
+    body = from_object(replace(item, extra={}) if low_down else item, robot, "box")
     wanted = APPROACH if distance is None else distance - body.radius
+    wanted = wanted if low_down else max(wanted, 0.0)
     low, high = 0.0, float(body.support(direction[None])[0] - direction @ body.center) + max(wanted, 0.0)
     for _ in range(50):  # the distance grows along the ray, since the body is convex
         middle = (low + high) / 2.0

@@ -125,7 +125,7 @@ class LookPanel:
         self._change = update(session.scene, seen.scene, there.views)
         self._show_picture(overlay(there.views[0], seen.scene) if there.views else b"")
         self._show_rows(self._change)
-        said = [*self._change.sentences(), *seen.notes, *seen.refused]
+        said = [*self._change.sentences(), *seen.notes, *seen.refused, *seen.missing]
         self.notes.content = html.block(html.listed([html.e(one) for one in said]))
         self.take.visible = True
 
@@ -210,11 +210,13 @@ def accepted(before: Scene, change: SceneUpdate, names: Mapping[str, str], remov
     Raises:
         SceneError: If two objects would bear one name, or one none.
     """
+    from ovita.perceive.support import with_objects
+
     found = {match.before.name: match.now for match in change.matches}
     kept = [found[o.name] if o.name in found and o.name in names else o for o in before if o.name not in removed]
     new = [item for item in change.new if item.name in names]
     named = (replace(item, name=names.get(item.name, item.name)) for item in (*kept, *new))
-    return replace(change.scene, objects=tuple(named))
+    return with_objects(change.scene, tuple(named))
 
 
 def role_of(name: str, content: bytes) -> str:
