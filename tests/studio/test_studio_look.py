@@ -63,6 +63,7 @@ def test_look_rename_drop_take_undo(start, visit, files):
     assert any(part["type"] == "GuiImageMessage" for part in tab.parts.values())
     tab.set("name of red box", "my mug")
     tab.set("take blue box", False)
+    tab.set("take table", False)
     tab.click("Take into the scene")
     tab.wait(lambda: any("my mug taken into the scene" in notice for notice in tab.notices))
     assert names() == (*before, "my mug"), "the box that was not taken is not there"
