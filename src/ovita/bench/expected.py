@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,14 +18,23 @@ from ovita.paths.part import PathPart, both, outside
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 
+SHARE_UNITS = ("%", "x")
+"""Units of a quantity that is a share or a multiple of something."""
+
 SHARES = {"first": 0.25, "last": 0.25, "middle": 1 / 3, "turns": 0.25}
 """The part of the waypoints that a part of the path means where it is left open."""
 
 PATHLESS = (F.Keep, F.Pace, F.Wait, F.StopAt, F.Resample)
 """Frames that say nothing about where the path goes."""
 
-NUMBERED = (F.Resample, F.Trim, F.Figure, F.Extend, F.Return, F.Wait, F.Hover, F.StopAt)
-"""Frames that change which waypoints there are."""
+RECOUNTED = (F.Resample, F.Trim, F.Figure, F.Extend, F.Return, F.Hover)
+"""Frames that change which waypoints there are, other than by stopping at one."""
+
+PACING = (F.Pace, F.Wait, F.StopAt, F.Hover)
+"""Frames that change the speed."""
+
+LIFTING = (F.Height, F.Hop, F.Hover, F.Tilt, F.Trim, F.Extend, F.Smooth, F.Resample)
+"""Frames that change heights, or which waypoints there are to compare them at."""
 
 
 def expected(frames: Sequence[F.SemanticFrame], trajectory: Trajectory, scene: Scene) -> Check:
@@ -87,13 +97,16 @@ class _Asked:
     def word(self, direction: str) -> str:
         return direction_word(self.scene.frame, direction)
 
-    def metres(self, q: F.Quantity, whole: float) -> float:
-        return q.value * whole if q.unit in ("%", "x") else q.value
+    def metres(self, q: F.Quantity | None, whole: float | None = None) -> float | None:
+        """A quantity in metres, a share being one of the path's extent or of another whole; None stays None."""
+        if q is None:
+            return None
+        return q.value * (self.extent if whole is None else whole) if q.unit in SHARE_UNITS else q.value
 
     def offset(self, offset: F.Offset) -> dict[str, float | None]:
         found: dict[str, float | None] = {}
         for said, q in offset:
-            word, value = self.word(said), None if q is None else self.metres(q, self.extent)
+            word, value = self.word(said), self.metres(q)
             found[OPPOSITE[word] if value is not None and value < 0 else word] = None if value is None else abs(value)
         return found
 
@@ -135,98 +148,109 @@ def _amount(frame: F.SemanticFrame) -> Any:
     return {"slight": "little", "large": "much"}.get(frame.degree or "")
 
 
+def _sorted(words: Mapping[str, float | None]) -> tuple[dict[str, Any], list[str]]:
+    """The direction words with their metres, and those without."""
+    return {w: v for w, v in words.items() if v is not None}, [w for w, v in words.items() if v is None]
+
+
+def _ends(case: _Asked, frame: F.SemanticFrame) -> list[Check]:
+    """That both ends stay, where no other frame moves the path."""
+    return [P.starts_at("start"), P.ends_at("goal")] if case.alone(frame) else []
+
+
+def _each(names: Sequence[str], check: Callable[[str], Check]) -> Check:
+    return P.all_of(*map(check, names))
+
+
 def _shift(case: _Asked, frame: F.Shift) -> Check:
-    words, where, only = case.offset(frame.offset), case.where(frame), case.alone(frame)
-    counted = [f for f in case.frames if isinstance(f, NUMBERED) and not isinstance(f, F.Wait | F.StopAt)]
-    only = only and not counted
-    again = case.frames.count(frame)
-    words = {word: None if value is None else again * value for word, value in words.items()}
+    words, where = case.offset(frame.offset), case.where(frame)
+    only = case.alone(frame) and not case.has(*RECOUNTED)
     if where is not None and case.has(F.MoveEnd):
         words = dict.fromkeys(words)  # an end that moves takes the path beside it along
-    stated: Any = {word: value for word, value in words.items() if value is not None}
-    open_ = [P.moved(word, amount=_amount(frame), where=where, only=only and len(words) == 1)
-             for word, value in words.items() if value is None]  # fmt: skip
+    stated, free = _sorted(words)
+    open_ = [P.moved(w, amount=_amount(frame), where=where, only=only and len(words) == 1) for w in free]
     if not stated:
         return P.all_of(*open_)
+    stated = {word: case.frames.count(frame) * value for word, value in stated.items()}
     return P.all_of(P.moved(where=where, only=only and not open_, tolerance=0.1 if only else 0.25, **stated), *open_)
 
 
 def _end(case: _Asked, frame: F.MoveEnd) -> Check:
-    return P.all_of(
-        *(_one_end(case, frame, end) for end in (("start", "goal") if frame.end == "ends" else (frame.end,)))
-    )
+    return _each(("start", "goal") if frame.end == "ends" else (frame.end,), partial(_one_end, case, frame))
 
 
 def _one_end(case: _Asked, frame: F.MoveEnd, end: Any) -> Check:
-    place = _place(frame.place, case)
-    words, alone = case.offset(frame.offset), case.alone(frame)
+    place, words = _place(frame.place, case), case.offset(frame.offset)
     if frame.relation == "to" and words:
         return P.all_of(*(asked.end_beside(end, place, word, by=value) for word, value in words.items()))
     if frame.relation == "to":
         return P.starts_at(place) if end == "start" else P.ends_at(place)
-    if case.has(F.Trim, F.StopAt) and not frame.relation:
-        return P.not_(P.same_path())
     if frame.relation:
-        by = None if frame.by is None or frame.by.unit in ("%", "x") else frame.by.value
+        by = None if frame.by is None or frame.by.unit in SHARE_UNITS else frame.by.value
         return asked.end_aimed(end, place, "farther" if frame.relation == "away" else "closer", by=by)
-    moved = P.start_moved if end == "start" else P.goal_moved
-    open_ = [moved(word, only=alone and len(words) == 1) for word, value in words.items() if value is None]
-    stated: Any = {word: value for word, value in words.items() if value is not None}
+    if case.has(F.Trim, F.StopAt):
+        return P.not_(P.same_path())
+    moved, alone = P.start_moved if end == "start" else P.goal_moved, case.alone(frame)
+    stated, free = _sorted(words)
+    open_ = [moved(word, only=alone and len(words) == 1) for word in free]
     return P.all_of(*open_, *([moved(only=alone and not open_, **stated)] if stated else []))
 
 
 def _approach(case: _Asked, frame: F.Approach) -> Check:
-    where, q, after = case.where(frame), frame.by, case.shift() or None
-    checks = []
-    amount = _amount(frame) if case.alone(frame) else None
-    for name in frame.objects:
-        if q is not None and q.unit in ("x", "%") and frame.sense == "farther":
-            times = q.value if q.unit == "x" and q.value > 1 else 1.0 + q.value
-            checks.append(P.farther(name, times=times, where=where))
-            continue
-        by = None if q is None or where is not None else q.value
-        if q is not None and q.unit in ("x", "%"):
-            share = q.value if q.unit == "%" else 1 - 1 / q.value if q.value > 1 else 1 - q.value
-            by = share * case.distance(name)
-        if where is not None:
-            checks.append(asked.part_approached(name, frame.sense, where=where))
-            continue
-        judged = P.closer if frame.sense == "closer" else P.farther
-        alone = case.alone(frame) and len(frame.objects) == 1
-        by = None if case.frames.count(frame) > 1 else by
-        checks.append(judged(name, by=by if alone else None, amount=amount, after=after, aimed=alone))
-    return P.all_of(*checks)
+    return _each(frame.objects, partial(_approached, case, frame))
+
+
+def _approached(case: _Asked, frame: F.Approach, name: str) -> Check:
+    where, q, alone = case.where(frame), frame.by, case.alone(frame)
+    relative = q is not None and q.unit in SHARE_UNITS
+    if q is not None and relative and frame.sense == "farther":
+        times = q.value if q.unit == "x" and q.value > 1 else 1.0 + q.value
+        return P.farther(name, times=times, where=where)
+    if where is not None:
+        return asked.part_approached(name, frame.sense, where=where)
+    by = None if q is None else _nearer(q) * case.distance(name) if relative else q.value
+    judged = P.closer if frame.sense == "closer" else P.farther
+    amount = _amount(frame) if alone else None
+    alone = alone and len(frame.objects) == 1
+    exactly = alone and case.frames.count(frame) == 1
+    return judged(name, by=by if exactly else None, amount=amount, after=case.shift() or None, aimed=alone)
+
+
+def _nearer(q: F.Quantity) -> float:
+    """The share of a distance that "by 30 %", "half as far" and "twice as near" take away."""
+    if q.unit == "%":
+        return q.value
+    return 1 - 1 / q.value if q.value > 1 else 1 - q.value
 
 
 def _clearance(case: _Asked, frame: F.Clearance) -> Check:
     q, where = frame.distance, case.where(frame)
     if q.role == "at_most":
-        return P.all_of(*(asked.passes_at(name, q.value, where=where) for name in frame.objects))
+        return _each(frame.objects, partial(asked.passes_at, at_most=q.value, where=where))
     if q.role == "at":
-        return P.all_of(*(asked.passes_at(name, q.value, at_least=q.value, where=where) for name in frame.objects))
-    return P.all_of(*(asked.clear_of(name, q.value, where=where) for name in frame.objects))
+        return _each(frame.objects, partial(asked.passes_at, at_most=q.value, at_least=q.value, where=where))
+    return _each(frame.objects, partial(asked.clear_of, at_least=q.value, where=where))
 
 
 def _visit(case: _Asked, frame: F.Visit) -> Check:
     if frame.relation == "between":
         return P.passes_between(*frame.objects[:2])
     if frame.relation == "at":
-        return P.all_of(*(P.passes_through(name) for name in frame.objects))
+        return _each(frame.objects, P.passes_through)
     word, q = ("up" if frame.relation == "over" else "down"), frame.by
-    by, exact = None if q is None else case.metres(q, case.extent), q is not None and q.role != "at_least"
-    return P.all_of(*(asked.passes_beyond(name, word, by=by, exactly=exact) for name in frame.objects))
+    exactly = q is not None and q.role != "at_least"
+    return _each(frame.objects, partial(asked.passes_beyond, direction=word, by=case.metres(q), exactly=exactly))
 
 
 def _hop(case: _Asked, frame: F.Hop) -> Check:
-    by = None if frame.by is None else case.metres(frame.by, case.extent)
-    ends = [P.starts_at("start"), P.ends_at("goal")] if case.alone(frame) and not case.has(F.StopAt) else []
-    return P.all_of(*(asked.passes_beyond(name, "up", by=by) for name in frame.objects), *ends)
+    over = partial(asked.passes_beyond, direction="up", by=case.metres(frame.by))
+    return P.all_of(_each(frame.objects, over), *([] if case.has(F.StopAt) else _ends(case, frame)))
 
 
 def _hover(case: _Asked, frame: F.Hover) -> Check:
-    by = None if frame.by is None else case.metres(frame.by, case.extent)
+    by, steps = case.metres(frame.by), _steps(case, frame.duration)
     over = [asked.passes_beyond(name, "up", by=by, exactly=by is not None) for name in frame.objects]
-    return P.all_of(*over, *(P.dwells(_steps(case, frame.duration), near=name) for name in frame.objects))
+    return P.all_of(*over, *(P.dwells(steps, near=name) for name in frame.objects))
 
 
 def _steps(case: _Asked, q: F.Quantity | None) -> int:
@@ -246,29 +270,25 @@ def _stop(case: _Asked, frame: F.StopAt) -> Check:
 
 
 def _side(case: _Asked, frame: F.Side) -> Check:
-    return P.all_of(*(asked.passes_beside(name, case.word(frame.direction)) for name in frame.objects))
+    return _each(frame.objects, partial(asked.passes_beside, direction=case.word(frame.direction)))
 
 
 def _pace(case: _Asked, frame: F.Pace) -> Check | None:
     where, q, change = case.where(frame), frame.amount, frame.change
-    placed = case.part(frame.part) if frame.part else None
-    if change in ("faster", "slower", "set") and (q is None or frame.factor is not None):
+    if change in _PACES and (q is None or frame.factor is not None):
         return _factor(case, frame, where)
     value = 0.0 if q is None else q.value
-    others = [f for f in case.frames if f is not frame and isinstance(f, F.Pace | F.StopAt | F.Wait | F.Hover)]
-    slack = 0.1 if case.has(F.Resample) else 0.02
+    if change in _PACES:
+        return _paced(case, frame, value)
+    placed = case.part(frame.part) if frame.part else None
+    others = any(f is not frame and isinstance(f, PACING) for f in case.frames)
     match change:
-        case "faster" | "slower" if q is not None and q.role in ("by", "of"):
-            return asked.speed_changed(value if change == "faster" else -value, where=where)
-        case "faster" | "slower" | "set":
-            still = case.has(F.Wait, F.StopAt, F.Hover)
-            return asked.speed_is(value, where=placed) if still or others else P.constant_speed(value, where=placed)
         case "constant":
             return P.constant_speed(None if q is None else value, where=placed)
-        case "cap":
-            return asked.speed_within(at_most=value, where=where, otherwise=not others, slack=slack)
-        case "floor":
-            return asked.speed_within(at_least=value, where=where, otherwise=not others, slack=slack)
+        case "cap" | "floor":
+            bound = {"at_most" if change == "cap" else "at_least": value}
+            slack = 0.1 if case.has(F.Resample) else 0.02
+            return asked.speed_within(**bound, where=where, otherwise=not others, slack=slack)
         case "rampup" | "rampdown":
             end = None if q is None or others else value
             return P.monotone_speed("rising" if change == "rampup" else "falling", where=where, to=end)
@@ -278,17 +298,28 @@ def _pace(case: _Asked, frame: F.Pace) -> Check | None:
     return asked.accelerates(value, where=where)
 
 
+_PACES = ("faster", "slower", "set")
+
+
+def _paced(case: _Asked, frame: F.Pace, value: float) -> Check:
+    """So many m/s more or less, or just so many."""
+    if frame.change != "set" and frame.amount and frame.amount.role in ("by", "of"):
+        return asked.speed_changed(value if frame.change == "faster" else -value, where=case.where(frame))
+    alone = not any(isinstance(f, PACING) for f in case.frames if f is not frame)
+    judged = P.constant_speed if alone else asked.speed_is
+    return judged(value, where=case.part(frame.part) if frame.part else None)
+
+
 def _factor(case: _Asked, frame: F.Pace, where: PathPart | None) -> Check | None:
     factor, others = frame.factor, [f for f in case.frames if f is not frame and isinstance(f, F.Pace)]
-    bounded = [f.change for f in others if f.change in ("cap", "floor", "constant", "turns")]
+    bounded = any(f.change in ("cap", "floor", "constant", "turns") for f in others)
     if bounded and (where is None or any(f.part == frame.part for f in others)):
         return None
-    for other in others:
-        if other.part and other.part != frame.part:
-            rest = outside(case.part(other.part))
-            where = both(where, rest) if where else rest
-            if not where.mask(case.trajectory, case.scene).any():
-                return None
+    for part in [f.part for f in others if f.part and f.part != frame.part]:
+        rest = outside(case.part(part))
+        where = both(where, rest) if where else rest
+        if not where.mask(case.trajectory, case.scene).any():
+            return None
     slower = frame.change == "slower" or (factor is not None and factor < 1)
     only = where is not None and where.kind == "near" and len(case.frames) == 1
     judged = P.slower if slower else P.faster
@@ -297,24 +328,26 @@ def _factor(case: _Asked, frame: F.Pace, where: PathPart | None) -> Check | None
 
 def _keep(case: _Asked, frame: F.Keep) -> Check | None:
     others = [f for f in case.frames if not isinstance(f, F.Keep)]
-    ends = {"start": ("start",), "goal": ("goal",), "ends": ("start", "goal")}.get(frame.what, ())
-    if ends:
-        after_goal = any(isinstance(f, F.Extend | F.Return) for f in others)
-        checks = [P.starts_at("start", within=0.01 * case.extent)] if "start" in ends else []
-        checks += [P.ends_at("goal", within=0.01 * case.extent)] if "goal" in ends and not after_goal else []
-        return P.all_of(*checks) if checks else None
     where = case.part(frame.part) if frame.part else None
-    if frame.what == "speed":
-        paced = [f.part for f in others if isinstance(f, F.Pace | F.Wait | F.StopAt | F.Hover)]
-        return None if paced else P.speeds_kept(where)
-    if frame.what == "height":
-        lifted = any(isinstance(f, F.Height | F.Hop | F.Hover | F.Tilt) for f in others)
-        return None if lifted or case.has(F.Trim, F.Extend, F.Smooth, F.Resample) else asked.height_kept()
-    if frame.what == "rest":
-        return _rest(case, others)
+    match frame.what:
+        case "start" | "goal" | "ends":
+            return _ends_kept(case, frame.what)
+        case "speed":
+            return None if any(isinstance(f, PACING) for f in others) else P.speeds_kept(where)
+        case "height":
+            return None if case.has(*LIFTING) else asked.height_kept()
+        case "rest":
+            return _rest(case, others)
     if where is not None:
         return P.all_of(P.kept(where), P.speeds_kept(where)) if frame.what == "part" else P.kept(where)
     return P.same_path() if all(isinstance(f, PATHLESS) for f in others) else None
+
+
+def _ends_kept(case: _Asked, what: str) -> Check | None:
+    near = 0.01 * case.extent
+    checks = [P.starts_at("start", within=near)] if what != "goal" else []
+    checks += [P.ends_at("goal", within=near)] if what != "start" and not case.has(F.Extend, F.Return) else []
+    return P.all_of(*checks) if checks else None
 
 
 def _rest(case: _Asked, others: Sequence[F.SemanticFrame]) -> Check | None:
@@ -327,10 +360,10 @@ def _rest(case: _Asked, others: Sequence[F.SemanticFrame]) -> Check | None:
 
 
 def _extend(case: _Asked, frame: F.Extend) -> Check:
-    words: Any = {word: value for word, value in case.offset(frame.offset).items() if value is not None}
     if frame.place:
         return P.all_of(P.ends_at(_place(frame.place, case)), P.extended())
-    by = None if frame.by is None else case.metres(frame.by, case.trajectory.length)
+    words, _ = _sorted(case.offset(frame.offset))
+    by = case.metres(frame.by, case.trajectory.length)
     return P.extended(by=by, **words) if case.alone(frame) else P.extended()
 
 
@@ -347,8 +380,7 @@ def _smooth(case: _Asked, frame: F.Smooth) -> Check:
 
 def _curve(case: _Asked, frame: F.Curve) -> Check:
     where = case.where(frame)
-    ends = [P.starts_at("start"), P.ends_at("goal")] if case.alone(frame) else []
-    return P.all_of(asked.bends(frame.change, where=where), *ends)
+    return P.all_of(asked.bends(frame.change, where=where), *_ends(case, frame))
 
 
 def _straighten(case: _Asked, frame: F.Straighten) -> Check:
@@ -362,28 +394,25 @@ def _resample(case: _Asked, frame: F.Resample) -> Check:
     same = [P.same_path()] if case.alone(frame) else []
     if q is None:
         return P.all_of(P.more_waypoints() if frame.change == "more" else P.fewer_waypoints(), *same)
-    value = q.value if q.unit not in ("x", "%") else n * q.value
-    count = (
-        value if frame.change == "to" or q.unit in ("x", "%") else n + (-value if frame.change == "fewer" else value)
-    )
-    if q.unit == "%" and frame.change in ("more", "fewer"):
-        count = n + value if frame.change == "more" else n - value
+    share = q.unit in SHARE_UNITS
+    value = n * q.value if share else q.value
+    grown = {"more": n + value, "fewer": n - value, "by": value if share else n + value}
+    count = value if q.unit == "x" else grown.get(frame.change, value)
     return P.all_of(asked.counted(round(count)), *same)
 
 
 def _figure(case: _Asked, frame: F.Figure) -> Check:
     where = case.where(frame) if frame.part else None
-    place = _place(frame.place or "goal", case)
-    turns, size = None if frame.turns is None else frame.turns.value, _size(case, frame.size or frame.radius)
+    place, size = _place(frame.place or "goal", case), case.metres(frame.size or frame.radius)
+    turns = 0.0 if frame.turns is None else frame.turns.value
     match frame.shape:
+        case "circle" if case.has(F.Return):
+            return P.not_(P.same_path())
         case "circle":
-            radius = _size(case, frame.radius)
-            if case.has(F.Return):
-                return P.not_(P.same_path())
-            return asked.winds(place, turns or 1.0, radius=radius, sense=frame.sense or "")
+            return asked.winds(place, turns or 1.0, radius=case.metres(frame.radius), sense=frame.sense or "")
         case "spiral":
-            near, most = None if place == "goal" else place, _size(case, frame.radius)
-            counts = [turns or 3.0, *([] if near is None else [(turns or 3.0) + 1])]  # the way on may add one
+            near, most = None if place == "goal" else place, case.metres(frame.radius)
+            counts = [turns or 3.0] if near is None else [turns or 3.0, (turns or 3.0) + 1]  # the way on may add one
             return P.any_of(*(P.spiral(near=near, turns=count, max_radius=most) for count in counts))
         case "eight":
             long = 4 * size if size is not None and frame.size is None else size
@@ -400,10 +429,6 @@ def _around(place: F.Place) -> PathPart:
     if place in ("", "goal"):
         return PathPart("last")
     return PathPart("near", (place if isinstance(place, str) else "middle",))
-
-
-def _size(case: _Asked, q: F.Quantity | None) -> float | None:
-    return None if q is None else case.metres(q, case.extent)
 
 
 def _mirror(case: _Asked, frame: F.Mirror) -> Check:
@@ -455,7 +480,7 @@ def _height(case: _Asked, frame: F.Height) -> Check:
 
 def _bound(case: _Asked, frame: F.Bound) -> Check:
     of, where = _place(frame.of, case) if frame.of else None, case.where(frame)
-    limits = [(case.word(said), 0.0 if q is None else case.metres(q, case.extent)) for said, q in frame.offset]
+    limits = [(case.word(said), case.metres(q) or 0.0) for said, q in frame.offset]
     return P.all_of(*(asked.within_bound(word, limit, of=of, where=where, otherwise=case.alone(frame))
                       for word, limit in limits))  # fmt: skip
 

@@ -188,14 +188,8 @@ def _ply(data: bytes, file: str) -> PointCloud:
         raise FormatError(file, "this is no PLY file; those begin with the word ply")
     lines, start = _header(data, ("end_header",), file, "PLY")
     form = next((line[1] for line in lines if line[0] == "format" and len(line) > 1), "")
-    elements = [i for i, line in enumerate(lines) if line[0] == "element"]
-    if not elements or lines[elements[0]][1:2] != ["vertex"] or len(lines[elements[0]]) < 3:
-        raise FormatError(file, "its first element must be vertex, with the number of points")
-    until = elements[1] if len(elements) > 1 else len(lines)
-    properties = [line for line in lines[elements[0] : until] if line[0] == "property"]
-    if any(len(line) != 3 or line[1] not in _PLY_TYPES for line in properties):
-        raise FormatError(file, "a property of its points is a list or of an unknown type")
-    count, names = _count(lines[elements[0]][2], file), [line[2] for line in properties]
+    count, properties = _vertices(lines, file)
+    names = [line[2] for line in properties]
     if len(set(names)) < len(names):
         raise FormatError(file, "two properties of its points bear the same name")
     if form == "ascii":
@@ -207,36 +201,55 @@ def _ply(data: bytes, file: str) -> PointCloud:
     return of_columns(_table(data[start:], kind, count, file), file)
 
 
+def _vertices(lines: Sequence[list[str]], file: str) -> tuple[int, list[list[str]]]:
+    """How many points a PLY header announces, and the lines of their properties."""
+    elements = [i for i, line in enumerate(lines) if line[0] == "element"]
+    if not elements or lines[elements[0]][1:2] != ["vertex"] or len(lines[elements[0]]) < 3:
+        raise FormatError(file, "its first element must be vertex, with the number of points")
+    until = elements[1] if len(elements) > 1 else len(lines)
+    properties = [line for line in lines[elements[0] : until] if line[0] == "property"]
+    if any(len(line) != 3 or line[1] not in _PLY_TYPES for line in properties):
+        raise FormatError(file, "a property of its points is a list or of an unknown type")
+    return _count(lines[elements[0]][2], file), properties
+
+
 def _pcd(data: bytes, file: str) -> PointCloud:
     lines, start = _header(data, ("DATA",), file, "PCD")
     header = {line[0]: line[1:] for line in lines}
-    names, form = header.get("FIELDS", []), (header["DATA"] or [""])[0]
+    body, form = data[start:], (header["DATA"] or [""])[0]
+    kind, total = _fields(header, file), _count((header.get("POINTS") or [""])[0], file)
+    notes = _viewpoint(header.get("VIEWPOINT", []))
+    match form:
+        case "ascii":
+            return of_columns(_ascii_fields(body, kind, total, file), file, notes)
+        case "binary":
+            return of_columns(_table(body, kind, total, file), file, notes)
+        case "binary_compressed":
+            return of_columns(_compressed(body, kind, total, file), file, notes)
+    raise FormatError(file, f"the PCD format {form[:30]!r} is unknown; save it as binary")
+
+
+def _fields(header: Mapping[str, list[str]], file: str) -> np.dtype[Any]:
+    """The type of a row of a PCD file; its padding fields, all called "_", get names of their own."""
+    names, sizes, types = (header.get(key, []) for key in ("FIELDS", "SIZE", "TYPE"))
     counts = [_count(word, file) for word in header.get("COUNT", ["1"] * len(names))]
-    kinds = [
-        f"<{kind.lower()}{size}" for kind, size in zip(header.get("TYPE", []), header.get("SIZE", []), strict=False)
-    ]
+    kinds = [f"<{kind.lower()}{size}" for kind, size in zip(types, sizes, strict=False)]
     if not names or not len(names) == len(counts) == len(kinds):
         raise FormatError(file, "its header must give FIELDS, SIZE, TYPE and COUNT, one entry for each field")
-    total = _count((header.get("POINTS") or [""])[0], file)
-    # Padding fields are all called "_"; a field of several numbers is not one that is needed here.
     unique = [name if name != "_" else f"_{i}" for i, name in enumerate(names)]
-    notes = _viewpoint(header.get("VIEWPOINT", []))
     try:
-        kind = np.dtype([(n, k) if c == 1 else (n, k, (c,)) for n, k, c in zip(unique, kinds, counts, strict=True)])
+        return np.dtype([(n, k) if c == 1 else (n, k, (c,)) for n, k, c in zip(unique, kinds, counts, strict=True)])
     except (TypeError, ValueError):
         raise FormatError(file, f"a field has an unknown type; SIZE and TYPE are {' '.join(kinds)[:60]}") from None
-    if form == "ascii":
-        wide = [n if c == 1 else f"{n}[{i}]" for n, c in zip(unique, counts, strict=True) for i in range(c)]
-        columns = dict(_text_table(data[start:], wide, total, file))
-        for name, number in zip(unique, kinds, strict=True):
-            if name in ("rgb", "rgba") and name in columns:
-                columns[name] = columns[name].astype(number)
-        return of_columns(columns, file, notes)
-    if form == "binary":
-        return of_columns(_table(data[start:], kind, total, file), file, notes)
-    if form == "binary_compressed":
-        return of_columns(_compressed(data[start:], kind, total, file), file, notes)
-    raise FormatError(file, f"the PCD format {form[:30]!r} is unknown; save it as binary")
+
+
+def _ascii_fields(body: bytes, kind: np.dtype[Any], total: int, file: str) -> Columns:
+    """Rows of a PCD file in text; what packs colours gets its own type back."""
+    fields = [(name, kind[name]) for name in kind.names or ()]
+    wide = [[n] if not f.shape else [f"{n}[{i}]" for i in range(f.shape[0])] for n, f in fields]
+    columns = _text_table(body, [name for names in wide for name in names], total, file)
+    packed = {n: columns[n].astype(f) for n, f in fields if n in ("rgb", "rgba") and n in columns}
+    return {**columns, **packed}
 
 
 def _viewpoint(words: Sequence[str]) -> tuple[str, ...]:

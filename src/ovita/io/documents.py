@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import os
 import tomllib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from difflib import get_close_matches
 from functools import cache
@@ -251,7 +251,6 @@ def scene_from_dict(document: Mapping[str, Any]) -> Scene:
     """
     if not isinstance(document, Mapping):
         raise SceneError(f"the scene is {show(document)}, expected a table with objects")
-    extra = {key: value for key, value in document.items() if key not in SCENE_KEYS}
     known = {key: document[key] for key in SCENE_KEYS if key in document and key != "constraints"}
     try:
         read = validated(_SceneDocument, known, "")
@@ -259,26 +258,28 @@ def scene_from_dict(document: Mapping[str, Any]) -> Scene:
         raise SceneError(error.problem, key=error.key, index=error.index) from None
     if read.environment and read.Env_descp and read.environment != read.Env_descp:
         raise SceneError("differs from environment; keep one of the two", key=PUBLIC_ENVIRONMENT)
+    constraints = document.get("constraints") or ""
+    if not isinstance(constraints, str | Mapping | list | tuple):
+        raise SceneError(f"is {show(constraints)}, expected text", key="constraints")
+    said = constraints if isinstance(constraints, str) else None
+    extra = {key: value for key, value in document.items() if key not in SCENE_KEYS}
     if PUBLIC_ENVIRONMENT in document and not read.environment:
         extra[_ENVIRONMENT_KEY] = PUBLIC_ENVIRONMENT
-    constraints = document.get("constraints") or ""
-    if isinstance(constraints, Mapping | list | tuple):
-        extra["constraints"] = constraints
-    elif not isinstance(constraints, str):
-        raise SceneError(f"is {show(constraints)}, expected text", key="constraints")
-    objects = []
-    for i, item in enumerate(read.objects or ()):
-        try:
-            objects.append(item.object(document["objects"][i]))
-        except SceneError as error:
-            raise SceneError(error.problem, key="objects", index=i) from None
     return Scene(
-        objects=tuple(objects),
+        objects=tuple(_objects(read.objects or (), document)),
         frame=RFU if read.frame is None else _frame(read.frame),
         environment=read.environment or read.Env_descp or "",
-        constraints_text=constraints if isinstance(constraints, str) else "",
-        extra=extra,
+        constraints_text=said or "",
+        extra={**extra, "constraints": constraints} if said is None else extra,
     )
+
+
+def _objects(found: Iterable[_ObjectDocument], document: Mapping[str, Any]) -> Iterator[SceneObject]:
+    for i, item in enumerate(found):
+        try:
+            yield item.object(document["objects"][i])
+        except SceneError as error:
+            raise SceneError(error.problem, key="objects", index=i) from None
 
 
 def scene_dict(scene: Scene) -> dict[str, Any]:
@@ -385,46 +386,59 @@ def _adapter(kind: Any) -> TypeAdapter[Any]:
 
 def _located(error: ErrorDetails, value: object, file: str, key: str) -> FormatError:
     """The error located in the document: keys before the first index, the index, the keys inside."""
-    loc = [part for part in error["loc"] if part != "[key]"]
-    place: list[int | str] = [key] if key else []
-    for i, part in enumerate(loc):
-        inside = isinstance(value, Mapping) and part in value
-        if inside or (isinstance(value, list | tuple) and isinstance(part, int) and part < len(value)):
-            value = value[part]  # type: ignore[index]
-            place.append(part)
-        elif i == len(loc) - 1 and error["type"] == "extra_forbidden":
-            place.append(part)  # any other part that the document lacks is the name of a type in a union
-    place += (error.get("ctx") or {}).get("place", [])
+    place = [*([key] if key else []), *_place(error, value)]
     at = next((i for i, part in enumerate(place) if isinstance(part, int)), len(place))
-    keys, rest = ".".join(brief(str(part)) for part in place[:at]), ""
-    for part in place[at + 1 :]:
-        rest += f"[{part}]" if isinstance(part, int) else f"{'.' if rest else ''}{brief(str(part))}"
-    index = place[at] if at < len(place) else None
-    problem = f"{rest} {_sentence(error)}".strip()
+    keys, index = ".".join(brief(str(part)) for part in place[:at]), next(iter(place[at:]), None)
+    rest = "".join(f"[{part}]" if isinstance(part, int) else f".{brief(part)}" for part in place[at + 1 :])
+    problem = f"{rest.removeprefix('.')} {_sentence(error)}".strip()
     if not keys and index is None:
         return FormatError(file, f"the document {problem}")
     return FormatError(file, problem, key=keys or "item", index=index)  # type: ignore[arg-type]
 
 
+def _place(error: ErrorDetails, value: Any) -> Iterator[int | str]:
+    """The keys and indices of an error that the document has; any other part names a type in a union."""
+    loc = [part for part in error["loc"] if part != "[key]"]
+    for i, part in enumerate(loc):
+        if _holds(value, part):
+            value = value[part]
+            yield part
+        elif i == len(loc) - 1 and error["type"] == "extra_forbidden":
+            yield part
+    yield from (error.get("ctx") or {}).get("place", [])
+
+
+def _holds(value: object, part: int | str) -> bool:
+    if isinstance(value, list | tuple):
+        return isinstance(part, int) and part < len(value)
+    return isinstance(value, Mapping) and part in value
+
+
 def _sentence(error: ErrorDetails) -> str:
     """What is wrong, in words that follow the name of the value."""
     kind, value, ctx = error["type"], error.get("input"), error.get("ctx") or {}
-    if kind == "missing":
-        keys = f" (its keys are {listing(value)})" if isinstance(value, Mapping) else ""
-        return f"has no {error['loc'][-1]}{keys}"
-    if kind in ("value_error", "ovita"):
-        return str(ctx.get("error") or ctx.get("problem"))
-    if kind in ("too_short", "too_long") and "actual_length" in ctx:
-        wanted = ctx.get("min_length") or ctx.get("max_length")
-        return f"holds {ctx['actual_length']} values, expected {wanted}"
-    if kind == "string_too_long":
-        return f"has {len(str(value))} characters; shorten it to {ctx['max_length']}"
+    match kind:
+        case "missing":
+            keys = f" (its keys are {listing(value)})" if isinstance(value, Mapping) else ""
+            return f"has no {error['loc'][-1]}{keys}"
+        case "value_error" | "ovita":
+            return str(ctx.get("error") or ctx.get("problem"))
+        case "too_short" | "too_long" if "actual_length" in ctx:
+            return f"holds {ctx['actual_length']} values, expected {ctx.get('min_length') or ctx.get('max_length')}"
+        case "string_too_long":
+            return f"has {len(str(value))} characters; shorten it to {ctx['max_length']}"
     if isinstance(value, int | float) and LARGEST < abs(value) != float("inf"):
         return f"is {show(value)}, beyond the largest magnitude {LARGEST:g}"
+    expected = _expected(kind, ctx)
+    return f"is {show(value)}, {expected}" if expected else error["msg"][:1].lower() + error["msg"][1:]
+
+
+def _expected(kind: str, ctx: Mapping[str, Any]) -> str:
+    """What pydantic wanted in place of a value, or "" if that takes its own words."""
     if kind in ("float_type", "float_parsing"):
-        return f"is {show(value)}, not a number"
+        return "not a number"
     if kind == "finite_number":
-        return f"is {value}, not a finite number"
+        return "not a finite number"
     expected = {
         "string_type": "text",
         "bool_type": "true or false",
@@ -438,7 +452,7 @@ def _sentence(error: ErrorDetails) -> str:
     }.get(kind)
     if expected is None and kind.split("_")[0] in ("dict", "model", "dataclass", "mapping"):
         expected = "an object"
-    return f"is {show(value)}, expected {expected}" if expected else error["msg"][:1].lower() + error["msg"][1:]
+    return f"expected {expected}" if expected else ""
 
 
 def _frame(name: str) -> Frame:

@@ -312,17 +312,8 @@ def _merged(waypoints: Sequence[MissionWaypoint], before: Mission) -> tuple[list
     first = next((s.speed for s in waypoints if s.speed > 0), DEFAULT_SPEED)
     for j, waypoint in enumerate(waypoints):
         speed = _commanded(waypoints, j) or in_force or first
-        asks = [k for k, item in enumerate(others[j]) if commanded_speed(item, before.speed) is not None]
-        for k, item in enumerate(others[j]):
-            asked = commanded_speed(item, before.speed)
-            if asks and k == asks[-1] and asked != speed:
-                item = replace(item, params=(item.params[0], speed, *item.params[2:]))
-                asked = speed
-            in_force = in_force if asked is None else asked
-            items.append(item)
-        if in_force != speed:
-            items.append(_speed_item(speed))
-            in_force = speed
+        items += _at_speed(others[j], speed, in_force, before.speed)
+        in_force = speed
         if j in kept:
             ids = tuple(i for k, place in enumerate(places) if place == j for i in before.items[chosen[k]].ids)
             item = replace(before.items[chosen[kept[j]]], ids=ids)
@@ -332,6 +323,17 @@ def _merged(waypoints: Sequence[MissionWaypoint], before: Mission) -> tuple[list
             fresh = moved(replace(_FRESH, frame=frame), waypoint.position, before.home)
             items.append(_with_hold(fresh, waypoint.hold))
     return [*items, *others[len(waypoints)]], notes
+
+
+def _at_speed(others: Sequence[Item], speed: float, in_force: float | None, default: float) -> list[Item]:
+    """The items before a waypoint, the last of them that commands a speed, or a new one, commanding this one [m/s]."""
+    asks = [k for k, item in enumerate(others) if commanded_speed(item, default) is not None]
+    if not asks:
+        return [*others, *([] if in_force == speed else [_speed_item(speed)])]
+    last = others[asks[-1]]
+    if commanded_speed(last, default) != speed:
+        last = replace(last, params=(last.params[0], speed, *last.params[2:]))
+    return [*others[: asks[-1]], last, *others[asks[-1] + 1 :]]
 
 
 def _others(before: Mission, places: Sequence[int], n: int) -> list[list[Item]]:
