@@ -7,7 +7,7 @@ import pytest
 from ovita.errors import PolicyRejected
 from ovita.policy.reading import parse
 
-K = 1000
+K = 500  # sources of half the largest size: what is not linear shows as well, at half the cost
 ADAPT = "def adapt(traj, scene):\n    return traj\n"
 
 SLOW: dict[str, str] = {
@@ -26,7 +26,7 @@ SLOW: dict[str, str] = {
     "many names on a line": ";".join(f"a{i}=1" for i in range(8 * K)) + "\nmodified_trajectory = a1\n",
     "many names with comments": "".join(f"a{i}=1#b\n" for i in range(6 * K)) + "modified_trajectory = a1\n",
     "a chain of names": "".join(f"b{i + 1}=b{i}\n" for i in reversed(range(5 * K)))
-    + "def adapt(t):\n    return b5000\n",
+    + f"def adapt(t):\n    return b{5 * K}\n",
     "many imports": "import ab\n" * 6 * K + ADAPT,
     "many functions": "".join(f"def f{i}():\n x\n" for i in range(3 * K)) + "modified_trajectory = f1\n",
     "many prints": "print()\n" * 7 * K + "modified_trajectory = 1\n",
@@ -59,4 +59,4 @@ def test_reading_is_quick(name):
         assert policy.carries_columns in (True, False)
     except PolicyRejected as rejected:
         assert len(str(rejected)) < 2100
-    assert time.process_time() - started < 20.0  # against minutes, where it is not linear
+    assert time.process_time() - started < 10.0  # against minutes, where it is not linear

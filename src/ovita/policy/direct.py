@@ -87,18 +87,22 @@ class TooMuch(Exception):
 def proven(tree: ast.Module) -> bool:
     """Whether a policy is one function made of toolkit calls, scene look-ups and arithmetic, and nothing else."""
     body = [s for s in tree.body if not _is_text(s)]
-    if len(body) != 1 or not isinstance(body[0], ast.FunctionDef):
+    if len(body) != 1 or not isinstance(body[0], ast.FunctionDef) or not _is_plain(body[0]):
         return False
-    function = body[0]
-    bound, arguments = all_bindings(function), function.args
-    if function.decorator_list or arguments.vararg or arguments.kwarg or getattr(function, "type_params", None):
-        return False
+    bound = all_bindings(body[0])
     if bound & _RESERVED or any(name.startswith("_") for name in bound):
         return False
-    defaults = [*arguments.defaults, *(d for d in arguments.kw_defaults if d is not None)]
-    nodes = [node for statement in function.body for node in ast.walk(statement)]
+    nodes = [node for statement in body[0].body for node in ast.walk(statement)]
     called = {id(node.func) for node in nodes if isinstance(node, ast.Call)}
-    return all(map(_is_literal, defaults)) and all(id(node) in called or _is_simple(node, bound) for node in nodes)
+    return all(id(node) in called or _is_simple(node, bound) for node in nodes)
+
+
+def _is_plain(function: ast.FunctionDef) -> bool:
+    """Whether a function has neither decorators nor type parameters, takes no *args, and its defaults are literals."""
+    arguments = function.args
+    if function.decorator_list or arguments.vararg or arguments.kwarg or getattr(function, "type_params", None):
+        return False
+    return all(_is_literal(d) for d in (*arguments.defaults, *arguments.kw_defaults) if d is not None)
 
 
 _PLAIN_NODES = (

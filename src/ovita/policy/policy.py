@@ -231,27 +231,31 @@ def _fitting(slot: _Slot, value: Value, unit: str) -> Value:
     Raises:
         PolicyRejected: If it has another type.
     """
-    old = slot.value
-    number = float(value) if isinstance(value, int | float) and not isinstance(value, bool) else math.nan
-    finite = math.isfinite(number)
-    fitting: Value = None
+    if value is None and slot.value is None:
+        return None
+    if isinstance(slot.value, tuple):
+        return _group(slot, slot.value, value, unit)
+    number = float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
+    if number is not None and not math.isfinite(number):
+        number = None
+    kind, fitting = _alike(slot.value, value, number, bool(unit))
+    return _unfitting(slot, value, kind) if fitting is None else fitting
+
+
+def _alike(old: Value, value: Value, number: float | None, any_number: bool) -> tuple[str, Value]:
+    """What is expected in place of an old value, and the new one in its type, or None."""
     match old:
         case bool():
-            kind, fitting = "True or False", value if isinstance(value, bool) else None
+            return "True or False", value if isinstance(value, bool) else None
         case int():
-            kind, whole = "a number" if unit else "a whole number", finite and number == int(number)
-            fitting = int(number) if whole else number if finite and unit else None
+            if number is not None and number == int(number):
+                return "a number", int(number)
+            return ("a number", number) if any_number else ("a whole number", None)
         case float():
-            kind, fitting = "a number", number if finite else None
+            return "a number", number
         case str():
-            kind, fitting = "a text", value if isinstance(value, str) else None
-        case tuple():
-            return _group(slot, old, value, unit)
-        case _ if value is None or finite or isinstance(value, bool | str | tuple):
-            return value
-        case _:
-            kind = "a plain value"
-    return _unfitting(slot, value, kind) if fitting is None else fitting
+            return "a text", value if isinstance(value, str) else None
+    return "a plain value", value if number is not None or isinstance(value, bool | str | tuple) else None
 
 
 def _group(slot: _Slot, old: tuple[Any, ...], value: Value, unit: str) -> Value:

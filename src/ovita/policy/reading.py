@@ -21,6 +21,7 @@ from ovita.policy.syntax import (
     bound_names,
     entry_of,
     find_function,
+    names_in,
     own_bindings,
     parse_tree,
     root_name,
@@ -312,20 +313,11 @@ def _surplus(source: str, tree: ast.Module, entry: EntryPoint) -> set[ast.stmt]:
     surplus |= {s for s in tree.body if _is_dummy(s)}
     if entry.form == "function":
         surplus |= _demo(source, tree, entry, surplus)
-    used = {
-        node.id
-        for statement in tree.body
-        if statement not in surplus
-        for node in ast.walk(statement)
-        if isinstance(node, ast.Name)
-    }
+    used = set[str]().union(*(names_in(s) for s in tree.body if s not in surplus))
     rebound, top = _rebound(tree), set(tree.body)
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import | ast.ImportFrom) and (
-            _is_given(node, rebound) or (node in top and _is_idle_import(node, used))
-        ):
-            surplus.add(node)
-    return surplus
+    imports = [node for node in ast.walk(tree) if isinstance(node, ast.Import | ast.ImportFrom)]
+    surplus |= {node for node in imports if _is_given(node, rebound)}
+    return surplus | {node for node in imports if node in top and _is_idle_import(node, used)}
 
 
 def _is_main_guard(statement: ast.stmt) -> bool:
@@ -422,18 +414,17 @@ def _rebound(tree: ast.Module) -> set[str]:
 def _is_given(node: ast.Import | ast.ImportFrom, rebound: set[str]) -> bool:
     """Whether an import only repeats what every policy is given."""
     if isinstance(node, ast.Import):
-        return all(
-            _GIVEN_MODULES.get(a.name) == (a.asname or a.name) and _GIVEN_MODULES[a.name] not in rebound
-            for a in node.names
-        )
-    root = (node.module or "").split(".")[0]
+        given = {(alias.name, alias.asname or alias.name) for alias in node.names}
+        return given <= _GIVEN_MODULES.items() and rebound.isdisjoint(name for _, name in given)
+    root, names = (node.module or "").split(".")[0], [alias.name for alias in node.names]
     if root == "__future__":
-        return all(alias.name == "annotations" for alias in node.names)
+        return set(names) == {"annotations"}
     if node.level == 0 and (root in sys.stdlib_module_names or root in ("numpy", "scipy")):
         return False
-    if root in ("ovita", "toolkit") and [alias.name for alias in node.names] == ["*"]:
+    if root in ("ovita", "toolkit") and names == ["*"]:
         return True
-    return all(a.name in PROVIDED and a.asname in (None, a.name) and a.name not in rebound for a in node.names)
+    renamed = any(alias.asname not in (None, alias.name) for alias in node.names)
+    return not renamed and PROVIDED.issuperset(names) and rebound.isdisjoint(names)
 
 
 def _is_idle_import(node: ast.Import | ast.ImportFrom, used: set[str]) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import threading
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -96,15 +96,20 @@ def entry_of(tree: ast.Module) -> EntryPoint:
         return _function_entry(functions["adapt"])
     if RESULT in top_level_names(tree) or any(RESULT in n.names for n in ast.walk(tree) if isinstance(n, ast.Global)):
         return EntryPoint("script")
-    used = {name for own, function in functions.items() for name in names_in(function) - {own}}
-    roots = [f for name, f in functions.items() if name not in used and _takes(f) is not None]
-    takers = [f for f in roots if _takes(f)] or roots
+    takers = _uncalled(functions)
     if not takers:
         raise PolicyRejected(NO_POLICY)
     if len(takers) > 1:
         names = ", ".join(f.name for f in takers)
         raise PolicyRejected(f"it is not clear which function is the policy ({names}); name it adapt(traj, scene)")
     return _function_entry(takers[0])
+
+
+def _uncalled(functions: Mapping[str, ast.FunctionDef]) -> list[ast.FunctionDef]:
+    """The functions that no other one calls and that take a trajectory; failing that, those that take nothing."""
+    used = {name for own, function in functions.items() for name in names_in(function) - {own}}
+    roots = {name: f for name, f in functions.items() if name not in used and _takes(f) is not None}
+    return [f for f in roots.values() if _takes(f)] or list(roots.values())
 
 
 def names_in(node: ast.AST) -> set[str]:

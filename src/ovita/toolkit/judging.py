@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -148,8 +148,43 @@ def _parts(where: Mapping[str, Any] | None, match: Correspondence) -> tuple[Mask
     return selected, match.carried(selected)
 
 
+def _about(asked: float) -> float:
+    """How far from an amount a result may end up."""
+    return max(SLACK, SLACK_RELATIVE * abs(asked))
+
+
+def _hardly(asked: float) -> float:
+    """How far a bound may be missed."""
+    return max(KEPT_SLACK, KEPT_RELATIVE * abs(asked))
+
+
 def _close(amount: float, asked: float) -> bool:
-    return abs(amount - asked) <= max(SLACK, SLACK_RELATIVE * abs(asked))
+    return abs(amount - asked) <= _about(asked)
+
+
+@dataclass(frozen=True)
+class _Bound:
+    """One bound next to what was and what is: sign +1 for at least, -1 for at most, 0 for just so much."""
+
+    sign: float
+    asked: float
+    before: float | None
+    now: float
+    slack: float
+    said: str
+
+    def miss(self, value: float) -> float:
+        """By how much a value misses the bound."""
+        off = self.asked - value
+        return max(self.sign * off, 0.0) if self.sign else abs(off)
+
+
+def _bounded(bounds: Sequence[_Bound], opening: str, closing: str = "", unit: str = "m") -> Outcome:
+    """The outcome of all bounds; its change is by how much less they are missed than before."""
+    gains = [None if b.before is None else b.miss(b.before) - b.miss(b.now) for b in bounds]
+    change = None if None in gains else sum(gain for gain in gains if gain is not None)
+    held = all(b.miss(b.now) <= b.slack for b in bounds)
+    return Outcome(held, f"{opening}{' and '.join(b.said for b in bounds)}{closing}", change, unit)
 
 
 def _approach(case: _Case, sign: float) -> Outcome:
@@ -190,38 +225,26 @@ def _surface(case: _Case, rows: Array, part: Mask | None = None) -> float:
 
 
 def _distance(case: _Case) -> Outcome:
-    target, held, parts = case.target, True, []
-    centre, change = point(case.target), 0.0
     old = case.paired if case.paired.any() else np.ones(len(case.original), dtype=bool)
     new = case.new if case.new.any() else np.ones(len(case.adapted), dtype=bool)
-    if "at_least" in case.values:
-        asked = float(case.values["at_least"])
-        least, measured = (
-            _surface(case, rows, None if case.whole else part)
-            for rows, part in ((case.original, old), (case.adapted, new))
-        )
-        held &= measured >= asked - max(KEPT_SLACK, KEPT_RELATIVE * asked)
-        change += max(asked - least, 0.0) - max(asked - measured, 0.0)
-        surface = "the surface of " if isinstance(target, SceneObject) and target.dimensions is not None else ""
-        parts.append(f"at least {measured:.3f} m from {surface}{case.name} (asked {asked:g} m)")
-    if "nearest" in case.values:
-        asked = float(case.values["nearest"])
-        before, measured = (
-            _surface(case, rows, None if case.whole else part)
-            for rows, part in ((case.original, old), (case.adapted, new))
-        )
-        held &= _close(measured, asked)
-        change += abs(before - asked) - abs(measured - asked)
-        parts.append(f"{measured:.3f} m from {case.name} at the nearest point (asked {asked:g} m)")
-    if "at_most" in case.values:
-        asked = float(case.values["at_most"])
-        before, measured = (
-            float(lengths(rows[part, :3] - centre).max()) for rows, part in ((case.original, old), (case.adapted, new))
-        )
-        held &= measured <= asked + max(SLACK, KEPT_RELATIVE * asked)
-        change += max(before - asked, 0.0) - max(measured - asked, 0.0)
-        parts.append(f"at most {measured:.3f} m from the centre of {case.name} (asked {asked:g} m)")
-    return Outcome(bool(held), "the path is " + " and ".join(parts), change)
+    pairs = ((case.original, old), (case.adapted, new))
+    asked = {name: float(case.values[name]) for name in ("at_least", "nearest", "at_most") if name in case.values}
+    bounds = []
+    if asked.keys() != {"at_most"}:
+        before, now = (_surface(case, rows, None if case.whole else part) for rows, part in pairs)
+    if (least := asked.get("at_least")) is not None:
+        sized = isinstance(case.target, SceneObject) and case.target.dimensions is not None
+        said = f"at least {now:.3f} m from {'the surface of ' if sized else ''}{case.name} (asked {least:g} m)"
+        bounds.append(_Bound(1.0, least, before, now, _hardly(least), said))
+    if (nearest := asked.get("nearest")) is not None:
+        said = f"{now:.3f} m from {case.name} at the nearest point (asked {nearest:g} m)"
+        bounds.append(_Bound(0.0, nearest, before, now, _about(nearest), said))
+    if (most := asked.get("at_most")) is not None:
+        centre = point(case.target)
+        before, now = (float(lengths(rows[part, :3] - centre).max()) for rows, part in pairs)
+        said = f"at most {now:.3f} m from the centre of {case.name} (asked {most:g} m)"
+        bounds.append(_Bound(-1.0, most, before, now, max(SLACK, KEPT_RELATIVE * most), said))
+    return _bounded(bounds, "the path is ")
 
 
 def _moved(case: _Case) -> Outcome:
@@ -297,22 +320,18 @@ def _side(case: _Case) -> Outcome:
         )
     at_least, at_most = (case.values.get(name) for name in ("at_least", "at_most"))
     exact = at_least is not None and at_least == at_most
-    shortfalls, held, parts = np.zeros(2), True, []
-    for name, asked, reach in (("at_least", at_least, 0), ("at_most", at_most, 1)):
-        if asked is None:
-            continue
-        sign, inset = (1.0, 0.0 if exact else half) if reach == 0 else (-1.0, 0.0)
-        reached = [(new if reaches is None else reaches)[reach] - inset for reaches in (old, new)]
-        misses = [max(sign * (asked - value), 0.0) for value in reached]
-        shortfalls += misses
-        loose = exact or within is not None
-        slack = max(SLACK, SLACK_RELATIVE * abs(asked)) if loose else max(KEPT_SLACK, KEPT_RELATIVE * abs(asked))
-        held &= misses[1] <= slack
-        surface = "the surface of " if inset else ""
-        parts.append(f"{name.replace('_', ' ')} {reached[1]:.3f} m {word} of {surface}{place}")
-    asked_for = " to ".join(f"{value:g}" for value in dict.fromkeys((at_least, at_most)) if value is not None)
-    change = None if old is None else float(shortfalls[0] - shortfalls[1])
-    return Outcome(bool(held), f"the path is {' and '.join(parts)} (asked {asked_for} m)", change)
+    slack = _about if exact or within is not None else _hardly
+    bounds = []
+    if at_least is not None:
+        inset = 0.0 if exact else half
+        before, now = None if old is None else old[0] - inset, new[0] - inset
+        said = f"at least {now:.3f} m {word} of {'the surface of ' if inset else ''}{place}"
+        bounds.append(_Bound(1.0, at_least, before, now, slack(at_least), said))
+    if at_most is not None:
+        before, now = None if old is None else old[1], new[1]
+        bounds.append(_Bound(-1.0, at_most, before, now, slack(at_most), f"at most {now:.3f} m {word} of {place}"))
+    asked = " to ".join(f"{value:g}" for value in dict.fromkeys((at_least, at_most)) if value is not None)
+    return _bounded(bounds, "the path is ", f" (asked {asked} m)")
 
 
 def _reaches(away: Array, part: Mask | None, axis: Array, within: float | None) -> tuple[float, float] | None:
@@ -381,24 +400,22 @@ def _speed(case: _Case) -> Outcome:
 
 
 def _speed_bounds(case: _Case) -> Outcome:
-    held, parts, shortfalls = True, [], np.zeros(2)
-    for name, sign in (("at_least", 1.0), ("at_most", -1.0)):
-        if name not in case.values:
-            continue
-        asked = float(case.values[name])
-        extremes = []
-        for rows, part in ((case.original, case.old), (case.adapted, case.new)):
-            speeds = sign * rows[:, 3]
-            moving = part & (rows[:, 3] > AT_REST)
-            counted = part & ~_braking(rows[:, 3], part, asked) if sign > 0 else part
-            counted = counted if counted.any() else moving
-            extremes.append(sign * float(speeds[counted].min()) if counted.any() else asked)
-        misses = [max(sign * (asked - value), 0.0) for value in extremes]
-        shortfalls += misses
-        held &= misses[1] <= max(AT_REST, KEPT_RELATIVE * asked)
-        which = "lowest" if sign > 0 else "highest"
-        parts.append(f"the {which} speed is {extremes[1]:.3f} m/s (asked {name.replace('_', ' ')} {asked:g} m/s)")
-    return Outcome(bool(held), " and ".join(parts), float(shortfalls[0] - shortfalls[1]), "m/s")
+    bounds = []
+    for name, sign, which in (("at_least", 1.0, "lowest"), ("at_most", -1.0, "highest")):
+        if name in case.values:
+            asked = float(case.values[name])
+            before = _extreme(case.original[:, 3], case.old, sign, asked)
+            now = _extreme(case.adapted[:, 3], case.new, sign, asked)
+            said = f"the {which} speed is {now:.3f} m/s (asked {name.replace('_', ' ')} {asked:g} m/s)"
+            bounds.append(_Bound(sign, asked, before, now, max(AT_REST, KEPT_RELATIVE * asked), said))
+    return _bounded(bounds, "", unit="m/s")
+
+
+def _extreme(speeds: Array, part: Mask, sign: float, asked: float) -> float:
+    """The lowest speed of a part but for stops (sign +1), or its highest; what was asked where there is none."""
+    counted = part & ~_braking(speeds, part, asked) if sign > 0 else part
+    counted = counted if counted.any() else part & (speeds > AT_REST)
+    return sign * float((sign * speeds[counted]).min()) if counted.any() else asked
 
 
 def _braking(speeds: Array, part: Mask, least: float) -> Mask:
