@@ -14,8 +14,8 @@ from typing import Literal
 import numpy as np
 
 from ovita.errors import RequestError
-from ovita.instruct.numbers import amount_at
-from ovita.instruct.objects import WORD, Catalog, Mention
+from ovita.instruct.numbers import amount_at, unit_at
+from ovita.instruct.objects import WORD, Catalog, Mention, singular
 from ovita.instruct.tokens import respelt
 from ovita.limits.obstacles import Obstacle, build, from_object, is_support
 from ovita.limits.path import bounds, flatten, keep_out
@@ -34,13 +34,16 @@ AROUND = 16
 """Directions that are tried for a place beside an object."""
 
 PHRASES: dict[str, Relation] = {
-    **dict.fromkeys(("above", "over", "on", "onto", "atop", "on top of", "over the top of", "right above"), "over"),
+    **dict.fromkeys(
+        ("above", "over", "on", "onto", "atop", "on top of", "over the top of", "top of", "the top of", "higher than"),
+        "over",
+    ),
     **dict.fromkeys(("below", "under", "beneath", "underneath"), "under"),
     **dict.fromkeys(
         ("beside", "next to", "near", "close to", "by", "near to", "alongside", "by the side of"), "beside"
     ),
-    **dict.fromkeys(("in front of", "the front of", "before"), "front"),
-    **dict.fromkeys(("behind", "in back of", "at the back of", "the back of"), "back"),
+    **dict.fromkeys(("in front of", "the front of", "to the front of", "before"), "front"),
+    **dict.fromkeys(("behind", "in back of", "at the back of", "the back of", "to the back of", "back of"), "back"),
     **{
         phrase.format(side): side
         for side in ("left", "right")
@@ -51,16 +54,40 @@ PHRASES: dict[str, Relation] = {
     },
     "between": "between",
     "in between": "between",
-    "at": "at",
+    **dict.fromkeys(("at", "the middle of", "the center of", "the centre of", "at the middle of"), "at"),
 }
 """How a place is told by an object; the longest phrase that fits is read."""
 
-ARTICLES = frozenset("the a an this that these those my our your his her its exactly right just directly about".split())
+AWAY = frozenset(("from", "away from", "off", "short of", "clear of", "to"))
+"""Behind a distance, these leave the side of an object open: "10 cm from the box"."""
+
+BEHIND: dict[str, Relation] = {
+    **dict.fromkeys(("from above", "from the top", "from overhead"), "over"),
+    **{
+        phrase.format(side): side
+        for side in ("left", "right")
+        for phrase in (
+            *("on the {}", "on its {}", "on the {} side", "on its {} side", "to the {} side", "to its {}", "to its {} side"),
+            *("on the {} hand side", "on its {} hand side", "at the {} side", "at its {} side", "{} side"),
+        )
+    },
+    **dict.fromkeys(("on its far side", "from behind", "on its back side", "at its back", "at the back"), "back"),
+    **dict.fromkeys(("at its front", "at the front", "on its front side", "from the front"), "front"),
+}
+"""How a side is told behind the object."""
+
+ARTICLES = frozenset(
+    """the a an this that these those my our your his her its exactly right just directly about point spot position
+    place location height somewhere approximately roughly around of some level altitude""".split()
+)
 
 _NUMBER = r"-?(?:\d+(?:\.\d+)?|\.\d+)"
+_AXES = r"[,;\s]*".join(rf"{axis}\s*[=:]?\s*{_NUMBER}" for axis in "xyz")
 _SNIPPET = re.compile(
-    rf"(?<![\w.])[(\[]?\s*(?P<x>{_NUMBER})\s*,\s*(?P<y>{_NUMBER})\s*,\s*(?P<z>{_NUMBER})\s*[)\]]?"
-    rf"|(?P<arrow>-+>|=>|→|>)|{WORD.pattern}"
+    rf"(?<![\w.])(?P<triple>[(\[]?\s*{_NUMBER}\s*,\s*{_NUMBER}\s*,\s*{_NUMBER}\s*[)\]]?"
+    rf"|[(\[]\s*{_NUMBER}[\s,;]+{_NUMBER}[\s,;]+{_NUMBER}\s*[)\]]|[(\[]?{_AXES}[)\]]?(?![\w.]))"
+    rf"|(?P<arrow>-+>|=>|→|>)|{WORD.pattern}",
+    re.IGNORECASE,
 )
 """A triple of coordinates, an arrow, or a piece that any reader cuts a sentence into."""
 
@@ -100,7 +127,7 @@ class Location:
         names = listed(the(item.name) for item in self.objects)
         far = "" if self.distance is None else f"{number(self.distance)} m "
         how = {
-            "at": "",
+            "at": "" if self.distance is None else "from ",
             "over": "above ",
             "under": "under ",
             "beside": "beside ",
@@ -151,19 +178,43 @@ class Text:
     def place_at(self, i: int) -> tuple[Location, int] | None:
         """The place that is told from piece i on and the piece behind it, or None."""
         at = self._after_articles(i)
-        if at < len(self) and self.pieces[at].point is not None:
-            return Location(point=self.pieces[at].point), at + 1
+        coordinates = self._point(at)
+        if coordinates is not None:
+            return coordinates
         distance, at = self._distance(at)
         said, used = self.phrase_at(at, PHRASES)
+        if not used and distance is not None:
+            said, used = self.phrase_at(at, AWAY)
         relation = PHRASES.get(said, "at")
         at += used
         if relation == "between":
-            return self._between(at)
+            return self.between(at)
+        if used and distance is None and (coordinates := self._point(self._after_articles(at))) is not None:
+            return coordinates
         found = self.object_at(at)
         if found is None or (distance is not None and not used):
             return None
         item, end = found
-        return replace(item, relation=relation, distance=distance), end
+        return self._sided(replace(item, relation=relation, distance=distance), end)
+
+    def _point(self, i: int) -> tuple[Location, int] | None:
+        """The coordinates at piece i, with their unit."""
+        if i >= len(self) or self.pieces[i].point is None:
+            return None
+        unit, factor, used = unit_at(self.words, i + 1) if i + 1 < len(self) else ("", 1.0, 0)
+        if unit != "m":
+            factor, used = 1.0, 0
+        x, y, z = (factor * value for value in self.pieces[i].point or ())
+        return Location(point=(x, y, z)), i + 1 + used
+
+    def _sided(self, place: Location, end: int) -> tuple[Location, int]:
+        """A place at an object with the side that is told behind it: "the lamp on its left"."""
+        if place.relation not in ("at", "beside"):
+            return place, end
+        said, used = self.phrase_at(end, BEHIND)
+        if used and self.words[end + used : end + used + 1] not in (["of"], ["side"]):
+            return replace(place, relation=BEHIND[said]), end + used
+        return place, end
 
     def _distance(self, i: int) -> tuple[float | None, int]:
         amount = amount_at(self.words, i) if i < len(self) else None
@@ -193,7 +244,11 @@ class Text:
         mention = self.catalog.mention_at(self.words, i, ())
         return None if mention is None or mention.unclear else mention
 
-    def _between(self, i: int) -> tuple[Location, int] | None:
+    def between(self, i: int) -> tuple[Location, int] | None:
+        """Between the two that are named from piece i on: "the box and the cup", "the posts", "the gate"."""
+        pair = self._pair(i)
+        if pair is not None:
+            return pair
         first = self.object_at(i)
         joined = first is not None and self.words[first[1] : first[1] + 1] == ["and"]
         second = self.object_at(first[1] + 1) if first is not None and joined else None
@@ -202,13 +257,28 @@ class Text:
         pair = (*first[0].objects, *second[0].objects)
         return Location("between", pair, unclear=first[0].unclear or second[0].unclear), second[1]
 
+    def _pair(self, i: int) -> tuple[Location, int] | None:
+        """The only two objects that a noun at piece i fits: "the two posts", or "the gate" of a left and a right one."""
+        i = self._after_articles(i)
+        i += self.words[i : i + 1] in (["two"], ["both"])
+        i = self._after_articles(i)
+        if i >= len(self):
+            return None
+        noun = singular(self.words[i])
+        mention = self._mention(i)
+        fit = [item for item in self.scene if noun in self.catalog.words[item.name]] if mention is None else mention.items
+        if len(fit) != 2:
+            return None
+        return Location("between", tuple(fit)), i + (1 if mention is None else mention.used)
+
 
 def _cut(text: str) -> list[Snippet]:
     pieces = []
     for found in _SNIPPET.finditer(text):
         place: tuple[float, float, float] | None = None
-        if found["x"] is not None:
-            place = (float(found["x"]), float(found["y"]), float(found["z"]))
+        if found["triple"] is not None:
+            x, y, z = (float(value) for value in re.findall(_NUMBER, found["triple"]))
+            place = (x, y, z)
         pieces.append(Snippet("->" if found["arrow"] else found[0].strip(), found.span(), place))
     return pieces
 

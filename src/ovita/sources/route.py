@@ -1,106 +1,54 @@
 """The way that a sentence tells: where it starts, what it passes, where it ends, and the rest of the sentence.
 
 "From the box to the plate over the bottle, slowly, then a small spiral" has a start, a goal, a via point, and "slowly,
-then a small spiral" is left for a policy writer.
+then a small spiral" is left for a policy writer. A place gets its role from the words before it (see `markers`), from a
+noun behind it ("the plate is the target"), or from its place in a list ("box -> plate -> bottle").
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from itertools import pairwise
+from dataclasses import dataclass, field, replace
 
 from ovita.instruct.lexicon import concept_at, is_filler
 from ovita.instruct.numbers import amount_at
-from ovita.instruct.objects import BEFORE_IT
-from ovita.paths.scene import Scene
-from ovita.sources.places import Location, Text
-from ovita.text import the
-
-GRASPS = frozenset(
-    f"{verb}{what}{up}{where}"
-    for verb in ("pick", "grab", "take", "fetch", "collect", "get", "lift", "picking", "grabbing")
-    for what in ("", " it", " them", " that", " this")
-    for up in ("", " up")
-    for where in ("", " from", " at")
-    if (verb, what, up, where) not in (("take", "", "", ""), ("get", "", "", ""), ("lift", "", "", ""))
+from ovita.paths.scene import Scene, SceneObject
+from ovita.sources.leftover import CARRIERS, JOINTS, SEQUENCERS, Leftover
+from ovita.sources.markers import (
+    COPULAS,
+    DETERMINERS,
+    STAYING,
+    Marker,
+    Role,
+    base,
+    markers_at,
+    role_nouns,
 )
-"""How the thing that is carried gets into the gripper: that is where the way starts."""
+from ovita.sources.places import PHRASES, Location, Text
+from ovita.text import listed
 
-
-def _phrases(text: str) -> frozenset[str]:
-    return frozenset(" ".join(phrase.split()) for phrase in text.split(","))
-
-
-FROM = (
-    _phrases(
-        """from, starting from, start from, starts from, begin from, beginning from, begins from, coming from, start,
-    starts, starting, begin, begins, beginning, commence, commences, commencing, start over, start off, starting
-    off, the start is, start is, the beginning is, depart, departs, departing, depart from, departing from, take
-    off from, taking off from, takes off from, leave, leaves, leaving, pick it up, pick up, picking it up, picks
-    it up, set off from, set out from, setting off from, origin, out of"""
-    )
-    | GRASPS
-)
-TO = _phrases(
-    """to, until, till, up to, over to, down to, on to, onto, across to, all the way to, end, ends, ending, end up,
-    ends up, ending up, finish, finishes, finishing, finish up, terminate, terminates, terminating, conclude,
-    concludes, concluding, land, lands, landing, goal, the goal is, goal is, the end is, end is, arrive, arrives,
-    arriving, head to, heading to, heads to, proceed to, go to, goes to, direct to, directly to, straight to,
-    destination, touch down, ->, then to, finally to, towards, toward"""
-)
-STOP = _phrases(
-    "stop, stops, stopping, park, parks, parking, come to rest, come to a rest, come to a halt, coming to rest, halt"
-) | frozenset(
-    f"{verb}{what}{off}"
-    for verb in ("drop", "put", "place", "set", "lay", "stick", "leave", "deliver", "deposit", "release")
-    for what in ("", " it", " them", " that", " this")
-    for off in ("", " off", " down")
-    if what or verb != "leave"
-)
-"""As `TO` unless a time follows, which makes a pause of it."""
-
-VIA = _phrases(
-    """via, by way of, through, past, visiting, visit, visits, calling, call, passing, pass, passes, passing by, pass
-    by, going by, going via, by passing, going past, going through, and through, crossing, touching, by"""
-)
-BACK = _phrases(
-    """and back, and back again, there and back, and return, and then back, and come back, and go back, and back to
-    the start, and return to the start, then back, and then return, and back home, and comes back"""
-)
-JOINTS = frozenset(", ; . : ! ? and then after afterwards but next finally while -".split())
-CARRIERS = frozenset(
-    """take bring move go goes going run fly flying travel drive carry make draw plan generate create compute produce
-    give show send lead guide route path trajectory way movement motion line course it that which this one let
-    have want would like could can you i we please be is should must need to with on by at sort kind of swing
-    climb climbing climbs head heading proceed continue along so okay ok well right basically obviously think
-    thinking was were am maybe perhaps just now then and me us my your the a an new some there know lets let's see
-    up over from start starting do does need needs um uh hey hi hello robot drone arm oh also first sweep swinging
-    glide slide shift pass passes passing next here
-    n""".split()
-)
-"""Words that carry a route and ask for nothing else."""
-
-LINKS = frozenset("please oh with that which having and so".split())
-"""Words that tie what follows to the way before it."""
-
-TAILS = frozenset(("about it", "on the way", "along the way", "on its way", "will you", "would you", "for me"))
-"""Phrases at the end of a request that ask for nothing more where there is only one way."""
-
-DENIALS, TOUCHING = (
-    frozenset("don't not never without avoid".split()),
-    frozenset("hit hitting knock knocking touch touching bump bumping crash crashing collide colliding".split()),
-)
-"""Words that ask not to touch something, which the limits see to."""
-
-SUBJECTS, STATES = frozenset("the it they he she this that my our".split()), frozenset("is are was were".split())
-"""How a remark begins, and its verbs: "the ward is asleep"."""
+DENIALS = frozenset("don't not never without avoid avoiding nor no".split())
+"""Words that ask not to do something."""
 
 NO_ROUTE = frozenset(
     """keep keeping keeps stay stays staying clear clearance away distance far off least close closer near nearer gap
     margin clearances distances room berth""".split()
 )
 """Words after which "from" and "to" tell a distance."""
+
+COMPARED = frozenset("next close near due according parallel similar relative compared perpendicular equal".split())
+"""Words whose "to" goes nowhere."""
+
+TIMES = frozenset("once twice thrice times time circle circles loop loops lap laps orbit".split())
+"""Words that make a figure of "around the lamp"."""
+
+NO_NAMES = frozenset(
+    """left right start end goal top bottom front back side way path other same beginning middle ground floor there here
+    left-hand right-hand point rest it that this where which what whatever wherever up down above below within time now
+    then one home be you me start""".split()
+)
+"""Nouns that are no objects, and other words that may stand where an object is named."""
+
+BACK = frozenset("back return returning returns home".split())
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,6 +61,8 @@ class Route:
         via: What it passes, in order.
         rest: What else it asks for.
         notes: Spellings that were corrected, and what was taken to ask for nothing.
+        unknown: Names of things that are not in the scene.
+        names: Of the objects that are.
     """
 
     start: Location | None = None
@@ -120,13 +70,19 @@ class Route:
     via: tuple[Location, ...] = ()
     rest: str = ""
     notes: tuple[str, ...] = ()
+    unknown: tuple[str, ...] = ()
+    names: tuple[str, ...] = ()
 
     @property
     def question(self) -> str:
         """What is not known of the way, as a question, or ""."""
         said = (place for place in (self.start, *self.via, self.goal) if place is not None)
-        unclear = (place.unclear for place in said if place.unclear)
-        return next(unclear, UNKNOWN[self.start is not None, self.goal is not None])
+        unclear = next((place.unclear for place in said if place.unclear), "")
+        asked = unclear or UNKNOWN[self.start is not None, self.goal is not None]
+        if not self.unknown:
+            return asked
+        known = f"the objects are {listed(map(repr, self.names))}" if self.names else "it holds no objects"
+        return f"There is no {listed(map(repr, self.unknown), 'or')} in the scene; {known}. {asked}".strip()
 
 
 UNKNOWN = {
@@ -143,103 +99,304 @@ def read_route(sentence: str, scene: Scene) -> Route:
     return _RouteReader(Text(sentence, scene)).read()
 
 
+@dataclass(eq=False)
+class _Leg:
+    """A part of the way: what is passed, and where it ends."""
+
+    via: list[Location] = field(default_factory=list)
+    goal: Location | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class _Stay:
+    """A place where something is or waits, which may turn out to be an end of the way."""
+
+    place: Location
+    span: tuple[int, int]
+    timed: bool
+
+
 class _RouteReader:
     """Goes through a sentence once and takes the phrases of a way out of it."""
 
     def __init__(self, text: Text) -> None:
         self.text, self.words = text, text.words
         self.taken = [False] * len(text)
-        self.route = Route()
+        self.start: Location | None = None
+        self.legs = [_Leg()]
+        self.edge = 0  # behind the last place that was taken
+        self.touring = False
+        self.stays: list[_Stay] = []
+        self.unknown: dict[str, Role] = {}
         self.notes = list(text.notes)
+
+    @property
+    def leg(self) -> _Leg:
+        return self.legs[-1]
+
+    @property
+    def goal(self) -> Location | None:
+        return self.leg.goal
 
     def read(self) -> Route:
         i = 0
         while i < len(self.text):
             i = self.step(i)
-        rest = self.rest()
-        return replace(self.route, rest=rest, notes=tuple(self.notes))
+        self.completed()
+        left = Leftover(self.text, self.taken)
+        rest = left.spoken_of_all()
+        passed = [place for leg in self.legs for place in (*leg.via, leg.goal) if place is not None]
+        via, goal = (passed[:-1], passed[-1]) if self.goal is not None else (passed, None)
+        notes = tuple(dict.fromkeys((*self.notes, *left.notes)))
+        unknown = tuple(name for name, role in self.unknown.items() if self.missing(role))
+        return Route(self.start, goal, tuple(via), rest, notes, unknown, tuple(self.text.scene.names))
+
+    def missing(self, role: Role) -> bool:
+        """Whether a place of a role was named but not found."""
+        return role == "via" or (self.start if role == "start" else self.goal) is None
 
     def step(self, i: int) -> int:
         """Take what begins at piece i; the next piece to look at."""
-        for take in (self.both, self.back, self.begin, self.end, self.stop, self.passing, self.relation):
+        for take in (self.both, self.back, self.titled, self.marked, self.stay, self.around, self.relation, self.onward):
             end = take(i)
             if end > i:
-                self.taken[i:end] = [True] * (end - i)
                 return end
         return i + 1
 
-    def marked(self, i: int, markers: frozenset[str]) -> tuple[Location, int] | None:
-        """The place behind the longest marker at piece i that a place follows, and where it ends."""
-        for used in range(self.text.phrase_at(i, markers)[1], 0, -1):
-            found = self.text.place_at(i + used) if " ".join(self.words[i : i + used]) in markers else None
-            if found is not None:
-                return found
-        return None
+    def take(self, i: int, end: int) -> int:
+        """Take the pieces from i up to an end out of the sentence."""
+        self.taken[i:end] = [True] * (end - i)
+        self.edge = end
+        return end
+
+    # places with a role
 
     def both(self, i: int) -> int:
-        """The box to the cup; pad -> tower."""
-        found = self.text.place_at(i) if self.route.start is None and self.carried(i) else None
+        """The box to the cup; pad -> tower; well, shed, barn."""
+        found = self.text.place_at(i) if self.start is None and self.goal is None and self.carried(i) else None
         if found is None or found[0].relation != "at":
             return i
-        goal = self.marked(found[1], TO)
-        if goal is None:
+        place, end = found
+        follows = [mark for mark in markers_at(self.words, end) if mark.role == "goal" and not mark.led]
+        goes = any(self.text.place_at(mark.end) is not None for mark in follows)
+        if not goes and len(self.listed(end)) < 2:
             return i
-        self.route = replace(self.route, start=found[0], goal=goal[0])
-        return goal[1]
+        self.start = place
+        return self.take(i, end)
 
-    def back(self, i: int) -> int:
-        """And back: what was the goal is passed, and the start is the goal."""
-        _, used = self.text.phrase_at(i, BACK)
-        route = self.route
-        behind = self.words[i + used : i + used + 1]
-        if not used or route.goal is None or route.start is None or (behind and behind[0] not in JOINTS):
-            return i
-        self.route = replace(route, via=(*route.via, route.goal), goal=route.start)
-        return i + used
+    def listed(self, end: int) -> list[tuple[Location, int]]:
+        """The places that follow a place as a list: ", the shed and the barn"."""
+        found: list[tuple[Location, int]] = []
+        while end < len(self.text):
+            at = end
+            while at < len(self.text) and self.words[at] in ("and", ",", "then", "next", "finally", "-"):
+                at += 1
+            place = self.text.place_at(at) if at > end else None
+            if place is None or not self.ends_at(place[1]):
+                return found
+            found.append(place)
+            end = place[1]
+        return found
 
-    def begin(self, i: int) -> int:
-        if self.route.start is not None or self.tells_distance(i):
-            return i
-        found = self.marked(i, FROM)
+    def ends_at(self, end: int) -> bool:
+        """Whether a phrase ends at a piece: at a joint, or where another marker begins."""
+        return end >= len(self.text) or self.words[end] in JOINTS or bool(markers_at(self.words, end))
+
+    def titled(self, i: int) -> int:
+        """The plate is the target; with the cup as the start."""
+        found = self.text.place_at(i) if self.carried(i) else None
         if found is None:
             return i
-        self.route = replace(self.route, start=found[0])
-        return found[1]
+        place, end = found
+        for used in (3, 2, 1):
+            at = end + used
+            if tuple(self.words[end:at]) not in (*COPULAS, ("for",), ("for", "the"), ("as", "the"), ("being", "the")):
+                continue
+            at += self.words[at : at + 1] != [] and self.words[at] in DETERMINERS
+            role, behind = next(role_nouns(self.words, at), (None, at))
+            if role is not None and (behind >= len(self.text) or self.words[behind] in JOINTS):
+                return self.take(i, behind) if self.assign(Marker(role, at), place, i) else i
+        return i
 
-    def end(self, i: int) -> int:
-        if self.tells_distance(i):
-            return i
-        found = self.marked(i, TO)
-        if found is None or (self.route.goal is not None and self.words[i] != "->"):
-            return i
-        goes_on = (*self.route.via, self.route.goal) if self.route.goal is not None else self.route.via
-        self.route = replace(self.route, goal=found[0], via=goes_on)
-        return found[1]
+    def marked(self, i: int) -> int:
+        """From the box; ending at the cup; via the plate."""
+        marks = [mark for mark in markers_at(self.words, i) if not self.barred(i, mark)]
+        for mark in marks:
+            found = self.text.place_at(mark.end)
+            if found is None or (mark.stops and self.timed(i, found[1])):
+                continue
+            place, end = found
+            if mark.around and place.relation == "at":
+                place = replace(place, relation="beside")
+            if not mark.bare or mark.role == "via" or not self.turns_away(i):
+                if self.assign(mark, place, i):
+                    self.take(i, end)
+                    return self.several(mark, end)
+        self.stranger(marks)
+        return i
 
-    def stop(self, i: int) -> int:
-        found = self.marked(i, STOP) if self.route.goal is None else None
-        if found is None or self.words[found[1] : found[1] + 1] == ["for"]:
-            return i
-        self.route = replace(self.route, goal=found[0])
-        return found[1]
+    def several(self, mark: Marker, end: int) -> int:
+        """Take the places that follow as a list: "visit the shed, the barn and the well"."""
+        self.touring |= mark.tour
+        if mark.role == "start":
+            return end
+        for place, behind in self.listed(end):
+            if mark.role == "via":
+                self.leg.via.append(place)
+            else:
+                self.legs.append(_Leg(goal=place))
+            end = self.take(end, behind)
+        return end
 
-    def passing(self, i: int) -> int:
-        """Via the cup; passing on the right of the bottle."""
-        found = self.marked(i, VIA) if self.carried(i) else None
-        return self.passed(found, i)
+    def assign(self, mark: Marker, place: Location, i: int) -> bool:
+        """Give a place its role; whether it has one."""
+        if mark.role == "start":
+            return self.begins(place, i)
+        if mark.role == "goal":
+            return self.ends(place, mark, i)
+        return self.passes(place, i)
+
+    def begins(self, place: Location, i: int) -> bool:
+        if self.start is None or (_alike(place, self.start) and place.relation != self.start.relation):
+            self.start = place if self.start is None or place.relation != "at" else self.start
+            return True
+        if self.goal is not None and _alike(place, self.goal):
+            self.edge = i  # "from the box to the cup, from the cup to the plate"
+            self.legs.append(_Leg())
+            return True
+        if self.goal is not None and self.follows(i):
+            self.legs += [_Leg(goal=place), _Leg()]
+            return True
+        return False
+
+    def ends(self, place: Location, mark: Marker, i: int) -> bool:
+        if self.goal is None:
+            self.leg.goal = place
+            return True
+        if _alike(place, self.goal) and place.relation != "at":
+            self.leg.goal = place
+            return True
+        if mark.final or self.follows(i):
+            self.legs.append(_Leg(goal=place))
+            return True
+        return False
+
+    def passes(self, place: Location, i: int) -> bool:
+        if not self.carried(i):
+            return False
+        if self.goal is not None and self.after_that(i):
+            self.legs.append(_Leg())
+        self.leg.via.append(place)
+        return True
 
     def relation(self, i: int) -> int:
         """Over the bottle; between the posts."""
         found = self.text.place_at(i) if self.carried(i) else None
-        if found is not None and (found[0].point is not None or found[0].relation in ("at", "beside", "under")):
-            found = None
-        return self.passed(found, i)
-
-    def passed(self, found: tuple[Location, int] | None, i: int) -> int:
-        if found is None:
+        if found is None or found[0].point is not None or found[0].relation in ("at", "beside", "under"):
             return i
-        self.route = replace(self.route, via=(*self.route.via, found[0]))
-        return found[1]
+        return self.take(i, found[1]) if self.passes(found[0], i) else i
+
+    def around(self, i: int) -> int:
+        """Around the lamp, on the way to somewhere."""
+        if self.words[i] not in ("around", "round", "by") or not self.carried(i):
+            return i
+        found = self.text.place_at(i + (self.words[i] != "by"))
+        if found is None or found[0].point is not None or self.goal is not None and self.words[i] != "by":
+            return i
+        place, end = found
+        fragment = self.words[self.fragment(i) : end + 3]
+        if TIMES & set(fragment) or any(amount_at(self.words, k) for k in range(end, min(end + 2, len(self.text)))):
+            return i
+        place = replace(place, relation="beside") if place.relation == "at" else place
+        return self.take(i, end) if self.passes(place, i) else i
+
+    def onward(self, i: int) -> int:
+        """Then the desk: a bare place behind a word of order."""
+        if self.goal is None or not self.after_that(i) or not self.carried(i):
+            return i
+        found = self.text.place_at(i)
+        if found is None or found[0].relation not in ("at", "beside") or not self.ends_at(found[1]):
+            return i
+        self.legs.append(_Leg(goal=found[0]))
+        return self.take(i, found[1])
+
+    def back(self, i: int) -> int:
+        """And back; then return home: the start is the goal."""
+        end = i
+        while end < len(self.text) and (self.words[end] in BACK or (end > i and self.words[end] in _HOMEWARD)):
+            end += 1
+        if end == i or self.goal is None or self.start is None or not self.carried(i):
+            return i
+        if end < len(self.text) and self.words[end] not in JOINTS:
+            return i
+        self.legs.append(_Leg(goal=self.start))
+        return self.take(i, end)
+
+    # being somewhere
+
+    def stay(self, i: int) -> int:
+        """You are at the cup; hover above the well; wait 2 s at the plate."""
+        if not base(self.words[i], STAYING) or self.denied(i):
+            return i
+        at = i + 1
+        while at < len(self.text) and (self.words[at] in _STILL or self.length_of_time(at)):
+            at += self.length_of_time(at) or 1
+        if self.text.phrase_at(self.measured(at), PHRASES)[1] == 0:
+            return i
+        found = self.text.place_at(at)
+        if found is None or any(self.text.object_at(k) for k in range(self.fragment(i), i)):
+            return i
+        place, end = found
+        timed = self.timed(i, end)
+        if self.start is None and self.goal is None and not timed:
+            self.start = place
+            return self.take(i, end)
+        self.stays.append(_Stay(place, (i, end), timed))
+        return i
+
+    def measured(self, i: int) -> int:
+        """Behind the distance at piece i, if there is one."""
+        amount = amount_at(self.words, i) if i < len(self.text) else None
+        return i + amount.used if amount is not None and amount.unit == "m" else i
+
+    def length_of_time(self, i: int) -> int:
+        """How many words a time at piece i takes."""
+        amount = amount_at(self.words, i)
+        return amount.used if amount is not None and amount.unit in ("s", "step") else 0
+
+    def timed(self, i: int, end: int) -> bool:
+        """Whether a phrase from piece i to an end has a time in it or right behind it."""
+        behind = end + (self.words[end : end + 1] == ["for"])
+        return self.words[end : end + 1] == ["for"] or any(
+            self.length_of_time(k) for k in (*range(i, end), behind) if k < len(self.text)
+        )
+
+    def completed(self) -> None:
+        """What is known only at the end of the sentence."""
+        for stay in self.stays:
+            self.settled(stay)
+        between = [place for place in self.leg.via if place.relation == "between"]
+        if self.goal is None and self.start is None and len(self.leg.via) == len(between) == 1:
+            first, second = between[0].objects
+            self.start, self.legs = Location(objects=(first,)), [_Leg(goal=Location(objects=(second,)))]
+        if self.goal is None and self.touring and self.leg.via:
+            self.leg.goal = self.leg.via.pop()
+
+    def settled(self, stay: _Stay) -> None:
+        """A stay is where the way ends, or somewhere that it has to pass."""
+        if self.goal is None:
+            self.leg.goal = stay.place
+            if not stay.timed:
+                self.taken[slice(*stay.span)] = [True] * (stay.span[1] - stay.span[0])
+        elif stay.timed and not any(item in self.objects() for item in stay.place.objects):
+            self.leg.via.append(replace(stay.place, distance=None))
+
+    def objects(self) -> list[SceneObject]:
+        """What the way is told by so far."""
+        places = [self.start, *(place for leg in self.legs for place in (*leg.via, leg.goal))]
+        return [item for place in places if place is not None for item in place.objects]
+
+    # what words mean where they stand
 
     def carried(self, i: int) -> bool:
         """Whether nothing but carriers stands between piece i and the mark, joint or phrase of the way before it."""
@@ -250,109 +407,80 @@ class _RouteReader:
                 return False
         return True
 
-    def tells_distance(self, i: int) -> bool:
+    def fragment(self, i: int) -> int:
+        """Where the fragment begins that piece i stands in."""
+        return next((k + 1 for k in range(i - 1, -1, -1) if self.taken[k] or self.words[k] in JOINTS), 0)
+
+    def after_that(self, i: int) -> bool:
+        """Whether a word of order stands before piece i in its fragment, or joins that to what was before."""
+        begin = self.fragment(i)
+        while begin > self.edge and self.words[begin - 1] in JOINTS:
+            begin -= 1
+        return bool(SEQUENCERS & set(self.words[begin:i])) or self.words[begin:i][-2:] == ["from", "there"]
+
+    def follows(self, i: int) -> bool:
+        """Whether the way goes on at piece i from where it was said to end."""
+        between = self.words[self.edge : i]
+        adjacent = all(word in JOINTS or word in CARRIERS for word in between)
+        return self.words[i] == "->" or adjacent or self.after_that(i)
+
+    def barred(self, i: int, mark: Marker) -> bool:
+        """Whether words that look like a marker are none here."""
+        if mark.role == "via" and not self.carried(i):
+            return True
+        return self.denied(i) if mark.role != "via" else False
+
+    def denied(self, i: int) -> bool:
+        return bool(DENIALS & set(self.words[self.fragment(i) : i]))
+
+    def turns_away(self, i: int) -> bool:
         """Whether a "from" or "to" at piece i is that of "15 cm from the cup" or "clearance to the pillar"."""
-        if self.words[i] not in ("from", "to", "by", "at", "off"):
-            return False
+        if self.words[i - 1 : i] and self.words[i - 1] in COMPARED:
+            return True
         begin = next((k + 1 for k in range(i - 1, -1, -1) if self.parted(k)), 0)
         found = [amount_at(self.words, i - n) for n in range(1, min(4, i) + 1)]
-        measured = any(a is not None and a.used == n and a.unit for n, a in enumerate(found, start=1))
+        measured = any(a is not None and a.used == n and a.unit == "m" for n, a in enumerate(found, start=1))
         return measured or bool(NO_ROUTE & set(self.words[begin:i]))
 
     def parted(self, k: int) -> bool:
         """Whether what is said before piece k, and with it, has nothing to do with what comes behind."""
         return self.taken[k] or self.words[k] in JOINTS or self.text.object_at(k) is not None
 
-    def rest(self) -> str:
-        """What was not taken, without what only carried the way."""
-        parts: list[str] = []
-        for first, last in self.stretches():
-            first, last = self.trimmed(first, last)
-            if first < last:
-                parts.append(self.spoken(first, last))
-        return ", ".join(parts)
+    def stranger(self, marks: list[Marker]) -> None:
+        """Note what stands where a place should be and is not in the scene."""
+        for mark in marks:
+            at = mark.end
+            while at < len(self.text) and self.words[at] in DETERMINERS:
+                at += 1
+            name = self.noun_at(at)
+            certain = at > mark.end or (mark.bare and mark.role == "start")
+            if name and (certain or mark.role == "goal") and not self.text.place_at(mark.end):
+                self.unknown.setdefault(name, mark.role)
+                return
 
-    def stretches(self) -> list[tuple[int, int]]:
-        """The runs of pieces that were not taken."""
-        edges = [0, *(k for k in range(1, len(self.taken)) if self.taken[k] != self.taken[k - 1]), len(self.taken)]
-        return [(a, b) for a, b in pairwise(edges) if a < b and not self.taken[a]]
+    def noun_at(self, i: int) -> str:
+        """The words from piece i on that name something unknown, or ""."""
+        end = i
+        while end < len(self.text) and self.unnamed(end):
+            end += 1
+        return " ".join(self.words[i : min(end, i + 3)])
 
-    def trimmed(self, first: int, last: int) -> tuple[int, int]:
-        """A stretch without the carriers and marks at its edges."""
-        fragments = self.fragments(first, last)
-        while fragments and self.idle(*fragments[0]):
-            fragments.pop(0)
-        while len(fragments) > 1 and self.idle(*fragments[-1]):
-            fragments.pop()
-        if not fragments:
-            return first, first
-        begin, end = fragments[0][0], fragments[-1][1]
-        if end == last < len(self.taken):  # "generate a trajectory | from the box"
-            end = begin + len(_without_last(self.words[begin:end], CARRIERS))
-        begin = end - len(_without_last(self.words[begin:end][::-1], LINKS))
-        tail = next((n for n in (3, 2) if " ".join(self.words[end - n : end]) in TAILS), 0)
-        return begin, max(end - tail, begin)
-
-    def fragments(self, first: int, last: int) -> list[tuple[int, int]]:
-        """The runs of words between the joints of a stretch."""
-        joints = [first - 1, *(k for k in range(first, last) if self.words[k] in JOINTS), last]
-        return [(a + 1, b) for a, b in pairwise(joints) if a + 1 < b]
-
-    def idle(self, first: int, last: int) -> bool:
-        """Whether a fragment asks for nothing: it carries the way, is a remark, or says what the limits see to."""
-        words = self.words[first:last]
-        if all(word in CARRIERS or is_filler(word) for word in words):
-            return True
-        if any(amount_at(self.words, k) is not None for k in range(first, last)):
+    def unnamed(self, k: int) -> bool:
+        """Whether a word is none that ovita knows."""
+        word = self.words[k]
+        if not word.isalpha() or word in NO_NAMES or word in JOINTS or word in CARRIERS or is_filler(word):
             return False
-        why = self.needless(words) or self.remarked(first, last)
-        if why:
-            text, pieces = self.text.text, self.text.pieces
-            self.notes.append(f"took {text[pieces[first].span[0] : pieces[last - 1].span[1]]!r} as {why}")
-        return bool(why)
-
-    def needless(self, words: Sequence[str]) -> str:
-        """Why words that forbid what is never done need not be followed, or ""."""
-        denied = next((k for k, word in enumerate(words) if word in DENIALS), len(words))
-        touch = next((k for k, word in enumerate(words) if word in TOUCHING), -1)
-        return "what the limits see to" if touch > denied else ""
-
-    def remarked(self, first: int, last: int) -> str:
-        """What a fragment is that only tells how things are, or ""."""
-        words = self.words[first:last]
-        states = words[0] in SUBJECTS and bool(STATES & set(words)) and self.tells_nothing(first, last)
-        return "a remark, not as something to do" if states or list(words[:2]) == ["never", "mind"] else ""
-
-    def tells_nothing(self, first: int, last: int) -> bool:
-        """Whether a fragment names no object and nothing to do."""
-        known = [concept_at(self.words, k)[0] for k in range(first, last) if self.words[k] not in STATES]
-        objects = [self.text.object_at(k) for k in range(first, last)]
-        return not any(known) and not any(objects)
-
-    def spoken(self, first: int, last: int) -> str:
-        """A stretch as it was said, with "there" and "around it" as what they mean where that was named before it."""
-        meant = self.meant_before(first)
-        text, at, out = self.text.text, self.text.pieces[first].span[0], ""
-        for k in range(first, last):
-            begin, end = self.text.pieces[k].span
-            refers = self.words[k] == "there" or (self.words[k] == "it" and self.words[k - 1] in BEFORE_IT)
-            if self.text.object_at(k) is not None:
-                meant = ""
-            if refers and meant:
-                out += text[at:begin] + (f"at {the(meant)}" if self.words[k] == "there" else the(meant))
-                at = end
-        return out + text[at : self.text.pieces[last - 1].span[1]]
-
-    def meant_before(self, first: int) -> str:
-        """The object that was named last before a piece, or ""."""
-        found = (self.text.object_at(k) for k in range(first - 1, -1, -1))
-        last = next((place for place in found if place is not None and not place[0].unclear), None)
-        return last[0].objects[-1].name if last is not None else ""
+        known = concept_at(self.words, k)[0] or amount_at(self.words, k) or self.text.object_at(k)
+        return not known and not markers_at(self.words, k)
 
 
-def _without_last(words: Sequence[str], of: frozenset[str]) -> Sequence[str]:
-    """Words without those at the end that are of a set."""
-    count = len(words)
-    while count and words[count - 1] in of:
-        count -= 1
-    return words[:count]
+_HOMEWARD = frozenset("again to the start beginning home there where it you we started began came from its origin".split())
+_STILL = frozenset("now currently right directly for there just still initially at first located standing".split()) - {
+    "right",
+    "at",
+}
+
+
+def _alike(one: Location, other: Location) -> bool:
+    """Whether two places are told by the same objects."""
+    return bool(one.objects) and [o.name for o in one.objects] == [o.name for o in other.objects]

@@ -1,0 +1,237 @@
+"""How language marks the ends of a way: what role a place has by the words before it.
+
+"Pick it up at the mug" and "starting from the mug" begin a way, "come down on the tray" and "set it down on the tray"
+end it, "by way of the bowl" passes. A marker is a preposition ("from"), a verb with what belongs to it ("set it
+down"), or a noun ("starting point:"); which of these there are is closed-class grammar, so that whole sentences need
+not be listed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from ovita.instruct.lexicon import stems
+
+Role = Literal["start", "goal", "via"]
+
+
+def _words(text: str) -> frozenset[str]:
+    return frozenset(text.split())
+
+
+def _phrases(text: str) -> frozenset[tuple[str, ...]]:
+    return frozenset(tuple(phrase.split()) for phrase in text.split(","))
+
+
+PREPOSITIONS: Mapping[tuple[str, ...], Role] = {
+    **dict.fromkeys(_phrases("from, out of, away from, off of"), "start"),
+    **dict.fromkeys(
+        _phrases("to, until, till, onto, into, toward, towards, as far as, ->, in to, on to, up until"), "goal"
+    ),
+    **dict.fromkeys(_phrases("via, by way of, through, past, by means of"), "via"),
+}
+"""Prepositions that tell a role by themselves."""
+
+AFTER_VERBS: Mapping[tuple[str, ...], Role] = {("for",): "goal", ("off",): "start", ("by",): "via"}
+"""Prepositions that tell one behind a verb of motion: "head for", "off the shelf", "go by the mast"."""
+
+STARTS = _words(
+    """start begin commence depart leave launch originate pick grab fetch collect grasp retrieve embark exit
+    initiate"""
+)
+GOALS = _words(
+    """end finish terminate conclude land arrive reach stop park halt approach deliver drop put place lay stick deposit
+    release dock settle unload culminate destine"""
+)
+VIAS = _words("pass visit cross overfly touch skirt call swing round detour")
+MOTION = _words(
+    """go move travel run drive fly come carry bring take get head proceed continue return transfer transport convey
+    guide lead send navigate roll glide slide cruise sweep climb ascend rise descend lower swing make route walk advance
+    drift steer shift push pull haul ferry journey ride bind aim trek wander zip hop step pull set reverse retreat back
+    zoom"""
+)
+"""Verbs, in their base form, that tell where a way begins, ends or passes, or carry it."""
+
+PARTICLES = _words(
+    """up down over across back on along straight directly off away out in right around round together forth forward
+    onward onwards upward downward direct all the way then again gently softly"""
+)
+"""What may stand between a verb and the place: "set down", "all the way to"."""
+
+AROUND = _words("round around skirt detour")
+PRONOUNS = _words("it them that this me us him her one everything")
+RESTS: Mapping[tuple[str, ...], Role] = {
+    **dict.fromkeys(
+        _phrases(
+            """come to rest, come to a rest, come to a halt, coming to rest, coming to a halt, comes to rest,
+        comes to a halt, come to a stop, coming to a stop, touch down, touching down, touches down, come down, coming
+        down, set down, setting down, wind up, winding up, end up, ending up, ends up"""
+        ),
+        "goal",
+    ),
+    **dict.fromkeys(
+        _phrases(
+            """take off, taking off, takes off, set off, setting off, sets off, set out, setting out, lift off, kick
+            off, pull away, get up, push off"""
+        ),
+        "start",
+    ),
+    **dict.fromkeys(_phrases("call at, calling at, stop by, stopping by, drop by, drop in at, swing by, go by"), "via"),
+}
+"""Verbs of several words."""
+
+PICKING = _words("take get pull grab pick fetch lift collect grasp")
+"""Verbs that begin a way where what is taken is named: "take it at the mug"."""
+
+SETTING = _words("set leave rest hand stack")
+"""Verbs that end one where what is put is named: "set it on the tray"."""
+
+START_NOUNS = _words("start origin source beginning departure pickup base home")
+GOAL_NOUNS = _words("goal target destination end finish arrival endpoint dropoff sink terminus")
+VIA_NOUNS = _words("waypoint via stopover checkpoint intermediate")
+COMPOUNDS: Mapping[tuple[str, ...], Role] = {
+    **dict.fromkeys(_phrases("pick up, starting, initial, take off, first, departure"), "start"),
+    **dict.fromkeys(_phrases("drop off, ending, final, end, landing, last"), "goal"),
+    **dict.fromkeys(_phrases("via, intermediate, middle"), "via"),
+}
+"""What makes a noun of a role together with `POINTS`: "drop off point"."""
+
+POINTS = _words("point position place location pose spot station site")
+COPULAS = _phrases(
+    """is, are, as, being, will be, should be, shall be, must be, would be, is at, should be at, be, was, becomes, is on,
+    is above, is by, is over, is the, at, equals, ':', is located at"""
+)
+DETERMINERS = _words("the a an my your its our their his her this of first final")
+"""After these a verb is a noun: "the start", "a stop"."""
+
+STOPPING = _words("stop park halt rest")
+"""Verbs that end a way unless a time says that it is a pause."""
+
+STAYING = _words("hover wait stand sit stay rest be locate position park situate place currently")
+"""Verbs of being somewhere: where one is before the way, it begins."""
+
+FINAL = _words("end finish terminate conclude land arrive culminate dock settle")
+"""Verbs whose place is the last of the way."""
+
+TOURS = _words("visit patrol tour call inspect stop")
+"""Verbs of going to several places, the last of which ends the way."""
+
+
+@dataclass(frozen=True)
+class Marker:
+    """Words before a place that tell its role.
+
+    Args:
+        role: Of the place.
+        end: The word behind the marker.
+        bare: Whether it is a preposition alone, without a verb or noun of the way.
+        led: Whether it is a verb without a preposition, so that a particle may belong to the place: "land on".
+        around: Whether the way leads around the place and not to it.
+        stops: Whether a time behind makes a pause of it.
+        final: Whether nothing can come after the place.
+        tour: Whether it may be one of several, the last of which ends the way.
+    """
+
+    role: Role
+    end: int
+    bare: bool = False
+    led: bool = False
+    around: bool = False
+    stops: bool = False
+    final: bool = False
+    tour: bool = False
+
+
+def base(word: str, of: frozenset[str]) -> str:
+    """The base form of a word that is of a set, or ""."""
+    return next((form for form in stems(word) if form in of), "")
+
+
+def markers_at(words: Sequence[str], i: int) -> list[Marker]:
+    """The markers that begin at word i, the longest first."""
+    noun = i > 0 and words[i - 1] in DETERMINERS
+    found = [*_nouns(words, i), *_bare(words, i), *(() if noun else _verbs(words, i))]
+    return sorted(found, key=lambda marker: (marker.led, -marker.end if not marker.led else marker.end))
+
+
+def _bare(words: Sequence[str], i: int) -> Iterator[Marker]:
+    for at in _tail(words, i):
+        for role, end in _prepositions(words, at, PREPOSITIONS):
+            yield Marker(role, end, bare=at == i)
+
+
+def _tail(words: Sequence[str], i: int) -> range:
+    """Every word from i on that a preposition may begin at, behind pronouns and particles."""
+    end = i
+    while end < min(len(words), i + 5) and (words[end] in PARTICLES or (end == i and words[end] in PRONOUNS)):
+        end += 1
+    return range(i, end + 1)
+
+
+def _prepositions(
+    words: Sequence[str], i: int, among: Mapping[tuple[str, ...], Role]
+) -> Iterator[tuple[Role, int]]:
+    for used in (3, 2, 1):
+        role = among.get(tuple(words[i : i + used])) if i + used <= len(words) else None
+        if role is not None:
+            yield role, i + used
+
+
+def _verbs(words: Sequence[str], i: int) -> Iterator[Marker]:
+    """What a verb at word i tells, with or without a preposition behind it."""
+    for role, end in _prepositions(words, i, RESTS):
+        yield from _led(words, end, role, words[end - 1])
+    word = words[i]
+    role = _role_of(word)
+    if role is not None or base(word, MOTION):
+        yield from _led(words, i + 1, role, word)
+    if i + 1 < len(words) and words[i + 1] in PRONOUNS and role is None:
+        taken: Role | None = "start" if base(word, PICKING) else "goal" if base(word, SETTING) else None
+        yield from _led(words, i + 2, taken, word)
+    if base(word, STARTS) == "leave" and i + 1 < len(words) and words[i + 1] in PRONOUNS:
+        yield from _led(words, i + 2, "goal", word)
+
+
+def _role_of(word: str) -> Role | None:
+    among: tuple[tuple[frozenset[str], Role], ...] = ((STARTS, "start"), (GOALS, "goal"), (VIAS, "via"))
+    return next((role for of, role in among if base(word, of)), None)
+
+
+def _led(words: Sequence[str], i: int, role: Role | None, verb: str) -> Iterator[Marker]:
+    """Markers of a verb whose pronouns, particles and prepositions begin at word i."""
+    stops, final, tour = (bool(base(verb, of)) for of in (STOPPING, FINAL, TOURS))
+    for at in _tail(words, i):
+        if role is not None:
+            around = role == "via" and bool(AROUND & set(words[i - 1 : at]))
+            yield Marker(role, at, led=True, around=around, stops=stops, final=final, tour=tour)
+        for said, end in _prepositions(words, at, {**PREPOSITIONS, **AFTER_VERBS}):
+            yield Marker("via" if role == "via" and said == "goal" else said, end, final=final)
+
+
+def _nouns(words: Sequence[str], i: int) -> Iterator[Marker]:
+    """Start: X; the drop off point is X; with destination X."""
+    for role, end in role_nouns(words, i):
+        for used in (3, 2, 1, 0):
+            linked = tuple(words[end : end + used])
+            if not used or linked in COPULAS or linked == (":",):
+                yield Marker(role, end + used)
+
+
+def role_nouns(words: Sequence[str], i: int) -> Iterator[tuple[Role, int]]:
+    """The nouns at word i that name a role, and the word behind each."""
+    if i >= len(words):
+        return
+    for role, end in _prepositions(words, i, COMPOUNDS):
+        if words[end : end + 1] and words[end].rstrip("s") in POINTS:
+            yield role, end + 1
+    among: tuple[tuple[frozenset[str], Role], ...] = (
+        (START_NOUNS, "start"),
+        (GOAL_NOUNS, "goal"),
+        (VIA_NOUNS, "via"),
+    )
+    for of, role in among:
+        if words[i] in of:
+            pointed = words[i + 1 : i + 2] and words[i + 1] in POINTS
+            yield role, i + 1 + bool(pointed)
