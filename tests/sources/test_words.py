@@ -40,6 +40,28 @@ ARM = Robot.preset("arm")
         ("Start 10 cm above the box and end left of the plate", "0.10 m above the box", [], "left of the plate", ""),
         ("Keep a distance of 15 cm to the bottle from the box to the plate", "the box", [], "the plate",
          "Keep a distance of 15 cm to the bottle"),
+        ("Bring me to the plate, picking it up at the box", "the box", [], "the plate", ""),
+        ("The plate is the target, begin at the box", "the box", [], "the plate", ""),
+        ("Starting point: box. End point: plate. Speed: 0.2 m/s", "the box", [], "the plate", "Speed: 0.2 m/s"),
+        ("box -> bottle via plate, v=0.2", "the box", ["the plate"], "the bottle", "at 0.2 m/s"),
+        ("Start at 0.3, 0.1, 0.4 and head for the plate", "[0.3, 0.1, 0.4]", [], "the plate", ""),
+        ("First go from the box to the bottle, then from the bottle to the plate", "the box", ["the bottle"],
+         "the plate", ""),
+        ("From the box to the bottle, and then on to the plate", "the box", ["the bottle"], "the plate", ""),
+        ("Patrol: box, plate, bottle", "the box", ["the plate"], "the bottle", ""),
+        ("Visit the plate and the bottle starting from the box", "the box", ["the plate"], "the bottle", ""),
+        ("You are at the box. Carry the soup to the plate, slowly", "the box", [], "the plate", "slowly"),
+        ("Put what's at the box onto the plate", "the box", [], "the plate", ""),
+        ("Between the box and the plate fly in a wavy line", "the box", [], "the plate", "fly in a wavy line"),
+        ("From the box through the posts to the plate", "the box", ["between the left post and the right post"],
+         "the plate", ""),
+        ("Go past the bottle on its right side on the way from the box to the plate", "the box",
+         ["right of the bottle"], "the plate", ""),
+        ("Travel from a point 5 cm over the box to a point 12 cm over the plate", "0.05 m above the box", [],
+         "0.12 m above the plate", ""),
+        ("Overfly the bottle on the way from the box to the plate", "the box", ["above the bottle"], "the plate", ""),
+        ("From the box to the plate, stopping at the bottle for 2 s", "the box", ["the bottle"], "the plate",
+         "stopping at the bottle for 2 s"),
     ],
 )  # fmt: skip
 def test_the_way_and_the_rest_are_told_apart(text, start, via, goal, rest):
@@ -67,6 +89,39 @@ def test_what_is_not_known_is_asked(text, asks):
     import re
 
     assert re.search(asks, made.question)
+
+
+@pytest.mark.parametrize(
+    ("text", "unknown", "asks"),
+    [
+        ("from the mug to the plate", "mug", "Where does it start?"),
+        ("from mug to plate", "mug", "Where does it start?"),
+        ("from the box to the dustbin, slowly", "dustbin", "Where does it end?"),
+        ("pick it up at the mug and bring it to the plate", "mug", "Where does it start?"),
+    ],
+)
+def test_a_place_that_the_scene_lacks_is_named_with_those_that_there_are(text, unknown, asks):
+    made = from_words(text, TABLE, ARM, writer="builtin")
+    assert made.status == "needs_clarification"
+    assert made.question.startswith(f"There is no {unknown!r} in the scene; the objects are 'box', 'plate', ")
+    assert asks in made.question
+
+
+def test_a_distance_that_is_asked_for_is_planned_so_that_the_ends_stay():
+    made = from_words("from the box to the plate, keep 15 cm clear of the bottle", TABLE, ARM, writer="builtin")
+    assert made.status == "done" and np.allclose(made.adaptation.adapted.positions[-1, :2], TABLE["plate"].position[:2])
+    assert TABLE["bottle"].clearance(made.adaptation.adapted.resample(500).positions).min() >= 0.15 - 1e-6
+
+
+def test_a_height_over_the_ground_is_that_of_the_way_between_the_ends():
+    made = from_words("from the box to the plate at a height of 40 cm", TABLE, ARM, writer="builtin")
+    heights = made.adaptation.adapted.positions[:, 2]
+    assert made.status == "done" and heights.max() == pytest.approx(0.4, abs=0.01) and max(heights[[0, -1]]) < 0.3
+
+
+def test_as_fast_as_possible_plans_at_the_highest_speed():
+    made = from_words("from the box to the plate asap", TABLE, ARM, writer="builtin")
+    assert made.plan.request.speed == ARM.max_speed and made.route.rest == ""
 
 
 def test_the_whole_sentence_is_the_instruction_and_planning_its_first_step():

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 from ovita.instruct.lexicon import concept_at, is_filler
 from ovita.instruct.numbers import amount_at
 from ovita.instruct.objects import BEFORE_IT
-from ovita.sources.markers import GOALS, MOTION, PICKING, STARTS, VIAS, base
+from ovita.sources.markers import GOALS, MOTION, PICKING, STARTS, TOURS, VIAS, base
 from ovita.sources.places import Text
 from ovita.text import the
 
@@ -34,7 +33,7 @@ CARRIERS = frozenset(
 ) - {"don't"}
 """Words that carry a route and ask for nothing else."""
 
-LINKS = frozenset("please oh with that which having and so while by a an the it to at".split())
+LINKS = frozenset("please oh with that which having and so while".split())
 """Words that tie what follows to the way before it."""
 
 TAILS = frozenset(("about it", "on the way", "along the way", "on its way", "on your way", "will you", "would you",
@@ -42,7 +41,7 @@ TAILS = frozenset(("about it", "on the way", "along the way", "on its way", "on 
 """Phrases at the end of a request that ask for nothing more where there is only one way."""
 
 DENIALS, TOUCHING = (
-    frozenset("don't not never without avoid".split()),
+    frozenset("don't not never without avoid avoiding nor no".split()),
     frozenset("hit hitting knock knocking touch touching bump bumping crash crashing collide colliding".split()),
 )
 """Words that ask not to touch something, which the limits see to."""
@@ -50,37 +49,41 @@ DENIALS, TOUCHING = (
 SUBJECTS, STATES = frozenset("the it they he she this that my our".split()), frozenset("is are was were".split())
 """How a remark begins, and its verbs: "the ward is asleep"."""
 
-_SPEED = re.compile(r"\b(?:v|vel|velocity|speed)\s*[=:]?\s*((?:\d*\.)?\d+)(?!\s*(?:m/|cm|mm|km|m\b|%|percent|times|[.\d]))", re.I)
+SPEEDS = frozenset("v vel velocity speed".split())
 
 
 class Leftover:
     """The pieces of a sentence that were not taken by the way."""
 
-    def __init__(self, text: Text, taken: list[bool]) -> None:
+    def __init__(self, text: Text, taken: list[bool], instead: Mapping[int, str] | None = None) -> None:
         self.text, self.words, self.taken = text, text.words, taken
+        self.instead = dict(instead or {})
         self.notes: list[str] = []
 
     def spoken_of_all(self) -> str:
         """What was not taken, without what only carried the way."""
         self.carried_things()
+        self.with_units()
         parts: list[str] = []
         for first, last in self.stretches():
             first, last = self.trimmed(first, last)
             if first < last:
                 parts.append(self.spoken(first, last))
-        return self.with_units(", ".join(parts))
+        return ", ".join(parts)
 
-    def with_units(self, rest: str) -> str:
-        """Speeds that are given as bare numbers, in m/s."""
-        said = _SPEED.sub(r"at \1 m/s", rest)
-        if said != rest:
-            self.notes.append("took the speed as m/s")
-        return said
+    def with_units(self) -> None:
+        """Give a speed that is a bare number its unit."""
+        for k in range(len(self.words) - 1):
+            amount = amount_at(self.words, k + 1) if self.words[k] in SPEEDS else None
+            if amount is not None and not amount.unit and amount.used == 1 and not self.taken[k]:
+                self.instead |= {k: "at", k + 1: f"{amount.value:g} m/s"}
+                self.notes.append(f"took {amount.value:g} as m/s")
 
     def carried_things(self) -> None:
         """Take "carry the soup" out where nothing is known of soup."""
         for i, word in enumerate(self.words):
-            if self.taken[i] or not base(word, MOTION | PICKING | STARTS | GOALS):
+            concept, said = concept_at(self.words, i)
+            if self.taken[i] or not base(word, MOTION | PICKING | STARTS | GOALS) or (concept and said > 1):
                 continue
             end = self.thing_behind(i + 1)
             if end > i + 1:
@@ -92,7 +95,9 @@ class Leftover:
         end = i
         while end < min(len(self.words), i + 5) and not self.taken[end] and self.nameless(end):
             end += 1
-        closed = end == len(self.words) or self.taken[end] or self.words[end] in JOINTS or concept_at(self.words, end)[0]
+        closed = (
+            end == len(self.words) or self.taken[end] or self.words[end] in JOINTS or concept_at(self.words, end)[0]
+        )
         named = any(not is_filler(word) and word not in CARRIERS for word in self.words[i:end])
         return end if closed and named else i
 
@@ -131,7 +136,8 @@ class Leftover:
     def idle(self, first: int, last: int) -> bool:
         """Whether a fragment asks for nothing: it carries the way, is a remark, or says what the limits see to."""
         words = self.words[first:last]
-        if all(word in CARRIERS or is_filler(word) or base(word, MOTION | STARTS | GOALS | VIAS) for word in words):
+        verbs = MOTION | STARTS | GOALS | VIAS | TOURS
+        if all(word in CARRIERS or is_filler(word) or base(word, verbs) for word in words):
             return True
         if any(amount_at(self.words, k) is not None for k in range(first, last)):
             return False
@@ -165,6 +171,9 @@ class Leftover:
         text, at, out = self.text.text, self.text.pieces[first].span[0], ""
         for k in range(first, last):
             begin, end = self.text.pieces[k].span
+            if k in self.instead:
+                gap = " " if self.words[k - 1 : k] and k - 1 in self.instead else text[at:begin]
+                out, at = out + gap + self.instead[k], end
             refers = self.words[k] == "there" or (self.words[k] == "it" and self.words[k - 1] in BEFORE_IT)
             if self.text.object_at(k) is not None:
                 meant = ""

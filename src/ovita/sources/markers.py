@@ -25,7 +25,7 @@ def _phrases(text: str) -> frozenset[tuple[str, ...]]:
     return frozenset(tuple(phrase.split()) for phrase in text.split(","))
 
 
-PREPOSITIONS: Mapping[tuple[str, ...], Role] = {
+PREPOSITIONS: dict[tuple[str, ...], Role] = {
     **dict.fromkeys(_phrases("from, out of, away from, off of"), "start"),
     **dict.fromkeys(
         _phrases("to, until, till, onto, into, toward, towards, as far as, ->, in to, on to, up until"), "goal"
@@ -34,8 +34,11 @@ PREPOSITIONS: Mapping[tuple[str, ...], Role] = {
 }
 """Prepositions that tell a role by themselves."""
 
-AFTER_VERBS: Mapping[tuple[str, ...], Role] = {("for",): "goal", ("off",): "start", ("by",): "via"}
+AFTER_VERBS: dict[tuple[str, ...], Role] = {("for",): "goal", ("off",): "start", ("by",): "via"}
 """Prepositions that tell one behind a verb of motion: "head for", "off the shelf", "go by the mast"."""
+
+BOUND_FOR: dict[tuple[str, ...], Role] = {("for",): "goal"}
+"""Those behind a verb with a role: "leave for"."""
 
 STARTS = _words(
     """start begin commence depart leave launch originate pick grab fetch collect grasp retrieve embark exit
@@ -45,7 +48,7 @@ GOALS = _words(
     """end finish terminate conclude land arrive reach stop park halt approach deliver drop put place lay stick deposit
     release dock settle unload culminate destine"""
 )
-VIAS = _words("pass visit cross overfly touch skirt call swing round detour")
+VIAS = _words("pass visit cross overfly overflies overflying touch skirt call swing round detour")
 MOTION = _words(
     """go move travel run drive fly come carry bring take get head proceed continue return transfer transport convey
     guide lead send navigate roll glide slide cruise sweep climb ascend rise descend lower swing make route walk advance
@@ -60,7 +63,7 @@ PARTICLES = _words(
 )
 """What may stand between a verb and the place: "set down", "all the way to"."""
 
-AROUND = _words("round around skirt detour")
+AROUND, OVER = _words("round around skirt detour"), _words("overfly overflies overflying")
 PRONOUNS = _words("it them that this me us him her one everything")
 RESTS: Mapping[tuple[str, ...], Role] = {
     **dict.fromkeys(
@@ -100,8 +103,8 @@ COMPOUNDS: Mapping[tuple[str, ...], Role] = {
 
 POINTS = _words("point position place location pose spot station site")
 COPULAS = _phrases(
-    """is, are, as, being, will be, should be, shall be, must be, would be, is at, should be at, be, was, becomes, is on,
-    is above, is by, is over, is the, at, equals, ':', is located at"""
+    """is, are, as, being, will be, should be, shall be, must be, would be, is at, should be at, be, was, becomes,
+    is on, is above, is by, is over, is the, at, equals, is located at"""
 )
 DETERMINERS = _words("the a an my your its our their his her this of first final")
 """After these a verb is a noun: "the start", "a stop"."""
@@ -109,7 +112,10 @@ DETERMINERS = _words("the a an my your its our their his her this of first final
 STOPPING = _words("stop park halt rest")
 """Verbs that end a way unless a time says that it is a pause."""
 
-STAYING = _words("hover wait stand sit stay rest be locate position park situate place currently")
+STAYING = _words(
+    """hover wait stand sit stay rest be is are am locate position park situate currently stop halt hold pause linger
+    dwell"""
+)
 """Verbs of being somewhere: where one is before the way, it begins."""
 
 FINAL = _words("end finish terminate conclude land arrive culminate dock settle")
@@ -128,7 +134,7 @@ class Marker:
         end: The word behind the marker.
         bare: Whether it is a preposition alone, without a verb or noun of the way.
         led: Whether it is a verb without a preposition, so that a particle may belong to the place: "land on".
-        around: Whether the way leads around the place and not to it.
+        relation: What the marker says of an object besides: "overfly", "swing around".
         stops: Whether a time behind makes a pause of it.
         final: Whether nothing can come after the place.
         tour: Whether it may be one of several, the last of which ends the way.
@@ -138,7 +144,7 @@ class Marker:
     end: int
     bare: bool = False
     led: bool = False
-    around: bool = False
+    relation: Literal["", "over", "beside"] = ""
     stops: bool = False
     final: bool = False
     tour: bool = False
@@ -149,8 +155,15 @@ def base(word: str, of: frozenset[str]) -> str:
     return next((form for form in stems(word) if form in of), "")
 
 
+def marks(word: str) -> bool:
+    """Whether a word may be of a marker, so that it is spelt as it is meant."""
+    return bool(base(word, STARTS | GOALS | VIAS | MOTION | STAYING)) or word in START_NOUNS | GOAL_NOUNS | VIA_NOUNS
+
+
 def markers_at(words: Sequence[str], i: int) -> list[Marker]:
-    """The markers that begin at word i, the longest first."""
+    """The markers that begin at word i, the longest first; none behind the last word."""
+    if i >= len(words):
+        return []
     noun = i > 0 and words[i - 1] in DETERMINERS
     found = [*_nouns(words, i), *_bare(words, i), *(() if noun else _verbs(words, i))]
     return sorted(found, key=lambda marker: (marker.led, -marker.end if not marker.led else marker.end))
@@ -170,9 +183,7 @@ def _tail(words: Sequence[str], i: int) -> range:
     return range(i, end + 1)
 
 
-def _prepositions(
-    words: Sequence[str], i: int, among: Mapping[tuple[str, ...], Role]
-) -> Iterator[tuple[Role, int]]:
+def _prepositions(words: Sequence[str], i: int, among: Mapping[tuple[str, ...], Role]) -> Iterator[tuple[Role, int]]:
     for used in (3, 2, 1):
         role = among.get(tuple(words[i : i + used])) if i + used <= len(words) else None
         if role is not None:
@@ -181,8 +192,8 @@ def _prepositions(
 
 def _verbs(words: Sequence[str], i: int) -> Iterator[Marker]:
     """What a verb at word i tells, with or without a preposition behind it."""
-    for role, end in _prepositions(words, i, RESTS):
-        yield from _led(words, end, role, words[end - 1])
+    for told, end in _prepositions(words, i, RESTS):
+        yield from _led(words, end, told, words[end - 1])
     word = words[i]
     role = _role_of(word)
     if role is not None or base(word, MOTION):
@@ -205,8 +216,10 @@ def _led(words: Sequence[str], i: int, role: Role | None, verb: str) -> Iterator
     for at in _tail(words, i):
         if role is not None:
             around = role == "via" and bool(AROUND & set(words[i - 1 : at]))
-            yield Marker(role, at, led=True, around=around, stops=stops, final=final, tour=tour)
-        for said, end in _prepositions(words, at, {**PREPOSITIONS, **AFTER_VERBS}):
+            relation: Literal["", "over", "beside"] = "over" if base(verb, OVER) else "beside" if around else ""
+            yield Marker(role, at, led=True, relation=relation, stops=stops, final=final, tour=tour)
+        among = PREPOSITIONS | (AFTER_VERBS if role is None or role == "via" else BOUND_FOR)
+        for said, end in _prepositions(words, at, among):
             yield Marker("via" if role == "via" and said == "goal" else said, end, final=final)
 
 

@@ -23,6 +23,7 @@ from ovita.limits.problem import TOLERANCE
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array
+from ovita.sources.markers import marks
 from ovita.text import listed, number, point, the
 
 Relation = Literal["at", "over", "under", "left", "right", "front", "back", "beside", "between"]
@@ -67,7 +68,16 @@ BEHIND: dict[str, Relation] = {
         phrase.format(side): side
         for side in ("left", "right")
         for phrase in (
-            *("on the {}", "on its {}", "on the {} side", "on its {} side", "to the {} side", "to its {}", "to its {} side"),
+            *(
+                "on the {}",
+                "on its {}",
+                "on the {} side",
+                "on its {} side",
+                "to the {} side",
+                "to its {}",
+                "to its {} side",
+                "by the {}",
+            ),
             *("on the {} hand side", "on its {} hand side", "at the {} side", "at its {} side", "{} side"),
         )
     },
@@ -162,7 +172,11 @@ class Text:
         self.text, self.scene = text.replace("’", "'"), scene
         self.catalog = Catalog(scene, path)
         self.pieces = _cut(self.text)
-        self.words, self.notes = respelt([p.text.lower() for p in self.pieces], self.catalog)
+        said = [piece.text.lower() for piece in self.pieces]
+        right, notes = respelt(said, self.catalog)
+        self.words = [word if marks(word) else other for word, other in zip(said, right, strict=True)]
+        kept = tuple(f"read {word!r} as" for word in said if marks(word))
+        self.notes = [note for note in notes if not note.startswith(kept)]
 
     def __len__(self) -> int:
         return len(self.pieces)
@@ -258,7 +272,7 @@ class Text:
         return Location("between", pair, unclear=first[0].unclear or second[0].unclear), second[1]
 
     def _pair(self, i: int) -> tuple[Location, int] | None:
-        """The only two objects that a noun at piece i fits: "the two posts", or "the gate" of a left and a right one."""
+        """The only two objects that a noun fits: "the two posts", or "the gate" of a left and a right one."""
         i = self._after_articles(i)
         i += self.words[i : i + 1] in (["two"], ["both"])
         i = self._after_articles(i)
@@ -266,10 +280,9 @@ class Text:
             return None
         noun = singular(self.words[i])
         mention = self._mention(i)
-        fit = [item for item in self.scene if noun in self.catalog.words[item.name]] if mention is None else mention.items
-        if len(fit) != 2:
-            return None
-        return Location("between", tuple(fit)), i + (1 if mention is None else mention.used)
+        items = [item for item in self.scene if noun in self.catalog.words[item.name]]
+        pair, used = (tuple(items), 1) if mention is None else (mention.items, mention.used)
+        return (Location("between", pair), i + used) if len(pair) == 2 else None
 
 
 def _cut(text: str) -> list[Snippet]:

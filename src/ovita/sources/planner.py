@@ -99,7 +99,7 @@ class PlanRequest:
     @property
     def told(self) -> str:
         """The way in words: "from above the box, passing above the bottle, to above the plate"."""
-        via = f", passing {listed(anchor.label for anchor in self.via)}," if self.via else ""
+        via = f", passing {listed(dict.fromkeys(anchor.label for anchor in self.via))}," if self.via else ""
         return f"from {self.start.label}{via} to {self.goal.label}"
 
 

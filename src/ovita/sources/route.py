@@ -7,15 +7,22 @@ noun behind it ("the plate is the target"), or from its place in a list ("box ->
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from ovita.instruct.lexicon import concept_at, is_filler
 from ovita.instruct.numbers import amount_at
+from ovita.instruct.objects import GENERIC
 from ovita.paths.scene import Scene, SceneObject
-from ovita.sources.leftover import CARRIERS, JOINTS, SEQUENCERS, Leftover
+from ovita.sources.heights import Level, read_level
+from ovita.sources.leftover import CARRIERS, DENIALS, JOINTS, SEQUENCERS, Leftover
 from ovita.sources.markers import (
     COPULAS,
     DETERMINERS,
+    GOALS,
+    MOTION,
+    PICKING,
+    STARTS,
     STAYING,
     Marker,
     Role,
@@ -26,9 +33,6 @@ from ovita.sources.markers import (
 from ovita.sources.places import PHRASES, Location, Text
 from ovita.text import listed
 
-DENIALS = frozenset("don't not never without avoid avoiding nor no".split())
-"""Words that ask not to do something."""
-
 NO_ROUTE = frozenset(
     """keep keeping keeps stay stays staying clear clearance away distance far off least close closer near nearer gap
     margin clearances distances room berth""".split()
@@ -37,6 +41,9 @@ NO_ROUTE = frozenset(
 
 COMPARED = frozenset("next close near due according parallel similar relative compared perpendicular equal".split())
 """Words whose "to" goes nowhere."""
+
+CARRYING = frozenset("carry move bring take transport transfer deliver haul ferry convey put place get fetch".split())
+"""Verbs whose object is carried."""
 
 TIMES = frozenset("once twice thrice times time circle circles loop loops lap laps orbit".split())
 """Words that make a figure of "around the lamp"."""
@@ -47,6 +54,13 @@ NO_NAMES = frozenset(
     then one home be you me start""".split()
 )
 """Nouns that are no objects, and other words that may stand where an object is named."""
+
+FASTEST = frozenset(
+    ("as fast as possible", "as fast as you can", "as quickly as possible", "as quickly as you can", "asap", "flat out",
+     "at top speed", "at full speed", "at maximum speed", "at max speed", "as fast as it can", "as soon as possible",
+     "as fast as allowed", "at full throttle", "as quick as possible", "as quick as you can")
+)  # fmt: skip
+"""What lets the plan go as fast as the robot."""
 
 BACK = frozenset("back return returning returns home".split())
 
@@ -63,6 +77,8 @@ class Route:
         notes: Spellings that were corrected, and what was taken to ask for nothing.
         unknown: Names of things that are not in the scene.
         names: Of the objects that are.
+        fastest: Whether it asks for the robot's highest speed.
+        level: The height to go at, or None.
     """
 
     start: Location | None = None
@@ -72,6 +88,8 @@ class Route:
     notes: tuple[str, ...] = ()
     unknown: tuple[str, ...] = ()
     names: tuple[str, ...] = ()
+    fastest: bool = False
+    level: Level | None = None
 
     @property
     def question(self) -> str:
@@ -125,10 +143,18 @@ class _RouteReader:
         self.start: Location | None = None
         self.legs = [_Leg()]
         self.edge = 0  # behind the last place that was taken
-        self.touring = False
+        self.touring = self.fastest = False
         self.stays: list[_Stay] = []
+        self.instead: dict[int, str] = {}
+        self.level: Level | None = None
         self.unknown: dict[str, Role] = {}
         self.notes = list(text.notes)
+
+    @property
+    def takers(self) -> tuple[Callable[[int], int], ...]:
+        """What may begin at a piece, in the order in which it is tried."""
+        ways = (self.both, self.back, self.titled, self.leveled, self.hurry, self.grasped, self.marked, self.stay)
+        return (*ways, self.around, self.relation, self.onward)
 
     @property
     def leg(self) -> _Leg:
@@ -143,13 +169,14 @@ class _RouteReader:
         while i < len(self.text):
             i = self.step(i)
         self.completed()
-        left = Leftover(self.text, self.taken)
+        left = Leftover(self.text, self.taken, self.instead)
         rest = left.spoken_of_all()
         passed = [place for leg in self.legs for place in (*leg.via, leg.goal) if place is not None]
         via, goal = (passed[:-1], passed[-1]) if self.goal is not None else (passed, None)
         notes = tuple(dict.fromkeys((*self.notes, *left.notes)))
         unknown = tuple(name for name, role in self.unknown.items() if self.missing(role))
-        return Route(self.start, goal, tuple(via), rest, notes, unknown, tuple(self.text.scene.names))
+        names = tuple(self.text.scene.names)
+        return Route(self.start, goal, tuple(via), rest, notes, unknown, names, self.fastest, self.level)
 
     def missing(self, role: Role) -> bool:
         """Whether a place of a role was named but not found."""
@@ -157,7 +184,7 @@ class _RouteReader:
 
     def step(self, i: int) -> int:
         """Take what begins at piece i; the next piece to look at."""
-        for take in (self.both, self.back, self.titled, self.marked, self.stay, self.around, self.relation, self.onward):
+        for take in self.takers:
             end = take(i)
             if end > i:
                 return end
@@ -182,7 +209,11 @@ class _RouteReader:
         if not goes and len(self.listed(end)) < 2:
             return i
         self.start = place
-        return self.take(i, end)
+        end = self.take(i, end)
+        for stop, behind in () if goes else self.listed(end):
+            self.legs.append(_Leg(goal=stop))
+            end = self.take(end, behind)
+        return end
 
     def listed(self, end: int) -> list[tuple[Location, int]]:
         """The places that follow a place as a list: ", the shed and the barn"."""
@@ -192,7 +223,7 @@ class _RouteReader:
             while at < len(self.text) and self.words[at] in ("and", ",", "then", "next", "finally", "-"):
                 at += 1
             place = self.text.place_at(at) if at > end else None
-            if place is None or not self.ends_at(place[1]):
+            if place is None or not self.ends_at(place[1]) or place[0].relation not in ("at", "beside"):
                 return found
             found.append(place)
             end = place[1]
@@ -222,18 +253,27 @@ class _RouteReader:
         """From the box; ending at the cup; via the plate."""
         marks = [mark for mark in markers_at(self.words, i) if not self.barred(i, mark)]
         for mark in marks:
-            found = self.text.place_at(mark.end)
-            if found is None or (mark.stops and self.timed(i, found[1])):
+            found = self.place(mark)
+            if found is None or (mark.stops and self.pauses(i, found[1])):
                 continue
             place, end = found
-            if mark.around and place.relation == "at":
-                place = replace(place, relation="beside")
+            if mark.relation and place.relation == "at":
+                place = replace(place, relation=mark.relation)
             if not mark.bare or mark.role == "via" or not self.turns_away(i):
                 if self.assign(mark, place, i):
                     self.take(i, end)
                     return self.several(mark, end)
         self.stranger(marks)
         return i
+
+    def pauses(self, i: int, end: int) -> bool:
+        """Whether a stop on the way is meant and not its end."""
+        return self.timed(i, end) or (self.goal is not None and not self.after_that(i))
+
+    def place(self, mark: Marker) -> tuple[Location, int] | None:
+        """The place behind a marker; "through the gate" leads between its posts."""
+        through = mark.role == "via" and self.words[mark.end - 1] in ("through", "cross", "crossing")
+        return (self.text.between(mark.end) if through else None) or self.text.place_at(mark.end)
 
     def several(self, mark: Marker, end: int) -> int:
         """Take the places that follow as a list: "visit the shed, the barn and the well"."""
@@ -301,7 +341,7 @@ class _RouteReader:
         if self.words[i] not in ("around", "round", "by") or not self.carried(i):
             return i
         found = self.text.place_at(i + (self.words[i] != "by"))
-        if found is None or found[0].point is not None or self.goal is not None and self.words[i] != "by":
+        if found is None or found[0].point is not None or (self.goal is not None and self.words[i] != "by"):
             return i
         place, end = found
         fragment = self.words[self.fragment(i) : end + 3]
@@ -319,6 +359,30 @@ class _RouteReader:
             return i
         self.legs.append(_Leg(goal=found[0]))
         return self.take(i, found[1])
+
+    def hurry(self, i: int) -> int:
+        """As fast as possible: the plan may go as fast as the robot."""
+        used = self.text.phrase_at(i, FASTEST)[1]
+        self.fastest |= bool(used)
+        if used:
+            self.taken[i : i + used] = [True] * used
+        return i + used
+
+    def leveled(self, i: int) -> int:
+        """At a height of 40 cm; at least one metre above the ground."""
+        if i != self.fragment(i) or self.denied(i + 1):
+            return i
+        end = next((k for k in range(i, len(self.text)) if self.words[k] in JOINTS or self.leads(k)), len(self.text))
+        level = read_level(self.words[i:end])
+        if level is None:
+            return i
+        self.level = level
+        self.taken[i:end] = [True] * (end - i)
+        return end
+
+    def leads(self, k: int) -> bool:
+        """Whether a preposition of the way begins at piece k, with its place."""
+        return any(mark.bare and self.text.place_at(mark.end) is not None for mark in markers_at(self.words, k))
 
     def back(self, i: int) -> int:
         """And back; then return home: the start is the goal."""
@@ -348,6 +412,8 @@ class _RouteReader:
             return i
         place, end = found
         timed = self.timed(i, end)
+        if timed and place.relation == "over" and place.distance is None:
+            self.instead[self.measured(at)] = "at"  # the way passes there, so that nothing has to be added to it
         if self.start is None and self.goal is None and not timed:
             self.start = place
             return self.take(i, end)
@@ -365,10 +431,11 @@ class _RouteReader:
         return amount.used if amount is not None and amount.unit in ("s", "step") else 0
 
     def timed(self, i: int, end: int) -> bool:
-        """Whether a phrase from piece i to an end has a time in it or right behind it."""
+        """Whether a phrase from piece i to an end has a time in it, right behind it or right before it."""
+        before = range(max(self.fragment(i), i - 3), i)
         behind = end + (self.words[end : end + 1] == ["for"])
         return self.words[end : end + 1] == ["for"] or any(
-            self.length_of_time(k) for k in (*range(i, end), behind) if k < len(self.text)
+            self.length_of_time(k) for k in (*before, *range(i, end), behind) if k < len(self.text)
         )
 
     def completed(self) -> None:
@@ -388,13 +455,58 @@ class _RouteReader:
             self.leg.goal = stay.place
             if not stay.timed:
                 self.taken[slice(*stay.span)] = [True] * (stay.span[1] - stay.span[0])
-        elif stay.timed and not any(item in self.objects() for item in stay.place.objects):
-            self.leg.via.append(replace(stay.place, distance=None))
+            return
+        if not any(item in self.objects() for item in stay.place.objects):
+            self.leg.via.append(replace(stay.place, distance=None) if stay.timed else stay.place)
+        if not stay.timed and self.words[stay.span[0]] not in ("is", "are", "be"):
+            self.taken[slice(*stay.span)] = [True] * (stay.span[1] - stay.span[0])
+            self.notes.append(f"it comes to {stay.place.label} without a pause, as no time was said")
 
     def objects(self) -> list[SceneObject]:
         """What the way is told by so far."""
         places = [self.start, *(place for leg in self.legs for place in (*leg.via, leg.goal))]
         return [item for place in places if place is not None for item in place.objects]
+
+    def grasped(self, i: int) -> int:
+        """Take what is at the cup; put the part at the cup onto the plate: where the thing is, the way begins."""
+        picks = base(self.words[i], PICKING | STARTS)
+        if self.start is not None or not (picks or base(self.words[i], MOTION | GOALS)) or self.denied(i):
+            return i
+        at = i + 1
+        while at < min(len(self.text), i + 7) and self.of_a_thing(at):
+            at += 1
+        found = self.text.place_at(at) if at > i + 1 and self.words[at : at + 1] and self.words[at] in _WHERE else None
+        if found is None:
+            return self.grasped_object(i)
+        goes = any(mark.role == "goal" and not mark.led for mark in markers_at(self.words, found[1]))
+        if not picks and not goes:
+            return i
+        self.start = replace(found[0], relation="at") if self.words[at] in ("on", "in") else found[0]
+        return self.take(i, found[1])
+
+    def grasped_object(self, i: int) -> int:
+        """Take the cup to the plate: the way begins where what is carried is."""
+        at = i + 1 + (self.words[i + 1 : i + 2] in (["up"], ["over"]))
+        found = self.text.place_at(at) if base(self.words[i], PICKING | CARRYING) else None
+        if found is None or found[0].relation != "at" or found[0].point is not None:
+            return i
+        begins = {mark.role for mark in markers_at(self.words, found[1]) if not mark.led}
+        joined = self.words[found[1] : found[1] + 1] in (["and"], [","], ["then"]) and base(self.words[i], PICKING)
+        if "goal" in begins or joined:
+            self.start = found[0]
+        elif "start" not in begins:
+            return i
+        self.notes.append(f"took {' '.join(self.words[i : found[1]])!r} as what is carried")
+        return self.take(i, found[1])
+
+    def of_a_thing(self, k: int) -> bool:
+        """Whether a word may be of what is carried: "the thing", "what's"."""
+        word = self.words[k]
+        if word in DETERMINERS:
+            return True
+        if word in _WHERE or word in JOINTS or (self.text.object_at(k) is not None and word not in GENERIC):
+            return False
+        return word.replace("'", "").isalpha() and not any(mark.bare for mark in markers_at(self.words, k))
 
     # what words mean where they stand
 
@@ -449,11 +561,12 @@ class _RouteReader:
     def stranger(self, marks: list[Marker]) -> None:
         """Note what stands where a place should be and is not in the scene."""
         for mark in marks:
-            at = mark.end
+            at = mark.end + (self.words[mark.end : mark.end + 1] != [] and self.words[mark.end] in _WHERE)
+            begin = at
             while at < len(self.text) and self.words[at] in DETERMINERS:
                 at += 1
             name = self.noun_at(at)
-            certain = at > mark.end or (mark.bare and mark.role == "start")
+            certain = at > begin or (mark.bare and mark.role == "start")
             if name and (certain or mark.role == "goal") and not self.text.place_at(mark.end):
                 self.unknown.setdefault(name, mark.role)
                 return
@@ -474,11 +587,9 @@ class _RouteReader:
         return not known and not markers_at(self.words, k)
 
 
-_HOMEWARD = frozenset("again to the start beginning home there where it you we started began came from its origin".split())
-_STILL = frozenset("now currently right directly for there just still initially at first located standing".split()) - {
-    "right",
-    "at",
-}
+_WHERE = frozenset("at in by near beside on inside within".split())
+_HOMEWARD = frozenset("again to the start beginning home there where it you we started began came from origin".split())
+_STILL = frozenset("now currently directly for there just still initially first located standing".split())
 
 
 def _alike(one: Location, other: Location) -> bool:

@@ -7,19 +7,23 @@ trajectory, and a question about the way has to be answered before there is one.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from ovita.chain import adapt, enforced
 from ovita.errors import RequestError
-from ovita.limits import ConstraintOptions
+from ovita.limits import ConstraintOptions, verify
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
-from ovita.paths.trajectory import Trajectory
+from ovita.paths.trajectory import Array, Trajectory
 from ovita.request import MAX_INSTRUCTION, Request
 from ovita.result import Adaptation, Status
 from ovita.sources.places import Location
 from ovita.sources.planner import TIME_LIMIT, WAYPOINTS, Plan, Planner, PlanRequest, anchored, planned, planner_named
+from ovita.sources.room import beside_sides, enlarged, leveled
 from ovita.sources.route import Route, read_route
 from ovita.text import sentence
 from ovita.writers.base import PolicyWriter, Progress
@@ -101,14 +105,55 @@ def from_words(
     route = replace(route, start=route.start or here)
     if route.question or route.start is None or route.goal is None:
         return Generation(instruction, route, route.question)
-    first, *passed, last = anchored([route.start, *route.via, route.goal], scene, robot)
-    request = PlanRequest(scene, robot, first, last, tuple(passed), waypoints, speed, seed, search_limit)
-    found = planned(request, planner_named(planner) if isinstance(planner, str) else planner, progress)
+    first, *passed, last = leveled(anchored([route.start, *route.via, route.goal], scene, robot), route.level, scene)
+    wanted = robot.max_speed if speed is None and route.fastest else speed
+    request = PlanRequest(scene, robot, first, last, tuple(passed), waypoints, wanted, seed, search_limit)
+    chosen = planner_named(planner) if isinstance(planner, str) else planner
+    found = _roomy(request, chosen, beside_sides(route, scene), progress) or planned(request, chosen, progress)
     made = Generation(instruction, route, plan=found)
     if found.trajectory is None or not found.ok:
         return made
     stages = {"writer": writer, "constraints": constraints, "progress": progress, **options}
-    return replace(made, adaptation=_adapted(instruction, route, request, found.trajectory, stages))
+    made = replace(made, adaptation=_adapted(instruction, route, request, found.trajectory, stages))
+    return _with_distance(made, request, chosen, stages)
+
+
+def _roomy(request: PlanRequest, planner: Planner, room: Mapping[str, Array], progress: Progress | None) -> Plan | None:
+    """The plan around objects that are made larger by some room [m] on each side, or None if there is none."""
+    if not room:
+        return None
+    found = planned(replace(request, scene=enlarged(request.scene, request.robot, room)), planner, progress)
+    if found.trajectory is None or not found.ok:
+        return None
+    path = found.trajectory
+    checks = verify(path, request.scene, request.robot, proposed=path, original=path)
+    return replace(found, request=request, checks=checks) if all(check.held for check in checks) else None
+
+
+def _with_distance(made: Generation, request: PlanRequest, planner: Planner, stages: dict[str, Any]) -> Generation:
+    """Planned again with the distances that the rest of the sentence asks for, if that serves better.
+
+    The ends stay where they were said this way, which an adaptation that makes room would move.
+    """
+    result = made.adaptation
+    if result is None or (RANK.get(result.status, 9) > RANK["not_as_meant"]):
+        return made
+    keep = request.robot.radius + request.robot.obstacle_margin
+    kept = [promise.arguments for promise in result.postconditions if promise.kind == "distance"]
+    asked = [(promise.get("object"), promise.get("at_least")) for promise in kept]
+    room = {str(name): np.full(3, least - keep + SPARE) for name, least in asked if name and least and least > keep}
+    found = _roomy(request, planner, room, stages["progress"])
+    if found is None or found.trajectory is None:
+        return made
+    again = _adapted(made.instruction, made.route, request, found.trajectory, stages)
+    return replace(made, plan=found, adaptation=again) if RANK.get(again.status, 9) <= RANK[result.status] else made
+
+
+RANK: dict[Status, int] = {"done": 0, "limited": 1, "not_as_meant": 2}
+"""The better of two results has the lower one."""
+
+SPARE = 0.005
+"""How much more than the distance that is asked for a plan keeps [m]."""
 
 
 def _adapted(
