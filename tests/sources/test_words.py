@@ -119,6 +119,12 @@ def test_a_height_over_the_ground_is_that_of_the_way_between_the_ends():
     assert made.status == "done" and heights.max() == pytest.approx(0.4, abs=0.01) and max(heights[[0, -1]]) < 0.3
 
 
+def test_parts_that_are_certain_by_themselves_are_done_together():
+    text = "from the box to the plate, at most 0.2 m/s, clearance to the bottle at least 0.12 m"
+    result = from_words(text, TABLE, ARM, writer="builtin").adaptation
+    assert result.status == "done" and {promise.kind for promise in result.postconditions} == {"speed", "distance"}
+
+
 def test_as_fast_as_possible_plans_at_the_highest_speed():
     made = from_words("from the box to the plate asap", TABLE, ARM, writer="builtin")
     assert made.plan.request.speed == ARM.max_speed and made.route.rest == ""

@@ -12,7 +12,7 @@ from ovita.sources.markers import GOALS, MOTION, PICKING, STARTS, TOURS, VIAS, b
 from ovita.sources.places import Text
 from ovita.text import the
 
-JOINTS = frozenset(", ; . : ! ? ( ) and then after afterwards but next finally while -".split())
+JOINTS = frozenset(", ; . : ! ? ( ) and then after afterwards but next finally while - / |".split())
 """Marks and words between two things that are said."""
 
 SEQUENCERS = frozenset("then next afterwards finally subsequently later onward onwards lastly on second".split())
@@ -28,7 +28,7 @@ CARRIERS = frozenset(
     glide slide shift pass passes passing next here leg trip journey task job possible able wondering mind helpful
     great cool happy glad kindly try manage help if will ask asking asked about how what where get getting gets it's
     i'd i'll you'd don't mission flight drop pick use using via point end stop order reach reaching back home same
-    n second third twice-way return returning
+    n dear second third twice-way return returning
     """.split()
 ) - {"don't"}
 """Words that carry a route and ask for nothing else."""
@@ -49,34 +49,49 @@ DENIALS, TOUCHING = (
 SUBJECTS, STATES = frozenset("the it they he she this that my our".split()), frozenset("is are was were".split())
 """How a remark begins, and its verbs: "the ward is asleep"."""
 
-SPEEDS = frozenset("v vel velocity speed".split())
+SPEEDS = frozenset("v vel velocity speed vmax".split())
 
 
 class Leftover:
     """The pieces of a sentence that were not taken by the way."""
 
-    def __init__(self, text: Text, taken: list[bool], instead: Mapping[int, str] | None = None) -> None:
+    def __init__(
+        self, text: Text, taken: list[bool], instead: Mapping[int, str] | None = None, start: str = ""
+    ) -> None:
         self.text, self.words, self.taken = text, text.words, taken
-        self.instead = dict(instead or {})
+        self.start = start  # where the way begins, which "there" does not mean
+        self.instead = dict(instead)
         self.notes: list[str] = []
+        self.parts: list[str] = []
 
     def spoken_of_all(self) -> str:
         """What was not taken, without what only carried the way."""
         self.carried_things()
         self.with_units()
-        parts: list[str] = []
+        self.with_ceiling()
+        said: list[str] = []
         for first, last in self.stretches():
             first, last = self.trimmed(first, last)
             if first < last:
-                parts.append(self.spoken(first, last))
-        return ", ".join(parts)
+                said.append(self.spoken(first, last))
+                self.parts += [self.spoken(*part) for part in self.fragments(first, last) if not self.idle(*part)]
+        return ", ".join(said)
+
+    def with_ceiling(self) -> None:
+        """Say "ceiling 1.8 m" as a height that is not to be exceeded."""
+        for k in range(len(self.words) - 1):
+            behind = k + 1 + (self.words[k + 1] in ("of", ":"))
+            amount = amount_at(self.words, behind) if self.words[k] == "ceiling" and behind < len(self.words) else None
+            if amount is not None and amount.unit == "m" and not self.taken[k]:
+                self.instead |= {k: "never higher than"} | {n: "" for n in range(k + 1, behind)}
 
     def with_units(self) -> None:
         """Give a speed that is a bare number its unit."""
         for k in range(len(self.words) - 1):
             amount = amount_at(self.words, k + 1) if self.words[k] in SPEEDS else None
             if amount is not None and not amount.unit and amount.used == 1 and not self.taken[k]:
-                self.instead |= {k: "at", k + 1: f"{amount.value:g} m/s"}
+                most = self.words[k] == "vmax" or self.words[k - 1 : k] in (["max"], ["maximum"])
+                self.instead |= {k: "at most" if most else "at", k + 1: f"{amount.value:g} m/s"}
                 self.notes.append(f"took {amount.value:g} as m/s")
 
     def carried_things(self) -> None:
@@ -184,9 +199,10 @@ class Leftover:
 
     def meant_before(self, first: int) -> str:
         """The object that was named last before a piece, or ""."""
-        found = (self.text.object_at(k) for k in range(first - 1, -1, -1))
-        last = next((place for place in found if place is not None and not place[0].unclear), None)
-        return last[0].objects[-1].name if last is not None else ""
+        found = [self.text.object_at(k) for k in range(first - 1, -1, -1)]
+        named = [place[0].objects[-1].name for place in found if place is not None and not place[0].unclear]
+        there = [name for name in named if name != self.start] or named
+        return there[0] if there else ""
 
 
 def _without_last(words: Sequence[str], of: frozenset[str]) -> Sequence[str]:

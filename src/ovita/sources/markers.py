@@ -48,12 +48,12 @@ GOALS = _words(
     """end finish terminate conclude land arrive reach stop park halt approach deliver drop put place lay stick deposit
     release dock settle unload culminate destine"""
 )
-VIAS = _words("pass visit cross overfly overflies overflying touch skirt call swing round detour")
+VIAS = _words("pass visit cross overfly overflies overflying touch skirt call swing round detour inspect survey")
 MOTION = _words(
     """go move travel run drive fly come carry bring take get head proceed continue return transfer transport convey
     guide lead send navigate roll glide slide cruise sweep climb ascend rise descend lower swing make route walk advance
     drift steer shift push pull haul ferry journey ride bind aim trek wander zip hop step pull set reverse retreat back
-    zoom"""
+    zoom traverse trundle"""
 )
 """Verbs, in their base form, that tell where a way begins, ends or passes, or carry it."""
 
@@ -121,8 +121,40 @@ STAYING = _words(
 FINAL = _words("end finish terminate conclude land arrive culminate dock settle")
 """Verbs whose place is the last of the way."""
 
-TOURS = _words("visit patrol tour call inspect stop")
+TOURS = _words("visit patrol tour call inspect survey stop")
 """Verbs of going to several places, the last of which ends the way."""
+
+
+NO_ROUTE = frozenset(
+    """keep keeping keeps stay stays staying clear clearance away distance far off least close closer near nearer gap
+    margin clearances distances room berth""".split()
+)
+"""Words after which "from" and "to" tell a distance."""
+
+COMPARED = frozenset("next close near due according parallel similar relative compared perpendicular equal".split())
+"""Words whose "to" goes nowhere."""
+
+CARRYING = frozenset("carry move bring take transport transfer deliver haul ferry convey put place get fetch".split())
+"""Verbs whose object is carried."""
+
+TIMES = frozenset("once twice thrice times time circle circles loop loops lap laps orbit".split())
+"""Words that make a figure of "around the lamp"."""
+
+NO_NAMES = frozenset(
+    """left right start end goal top bottom front back side way path other same beginning middle ground floor there here
+    left-hand right-hand point rest it that this where which what whatever wherever up down above below within time now
+    then one home be you me start""".split()
+)
+"""Nouns that are no objects, and other words that may stand where an object is named."""
+
+FASTEST = frozenset(
+    ("as fast as possible", "as fast as you can", "as quickly as possible", "as quickly as you can", "asap", "flat out",
+     "at top speed", "at full speed", "at maximum speed", "at max speed", "as fast as it can", "as soon as possible",
+     "as fast as allowed", "at full throttle", "as quick as possible", "as quick as you can")
+)  # fmt: skip
+"""What lets the plan go as fast as the robot."""
+
+BACK = frozenset("back return returning returns home".split())
 
 
 @dataclass(frozen=True)
@@ -177,7 +209,7 @@ def _bare(words: Sequence[str], i: int) -> Iterator[Marker]:
 
 def _tail(words: Sequence[str], i: int) -> range:
     """Every word from i on that a preposition may begin at, behind pronouns and particles."""
-    end = i
+    end = i + (words[i : i + 1] == [":"])
     while end < min(len(words), i + 5) and (words[end] in PARTICLES or (end == i and words[end] in PRONOUNS)):
         end += 1
     return range(i, end + 1)

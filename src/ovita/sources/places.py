@@ -260,9 +260,9 @@ class Text:
 
     def between(self, i: int) -> tuple[Location, int] | None:
         """Between the two that are named from piece i on: "the box and the cup", "the posts", "the gate"."""
-        pair = self._pair(i)
-        if pair is not None:
-            return pair
+        both = self._pair(i)
+        if both is not None:
+            return both
         first = self.object_at(i)
         joined = first is not None and self.words[first[1] : first[1] + 1] == ["and"]
         second = self.object_at(first[1] + 1) if first is not None and joined else None

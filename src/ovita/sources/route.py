@@ -17,13 +17,21 @@ from ovita.paths.scene import Scene, SceneObject
 from ovita.sources.heights import Level, read_level
 from ovita.sources.leftover import CARRIERS, DENIALS, JOINTS, SEQUENCERS, Leftover
 from ovita.sources.markers import (
+    BACK,
+    CARRYING,
+    COMPARED,
     COPULAS,
     DETERMINERS,
+    FASTEST,
     GOALS,
     MOTION,
+    NO_NAMES,
+    NO_ROUTE,
     PICKING,
     STARTS,
     STAYING,
+    TIMES,
+    TOURS,
     Marker,
     Role,
     base,
@@ -32,37 +40,6 @@ from ovita.sources.markers import (
 )
 from ovita.sources.places import PHRASES, Location, Text
 from ovita.text import listed
-
-NO_ROUTE = frozenset(
-    """keep keeping keeps stay stays staying clear clearance away distance far off least close closer near nearer gap
-    margin clearances distances room berth""".split()
-)
-"""Words after which "from" and "to" tell a distance."""
-
-COMPARED = frozenset("next close near due according parallel similar relative compared perpendicular equal".split())
-"""Words whose "to" goes nowhere."""
-
-CARRYING = frozenset("carry move bring take transport transfer deliver haul ferry convey put place get fetch".split())
-"""Verbs whose object is carried."""
-
-TIMES = frozenset("once twice thrice times time circle circles loop loops lap laps orbit".split())
-"""Words that make a figure of "around the lamp"."""
-
-NO_NAMES = frozenset(
-    """left right start end goal top bottom front back side way path other same beginning middle ground floor there here
-    left-hand right-hand point rest it that this where which what whatever wherever up down above below within time now
-    then one home be you me start""".split()
-)
-"""Nouns that are no objects, and other words that may stand where an object is named."""
-
-FASTEST = frozenset(
-    ("as fast as possible", "as fast as you can", "as quickly as possible", "as quickly as you can", "asap", "flat out",
-     "at top speed", "at full speed", "at maximum speed", "at max speed", "as fast as it can", "as soon as possible",
-     "as fast as allowed", "at full throttle", "as quick as possible", "as quick as you can")
-)  # fmt: skip
-"""What lets the plan go as fast as the robot."""
-
-BACK = frozenset("back return returning returns home".split())
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,6 +56,7 @@ class Route:
         names: Of the objects that are.
         fastest: Whether it asks for the robot's highest speed.
         level: The height to go at, or None.
+        parts: The parts that the rest is a list of.
     """
 
     start: Location | None = None
@@ -90,6 +68,7 @@ class Route:
     names: tuple[str, ...] = ()
     fastest: bool = False
     level: Level | None = None
+    parts: tuple[str, ...] = ()
 
     @property
     def question(self) -> str:
@@ -157,6 +136,11 @@ class _RouteReader:
         return (*ways, self.around, self.relation, self.onward)
 
     @property
+    def started(self) -> str:
+        """The object that the way begins at, or ""."""
+        return self.start.objects[0].name if self.start is not None and self.start.objects else ""
+
+    @property
     def leg(self) -> _Leg:
         return self.legs[-1]
 
@@ -169,14 +153,16 @@ class _RouteReader:
         while i < len(self.text):
             i = self.step(i)
         self.completed()
-        left = Leftover(self.text, self.taken, self.instead)
+        left = Leftover(self.text, self.taken, self.instead, self.started)
         rest = left.spoken_of_all()
         passed = [place for leg in self.legs for place in (*leg.via, leg.goal) if place is not None]
         via, goal = (passed[:-1], passed[-1]) if self.goal is not None else (passed, None)
         notes = tuple(dict.fromkeys((*self.notes, *left.notes)))
         unknown = tuple(name for name, role in self.unknown.items() if self.missing(role))
         names = tuple(self.text.scene.names)
-        return Route(self.start, goal, tuple(via), rest, notes, unknown, names, self.fastest, self.level)
+        return Route(
+            self.start, goal, tuple(via), rest, notes, unknown, names, self.fastest, self.level, tuple(left.parts)
+        )
 
     def missing(self, role: Role) -> bool:
         """Whether a place of a role was named but not found."""
@@ -515,7 +501,11 @@ class _RouteReader:
         for k in range(i - 1, -1, -1):
             if self.taken[k] or self.words[k] in JOINTS:
                 return True
-            if self.words[k] not in CARRIERS and not is_filler(self.words[k]):
+            if (
+                self.words[k] not in CARRIERS
+                and not is_filler(self.words[k])
+                and not base(self.words[k], MOTION | TOURS)
+            ):
                 return False
         return True
 

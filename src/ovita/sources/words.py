@@ -21,6 +21,7 @@ from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.request import MAX_INSTRUCTION, Request
 from ovita.result import Adaptation, Status
+from ovita.sources.parts import by_parts
 from ovita.sources.places import Location
 from ovita.sources.planner import TIME_LIMIT, WAYPOINTS, Plan, Planner, PlanRequest, anchored, planned, planner_named
 from ovita.sources.room import beside_sides, enlarged, leveled
@@ -162,7 +163,8 @@ def _adapted(
     """A planned path adapted to what the sentence asks for besides the way."""
     scene, robot = request.scene, request.robot
     if route.rest:
-        result = adapt(Request(route.rest, path, scene, robot, origin=f"planned {request.told}"), **stages)
+        asked = Request(route.rest, path, scene, robot, origin=f"planned {request.told}")
+        result = by_parts(adapt(asked, **stages), asked, route.parts, stages)
     else:
         limits = stages["constraints"] or ConstraintOptions()
         result = enforced(instruction, path, scene, robot, constraints=limits)
