@@ -55,9 +55,7 @@ SPEEDS = frozenset("v vel velocity speed vmax".split())
 class Leftover:
     """The pieces of a sentence that were not taken by the way."""
 
-    def __init__(
-        self, text: Text, taken: list[bool], instead: Mapping[int, str] | None = None, start: str = ""
-    ) -> None:
+    def __init__(self, text: Text, taken: list[bool], instead: Mapping[int, str], start: str) -> None:
         self.text, self.words, self.taken = text, text.words, taken
         self.start = start  # where the way begins, which "there" does not mean
         self.instead = dict(instead)

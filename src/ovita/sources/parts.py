@@ -20,8 +20,13 @@ BEGIN, SIGNATURE_END, RETURN = "    *,\n", "):\n", "    return traj"
 
 
 def by_parts(result: Adaptation, asked: Request, parts: Sequence[str], stages: dict[str, object]) -> Adaptation:
-    """The adaptation by the parts of an instruction where that is done, and where the whole was not certain."""
-    if result.status in ("done", "limited") or result.writer.kind != "builtin" or len(parts) < 2:
+    """The adaptation by the parts of an instruction where that is done, and where the whole was not certain.
+
+    Nor is it where every part has a number and the whole made fewer steps of them: it read two limits as one.
+    """
+    measured = all(any(letter.isdigit() for letter in part) for part in parts)
+    certain = result.status in ("done", "limited") and not (measured and len(result.plan) < len(parts))
+    if certain or result.writer.kind != "builtin" or len(parts) < 2:
         return result
     again = adapt(asked, **(stages | {"writer": _PartsWriter(tuple(parts))}))  # type: ignore[arg-type]
     return again if again.status in ("done", "limited") else result
