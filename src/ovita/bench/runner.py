@@ -18,6 +18,7 @@ from concurrent.futures import (
     wait,
 )
 from dataclasses import dataclass, field, replace
+from itertools import product
 from typing import Any
 
 import ovita
@@ -198,26 +199,23 @@ def _cells(
 ) -> tuple[list[_Cell], list[str]]:
     for sample in dataset.samples:
         robot_for(sample, plan.protocol.robot)
-    known = {condition.name: condition for condition in plan.conditions}
-    cells: list[_Cell] = []
-    notes: list[str] = []
     if recorded is not None:
-        for name in dict.fromkeys(condition for _, condition, _ in recorded):
-            known.setdefault(name, Condition(name))
-    for writer in plan.writers:
-        for condition in known.values():
-            if not condition.applies_to(writer) and recorded is None:
-                notes.append(f"{condition.name}: makes no difference to {writer}, which reads no prompt; left out.")
-                continue
-            for sample in dataset.samples:
-                cell = _Cell(sample, writer, condition)
-                if recorded is None:
-                    cells.append(cell)
-                elif cell.key in recorded:
-                    cells.append(replace(cell, recorded=recorded[cell.key]))
-    if recorded is not None and not cells:
+        return _recorded_cells(dataset, plan, recorded), []
+    pairs = list(product(plan.writers, plan.conditions))
+    idle = [f"{c.name}: makes no difference to {writer}, which reads no prompt; left out."
+            for writer, c in pairs if not c.applies_to(writer)]  # fmt: skip
+    return [_Cell(s, writer, c) for writer, c in pairs if c.applies_to(writer) for s in dataset.samples], idle
+
+
+def _recorded_cells(dataset: Dataset, plan: RunPlan, recorded: Mapping[tuple[str, str, str], Record]) -> list[_Cell]:
+    names = dict.fromkeys([*(c.name for c in plan.conditions), *(name for _, name, _ in recorded)])
+    known = {c.name: c for c in plan.conditions}
+    conditions = [known.get(name) or Condition(name) for name in names]
+    cells = [_Cell(s, *pair) for pair in product(plan.writers, conditions) for s in dataset.samples]
+    found = [replace(cell, recorded=recorded[cell.key]) for cell in cells if cell.key in recorded]
+    if not found:
         raise RequestError("the recorded run has none of this dataset's samples; name the dataset that it was made of")
-    return cells, notes
+    return found
 
 
 def _open(record: Record | None, sample: Sample) -> bool:

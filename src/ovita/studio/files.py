@@ -17,7 +17,6 @@ from ovita.io import Task, is_adaptation, is_skill, load_robot, load_task, save_
 from ovita.io.files import read_text
 from ovita.io.json_ import parse_object
 from ovita.io.waypoints import covariance_rows
-from ovita.limits import ConstraintOptions
 from ovita.paths.robot import PRESETS, Robot
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.result import Adaptation
@@ -58,41 +57,50 @@ def open_file(path: str, template: Session, *, limits: Robot | None = None, uplo
         limits: What a scene whose file names no robot is limited to; the template's limits where left out.
         upload: Whether it came from a browser; then it may not name files of this machine.
     """
-    name = Path(path).name
-    if path.lower().endswith(".json") and parse_object(read_text(path), path).get("schema") == SCHEMA:
+    name, as_json = Path(path).name, path.lower().endswith(".json")
+    if as_json and parse_object(read_text(path), path).get("schema") == SCHEMA:
         session = Session.load(path, writer=template.writer, isolation=template.isolation)
-        if len(session.history.steps) > MAX_TURNS:
-            raise FormatError(path, f"has {len(session.history.steps)} turns; the studio takes up to {MAX_TURNS}")
-        for step in session.history.steps:
-            _check_length(path, step.adaptation.adapted)
-        _check_length(path, session.original)
-        return Opened(session, name, (_PROGRAM,) if session.history.steps else ())
-    if path.lower().endswith(".json") and is_adaptation(path):
+        steps = session.history.steps
+        if len(steps) > MAX_TURNS:
+            raise FormatError(path, f"has {len(steps)} turns; the studio takes up to {MAX_TURNS}")
+        _check_length(path, session.original, *(step.adaptation.adapted for step in steps))
+        return Opened(session, name, (_PROGRAM,) if steps else ())
+    if as_json and is_adaptation(path):
         result = Adaptation.load(path)
-        _check_length(path, result.original)
-        _check_length(path, result.adapted)
+        _check_length(path, result.original, result.adapted)
         return Opened(Session.of(result, writer=template.writer, isolation=template.isolation), name, (_PROGRAM,))
     task = _generated(path) if is_skill(path) else load_task(path)
     _check_length(path, task.trajectory)
-    bare = not path.lower().endswith(".json")
-    if bare:
-        task = with_scene(task, template.scene)
-    notes = list(task.notes)
     if upload and task.robot and task.robot.lower() not in PRESETS:
         raise FormatError(path, f"{task.robot!r} is no robot of ovita; choose one under Constraints", key="robot")
-    try:
-        robot = load_robot(task.robot) if task.robot else template.robot if bare else limits or template.robot
-    except RobotError as error:
-        raise FormatError(path, str(error), key="robot") from None
-    if bare:
-        notes.append("the file holds waypoints only; the scene and the limits stay as they were")
-    elif robot != template.robot:
-        notes.append(f"limits now: {html.limits_of(robot)} Those of the file before do not go along")
-    options = replace(template.constraints, pinned=()) if bare else ConstraintOptions()
-    session = Session(task.trajectory, task.scene, robot, template.writer, options, template.isolation)
     held = task.extra.get("covariance")
     covariance = None if held is None else covariance_rows(held, path, len(task.trajectory))
-    return Opened(session, name, tuple(notes), covariance)
+    session, note = _begun(task, path, template, limits) if as_json else _continued(task, path, template)
+    return Opened(session, name, (*task.notes, *note), covariance)
+
+
+def _begun(task: Task, path: str, template: Session, limits: Robot | None) -> tuple[Session, tuple[str, ...]]:
+    """The session of a task with its own scene and limits, and what to say of these."""
+    robot = _robot_of(task, path) or limits or template.robot
+    said = f"limits now: {html.limits_of(robot)} Those of the file before do not go along"
+    session = Session(task.trajectory, task.scene, robot, template.writer, isolation=template.isolation)
+    return session, (said,) if robot != template.robot else ()
+
+
+def _continued(task: Task, path: str, template: Session) -> tuple[Session, tuple[str, ...]]:
+    """The session of bare waypoints in the scene, and within the limits, of the one before."""
+    robot, placed = _robot_of(task, path) or template.robot, with_scene(task, template.scene)
+    options = replace(template.constraints, pinned=())
+    session = Session(placed.trajectory, placed.scene, robot, template.writer, options, template.isolation)
+    notes = placed.notes[len(task.notes) :]
+    return session, (*notes, "the file holds waypoints only; the scene and the limits stay as they were")
+
+
+def _robot_of(task: Task, path: str) -> Robot | None:
+    try:
+        return load_robot(task.robot) if task.robot else None
+    except RobotError as error:
+        raise FormatError(path, str(error), key="robot") from None
 
 
 def _generated(path: str) -> Task:
@@ -181,9 +189,10 @@ def _lines(result: Adaptation | None) -> Sequence[str]:
     return result.explanation.split("\n") if result is not None else ()
 
 
-def _check_length(path: str, trajectory: Trajectory) -> None:
-    if len(trajectory) > MAX_WAYPOINTS:
-        raise FormatError(path, f"has {len(trajectory)} waypoints; the studio opens up to {MAX_WAYPOINTS}")
+def _check_length(path: str, *trajectories: Trajectory) -> None:
+    most = max(map(len, trajectories))
+    if most > MAX_WAYPOINTS:
+        raise FormatError(path, f"has {most} waypoints; the studio opens up to {MAX_WAYPOINTS}")
 
 
 _PROGRAM = (

@@ -11,6 +11,7 @@ from ovita.paths.frame import DIRECTIONS, OPPOSITE, RFU, Frame
 from ovita.paths.geometry import runs
 from ovita.paths.scene import SceneObject
 from ovita.paths.trajectory import Array
+from ovita.text import point
 from ovita.toolkit import arguments
 from ovita.toolkit.arguments import Offset, Target
 from ovita.toolkit.catalogue import Expectation, Recorder, operation
@@ -66,8 +67,7 @@ def expect_distance(
         at_most: [m] from the centre.
         nearest: [m] from the surface as for at_least, at the nearest point, within 1 cm or 10 %; as pass_at does.
     """
-    given = (("at_least", at_least), ("at_most", at_most), ("nearest", nearest))
-    limits = {name: arguments.number(value, name, low=0.0) for name, value in given if value is not None}
+    limits = _limits(0.0, at_least=at_least, at_most=at_most, nearest=nearest)
     if not limits:
         raise ValueError("give at_least, at_most or nearest in metres")
     kept = " and ".join(f"{name.replace('_', ' ')} {v:g} m" for name, v in limits.items() if name != "nearest")
@@ -139,24 +139,19 @@ def expect_side(
         raise ValueError("within is a distance aside of an object or point; give of=, too")
     word = SIDES.get(side, side) if isinstance(side, str) else side
     arguments.direction(frame, word)
-    limits = {
-        name: arguments.number(value, name)
-        for name, value in (("at_least", at_least), ("at_most", at_most))
-        if value is not None
-    }
+    limits = _limits(at_least=at_least, at_most=at_most)
     low, high = limits.get("at_least", -np.inf), limits.get("at_most", np.inf)
     if of is None and low > high:
         raise ValueError(f"at_least {low:g} m contradicts at_most {high:g} m")
     values: dict[str, Any] = {"side": word, **({} if of is None else _target(of, "of")), **limits}
+    passing = ""
     if within is not None:
         values["within"] = arguments.number(within, "within", low=0.0)
-    place = ("the ground" if word in ("up", "down") else "the origin") if of is None else _name(of)
-    asked = [_bound(name, value, word, place) for name, value in limits.items()]
-    if low == high:
-        asked = [_bound("", low, word, place)]
-    passing = "" if within is None else f" where it passes within {values['within']:g} m of it"
-    text = f"the path stays {' and '.join(asked)}{passing}{_part(where)}"
-    return _note("side", {**values, **_where(where)}, text, recorder)
+        passing = f" where it passes within {values['within']:g} m of it"
+    place = _name(of) if of is not None else "the ground" if word in ("up", "down") else "the origin"
+    stated = {"": low} if low == high else limits
+    asked = " and ".join(_bound(name, value, word, place) for name, value in stated.items())
+    return _note("side", {**values, **_where(where)}, f"the path stays {asked}{passing}{_part(where)}", recorder)
 
 
 @operation("State what is meant")
@@ -246,8 +241,7 @@ def expect_speed(
         at_least: [m/s], >= 0; braking to rest and starting from it do not count.
         at_most: [m/s], >= 0.
     """
-    given = (("value", value), ("at_least", at_least), ("at_most", at_most))
-    limits = {name: arguments.number(amount, name, low=0.0) for name, amount in given if amount is not None}
+    limits = _limits(0.0, value=value, at_least=at_least, at_most=at_most)
     if not limits or (value is not None and len(limits) > 1):
         raise ValueError("give value, or at_least or at_most, in m/s")
     asked = " and ".join(f"{name.replace('_', ' ')} {v:g} m/s".removeprefix("value ") for name, v in limits.items())
@@ -263,6 +257,11 @@ def expect_stop(near: Target | None = None, *, recorder: Recorder | None = None)
     """
     place = "at the end" if near is None else f"near {_name(near)}"
     return _note("stop", {} if near is None else _target(near), f"the robot stops {place}", recorder)
+
+
+def _limits(low: float | None = None, **amounts: float | None) -> dict[str, float]:
+    """The amounts that are given, checked."""
+    return {name: arguments.number(amount, name, low=low) for name, amount in amounts.items() if amount is not None}
 
 
 def _bound(name: str, value: float, word: str, place: str) -> str:
@@ -307,14 +306,14 @@ def _note(kind: str, values: dict[str, Any], text: str, recorder: Recorder | Non
 
 
 def _target(target: Target, name: str = "obj") -> dict[str, Any]:
-    point = arguments.point(target, name)
-    return {"object": target.name} if isinstance(target, SceneObject) else {"point": point.tolist()}
+    place = arguments.point(target, name)
+    return {"object": target.name} if isinstance(target, SceneObject) else {"point": place.tolist()}
 
 
 def _name(target: Target) -> str:
     if isinstance(target, SceneObject):
         return target.name
-    return "[" + ", ".join(f"{value:g}" for value in arguments.point(target)) + "]"
+    return point(arguments.point(target).tolist())
 
 
 def _where(where: ArrayLike | None) -> dict[str, Any]:
