@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import unicodedata
 from collections.abc import Iterable, Sequence
 
 
@@ -65,3 +66,15 @@ def point(coordinates: Sequence[float]) -> str:
 def waypoints(first: int, last: int) -> str:
     """A range of waypoint indices (from 0, both included) as a person counts them, from 1."""
     return f"waypoint {first + 1}" if first == last else f"waypoints {first + 1} to {last + 1}"
+
+
+def clean_text(text: object, limit: int) -> str:
+    """Text for a terminal and for a prompt: no control, format or private characters, and not longer than limit."""
+    if not isinstance(text, str):
+        return ""
+    short = text[:limit]
+    kept = "".join(c for c in short if c in "\n\t" or unicodedata.category(c) not in _HIDDEN_CATEGORIES)
+    return kept if len(text) <= limit else kept + " …"
+
+
+_HIDDEN_CATEGORIES = frozenset({"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"})

@@ -19,7 +19,8 @@ from ovita.errors import PolicyCrashed
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array
 from ovita.policy.syntax import all_bindings, entry_of, literal, names_in
-from ovita.policy.wire import MAX_MESSAGE, clean_text
+from ovita.policy.wire import MAX_MESSAGE
+from ovita.text import clean_text
 from ovita.toolkit import CATALOGUE, Expectation, Recorder, namespace
 
 MAX_WAYPOINTS = 5_000

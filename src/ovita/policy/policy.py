@@ -16,7 +16,7 @@ from typing import Any, Literal, NoReturn
 from ovita.errors import PolicyRejected
 from ovita.policy.direct import carries_columns, proven
 from ovita.policy.syntax import EntryPoint, Form, Value, bound_names, entry_of, find_function, literal, parse_tree
-from ovita.policy.wire import clean_text
+from ovita.text import clean_text
 from ovita.units import find
 
 MAX_NOTE = 300

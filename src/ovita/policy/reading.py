@@ -27,7 +27,8 @@ from ovita.policy.syntax import (
     root_name,
     top_level_names,
 )
-from ovita.policy.wire import MAX_MESSAGE, clean_text
+from ovita.policy.wire import MAX_MESSAGE
+from ovita.text import clean_text
 
 _CODE = re.compile(r"(import |from [\w.]+ import|def \w+|class \w+|@\w|#|\"\"\"|[A-Za-z_][\w.,\[\] ]*=[^=]|for |if )")
 MAX_SUMMARY = 300

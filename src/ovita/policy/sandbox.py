@@ -31,6 +31,7 @@ from ovita.policy.output import to_rows, to_trajectory
 from ovita.policy.policy import Policy
 from ovita.policy.syntax import entry_of
 from ovita.policy.wire import CHECKED, ENDED, FLOODED, LOCKED, TIMED_OUT, JobEnd, JobHeader
+from ovita.text import clean_text
 from ovita.toolkit import CATALOGUE, Expectation, Recorder
 
 Isolation = Literal["auto", "strict", "degraded"]
@@ -212,7 +213,7 @@ def _rollout(
         to_trajectory(rows, trajectory, scene),
         _contacts(stated, scene),
         _expectations(stated),
-        wire.clean_text(stated.get("prints"), wire.MAX_PRINTS),
+        clean_text(stated.get("prints"), wire.MAX_PRINTS),
         isolation,
         (time.perf_counter() - started) * 1000.0,
         stated.get("corners") is True,
@@ -253,7 +254,7 @@ def _read(end: JobEnd, limits: SandboxLimits) -> tuple[Array, dict[str, Any]]:
     status = header.get("status")
     if status == "ok":
         return rows, header
-    message = wire.clean_text(header.get("message"), wire.MAX_MESSAGE)
+    message = clean_text(header.get("message"), wire.MAX_MESSAGE)
     line = header.get("line")
     line = line if type(line) is int and 0 < line <= wire.MAX_JSON else None
     if status == "isolation":
@@ -281,7 +282,7 @@ def _expectations(header: Mapping[str, Any]) -> tuple[Expectation, ...]:
         match item:
             case {"kind": str() as kind, "arguments": dict() as arguments, "text": str() as text}:
                 if f"expect_{kind}" in CATALOGUE and _is_plain(arguments):
-                    found.append(Expectation(kind, arguments, wire.clean_text(text, wire.MAX_MESSAGE)))
+                    found.append(Expectation(kind, arguments, clean_text(text, wire.MAX_MESSAGE)))
     return tuple(found)
 
 
@@ -295,5 +296,5 @@ def _is_plain(value: object, depth: int = 6) -> bool:
         case list():
             return all(_is_plain(v, depth - 1) for v in value)
         case str():
-            return value == wire.clean_text(value, wire.MAX_MESSAGE)
+            return value == clean_text(value, wire.MAX_MESSAGE)
     return True

@@ -5,12 +5,12 @@ from __future__ import annotations
 import json
 import os
 import struct
-import unicodedata
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ovita.paths.trajectory import Array
+from ovita.text import clean_text as clean_text
 
 MAX_ROWS = 200_000
 """Most waypoints that a policy may return."""
@@ -179,18 +179,6 @@ def write_all(descriptor: int, data: bytes | memoryview) -> None:
     view = memoryview(data)
     while view:
         view = view[os.write(descriptor, view) :]
-
-
-def clean_text(text: object, limit: int) -> str:
-    """Text for a terminal and for a prompt: no control, format or private characters, and not longer than limit."""
-    if not isinstance(text, str):
-        return ""
-    short = text[:limit]
-    kept = "".join(c for c in short if c in "\n\t" or unicodedata.category(c) not in _HIDDEN_CATEGORIES)
-    return kept if len(text) <= limit else kept + " …"
-
-
-_HIDDEN_CATEGORIES = frozenset({"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"})
 
 
 def _no_constant(name: str) -> float:
