@@ -1,4 +1,4 @@
-"""TODO."""
+"""`ovita chat` and `ovita studio`: conversations about one trajectory, on a terminal and in the browser."""
 
 from __future__ import annotations
 

@@ -1,10 +1,10 @@
-"""TODO."""
+"""`ovita convert` and `ovita send`: trajectories to another format, results through the gate to a robot."""
 
 from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -170,19 +170,9 @@ def send(file: str, place: str, robot: str | None, log: str | None, **options: A
     if not found.released:
         record(journal, {"event": "refused", **event, "why": list(found.refusals)})
         raise SystemExit(EXIT_REFUSED)
-    result = found.result
-    motion: JointMotion | None = None
+    result, motion = found.result, None
     if in_joints:
-        arm, base = options["arm"], options["base"]
-        try:
-            motion, said = joints_of(result.adapted, result.scene, arm, base, found.robot, result.contacts)
-        except RequestError as error:
-            if arm is None or base is None:
-                raise
-            record(journal, {"event": "refused", **event, "why": [str(error)]})
-            section(f"Refused, it does not go to {place}", [str(error)])
-            raise SystemExit(EXIT_REFUSED) from None
-        section(f"Simulated with {arm}", said)
+        motion = _as_joints(found, place, options["arm"], options["base"], journal, event)
     elif not is_address(place):
         rendered(place, result.adapted, result.scene, result.instruction, choices=choices)
     if options["dry_run"]:
@@ -211,6 +201,23 @@ def send(file: str, place: str, robot: str | None, log: str | None, **options: A
     record(journal, {"event": "sent", **event, "sha256": receipt.sha256, "bytes": receipt.size})
     show_notes(receipt.notes)
     click.echo(plain(f"\nSent to {place}: {receipt.size} bytes, SHA-256 {receipt.sha256}; logged in {journal}"))
+
+
+def _as_joints(
+    found: Review, place: str, arm: str | None, base: str | None, journal: str, event: Mapping[str, Any]
+) -> JointMotion:
+    """A result as a motion of an arm's joints, simulated; a refusal is logged and ends the command."""
+    result = found.result
+    try:
+        motion, said = joints_of(result.adapted, result.scene, arm, base, found.robot, result.contacts)
+    except RequestError as error:
+        if arm is None or base is None:
+            raise
+        record(journal, {"event": "refused", **event, "why": [str(error)]})
+        section(f"Refused, it does not go to {place}", [str(error)])
+        raise SystemExit(EXIT_REFUSED) from None
+    section(f"Simulated with {arm}", said)
+    return motion
 
 
 def _confirm(place: str) -> None:

@@ -271,16 +271,22 @@ def rendered(
             return missions.dumps(file, trajectory, scene, choices.home, verdict, plan=ending == ".plan")
         if ending not in WRITTEN:
             raise _unknown_suffix(path, WRITTEN)
-        start = (extra or {}).get(START, 0.0)
-        if ending == ".csv":
-            content, notes = (dumps_poses if file.lower().endswith(_POSES) else dumps_csv)(trajectory, verdict)
-        else:
-            content, notes = dumps_tum(trajectory, start if isinstance(start, int | float) else 0.0, verdict)
+        return _table(file, ending, trajectory, scene, (extra or {}).get(START), verdict)
+
+
+def _table(
+    file: str, ending: str, trajectory: Trajectory, scene: Scene, start: object, verdict: str
+) -> tuple[str, tuple[str, ...]]:
+    """A CSV file or TUM text, and what these do not hold."""
+    if ending == ".csv":
+        content, notes = (dumps_poses if file.lower().endswith(_POSES) else dumps_csv)(trajectory, verdict)
+    else:
+        content, notes = dumps_tum(trajectory, start if isinstance(start, int | float) else 0.0, verdict)
     if scene.frame.name != "rfu":
         name = "a CSV file" if ending == ".csv" else "TUM text"
         notes += (f"{name} holds no frame; say --frame {scene.frame.name} when you read {file}",)
     if len(scene):
-        notes += (f"{Path(path).name} holds no objects; keep them in a scene file (--scene)",)
+        notes += (f"{Path(file).name} holds no objects; keep them in a scene file (--scene)",)
     return content, notes
 
 

@@ -92,31 +92,28 @@ class _Task:
 
     def repaired(self) -> Solution:
         """The nearest trajectory that keeps the limits, or the best effort."""
-        options = self.options
-        notes: tuple[str, ...] = ()
+        options, notes = self.options, tuple[str, ...]()
         if options.lambda_smooth == "auto":
             options, notes = choose_smoothing(self.proposed, self.problem(options), options)
+        smooth = bool(options.lambda_smooth)
         untouched = np.array_equal(self.proposed.positions, self.original.positions)
-        keep_path = untouched and not options.repair_original and not options.lambda_smooth
-        move = not keep_path and (bool(options.lambda_smooth) or any(m.geometric for m in self.pressing))
-        blocked: tuple[Blocked, ...] = ()
+        keep_path = untouched and not options.repair_original and not smooth
+        move = not keep_path and (smooth or any(m.geometric for m in self.pressing))
         for height in self.heights if move else (None,):
             problem = self.problem(options, height)
-            positions = self.proposed.positions
-            if move:
-                positions, blocked = solve_with_dwells(problem, SolverSettings(steps=int(options.steps)))
+            positions, blocked = self.path(problem) if move else (self.proposed.positions, ())
             result = self.proposed.with_(positions=positions, speeds=self.speeds(positions, problem.weights))
             after = self.judge(result)
-            left = [m for m, check in zip(self.measured[0], after, strict=True) if not check.held]
-            left = [m for m in left if not (m.excused(result) or (keep_path and m.geometric))]
+            broken = [m for m, check in zip(self.measured[0], after, strict=True) if not check.held]
+            left = [m for m in broken if not (m.excused(result) or (keep_path and m.geometric))]
             if not left:
-                break
-        if all(check.held for check in after):
-            return self.answer(result, after, self.legal, notes=notes)
-        if not left:
-            return self.answer(result, after, "preexisting", notes=notes)
+                return self.answer(result, after, "preexisting" if broken else self.legal, notes=notes)
         conflicts = diagnosis.explain(problem, self.robot, after, blocked, self.options)
         return self.answer(result, after, "infeasible", conflicts, notes)
+
+    def path(self, problem: PathProblem) -> tuple[Array, tuple[Blocked, ...]]:
+        """The legal path nearest to the reference, and what stays blocked."""
+        return solve_with_dwells(problem, SolverSettings(steps=int(self.options.steps)))
 
     @cached_property
     def broken(self) -> list[Measure]:
