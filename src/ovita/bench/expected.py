@@ -229,7 +229,7 @@ def _clearance(case: _Asked, frame: F.Clearance) -> Check:
         return _each(frame.objects, partial(asked.passes_at, at_most=q.value, where=where))
     if q.role == "at":
         return _each(frame.objects, partial(asked.passes_at, at_most=q.value, at_least=q.value, where=where))
-    return _each(frame.objects, partial(asked.clear_of, at_least=q.value, where=where))
+    return _each(frame.objects, partial(P.min_distance, at_least=q.value, where=where))
 
 
 def _visit(case: _Asked, frame: F.Visit) -> Check:

@@ -10,12 +10,9 @@ from numpy.typing import NDArray
 
 from ovita.measure.predicates.check import CheckResult, Pair, Where, predicate, said, say, selected
 from ovita.measure.predicates.shape import net_turning, swept
-from ovita.paths.geometry import Mask, closest_to_point, fractions, path_distances, project
+from ovita.paths.geometry import closest_to_point, fractions, path_distances, project
 from ovita.paths.part import PathPart, outside
-from ovita.paths.trajectory import Array, arc_length, interpolate, source_indices
-
-FINE = 2000
-"""Points at which a path is looked at, evenly along it."""
+from ovita.paths.trajectory import Array, arc_length, interpolate
 
 AIM = 0.15
 """Share of an amount by which a distance or a size may be missed."""
@@ -25,26 +22,14 @@ AIM = 0.15
 def passes_at(pair: Pair, place: Any, at_most: float, *, at_least: float = 0.0, where: Where = None) -> CheckResult:
     """The closest approach to a place's centre or surface is within some metres (5 % more will do)."""
     centre, name = pair.place(place)
-    rows = _part_of(pair, where)
+    rows = pair.stretch(where)
     to_centre = closest_to_point(rows, centre)[0]
-    item = pair.scene[place] if isinstance(place, str) and place in pair.scene else None
+    item = pair.item(place)
     surface = float(item.cuboid.closest(rows)[0]) if item is not None else to_centre
     slack = max(0.05 * at_most, 0.5 * pair.noticeable)
     held = surface <= at_most + slack and to_centre >= at_least - slack
     fact = f"the path comes within {to_centre:.3f} m of the centre of {name}, {surface:.3f} m of its surface"
     return say(held, f"pass {name} within {at_most:g} m{said(where)}", fact)
-
-
-@predicate
-def clear_of(pair: Pair, place: Any, at_least: float, *, where: Where = None) -> CheckResult:
-    """A part of the path stays at least so many metres from an object's surface (10 % nearer will do)."""
-    centre, name = pair.place(place)
-    item = pair.scene[place] if isinstance(place, str) and place in pair.scene else None
-    rows = _part_of(pair, where)
-    sized = item is not None and item.dimensions is not None
-    near = float(item.cuboid.closest(rows)[0]) if sized and item is not None else closest_to_point(rows, centre)[0]
-    wish = f"keep {at_least:g} m from {name}{said(where)}"
-    return say(near >= 0.9 * at_least, wish, f"the path comes within {near:.3f} m of {name}")
 
 
 @predicate
@@ -72,7 +57,7 @@ def passes_beyond(
     """
     centre, name = pair.place(place)
     axis = pair.scene.frame.direction(direction)
-    fine = interpolate(pair.adapted[:, :3], source_indices(pair.adapted[:, :3], FINE, "arc_length")) - centre
+    fine = pair.fine - centre
     along = fine @ axis
     aside = np.linalg.norm(fine - along[:, None] * axis, axis=1)
     beam = aside <= max(2 * pair.noticeable, 1.05 * float(aside.min()))
@@ -89,7 +74,7 @@ def passes_beside(pair: Pair, place: Any, direction: str) -> CheckResult:
     """Where the path is abreast of a place, or closest to it if it never is, it is on one side of it."""
     centre, name = pair.place(place)
     axis, up = pair.scene.frame.direction(direction), pair.scene.frame.direction("up")
-    fine = interpolate(pair.adapted[:, :3], source_indices(pair.adapted[:, :3], FINE, "arc_length")) - centre
+    fine = pair.fine - centre
     if direction not in ("up", "down"):
         flat = np.linalg.norm(fine - (fine @ up)[:, None] * up, axis=1)
         near = fine[flat <= flat.min() + pair.noticeable]
@@ -301,7 +286,7 @@ def winds(pair: Pair, around: Any, turns: float, *, radius: float | None = None,
     centre, name = pair.place(around)
     up = pair.scene.frame.direction("up")
     old, new = swept(pair.original[:, :3], centre, up), swept(pair.adapted[:, :3], centre, up)
-    fine = interpolate(pair.adapted[:, :3], source_indices(pair.adapted[:, :3], FINE, "arc_length")) - centre
+    fine = pair.fine - centre
     flat = np.linalg.norm(fine - (fine @ up)[:, None] * up, axis=1)
     added = pair.adapted[~pair.match.old, :3] if (~pair.match.old).sum() > 8 else pair.adapted[:, :3]
     away = added - centre
@@ -458,17 +443,9 @@ def _streaks(index: NDArray[np.intp]) -> list[tuple[int, int]]:
     return [(int(index[a]), int(index[b])) for a, b in zip(starts, stops, strict=True)]
 
 
-def _part_of(pair: Pair, where: Where) -> Array:
-    """The adapted stretch (K, 3) of a part of the original."""
-    if where is None:
-        return pair.adapted[:, :3]
-    mask: Mask = selected(pair, where) & pair.found
-    return np.asarray(pair.matched[mask, :3]) if mask.any() else pair.adapted[:, :3]
-
-
 def _half(pair: Pair, place: Any, axis: Array) -> float:
     """How far a place reaches beyond its centre along an axis [m]."""
-    item = pair.scene[place] if isinstance(place, str) and place in pair.scene else None
+    item = pair.item(place)
     if item is None or item.dimensions is None:
         return 0.0
     return float(np.abs(axis @ item.rotation) @ item.dimensions) / 2.0

@@ -16,13 +16,16 @@ from ovita.paths.correspondence import Correspondence, correspond
 from ovita.paths.frame import DIRECTIONS
 from ovita.paths.geometry import Mask, extent, path_distances, project
 from ovita.paths.part import PathPart, locate, named
-from ovita.paths.scene import Scene
-from ovita.paths.trajectory import Array, Trajectory, interpolate
+from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.trajectory import Array, Trajectory, interpolate, source_indices
 from ovita.text import sentence
 from ovita.toolkit.arguments import OffsetLimits, spelled_out
 
 NOTICEABLE = 0.01
 """A change of place counts from this share of the original's extent on."""
+
+FINE = 2000
+"""Points at which a path is looked at, evenly along it."""
 
 EDGE = 0.05
 """What lies within this share of the extent is at the same place for a person who looks at a plot."""
@@ -85,6 +88,11 @@ class Pair:
         return self.matched[:, :3] - self.original[:, :3]
 
     @cached_property
+    def fine(self) -> Array:
+        """Points (2000, 3) [m] along the adapted path, evenly by arc length."""
+        return interpolate(self.adapted[:, :3], source_indices(self.adapted[:, :3], FINE, "arc_length"))
+
+    @cached_property
     def tail(self) -> Array:
         """The adapted rows from the old goal on (K, 4), K >= 1."""
         if self.found[-1] and len(self.adapted) != len(self.original):
@@ -139,6 +147,17 @@ class Pair:
         if isinstance(what, str) and what not in ("start", "goal"):
             name = f"the {self.scene[what].name}"
         return locate(what, self.trajectory, self.scene), name
+
+    def item(self, what: Any) -> SceneObject | None:
+        """The object that an argument names; None where it means a place."""
+        return self.scene[what] if isinstance(what, str) and what in self.scene else None
+
+    def stretch(self, where: Where) -> Array:
+        """The adapted positions (K, 3) [m] of a part of the original; all of them where nothing of it is left."""
+        if where is None:
+            return self.adapted[:, :3]
+        mask = selected(self, where) & self.found
+        return np.asarray(self.matched[mask, :3]) if mask.any() else self.adapted[:, :3]
 
     def along(self, word: str) -> Array:
         """Displacement (N,) of each original waypoint along a direction word [m]."""

@@ -9,7 +9,7 @@ import numpy as np
 from ovita.measure.predicates.check import EDGE, CheckResult, Pair, Where, predicate, said, say, selected, stated
 from ovita.paths.frame import DIRECTIONS
 from ovita.paths.geometry import Mask, closest_to_point, fractions, path_distances, runs
-from ovita.paths.trajectory import Array, interpolate, source_indices
+from ovita.paths.trajectory import Array
 from ovita.toolkit.approach import radius_of
 from ovita.toolkit.arguments import OffsetLimits
 
@@ -77,19 +77,17 @@ def farther(
 
 
 @predicate
-def min_distance(pair: Pair, place: Any, at_least: float) -> CheckResult:
+def min_distance(pair: Pair, place: Any, at_least: float, *, where: Where = None) -> CheckResult:
     """The path stays at least so many metres from an object's centre, or from its surface where it has dimensions.
 
     Measured along the segments; 10 % nearer will do.
     """
-    centre, name = pair.place(place)
-    item = pair.scene[place] if isinstance(place, str) and place in pair.scene else None
-    if item is not None and item.dimensions is not None:
-        surface = item.cuboid.closest(pair.adapted[:, :3])[0]
-    else:
-        surface = _path_distance(pair.adapted, centre)
-    fact = f"the path comes within {surface:.3f} m of {name}"
-    return say(surface >= 0.9 * at_least, f"keep {at_least:g} m from {name}", fact)
+    (centre, name), item = pair.place(place), pair.item(place)
+    rows = pair.stretch(where)
+    sized = item is not None and item.dimensions is not None
+    near = float(item.cuboid.closest(rows)[0]) if item and sized else closest_to_point(rows, centre)[0]
+    wish = f"keep {at_least:g} m from {name}{said(where)}"
+    return say(near >= 0.9 * at_least, wish, f"the path comes within {near:.3f} m of {name}")
 
 
 @predicate
@@ -120,7 +118,7 @@ def passes_between(pair: Pair, a: Any, b: Any) -> CheckResult:
     """The path crosses the line between two places in its middle three fifths, or passes it by less than 15 % of it."""
     (p, first), (q, second) = pair.place(a), pair.place(b)
     gap = float(np.linalg.norm(q - p))
-    fine = interpolate(pair.adapted[:, :3], source_indices(pair.adapted[:, :3], 2000, "arc_length"))
+    fine = pair.fine
     share = (fine - p) @ (q - p) / max(gap**2, 1e-12)
     off = np.linalg.norm(fine - p - share[:, None] * (q - p), axis=1)
     off = np.where((share >= 0.2) & (share <= 0.8), off, np.inf)
@@ -139,13 +137,14 @@ def passes_over(pair: Pair, place: Any) -> CheckResult:
     """
     centre, name = pair.place(place)
     up = pair.scene.frame.direction("up")
-    size = pair.scene[place].dimensions if isinstance(place, str) and place in pair.scene else None
+    item = pair.item(place)
+    size = None if item is None else item.dimensions
     if size is None:
         height, footprint = pair.noticeable, EDGE * pair.extent
     else:
         height = float(size @ np.abs(up)) / 2.0
         footprint = float(np.linalg.norm(size * (1.0 - np.abs(up)))) / 2.0
-    fine = interpolate(pair.adapted[:, :3], source_indices(pair.adapted[:, :3], 2000, "arc_length")) - centre
+    fine = pair.fine - centre
     rise = fine @ up
     beside = np.linalg.norm(fine - rise[:, None] * up, axis=1)
     above = rise > height
@@ -239,11 +238,13 @@ def _rival(pair: Pair, rows: Array, centre: Array, mask: Mask, sign: float, *, w
 
 def _size(pair: Pair, place: Any) -> float:
     """Radius of the bounding sphere that the limits spare; an object without dimensions is a small cube [m]."""
-    return pair.scene[place].radius if isinstance(place, str) and place in pair.scene else 0.0
+    item = pair.item(place)
+    return 0.0 if item is None else item.radius
 
 
 def _radius(pair: Pair, place: Any) -> float:
-    return radius_of(pair.scene[place]) if isinstance(place, str) and place in pair.scene else 0.0
+    item = pair.item(place)
+    return 0.0 if item is None else radius_of(item)
 
 
 def _multiplied(pair: Pair, place: Any, times: float, where: Where) -> CheckResult:
