@@ -38,7 +38,7 @@ def spoken(sample):
 
 @pytest.fixture(scope="module")
 def drawn():
-    return {split: list(generate(48, seed=3, split=split)) for split in ("train", "heldout")}
+    return {split: list(generate(24, seed=3, split=split)) for split in ("train", "heldout")}
 
 
 def test_every_heldout_instruction_has_a_word_that_train_never_has(drawn):

@@ -81,8 +81,8 @@ def test_data_never_becomes_markup(dataset, tmp_path):
     document["objects"][0]["name"] = EVIL
     document |= {"instruction": EVIL, "kind": EVIL, "subset": EVIL}
     file.write_text(json.dumps(document))
-    done = run(load_dataset(dataset), tmp_path / "run", RunPlan(jobs=1))
-    write_report(tmp_path / "run", done.records, done.manifest, notes=[EVIL])
+    done = run(load_dataset(dataset, limit=2), tmp_path / "run", RunPlan(jobs=1))
+    write_report(tmp_path / "run", done.records, done.manifest, notes=[EVIL], figures=False)
     page = (tmp_path / "run" / "report.html").read_text()
     assert "<script" not in page and "&lt;script&gt;" in page
     assert "default-src 'none'" in page and not re.search(r"(src|href)=[\"']https?:", page)
@@ -176,9 +176,9 @@ def test_the_command_runs_replays_and_reports_again(dataset, tmp_path):
 
 
 def test_a_generated_dataset_can_be_run(tmp_path):
-    assert "wrote 8 samples" in invoke("generate", "--out", tmp_path / "d", "--n", 8, "--split", "heldout").output
+    assert "wrote 4 samples" in invoke("generate", "--out", tmp_path / "d", "--n", 4, "--split", "heldout").output
     done = invoke("run", tmp_path / "d", "--out", tmp_path / "r", "--jobs", 1, "--no-figures")
-    assert done.exit_code == 0 and "8/8 done" in done.output
+    assert done.exit_code == 0 and "4/4 done" in done.output
 
 
 def test_bad_options_are_refused_in_a_sentence(dataset, tmp_path):

@@ -246,9 +246,9 @@ def test_a_limiter_spaces_requests(monkeypatch):
 @pytest.mark.parametrize("name", ["Learner", "Crasher", "Confused"])
 def test_a_replay_asks_nobody_and_ends_the_same(dataset, tmp_path, name):
     plan = replace(asked(name), protocol=Protocol(feedback=1), conditions=conditions_from("repair"))
-    done = run(toys(dataset), tmp_path / "out", plan)
+    done = run(toys(dataset, limit=3), tmp_path / "out", plan)
     count = len(getattr(bench_writers, name).prompts)
-    again = run(toys(dataset), tmp_path / "again", plan, replay=tmp_path / "out")
+    again = run(toys(dataset, limit=3), tmp_path / "again", plan, replay=tmp_path / "out")
     assert again.records == done.records and len(getattr(bench_writers, name).prompts) == count
 
 

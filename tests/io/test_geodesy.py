@@ -46,7 +46,7 @@ def vincenty(lat1, lon1, lat2, lon2):
 
 
 @given(st.floats(-80, 80), st.floats(-179, 179), st.floats(-0.02, 0.02), st.floats(-0.02, 0.02))
-@settings(derandomize=True, deadline=None, max_examples=200)
+@settings(derandomize=True, deadline=None, max_examples=60)
 def test_distances_on_the_ground_agree_with_vincenty_to_a_millimetre_within_kilometres(lat, lon, up, along):
     if max(abs(up), abs(along)) < 1e-5:
         return
@@ -71,7 +71,7 @@ def test_known_places():
 
 
 @given(homes, st.lists(st.tuples(*[st.floats(-10_000, 10_000)] * 2, st.floats(-500, 5000)), min_size=1, max_size=20))
-@settings(derandomize=True, deadline=None, max_examples=200)
+@settings(derandomize=True, deadline=None, max_examples=60)
 def test_there_and_back_is_exact_to_a_hundredth_of_a_micrometre(home, points):
     local = np.array(points)
     np.testing.assert_allclose(to_local(to_geodetic(local, home), home), local, atol=1e-8)

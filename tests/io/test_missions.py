@@ -241,7 +241,7 @@ def test_rest_is_no_speed_that_can_be_commanded(tmp_path):
     ),
     st.booleans(),
 )
-@settings(derandomize=True, deadline=None, max_examples=80)
+@settings(derandomize=True, deadline=None, max_examples=60)
 def test_round_trips(stations, text):
     positions = np.repeat([s[:3] for s in stations], [1 + s[4] for s in stations], axis=0)
     if (np.diff([s[:3] for s in stations], axis=0) == 0).all(axis=1).any():
@@ -259,7 +259,7 @@ def test_round_trips(stations, text):
 
 
 @given(st.data())
-@settings(derandomize=True, deadline=None, max_examples=120)
+@settings(derandomize=True, deadline=None, max_examples=60)
 def test_whatever_is_edited_comes_out_and_the_rest_stays(data):
     task = missions.parse_plan(json.dumps(PLAN), "f")
     stations = [list(s) for s in zip(*_stations(task.trajectory), strict=True)]
@@ -390,7 +390,7 @@ def test_waypoint_text_that_cannot_be_read(content, problem):
 
 
 @given(st.data())
-@settings(derandomize=True, deadline=None, max_examples=150)
+@settings(derandomize=True, deadline=None, max_examples=60)
 def test_nothing_but_a_format_error_comes_out_of_a_changed_file(data):
     document = copy.deepcopy(PLAN)
     spot = document["mission"]

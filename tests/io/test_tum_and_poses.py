@@ -84,7 +84,7 @@ def test_a_text_file_that_is_neither(tmp_path):
 
 
 @given(st.text(alphabet="0123456789 .-e\n#naQGCWPL\t", max_size=200))
-@settings(derandomize=True, deadline=None, max_examples=200)
+@settings(derandomize=True, deadline=None, max_examples=60)
 def test_nothing_but_a_format_error_comes_out_of_any_text(text):
     for parse in (tables.parse_tum, tables.parse_csv):
         try:

@@ -17,8 +17,10 @@ from ovita.policy.sandbox import SandboxLimits, _run, run
 needs_rlimits = pytest.mark.skipif(sys.platform != "linux", reason="rlimits on memory are Linux's")
 
 
-@pytest.mark.parametrize("locked", [True, False])
-@pytest.mark.parametrize("source", [FUNCTIONS["classes"], FUNCTIONS["scipy_filters"], SCRIPTS["functions_and_main"]])
+@pytest.mark.parametrize(
+    ("source", "locked"),
+    [(FUNCTIONS["classes"], False), (FUNCTIONS["scipy_filters"], True), (SCRIPTS["functions_and_main"], False)],
+)
 def test_ordinary_policies_run(source, locked, line, table):
     degraded = _run(parse(source), line, table, isolation="degraded", locked=locked)
     assert degraded.isolation == "degraded"
