@@ -141,8 +141,10 @@ def notes_on_writer(writer: PolicyWriter | str) -> list[str]:
 
 def notes_on(task: Task, robot: str | None) -> list[str]:
     """What a person should know about the file: what was assumed, and which limits it states."""
-    limits = parse_text(task.scene.constraints_text)
     said = [*task.notes, *(own_robot(task)[1] if robot in (None, "scene") else ())]
+    if not task.scene.constraints_text:
+        return said
+    limits = parse_text(task.scene.constraints_text)
     if robot == "scene":
         said += [f"limit of the file: {text}" for text in limits.understood]
         said += [f"limit of the file that is not understood and not enforced: {text}" for text in limits.ignored]

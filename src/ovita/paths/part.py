@@ -12,7 +12,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 
 from ovita import text
-from ovita.paths.geometry import Mask, fractions, runs, within
+from ovita.paths.geometry import Mask, fractions, within
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory, interpolate, source_indices
 
@@ -73,11 +73,6 @@ class PathPart:
 
     def __bool__(self) -> bool:
         return self.kind != "whole"
-
-    @classmethod
-    def of_mask(cls, mask: Mask) -> PathPart:
-        """The part that a mask (N,) selects; the whole path if it selects everything."""
-        return WHOLE if mask.all() else cls("indices", ranges=tuple(runs(mask)), count=len(mask))
 
     def mask(self, trajectory: Trajectory, scene: Scene) -> Mask:
         """Which waypoints of a trajectory this means, (N,); near an object, the segments between them count too.
