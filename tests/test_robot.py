@@ -66,3 +66,13 @@ def test_presets_have_a_body_and_limits_on_acceleration():
     assert Robot.preset("ground").planar and not Robot.preset("drone").planar
     none = Robot.preset("none")
     assert none.radius == 0 and none.max_acceleration is None and none.max_lateral_acceleration is None
+
+
+@pytest.mark.parametrize(
+    ("alias", "name"), [("crazyflie", "drone"), ("iiwa", "arm"), ("Jackal", "ground"), ("rover", "ground")]
+)
+def test_a_robot_has_one_set_of_names_for_limits_and_simulation(alias, name):
+    from ovita.sim.models import load_model
+
+    assert Robot.preset(alias) is Robot.preset(name)
+    assert load_model(alias).name == load_model(name).name

@@ -370,6 +370,10 @@ def accept(result: Adaptation) -> Adaptation:
     return result.proposal
 
 
+NEGLIGIBLE = 1e-3
+"""What the limits may take back without a change that anybody would call one [m, m/s, m/s^2]."""
+
+
 def judged_status(verdict: Verdict | None, postconditions: Sequence[Postcondition], *, vain: bool = False) -> Status:
     """The status of a result, from best to worst: done, limited, not as meant, infeasible.
 
@@ -383,6 +387,8 @@ def judged_status(verdict: Verdict | None, postconditions: Sequence[Postconditio
     if vain or any(p.lost or not (p.held or p.held_before) for p in postconditions):
         return "not_as_meant"
     kept = verdict is None or verdict.status == "satisfied" or (verdict.status == "off" and verdict.ok)
+    if verdict is not None and verdict.status == "repaired":
+        kept = all(check.violation_before <= NEGLIGIBLE for check in verdict.checks)
     return "done" if kept else "limited"
 
 

@@ -98,8 +98,8 @@ def test_a_video_is_made(scene, tmp_path, ovita, monkeypatch):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["--robot", "r2d2"], "unknown robot 'r2d2'; robots that can be simulated are iiwa, jackal, crazyflie"),
-        ([], "does not say which robot it is for; choose one: --robot iiwa|jackal|crazyflie"),
+        (["--robot", "r2d2"], "unknown robot 'r2d2'; robots that can be simulated are arm, ground, drone"),
+        ([], "does not say which robot it is for; choose one: --robot arm|ground|drone"),
         (["--robot", "iiwa", "--base", "9,9,0,0"], "no waypoint is within reach of the KUKA LBR iiwa 14"),
         (["--robot", "iiwa", "--base", "x"], "is not x,y,z,yaw"),
         (["--robot", "iiwa", "--base", "0,0,nan,0"], "is not finite"),

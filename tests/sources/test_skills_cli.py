@@ -69,3 +69,24 @@ def test_mistakes_are_said(words, said, demos, tmp_path):
     ovita("learn", *demos, "--out", tmp_path / "skill.json")
     with pytest.raises(OvitaError, match=said):
         CliRunner().invoke(cli, ["generate", str(tmp_path / "skill.json"), *words], catch_exceptions=False)
+
+
+def test_what_is_generated_is_measured_against_the_limits_and_repaired_on_request(demos, tmp_path):
+    box = {"name": "box", "x": 0.3, "y": 0.1, "z": 0.2, "dimensions": [0.1, 0.1, 0.1]}
+    (tmp_path / "now.json").write_text(json.dumps({"objects": [box]}))
+    ovita("learn", *demos, "--out", tmp_path / "skill.json")
+    words = ("generate", tmp_path / "skill.json", "--scene", tmp_path / "now.json", "--goal", "0.3,0.1,0.2")
+    inside = ovita(*words, "--out", tmp_path / "a.json")
+    assert inside.exit_code == 5 and "too close to 'box'" in inside.output and "--repair" in inside.output
+    assert load_task(tmp_path / "a.json").verdict.startswith("limited: ")
+    moved = ovita(*words, "--repair", "--robot", "drone", "--out", tmp_path / "b.json")
+    task = load_task(tmp_path / "b.json")
+    assert moved.exit_code == 6 and "[0.3, 0.1, 0.2] is missed by" in moved.output
+    assert task.scene["box"].clearance(task.trajectory.resample(500).positions).min() >= 0.08 - 1e-6
+    assert ovita("generate", tmp_path / "skill.json", "--max-speed", "0.01").exit_code == 5
+
+
+def test_the_frame_that_demonstrations_are_taken_to_be_in_is_said(demos, tmp_path):
+    silent = ovita("learn", *demos, "--out", tmp_path / "skill.json")
+    assert "taken to be in the frame rfu (+x right, +y front, +z up)" in silent.output
+    assert "taken to be" not in ovita("learn", *demos, "--frame", "flu", "--out", tmp_path / "skill.json").output

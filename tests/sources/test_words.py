@@ -188,3 +188,19 @@ def test_adapt_takes_a_scene_without_a_trajectory(tmp_path):
     assert asked.exit_code == 3 and json.loads(asked.output)["status"] == "needs_clarification"
     unsaid = CliRunner().invoke(cli, ["adapt", str(file)])
     assert isinstance(unsaid.exception, RequestError) and "from where to where" in str(unsaid.exception)
+
+
+def test_the_explanation_of_a_saved_result_is_printed_once(tmp_path):
+    result = from_words("from the box to the plate, slowly", TABLE, ARM, writer="builtin").adaptation
+    result.save(str(tmp_path / "made.json"))
+    said = CliRunner().invoke(cli, ["explain", str(tmp_path / "made.json")]).output
+    assert said.count("Plan the way") == 1 and "which nothing checked" not in said
+
+
+def test_plan_takes_a_frame(tmp_path):
+    file = tmp_path / "scene.json"
+    file.write_text(json.dumps({"objects": [{"name": "box", "x": 1, "y": 0, "z": 0, "dimensions": [0.1, 0.1, 0.1]}]}))
+    words = ["plan", str(file), "--from", "left of the box", "--to", "2,0,0", "--json"]
+    for frame, side in (("rfu", (-1, 0)), ("flu", (0, 1))):
+        made = json.loads(CliRunner().invoke(cli, [*words, "--frame", frame]).output)
+        assert np.allclose(np.sign(np.round(np.array(made["trajectory"][0][:2]) - [1, 0], 6)), side)

@@ -71,7 +71,8 @@ _OPTIONS = (
     click.option(
         "--robot",
         metavar="NAME|FILE",
-        help="Limits: drone, arm, ground, none, a .toml or .json file, or 'scene' for those that FILE states in words. "
+        help="Limits: drone (crazyflie), arm (iiwa), ground (jackal, rover), none, a .toml or .json file, or 'scene' "
+        "for those that FILE states in words. "
         "[the robot that FILE names, else none]",
     ),
     WRITER,

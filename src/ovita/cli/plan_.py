@@ -14,7 +14,7 @@ from ovita.io import Task, load_robot, load_scene, save_task
 from ovita.io.documents import plain as as_json_value
 from ovita.paths.frame import Frame
 from ovita.paths.scene import Scene
-from ovita.paths.trajectory import Trajectory
+from ovita.paths.trajectory import standing_still
 from ovita.result import Adaptation
 from ovita.sources.planner import PLANNERS, TIME_LIMIT, WAYPOINTS, Plan, plan
 from ovita.sources.words import from_words
@@ -34,6 +34,9 @@ EXIT_INFEASIBLE = 4
 @click.option("--speed", type=float, metavar="M/S", help="On the way. [half of the robot's highest]")
 @click.option("--seed", type=int, default=0, show_default=True, help="Of planners that sample.")
 @click.option("--time-limit", type=float, default=TIME_LIMIT, show_default=True, metavar="SECONDS")
+@click.option(
+    "--frame", type=click.Choice(["rfu", "flu", "ned"]), help="Which way is left. [default: the scene's, else rfu]"
+)
 @click.option("--json", "as_json", is_flag=True, help="Print the outcome as JSON.")
 def command(
     scene: str,
@@ -47,6 +50,7 @@ def command(
     speed: float | None,
     seed: int,
     time_limit: float,
+    frame: str | None,
     as_json: bool,
 ) -> None:
     """Plan a trajectory in SCENE, a JSON file with objects, from place to place within a robot's limits.
@@ -58,6 +62,8 @@ def command(
     planning), mpc (what a rover or drone would really drive), joint (all joints of an arm, extras planning and sim).
     """
     surroundings, _ = load_scene(scene)
+    if frame is not None:
+        surroundings = replace(surroundings, frame=Frame(frame))
     with waiting(f"{planner} plans", quiet=as_json) as tell:
         found = plan(
             surroundings,
@@ -101,8 +107,7 @@ def generated(
     text = own if instruction is None else instruction
     if not text.strip():
         raise RequestError(f"{file} has no trajectory: say from where to where, ovita adapt {file} 'from A to B'")
-    standing = Trajectory.from_array([[0.0] * 4, [0.0] * 4])
-    known = Task(standing, scene, path=file, robot=named)
+    known = Task(standing_still(), scene, path=file, robot=named)
     robot = robot_from(known, options["robot"], options["max_speed"])
     with waiting(f"{planner} plans", quiet=as_json) as tell:
         made = from_words(text, scene, robot, planner=planner, progress=tell, **stages)

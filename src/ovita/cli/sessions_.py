@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -29,12 +30,14 @@ from ovita.cli.common import (
 )
 from ovita.dialogue.session import Session
 from ovita.errors import OvitaError, RequestError
-from ovita.io import WRITTEN, load_robot, open_task, save_trajectory
+from ovita.io import WRITTEN, Task, load_bare, load_robot, open_task, save_trajectory
 from ovita.limits import ConstraintOptions
+from ovita.paths.frame import Frame
 from ovita.paths.robot import Robot
-from ovita.paths.trajectory import Trajectory
+from ovita.paths.trajectory import Trajectory, standing_still
 from ovita.policy.sandbox import known_isolation
 from ovita.request import FeedbackOn
+from ovita.sources.words import begun
 from ovita.text import counted, point
 from ovita.writers.base import writer_named
 
@@ -62,8 +65,11 @@ Where a later turn loses what an earlier one asked for, it says so; answer "keep
 @click.option("--journal", metavar="FILE", help="Keep every turn in FILE (.jsonl), and go on from it if it exists.")
 @shared
 def chat(file: str, journal: str | None, **options: Any) -> None:
-    """Adapt the trajectory in FILE in a conversation; type /help for what you can say."""
-    task = open_task(file, scene_file=options["scene_file"], frame=options["frame"], choices=choices_from(options))
+    """Adapt the trajectory in FILE in a conversation; type /help for what you can say.
+
+    Where FILE holds objects and no trajectory, the first sentence makes one: "from the box to the plate, slowly".
+    """
+    task = _task_or_scene(file, options)
     session = Session(
         task.trajectory,
         task.scene,
@@ -78,9 +84,10 @@ def chat(file: str, journal: str | None, **options: Any) -> None:
     elif journal:
         session.keep(journal)
     names = ", ".join(task.scene.names) or "none"
-    click.echo(plain(f"{file}: {len(task.trajectory)} waypoints; objects: {names}."))
+    held = "no trajectory yet" if session.bare else f"{len(task.trajectory)} waypoints"
+    click.echo(plain(f"{file}: {held}; objects: {names}."))
     show_notes((*notes_on(task, options["robot"]), *notes_on_writer(session.writer)))
-    click.echo("Say what should change, or /help.")
+    click.echo("Say from where to where, or /help." if session.bare else "Say what should change, or /help.")
     for line in _lines():
         try:
             if not _obey(session, line):
@@ -89,6 +96,17 @@ def chat(file: str, journal: str | None, **options: Any) -> None:
             click.echo(f"error: {plain(str(error))}")
         except KeyboardInterrupt:
             click.echo("\nStopped; nothing changed.")
+
+
+def _task_or_scene(file: str, options: dict[str, Any]) -> Task:
+    """The task of a file; of one with objects and no trajectory, its scene with a path that stands still."""
+    bare = load_bare(file) if options["scene_file"] is None else None
+    if bare is None:
+        return open_task(file, scene_file=options["scene_file"], frame=options["frame"], choices=choices_from(options))
+    scene, robot, instruction = bare
+    if options["frame"] is not None:
+        scene = replace(scene, frame=Frame(options["frame"]))
+    return Task(standing_still(), scene, instruction, path=file, robot=robot)
 
 
 def _lines() -> Iterator[str]:
@@ -129,7 +147,7 @@ def _obey(session: Session, line: str) -> bool:
 
 def _say(session: Session, text: str, on: FeedbackOn) -> None:
     with waiting("writing a policy") as tell:
-        result = session.say(text, on=on, progress=tell)
+        result = begun(session, text, progress=tell) if session.bare else session.say(text, on=on, progress=tell)
     if result.writer.kind == "feedback":
         click.echo(plain(result.message))
     else:
@@ -228,7 +246,9 @@ _DEEDS: dict[str, Callable[[Session, str], None]] = {
 @WRITER
 @BASE_URL
 @click.option(
-    "--robot", metavar="NAME|FILE", help="Limits to begin with: drone, arm, ground, none, or a file. [scene's]"
+    "--robot",
+    metavar="NAME|FILE",
+    help="Limits to begin with: a name as for adapt, or a file. [scene's]",
 )
 @click.option("--sessions", type=click.Path(path_type=Path), help="Folder where sessions are kept.")
 @ISOLATION

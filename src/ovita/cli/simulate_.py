@@ -14,7 +14,7 @@ from ovita import sim
 from ovita.cli.common import EXIT_OF, choices_from, plain, show_notes, source
 from ovita.errors import FormatError
 from ovita.io import is_adaptation, is_address, open_task
-from ovita.paths.robot import Robot
+from ovita.paths.robot import Robot, preset_name
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 from ovita.result import Adaptation
@@ -22,7 +22,11 @@ from ovita.result import Adaptation
 
 @click.command()
 @click.argument("file", metavar="FILE")
-@click.option("--robot", metavar="NAME|FILE", help="iiwa, jackal, crazyflie, or a .toml file. [by the limits of FILE]")
+@click.option(
+    "--robot",
+    metavar="NAME|FILE",
+    help="arm (iiwa), drone (crazyflie), ground (jackal, rover), or .toml. [FILE's]",
+)
 @click.option(
     "--which",
     type=click.Choice(["both", "original", "adapted"]),
@@ -118,7 +122,7 @@ def _read(
         raise FormatError(file, "is no result, so it has no adapted trajectory; adapt it first: ovita adapt ... --out")
     task = open_task(file, scene_file=options["scene_file"], frame=options["frame"], choices=choices_from(options))
     show_notes(task.notes)
-    limits = Robot.preset(task.robot) if task.robot in sim.STAND_INS else None
+    limits = Robot.preset(task.robot) if task.robot and preset_name(task.robot) in sim.STAND_INS else None
     return [("original", task.trajectory)], task.scene, limits, task.instruction, ()
 
 
@@ -126,7 +130,7 @@ def _robot_for(limits: Robot | None, file: str) -> str:
     name = "" if limits is None else limits.name
     if name not in sim.STAND_INS:
         raise click.UsageError(
-            f"{file} does not say which robot it is for; choose one: --robot {'|'.join(sim.SHIPPED)}"
+            f"{file} does not say which robot it is for; choose one: --robot {'|'.join(sim.STAND_INS)}"
         )
     return sim.STAND_INS[name]
 

@@ -9,13 +9,17 @@ from typing import Any, NoReturn
 
 import click
 
+from ovita.chain import enforced
 from ovita.cli.common import EXIT_OF, choices_from, constraints_from, plain, show, show_notes, source
 from ovita.errors import RequestError
 from ovita.io import load_robot, load_scene, save_task
+from ovita.limits import ConstraintOptions
+from ovita.paths.robot import Robot
 from ovita.request import FeedbackOn
+from ovita.result import Adaptation
 from ovita.sources.demonstrations import read_demonstrations
 from ovita.sources.learning import learn as learn_skill
-from ovita.sources.skills import COVARIANCE, KINDS, Skill, SkillKind
+from ovita.sources.skills import COVARIANCE, KINDS, GeneratedPath, Skill, SkillKind
 from ovita.text import counted, length
 from ovita.writers.base import writer_named
 
@@ -58,6 +62,9 @@ def learn(
     around = f", relative to {', '.join(skill.frames)}" if skill.frames else ""
     click.echo(plain(f"Learned a {kind} from {counted(skill.shown, 'demonstration')}{around}: {spread(skill)}"))
     show_notes(skill.notes)
+    if options["frame"] is None:
+        frame = tasks[0].scene.frame
+        show_notes([f"taken to be in the frame {frame.name} ({frame.describe()}); another is named with --frame"])
     click.echo(f"wrote {out}")
 
 
@@ -83,6 +90,10 @@ def spread(skill: Skill) -> str:
 )
 @click.option("--scene", "scene_file", metavar="FILE", help="Where the objects are now. [where they were shown]")
 @click.option("--waypoints", type=click.IntRange(2, 10000), metavar="N", help="Number of waypoints. [101]")
+@click.option("--robot", default="none", show_default=True, metavar="NAME|FILE", help="Limits, as for ovita adapt.")
+@click.option("--max-speed", type=float, metavar="M/S", help="Speed limit, instead of the robot's.")
+@click.option("--repair", is_flag=True, help="Move and slow the path to keep the limits, not only measure them.")
+@click.option("--no-obstacles", is_flag=True, help="Objects are no obstacles.")
 @click.option("--out", "-o", metavar="FILE", help="Write the trajectory, in any format that ovita convert writes.")
 @click.option("--json", "as_json", is_flag=True, help="Print mean and covariance as JSON.")
 def generate(
@@ -92,14 +103,21 @@ def generate(
     via: tuple[str, ...],
     scene_file: str | None,
     waypoints: int | None,
+    robot: str,
+    max_speed: float | None,
+    repair: bool,
+    no_obstacles: bool,
     out: str | None,
     as_json: bool,
 ) -> None:
     """Generate a trajectory of SKILL.json between other ends, through via-points, around objects that moved.
 
-    A task in JSON holds the covariance as well. If a place is not reached, which can happen to a promp, that is said
-    and the exit code is 6.
+    A task in JSON holds the covariance as well. The path is measured against the limits as an adapted one is: exit code
+    5 where one of them is broken, or where --repair had to change the path, 4 where they cannot all be kept. If a place
+    is not reached, which can happen to a promp or by --repair, that is said and the exit code is 6.
     """
+    limits = load_robot(robot)
+    limits = limits if max_speed is None else replace(limits, max_speed=max_speed)
     skill = Skill.load(file)
     scene = skill.scene
     if scene_file is not None:
@@ -108,22 +126,39 @@ def generate(
             raise RequestError(
                 f"{scene_file} is in the frame {scene.frame.name}, the skill in {skill.scene.frame.name}"
             )
-    made = skill.generate(start, goal, [_via(text) for text in via], scene=scene, waypoints=waypoints)
+    asked = skill.generate(start, goal, [_via(text) for text in via], scene=scene, waypoints=waypoints, robot=limits)
+    made, judged = checked(asked, limits, repair=repair, obstacles=not no_obstacles)
     task = made.task()
     lost = save_task(out, task) if out else ()
     if as_json:
         covariance = None if made.covariance is None else made.covariance.tolist()
         document = {"trajectory": made.trajectory.to_array().tolist(), "covariance": covariance}
-        click.echo(json.dumps(document | {"notes": made.notes, "missed": made.missed}))
+        document |= {"notes": made.notes, "missed": made.missed, "status": judged.status, "limits": made.broken}
+        click.echo(json.dumps(document))
     else:
         path = made.trajectory
         click.echo(f"{counted(len(path), 'waypoint')}, {length(path.length)} in {path.duration:.1f} s")
         show_notes((*skill.notes, *made.notes, *lost))
         for text in made.missed:
             click.echo(plain(f"not as meant: {text}"), err=True)
+        for text in made.broken:
+            click.echo(plain(f"limits: {text}"), err=True)
+        if made.broken and not repair:
+            click.echo("Nothing was changed for the limits; --repair keeps them.", err=True)
         if out:
             click.echo(f"wrote {out}")
-    raise SystemExit(EXIT_OF["not_as_meant"] if made.missed else 0)
+    raise SystemExit(EXIT_OF["not_as_meant" if made.missed else judged.status])
+
+
+def checked(made: GeneratedPath, robot: Robot, *, repair: bool, obstacles: bool) -> tuple[GeneratedPath, Adaptation]:
+    """A generated path with what was measured of the limits, moved to keep them where that is asked for."""
+    options = ConstraintOptions(repair_original=True, obstacles=obstacles, enabled=repair)
+    result = enforced("Generate", made.trajectory, made.scene, robot, constraints=options)
+    verdict = result.constraints
+    broken = () if verdict is None or verdict.status == "satisfied" or result.status == "done" else verdict.sentences()
+    if result.adapted == made.trajectory:
+        return replace(made, broken=tuple(broken)), result
+    return replace(made.moved_to(result.adapted), broken=tuple(broken)), result
 
 
 def _via(text: str) -> tuple[float | None, str]:

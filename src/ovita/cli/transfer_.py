@@ -19,7 +19,7 @@ from ovita.io.links import Address, deliver, deliver_joints
 from ovita.io.messages import TYPES, JointMotion
 from ovita.measure import sentences
 from ovita.paths.frame import Frame, transformed
-from ovita.paths.robot import PRESETS, Robot
+from ovita.paths.robot import PRESETS, Robot, preset_name
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 
@@ -114,7 +114,7 @@ def joints_of(
 
 def _refusable(task: Task) -> list[str]:
     """What the gate would say against the trajectory, as far as the file names the robot to judge it by."""
-    robot = None if task.robot is None else Robot.preset(task.robot) if task.robot in PRESETS else None
+    robot = None if task.robot is None else Robot.preset(task.robot) if preset_name(task.robot) in PRESETS else None
     found = against(task.trajectory, task.scene, robot)
     return [f"ovita send would refuse it: {text}" for text in found]
 

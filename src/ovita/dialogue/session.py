@@ -166,6 +166,30 @@ class Session:
         self._add(instruction, found.on, result, found.kind)
         return result
 
+    @property
+    def bare(self) -> bool:
+        """Whether there is no trajectory yet: nothing was said, and the path stands still."""
+        return not self._history.steps and self._pending is None and self.original.length == 0.0
+
+    def begin(self, adaptation: Adaptation) -> None:
+        """Begin with an adaptation whose original was made from words, where there was no trajectory.
+
+        Raises:
+            RequestError: If there is a trajectory already.
+        """
+        if not self.bare:
+            raise RequestError("there is a trajectory already; say what should change")
+        self.original, self.scene = adaptation.original, adaptation.scene
+        self._first, self._asked, self._behind = self.situation, "", True
+        if adaptation.usable:
+            self._add(adaptation.instruction, "current", adaptation, "said")
+        elif adaptation.proposal is not None:
+            self._pending = adaptation.instruction, Interpretation(adaptation, kind="said")
+
+    def ask_about(self, said: str) -> None:
+        """Remember a sentence that led to a question, which the next sentence answers."""
+        self._asked = said
+
     def accept(self) -> Adaptation:
         """Do what the last turn proposed.
 

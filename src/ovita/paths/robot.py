@@ -127,7 +127,7 @@ class Robot:
 
     @classmethod
     def preset(cls, name: str) -> Robot:
-        """One of the shipped robots: "drone", "arm", "ground" or "none" (no workspace, no speed limit).
+        """One of the shipped robots: "drone", "arm", "ground" or "none" (no workspace, no speed limit), or an alias.
 
         Workspaces, margins and top speeds of the first three are those of the OVITA release; radius and accelerations
         are those of a Crazyflie 2, a hand flange and a Jackal, with their sources in docs/limits.md.
@@ -136,11 +136,21 @@ class Robot:
             RobotError: For any other name.
         """
         try:
-            return PRESETS[name.lower()]
+            return PRESETS[preset_name(name)]
         except KeyError:
             raise RobotError(
-                f"unknown robot {name!r}; presets are {', '.join(PRESETS)}, or give a .toml or .json file"
+                f"unknown robot {name!r}; presets are {', '.join(PRESETS)} (or {', '.join(ALIASES)}), "
+                f"or give a .toml or .json file"
             ) from None
+
+
+ALIASES = {"iiwa": "arm", "crazyflie": "drone", "jackal": "ground", "rover": "ground"}
+"""Other names of the presets: the machines that stand for them in simulation, and a rover."""
+
+
+def preset_name(name: str) -> str:
+    """The preset that a name or an alias means, in lower case; the name itself where it is neither."""
+    return ALIASES.get(name.lower(), name.lower())
 
 
 def _real(value: object) -> bool:

@@ -240,6 +240,11 @@ class Trajectory:
         return Trajectory(interpolate(self.positions, source), speeds, quaternions, self.timestep)
 
 
+def standing_still() -> Trajectory:
+    """The path of something that has no trajectory yet: two waypoints at the origin."""
+    return Trajectory(np.zeros((2, 3)), np.zeros(2))
+
+
 def arc_length(positions: Array) -> Array:
     """Cumulative length of a polyline: (N, D) [m] to (N,) [m]."""
     steps = np.linalg.norm(np.diff(positions, axis=0), axis=1)

@@ -13,6 +13,7 @@ from pydantic import Field
 from ovita.errors import FormatError, RobotError
 from ovita.io.documents import parse_toml, validated
 from ovita.io.files import read_text
+from ovita.paths.robot import ALIASES, preset_name
 
 _Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 
@@ -133,13 +134,15 @@ def load_model(name: str | os.PathLike[str]) -> RobotModel:
         RobotError: If there is no such robot or its file is malformed; names the file and the key.
     """
     text = os.fspath(name)
-    if text in SHIPPED:
-        path = FOLDER / f"{text}.toml"
+    shipped = STAND_INS.get(preset_name(text))
+    if shipped is not None:
+        path = FOLDER / f"{shipped}.toml"
     elif text.endswith(".toml"):
         path = Path(text)
     else:
         raise RobotError(
-            f"unknown robot {text!r}; robots that can be simulated are {', '.join(SHIPPED)}, or give a .toml file"
+            f"unknown robot {text!r}; robots that can be simulated are {', '.join(STAND_INS)} "
+            f"(or {', '.join(ALIASES)}), or give a .toml file"
         )
     try:
         return _model(path, parse_toml(read_text(path), str(path)))

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from ovita.errors import RequestError
 from ovita.io import Task
+from ovita.paths.geometry import path_distances
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import TIMESTEP, Array, Trajectory, interpolate
@@ -35,7 +36,7 @@ from ovita.sources.taskframes import (
     multiplied,
 )
 from ovita.sources.tpgmm import Mixture
-from ovita.text import counted, length
+from ovita.text import counted, length, point
 
 SkillKind = Literal["kmp", "promp", "dmp", "tpgmm"]
 """Kernelized, probabilistic and dynamic movement primitives, and task-parameterised Gaussian mixtures."""
@@ -94,6 +95,9 @@ class GeneratedPath:
         scene: The objects that it was generated for.
         notes: What a person should know, each a sentence.
         missed: Places that the path was asked for and does not reach, each a sentence.
+        broken: Limits of a robot that it breaks, or that it was moved to keep, each a sentence.
+        asked: The places (K, 3) [m] that it was asked to reach.
+        within: How near counts as reached [m].
     """
 
     trajectory: Trajectory
@@ -101,11 +105,23 @@ class GeneratedPath:
     scene: Scene = field(default_factory=Scene)
     notes: tuple[str, ...] = ()
     missed: tuple[str, ...] = ()
+    broken: tuple[str, ...] = ()
+    asked: Array = field(default_factory=lambda: np.zeros((0, 3)))
+    within: float = 0.0
+
+    def moved_to(self, trajectory: Trajectory) -> GeneratedPath:
+        """The path where the limits moved it, and which of the places it no longer reaches."""
+        gaps = path_distances(trajectory.positions, self.asked) if len(self.asked) else np.zeros(0)
+        away = [f"{point(place)} is missed by {length(gap)}, as the limits moved the path"
+                for place, gap in zip(self.asked, gaps, strict=True) if gap > self.within]  # fmt: skip
+        return replace(self, trajectory=trajectory, missed=(*self.missed, *away))
 
     def task(self, instruction: str = "") -> Task:
         """As a task that every format holds; in JSON with the covariance of the positions."""
         extra = {} if self.covariance is None else {COVARIANCE: packed(self.covariance).tolist()}
         verdict = f"not_as_meant: {' '.join(self.missed)}" if self.missed else ""
+        if self.broken and not verdict:
+            verdict = f"limited: {' '.join(self.broken)}"
         return Task(self.trajectory, self.scene, instruction, extra, notes=self.notes, verdict=verdict)
 
 
@@ -166,6 +182,7 @@ class Skill:
         *,
         scene: Scene | None = None,
         waypoints: int | None = None,
+        robot: Robot | None = None,
     ) -> GeneratedPath:
         """Generate the movement between other places, through via-points, around objects that moved.
 
@@ -177,13 +194,14 @@ class Skill:
             via: Places to pass through.
             scene: The objects where they are now; by default as shown.
             waypoints: Number of waypoints; by default as many as the skill has phases.
+            robot: Whose distance a place at an object keeps; by default that of no robot. Limits are not enforced here.
 
         Raises:
             RequestError: If a place or a phase cannot be used, or the kind has no via-points.
             UnknownObject: If the scene lacks the object of a task frame.
         """
         scene = self.scene if scene is None else scene
-        asked = _asked(start, goal, via, scene)
+        asked = _asked(start, goal, via, scene, robot or Robot.preset("none"))
         if self.kind == "dmp" and any(one.what == "via" for one in asked):
             raise RequestError("a dmp has a start and a goal, but no via-points; learn a kmp for these")
         if waypoints is not None and waypoints < 2:
@@ -200,6 +218,8 @@ class Skill:
             scene,
             self._unusual(placed, shown),
             self._missed(placed, reached),
+            asked=np.array([one.position for one in placed]).reshape(-1, 3),
+            within=max(REACHED * self.size, 0.005),
         )
 
     def _shown(self, phases: Array, scene: Scene, asked: Sequence[_AskedPlace]) -> PathDistribution:
@@ -339,7 +359,7 @@ class _AskedPlace:
         return f"the {self.what}" if self.what != "via" else f"the via-point at {self.phase:.3g} ({self.text})"
 
 
-def _asked(start: Place | None, goal: Place | None, via: Vias, scene: Scene) -> list[_AskedPlace]:
+def _asked(start: Place | None, goal: Place | None, via: Vias, scene: Scene, robot: Robot) -> list[_AskedPlace]:
     """All places to pass through, the ends first."""
     pairs: list[tuple[str, float | None, Place]] = []
     pairs += [] if start is None else [(START, 0.0, start)]
@@ -352,10 +372,10 @@ def _asked(start: Place | None, goal: Place | None, via: Vias, scene: Scene) -> 
         if phase in seen:
             raise RequestError(f"two places are asked for at the phase {phase:g}; give each a phase of its own")
         seen |= set() if phase is None else {phase}
-    return [_AskedPlace(what, phase, *placed(place, scene), _text(place)) for what, phase, place in pairs]
+    return [_AskedPlace(what, phase, *placed(place, scene, robot), _text(place)) for what, phase, place in pairs]
 
 
-def placed(place: Place, scene: Scene) -> tuple[Array, Array | None]:
+def placed(place: Place, scene: Scene, robot: Robot) -> tuple[Array, Array | None]:
     """The position (3,) [m] of a place, and its orientation (4,) where it gives one.
 
     Words are read as `ovita plan` reads them, so "the cup" is the free place above it; a `SceneObject` is its centre.
@@ -366,7 +386,7 @@ def placed(place: Place, scene: Scene) -> tuple[Array, Array | None]:
     if isinstance(place, SceneObject):
         return place.position, None
     if isinstance(place, str) and any(letter.isalpha() for letter in place):
-        return locate(read_place(place, scene), scene, Robot.preset("none")).position, None
+        return locate(read_place(place, scene), scene, robot).position, None
     values = _numbers(place)
     return values[:3], _unit(values[3:]) if len(values) == 7 else None
 

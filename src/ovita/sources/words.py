@@ -14,13 +14,14 @@ from typing import Any
 import numpy as np
 
 from ovita.chain import adapt, enforced
+from ovita.dialogue.session import Session
 from ovita.errors import RequestError
 from ovita.limits import ConstraintOptions, verify
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.request import MAX_INSTRUCTION, Request
-from ovita.result import Adaptation, Status
+from ovita.result import Adaptation, Status, explain
 from ovita.sources.parts import by_parts
 from ovita.sources.places import Location
 from ovita.sources.planner import TIME_LIMIT, WAYPOINTS, Plan, Planner, PlanRequest, anchored, planned, planner_named
@@ -157,6 +158,41 @@ SPARE = 0.005
 """How much more than the distance that is asked for a plan keeps [m]."""
 
 
+def begun(session: Session, said: str, **options: Any) -> Adaptation:
+    """Make the trajectory of a session that has none from words; a question waits for its answer, as in a conversation.
+
+    Args:
+        session: Whose scene, robot, writer and limits count; it begins with the result.
+        said: The sentence, or the answer to the question before.
+        options: Of `from_words`, such as `progress` and `cancel`.
+
+    Raises:
+        InputError: As `from_words` does.
+    """
+    text = restated(session.asked, said, session.scene)
+    stages = {"writer": session.writer, "constraints": session.constraints, "isolation": session.isolation, **options}
+    made = from_words(text, session.scene, session.robot, **stages)
+    if made.adaptation is None:
+        session.ask_about(text if made.question else "")
+        problem = "" if made.question else made.message
+        standing = session.original
+        return Adaptation(text, made.status, standing, standing, scene=session.scene, robot=session.robot,
+                          question=made.question, error=problem, explanation=made.message)  # fmt: skip
+    if made.adaptation.usable or made.adaptation.proposal is not None:
+        session.begin(made.adaptation)
+    return made.adaptation
+
+
+def restated(before: str, answer: str, scene: Scene) -> str:
+    """A sentence with the answer to what was asked about it; the answer alone where that tells a whole way."""
+    told, whole = read_route(before, scene), read_route(answer, scene)
+    if not before or (whole.start is not None and whole.goal is not None):
+        return answer
+    if whole.start is None and whole.goal is None:  # "the box"
+        answer = f"{'to' if told.goal is None and told.start is not None else 'from'} {answer}"
+    return f"{before.rstrip(' .,?!')}, {answer}"
+
+
 def _adapted(
     instruction: str, route: Route, request: PlanRequest, path: Trajectory, stages: dict[str, Any]
 ) -> Adaptation:
@@ -174,10 +210,11 @@ def _adapted(
 def _whole(result: Adaptation, instruction: str, told: str, notes: tuple[str, ...]) -> Adaptation:
     """The adaptation of the rest as that of the whole sentence, with the planning as its first step."""
     proposal = None if result.proposal is None else _whole(result.proposal, instruction, told, notes)
-    return replace(
+    whole = replace(
         result,
         instruction=instruction,
         plan=(told, *result.plan),
         assumptions=(*notes, *result.assumptions),
         proposal=proposal,
     )
+    return replace(whole, explanation=explain(whole)) if result.explanation == explain(result) else whole

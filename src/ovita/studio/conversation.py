@@ -14,7 +14,7 @@ from ovita.studio.sessions import News, SessionController
 
 _ON = {"current: what there is now": "current", "original: everything on the blue line": "original"}
 _TICK_S = 0.5
-_ASK = "What should change?"
+_ASK, _ASK_WAY = "What should change?", "From where to where?"
 
 
 class Conversation:
@@ -69,7 +69,8 @@ class Conversation:
         asked = controller.said.question if controller.said is not None else ""
         proposed = busy is None and controller.session.pending is not None
         self.accept.visible = self.dismiss.visible = proposed
-        title = "Your answer" if asked else "Is that meant? Accept, or say what is different" if proposed else _ASK
+        idle = _ASK_WAY if controller.session.bare else _ASK
+        title = "Your answer" if asked else "Is that meant? Accept, or say what is different" if proposed else idle
         self.ask.content = html.block(f"<h4>{title}</h4>")
         self.outcome.content = html.outcome(controller)
         if news in ("turn", "said", "knobs"):

@@ -13,12 +13,12 @@ from typing import Any
 from ovita.dialogue.history import SCHEMA
 from ovita.dialogue.session import Session
 from ovita.errors import FormatError, OvitaError, RobotError
-from ovita.io import Task, is_adaptation, is_skill, load_robot, load_task, save_trajectory, with_scene
+from ovita.io import Task, is_adaptation, is_skill, load_bare, load_robot, load_task, save_trajectory, with_scene
 from ovita.io.files import read_text
 from ovita.io.json_ import parse_object
 from ovita.io.waypoints import covariance_rows
-from ovita.paths.robot import PRESETS, Robot
-from ovita.paths.trajectory import Array, Trajectory
+from ovita.paths.robot import PRESETS, Robot, preset_name
+from ovita.paths.trajectory import Array, Trajectory, standing_still
 from ovita.result import Adaptation
 from ovita.studio import html
 from ovita.studio.sessions import SessionController
@@ -69,9 +69,9 @@ def open_file(path: str, template: Session, *, limits: Robot | None = None, uplo
         result = Adaptation.load(path)
         _check_length(path, result.original, result.adapted)
         return Opened(Session.of(result, writer=template.writer, isolation=template.isolation), name, (_PROGRAM,))
-    task = _generated(path) if is_skill(path) else load_task(path)
+    task = _generated(path) if is_skill(path) else _task_or_scene(path)
     _check_length(path, task.trajectory)
-    if upload and task.robot and task.robot.lower() not in PRESETS:
+    if upload and task.robot and preset_name(task.robot) not in PRESETS:
         raise FormatError(path, f"{task.robot!r} is no robot of ovita; choose one under Constraints", key="robot")
     held = task.extra.get("covariance")
     covariance = None if held is None else covariance_rows(held, path, len(task.trajectory))
@@ -101,6 +101,16 @@ def _robot_of(task: Task, path: str) -> Robot | None:
         return load_robot(task.robot) if task.robot else None
     except RobotError as error:
         raise FormatError(path, str(error), key="robot") from None
+
+
+def _task_or_scene(path: str) -> Task:
+    """A task; of a file with objects and no trajectory, its scene with a path that stands still."""
+    bare = load_bare(path)
+    if bare is None:
+        return load_task(path)
+    scene, robot, instruction = bare
+    note = "the file holds no trajectory; say from where to where"
+    return Task(standing_still(), scene, instruction, path=path, robot=robot, notes=(note,))
 
 
 def _generated(path: str) -> Task:

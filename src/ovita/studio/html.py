@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cache
 from html import escape
 from importlib.resources import files
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -76,6 +77,8 @@ def listed(items: Sequence[str], tag: str = "ul") -> str:
 def suggestions(trajectory: Trajectory, scene: Scene) -> list[str]:
     """Instructions that make sense in this scene, each about what the path passes."""
     short = [item for item in scene if len(item.name) <= _SHORT]
+    if trajectory.length == 0.0:
+        return [f"From the {a.name} to the {b.name}, slowly" for a, b in pairwise(short)][:3]
     near = sorted(short, key=lambda item: float(item.clearance(trajectory.positions).min()))
     amount = max(round(0.15 * float(np.ptp(trajectory.positions, axis=0).max()), 1), 0.1)
     said = []

@@ -20,6 +20,7 @@ from ovita.io.files import make_folder
 from ovita.policy.sandbox import Isolation
 from ovita.request import FeedbackOn
 from ovita.result import Adaptation
+from ovita.sources.words import begun
 from ovita.writers.base import PolicyWriter
 
 SETTLE_S = 0.6
@@ -126,6 +127,8 @@ class SessionController:
         if self.said is None or not self.said.question or not text.strip():
             raise RequestError("there is no question to answer" if not text.strip() else "nothing was asked")
         session, result = self.session, self.said.result
+        if session.bare:
+            return self.say(text, self.said.on)
         meant = clarified(session.asked, text, session.scene) if session.asked else ""
         if meant:
             return self.say(meant, self.said.on)
@@ -187,7 +190,10 @@ class SessionController:
             self._tell("busy")
 
         try:
-            result = draft.say(busy.said, on=busy.on, progress=stage, cancel=busy.cancel)
+            if draft.bare:
+                result = begun(draft, busy.said, progress=stage, cancel=busy.cancel)
+            else:
+                result = draft.say(busy.said, on=busy.on, progress=stage, cancel=busy.cancel)
             said = LastUtterance(busy.said, busy.on, result)
         except OvitaError as error:
             said = LastUtterance(busy.said, busy.on, error=str(error))
@@ -198,12 +204,19 @@ class SessionController:
                     self.busy, self.error = None, ""
                     kept = (draft.history.head, len(draft.history.steps)) != before
                     if result is not None:
-                        self._kept(lambda: self.session.adopt(draft))
+                        self._kept(lambda: self._take_over(draft, result))
                     self.said = None if kept else said
             if wanted:
                 self._tell("turn" if kept else "said")
                 if self.error:
                     self._tell("error")
+
+    def _take_over(self, draft: Session, result: Adaptation) -> None:
+        """Take over what a draft came to; the first trajectory of a session that had none is its original."""
+        if self.session.bare and not draft.bare:
+            self.session.begin(result)
+        else:
+            self.session.adopt(draft)
 
     def _turn_all(self) -> None:
         """Apply pending parameter values until none are left; after a pause, record the result as a turn."""
