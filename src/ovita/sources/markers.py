@@ -48,7 +48,7 @@ GOALS = _words(
     """end finish terminate conclude land arrive reach stop park halt approach deliver drop put place lay stick deposit
     release dock settle unload culminate destine"""
 )
-VIAS = _words("pass visit cross overfly overflies overflying touch skirt call swing round detour inspect survey")
+VIAS = _words("pass visit cross overfly overflies overflying touch skirt call swing round detour inspect survey scan")
 MOTION = _words(
     """go move travel run drive fly come carry bring take get head proceed continue return transfer transport convey
     guide lead send navigate roll glide slide cruise sweep climb ascend rise descend lower swing make route walk advance
@@ -121,7 +121,7 @@ STAYING = _words(
 FINAL = _words("end finish terminate conclude land arrive culminate dock settle")
 """Verbs whose place is the last of the way."""
 
-TOURS = _words("visit patrol tour call inspect survey stop")
+TOURS = _words("visit patrol tour call inspect survey scan stop")
 """Verbs of going to several places, the last of which ends the way."""
 
 

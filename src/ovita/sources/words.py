@@ -23,7 +23,7 @@ from ovita.paths.trajectory import Array, Trajectory
 from ovita.request import MAX_INSTRUCTION, Request
 from ovita.result import Adaptation, Status, explain
 from ovita.sources.parts import by_parts
-from ovita.sources.places import Location
+from ovita.sources.places import APPROACH, Location
 from ovita.sources.planner import TIME_LIMIT, WAYPOINTS, Plan, Planner, PlanRequest, anchored, planned, planner_named
 from ovita.sources.room import beside_sides, enlarged, leveled
 from ovita.sources.route import Route, read_route
@@ -204,7 +204,17 @@ def _adapted(
     else:
         limits = stages["constraints"] or ConstraintOptions()
         result = enforced(instruction, path, scene, robot, constraints=limits)
-    return _whole(result, instruction, sentence(f"Plan the way {request.told}"), route.notes)
+    return _whole(result, instruction, sentence(f"Plan the way {request.told}"), (*route.notes, *_near(route, robot)))
+
+
+def _near(route: Route, robot: Robot) -> tuple[str, ...]:
+    """How far from an object a place at it is, where no distance was said."""
+    places = (place for place in (route.start, *route.via, route.goal) if place is not None)
+    if not any(place.objects and place.distance is None and place.relation != "between" for place in places):
+        return ()
+    keep = robot.radius + robot.obstacle_margin
+    parts = f"{robot.radius:g} m of body, {robot.obstacle_margin:g} m of margin and {APPROACH:g} m"
+    return (f"a place at an object is {keep + APPROACH:.3g} m from its surface: {parts}",)
 
 
 def _whole(result: Adaptation, instruction: str, told: str, notes: tuple[str, ...]) -> Adaptation:
