@@ -307,7 +307,7 @@ paths = st.integers(2, 12).flatmap(
 )
 
 
-@settings(max_examples=60, deadline=None, derandomize=True)
+@settings(max_examples=40, deadline=None, derandomize=True)
 @given(paths)
 def test_identical_trajectories_differ_nowhere(path: Trajectory) -> None:
     changes = compare(path, path, SCENE)
@@ -318,7 +318,7 @@ def test_identical_trajectories_differ_nowhere(path: Trajectory) -> None:
     assert len(sentences(changes)) == 1
 
 
-@settings(max_examples=60, deadline=None, derandomize=True)
+@settings(max_examples=40, deadline=None, derandomize=True)
 @given(paths, arrays(np.float64, 3, elements=st.floats(-2, 2, width=32)))
 def test_a_translation_measures_as_itself(path: Trajectory, offset: np.ndarray) -> None:
     changes = compare(path, path.with_(positions=path.positions + offset), SCENE)
@@ -328,7 +328,7 @@ def test_a_translation_measures_as_itself(path: Trajectory, offset: np.ndarray) 
     assert changes.length.change == pytest.approx(0.0, abs=1e-9)
 
 
-@settings(max_examples=60, deadline=None, derandomize=True)
+@settings(max_examples=40, deadline=None, derandomize=True)
 @given(paths, paths)
 def test_any_pair_is_measured_told_and_goes_through_json(one: Trajectory, other: Trajectory) -> None:
     changes = compare(one, other, SCENE)

@@ -12,7 +12,7 @@ from ovita.paths.trajectory import Trajectory, interpolate
 DENSE = 4001
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(st.integers(0, 2**32 - 1))
 def test_distances_of_a_polyline_are_exact(seed):
     rng = np.random.default_rng(seed)
@@ -49,7 +49,7 @@ def test_projection_finds_distance_and_place():
     assert distance == pytest.approx([0.75, 1, 1]) and place == pytest.approx([1.5, 1.5, 0])
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(st.integers(0, 2**32 - 1))
 def test_the_time_law_and_its_inverse_agree(seed):
     rng = np.random.default_rng(seed)

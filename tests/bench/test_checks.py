@@ -131,7 +131,7 @@ def test_what_is_near_may_be_judged_after_the_path_moved():
 
 
 @given(amount=st.floats(0.05, 0.5), word=st.sampled_from(["left", "right", "front", "back", "up", "down"]))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 def test_any_stated_shift_is_told_from_others(amount, word):
     check = ck.moved(**{word: amount})
     assert judged(check, shift(word, metres=amount)).passed
@@ -141,7 +141,7 @@ def test_any_stated_shift_is_told_from_others(amount, word):
 
 
 @given(factor=st.floats(0.2, 0.9), scale=st.floats(0.1, 100.0))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 def test_speeds_are_judged_in_any_unit(factor, scale):
     rows = ROWS * [1, 1, 1, scale]
     assert judged(ck.slower(factor=factor), pace(factor), rows).passed
@@ -149,7 +149,7 @@ def test_speeds_are_judged_in_any_unit(factor, scale):
 
 
 @given(scale=st.floats(0.2, 20.0), sign=st.sampled_from([1.0, -1.0]))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 def test_distances_are_judged_at_any_scale(scale, sign):
     rows = ROWS * [scale, scale, scale, 1]
     scene = Scene(tuple(SceneObject(item.name, item.position * scale) for item in SCENE))

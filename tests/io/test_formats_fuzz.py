@@ -37,7 +37,7 @@ anything = st.recursive(
     lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=4), inner, max_size=3),
     max_leaves=10,
 )
-fuzz = settings(derandomize=True, deadline=None, max_examples=60)
+fuzz = settings(derandomize=True, deadline=None, max_examples=40)
 
 
 def parse_everything(data):

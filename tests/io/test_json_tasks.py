@@ -328,7 +328,7 @@ def scenes(draw):
     return Scene(tuple(objects), frame, draw(words), draw(words))
 
 
-@settings(derandomize=True, deadline=None, max_examples=60)
+@settings(derandomize=True, deadline=None, max_examples=40)
 @given(trajectories(), scenes(), words, extras, st.none() | st.just("arm"))
 def test_a_task_round_trips_exactly(tmp_path_factory, trajectory, scene, instruction, extra, robot):
     path = tmp_path_factory.getbasetemp() / "round trip.json"
@@ -342,14 +342,14 @@ def test_a_task_round_trips_exactly(tmp_path_factory, trajectory, scene, instruc
     assert again.read_bytes() == path.read_bytes()
 
 
-@settings(derandomize=True, deadline=None, max_examples=60)
+@settings(derandomize=True, deadline=None, max_examples=40)
 @given(scenes(), extras)
 def test_a_scene_survives_as_a_plain_dict(scene, extra):
     scene = Scene(scene.objects, scene.frame, scene.environment, scene.constraints_text, extra)
     assert scene_from_dict(json.loads(json.dumps(scene_dict(scene)))) == scene
 
 
-@settings(derandomize=True, deadline=None, max_examples=60)
+@settings(derandomize=True, deadline=None, max_examples=40)
 @given(trajectories())
 def test_a_trajectory_survives_as_rows(trajectory):
     rows = json.loads(json.dumps(trajectory_rows(trajectory)))

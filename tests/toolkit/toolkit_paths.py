@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import settings
 from hypothesis import strategies as st
 
-modest = settings(max_examples=50, deadline=None)
+modest = settings(max_examples=30, deadline=None)
 
 seeds = st.integers(0, 2**32 - 1)
 

@@ -6,6 +6,7 @@ import json
 import os
 import sys
 import webbrowser
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from importlib.resources import as_file, files
@@ -230,17 +231,16 @@ def _check_outputs(file: str, out: str | None, trajectory_out: str | None, plot_
     if trajectory_out and os.path.splitext(trajectory_out)[1].lower() not in WRITTEN:
         raise FormatError(trajectory_out, f"trajectories are written as {', '.join(WRITTEN)}")
     if out and not out.lower().endswith(".json"):
-        raise FormatError(
-            out, "a result is JSON; name a .json file, or use --trajectory for the adapted trajectory alone"
-        )
-    named = [os.path.realpath(path) for path in (file, out, trajectory_out, plot_out) if path]
-    for each in named:
-        if named.count(each) > 1:
-            raise FormatError(each, "is named twice, so one would overwrite the other; name another file")
-    for path in (out, trajectory_out, plot_out):
-        if path and os.path.isdir(path):
+        problem = "a result is JSON; name a .json file, or use --trajectory for the adapted trajectory alone"
+        raise FormatError(out, problem)
+    outputs = [path for path in (out, trajectory_out, plot_out) if path]
+    named = Counter(os.path.realpath(path) for path in (file, *outputs))
+    for twice in [path for path, count in named.items() if count > 1]:
+        raise FormatError(twice, "is named twice, so one would overwrite the other; name another file")
+    for path in outputs:
+        if os.path.isdir(path):
             raise FormatError(path, "is a directory; name a file in it")
-        if path and not os.path.isdir(os.path.dirname(path) or "."):
+        if not os.path.isdir(os.path.dirname(path) or "."):
             raise FormatError(path, "its folder does not exist; make it first")
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ovita.measure.changes import Changes, Endpoint, ObjectChange, Span, SpeedChange, SpeedRange
+from ovita.measure.changes import Changes, Endpoint, Insertion, ObjectChange, Span, SpeedChange, SpeedRange
 from ovita.text import counted, listed, number, the, waypoints
 
 _VISIBLE = 1e-3
@@ -86,17 +86,19 @@ def _path(changes: Changes) -> list[str]:
         told.append(f"The first {_waypoints(leading)} taken out: the start moved {directions(changes.start.words)}.")
     if trailing and beyond is None:
         told.append(f"The last {_waypoints(trailing)} taken out: the goal moved {directions(changes.goal.words)}.")
-    for a, b in changes.removed[: _MOST + 2]:
-        if a > 0 and b < n - 1:
-            told.append(f"The old {waypoints(a, b)} {'was' if a == b else 'were'} taken out.")
+    inner = [(a, b) for a, b in changes.removed[: _MOST + 2] if a > 0 and b < n - 1]
+    told += [f"The old {waypoints(a, b)} {'was' if a == b else 'were'} taken out." for a, b in inner]
+    put = changes.added[: _MOST + 2]
     if beyond is not None and changes.goal.shift >= _VISIBLE:
         told.append(f"The path goes on beyond its old goal: the goal moved {directions(changes.goal.words)}.")
-    for put in changes.added[: _MOST + 2]:
-        if put is not beyond or changes.goal.shift < _VISIBLE:
-            where = "after the old goal" if put is beyond else f"as {waypoints(put.first, put.last)}"
-            off = f", up to {number(put.off)} m off the old path" if put.off >= _VISIBLE else " along the old path"
-            told.append(f"{_waypoints(put.last - put.first + 1).capitalize()} put in {where}{off}.")
-    return told
+        put = tuple(each for each in put if each is not beyond)
+    return [*told, *(_put_in(each, each is beyond) for each in put)]
+
+
+def _put_in(put: Insertion, at_the_end: bool) -> str:
+    where = "after the old goal" if at_the_end else f"as {waypoints(put.first, put.last)}"
+    off = f", up to {number(put.off)} m off the old path" if put.off >= _VISIBLE else " along the old path"
+    return f"{_waypoints(put.last - put.first + 1).capitalize()} put in {where}{off}."
 
 
 def _cut(changes: Changes, end: int) -> int:
@@ -118,13 +120,10 @@ def _moved(changes: Changes, cut: bool, grown: bool) -> list[str]:
     mean = sum(part**2 for part in moved.vector) ** 0.5
     if moved.spread <= max(_VISIBLE, 0.01 * mean):
         return [f"The whole path moved {directions(moved.words)}."]
-    where = f"The path between waypoints {moved.first + 1} and {moved.last + 1}"
-    if (moved.first, moved.last) == (0, int(changes.waypoints.after) - 1):
-        where = "The path"
-    elif moved.first == moved.last:
-        where = f"The path at waypoint {moved.first + 1}"
+    where = "" if moved.last - moved.first + 1 == int(changes.waypoints.after) else _between(moved.first, moved.last)
     told = [
-        f"{where} moved by up to {number(moved.max)} m (waypoint {moved.index + 1}: {directions(moved.max_words)}), "
+        f"The path{where} moved by up to {number(moved.max)} m "
+        f"(waypoint {moved.index + 1}: {directions(moved.max_words)}), "
         f"{number(moved.mean)} m on average over all waypoints."
     ]
     told += [_end(name, end) for name, end in shifted]
@@ -186,12 +185,12 @@ def _stretches(speed: SpeedChange, ranges: list[SpeedRange]) -> list[str]:
 
 
 def _stretch(item: SpeedRange) -> str:
-    where = (
-        f"at waypoint {item.first + 1}"
-        if item.first == item.last
-        else f"between waypoints {item.first + 1} and {item.last + 1}"
-    )
-    return f"Speed is {_higher(item.speed)}{_near(item.near)}: {_span(item.speed, 'm/s')} {where}"
+    where = _between(item.first, item.last)
+    return f"Speed is {_higher(item.speed)}{_near(item.near)}: {_span(item.speed, 'm/s')}{where}"
+
+
+def _between(first: int, last: int) -> str:
+    return f" at waypoint {first + 1}" if first == last else f" between waypoints {first + 1} and {last + 1}"
 
 
 def _stops(changes: Changes) -> list[str]:
