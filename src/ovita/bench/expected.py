@@ -315,9 +315,9 @@ def _factor(case: _Asked, frame: F.Pace, where: PathPart | None) -> Check | None
     bounded = any(f.change in ("cap", "floor", "constant", "turns") for f in others)
     if bounded and (where is None or any(f.part == frame.part for f in others)):
         return None
-    for part in [f.part for f in others if f.part and f.part != frame.part]:
-        rest = outside(case.part(part))
-        where = both(where, rest) if where else rest
+    elsewhere = [outside(case.part(f.part)) for f in others if f.part and f.part != frame.part]
+    if elsewhere:
+        where = both(*([where] if where else []), *elsewhere)
         if not where.mask(case.trajectory, case.scene).any():
             return None
     slower = frame.change == "slower" or (factor is not None and factor < 1)

@@ -251,6 +251,24 @@ def scene_from_dict(document: Mapping[str, Any]) -> Scene:
     """
     if not isinstance(document, Mapping):
         raise SceneError(f"the scene is {show(document)}, expected a table with objects")
+    read = _scene_document(document)
+    extra = {key: value for key, value in document.items() if key not in SCENE_KEYS}
+    if PUBLIC_ENVIRONMENT in document and not read.environment:
+        extra[_ENVIRONMENT_KEY] = PUBLIC_ENVIRONMENT
+    constraints = document.get("constraints") or ""
+    if not isinstance(constraints, str):
+        extra["constraints"], constraints = constraints, ""
+    return Scene(
+        objects=tuple(_objects(read.objects or (), document)),
+        frame=RFU if read.frame is None else _frame(read.frame),
+        environment=read.environment or read.Env_descp or "",
+        constraints_text=constraints,
+        extra=extra,
+    )
+
+
+def _scene_document(document: Mapping[str, Any]) -> _SceneDocument:
+    """What a document says of a scene, checked; its constraints are text, or a structure that stays as it is."""
     known = {key: document[key] for key in SCENE_KEYS if key in document and key != "constraints"}
     try:
         read = validated(_SceneDocument, known, "")
@@ -261,17 +279,7 @@ def scene_from_dict(document: Mapping[str, Any]) -> Scene:
     constraints = document.get("constraints") or ""
     if not isinstance(constraints, str | Mapping | list | tuple):
         raise SceneError(f"is {show(constraints)}, expected text", key="constraints")
-    said = constraints if isinstance(constraints, str) else None
-    extra = {key: value for key, value in document.items() if key not in SCENE_KEYS}
-    if PUBLIC_ENVIRONMENT in document and not read.environment:
-        extra[_ENVIRONMENT_KEY] = PUBLIC_ENVIRONMENT
-    return Scene(
-        objects=tuple(_objects(read.objects or (), document)),
-        frame=RFU if read.frame is None else _frame(read.frame),
-        environment=read.environment or read.Env_descp or "",
-        constraints_text=said or "",
-        extra={**extra, "constraints": constraints} if said is None else extra,
-    )
+    return read
 
 
 def _objects(found: Iterable[_ObjectDocument], document: Mapping[str, Any]) -> Iterator[SceneObject]:
