@@ -334,32 +334,19 @@ def draw(result: Adaptation, out: str, *, robot: Robot | None = None, view: View
         title = f"Proposal, not done yet: {result.instruction}"
         result = replace(result.proposal, instruction=title, explanation=result.message)
     proposed = None if result.proposed == result.adapted else result.proposed
+    paths = (result.original, result.adapted, result.scene)
+    shown: dict[str, Any] = {
+        "robot": robot or result.robot,
+        "proposed": proposed,
+        "title": result.instruction,
+        "view": view,
+        "tube": around,
+    }
     if out.lower().endswith(".html"):
-        page = plots.interactive(
-            result.original,
-            result.adapted,
-            result.scene,
-            robot=robot or result.robot,
-            proposed=proposed,
-            title=result.instruction,
-            notes=result.explanation.split("\n"),
-            view=view,
-            tube=around,
-        )
-        atomic_write(out, page)
-        return
-    figure = plots.figure(
-        result.original,
-        result.adapted,
-        result.scene,
-        robot=robot or result.robot,
-        proposed=proposed,
-        title=result.instruction,
-        violations=result.constraints.checks if result.constraints else None,
-        view=view,
-        tube=around,
-    )
-    plots.save(out, figure)
+        atomic_write(out, plots.interactive(*paths, notes=result.explanation.split("\n"), **shown))
+    else:
+        checks = result.constraints.checks if result.constraints else None
+        plots.save(out, plots.figure(*paths, violations=checks, **shown))
 
 
 @click.command()
