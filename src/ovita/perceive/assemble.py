@@ -14,6 +14,7 @@ from ovita.paths.frame import Frame, quaternion
 from ovita.paths.scene import Scene, SceneObject, canonical
 from ovita.paths.trajectory import Array
 from ovita.perceive.detect import Detector, Found, Sighting, mask_of, sighting
+from ovita.perceive.doubts import doubts, strange_sizes
 from ovita.perceive.evidence import Evidence, evidence_of, joined
 from ovita.perceive.fit import Solid, fit
 from ovita.perceive.looks import Look, assign, colour_of, distinct, names_of_support, support_word
@@ -97,7 +98,7 @@ def perceive(
     ground = _Ground.of(parts, up)
     things: list[_Thing] = []
     refused: list[str] = []
-    notes, said = _notes(views, parts, ground, plane), ""
+    notes, said = [*_notes(views, parts, ground, plane), *doubts(views, parts, up, level=plane == "auto")], ""
     for number, (view, part) in enumerate(zip(views, parts, strict=True)):
         seen = sighting(detector, view, names, text) if detector else Sighting(clusters(part))
         notes += list(seen.notes)
@@ -163,6 +164,7 @@ def _result(things: Sequence[_Thing], ground: _Ground, told: _Told) -> Perceived
     objects = [thing.object(label, ground) for thing, label in zip(things, labels, strict=True)]
     supports = [replace(base, name=called)] if base else []
     notes = [note for thing, label in zip(things, labels, strict=True) for note in thing.remarks(label)]
+    notes += strange_sizes(objects)
     scene = Scene((*objects, *supports), told.axes, told.text)
     scene = scene if told.text else replace(scene, environment=description(scene))
     return Perceived(scene, ground.plane, tuple(dict.fromkeys([*told.notes, *notes])), told.refused, unplaced)
