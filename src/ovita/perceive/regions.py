@@ -40,7 +40,8 @@ class Region:
     def in_view(self, view: View) -> Mask:
         """Which pixels of a view lie in it, (H, W)."""
         if self.flat:
-            return self.holds(np.stack(np.indices(view.shape)[::-1], axis=-1))
+            rows, columns = np.indices(view.shape)
+            return self.holds(np.stack([columns, rows], axis=-1))
         return self.holds(view.points)
 
 
