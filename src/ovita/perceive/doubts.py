@@ -127,7 +127,7 @@ def _other_poses(view: View, support: Plane | None, up: Array) -> Iterator[str]:
         yield f"the pose of {view.name} is the identity, so the camera's line of sight counts as up; give its true pose"
         return
     gl = np.diag([1.0, -1.0, -1.0, 1.0])
-    inverse: Array = np.linalg.inv(view.pose)
+    inverse: Array = np.asarray(np.linalg.inv(view.pose), dtype=np.float64)
     readings: dict[str, Array] = {
         'was inverted; "pose" is camera to world': inverse,
         'had "axes": "opengl"': view.pose @ gl,
