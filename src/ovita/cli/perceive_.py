@@ -150,8 +150,8 @@ class _Leave:
     """What is left out: things by name, regions, and all outside of one region."""
 
     names: tuple[str, ...]
-    gone: tuple[regions.Region, ...]
-    crop: regions.Region | None
+    gone: tuple[regions.CutRegion, ...]
+    crop: regions.CutRegion | None
 
     @classmethod
     def of(cls, without: tuple[str, ...], crop: str | None) -> _Leave:

@@ -17,7 +17,7 @@ from ovita.text import listed
 
 
 @dataclass(frozen=True)
-class Region:
+class CutRegion:
     """A rectangle of the first picture, or a box in the world.
 
     Args:
@@ -45,7 +45,7 @@ class Region:
         return self.holds(view.points)
 
 
-def region_from(text: str, option: str, *, flat: bool = False) -> Region | None:
+def region_from(text: str, option: str, *, flat: bool = False) -> CutRegion | None:
     """Read "x0,y0,x1,y1" [pixels] or "x0,y0,z0,x1,y1,z1" [m]; None where the text is no list of numbers.
 
     Args:
@@ -67,10 +67,10 @@ def region_from(text: str, option: str, *, flat: bool = False) -> Region | None:
     low, high = values[:half], values[half:]
     if not all(a < b for a, b in zip(low, high, strict=True)):
         raise RequestError(f"{option} {text}: the second corner must be beyond the first in each direction")
-    return Region(low, high)
+    return CutRegion(low, high)
 
 
-def cropped(views: Sequence[View], crop: Region | None, gone: Sequence[Region]) -> tuple[View, ...]:
+def cropped(views: Sequence[View], crop: CutRegion | None, gone: Sequence[CutRegion]) -> tuple[View, ...]:
     """The views without what lies in some regions or outside of one; rectangles are of the first picture.
 
     Raises:
@@ -82,7 +82,7 @@ def cropped(views: Sequence[View], crop: Region | None, gone: Sequence[Region]) 
     )
 
 
-def _kept(view: View, crop: Region | None, gone: Sequence[Region]) -> View:
+def _kept(view: View, crop: CutRegion | None, gone: Sequence[CutRegion]) -> View:
     left_out = np.zeros(view.shape, dtype=bool) if crop is None else ~crop.in_view(view)
     for one in gone:
         left_out |= one.in_view(view)
@@ -91,7 +91,7 @@ def _kept(view: View, crop: Region | None, gone: Sequence[Region]) -> View:
     return replace(view, depth=np.where(left_out, np.nan, view.depth)) if left_out.any() else view
 
 
-def thinned(clouds: Sequence[PointCloud], gone: Sequence[Region]) -> tuple[PointCloud, ...]:
+def thinned(clouds: Sequence[PointCloud], gone: Sequence[CutRegion]) -> tuple[PointCloud, ...]:
     """Point clouds without what lies in some boxes.
 
     Raises:
