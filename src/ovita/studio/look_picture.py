@@ -1,7 +1,7 @@
 """The picture of the Look panel: boxes over it that a person drags, and what is sent when one was dragged.
 
-The browser's side is the script in head.html. It writes "box NUMBER: x0 y0 x1 y1" into a text field of the panel, which a
-person may write there too.
+The browser's side is the script in head.html. It writes "box NUMBER: x0 y0 x1 y1" into a text field of the panel, which
+a person may write there too.
 """
 
 from __future__ import annotations
@@ -47,8 +47,8 @@ def picture_html(view: View, items: Sequence[SceneObject]) -> str:
     drawn = "".join(boxes)
     return (
         f'<div class="ov"><svg class="boxes" viewBox="0 0 {wide} {high}"><image width="{wide}" height="{high}"'
-        f' href="{_data(view)}"/>{drawn}</svg><p class="soft">Drag a box to move it, its edges to resize it: what stands'
-        " out there is measured anew.</p></div>"
+        f' href="{_data(view)}"/>{drawn}</svg><p class="soft">Drag a box to move it, its edges to resize it: what'
+        " stands out there is measured anew.</p></div>"
     )
 
 
