@@ -181,31 +181,6 @@ def test_a_proposal_is_amber_and_accept_does_it(studio, browser):
     assert left(page) == pytest.approx(0.2) and amber() < before + 200 and not page.broken
 
 
-def test_a_box_is_dragged_over_the_picture(start, browser, tmp_path):
-    """Two boxes on a table; the box over one of them is dragged onto the other."""
-    things = (np.s_[95:125, 60:90], np.s_[95:125, 110:140])
-    depth, rgb = np.full((180, 240), 1.0), np.full((180, 240, 3), 140, dtype=np.uint8)
-    for (rows, columns), ink in zip(things, ((200, 30, 30), (30, 60, 200)), strict=True):
-        depth[rows, columns], rgb[rows, columns] = 0.9, ink
-    intrinsics = [[300.0, 0.0, 119.5], [0.0, 300.0, 89.5], [0.0, 0.0, 1.0]]
-    np.savez(tmp_path / "look.npz", depth=depth, rgb=rgb, intrinsics=intrinsics, pose=np.diag([1.0, -1.0, -1.0, 1.0]))
-    page = browser(start(tmp_path), 1280, 900)
-    tab(page, "Scene")
-    page.get_by_role("button", name="Look", exact=True).click()
-    box = page.locator("svg.boxes rect", has=page.locator("title", has_text="red box"))
-    box.wait_for()
-    box.scroll_into_view_if_needed()
-    there = box.bounding_box()
-    x, y = there["x"] + there["width"] / 2, there["y"] + there["height"] / 2
-    page.mouse.move(x, y)
-    page.mouse.down()
-    page.mouse.move(x + 50 * there["width"] / 33, y, steps=4)
-    page.mouse.up()
-    page.wait_for_selector("text=red box is now")
-    found = [row.item for row in page.view.looking._rows if row.item.name == "red box"]
-    assert found[0].extra["colour"] == "blue" and not page.broken
-
-
 def test_two_persons_do_not_see_each_other_and_nothing_is_cut_off(studio, browser):
     """With OVITA_PICTURES set, the pictures of the documentation are taken."""
     mine, yours = browser(studio, 1280, 800), browser(studio, 1024, 700)

@@ -55,7 +55,7 @@ def pixels_in(box: Rectangle, labels: Labels) -> Mask:
     return np.asarray(inside & (labels == held.argmax()) & (labels > 0))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class _Pointer:
     """A detector of the one thing in a rectangle, by the name of the view."""
 

@@ -244,7 +244,10 @@ def _size(item: SceneObject) -> str:
 
 def _exchanged(change: SceneUpdate, old: SceneObject, new: SceneObject) -> SceneUpdate:
     """What a look found, with one object measured anew."""
-    swap = lambda item: new if item is old else item  # noqa: E731
+
+    def swap(item: SceneObject) -> SceneObject:
+        return new if item is old else item
+
     return replace(
         change,
         scene=replace(change.scene, objects=tuple(map(swap, change.scene.objects))),

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import base64
 import io
-import re
 from collections.abc import Sequence
 from html import escape
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from ovita.errors import RequestError
 from ovita.paths.scene import SceneObject
@@ -22,8 +23,6 @@ if TYPE_CHECKING:
 
 FIELD = "box "
 """What the text of the field begins with, by which the script finds it."""
-
-_MOVED = re.compile(r"box (\d{1,4}):((?: -?\d{1,5}(?:\.\d{1,3})?){4})")
 
 
 def picture_html(view: View, items: Sequence[SceneObject]) -> str:
@@ -69,11 +68,13 @@ def moved_box(text: str, count: int) -> tuple[int, Rectangle]:
     Raises:
         RequestError: If the text says neither.
     """
-    match = _MOVED.fullmatch(text.strip())
-    number = int(match[1]) if match else 0
-    if match is None or not 1 <= number <= count:
+    word, *values = text.replace(":", " ").split() or [""]
+    try:
+        number, x0, y0, x1, y1 = map(float, values)
+    except ValueError:
+        number, x0, y0, x1, y1 = (float("nan"),) * 5
+    if word != FIELD.strip() or number not in range(1, count + 1) or not np.isfinite((x0, y0, x1, y1)).all():
         raise RequestError(f"{text[:60]!r} moves no box; write 'box 1: x0 y0 x1 y1' in pixels, with 1 to {count}")
-    x0, y0, x1, y1 = map(float, match[2].split())
     if x1 - x0 < 1 or y1 - y0 < 1:
         raise RequestError(f"{text[:60]!r} holds no pixel; the second corner must be right of and below the first")
-    return number - 1, (x0, y0, x1, y1)
+    return int(number) - 1, (x0, y0, x1, y1)
