@@ -61,7 +61,7 @@ def test_look_rename_drop_take_undo(start, visit, files):
     names = lambda: studio.views[0].controller.session.scene.names  # noqa: E731
     before = names()
     looked(tab, files)
-    tab.wait(lambda: tab.find("take blue box") and tab.find("take red box"))
+    tab.wait(lambda: tab.find("take blue box") and tab.find("take red box") and tab.find("name of table"))
     assert "red box is new" in tab.text()
     assert '<svg class="boxes"' in tab.text() and "data:image/jpeg;base64," in tab.text()
     tab.set("name of red box", "my mug")
@@ -78,7 +78,7 @@ def test_a_dragged_box_is_measured_anew(start, visit, files):
     studio = start()
     tab = visit(studio)
     looked(tab, files)
-    tab.wait(lambda: tab.find("take blue box"))
+    tab.wait(lambda: tab.find("take blue box") and tab.find("name of table"))
     tab.set("name of red box", "my mug")
     left = number_of(tab, "red box")
     there = rectangle_of(pictures.picture([CUP, BOOK]), SceneObject("a", BOOK.position, BOOK.size))

@@ -128,10 +128,11 @@ class LookPanel:
         self._before = session.scene
         self._change = update(session.scene, seen.scene, there.views)
         self._views = there.views
-        self._show_rows(self._change)
-        self._show_picture()
         said = [*self._change.sentences(), *seen.notes, *seen.refused, *seen.missing]
         self.notes.content = html.block(html.listed([html.e(one) for one in said]))
+        found = [*(match.now for match in self._change.matches), *self._change.new]
+        self._show_picture(found)
+        self._show_rows(found, self._change.gone)
         self.take.visible = True
 
     def _there(self) -> Recorded:
@@ -156,12 +157,12 @@ class LookPanel:
                 shown = self._files[role][0] if role in self._files else error.file
                 raise FormatError(shown, error.problem, key=error.key, index=error.index) from None
 
-    def _show_picture(self) -> None:
+    def _show_picture(self, items: Sequence[SceneObject]) -> None:
         """The first picture with its boxes, and the field that takes one that was dragged."""
         if not self._views:
             self._clear_picture()
             return
-        drawn = picture_html(self._views[0], [row.item for row in self._rows])
+        drawn = picture_html(self._views[0], items)
         if self._picture is not None:
             self._picture.content = drawn
             return
@@ -201,17 +202,17 @@ class LookPanel:
             self._rows[number] = replace(row, item=item)
             place = ", ".join(f"{value:.3f}" for value in item.position)
             self._tell(f"{item.name} is now {_size(item)}, at ({place}) m.")
-        self._show_picture()
+        self._show_picture([row.item for row in self._rows])
 
-    def _show_rows(self, change: SceneUpdate) -> None:
+    def _show_rows(self, found: Sequence[SceneObject], gone: Sequence[SceneObject]) -> None:
         for row in self._rows:
             row.taken.remove()
             row.name.remove()
         for _, box in self._gone:
             box.remove()
         with self._list:
-            self._rows = [self._row(item) for item in (*(m.now for m in change.matches), *change.new)]
-            self._gone = [(item, self._gui.add_checkbox(f"{item.name} is gone", True)) for item in change.gone]
+            self._rows = [self._row(item) for item in found]
+            self._gone = [(item, self._gui.add_checkbox(f"{item.name} is gone", True)) for item in gone]
 
     def _row(self, item: SceneObject) -> _SeenRow:
         taken = self._gui.add_checkbox(f"take {item.name}", True, hint=_size(item))
