@@ -7,7 +7,7 @@ Quantities are in SI units; directions are words of the scene's frame; objects g
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import MISSING, dataclass, field, fields, replace
 from typing import Any, ClassVar, Literal, TypeAlias
 
@@ -136,11 +136,15 @@ class Approach(SemanticFrame):
 
 @dataclass(frozen=True, kw_only=True)
 class Clearance(SemanticFrame):
-    """Keep a distance to objects all along; its role is at_least, at_most or at."""
+    """Keep a distance to objects; its role is at_least, at_most or at.
+
+    `along` says that "at most" holds all along, and not only where the path comes nearest.
+    """
 
     NAME = "clearance"
     objects: tuple[str, ...]
     distance: Quantity
+    along: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -400,6 +404,20 @@ class Reading:
     asked: tuple[str, ...] = ()
 
 
+LIMITING = frozenset(
+    """never not no don't dont can't cannot mustn't max maximum most limit limited always throughout whole entire along
+    any everywhere keep stay remain kept staying keeping farther further exceed hug""".split()
+)
+"""Words with which a greatest distance is one that holds all along: "stay within 30 cm", not "come within 30 cm"."""
+
+
+def held_along(frame: SemanticFrame, words: Collection[str]) -> SemanticFrame:
+    """A greatest distance as one that holds all along, where the words around it say so."""
+    if isinstance(frame, Clearance) and frame.distance.role == "at_most" and not LIMITING.isdisjoint(words):
+        return replace(frame, along=True)
+    return frame
+
+
 THIRDS = {0.33: 1 / 3, 0.67: 2 / 3, 0.66: 2 / 3}
 """What people write for a third."""
 
@@ -426,10 +444,12 @@ def canonical(frame: SemanticFrame) -> SemanticFrame:
             frame = StopAt(place="goal", part=frame.part)
         case Trim(cut="after", place=str() as place):
             frame = StopAt(place=place, part=frame.part)
+        case Approach(objects=objects):
+            frame = replace(frame, objects=tuple(sorted(objects)))
+        case Clearance(objects=objects):
+            frame = replace(frame, objects=tuple(sorted(objects)), along=False)
         case Mirror(axis=axis):
             frame = replace(frame, axis=_AXES.get(axis, axis))
-        case Approach(objects=objects) | Clearance(objects=objects) if len(objects) > 1:
-            frame = replace(frame, objects=tuple(sorted(objects)))
         case Figure(shape="wave", waves=None, turns=Quantity() as turns):
             frame = replace(frame, waves=turns, turns=None)
         case Figure(shape="circle", turns=Quantity(value=1)):

@@ -16,7 +16,7 @@ import numpy as np
 from ovita import text as words_of
 from ovita.instruct.edits import Also, Edit
 from ovita.instruct.encoder import QUERIES, Encoded, Network, Output, concepts_of, encode, network
-from ovita.instruct.frames import Quantity, Reading, SemanticFrame, Span
+from ovita.instruct.frames import Quantity, Reading, SemanticFrame, Span, held_along
 from ovita.instruct.notation import FRAMES
 from ovita.instruct.sketch import Referent, Sketch, sketch
 from ovita.instruct.slots import ACTIONS, AMOUNTS, CHOICES, HEADS, OBJECTS, Atom, Unfit, atoms_of, items_of
@@ -257,7 +257,9 @@ class LearnedReader:
             outcome["edits"] = tuple(Also(frame=i) if isinstance(i, SemanticFrame) else i for i in items)
             return Reading(**outcome), features
         spans = self._spans(choice, seen)
-        return Reading(frames=tuple(replace(frame, words=spans) for frame in items), **outcome), features
+        said = [piece.text.lower() for piece in seen.pieces]
+        frames = tuple(replace(held_along(frame, said), words=spans) for frame in items)
+        return Reading(frames=frames, **outcome), features
 
     def _spans(self, choice: Choice, seen: Sketch) -> tuple[Span, ...]:
         return tuple(sorted(m.words for i in choice.used if (m := seen.mentions[i]).words is not None))

@@ -242,6 +242,8 @@ def _flag(
         slots["axis"] = {"right": "left", "back": "front", "down": "up"}.get(word, word)
     elif word in DIRECTIONS and "direction" in known:
         slots["direction"] = word
+    elif word == "along" and word in known:
+        slots["along"] = True
     elif kind is F.Quadrant and word.isdigit():
         slots["number"] = int(word)
     elif "angle" in known and _NUMBER.fullmatch(word):
@@ -401,6 +403,8 @@ def _shown(frame: F.SemanticFrame) -> str:
             key = getattr(frame, "relation", "") or getattr(frame, "cut", "")
             key = key or {"extend": "to"}.get(frame.NAME, "" if said[0] == "circle" else "at")
             said.append((f"{key}=" if key else "") + _put(value))
+        elif slot.name == "along":
+            said += ["along"] if value else []
         elif slot.name in ("about", "of"):
             said.append(f"{slot.name}={_put(value)}")
         elif isinstance(value, F.Quantity):

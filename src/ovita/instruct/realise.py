@@ -10,14 +10,15 @@ from ovita.instruct import frames as F
 from ovita.instruct.builder import PolicyBuilder, direction_word
 from ovita.instruct.figure_steps import FIGURE_STEPS
 from ovita.instruct.notation import name_of, show
+from ovita.instruct.object_steps import OBJECT_STEPS, surface_distance
 from ovita.instruct.pace_steps import PACE_STEPS
-from ovita.instruct.path_steps import PATH_STEPS, surface_distance
+from ovita.instruct.path_steps import PATH_STEPS
 from ovita.paths.frame import OPPOSITE, Frame
 from ovita.paths.part import WHOLE, PathPart, both, outside
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 
-STEPS = {**PATH_STEPS, **FIGURE_STEPS, **PACE_STEPS}
+STEPS = {**PATH_STEPS, **OBJECT_STEPS, **FIGURE_STEPS, **PACE_STEPS}
 
 ORDER = (
     *("keep", "reverse", "mirror rotate tilt", "resize curve", "smooth", "straighten", "move", "quadrant height"),

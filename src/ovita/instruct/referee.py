@@ -57,11 +57,21 @@ seen."""
 DO, SHOW = 0.88, 0.15
 """How likely a reading has to be meant to be done at once, and to be shown."""
 
+READ, READ_LONG = 0.15, 0.4
+"""How likely has to be meant what the rules read without a word left over; `READ_LONG` where the sentence is long, has
+asides, or asks for more than two things."""
+
+SURE = 0.9
+"""The confidence from which the network contradicts what the rules read."""
+
+SHORT = 8
+"""Chunks of an utterance that is so short that the network is not asked what it thinks of the rules' one frame."""
+
 UNKNOWN = frozenset("unknown filler comma dot and".split())
 """Classes of chunks that say nothing: what a reader sees in them alone is a guess."""
 
-LONG = 18
-"""Chunks of an utterance that counts as long."""
+LONG, LONGER = 14, 18
+"""Chunks of an utterance that counts as long to what the rules read, and to the referee's points."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +100,12 @@ class Understanding:
 
 
 def understand(
-    text: str, scene: Scene, trajectory: Trajectory | None = None, before: Sequence[F.SemanticFrame] = ()
+    text: str,
+    scene: Scene,
+    trajectory: Trajectory | None = None,
+    before: Sequence[F.SemanticFrame] = (),
+    *,
+    quick: bool = False,
 ) -> Understanding:
     """Have an utterance read by all readers, and judge what they say.
 
@@ -99,10 +114,13 @@ def understand(
         scene: Whose objects it may name.
         trajectory: The path, for phrases such as "the object nearest to the goal".
         before: Frames of the turns in force, where the utterance may be about them.
+        quick: Whether the network need not be asked where the rules read one frame from all of a short utterance.
     """
     positions = None if trajectory is None else trajectory.positions
     rules = by_rules(text, scene, before, positions)
     said, _ = chunks(text, scene, positions)
+    if quick and len(said) <= SHORT and len(rules.frames) == 1 and _whole(said, rules) and not rules.aside:
+        return Understanding("do", rules, "rules", confidence=DO, rules=rules)
     reader = learned_reader()
     if reader is None:
         return judged(said, rules, None)
@@ -148,17 +166,37 @@ def judged(
     candidates = [(by, reading) for by, reading in both if _reads(reading)]
     if not candidates or all(chunk.kind in UNKNOWN for chunk in said):
         return _unread(rules, learned, known)
-    scored = [(likelihood(grounds(said, by, rules, learned, weighed)), by, reading) for by, reading in candidates]
-    confidence, best, reading = max(scored, key=lambda one: one[0])
+    likely = {by: likelihood(grounds(said, by, rules, learned, weighed)) for by, _ in candidates}
+    best = "rules" if _stands(said, rules, learned, likely.get("rules", 0.0)) else max(likely, key=likely.__getitem__)
+    confidence, reading = likely[best], dict(candidates)[best]
     assert reading is not None
     agreed = _agree(rules, learned)
     by: By = "both" if agreed else "rules" if best == "rules" else "learned"
     left = [word for one in (rules, learned) if one is not None and (agreed or one is reading) for word in one.unread]
     unused, doubts = tuple(dict.fromkeys(left)), contradictions(said, _frames(reading))
     outcome: Outcome = "needs_confirmation" if confidence >= SHOW else "decline"
-    if confidence >= DO and not unused and not doubts:
+    if best == "rules" and _stands(said, rules, learned, confidence):
+        outcome = "do"
+    elif confidence >= DO and not unused and not doubts:
         outcome = "do"
     return Understanding(outcome, reading, by, unused, doubts, confidence, **known)
+
+
+def _whole(said: Sequence[Chunk], rules: F.Reading | None) -> bool:
+    """Whether the rules read every word, and nothing speaks against what they read."""
+    return rules is not None and _reads(rules) and not rules.unread and not contradictions(said, _frames(rules))
+
+
+def _stands(said: Sequence[Chunk], rules: F.Reading | None, learned: F.Reading | None, confidence: float) -> bool:
+    """Whether what the rules read is done: all of it is read, and the network is not sure of something else."""
+    if rules is None or not _whole(said, rules):
+        return False
+    if learned is None or _agree(rules, learned):
+        return True
+    plain = not rules.aside and len(said) <= LONG and len(_frames(rules)) <= 2
+    if confidence < (READ if plain else READ_LONG):
+        return False
+    return learned.confidence < SURE or bool(contradictions(said, _frames(learned)))
 
 
 def _unread(rules: F.Reading | None, learned: F.Reading | None, known: Mapping[str, Any]) -> Understanding:
@@ -205,7 +243,7 @@ def grounds(
         "the other asks": float(other is not None and bool(other.question or other.improper)),
         "the other reads nothing": float(other is not None and not (_reads(other) or other.question or other.improper)),
         "many frames": float(len(_frames(one)) > 2),
-        "long": float(len(said) > LONG),
+        "long": float(len(said) > LONGER),
     }
 
 
@@ -350,9 +388,24 @@ COURTESY = frozenset("you i we possible need needed necessary anything at so".sp
 
 def _once_near(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.SemanticFrame, ...]) -> str:
     """A greatest distance that is to hold all along, read as coming so near once."""
-    if kinds & {"never", "max"} and any(isinstance(f, F.Clearance) and f.distance.role == "at_most" for f in frames):
+    if kinds & {"never", "max"} and any(map(_met_once, frames)):
         return f"{_said(said, {'never', 'max'})} asks for it all along, not only where the path comes nearest."
     return ""
+
+
+def _anywhere(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.SemanticFrame, ...]) -> str:
+    """All of the path is spoken of, and what is read is near something."""
+    word = next((c.text for c in said if c.kind == "whole" and c.text.lower() in EVERYWHERE), "")
+    if word and len(frames) == 1 and frames[0].part.kind == "near":
+        return f"{word!r} speaks of all of the path, and it would be done in a part of it."
+    return ""
+
+
+EVERYWHERE = frozenset(("anywhere", "everywhere", "at all times", "throughout", "always"))
+
+
+def _met_once(frame: F.SemanticFrame) -> bool:
+    return isinstance(frame, F.Clearance) and frame.distance.role == "at_most" and not frame.along
 
 
 def _thing_moved(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.SemanticFrame, ...]) -> str:
@@ -386,6 +439,7 @@ CHECKS = (
     _conditional,
     _two_waypoints,
     _once_near,
+    _anywhere,
     _thing_moved,
 )
 

@@ -212,10 +212,17 @@ def _clause(items: tuple[Chunk, ...], span: Sequence[Stretch]) -> Said:
         best = replace(best, cost=best.cost + asking)  # "left at the start and right at the end" is said of two places
     aside = _aside(span[0], best) if len(span) == 1 else asking
     if best is None or best.cost >= min(aside, asking) + 1:
-        return Said(None, items, min(aside, asking), opening, aside < asking or not asking)
+        ignored = (aside < asking or not asking) and not any(map(_orders, span))
+        return Said(None, items, min(aside, asking), opening, ignored)
     told = len(span) == 1 and _tells(span[0])
     words = span[0].words
     return Said(best, items, best.cost, opening, then=not words.isdisjoint(THEN), telling=told, them="them" in words)
+
+
+def _orders(piece: Stretch) -> bool:
+    """Whether a piece may ask for something after all, although nothing reads it: "with a calmer finish"."""
+    told = piece.opening == "because" or not piece.words.isdisjoint(TELLING)
+    return not told and any(c.kind in DOING for c in piece.items)
 
 
 def _placed_by_itself(piece: Stretch) -> bool:
@@ -412,9 +419,10 @@ def _frame(match: Match, slots: Mapping[str, Any], items: Sequence[Chunk]) -> F.
     if not given.get("place", ""):
         given.pop("place", None)
     try:
-        return kind(**given, words=tuple(c.span for c in items))
+        made = kind(**given, words=tuple(c.span for c in items))
     except TypeError:
         return None
+    return F.held_along(made, {word for c in items for word in c.text.lower().split()})
 
 
 def _axis(items: Sequence[Chunk]) -> str:
