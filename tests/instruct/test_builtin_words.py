@@ -9,7 +9,7 @@ import pytest
 from ovita.instruct.lexicon import concept_at, concepts, filler, phrases, stems
 from ovita.instruct.numbers import amount_at
 from ovita.instruct.objects import Catalog
-from ovita.instruct.reading import read_instruction
+from ovita.instruct.rules import read
 from ovita.instruct.tokens import close, distance, tokenize
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
@@ -161,14 +161,14 @@ def test_objects(text, names):
 
 
 def test_it_is_what_was_named_last():
-    understood = read_instruction("approach the cup and wait near it for 5 steps", SCENE)
-    assert [i.items[0].name for i in understood.intents] == ["cup", "cup"] and not understood.unplaced
-    assert read_instruction("slow down near it", SCENE).unplaced
+    found = read("approach the cup and wait near it for 5 steps", SCENE)
+    assert [frame.named for frame in found.frames] == [("cup",), ("cup",)] and not found.unread
+    assert read("slow down near it", SCENE).unread
 
 
 def test_the_other_box():
-    understood = read_instruction("avoid the red box and approach the other box", SCENE)
-    assert [i.items[0].name for i in understood.intents] == ["red box", "blue box"]
+    found = read("avoid the red box and approach the other box", SCENE)
+    assert [frame.named for frame in found.frames] == [("red box",), ("blue box",)]
 
 
 def test_a_choice_becomes_a_question():

@@ -175,7 +175,6 @@ OPEN = [
     "go left by 0.1 and keep at least a distance of 0.3",
     "keep 5 cm more distance from the cup than from the fan",
     "avoid the fan unless it is off",
-    "never be more than 0.6 m away from the cup",
 ]
 
 

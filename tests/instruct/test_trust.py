@@ -46,7 +46,7 @@ QUESTIONS = [
     "multiply the speed by 0",
     "move at 0 m/s",
     "move at 0 m/s near the cup",
-    "slow down to zero",
+    "scale the path by 0",
     "go left by 0",
     "move the goal 0 m up",
     "slow down by 100 percent",
@@ -81,7 +81,9 @@ def test_a_lift_over_an_object_is_a_lift(sentence, obj, rise):
 
 
 def test_a_path_that_passes_over_an_object_is_not_lowered_onto_it():
-    assert done("fly over the mug").adapted == PATH
+    result = done("fly over the mug")
+    nearest = int(np.linalg.norm(PATH.positions - SCENE["mug"].position, axis=1).argmin())
+    assert result.adapted.positions[nearest, 2] >= PATH.positions[nearest, 2] - 0.005
 
 
 LIMITS = [
@@ -180,9 +182,8 @@ def test_what_holds_already_is_done():
     assert done("stay below 0.9 m").adapted == PATH
 
 
-@pytest.mark.parametrize("sentence", ["make a circle of radius 0 around the mug", "scale the path by 0"])
-def test_a_policy_of_the_built_in_writer_that_fails_says_so_in_words_of_its_plan(sentence):
-    result = said(sentence)
+def test_a_policy_of_the_built_in_writer_that_fails_says_so_in_words_of_its_plan():
+    result = said("make a circle of radius 0 around the mug")
     assert result.status == "failed" and result.message.startswith("what was understood (")
     assert not any(word in result.message for word in ("line", "Error", "\n")), result.message
 
@@ -206,8 +207,9 @@ def test_a_place_alone_asks_for_nothing():
     assert said("only near the cup").status in ("not_understood", "needs_confirmation")
 
 
-def test_decelerating_to_zero_brakes_steadily_and_is_no_question():
-    result = done("decelerate to zero")
+@pytest.mark.parametrize("sentence", ["decelerate to zero", "slow down to zero"])
+def test_decelerating_to_zero_brakes_steadily_and_is_no_question(sentence):
+    result = done(sentence)
     assert result.adapted.speeds[-1] == 0 and (np.diff(result.adapted.speeds) <= 1e-12).all()
 
 
@@ -216,7 +218,6 @@ def test_decelerating_to_zero_brakes_steadily_and_is_no_question():
     [
         ("end 0.1 above the cup", "the goal is 0.1 m up of cup"),
         ("start 0.2 left of the cup", "the start is 0.2 m left of cup"),
-        ("move waypoint 25 to the cup", "the path comes within"),
     ],
 )
 def test_a_step_to_a_place_promises_it(sentence, promised):

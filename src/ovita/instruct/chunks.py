@@ -35,6 +35,7 @@ NUMERIC = tuple(".0123456789")
 
 ORDINALS = {"2nd": "second", "3rd": "third", "4th": "fourth", "5th": "fifth", "1st": "first", "6th": "sixth",
             "7th": "seventh", "8th": "eighth", "10th": "tenth"}  # fmt: skip
+ORDINAL = re.compile(r"(\d+)(?:st|nd|rd|th)")
 COUNTED = {"second": 2, "other": 2, "third": 3, "fourth": 4, "quarter": 4, "fifth": 5, "sixth": 6, "seventh": 7,
            "eighth": 8, "tenth": 10}  # fmt: skip
 """Ordinals, as in "every third"."""
@@ -53,11 +54,17 @@ BARE = {
 
 PRONOUNS = frozenset("it him her them that this he she they one theirs".split())
 PLACING = frozenset("at by on to from of near around after before over under thru touch toward within for".split())
+BESIDE = frozenset("near around over under toward past".split())
 COMPARED = frozenset("closer near farther faster slower up down raise lower".split())
+NAMED = 3
+"""Words of a name whose single words may stand for it; more words are a text."""
+
 DOING = frozenset(
     "plain farther closer faster slower raise lower drop up down left right touch wait stop keep avoid".split()
 )
 """Classes of words that may begin what is to be done."""
+
+SIDEWAYS = frozenset("left right front back".split())
 
 SHORT = {"pc": "%", "pct": "%", "L": "left", "R": "right", "dz": "z", "dx": "x", "dy": "y", "w": "with"}
 
@@ -128,6 +135,9 @@ def _term(lowered: Sequence[str], i: int) -> tuple[str, int]:
         return term_at(lowered[: i + length - 1], i)  # "up by" 10 cm
     if word == "right" and i and term_at(lowered, i - 1)[0] in ("stop", "wait"):
         return "plain", 1
+    if word in ("while", "whilst", "when") and behind in ("going", "moving", "heading") and length == 1:
+        if term_at(lowered, i + 2)[0] in SIDEWAYS and (i + 3 >= len(lowered) or amount_at(lowered, i + 3) is None):
+            return "where", 1  # "while going left"
     if word in ("after", "before", "while", "whilst") and behind.endswith("ing") and length == 1:
         if term_at(lowered, i + 1)[0] in ("plain", "path", "speed", "keep", "faster", "slower"):
             return "join", 1  # "while going faster"
@@ -166,10 +176,12 @@ def _nicknames(catalog: Catalog) -> None:
     """Names that leave out the last word: "the pine" for the pine board, where only one object has that word."""
     owners: dict[str, list[str]] = {}
     for item in catalog.scene:
-        for word in catalog.words[item.name][:-1]:
+        words = catalog.words[item.name]
+        for word in words[:-1] if len(words) <= NAMED else ():
             owners.setdefault(word, []).append(item.name)
     for word, names in owners.items():
-        if len(names) == 1 and len(word) > 2 and (word,) not in terms() and (word,) not in catalog.names:
+        plain = len(word) > 2 and word != "and" and (word,) not in terms()
+        if len(names) == 1 and plain and (word,) not in catalog.names:
             catalog.names[(word,)] = catalog.scene[names[0]]
 
 
@@ -215,6 +227,8 @@ def _mark(word: str, match: re.Match[str], before: re.Match[str] | None, behind:
         return "plus" if number else "and"
     if number and joined:
         return "minus"
+    if joined and not glued and behind is not None and behind.group() in ("x", "y", "z"):
+        return "minus"
     return "" if glued and joined else "to" if not number and glued else ","
 
 
@@ -254,6 +268,10 @@ def _chunk(
         and (found[-1].kind in PLACING or found[-1].text.endswith(" of"))
     ):
         return made("OBJ", 1, names=earlier)
+    if ordinal := ORDINAL.fullmatch(word):
+        return made("Qth", 1, q=Quantity(float(ordinal[1])))
+    if word in ("it", "them") and length <= 1 and not earlier and found and found[-1].kind in BESIDE:
+        return made("unknown", 1)  # near what?
     if kind == "plain":
         return made("filler", length)
     if kind == "join":

@@ -298,8 +298,26 @@ def _axis(found: Sequence[Chunk]) -> Chunk:
     length = found[-1]
     q = length.q or Quantity(0.0)
     minus = length.value == "minus"
-    named = {"z": ("up", "down")}.get(axis, (axis, "-" + axis))
-    return merged(found, "axis_by", q=Quantity(q.value, "m", "by", q.said), value=named[minus])
+    return merged(found, "axis_by", q=Quantity(q.value, "m", "by", q.said), value="-" * minus + axis)
+
+
+def _along_axis(found: Sequence[Chunk]) -> Chunk | None:
+    """A length along an axis: "5 cm in y", "by -5 cm along x", "0.1 to the z coordinate"."""
+    axis, length = (next(c for c in found if c.kind in kinds) for kinds in (("axis",), ("Qm", "Qn")))
+    if length.kind == "Qn" and "." not in length.text:
+        return None
+    against = any(c.kind == "minus" for c in found)
+    return replace(_axis([axis, replace(length, value="minus") if against else length]), span=merged(found, "").span)
+
+
+def _bounds(found: Sequence[Chunk]) -> list[Chunk]:
+    """Between two speeds: a least and a greatest one."""
+    low, high = (c for c in found if c.q is not None)
+    bounds = ((low, "at_least"), (high, "at_most"))
+    speeds = [
+        merged([c], "Qv", q=replace(c.number, unit="m/s", role=cast(Role, role)), value=role) for c, role in bounds
+    ]
+    return [speeds[0], merged(found[2:3], "and"), speeds[1]]
 
 
 def as_part(chunk: Chunk, *, any_preposition: bool = False) -> PathPart | None:
@@ -368,11 +386,15 @@ PATTERNS: tuple[Pattern, ...] = tuple(
         ("quarter|half of? turns|laps|rotate|circle", _turned),
         ("up|raise|rising by? Qm rising|up", _label("rise")),
         ("Qn half|third|quarter|tenth|fifth", _many_thirds),
+        ("every waypoints (?=from |between )", lambda f: f[1]),
+        ("Qth waypoints", _point),
         ("from|between waypoints Qn LINK|and waypoints? Qn", _range_of_points),
+        ("waypoints from|between Qn LINK|and Qn", _range_of_points),
         ("waypoints Qn LINK waypoints? Qn", _range_of_points),
         ("from|between Qn LINK|and Qn waypoints", _range_of_points),
         ("Qn LINK Qn waypoints", _range_of_points),
         ("from Qn|Qm|Qv|Qs to Qm|Qv|Qs", lambda f: merged(f, "unknown", q=None)),
+        ("between Qn|Qv and|to Qv", _bounds),
         ("between Qn|Qm|Qv|Qs and Qm|Qv|Qs|Qpc|Qdeg", _spread),
         ("Qn|Qm|Qv|Qs to Qm|Qv|Qs|Qpc|Qdeg", _spread),
         ("every Qn|second|third|quarter|fifth|tenth|rest|unknown waypoints", _every),
@@ -403,6 +425,7 @@ PATTERNS: tuple[Pattern, ...] = tuple(
         ("rising|falling by? Qm", lambda f: merged(f, "up" if f[0].kind == "rising" else "down")),
         ("AT rising|falling", lambda f: _plain("heading", direction="up" if f[1].kind == "rising" else "down")(f)),
         ("rising|falling", lambda f: _plain("heading", direction="up" if f[0].kind == "rising" else "down")(f)),
+        ("where path? left|right|front|back (?!of|by|OBJ|Q)", lambda f: _plain("heading", direction=f[-1].kind)(f)),
         ("never AT? straights", lambda f: part(f, PathPart("turns"))),
         ("AT|only? straights", lambda f: part(f, outside(PathPart("turns")))),
         ("where over|up|after|at_least|raise than? Qm ground?", _beyond),
@@ -410,6 +433,7 @@ PATTERNS: tuple[Pattern, ...] = tuple(
         ("where height|axis|ground? lower|down under|than|at_most Qm ground?", _beyond),
         ("axis to? plus|minus Qm|Qn", lambda f: _axis([*f[:1], _signed(f[-2:])])),
         ("plus|minus ANYQ", _signed),
+        ("by? Qm|Qn in|on|to minus? axis waypoints? of? waypoints?", _along_axis),
         ("plus", lambda f: merged(f, "and")),
         ("threshold to? Qm", lambda f: merged(f, "threshold")),
         ("gap to|from|around", lambda f: merged(f, "distance")),
@@ -493,6 +517,8 @@ PATTERNS: tuple[Pattern, ...] = tuple(
         ("before turns", lambda f: f[1]),
         ("AT|to|toward|from|of|before|after|where|than? END", _end),
         ("BEFORE_OBJ* OBJ", _object),
+        ("keep obj", lambda f: [merged(f[:1], "avoid"), f[1]] if "touch" in f[0].text.lower() else None),
+        ("keep Qm obj and Qm obj", lambda f: [*f[:4], Chunk("keep", "", f[3].span), *f[4:]]),
         ("from here|there", lambda f: merged(f, f[1].kind)),
         ("AT|over here", _plain("indices")),
         ("here", _plain("indices")),
@@ -535,6 +561,7 @@ COUNTED_UNITS = tuple(
     for kind, before, after in (
         ("Qn", r"first|1st|last|nth|every|waypoints|(?:waypoints|from|between) Qn (?:to|and|thru|before)", ""),
         ("Qx", r"(?:multiply|resize)(?: \S+){0,4} by", ""),
+        ("Qm", r"(?:keep|never|wait) (?:over|under|up|down)", NO_COUNT),
         ("Qv", r"(?:speed|vmax|vmin|constant)(?: (?:of|to|at|max|min|at_most|at_least|limit))*", NO_COUNT),
         ("Qm", rf"(?:{LENGTHS})(?: (?:of|by|to|at|with|in|path|whole|max|min|at_most|at_least|distance))*", NO_COUNT),
         ("Qv", ".*", "speed"),

@@ -114,7 +114,7 @@ class Shift(SemanticFrame):
 
 @dataclass(frozen=True, kw_only=True)
 class MoveEnd(SemanticFrame):
-    """Shift an end of the path, or bring it to, toward or away from a place."""
+    """Shift an end of the path, bring it to, toward or away from a place, or to a height above the ground (`level`)."""
 
     NAME = "end"
     end: End
@@ -122,6 +122,7 @@ class MoveEnd(SemanticFrame):
     relation: Literal["", "to", "toward", "away"] = ""
     place: Place = ""
     by: Quantity | None = None
+    level: Quantity | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -159,11 +160,12 @@ class Visit(SemanticFrame):
 
 @dataclass(frozen=True, kw_only=True)
 class Side(SemanticFrame):
-    """Pass an object on one side of it."""
+    """Pass an object on one side of it; with `along`, the path stays there from start to goal."""
 
     NAME = "side"
     objects: tuple[str, ...]
     direction: Direction
+    along: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -411,8 +413,14 @@ LIMITING = frozenset(
 """Words with which a greatest distance is one that holds all along: "stay within 30 cm", not "come within 30 cm"."""
 
 
+ALWAYS = frozenset("never not don't always throughout whole entire everywhere".split())
+"""Words with which all of a path stays on one side of an object."""
+
+
 def held_along(frame: SemanticFrame, words: Collection[str]) -> SemanticFrame:
-    """A greatest distance as one that holds all along, where the words around it say so."""
+    """A greatest distance, or a side to stay on, as one that holds all along, where the words around it say so."""
+    if isinstance(frame, Side) and not ALWAYS.isdisjoint(words):
+        return replace(frame, along=True)
     if isinstance(frame, Clearance) and frame.distance.role == "at_most" and not LIMITING.isdisjoint(words):
         return replace(frame, along=True)
     return frame
@@ -436,6 +444,10 @@ def canonical(frame: SemanticFrame) -> SemanticFrame:
             frame = replace(frame, change="set", amount=Quantity(factor, "x", "to"))
         case Pace(change="faster" | "slower", amount=Quantity(role="to")):
             frame = replace(frame, change="set")
+        case Pace(change="constant", amount=Quantity(role="to")):
+            frame = replace(frame, change="set")
+        case Resample(amount=Quantity(unit="waypoints") as amount):
+            frame = replace(frame, amount=replace(amount, unit=""))
         case Resize(by=Quantity(unit="x" | "%" as unit, value=value), change=change):
             factor = value if unit == "x" else 1 - value if change == "smaller" else 1 + value if change else value
             factor = 1 / factor if change == "smaller" and factor > 1 else factor
@@ -448,6 +460,8 @@ def canonical(frame: SemanticFrame) -> SemanticFrame:
             frame = replace(frame, objects=tuple(sorted(objects)))
         case Clearance(objects=objects):
             frame = replace(frame, objects=tuple(sorted(objects)), along=False)
+        case Side(along=True):
+            frame = replace(frame, along=False)
         case Mirror(axis=axis):
             frame = replace(frame, axis=_AXES.get(axis, axis))
         case Figure(shape="wave", waves=None, turns=Quantity() as turns):
@@ -455,7 +469,8 @@ def canonical(frame: SemanticFrame) -> SemanticFrame:
         case Figure(shape="circle", turns=Quantity(value=1)):
             frame = replace(frame, turns=None)
         case Shift(offset=offset) | MoveEnd(offset=offset) | Extend(offset=offset) | Bound(offset=offset) if offset:
-            frame = replace(frame, offset=tuple(sorted(_forward(offset), key=lambda pair: pair[0])))
+            forward = [(_RISING.get(word, word), q) for word, q in _forward(offset)]
+            frame = replace(frame, offset=tuple(sorted(forward, key=lambda pair: pair[0])))
     if isinstance(frame, Wait | StopAt | Figure) and isinstance(frame.place, Quantity):
         halfway = (frame.place.value, frame.place.unit) == (0.5, "%")
         frame = replace(frame, place="middle") if halfway else frame
@@ -502,6 +517,9 @@ def _split(frame: SemanticFrame) -> list[SemanticFrame]:
         if getattr(value, slot, "") == "ends":
             split = [replace(f, **{slot: end}) for f in split for end in ("start", "goal")]
     return split
+
+
+_RISING: dict[Direction, Direction] = {"z": "up", "-z": "down"}
 
 
 def _forward(offset: Offset) -> Offset:

@@ -203,7 +203,7 @@ def _slot(
     elif kind is F.Hop and key == "over":
         slots["objects"] = (_object(value, objects),)
     elif key in ROLES:
-        target = next((slot for slot in ("amount", "distance", "level", "by", "angle") if slot in known), "")
+        target = next((slot for slot in ("amount", "distance", "by", "level", "angle") if slot in known), "")
         if not target:
             return False
         slots[target] = quantity(value, key)
@@ -287,6 +287,8 @@ def _part(word: str, objects: Collection[str]) -> PathPart:
             return PathPart("range", amount=float(a) * factor - less, until=until, unit=unit)
         case "rising" | "falling":
             return PathPart("heading", direction="up" if key == "rising" else "down")
+        case "heading":
+            return PathPart("heading", direction=value)
         case "start" | "goal":
             return PathPart("near", (key,), quantity(value).value if value else None)
         case "every":
@@ -421,6 +423,8 @@ def _shown(frame: F.SemanticFrame) -> str:
 def _slot_shown(frame: F.SemanticFrame, slot: str, q: F.Quantity) -> str:
     if slot == "angle":
         return _number(q)
+    if slot == "level" and isinstance(frame, F.MoveEnd):
+        return f"level={_number(q)}"
     if slot == "amount" and isinstance(frame, F.Trim):
         return f"{frame.cut}={_number(q)}"
     if slot == "amount" and getattr(frame, "change", "") == "merge":

@@ -200,7 +200,8 @@ def _over(d: PolicyBuilder, frame: F.Visit | F.Hop, item: SceneObject, side: str
     gap = nice(item.radius - half + d.scale.step("slight")) if q is None else d.metres(q, d.scale.extent, word)
     if q is None:
         passing = interpolate(d.positions, np.array([closest_to_point(d.positions, item.position)[1]]))[0]
-        gap = max(gap, float(f"{float((passing - item.position) @ axis) - half:.3g}"))  # never nearer than it is
+        above = float((passing - item.position) @ axis) - half
+        gap = max(gap, float(f"{above - 0.005 * abs(above):.3g}"))  # never nearer than it is
         d.assume(f'"{word} {item.name}" is {gap:g} m {word} its {end}')
     passed = _passes(d, item, axis)
     ref, sentence = d.ref(item), f"Bend the path {'over' if side == 'up' else 'under'} {item.name}, {gap:g} m"
@@ -268,7 +269,7 @@ def side(d: PolicyBuilder, frame: F.Side) -> None:
         d.assume(f"the distance kept {words} is {gap:g} m")
         reach = (d.positions - item.position) @ axis
         name = d.knob("gap", gap, "at_least", f"distance {words}", "by", about=item.name, direction=word)
-        if where or min(reach[0], reach[-1]) >= half + gap:
+        if where or frame.along or min(reach[0], reach[-1]) >= half + gap:
             d.add(f"traj = stay_on(traj, {ref}, {word!r}, gap={name}{argument(where)})",
                   f"Stay {words} by at least {gap:g} m{part}.",
                   f"expect_side({word!r}, {name}, of={ref}{argument(where)})",

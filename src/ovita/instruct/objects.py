@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -171,6 +171,9 @@ class Catalog:
         named = self._named(words, i)
         if named is not None and (described is None or described.unclear or named.used >= described.used):
             return named
+        if described is not None and words[i] in SKIPPED and (same := self._named(words, i + 1)) is not None:
+            if same.used + 1 >= described.used:
+                return replace(same, used=same.used + 1)  # the second bracket, where one has that name
         if described is not None:
             return described
         of = words[i - 2 : i] in (["clear", "of"], ["left", "of"], ["right", "of"], ["front", "of"], ["top", "of"])

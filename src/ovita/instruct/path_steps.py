@@ -188,6 +188,8 @@ def move_end(d: PolicyBuilder, frame: F.MoveEnd) -> None:
             _end_to(d, frame, end)
         elif frame.relation:
             _end_aimed(d, frame, end)
+        elif frame.level is not None:
+            _end_level(d, frame.level, end)
         elif frame.offset:
             own = _offset(d, frame, frame.offset, f"{end}_")
             undone = {direction: name + _negated(d.shifted(direction)) for direction, name in own.knobs.items()}
@@ -196,6 +198,17 @@ def move_end(d: PolicyBuilder, frame: F.MoveEnd) -> None:
             d.add(f"traj = move_{end}(traj, {_arguments(undone)})", plan, ends={end: "" if d.has(*TURNED) else promise})
         else:
             d.ask(f"Where should the {end} go?")
+
+
+def _end_level(d: PolicyBuilder, q: F.Quantity, end: str) -> None:
+    """Bring an end to a height above the ground."""
+    up, row = d.scene.frame.direction("up"), 0 if end == "start" else -1
+    value = d.metres(q, 1.0, "above the ground")
+    name = d.knob(f"{end}_height", value, "to", f"height of the {end} above the ground, z = 0", "level", direction="up")
+    now, given = (f"{float(rows[row] @ up):.6g}" for rows in (d.positions, d.trajectory.positions))
+    d.add(f"traj = move_{end}(traj, up={name} - {now})",
+          f"Move the {end} to {value:g} m above the ground; the path bends towards it.",
+          ends={end: "" if d.has(*TURNED) else f"expect_{end}(up={name} - {given})"})  # fmt: skip
 
 
 def _end_to(d: PolicyBuilder, frame: F.MoveEnd, end: str) -> None:
@@ -207,7 +220,9 @@ def _end_to(d: PolicyBuilder, frame: F.MoveEnd, end: str) -> None:
         half = extent(item, d.scene.frame.direction(direction)) if item is not None else 0.0
         value = half + (nice(max(MARGIN, 0.3 * d.scale.step("slight"))) if q is None else d.metres(q, 1.0, direction))
         value = float(f"{value:.6g}")
-        d.assume(f'"{OF[direction]} {words}" is {value:g} m {direction} of its centre')
+        surface = "" if q is None or not half else f", counted from its surface, {value:g} m from its centre"
+        d.assume(f'"{direction}" is {value:g} m {OF[direction]} the centre of {words}' if not surface else
+                 f"{OF[direction]} {words}{surface}")  # fmt: skip
         beside[direction] = d.knob(
             f"{end}_{direction}", value, "to", f"distance {OF[direction]} {words}", said, direction=direction,
             about=item.name if item else "",

@@ -57,7 +57,7 @@ seen."""
 DO, SHOW = 0.88, 0.15
 """How likely a reading has to be meant to be done at once, and to be shown."""
 
-READ, READ_LONG = 0.15, 0.4
+READ, READ_LONG = 0.03, 0.4
 """How likely has to be meant what the rules read without a word left over; `READ_LONG` where the sentence is long, has
 asides, or asks for more than two things."""
 
@@ -164,7 +164,9 @@ def judged(
     known: dict[str, Any] = {"rules": rules, "learned": learned}
     both: tuple[tuple[Who, F.Reading | None], ...] = (("rules", rules), ("learned", learned))
     candidates = [(by, reading) for by, reading in both if _reads(reading)]
-    if not candidates or all(chunk.kind in UNKNOWN for chunk in said):
+    if rules is not None and rules.improper and not rules.unread:
+        return Understanding("decline", rules, "rules", confidence=1.0, **known)
+    if not candidates or all(chunk.kind in UNKNOWN | {"OBJ"} for chunk in said):
         return _unread(rules, learned, known)
     likely = {by: likelihood(grounds(said, by, rules, learned, weighed)) for by, _ in candidates}
     best = "rules" if _stands(said, rules, learned, likely.get("rules", 0.0)) else max(likely, key=likely.__getitem__)
@@ -347,10 +349,23 @@ def _unbounded(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.Sem
 def _number_left(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.SemanticFrame, ...]) -> str:
     """A number that no slot took."""
     held = {value for frame in frames for value in _values(frame)}
+    ranged = [c for one, to, other in zip(said, said[1:], said[2:], strict=False) if to.kind in ("to", "and")
+              for c in (one, other) if any(_near(v, mean) for v in held for mean in _means(one, other))]  # fmt: skip
     for chunk in said:
-        if chunk.q is not None and not any(abs(v - chunk.q.value) <= 1e-6 + 0.02 * abs(v) for v in held):
+        if chunk.q is not None and not any(_near(v, chunk.q.value) for v in held) and chunk not in ranged:
             return f"{chunk.text!r} has no place in it."
     return ""
+
+
+def _near(one: float, other: float) -> bool:
+    return abs(one - other) <= 1e-6 + 0.02 * abs(one)
+
+
+def _means(one: Chunk, other: Chunk) -> list[float]:
+    """What lies between two numbers, the first in its own unit or in that of the second: "30-32 cm"."""
+    if one.q is None or other.q is None:
+        return []
+    return [(one.q.value * scale + other.q.value) / 2 for scale in ((1.0,) if one.q.unit else (1.0, 0.01, 0.001))]
 
 
 def _object_left(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.SemanticFrame, ...]) -> str:

@@ -55,9 +55,8 @@ class Said:
     cost: float
     opening: str = ""
     aside: bool = False
-    then: bool = False
     telling: bool = False
-    them: bool = False
+    words: frozenset[str] = frozenset()
 
 
 def read(text: str, scene: Scene, positions: Array | None = None, earlier: Sequence[F.SemanticFrame] = ()) -> F.Reading:
@@ -216,13 +215,14 @@ def _clause(items: tuple[Chunk, ...], span: Sequence[Stretch]) -> Said:
         return Said(None, items, min(aside, asking), opening, ignored)
     told = len(span) == 1 and _tells(span[0])
     words = span[0].words
-    return Said(best, items, best.cost, opening, then=not words.isdisjoint(THEN), telling=told, them="them" in words)
+    return Said(best, items, best.cost, opening, telling=told, words=words)
 
 
 def _orders(piece: Stretch) -> bool:
     """Whether a piece may ask for something after all, although nothing reads it: "with a calmer finish"."""
     told = piece.opening == "because" or not piece.words.isdisjoint(TELLING)
-    return not told and any(c.kind in DOING for c in piece.items)
+    alone = piece.opening == "and" or len([word for word in piece.words if word[0].isalnum()]) == 1
+    return not told and (alone or any(c.kind in DOING for c in piece.items))
 
 
 def _placed_by_itself(piece: Stretch) -> bool:
@@ -328,9 +328,11 @@ def _reading(said: Sequence[Said], notes: tuple[str, ...], earlier: Sequence[F.S
         if frame is None:
             unread += [c.text for c in clause.items]
             continue
-        if clause.opening == "and" and (_leads(before) or clause.them):
+        if clause.opening == "and" and (_leads(before) or "them" in clause.words):
             frame = _shared(made, frame)
-        if before is not None and made and not frame.part and clause.then:
+        if clause.opening == "and" and "it" in clause.words and made:
+            frame = _of_the_end(made[-1], frame)
+        if before is not None and made and not frame.part and not clause.words.isdisjoint(THEN):
             frame = _afterwards(made[-1], frame)
         before = clause
         made = _added(made, _placed([*earlier, *made], frame))
@@ -446,16 +448,23 @@ def _added(made: list[F.SemanticFrame], frame: F.SemanticFrame) -> list[F.Semant
         by = frame.by if isinstance(frame, F.Approach) else frame.distance if isinstance(frame, F.Clearance) else None
         if by is not None and frame.named == last.named:
             return [*made[:-1], replace(last, by=replace(by, role="by"), words=last.words + frame.words)]
-    if (
-        isinstance(last, F.Shift)
-        and isinstance(frame, F.Shift)
-        and last.part == frame.part
-        and last.degree == frame.degree
-    ):
+    if isinstance(last, F.Shift | F.MoveEnd) and last == replace(frame, **_like(last, frame)):
         taken = {direction: q for direction, q in last.offset if q is not None or direction not in dict(frame.offset)}
         if not any(direction in taken for direction, _ in frame.offset):
             return [*made[:-1], replace(last, offset=(*taken.items(), *frame.offset), words=last.words + frame.words)]
     return [*made, frame]
+
+
+def _like(last: F.Shift | F.MoveEnd, frame: F.SemanticFrame) -> dict[str, Any]:
+    """What makes a frame of the same kind about the same equal to the last one."""
+    return {"offset": last.offset} if type(last) is type(frame) and last.offset else {}
+
+
+def _of_the_end(last: F.SemanticFrame, frame: F.SemanticFrame) -> F.SemanticFrame:
+    """A shift of what was shifted just before: "raise the start by 4 cm and shift it left"."""
+    if isinstance(last, F.MoveEnd) and isinstance(frame, F.Shift) and last.offset and not (last.relation or frame.part):
+        return F.MoveEnd(end=last.end, offset=frame.offset, degree=frame.degree, words=frame.words)
+    return frame
 
 
 THEN = frozenset("then after afterwards thereafter that afterward next onwards".split())

@@ -6,7 +6,7 @@ A frame with several directions is several atoms; `frames_of` joins them again.
 from __future__ import annotations
 
 from collections.abc import Container, Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import MISSING, dataclass, field, replace
 from typing import Any
 
 from ovita.instruct import edits as E
@@ -64,7 +64,7 @@ OBJECTS = ("objects1", "objects2", "objects3", "places1", "places2", "places3")
 POINTERS = (*AMOUNTS, *OBJECTS)
 """What each atom may point at: amounts, the objects of the frame, the objects of its part of the path."""
 
-_MAIN = ("amount", "distance", "level", "by", "angle")
+_MAIN = ("amount", "distance", "by", "level", "angle")
 _SLOT_OF = {
     **dict.fromkeys(_MAIN, "amount"), "duration": "duration", "radius": "radius", "size": "size", "turns": "turns",
     "waves": "turns", "rise": "rise",
@@ -361,7 +361,8 @@ def _main_amount(atom: Atom, kind: type[F.SemanticFrame]) -> F.Quantity | None:
 def _check(kind: type[F.SemanticFrame], slots: dict[str, Any]) -> None:
     """Refuse a frame that lacks what it needs."""
     for slot in ("objects", "distance", "level", "direction"):
-        if slot in kind.__dataclass_fields__ and not slots.get(slot):
+        needed = slot in kind.__dataclass_fields__ and kind.__dataclass_fields__[slot].default is MISSING
+        if needed and not slots.get(slot):
             raise Unfit(f"{kind.NAME} without {slot}")
     if kind in (F.Shift, F.Bound) and not slots["offset"]:
         raise Unfit(f"{kind.NAME} without a direction")

@@ -160,6 +160,15 @@ def _filled(row: Row, clause: Constituents) -> Match | None:
 # What settles slots that hang together
 
 
+def _ways(slots: dict[str, Any]) -> dict[str, Any] | None:
+    """Opposite ways are two shifts, not one."""
+    said = {direction for direction, _ in slots.get("offset", ())}
+    return None if any({a, b} <= said for a, b in OPPOSITE_WAYS) else slots
+
+
+OPPOSITE_WAYS = (("left", "right"), ("front", "back"), ("up", "down"))
+
+
 def _resize(slots: dict[str, Any]) -> dict[str, Any]:
     """To 80 % is a factor itself."""
     q = slots.get("by")
@@ -285,7 +294,7 @@ def _beside(clause: Constituents) -> F.Offset:
 ROWS: tuple[Row, ...] = (
     # where the path runs
     Row(F.Shift, ("up|down|left|right|front|back|raise|lower|drop|axis_by",),
-        {"offset": offset}, needs=("offset",), also="height ground axis inc whole path farther pass", rank=0.2),
+        {"offset": offset}, needs=("offset",), also="height ground axis inc whole path farther pass", rank=0.2, check=_ways),
     Row(F.Shift, ("keep up|down|left|right|front|back !Qm|height|speed|rest|obj",),
         {"offset": offset}, needs=("offset",), also="inc whole path farther keep size", rank=0.3),
     Row(F.Shift, ("inc|more height|ground !obj", ), {"offset": lambda c: (("up", LENGTH(c)),)}, also="height ground more keep than whole path", rank=0.3),
@@ -301,9 +310,12 @@ ROWS: tuple[Row, ...] = (
     Row(F.MoveEnd, ("end obj", ), {"end": end(), "place": place("to", "at", "on", "by", "in", "near", "over", "", "with")},
         {"relation": "to"}, ("end", "place"), "touch on over pass", 0.25, where=False),
     Row(F.MoveEnd, ("end pair", ), {"end": end(), "place": pair}, {"relation": "to"}, ("end", "place"), "touch on pass between", 0.1, where=False),
+    Row(F.MoveEnd, ("end Hq", "end height Qm", "endup height Qm", "endup Hq"), {"end": lambda c: end()(c) or (c.has("endup") and "goal") or None, "level": level}, {}, ("end", "level"), "height ground at up endup", 0.1, where=False),
+    Row(F.MoveEnd, ("endup pair",), {"place": pair}, {"end": "goal", "relation": "to"}, ("place",), "end", 0.0, where=False),
+    Row(F.MoveEnd, ("startat pair",), {"place": pair}, {"end": "start", "relation": "to"}, ("place",), "end", 0.0, where=False),
     Row(F.MoveEnd, ("endup", ), {"place": place()}, {"end": "goal", "relation": "to"}, ("place",), "end near", 0.0, where=False),
     Row(F.MoveEnd, ("startat", ), {"place": place()}, {"end": "start", "relation": "to"}, ("place",), "end near", 0.0, where=False),
-    *(Row(F.MoveEnd, (f"{word} Qm|Qn obj:over,under", f"{word} Qm left|right|front|back obj:of"), {"offset": _beside, "place": place_of_object}, {"end": name, "relation": "to"}, ("offset", "place"), "end start goal", 0.0, where=False)
+    *(Row(F.MoveEnd, (f"{word} Qm|Qn obj:over,under", f"{word} left|right|front|back obj:of"), {"offset": _beside, "place": place_of_object}, {"end": name, "relation": "to"}, ("offset", "place"), "end start goal", 0.0, where=False)
       for word, name in (("endup|goal|end:goal/", "goal"), ("startat|end:start/", "start"))),
     *(Row(F.MoveEnd, (f"{word} Qm up|down|left|right|front|back !obj|wait",), {"offset": offset}, {"end": name}, ("offset",), "farther", 0.05, where=False)
       for word, name in (("endup", "goal"), ("startat", "start"))),
@@ -317,7 +329,7 @@ ROWS: tuple[Row, ...] = (
     Row(F.Approach, ("distance obj !Qm|dec|less|smaller|keep|constant|halve|half",), {"objects": objects()}, {"sense": "farther"}, ("objects",), "distance", 0.4),
     Row(F.Approach, ("halve|half farther", "farther Qx|Qpc:to"), {"objects": objects(), "by": share}, {"sense": "closer"}, ("objects",), "farther keep pass", 0.2),
     Row(F.Approach, ("inc Qm obj !speed",), {"objects": objects(), "by": LENGTH}, {"sense": "farther"}, ("objects",), "inc", 2.0),
-    Row(F.Clearance, ("Qm:at_least,at_most obj|within_of", "min|at_least|max|at_most|keep|distance Qm", "keep within_of", "distance Qm", "keep|farther Qm obj:from", "within_of !speed|faster|slower",
+    Row(F.Clearance, ("Qm:at_least,at_most obj|within_of", "min|at_least|max|at_most|keep|distance Qm", "keep within_of", "distance Qm", "keep Qm obj:from", "within_of !speed|faster|slower",
                       "Qm:at_least,at_most distance|farther|near|closer", "Qm:at_least,at_most !left|right|front|back|height|up|ground|axis|over|under"),
         {"distance": bounded("Qm", "within_of"), "objects": lambda c: objects()(c) or tuple(n for i in c.items if i.kind == "within_of" for n in i.names)}, {}, ("objects", "distance"), "distance keep farther near closer at_least at_most min max pass whole gap dec inc", 0.2),
     Row(F.Visit, ("touch obj", "thru obj"), {"objects": objects("", "to", "at", "on", "by", "thru", "with", "in", "touch", "of")}, {}, ("objects",), "touch pass", 0.1, where=False),
@@ -355,18 +367,18 @@ ROWS: tuple[Row, ...] = (
     Row(F.Keep, ("keep end",), {"what": end("", "of", "at", "with", "for", "on", "from", "to", "where")}, {}, ("what",), "keep path only where never whole touch", 0.1, where=False),
     Row(F.Keep, ("keep speed", "never speed"), {}, _stays("speed"), (), "keep whole speed never", 0.1),
     Row(F.Keep, ("keep height", "never height"), {}, _stays("height"), (), "keep whole height never path", 0.1),
-    Row(F.Keep, ("keep rest",), {}, _stays("rest"), (), "keep whole rest never path", 0.1, where=False),
+    Row(F.Keep, ("keep rest", "keep whole keep"), {}, _stays("rest"), (), "keep whole rest never path", 0.1, where=False),
     Row(F.Keep, ("keep path",), {}, _stays("path"), (), "keep whole path never", 0.3, where=False),
     Row(F.Keep, ("keep !within_of",), {}, {}, (), "keep whole path never", 0.15, check=_keep),
     # standing still
     Row(F.MoveEnd, ("stop obj:to",), {"place": place("to")}, {"end": "goal", "relation": "to"}, ("place",), "stop end there", 0.1, where=False),
     Row(F.StopAt, ("stop",), {"place": lambda c: place()(c)}, {}, (), "stop end touch there whole path", 0.2, where=False),
-    Row(F.Wait, ("wait", "stop|keep Qs|Qstep", "obj:at,by,near Qs", "Qs point|end"), {"duration": amount("Qs", "Qstep"), "place": place("at", "by", "on", "in", "near", "to", "over", "", "with", "around", "for", "touch", "of", "pass")}, {}, ("place",), "wait stop keep duration for there then_on slight", 0.1, where=False),
+    Row(F.Wait, ("wait", "hover !obj", "stop|keep Qs|Qstep", "obj:at,by,near Qs", "Qs point|end"), {"duration": amount("Qs", "Qstep"), "place": place("at", "by", "on", "in", "near", "to", "over", "", "with", "around", "for", "touch", "of", "pass")}, {}, ("place",), "wait hover stop keep duration for there then_on slight", 0.1, where=False),
     Row(F.Wait, ("wait there",), {"duration": amount("Qs", "Qstep")}, {}, ("place",), "wait stop there then_on", 0.2, where=False),
     Row(F.Hover, ("hover", "wait obj:over", "keep obj:over Qs"), {"duration": amount("Qs", "Qstep"), "by": LENGTH, "objects": objects("over", "", "at", "near", "by", "on")}, {}, ("objects",), "hover wait over up keep raise touch", 0.0, where=False),
     Row(F.Hop, ("hop",), {"by": LENGTH, "objects": objects("over", "", "to", "on", "by")}, {}, ("objects",), "hop over up down raise at_least distance min", 0.0, where=False),
     # ends and waypoints
-    Row(F.Extend, ("extend", "inc end:goal/after,goal/over,goal/to Qm"), {"by": LENGTH, "place": place("to", "", "at", "toward", "before", "on")}, {}, (), "extend end path after part whole inc double farther distance smooth touch", 0.2, where=False, check=lambda s: _extend(s)),
+    Row(F.Extend, ("extend", "inc end:goal/after,goal/over,goal/to Qm"), {"by": LENGTH, "place": place("to", "", "at", "toward", "before", "on")}, {}, (), "extend end path after part whole inc double farther distance smooth touch straight", 0.2, where=False, check=lambda s: _extend(s)),
     Row(F.Extend, ("extend up|down|left|right|front|back|raise|lower", "end:goal/after up|down|left|right|front|back|raise|lower", "inc end:goal/at up|down|left|right|front|back|raise|lower"), {"offset": offset}, {}, ("offset",), "extend end path after part inc", 0.1, where=False),
     Row(F.Extend, ("end:goal/after obj:to,toward,by,at,near !wait|stop|hover", "end:goal/after pair"), {"place": lambda c: c.take("end") and (pair(c) or place("to", "toward", "by", "at", "near")(c))}, {}, ("place",), "end path straight smooth touch extend", 0.0, where=False),
     Row(F.Return, ("return",), {}, {}, (), "return end start path stop reverse", 0.0, where=False),

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from ovita.errors import OvitaError
 from ovita.instruct.frames import Reading
 from ovita.request import Request
+from ovita.text import quoted
 from ovita.units import ambiguous
 from ovita.writers.base import Reply, WriterInfo
 from ovita.writers.prompt import Prompt
@@ -59,8 +60,9 @@ def _of(reading: Reading, request: Request, effort: int) -> Reply | None:
 
     if not reading.frames or reading.question:
         return None
+    ignored = (f"{quoted(reading.aside)} asks for nothing",) if reading.aside else ()
     try:
-        reply = reply_for(reading.frames, request, effort=effort, notes=reading.notes)
+        reply = reply_for(reading.frames, request, effort=effort, notes=(*reading.notes, *ignored))
     except (OvitaError, ValueError, IndexError):
         return None
     return reply if reply.kind == "policy" or reply.question else None
