@@ -113,7 +113,7 @@ REQUESTS = [
         "go left by 0.2 for the first half and right by 0.2 for the second half",
         "move left=0.2m @first=50%; move right=0.2m @last=50%",
     ),
-    ("speed up while going left", "pace faster; move left"),
+    ("speed up while going left", "pace faster @heading=left"),
     ("finish 5 cm above the plate", "end goal up=5cm to=Yellow_Plate"),
     ("set the pace to 0.1 m/s between the cup and the fan", "pace set to=0.1m/s @between=cup+fan"),
     ("keep 0.2 m distance from the cup while moving at 0.5 m/s", "clearance cup at_least=0.2m; pace set to=0.5m/s"),

@@ -377,6 +377,7 @@ PATTERNS: tuple[Pattern, ...] = tuple(
     for classes, build in (
         ("comma never comma", lambda f: merged(f, "correct")),
         ("where (?=(?:start|goal|ends|speed|height) keep )", lambda f: merged(f, "and")),
+        ("dec|lower|drop|limit faster (?=to )", lambda f: [f[0], merged(f[1:], "vmax")] if "speed" in f[1].text else None),
         ("keep near (?=(?:to |of )*OBJ )", lambda f: merged(f, "closer")),
         ("because (?=(?:firsthalf|secondhalf|first|last|middle|1st|nth|rest|start|goal) )", _for_the),
         ("keep|pass (?=(?:on |at |to |toward |slight |large |too )*(?:left|right|front|back|up|down|closer|farther) (?!of|OBJ|speed|Q|than))", lambda f: merged(f, "filler")),

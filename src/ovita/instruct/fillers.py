@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 from typing import Any, cast
 
@@ -393,3 +393,23 @@ def quadrant(clause: Constituents) -> int | None:
         if clause.take(kind):
             return value
     return None
+
+
+LIMITING = frozenset(
+    """never not no don't dont can't cannot mustn't max maximum most limit limited always throughout whole entire along
+    any everywhere keep stay remain kept staying keeping farther further exceed hug""".split()
+)
+"""Words with which a greatest distance is one that holds all along: "stay within 30 cm", not "come within 30 cm"."""
+
+
+ALWAYS = frozenset("never not don't always throughout whole entire everywhere".split())
+"""Words with which all of a path stays on one side of an object."""
+
+
+def held_along(frame: F.SemanticFrame, words: Collection[str]) -> F.SemanticFrame:
+    """A greatest distance, or a side to stay on, as one that holds all along, where the words around it say so."""
+    if isinstance(frame, F.Side) and not ALWAYS.isdisjoint(words):
+        return replace(frame, along=True)
+    if isinstance(frame, F.Clearance) and frame.distance.role == "at_most" and not LIMITING.isdisjoint(words):
+        return replace(frame, along=True)
+    return frame

@@ -7,7 +7,7 @@ Quantities are in SI units; directions are words of the scene's frame; objects g
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, dataclass, field, fields, replace
 from typing import Any, ClassVar, Literal, TypeAlias
 
@@ -406,26 +406,6 @@ class Reading:
     asked: tuple[str, ...] = ()
 
 
-LIMITING = frozenset(
-    """never not no don't dont can't cannot mustn't max maximum most limit limited always throughout whole entire along
-    any everywhere keep stay remain kept staying keeping farther further exceed hug""".split()
-)
-"""Words with which a greatest distance is one that holds all along: "stay within 30 cm", not "come within 30 cm"."""
-
-
-ALWAYS = frozenset("never not don't always throughout whole entire everywhere".split())
-"""Words with which all of a path stays on one side of an object."""
-
-
-def held_along(frame: SemanticFrame, words: Collection[str]) -> SemanticFrame:
-    """A greatest distance, or a side to stay on, as one that holds all along, where the words around it say so."""
-    if isinstance(frame, Side) and not ALWAYS.isdisjoint(words):
-        return replace(frame, along=True)
-    if isinstance(frame, Clearance) and frame.distance.role == "at_most" and not LIMITING.isdisjoint(words):
-        return replace(frame, along=True)
-    return frame
-
-
 THIRDS = {0.33: 1 / 3, 0.67: 2 / 3, 0.66: 2 / 3}
 """What people write for a third."""
 
@@ -438,7 +418,17 @@ def canonical(frame: SemanticFrame) -> SemanticFrame:
     Factors on the speed become "set"; circles and stops at the goal lose what they imply; halfway is the middle;
     numbers are rounded to six digits.
     """
-    frame = replace(frame, part=canonical_part(frame.part))
+    frame = _plain(replace(frame, part=canonical_part(frame.part)))
+    if isinstance(frame, Wait | StopAt | Figure) and isinstance(frame.place, Quantity):
+        halfway = (frame.place.value, frame.place.unit) == (0.5, "%")
+        frame = replace(frame, place="middle") if halfway else frame
+    if frame.quantities:
+        frame = replace(frame, degree=None)
+    return _rounded(frame)
+
+
+def _plain(frame: SemanticFrame) -> SemanticFrame:
+    """A frame without what it implies."""
     match frame:
         case Pace(factor=float() as factor):
             frame = replace(frame, change="set", amount=Quantity(factor, "x", "to"))
@@ -446,8 +436,6 @@ def canonical(frame: SemanticFrame) -> SemanticFrame:
             frame = replace(frame, change="set")
         case Pace(change="constant", amount=Quantity(role="to")):
             frame = replace(frame, change="set")
-        case Resample(amount=Quantity(unit="waypoints") as amount):
-            frame = replace(frame, amount=replace(amount, unit=""))
         case Resize(by=Quantity(unit="x" | "%" as unit, value=value), change=change):
             factor = value if unit == "x" else 1 - value if change == "smaller" else 1 + value if change else value
             factor = 1 / factor if change == "smaller" and factor > 1 else factor
@@ -456,27 +444,32 @@ def canonical(frame: SemanticFrame) -> SemanticFrame:
             frame = StopAt(place="goal", part=frame.part)
         case Trim(cut="after", place=str() as place):
             frame = StopAt(place=place, part=frame.part)
-        case Approach(objects=objects):
-            frame = replace(frame, objects=tuple(sorted(objects)))
-        case Clearance(objects=objects):
-            frame = replace(frame, objects=tuple(sorted(objects)), along=False)
-        case Side(along=True):
-            frame = replace(frame, along=False)
-        case Mirror(axis=axis):
-            frame = replace(frame, axis=_AXES.get(axis, axis))
         case Figure(shape="wave", waves=None, turns=Quantity() as turns):
             frame = replace(frame, waves=turns, turns=None)
         case Figure(shape="circle", turns=Quantity(value=1)):
             frame = replace(frame, turns=None)
         case Shift(offset=offset) | MoveEnd(offset=offset) | Extend(offset=offset) | Bound(offset=offset) if offset:
             forward = [(_RISING.get(word, word), q) for word, q in _forward(offset)]
-            frame = replace(frame, offset=tuple(sorted(forward, key=lambda pair: pair[0])))
-    if isinstance(frame, Wait | StopAt | Figure) and isinstance(frame.place, Quantity):
-        halfway = (frame.place.value, frame.place.unit) == (0.5, "%")
-        frame = replace(frame, place="middle") if halfway else frame
-    if frame.quantities:
-        frame = replace(frame, degree=None)
-    return _rounded(frame)
+            return replace(frame, offset=tuple(sorted(forward, key=lambda pair: pair[0])))
+        case Approach() | Clearance() | Side() | Mirror() | Resample():
+            return _unordered(frame)
+    return frame
+
+
+def _unordered(frame: SemanticFrame) -> SemanticFrame:
+    """A frame without what does not tell it apart: an order, the unit of a count, whether it holds all along."""
+    match frame:
+        case Approach(objects=objects):
+            return replace(frame, objects=tuple(sorted(objects)))
+        case Clearance(objects=objects):
+            return replace(frame, objects=tuple(sorted(objects)), along=False)
+        case Side():
+            return replace(frame, along=False)
+        case Mirror(axis=axis):
+            return replace(frame, axis=_AXES.get(axis, axis))
+        case Resample(amount=Quantity(unit="waypoints") as amount):
+            return replace(frame, amount=replace(amount, unit=""))
+    return frame
 
 
 def canonical_part(part: PathPart) -> PathPart:

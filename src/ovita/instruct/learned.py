@@ -16,7 +16,8 @@ import numpy as np
 from ovita import text as words_of
 from ovita.instruct.edits import Also, Edit
 from ovita.instruct.encoder import QUERIES, Encoded, Network, Output, concepts_of, encode, network
-from ovita.instruct.frames import Quantity, Reading, SemanticFrame, Span, held_along
+from ovita.instruct.fillers import held_along
+from ovita.instruct.frames import Quantity, Reading, SemanticFrame, Span
 from ovita.instruct.notation import FRAMES
 from ovita.instruct.sketch import Referent, Sketch, sketch
 from ovita.instruct.slots import ACTIONS, AMOUNTS, CHOICES, HEADS, OBJECTS, Atom, Unfit, atoms_of, items_of

@@ -19,6 +19,9 @@ WORD = re.compile(
 )  # the pieces that a sentence, a name and a description are cut into
 
 
+NAMED = 5
+"""Words of a name whose last word, or others, may stand for it; what is longer is a text, known by all of it."""
+
 SKIPPED = frozenset("the a an this that these those of our my".split())
 SAME: tuple[frozenset[str], ...] = tuple(
     frozenset(words.split())
@@ -37,7 +40,7 @@ SAME: tuple[frozenset[str], ...] = tuple(
 
 def traits(scene: Scene, words: Mapping[str, tuple[str, ...]]) -> dict[str, set[str]]:
     """The descriptive words of each object: from its name, a line "name: ..." of the description, and its phrases."""
-    found = {item.name: set(words[item.name][:-1]) for item in scene}
+    found = {item.name: set(words[item.name][:-1]) if len(words[item.name]) <= NAMED else set() for item in scene}
     for line in scene.environment.lower().splitlines():
         subject, colon, told = line.partition(":")
         named = _named_in(_words_of(subject), scene, words) if colon else []
@@ -149,7 +152,8 @@ class Catalog:
         self.words = {item.name: name_words(item) for item in scene}
         self.heads: dict[str, list[SceneObject]] = {}
         for item in scene:
-            self.heads.setdefault((self.words[item.name] or ("",))[-1], []).append(item)
+            if len(self.words[item.name]) <= NAMED:
+                self.heads.setdefault((self.words[item.name] or ("",))[-1], []).append(item)
         self.names = {self.words[item.name]: item for item in scene if self.words[item.name]}
         for head, items in self.heads.items():
             if len(items) == 1 and head and not concept_at((head,), 0)[0] and not is_filler(head):

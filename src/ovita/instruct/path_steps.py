@@ -21,7 +21,7 @@ APPROACH: dict[Degree, float] = {"slight": 0.25, "moderate": 0.5, "large": 0.75}
 SIZE: dict[Degree, float] = {"slight": 0.06, "moderate": 0.12, "large": 0.22}
 """Size of a new shape as a share of the path's extent."""
 
-MARGIN = 0.02
+MARGIN = 0.05
 """Least distance from the surface of an object at which a path ends beside or on it [m]."""
 
 TURNED = (F.Mirror, F.Rotate, F.Tilt, F.Resize, F.Quadrant, F.Reverse, F.Trim, F.Height)

@@ -17,7 +17,7 @@ import numpy as np
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import DOING, Chunk, chunks
 from ovita.instruct.constituents import NEARBY, QUANTITIES, constituents
-from ovita.instruct.fillers import CONTENT, FREE, MILD, REST, THERE, Constituents, parts
+from ovita.instruct.fillers import CONTENT, FREE, MILD, REST, THERE, Constituents, held_along, parts
 from ovita.instruct.table import ROWS, Match, match
 from ovita.paths.part import WHOLE, PathPart, outside
 from ovita.paths.scene import Scene
@@ -424,7 +424,7 @@ def _frame(match: Match, slots: Mapping[str, Any], items: Sequence[Chunk]) -> F.
         made = kind(**given, words=tuple(c.span for c in items))
     except TypeError:
         return None
-    return F.held_along(made, {word for c in items for word in c.text.lower().split()})
+    return held_along(made, {word for c in items for word in c.text.lower().split()})
 
 
 def _axis(items: Sequence[Chunk]) -> str:
