@@ -75,7 +75,7 @@ def test_feedback_goes_on_after_a_session_was_saved(tmp_path):
     again = Session.load(str(tmp_path / "session.json"), writer="builtin")
     assert [step.kind for step in again.steps] == ["said", "reworded", "knobs"]
     again.say("also near the cup")
-    assert again.current.speeds[[10, 30]] == pytest.approx([0.168, 0.168])
+    assert again.current.speeds[[10, 30]] == pytest.approx([0.152, 0.152])
     again.say("undo the last two")
     assert again.current == session.original
 

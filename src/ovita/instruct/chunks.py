@@ -141,6 +141,10 @@ def _term(lowered: Sequence[str], i: int) -> tuple[str, int]:
     if word in ("after", "before", "while", "whilst") and behind.endswith("ing") and length == 1:
         if term_at(lowered, i + 1)[0] in ("plain", "path", "speed", "keep", "faster", "slower"):
             return "join", 1  # "while going faster"
+    if kind == "min" and word == "good" and not counted:
+        return "plain", 1
+    if kind == "min" and word == "and" and (counted or behind in ("by", "to", "a", "slightly", "then")):
+        return "", 0  # "left by 0.2 and up by 0.1", not "0.2 m and up"
     if word == "then" and counted:
         return "than", 1
     if (
@@ -246,6 +250,8 @@ def _chunk(
         return made("filler", 1)
     earlier = next((c.names for c in reversed(found) if c.kind == "OBJ"), ())
     kind, length = _term(lowered, i)
+    if kind == "min" and word == "and" and not (found and found[-1].q is not None):
+        kind, length = "", 0  # "left and up", not "0.2 m and up"
     named = word[0].isalnum() and kind not in PLACING
     mention = catalog.mention_at(lowered, i, tuple(catalog.scene[n] for n in earlier)) if named else None
     if mention is not None and mention.used >= length and (not mention.unclear or not kind):

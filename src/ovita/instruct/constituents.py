@@ -375,7 +375,7 @@ def _pattern(classes: str, build: Build) -> Pattern:
 PATTERNS: tuple[Pattern, ...] = tuple(
     _pattern(classes, build)
     for classes, build in (
-        ("comma never comma", lambda f: merged(f, "correct")),
+        ("comma|dot never comma", lambda f: merged(f, "correct")),
         ("where (?=(?:start|goal|ends|speed|height) keep )", lambda f: merged(f, "and")),
         ("dec|lower|drop|limit faster (?=to )", lambda f: [f[0], merged(f[1:], "vmax")] if "speed" in f[1].text else None),
         ("keep near (?=(?:to |of )*OBJ )", lambda f: merged(f, "closer")),

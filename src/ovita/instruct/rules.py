@@ -233,7 +233,7 @@ def _placed_by_itself(piece: Stretch) -> bool:
 
 VERBS = frozenset(
     """go move shift walk drive fly travel bring put push pull take make set get let translate displace relocate offset
-    finish begin end start come head run keep maintain leave stop wait remain""".split()
+    finish begin end start come head run keep maintain leave stop wait remain raise lower lift drop slow speed""".split()
 )
 """Words with which a piece begins a sentence of its own."""
 
@@ -448,16 +448,16 @@ def _added(made: list[F.SemanticFrame], frame: F.SemanticFrame) -> list[F.Semant
         by = frame.by if isinstance(frame, F.Approach) else frame.distance if isinstance(frame, F.Clearance) else None
         if by is not None and frame.named == last.named:
             return [*made[:-1], replace(last, by=replace(by, role="by"), words=last.words + frame.words)]
-    if isinstance(last, F.Shift | F.MoveEnd) and last == replace(frame, **_like(last, frame)):
+    if (
+        isinstance(last, F.Shift | F.MoveEnd)
+        and isinstance(frame, F.Shift | F.MoveEnd)
+        and last.offset
+        and last == replace(frame, offset=last.offset)
+    ):
         taken = {direction: q for direction, q in last.offset if q is not None or direction not in dict(frame.offset)}
         if not any(direction in taken for direction, _ in frame.offset):
             return [*made[:-1], replace(last, offset=(*taken.items(), *frame.offset), words=last.words + frame.words)]
     return [*made, frame]
-
-
-def _like(last: F.Shift | F.MoveEnd, frame: F.SemanticFrame) -> dict[str, Any]:
-    """What makes a frame of the same kind about the same equal to the last one."""
-    return {"offset": last.offset} if type(last) is type(frame) and last.offset else {}
 
 
 def _of_the_end(last: F.SemanticFrame, frame: F.SemanticFrame) -> F.SemanticFrame:
