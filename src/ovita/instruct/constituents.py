@@ -310,6 +310,14 @@ def _along_axis(found: Sequence[Chunk]) -> Chunk | None:
     return replace(_axis([axis, replace(length, value="minus") if against else length]), span=merged(found, "").span)
 
 
+def _no_slower(found: Sequence[Chunk]) -> list[Chunk] | Chunk | None:
+    """Without slowing down: the speed stays. "Never slow down" turns nothing round; "don't go fast" does."""
+    if found[0].text.lower() == "without":
+        return [replace(found[0], kind="and"), replace(found[0], kind="keep"), replace(found[1], kind="speed")]
+    last = found[1].text.lower().split()[-1]
+    return merged(found, "unknown") if last in ("down", "up", "slower", "faster", "brake", "decelerate") else None
+
+
 def _bounds(found: Sequence[Chunk]) -> list[Chunk]:
     """Between two speeds: a least and a greatest one."""
     low, high = (c for c in found if c.q is not None)
@@ -505,6 +513,7 @@ PATTERNS: tuple[Pattern, ...] = tuple(
         ("goal by stop", lambda f: f[2]),
         ("never stop at|by goal", lambda f: merged(f, "extend")),
         ("never? faster|inc never? slower|dec", lambda f: merged(f, "constant") if f[0].kind == "never" else None),
+        ("never slower|faster", _no_slower),
         # what is turned round
         ("stop faster|slower", lambda f: _flip(f) if f[-1].text.lower().endswith("ing") else None),
         ("never keep? slight? so|too|of|as slight|large? FLIPS", _flip),
