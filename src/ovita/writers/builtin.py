@@ -48,7 +48,8 @@ def _decided(request: Request, effort: int) -> Reply:
     against = bool(verdict.reading.improper)  # what contradicts itself may be asked about
     reply = _of(verdict.reading, request, effort) if verdict.outcome != "decline" or against else None
     if reply is None or (against and not reply.question):
-        return _declined(verdict.unused or (request.instruction,))
+        ignored = verdict.rules.aside if verdict.rules is not None else ()
+        return _declined(verdict.unused or ignored or (request.instruction,))
     if reply.kind != "policy" or verdict.outcome == "do":
         return reply
     return replace(reply, confirm=True, unplaced=verdict.unused, doubts=verdict.doubts)
