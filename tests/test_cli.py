@@ -60,7 +60,7 @@ def test_adapt_moves_by_exactly_the_amount_and_slows_only_near_the_cup(tmp_path)
     shift = result.adapted.positions - result.original.positions
     assert np.abs(shift - [-0.2, 0, 0]).max() < 1e-12
     slower = result.adapted.speeds < result.original.speeds
-    distance = result.scene["cup"].distance(result.adapted.positions)
+    distance = result.scene["cup"].distance(result.original.positions)  # a shift changes no part that is spoken of
     radius = {p.name: p.value for p in result.parameters}["cup_radius"]
     assert np.array_equal(slower, (distance <= radius) & (result.original.speeds > 0))
     assert 0 < slower.sum() < len(slower) / 2

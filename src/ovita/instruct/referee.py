@@ -57,9 +57,9 @@ seen."""
 DO, SHOW = 0.88, 0.15
 """How likely a reading has to be meant to be done at once, and to be shown."""
 
-READ, READ_LONG = 0.03, 0.4
-"""How likely has to be meant what the rules read without a word left over; `READ_LONG` where the sentence is long, has
-asides, or asks for more than two things."""
+READ, READ_LONG, READ_BESIDE = 0.03, 0.2, 0.6
+"""How likely has to be meant what the rules read without a word left over: in a short sentence, in one that is long or
+asks for more than two things, and beside words that were taken to ask for nothing."""
 
 SURE = 0.9
 """The confidence from which the network contradicts what the rules read."""
@@ -195,8 +195,8 @@ def _stands(said: Sequence[Chunk], rules: F.Reading | None, learned: F.Reading |
         return False
     if learned is None or _agree(rules, learned):
         return True
-    plain = not rules.aside and len(said) <= LONG and len(_frames(rules)) <= 2
-    if confidence < (READ if plain else READ_LONG):
+    short = len(said) <= LONG and len(_frames(rules)) <= 2
+    if confidence < (READ_BESIDE if rules.aside else READ if short else READ_LONG):
         return False
     return learned.confidence < SURE or bool(contradictions(said, _frames(learned)))
 
