@@ -141,10 +141,6 @@ def _term(lowered: Sequence[str], i: int) -> tuple[str, int]:
     if word in ("after", "before", "while", "whilst") and behind.endswith("ing") and length == 1:
         if term_at(lowered, i + 1)[0] in ("plain", "path", "speed", "keep", "faster", "slower"):
             return "join", 1  # "while going faster"
-    if kind == "min" and word == "good" and not counted:
-        return "plain", 1
-    if kind == "min" and word == "and" and (counted or behind in ("by", "to", "a", "slightly", "then")):
-        return "", 0  # "left by 0.2 and up by 0.1", not "0.2 m and up"
     if word == "then" and counted:
         return "than", 1
     if (
@@ -236,6 +232,24 @@ def _mark(word: str, match: re.Match[str], before: re.Match[str] | None, behind:
     return "" if glued and joined else "to" if not number and glued else ","
 
 
+def _least(lowered: Sequence[str], i: int, found: Sequence[Chunk], kind: str, length: int) -> tuple[str, int]:
+    """The class of the words at i, where "a good 20 cm" and "0.2 m and up" are a least, "good" and "and up" are not."""
+    if kind != "min" or lowered[i] not in ("good", "and"):
+        return kind, length
+    behind = lowered[i + length] if i + length < len(lowered) else ""
+    counted = bool(behind) and amount_at(lowered, i + length) is not None
+    if lowered[i] == "good":
+        return (kind, length) if counted else ("plain", 1)
+    after = bool(found) and found[-1].q is not None
+    goes_on = not after or counted or behind in ("by", "to", "a", "slightly", "then")
+    return ("", 0) if goes_on else (kind, length)
+
+
+def _nowhere(word: str, earlier: tuple[str, ...], found: Sequence[Chunk]) -> bool:
+    """Whether "near it" is said before anything is named."""
+    return word in ("it", "them") and not earlier and bool(found) and found[-1].kind in BESIDE
+
+
 def _chunk(
     words: Sequence[_Word], lowered: list[str], i: int, catalog: Catalog, found: Sequence[Chunk]
 ) -> tuple[Chunk, int]:
@@ -249,9 +263,7 @@ def _chunk(
     if not word[0].isalnum() and word not in "+-=@%" and word[0] != ".":
         return made("filler", 1)
     earlier = next((c.names for c in reversed(found) if c.kind == "OBJ"), ())
-    kind, length = _term(lowered, i)
-    if kind == "min" and word == "and" and not (found and found[-1].q is not None):
-        kind, length = "", 0  # "left and up", not "0.2 m and up"
+    kind, length = _least(lowered, i, found, *_term(lowered, i))
     named = word[0].isalnum() and kind not in PLACING
     mention = catalog.mention_at(lowered, i, tuple(catalog.scene[n] for n in earlier)) if named else None
     if mention is not None and mention.used >= length and (not mention.unclear or not kind):
@@ -276,8 +288,8 @@ def _chunk(
         return made("OBJ", 1, names=earlier)
     if ordinal := ORDINAL.fullmatch(word):
         return made("Qth", 1, q=Quantity(float(ordinal[1])))
-    if word in ("it", "them") and length <= 1 and not earlier and found and found[-1].kind in BESIDE:
-        return made("unknown", 1)  # near what?
+    if length <= 1 and _nowhere(word, earlier, found):
+        return made("unknown", 1)
     if kind == "plain":
         return made("filler", length)
     if kind == "join":
