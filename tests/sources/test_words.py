@@ -40,6 +40,7 @@ ARM = Robot.preset("arm")
         ("Start 10 cm above the box and end left of the plate", "0.10 m above the box", [], "left of the plate", ""),
         ("Keep a distance of 15 cm to the bottle from the box to the plate", "the box", [], "the plate",
          "Keep a distance of 15 cm to the bottle"),
+        ("From the box to the bottle's left side", "the box", [], "left of the bottle", ""),
         ("Bring me to the plate, picking it up at the box", "the box", [], "the plate", ""),
         ("The plate is the target, begin at the box", "the box", [], "the plate", ""),
         ("Starting point: box. End point: plate. Speed: 0.2 m/s", "the box", [], "the plate", "Speed: 0.2 m/s"),

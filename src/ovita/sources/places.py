@@ -86,6 +86,11 @@ BEHIND: dict[str, Relation] = {
 }
 """How a side is told behind the object."""
 
+OWNED: dict[str, Relation] = {
+    "left": "left", "right": "right", "front": "front", "back": "back", "rear": "back", "top": "over",
+}  # fmt: skip
+"""How a side is told of its owner: "the box's left"."""
+
 ARTICLES = frozenset(
     """the a an this that these those my our your his her its exactly right just directly about point spot position
     place location height somewhere approximately roughly around of some level altitude""".split()
@@ -225,6 +230,9 @@ class Text:
         """A place at an object with the side that is told behind it: "the lamp on its left"."""
         if place.relation not in ("at", "beside"):
             return place, end
+        owned = OWNED.get(self.words[end]) if end < len(self) and self.words[end - 1].endswith("'s") else None
+        if owned is not None:
+            return replace(place, relation=owned), end + 1 + (self.words[end + 1 : end + 2] == ["side"])
         said, used = self.phrase_at(end, BEHIND)
         if used and self.words[end + used : end + used + 1] not in (["of"], ["side"]):
             return replace(place, relation=BEHIND[said]), end + used
