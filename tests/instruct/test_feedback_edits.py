@@ -70,6 +70,11 @@ BESIDE_INSTRUCTIONS = [
     ("circle cup radius=10cm", "r=15cm", "circle cup radius=15cm"),
     ("move up=10cm", "that's quite right", "move up=10cm"),
     ("move up=10cm", "lower it again", "move up=6.7cm"),
+    ("clearance person at_least=50cm", "a whole metre", "clearance person at_least=1m"),
+    ("zigzag size=4mm @middle", "over the last part also", "zigzag size=4mm @middle; zigzag size=4mm @last"),
+    ("wait at=cup for=5s", "time to lift the lid, so ten seconds", "wait at=cup for=10s"),
+    ("pace slower by=30%; move up=2cm", "the speed should drop less than that", "pace slower by=20%; move up=2cm"),
+    ("tilt left 5deg", "the other side, please", "tilt right 5deg"),
 ]
 
 
@@ -87,10 +92,30 @@ def test_feedback_is_told_from_instructions(before, said, wanted):
 
 @pytest.mark.parametrize(
     "said",
-    ["go left by 0.1", "slow down near the cup", "move up by 5 cm near the person", "somewhere near the cup only"],
+    [
+        "go left by 0.1",
+        "slow down near the cup",
+        "move up by 5 cm near the person",
+        "somewhere near the cup only",
+        "raise it by 10 cm, also be slower",
+        "leave a clearance of 350 mm around the fan",
+        "put in three waves",
+        "drop every other waypoint",
+        "leave the moon alone",
+    ],
 )
 def test_instructions_are_no_feedback(said):
     assert read_beside(said, parse("move left=20cm", NAMES)) is None
+
+
+def test_paraphrases_of_instructions_are_no_feedback():
+    names = ("cup", "table", "bottle")
+    scene = Scene(tuple(SceneObject(name, [0.3 * i, 0.5, 0.2]) for i, name in enumerate(names)))
+    before = parse("move left=0.2m; closer cup by=0.1m; pace faster @near=bottle", names)
+    lines = (Path(__file__).parent / "paraphrases.txt").read_text(encoding="utf-8").splitlines()
+    said = [line for line in lines if line.strip() and line[0] not in "#="][::2]
+    taken = [s for s in said if read_feedback(s, scene, before, None, lambda t, e: read(t, scene, None, e))]
+    assert len(taken) <= 0.025 * len(said), taken
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,7 @@ from ovita.instruct.notation import name_of, quantity
 from ovita.instruct.remarks import (
     ADJECTIVES,
     DIRECTIONS,
+    FACTORS,
     JUDGING,
     SENSES,
     Candidate,
@@ -24,7 +25,8 @@ from ovita.instruct.remarks import (
 )
 from ovita.instruct.whereabouts import parts_in
 
-FACTORS = {"twice": 2.0, "treble": 3.0, "halve": 0.5, "third": 1 / 3, "quarter": 0.25, "sesqui": 1.5}
+COUNTED = {"turns": "turns", "wave": "waves", "waypoints": "amount", "quadrant": ""}
+"""The slot that a bare number is for, by the word behind it."""
 
 NAMED = {"radius": "radius", "turns": "turns", "size": "size", "duration": "duration"}
 
@@ -49,8 +51,10 @@ def numbers(said: Remark) -> Iterator[Candidate]:
 
 
 def _otherwise(said: Remark, frame: F.SemanticFrame) -> bool:
-    """Whether a direction is named that a frame does not have."""
-    return any(heading(p) not in directions_of(frame) for p in said.active if heading(p))
+    """Whether a direction is named that a frame with lengths does not have."""
+    lengths = any("m" in units for units in slots(frame).values())
+    labelled = any(p.cues & set(NAMED) for p in said.active)
+    return lengths and not labelled and any(heading(p) not in directions_of(frame) for p in said.active if heading(p))
 
 
 def _absurd(piece: Phrase, where: tuple[int, str], said: Remark) -> bool:
@@ -102,13 +106,16 @@ def _slot_of(piece: Phrase, said: Remark) -> tuple[int, str] | None:
     cues = {NAMED[c] for p in around for c in p.cues if c in NAMED}
     senses = {SENSES.get(p.concept, "") for p in around}
     best: tuple[float, int, str] | None = None
+    only = _counted(piece, said)
     for i in said.targets:
         frame = said.before[i]
         for rank, (slot, units) in enumerate(slots(frame).items()):
+            if only is not None and slot != only:
+                continue
             had = frame.quantities.get(slot)
             if unit == "m" and had is not None and had.unit == "m/s":
                 return i, slot
-            if unit == "x" and slot == "turns":
+            if unit == "x" and slot == "turns" and slot in frame.quantities:
                 return i, slot
             if unit not in units or (unit in ("%", "x") and had is not None and had.unit not in ("%", "x")):
                 continue
@@ -116,6 +123,14 @@ def _slot_of(piece: Phrase, said: Remark) -> tuple[int, str] | None:
             if best is None or score > best[0]:
                 best = score, i, slot
     return None if best is None else best[1:]
+
+
+def _counted(piece: Phrase, said: Remark) -> str | None:
+    """The slot that the word behind a bare number names ("three waves"), "" where it names none; None without one."""
+    i = said.active.index(piece) if piece in said.active else len(said.active)
+    behind = [c for p in said.active[i + 1 : i + 2] for c in (*p.cues, p.concept) if c in COUNTED]
+    bare = piece.number is not None and not piece.number.unit
+    return COUNTED[behind[0]] if behind and bare else None
 
 
 def _around(piece: Phrase, said: Remark) -> list[Phrase]:
@@ -228,10 +243,14 @@ def _sensed(said: Remark, frame: F.SemanticFrame) -> tuple[int, tuple[Phrase, ..
         enough = any("enough" in p.cues for p in behind[:1])
         judged = not enough and any(p.text in JUDGING or p.cues & {"less", "not"} for p in before)
         judged = judged or any("less" in p.cues for p in behind)
-        if piece.cues & {"slight", "large"} and not judged:
+        if piece.cues & {"slight", "large"} and not (judged or words[-1].endswith("er")):
             continue
         resolved = len(words) > 1 and words[0] in ("too", "so", "less", "that")
-        if resolved or words[0].endswith("er") or (adjective and (judged or enough or said.cued("more", "weak"))):
+        if (
+            resolved
+            or any(w.endswith("er") for w in words)
+            or (adjective and (judged or enough or said.cued("more", "weak")))
+        ):
             return (-along if judged and not resolved else along), (piece, *before)
         if said.cued("less"):
             return -1, (piece,)

@@ -9,7 +9,7 @@ from typing import Any
 from ovita.instruct import edits as E
 from ovita.instruct import frames as F
 from ovita.instruct.editing import OPPOSITE, apply, directions_of
-from ovita.instruct.remarks import SENSES, Candidate, Phrase, Remark, heading, senses_of
+from ovita.instruct.remarks import DIRECTIONS, FACTORS, SENSES, Candidate, Phrase, Remark, heading, senses_of
 from ovita.instruct.whereabouts import parts_in
 from ovita.paths.scene import Scene
 
@@ -46,7 +46,8 @@ def directions(said: Remark) -> Iterator[Candidate]:
         if not known:
             continue
         named = [p for p in said.active if heading(p)]
-        new = [p for p in named if heading(p) not in known and not said.negated(p)]
+        ways = ("left", "right", "front", "back") if isinstance(frame, F.Side | F.Tilt) else DIRECTIONS
+        new = [p for p in named if heading(p) in ways and heading(p) not in known and not said.negated(p)]
         if new:
             old = [p for p in named if heading(p) in known]
             old += [p for p in said.active if isinstance(frame, F.Side) and {*p.items} & {*frame.objects}]
@@ -67,7 +68,8 @@ def objects(said: Remark) -> Iterator[Candidate]:
         return
     frame, on = said.before[about[-1]], said.on(about[-1])
     items = tuple(dict.fromkeys(name for p in new for name in p.items)) or said.alike(frame)
-    items = tuple(name for name in items if name not in known) if others else items
+    one = not any(p.text.endswith("s") or "both" in p.text.split() or len(new) > 1 for p in new)
+    items = tuple(name for name in items if name not in known) if others or one else items
     if (others or not new) and len(items) != 1:
         if items:
             question = "Which one: " + " or ".join(repr(name) for name in items) + "?"
@@ -76,6 +78,8 @@ def objects(said: Remark) -> Iterator[Candidate]:
     old = [p for p in said.active if set(p.items) & known]
     edit = E.Replace(on=on, objects=items)
     yield Candidate((edit,), (*new, *others, *old, *said.cued("meant", "not", "flip", "except")), 0.4)
+    if said.cued("except"):  # "and the same exception around the boat"
+        return
     also = [*said.cued("also", "same"), *(p for p in said.pieces[:1] if p.text == "and")]
     if also:
         (copy,) = apply((replace(edit, on=""),), (frame,), Scene())
@@ -96,11 +100,14 @@ def ends(said: Remark) -> Iterator[Candidate]:
 def drops(said: Remark) -> Iterator[Candidate]:
     """Without some of the frames: "forget the shift", "no waiting", "only the slowing down"."""
     pieces = said.cued("undo") or [p for p in said.active if p.concept == "original"]
-    denied = _denied(said)
+    if said.cued("less", "weak", "enough"):  # "the tempo should drop less than that"
+        pieces = [p for p in pieces if len(p.text.split()) > 1]
+    denied = [] if said.cued("less", "weak") else _denied(said)
     clauses = {p.clause for p in pieces}
     words = denied or [p for p in said.active if p.clause in clauses]
     yield from _ordinals(said, pieces)
-    meant = said.meant(words) or (said.meant(said.active) if pieces else [])
+    kinds = [p for p in words if not p.items]
+    meant = said.meant(kinds) or said.meant(words) or (said.meant(said.active) if pieces else [])
     used = (
         *pieces,
         *words,
@@ -111,9 +118,12 @@ def drops(said: Remark) -> Iterator[Candidate]:
         ways = [heading(p) for p in words if heading(p)]
         yield from _without(said, meant, ways, used)
     alone = [p for p in said.active if p.text == "alone"] if said.cued("keep") else []
-    if alone:  # "leave the speed alone"
-        yield from _without(said, said.meant(said.active), (), (*said.active,))
-    elif said.cued("only") and not list(parts_in(said)):
+    named = said.meant(said.active)
+    if alone and named:  # "leave the speed alone"
+        yield from _without(said, named, (), (*said.active,))
+    elif said.cued("only") and not (
+        list(parts_in(said)) or any(p.number or p.cues & set(FACTORS) for p in said.active)
+    ):
         yield from _rest(said, said.meant(said.active))
 
 

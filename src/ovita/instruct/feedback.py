@@ -9,7 +9,7 @@ from ovita.instruct import edits as E
 from ovita.instruct import frames as F
 from ovita.instruct.amounts import amounts, numbers
 from ovita.instruct.corrections import contraries, directions, drops, ends, flips, objects
-from ovita.instruct.editing import OPPOSITE, directions_of
+from ovita.instruct.looking_back import Retrospect, kin, looks_back
 from ovita.instruct.notation import name_of
 from ovita.instruct.remarks import (
     ACTING,
@@ -65,6 +65,21 @@ def read_feedback(
         reader: Reads words as an instruction, by themselves or after the frames before; it is needed for "wait there
             too", and to tell instructions that say nothing about the frames before.
     """
+    found = retrospect(text, scene, before, positions, reader)
+    if found is None or not looks_back(found):
+        return None
+    best = found.best
+    return F.Reading(edits=best.edits, unread=found.unread, question=best.question, asked=best.asked)
+
+
+def retrospect(
+    text: str,
+    scene: Scene,
+    before: Sequence[F.SemanticFrame],
+    positions: Array | None = None,
+    reader: Reader | None = None,
+) -> Retrospect | None:
+    """The likeliest way to read an utterance as feedback, beside the instruction that it would be; None if none is."""
     said = Remark(pieces_of(text, scene, before, positions), tuple(before), scene.names)
     fresh = NOTHING if reader is None else reader(said.request or text, ())
     further = fresh if reader is None else reader(said.request or text, before)
@@ -76,110 +91,7 @@ def read_feedback(
     if not found:
         return None
     best = max(found, key=lambda c: _score(c, said))
-    used = {id(p) for p in best.used}
-    unread = tuple(p.text for p in said.active if p.content and id(p) not in used and _weight(p) >= 1.5)
-    if (_misses(best, said) or _strange(best, said)) and not any(
-        isinstance(edit, E.Command | E.Also) for edit in best.edits
-    ):
-        return None
-    if _whole(fresh) and reader is not None and not _looks_back(best, said, unread, fresh, reader):
-        return None
-    return F.Reading(edits=best.edits, unread=unread, question=best.question, asked=best.asked)
-
-
-def _whole(reading: F.Reading) -> bool:
-    """Whether all words of an instruction were read."""
-    return bool(reading.frames) and not (reading.unread or reading.question or reading.improper)
-
-
-LOOKING_BACK = frozenset(
-    """undo redo restart accept explain again flip more less weak twice treble halve third quarter sesqui meant except
-    also same not enough whole left right""".split()
-)
-"""Cues that speak of what was done."""
-
-
-def _looks_back(best: Candidate, said: Remark, unread: Sequence[str], fresh: F.Reading, reader: Reader) -> bool:
-    """Whether a sentence that would do as an instruction is feedback: it speaks of what was done, or compares."""
-    if any(isinstance(edit, E.Also | E.Drop) for edit in best.edits) or not said.before or _says_where(best, said):
-        return True
-    if all(isinstance(edit, E.Set) and not edit.step for edit in best.edits) and not _corrects(said):
-        return False
-    clauses = {p.clause for p in best.used}
-    words = [p for p in said.active if p.content and p.clause in clauses]
-    cues = {cue for p in best.used for cue in p.cues} & LOOKING_BACK
-    slight = said.cued("slight") and "more" in cues
-    if said.active[0].text in OPENING and not cues & (SETTLED | {"weak", "not", "enough"}) and not slight:
-        return False
-    if cues and not unread and not reader(said.text_of(clauses), ()).frames:
-        return True  # the frames are of other clauses, which tell why
-    kin = any(_kin(frame, known) for frame in fresh.frames for known in said.before)
-    if not kin and not cues & SETTLED and (len(words) > 3 or said.elsewhere):
-        return False
-    compared = any(p.text.split()[0].endswith("er") for p in words) and len(words) <= 3
-    judged = any(p.text.split()[0] in ("too", "so", "less") or said.judged(p) for p in said.active)
-    detailed = unread and any(p.number or p.items for p in said.active)
-    sided = any(isinstance(edit, E.Replace) and edit.direction for edit in best.edits) and said.beside
-    return (bool(cues) or compared or judged or sided or bool(said.praised)) and not detailed
-
-
-def _corrects(said: Remark) -> bool:
-    """Whether it says that something else was meant or is enough: "left by 0.3 instead", "no, make it 0.3"."""
-    opened = said.pieces[0].text in ("no", "nope", "nah", "make")
-    return opened or bool(said.cued("meant", "enough", "also", "same", "only", "not"))
-
-
-def _misses(best: Candidate, said: Remark) -> bool:
-    """Whether a number or a further object of the clauses that it is read from has no part in it."""
-    used, clauses = {id(p) for p in best.used}, {p.clause for p in best.used}
-    known = {name for frame in said.before for name in frame.named}
-    left = [p for p in said.active if id(p) not in used and p.clause in clauses]
-    return any(p.number or not set(p.items) <= known for p in left)
-
-
-def _strange(best: Candidate, said: Remark) -> bool:
-    """Whether words of an instruction surround a mere place: "finish on the cup" restricts nothing."""
-    mere = [edit for edit in best.edits if isinstance(edit, E.Restrict | E.Except)]
-    if len(mere) != len(best.edits) or not mere or _corrects(said) or said.cued("except", "undo", "whole"):
-        return False
-    clauses = {p.clause for p in best.used}
-    return any(
-        p.clause in clauses and id(p) not in {id(u) for u in best.used} and p.text.split()[0] not in LEADING
-        for p in said.active
-    )
-
-
-LEADING = SKIPPED | frozenset(
-    "in on at near by over from of to around during while and just for with , . ! ? but".split()
-)
-"""Words that stand before a place."""
-
-
-def _says_where(best: Candidate, said: Remark) -> bool:
-    """Whether an utterance says nothing but where: "not by the cup"."""
-    placed = {id(p) for part in parts_in(said) for p in part[2]}
-    rest = [
-        p
-        for p in said.active
-        if p.content and id(p) not in placed and not p.cues & {"only", "not", "except", "whole", "but"}
-    ]
-    return not rest and all(isinstance(edit, E.Restrict | E.Except) for edit in best.edits)
-
-
-OPENING = frozenset(
-    "go move shift drive fly raise lift run proceed be keep stay get hold veer boost do halve cut".split()
-)
-"""Verbs that open an instruction: "go at a slower rate" is one, "slower" is none."""
-
-SETTLED = frozenset("undo redo restart accept explain again flip meant except also same".split())
-"""Cues that no instruction of its own has."""
-
-
-def _kin(frame: F.SemanticFrame, known: F.SemanticFrame) -> bool:
-    """Whether two frames are about the same: of one kind, and along the same axis if they have one."""
-    ways, others = directions_of(frame), directions_of(known)
-    along = not ways or not others or any(w in (o, OPPOSITE[o]) for w in ways for o in others)
-    return frame.NAME == known.NAME and along
+    return Retrospect(said, best, fresh, _score(best, said), _weight)
 
 
 def _further_frames(said: Remark, fresh: F.Reading, further: F.Reading) -> Iterator[Candidate]:
@@ -187,7 +99,7 @@ def _further_frames(said: Remark, fresh: F.Reading, further: F.Reading) -> Itera
     also = [p for p in said.cued("also") if p.text != "then" or p not in said.active[-2:]]
     opened = [p for p in said.pieces[:1] if p.text in ("and", "now", "n")]
     asked = bool(fresh.question) and all(isinstance(frame, F.Wait | F.StopAt) for frame in further.frames)
-    new = [frame for frame in further.frames if also or not any(_kin(frame, known) for known in said.before)]
+    new = [frame for frame in further.frames if also or not any(kin(frame, known) for known in said.before)]
     likened = [p for p in said.active if "same" in p.text.split() or "except" in p.cues]
     likened = [p for p in likened if "also" in p.cues or all(isinstance(frame, F.Keep) for frame in new)]
     if new and not (further.question or further.improper or likened) and (also or opened or asked):
@@ -245,6 +157,8 @@ def _commands(said: Remark) -> Iterator[Candidate]:
         pieces = said.cued("redo", "undo") if command == "redo" and not said.before else pieces
         if pieces and not (command == "accept" and said.asks):
             extra = 2.0 if command == "redo" and not said.before else 0.0
+            why = [p for p in said.active if "why" in p.text.split()] if command == "explain" else []
+            pieces = [*said.active] if why else [*pieces, *(said.cued("undo") if command == "restart" else [])]
             counts = [p for p in said.active if steps_of(p)] if command in ("undo", "redo") else []
             edit = E.Command(command=command, steps=steps_of(counts[0]) if counts else 1)  # type: ignore[arg-type]
             yield Candidate((edit,), (*pieces, *counts, *said.cued("again", "keep")), prior + extra)

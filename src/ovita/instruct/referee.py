@@ -134,7 +134,10 @@ def by_rules(text: str, scene: Scene, before: Sequence[F.SemanticFrame], positio
     from ovita.instruct.feedback import read_feedback
     from ovita.instruct.rules import read
 
-    found = read_feedback(text, scene, before, positions) if before else None
+    def instruction(said: str, earlier: Sequence[F.SemanticFrame]) -> F.Reading:
+        return read(said, scene, positions, earlier)
+
+    found = read_feedback(text, scene, before, positions, instruction) if before else None
     return found if found is not None else read(text, scene, positions)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence, Set
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from typing import Any
 
@@ -59,6 +59,9 @@ SAME_AS = {"slight": "slight", "more": "more", "fewer": "less", "double": "twice
 """Concepts of the other word files that are cues of feedback too."""
 
 JUDGING = ("too", "so", "not", "less", "as", "2")
+FACTORS = {"twice": 2.0, "treble": 3.0, "halve": 0.5, "third": 1 / 3, "quarter": 0.25, "sesqui": 1.5}
+"""The cues of factors on what was done."""
+
 NOUNS: dict[str, tuple[str, ...]] = {
     "of_pace": ("pace",), "of_move": ("move", "end"), "of_farther": ("farther", "closer", "clearance"),
     "of_wait": ("wait", "hover", "stop"), "of_smooth": ("smooth",), "of_return": ("return",),
@@ -148,7 +151,13 @@ def pieces_of(
         clause += piece.text in (".", ",", ";", ":", "!", "?", "but", "although", "though")
         found.append(piece)
         i += used
-    return tuple(found)
+    return tuple(_denying(p, found[k + 1 : k + 2]) for k, p in enumerate(found))
+
+
+def _denying(piece: Phrase, behind: Sequence[Phrase]) -> Phrase:
+    """A piece, where "don't" takes nothing back if a verb follows it: "don't stay so far away"."""
+    verb = bool(behind) and behind[0].text[0].isalpha() and behind[0].text not in ("do", "that", "it", "this")
+    return replace(piece, cues=frozenset({"not"})) if piece.text == "do not" and verb else piece
 
 
 def _piece(
@@ -208,6 +217,9 @@ def _mention(words: Sequence[str], i: int, catalog: Catalog, earlier: Any) -> Me
 def _amount(words: Sequence[str], i: int) -> tuple[F.Quantity, int] | None:
     """The quantity that begins at a word, in the person's unit, and how many words it takes."""
     amount = amount_at(words, i)
+    if amount is None and words[i] in ("whole", "full") and unit_at(words, i + 1)[0]:
+        unit, factor, length = unit_at(words, i + 1)
+        return F.Quantity(factor, unit), 1 + length
     if amount is None and list(words[i + 1 : i + 4]) == ["and", "a", "half"]:
         unit, factor, _ = unit_at(words, i)
         return (F.Quantity(1.5 * factor, unit), 4) if unit else None
@@ -385,7 +397,7 @@ def senses_of(frame: F.SemanticFrame) -> set[str]:
         case F.Hop() | F.Hover() | F.Height():
             found.add("up")
         case F.Resize(change="smaller"):
-            found |= {"less", "smaller"} - {"more"}
+            found |= {"less", "smaller"}
         case F.MoveEnd(relation="toward"):
             found.add("closer")
         case F.MoveEnd(relation="away"):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 from ovita.instruct import edits as E
@@ -27,6 +28,9 @@ def places(said: Remark) -> Iterator[Candidate]:
     pieces = tuple(piece for part in parts for piece in part[2])
     i = said.targets[-1]
     on = said.on(i) if len(said.targets) == 1 else ""
+    if also := [] if only or any(p.items for p in pieces) else said.cued("also"):  # "over the last part too"
+        further = replace(said.before[i], part=parts[-1][0])
+        yield Candidate((E.Also(frame=further),), (*pieces, *also), 0.8)
     clauses = {p.clause for p in pieces}
     drops = [p for p in said.cued("undo") if len(said.before) == 1 and p.clause in clauses]
     drops = [] if any(steps_of(p) for p in pieces) else drops
