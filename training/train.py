@@ -249,12 +249,37 @@ class Model(nn.Module):
         for name, value in arrays.items():
             array = value.detach().numpy().astype(np.float32)
             if array.ndim == 2 and name not in ("embed.kind", "queries", "nothing"):
-                scale = np.maximum(np.abs(array).max(axis=1), 1e-8) / 127
-                out[name] = np.clip(np.rint(array / scale[:, None]), -127, 127).astype(np.int8)
-                out[f"{name}.scale"] = scale.astype(np.float32)
+                out[name], out[f"{name}.scale"] = _small(array)
             else:
                 out[name] = array
         return out
+
+
+def averaged(files: Sequence[Path]) -> dict[str, np.ndarray]:
+    """The mean of the weights of several runs that went on from one another, with the vocabulary of the first.
+
+    It reads strangers better than each of them (Izmailov et al., Averaging Weights Leads to Wider Optima, 2018).
+    """
+    runs = []
+    for file in files:
+        with np.load(file) as saved:
+            runs.append({name: saved[name] for name in saved.files})
+    out: dict[str, np.ndarray] = {}
+    for name, first in runs[0].items():
+        if first.dtype == np.int8:
+            mean = np.mean([run[name] * run[f"{name}.scale"][:, None] for run in runs], axis=0)
+            out[name], out[f"{name}.scale"] = _small(mean)
+        elif first.dtype.kind != "f":
+            out[name] = first
+        elif not name.endswith(".scale"):
+            out[name] = np.mean([run[name] for run in runs], axis=0).astype(np.float32)
+    return out
+
+
+def _small(array: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A matrix as int8 with a scale per row."""
+    scale = np.maximum(np.abs(array).max(axis=1), 1e-8) / 127
+    return np.clip(np.rint(array / scale[:, None]), -127, 127).astype(np.int8), scale.astype(np.float32)
 
 
 LIKE = {
@@ -397,6 +422,17 @@ def write_check(model: Model, splitter: WordPiece, known: frozenset[str], to: Pa
     np.savez_compressed(to, sentences=np.array(CHECKED), **saved)
 
 
+def _check(weights: Path, to: Path | None) -> None:
+    """Write what the saved weights answer, where it is asked for."""
+    if to is None:
+        return
+    with np.load(weights) as saved:
+        pieces, known = (str(saved[name]).split("\n") for name in ("vocabulary", "known"))
+    model = Model([0] * len(pieces))
+    model.load(pieces, weights)
+    write_check(model.eval(), WordPiece(pieces), frozenset(known), to)
+
+
 def main() -> None:
     """Train and write the weights."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -406,11 +442,16 @@ def main() -> None:
     parser.add_argument("--without", default="", help="voices to leave out, separated by commas; 'fold:K/N' for a fold")
     parser.add_argument("--share", type=float, default=1.0, help="share of the voices to train on")
     parser.add_argument("--begin", type=Path, help="weights to go on from")
+    parser.add_argument("--average", type=Path, nargs="+", help="only average the weights of these runs")
     parser.add_argument("--keep", type=Path, help="where to write the weights on the way")
     parser.add_argument("--to", type=Path, default=ROOT / "src" / "ovita" / "instruct" / WEIGHTS)
     parser.add_argument("--check", type=Path, help="write outputs that the tests compare with")
     options = parser.parse_args()
     torch.set_num_threads(1)
+    if options.average:
+        np.savez_compressed(options.to, **averaged(options.average))
+        _check(options.to, options.check)
+        return
     paths = sorted(check.FOLDERS[0].glob("*.txt"))
     if options.without.startswith("fold:"):
         k, n = map(int, options.without[5:].split("/"))
@@ -435,9 +476,7 @@ def main() -> None:
     }
     np.savez_compressed(options.to, **arrays)
     size = options.to.stat().st_size / 1e6
-    if options.check:
-        model.load(pieces, options.to)
-        write_check(model, WordPiece(pieces), known, options.check)
+    _check(options.to, options.check)
     print(f"data {data}, seed {options.seed}, {options.examples} examples, {time.time() - begun:.0f} s, {size:.1f} MB")
 
 
