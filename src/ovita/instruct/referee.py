@@ -57,14 +57,14 @@ seen."""
 DO, SHOW = 0.85, 0.15
 """How likely a reading has to be meant to be done at once, and to be shown."""
 
-READ, READ_LONG, READ_BESIDE = 0.2, 0.4, 0.6
+READ, READ_LONG, READ_BESIDE = 0.03, 0.2, 0.6
 """How likely has to be meant what the rules read without a word left over: in a short sentence, in one that is long or
 asks for more than two things, and beside words that were taken to ask for nothing."""
 
-SURE = 0.8
+SURE = 0.9
 """The confidence from which the network contradicts what the rules read."""
 
-SHORT = 5
+SHORT = 8
 """Chunks of an utterance that is so short that the network is not asked what it thinks of the rules' one frame."""
 
 UNKNOWN = frozenset("unknown filler comma dot and".split())
