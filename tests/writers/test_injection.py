@@ -116,7 +116,8 @@ def test_generated_code_quotes_names_safely(label):
 
     def outcome(name, word):
         item = SceneObject(name, [0.5, 0.5, 0.3], [0.1, 0.1, 0.1])
-        return adapt(Request(f"Slow down near the {word}", PATH, Scene((item,)), ROBOT), writer="builtin")
+        found = adapt(Request(f"Slow down near the {word}", PATH, Scene((item,)), ROBOT), writer="builtin")
+        return found.proposal or found  # what only the network sees in an odd name is shown first
 
     hostile = outcome(label, "vase" if label.endswith("vase") else label.strip("_"))
     assert hostile.status == "done" and hostile.adapted == outcome("vase", "vase").adapted

@@ -54,12 +54,13 @@ POINTS = {
 """What each ground counts, as logarithms of odds; `training/referee.py` fits them on voices that the network had not
 seen."""
 
-DO, SHOW = 0.85, 0.15
+DO, SHOW = 0.88, 0.15
 """How likely a reading has to be meant to be done at once, and to be shown."""
 
 READ, READ_LONG, READ_BESIDE = 0.03, 0.2, 0.6
-"""How likely has to be meant what the rules read without a word left over: in a short sentence, in one that is long or
-asks for more than two things, and beside words that were taken to ask for nothing."""
+"""How likely has to be meant what the rules read without a word left over: in a short sentence or where the network
+leaves words over, in one that is long or asks for more than two things, and beside words that were taken to ask for
+nothing."""
 
 SURE = 0.9
 """The confidence from which the network contradicts what the rules read."""
@@ -182,7 +183,7 @@ def judged(
     outcome: Outcome = "needs_confirmation" if confidence >= SHOW else "decline"
     if best == "rules" and _stands(said, rules, learned, confidence):
         outcome = "do"
-    elif confidence >= DO and not unused and not doubts:
+    elif confidence >= DO and not (unused or doubts or (by == "learned" and _whole(said, rules))):
         outcome = "do"
     return Understanding(outcome, reading, by, unused, doubts, confidence, **known)
 
@@ -198,10 +199,10 @@ def _stands(said: Sequence[Chunk], rules: F.Reading | None, learned: F.Reading |
         return False
     if learned is None or _agree(rules, learned):
         return True
-    short = len(said) <= LONG and len(_frames(rules)) <= 2
+    short = (len(said) <= LONG and len(_frames(rules)) <= 2) or bool(learned.unread)
     if confidence < (READ_BESIDE if rules.aside else READ if short else READ_LONG):
         return False
-    return learned.confidence < SURE or bool(contradictions(said, _frames(learned)))
+    return learned.confidence < SURE or bool(learned.unread or contradictions(said, _frames(learned)))
 
 
 def _unread(rules: F.Reading | None, learned: F.Reading | None, known: Mapping[str, Any]) -> Understanding:
