@@ -9,8 +9,7 @@ from typing import Any
 
 from ovita.chain import UNCHANGED, enforced, rerun
 from ovita.dialogue.history import ROOT, History, Kind, Situation, Step, in_force, read_session, replayed, write_session
-from ovita.dialogue.interpret import interpret
-from ovita.dialogue.reframing import DialogueState, Interpretation, Reader
+from ovita.dialogue.reframing import DialogueState, Interpretation, Reader, respond
 from ovita.dialogue.standing import answered, lost
 from ovita.errors import RequestError
 from ovita.instruct.rules import read
@@ -153,7 +152,7 @@ class Session:
             selection,
             self.reader or read,
         )
-        found = interpret(instruction, on, state)
+        found = respond(instruction, on, state)
         self._asked = found.asked
         if found.goto is not None:
             self._go(found.goto)

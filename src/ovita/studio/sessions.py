@@ -13,9 +13,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
-from ovita.dialogue.feedback import clarified
 from ovita.dialogue.session import Session
 from ovita.errors import OvitaError, RequestError
+from ovita.instruct.feedback import named_objects
 from ovita.io.files import make_folder
 from ovita.policy.sandbox import Isolation
 from ovita.request import FeedbackOn
@@ -129,10 +129,8 @@ class SessionController:
         session, result = self.session, self.said.result
         if session.bare:
             return self.say(text, self.said.on)
-        meant = clarified(session.asked, text, session.scene) if session.asked else ""
-        if meant:
-            return self.say(meant, self.said.on)
-        if session.steps and result is not None and result.writer.kind != "llm":
+        named = len(named_objects(text, session.scene)) == 1 and bool(session.asked)
+        if (session.steps or named) and result is not None and result.writer.kind != "llm":
             return self.say(text, self.said.on)
         return self.say(f"{self.said.text.rstrip('.')}. {text.strip()}", self.said.on)
 
