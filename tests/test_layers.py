@@ -62,7 +62,6 @@ MAY_MATCH_TEXT = {
     "instruct/chunks.py",
     "instruct/constituents.py",
     "dialogue/parameters.py",
-    "instruct/draft.py",
     "instruct/notation.py",
     "instruct/numbers.py",
     "instruct/objects.py",

@@ -142,7 +142,8 @@ def along_arcs(begin: Array, parts: Array, step: float, most: float) -> Array:
         if length <= ROUNDING:
             continue
         wanted = max(length / step if step > 0.0 else 1.0, abs(curvature) * length / most)
-        s = np.linspace(0.0, length, min(int(np.ceil(wanted - 1e-6)), arguments.MOST_WAYPOINTS) + 1)[1:]
+        pieces = min(max(int(np.ceil(wanted - 1e-6)), 1), arguments.MOST_WAYPOINTS)
+        s = np.linspace(0.0, length, pieces + 1)[1:]
         if curvature == 0.0:
             part = np.column_stack([x + s * np.cos(heading), y + s * np.sin(heading)])
         else:
