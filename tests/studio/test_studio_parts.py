@@ -129,7 +129,7 @@ def test_a_verdict_that_is_not_done_stands_in_the_name_of_the_export():
     robot = replace(Robot.preset("none"), workspace=Box((-0.1, -1.0, -1.0), (3.0, 1.0, 0.3)))
     session = Session(straight([0.4] * 20), Scene(()), robot, writer="builtin")
     assert files.exported("csv", session)[0] == "trajectory.csv"
-    session.say("go up by 3")
+    session.say("go up by 3 m")
     assert session.adaptation.status != "done"
     name = files.exported("csv", session)[0]
     assert name == f"trajectory-{session.adaptation.status.replace('_', '-')}.csv"

@@ -271,7 +271,7 @@ class DialogueState:
 
     def _clarified(self, said: str) -> tuple[SemanticFrame, ...]:
         """The frames of the instruction that led to a question, where the answer names the one object that is meant."""
-        meant = named_objects(said, self.now.scene) if self.asked else ()
+        meant = named_objects(said, self.now.scene) if self.asked and self._offline else ()
         if len(meant) != 1:
             return ()
         head = canonical(meant[0].name).split()[-1]

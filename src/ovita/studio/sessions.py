@@ -129,8 +129,9 @@ class SessionController:
         session, result = self.session, self.said.result
         if session.bare:
             return self.say(text, self.said.on)
-        named = len(named_objects(text, session.scene)) == 1 and bool(session.asked)
-        if (session.steps or named) and result is not None and result.writer.kind != "llm":
+        kind = "" if result is None else result.writer.kind
+        named = kind == "builtin" and bool(session.asked) and len(named_objects(text, session.scene)) == 1
+        if named or (session.steps and kind not in ("", "llm")):
             return self.say(text, self.said.on)
         return self.say(f"{self.said.text.rstrip('.')}. {text.strip()}", self.said.on)
 
