@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from ovita.instruct.frames import same
+from ovita.instruct.frames import Reading, same
 from ovita.instruct.notation import parse, show
 from ovita.instruct.rules import read
 from ovita.paths.scene import Scene, SceneObject
@@ -163,6 +165,18 @@ def test_plain_requests_with_numbers_and_several_clauses_are_read(sentence, nota
     reading = read(sentence, SCENE)
     assert same(reading.frames, parse(notation, NAMES)), show(reading.frames)
     assert not (reading.unread or reading.question or reading.improper)
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    st.lists(
+        st.sampled_from(["x", "-", "+", "/", "..", "ray", "5", ".5", "cup", " ", "%", "=", ">", "go", "×", "'"]),
+        max_size=9,
+    )
+)
+def test_no_string_of_marks_breaks_the_rules(pieces):
+    text = "".join(pieces)
+    assert isinstance(read(text, SCENE), Reading), text
 
 
 def test_a_number_that_can_be_no_length_in_metres_is_left_unread():

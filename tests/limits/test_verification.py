@@ -115,6 +115,15 @@ NOT_CHECKED = "No limits of a robot are known, so workspace, speed and accelerat
 CUPS = tuple(SceneObject(f"cup {k}", [k, 3.0, 0.0]) for k in range(4))
 
 
+def test_a_verdict_on_an_arm_says_that_its_joints_were_not_checked():
+    low = line().with_(positions=line().positions * 0.1 + np.array([0.0, 0.0, 0.4]))
+    for path in (low, low.with_(speeds=np.full(len(low), 5.0))):
+        said = constrain(path, Scene(), Robot.preset("arm"), original=low).verdict.sentences()
+        assert any("not the arm's joints: ovita simulate" in each for each in said)
+    drone = constrain(low, Scene(), Robot.preset("drone"), original=low).verdict.sentences()
+    assert not any("joints" in each for each in drone)
+
+
 @pytest.mark.parametrize(
     ("robot", "objects", "told"),
     [

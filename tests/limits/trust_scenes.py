@@ -102,9 +102,26 @@ def turn(item):
     )
 
 
+def sized(scene, robot, path):
+    """The scene as limits.md says that it is measured: an object without dimensions is a cube of 5 cm.
+
+    Where the path before the change leaves less room, the ball around the cube takes half of the room that is left.
+    """
+    objects, t = [], np.linspace(0, 1, 400)[:, None, None]
+    dense = path.positions[:-1] * (1 - t) + path.positions[1:] * t
+    for item in scene:
+        if item.dimensions is None:
+            centre = np.sqrt(((dense - item.position) ** 2).sum(axis=-1)).min()
+            room = max(centre - robot.radius - robot.obstacle_margin, 0.0)
+            edge = min(0.05, room / np.sqrt(3))
+            item = SceneObject(item.name, item.position, np.full(3, edge), item.orientation, extra={"guessed": True})
+        objects.append(item)
+    return objects
+
+
 def distance(points, item):
     """Distance of points (..., 3) to an oriented box, negative inside [m]."""
-    half = np.full(3, 0.025) if item.dimensions is None else item.dimensions / 2
+    half = item.dimensions / 2
     beyond = np.abs((points - item.position) @ turn(item)) - half
     return np.sqrt((np.maximum(beyond, 0) ** 2).sum(axis=-1)) + np.minimum(beyond.max(axis=-1), 0)
 
@@ -118,7 +135,7 @@ def gaps(positions, item, samples=60):
 def wanted(item, robot):
     """Distance that a body keeps from an object's surface [m]."""
     keep = robot.radius + max(robot.obstacle_margin, LARGER.get(item.name, 0.0) * robot.person_margin)
-    return keep + (max(ASSUMED.get(item.name, 0.05) - 0.05, 0) / 2 if item.dimensions is None else 0.0)
+    return keep + (max(ASSUMED.get(item.name, 0.0) - item.dimensions[0], 0.0) / 2 if "guessed" in item.extra else 0.0)
 
 
 def excesses(path, scene, robot, contacts=()):
@@ -157,9 +174,9 @@ class Room:
         least = robot.radius + robot.obstacle_margin
         self.level = start[0, 2] if robot.planar else None
         self.bodies = []
-        for item in result.scene:
+        for item in sized(result.scene, robot, result.original):
             keep = wanted(item, robot)
-            if item.name in LARGER and item.dimensions is not None:
+            if item.name in LARGER and "guessed" not in item.extra:
                 keep = min(keep, max(gaps(start, item).min(), least))
             if item.name not in result.contacts:
                 self.bodies.append((item, keep))
@@ -234,8 +251,9 @@ def judge(seed):
     if result.status in ("needs_clarification", "not_understood", "failed"):
         return result.status, []
     wrong = []
-    after = excesses(result.adapted, request.scene, request.robot, result.contacts)
-    before = excesses(request.trajectory, request.scene, request.robot, result.contacts)
+    scene = sized(request.scene, request.robot, request.trajectory)
+    after = excesses(result.adapted, scene, request.robot, result.contacts)
+    before = excesses(request.trajectory, scene, request.robot, result.contacts)
     if result.status == "infeasible":
         return result.status, ["infeasible, but a sampler finds a legal path"] if sampled(result, options) else []
     for name, amount in after.items():

@@ -89,6 +89,25 @@ def test_a_vision_language_model(tmp_path: Path, look: str, stub) -> None:
     assert document["environment"] == "One cup." and [one["name"] for one in document["objects"]] == ["cup", "table"]
 
 
+def test_what_is_not_to_be_in_the_scene_is_left_out(tmp_path: Path, look: str) -> None:
+    out = tmp_path / "a.json"
+    book = [str(round(float(each))) for each in picture([CUP, BOOK]).project(np.array([BOOK.position]))[0]]
+    column, row = map(int, book)
+    for option in (
+        ("--without", "blue box"),
+        ("--without", f"{column - 30},{row - 25},{column + 30},{row + 25}"),
+        ("--without", "-0.1,-0.3,0.005,0.2,-0.05,0.2"),
+        ("--crop", f"0,0,{column - 35},119"),
+    ):
+        run(look, "--names", "cup=red", *option, "--out", out)
+        assert load_scene(out)[0].names == ("cup", "table"), option
+    assert "nothing of this name to leave out" in run(look, "--without", "gripper", code=3)
+    np.save(tmp_path / "cloud.npy", picture([CUP, BOOK]).points.reshape(-1, 3))
+    run(tmp_path / "cloud.npy", "--without", "-0.1,-0.3,0.005,0.2,-0.05,0.2", "--out", out)
+    assert load_scene(out)[0].names == ("box", "table")
+    assert "no pixels" in run(tmp_path / "cloud.npy", "--without", "1,1,5,5")
+
+
 def test_a_name_that_nothing_bears_is_said_and_ends_in_its_own_exit_code(tmp_path: Path, look: str, stub) -> None:
     assert "lamp: nothing seen fits this name" in run(look, "--names", "cup=red, lamp=green", code=3)
     entry = {"label": "cup", "box": [0.1, 0.2, 0.5, 0.9]}
@@ -107,6 +126,10 @@ def test_a_name_that_nothing_bears_is_said_and_ends_in_its_own_exit_code(tmp_pat
         (("--boxes", "gemini"), "go with a vlm: detector"),
         (("--detector", "vlm:google:gemini-x"), "set GOOGLE_API_KEY, or use --detector clusters"),
         (("--pose", "none.json"), "no such file"),
+        (("--without", "1,2,3"), "four numbers"),
+        (("--without", "5,5,1,9"), "second corner must be beyond the first"),
+        (("--crop", "left"), "four numbers"),
+        (("--crop", "0,0,2,2", "--without", "0,0,9,9"), "nothing of a is left"),
     ],
 )
 def test_mistakes_are_one_sentence(look: str, arguments: tuple[str, ...], says: str) -> None:

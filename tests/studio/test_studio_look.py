@@ -5,15 +5,18 @@ from __future__ import annotations
 import importlib.util
 import io
 import json
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from ovita.errors import FormatError, SceneError
+from ovita.errors import FormatError, RequestError, SceneError
 from ovita.paths.scene import Scene, SceneObject
+from ovita.perceive.pointed import rectangle_of
 from ovita.perceive.update import update
 from ovita.studio.look import accepted, lookable, role_of
+from ovita.studio.look_picture import moved_box, picture_html
 
 images = pytest.importorskip("PIL.Image", reason="needs pillow (extra perceive)")
 
@@ -58,9 +61,9 @@ def test_look_rename_drop_take_undo(start, visit, files):
     names = lambda: studio.views[0].controller.session.scene.names  # noqa: E731
     before = names()
     looked(tab, files)
-    tab.wait(lambda: tab.find("take blue box") and tab.find("take red box"))
+    tab.wait(lambda: tab.find("take blue box") and tab.find("take red box") and tab.find("name of table"))
     assert "red box is new" in tab.text()
-    assert any(part["type"] == "GuiImageMessage" for part in tab.parts.values())
+    assert '<svg class="boxes"' in tab.text() and "data:image/jpeg;base64," in tab.text()
     tab.set("name of red box", "my mug")
     tab.set("take blue box", False)
     tab.set("take table", False)
@@ -69,6 +72,48 @@ def test_look_rename_drop_take_undo(start, visit, files):
     assert names() == (*before, "my mug"), "the box that was not taken is not there"
     tab.set("history", "Undo")
     tab.wait(lambda: names() == before)
+
+
+def test_a_dragged_box_is_measured_anew(start, visit, files):
+    studio = start()
+    tab = visit(studio)
+    looked(tab, files)
+    tab.wait(lambda: tab.find("take blue box") and tab.find("name of table"))
+    tab.set("name of red box", "my mug")
+    left = number_of(tab, "red box")
+    there = rectangle_of(pictures.picture([CUP, BOOK]), SceneObject("a", BOOK.position, BOOK.size))
+    tab.set("moved", f"box {left}: " + " ".join(f"{edge:.0f}" for edge in there))
+    tab.wait(lambda: any("red box is now" in notice for notice in tab.notices))
+    tab.set("take blue box", False)
+    tab.set("take table", False)
+    tab.click("Take into the scene")
+    tab.wait(lambda: "my mug" in studio.views[0].controller.session.scene.names)
+    mug = studio.views[0].controller.session.scene["my mug"]
+    assert mug.extra["colour"] == "blue" and np.linalg.norm(mug.position - np.array(BOOK.position)) < 0.01
+    tab.set("moved", "box 1: 0 0 12 9")
+    tab.wait(lambda: any("nothing stands out in that box" in notice for notice in tab.notices))
+    tab.set("moved", "box 9: 0 0 12 9")
+    tab.wait(lambda: any("moves no box" in notice for notice in tab.notices))
+
+
+def number_of(tab, name):
+    """The number of the box that bears a name."""
+    return int(re.search(rf'data-box="(\d+)"[^>]*><title>{name}<', tab.text())[1])
+
+
+@pytest.mark.parametrize(
+    "text, says",
+    [("box 0: 1 1 9 9", "moves no box"), ("box 1: 9 9 1 1", "holds no pixel"), ("box 1: 1 2 3", "moves no box")],
+)
+def test_a_text_that_moves_no_box_is_refused(text, says):
+    with pytest.raises(RequestError, match=says):
+        moved_box(text, 3)
+
+
+def test_a_name_in_the_picture_is_text():
+    view = pictures.picture([CUP])
+    drawn = picture_html(view, [SceneObject("<script>alert(1)</script>", CUP.position, CUP.size)])
+    assert "<script>" not in drawn and moved_box("box 1: 10 20 30.5 40", 1) == (0, (10.0, 20.0, 30.5, 40.0))
 
 
 def test_what_is_offered_and_what_is_wrong(start, visit, files, tmp_path):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import click
@@ -13,7 +13,7 @@ from ovita.errors import FormatError, RequestError
 from ovita.io import atomic_write, load_scene, scene_dict
 from ovita.io.json_ import dumps
 from ovita.paths.scene import Scene, SceneObject
-from ovita.perceive import Perceived, perceive
+from ovita.perceive import Perceived, perceive, regions
 from ovita.perceive.assemble import perceive_clouds
 from ovita.perceive.detectors import detector_named
 from ovita.perceive.recordings import Recorded, RecordingChoices, load_mount
@@ -51,6 +51,14 @@ EXIT_NOTHING = 3
 @click.option(
     "--boxes", metavar="HOW", help="How a model writes boxes: gemini, qwen2.5, qwen3, glm, fractions. [by name]"
 )
+@click.option(
+    "--without",
+    multiple=True,
+    metavar="WHAT",
+    help="Leave out: a thing by its name (the arm in the picture), pixels x0,y0,x1,y1 of the first picture, or a box"
+    " x0,y0,z0,x1,y1,z1 in the world [m]; again for more.",
+)
+@click.option("--crop", metavar="X0,Y0,X1,Y1", help="Look at these pixels of the first picture only.")
 @click.option("--rgb", metavar="TOPIC", help="Topic of a bag's or a live camera's picture. [the only one]")
 @click.option("--depth", metavar="TOPIC", help="Topic of a bag's depth. [the only one]")
 @click.option("--cloud", metavar="TOPIC", help="Topic of a bag's point cloud, instead of depth.")
@@ -81,6 +89,8 @@ def command(
     detector: str,
     base_url: str | None,
     boxes: str | None,
+    without: tuple[str, ...],
+    crop: str | None,
     old: str | None,
     result: str | None,
     picture: str | None,
@@ -106,9 +116,10 @@ def command(
         raise RequestError("--result goes with --update SCENE, the scene that the path was adapted in")
     before = None if old is None else load_scene(old)[0]
     adapted = None if result is None else Adaptation.load(result)
+    leave = _Leave.of(without, crop)
     finder = detector_named(detector, frame=frame, base_url=base_url, boxes=boxes)
     with waiting("looking", quiet=as_json):
-        there = gathered(places, camera=camera, choices=_choices(recorded))
+        there = leave.out_of(gathered(places, camera=camera, choices=_choices(recorded)))
         options: dict[str, Any] = {"names": _listed(names), "text": text, "frame": frame, "plane": level}
         if there.views:
             seen = perceive(there.views, detector=finder, **options)
@@ -116,6 +127,7 @@ def command(
             seen = perceive_clouds(there.clouds, **options)
         else:
             raise RequestError(f"a point cloud has no picture for --detector {detector}; use clusters")
+    seen = regions.without(seen, leave.names)
     change = None if before is None else update(before, seen.scene, there.views)
     seen = seen if change is None else replace(seen, scene=change.scene)
     written = _write(seen, out)
@@ -131,6 +143,34 @@ def command(
         for path in written:
             click.echo(plain(f"wrote {path}"))
     raise SystemExit(0 if seen.things and not seen.missing else EXIT_NOTHING)
+
+
+@dataclass(frozen=True)
+class _Leave:
+    """What is left out: things by name, regions, and all outside of one region."""
+
+    names: tuple[str, ...]
+    gone: tuple[regions.CutRegion, ...]
+    crop: regions.CutRegion | None
+
+    @classmethod
+    def of(cls, without: tuple[str, ...], crop: str | None) -> _Leave:
+        """From the options."""
+        read = [(text, regions.region_from(text, "--without")) for text in without]
+        names = tuple(part for text, region in read if region is None for part in _listed(text))
+        inside = None if crop is None else regions.region_from(crop, "--crop", flat=True)
+        if crop is not None and inside is None:
+            raise RequestError(f"--crop {crop}: give four numbers, x0,y0,x1,y1 in pixels")
+        return cls(names, tuple(region for _, region in read if region is not None), inside)
+
+    def out_of(self, there: Recorded) -> Recorded:
+        """What there is to look at, without the regions."""
+        if not self.gone and self.crop is None:
+            return there
+        if there.clouds and self.crop is not None:
+            raise RequestError("a point cloud has no pixels to --crop; use --without with a box in metres")
+        views = regions.cropped(there.views, self.crop, self.gone)
+        return replace(there, views=views, clouds=regions.thinned(there.clouds, self.gone) if there.clouds else ())
 
 
 def _check(out: str | None, picture: str | None) -> None:

@@ -30,6 +30,9 @@ SYMBOLS = {
     "+-": "", "+/-": "", "±": "", "°": "degrees", "_": "", "→": "to", "(": ",", ")": ",", "–": ",", "—": ",", "-": "-",
 }  # fmt: skip
 BREAKS = frozenset(".,;:!?")
+NUMERIC = tuple(".0123456789")
+
+
 ORDINALS = {"2nd": "second", "3rd": "third", "4th": "fourth", "5th": "fifth", "1st": "first", "6th": "sixth",
             "7th": "seventh", "8th": "eighth", "10th": "tenth"}  # fmt: skip
 ORDINAL = re.compile(r"(\d+)(?:st|nd|rd|th)")
@@ -196,7 +199,7 @@ def _pieces(text: str) -> list[_Word]:
             word in ("x", "X", "×")
             and behind is not None
             and behind.start() == match.end()
-            and behind.group()[0] in ".0123456789"
+            and behind.group().startswith(NUMERIC)
         ):
             continue  # "x1.5" is 1.5 times
         found += [_Word(part, match.span()) for part in SYMBOLS.get(word, word).split()]
@@ -204,7 +207,7 @@ def _pieces(text: str) -> list[_Word]:
             before is not None
             and before.group() in ("x", "X", "×")
             and before.end() == match.start()
-            and word[0] in ".0123456789"
+            and word.startswith(NUMERIC)
         ):
             found.append(_Word("x", match.span()))
     return found
@@ -214,7 +217,7 @@ def _mark(word: str, match: re.Match[str], before: re.Match[str] | None, behind:
     """What a sign or slash is: a sign, a range, "and", a pause, or nothing inside of a word."""
     glued = before is not None and before.end() == match.start()
     joined = behind is not None and behind.start() == match.end()
-    number = behind is not None and behind.group()[0] in ".0123456789"
+    number = behind is not None and behind.group().startswith(NUMERIC)
     counted = before is not None and (before.group()[-1].isdigit() or before.group() == "%")
     if word == "/":
         return "/" if counted or not (glued and joined) else "and"

@@ -391,7 +391,9 @@ def _shown(frame: F.SemanticFrame) -> str:
     said = [name_of(frame)]
     for slot in fields(frame):
         value: Any = getattr(frame, slot.name)
-        if slot.name in ("part", "degree", "words", "confidence", "sense") or value in ("", None, (), "at", "part"):
+        if (slot.name, value) == ("what", "part"):
+            continue
+        if slot.name in ("part", "degree", "words", "confidence", "sense") or value in ("", None, (), "at"):
             continue
         if slot.name == "offset":
             said += [direction + (f"={_number(q)}" if q else "") for direction, q in value]

@@ -27,7 +27,7 @@ from ovita.limits.sequential import SolverSettings, improve
 from ovita.limits.speed import dynamics, limit_speeds
 from ovita.limits.verify import FLAT, Measure, compare, measure_all, plane
 from ovita.paths.geometry import lengths
-from ovita.paths.robot import Robot
+from ovita.paths.robot import Robot, Shell
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
 
@@ -67,6 +67,12 @@ def constrain(
     """
     task = _Task(proposed, scene, robot, original, tuple(contacts), options or ConstraintOptions())
     return task.solve()
+
+
+TIP_ONLY = (
+    "Only the tip's path was checked, not the arm's joints: ovita simulate says whether they reach it, and what its"
+    " links touch."
+)
 
 
 @dataclass(frozen=True)
@@ -215,6 +221,8 @@ class _Task:
         if len(self.proposed) == len(self.original):
             wanted = float(np.linalg.norm(self.proposed.positions - self.original.positions))
             undone = min(float(np.linalg.norm(shift)) / wanted, 1.0) if wanted > 0 else None
+        if isinstance(self.robot.workspace, Shell) and status in ("satisfied", "repaired"):
+            notes = (*notes, TIP_ONLY)
         verdict = Verdict(
             status=status,
             checks=checks,

@@ -14,6 +14,7 @@ from ovita.paths.frame import Frame, quaternion
 from ovita.paths.scene import Scene, SceneObject, canonical
 from ovita.paths.trajectory import Array
 from ovita.perceive.detect import Detector, Found, Sighting, mask_of, sighting
+from ovita.perceive.doubts import doubts, strange_sizes
 from ovita.perceive.evidence import Evidence, evidence_of, joined
 from ovita.perceive.fit import Solid, fit
 from ovita.perceive.looks import Look, assign, colour_of, distinct, names_of_support, support_word
@@ -97,14 +98,15 @@ def perceive(
     ground = _Ground.of(parts, up)
     things: list[_Thing] = []
     refused: list[str] = []
-    notes, said = _notes(views, parts, ground, plane), ""
+    notes, said = [*_notes(views, parts, ground, plane), *doubts(views, parts, up, level=plane == "auto")], ""
     for number, (view, part) in enumerate(zip(views, parts, strict=True)):
         seen = sighting(detector, view, names, text) if detector else Sighting(clusters(part))
         notes += list(seen.notes)
         said = said or seen.environment
-        new, without = _things(seen.found, view, part, number, ground)
+        new, without = _things(seen.found, view, part, number, ground, rough=len(views) > 1)
         refused += without
         things = _merged(things, _whole(new, ground), ground)
+    things = [thing.refined(ground) for thing in things]
     return _result(things, ground, _Told(axes, names, said or text, tuple(notes), tuple(refused)))
 
 
@@ -163,6 +165,7 @@ def _result(things: Sequence[_Thing], ground: _Ground, told: _Told) -> Perceived
     objects = [thing.object(label, ground) for thing, label in zip(things, labels, strict=True)]
     supports = [replace(base, name=called)] if base else []
     notes = [note for thing, label in zip(things, labels, strict=True) for note in thing.remarks(label)]
+    notes += strange_sizes(objects)
     scene = Scene((*objects, *supports), told.axes, told.text)
     scene = scene if told.text else replace(scene, environment=description(scene))
     return Perceived(scene, ground.plane, tuple(dict.fromkeys([*told.notes, *notes])), told.refused, unplaced)
@@ -208,7 +211,7 @@ def _things_are(count: int) -> str:
 
 
 def _things(
-    found: Sequence[Found], view: View, part: Segments, number: int, ground: _Ground
+    found: Sequence[Found], view: View, part: Segments, number: int, ground: _Ground, *, rough: bool
 ) -> tuple[list[_Thing], list[str]]:
     """What was found in one view as fitted things, and a sentence for each that has too few pixels."""
     things, refused = [], []
@@ -221,7 +224,7 @@ def _things(
             what = item.label or "a thing"
             refused.append(f"{what}: {evidence.pixels} pixels with depth in {view.name}; {FEWEST} are needed")
             continue
-        things.append(_Thing.of(item, evidence, _sample(view, mask), number, ground))
+        things.append(_Thing.of(item, evidence, _sample(view, mask), number, ground, rough=rough))
     return things, refused
 
 
@@ -285,12 +288,23 @@ class _Thing:
     solid: Solid
     colours: Array
     views: tuple[int, ...]
+    rough: bool = False
 
     @classmethod
-    def of(cls, found: Found, evidence: Evidence, colours: Array, view: int, ground: _Ground) -> _Thing:
+    def of(
+        cls, found: Found, evidence: Evidence, colours: Array, view: int, ground: _Ground, *, rough: bool = False
+    ) -> _Thing:
         """Fitted to the pixels of a finding."""
         local = evidence.turned(ground.axes, ground.origin)
-        return cls(found.label, local, fit(local, supported=ground.plane is not None), colours, (view,))
+        solid = fit(local, supported=ground.plane is not None, rough=rough)
+        return cls(found.label, local, solid, colours, (view,), rough)
+
+    def refined(self, ground: _Ground) -> _Thing:
+        """Fitted to all of its evidence."""
+        if not self.rough:
+            return self
+        solid = fit(self.evidence, supported=ground.plane is not None, hints=(self.solid, self.solid))
+        return replace(self, solid=solid, rough=False)
 
     def with_(self, other: _Thing, ground: _Ground) -> _Thing:
         """Both taken for one."""

@@ -99,18 +99,25 @@ class _Model:
     tilted: bool = False
 
 
-def fit(evidence: Evidence, *, supported: bool, hints: Sequence[Solid] = ()) -> Solid:
+def fit(evidence: Evidence, *, supported: bool, hints: Sequence[Solid] = (), rough: bool = False) -> Solid:
     """The solid that explains the evidence best; where none does, the upright box around the points.
 
     Args:
         evidence: In axes whose z points up, zero on the support where there is one.
         supported: Whether there is a support, z = 0.
         hints: Solids that explain parts of the evidence.
+        rough: Whether the part of the evidence on which families are compared is enough, as for a first guess.
     """
-    standing = _best(_standing(evidence), evidence, supported=True) if supported else None
+    agreed = {one.kind for one in hints if one.regular and not one.tilted}
+    if supported and len(agreed) == 1 and len(hints) > 1:
+        likely = [model for model in _standing(evidence) if model.kind in agreed]
+        quick = _best(likely, evidence, supported=True, rough=rough)
+        if quick.loss <= POOR:
+            return quick
+    standing = _best(_standing(evidence), evidence, supported=True, rough=rough) if supported else None
     if standing is not None and standing.loss <= POOR:
         return standing
-    floating = _best([*_floating(evidence), *_resumed(hints)], evidence, supported=supported)
+    floating = _best([*_floating(evidence), *_resumed(hints)], evidence, supported=supported, rough=rough)
     best = floating if standing is None or floating.loss < _share(floating) * standing.loss else standing
     return best if best.loss <= IRREGULAR else _enclosing(evidence, best.loss, supported=supported)
 
@@ -284,7 +291,7 @@ _FREE_BALL = _basis({0: 1.0}, {1: 1.0}, {2: 1.0}, {6: 1.0, 7: 1.0, 8: 1.0})
 _FREE_CYLINDER = _basis({0: 1.0}, {1: 1.0}, {2: 1.0}, {3: 1.0}, {4: 1.0}, {6: 1.0, 7: 1.0}, {8: 1.0})
 
 
-def _best(models: Sequence[_Model], evidence: Evidence, *, supported: bool) -> Solid:
+def _best(models: Sequence[_Model], evidence: Evidence, *, supported: bool, rough: bool = False) -> Solid:
     """The solid of several families that fits best.
 
     All are tried on a part of the evidence, the hopeless ones for a few steps only; then on all of it the best, the
@@ -303,7 +310,7 @@ def _best(models: Sequence[_Model], evidence: Evidence, *, supported: bool) -> S
     rivals = [i for i in order if models[i].kind != models[order[0]].kind][:1]
     solids: list[Solid] = []
     for i in dict.fromkeys([order[0], *rivals, *order[1:4]]):
-        state, _ = improved(i, raced[i][0], evidence)
+        state = raced[i][0] if rough else improved(i, raced[i][0], evidence)[0]
         solids.append(_solid(models[i], state, evidence))
         if len(solids) > len(rivals) and min(one.loss for one in solids) <= POOR:
             break

@@ -34,7 +34,7 @@ def overlay(view: View, objects: Iterable[SceneObject]) -> bytes:
         from PIL import Image, ImageDraw
     except ImportError:
         raise MissingExtra("pillow", "perceive") from None
-    image = Image.fromarray(_backdrop(view))
+    image = Image.fromarray(backdrop(view))
     pen = ImageDraw.Draw(image)
     for number, item in enumerate(objects):
         ink, lines = INKS[number % len(INKS)], outlines(view, item)
@@ -51,7 +51,7 @@ def overlay(view: View, objects: Iterable[SceneObject]) -> bytes:
     return stream.getvalue()
 
 
-def _backdrop(view: View) -> Picture:
+def backdrop(view: View) -> Picture:
     """The colours, or the depth in grey, near things bright."""
     if view.rgb is not None:
         return np.array(view.rgb)

@@ -15,12 +15,14 @@ from typing import TYPE_CHECKING, Any
 from ovita.errors import FormatError, OvitaError, RequestError
 from ovita.paths.scene import Scene, SceneObject
 from ovita.studio import html
+from ovita.studio.look_picture import FIELD, moved_box, picture_html
 from ovita.studio.sessions import SessionController
 from ovita.text import listed
 
 if TYPE_CHECKING:
     from ovita.perceive.recordings import Recorded
     from ovita.perceive.update import SceneUpdate
+    from ovita.perceive.view import View
 
 ENDINGS = (".png", ".jpg", ".jpeg", ".npy", ".json")
 """Endings of the files that are taken."""
@@ -73,6 +75,9 @@ class LookPanel:
         self.names = gui.add_text("look for", "", hint="Names, such as: red cup, box=blue; nothing for all things")
         self.go = gui.add_button("Look", icon="eye")
         self._picture: Any = None
+        self._views: tuple[View, ...] = ()
+        self.dragged: Any = None
+        self._seen = gui.add_folder(None)
         self._list = gui.add_folder(None)
         self.notes = gui.add_html("")
         self.take = gui.add_button("Take into the scene", icon="check", visible=False)
@@ -114,7 +119,6 @@ class LookPanel:
     def _show(self) -> None:
         from ovita.perceive import perceive
         from ovita.perceive.assemble import perceive_clouds
-        from ovita.perceive.overlay import overlay
         from ovita.perceive.update import update
 
         session, there = self._controller().session, self._there()
@@ -123,10 +127,12 @@ class LookPanel:
         seen = look[0](look[1], names=names, frame=session.scene.frame)
         self._before = session.scene
         self._change = update(session.scene, seen.scene, there.views)
-        self._show_picture(overlay(there.views[0], seen.scene) if there.views else b"")
-        self._show_rows(self._change)
+        self._views = there.views
         said = [*self._change.sentences(), *seen.notes, *seen.refused, *seen.missing]
         self.notes.content = html.block(html.listed([html.e(one) for one in said]))
+        found = [*(match.now for match in self._change.matches), *self._change.new]
+        self._show_picture(found)
+        self._show_rows(found, self._change.gone)
         self.take.visible = True
 
     def _there(self) -> Recorded:
@@ -151,29 +157,65 @@ class LookPanel:
                 shown = self._files[role][0] if role in self._files else error.file
                 raise FormatError(shown, error.problem, key=error.key, index=error.index) from None
 
-    def _show_picture(self, png: bytes) -> None:
+    def _show_picture(self, items: Sequence[SceneObject]) -> None:
+        """The first picture with its boxes, and the field that takes one that was dragged."""
+        if not self._views:
+            self._clear_picture()
+            return
+        drawn = picture_html(self._views[0], items)
         if self._picture is not None:
-            self._picture.remove()
-            self._picture = None
-        if png:
-            import imageio.v3 as images
+            self._picture.content = drawn
+            return
+        with self._seen:
+            self._picture = self._gui.add_html(drawn)
+            hint = "Drag a box in the picture, or write: box NUMBER: x0 y0 x1 y1 (pixels)"
+            self.dragged = self._gui.add_text("moved", FIELD, hint=hint)
+        self.dragged.on_update(lambda _: self._drag())
 
-            with self._list:
-                self._picture = self._gui.add_image(images.imread(png), label="what was seen", format="jpeg")
+    def _clear_picture(self) -> None:
+        for part in (self._picture, self.dragged):
+            if part is not None:
+                part.remove()
+        self._picture = self.dragged = None
 
-    def _show_rows(self, change: SceneUpdate) -> None:
+    def _drag(self) -> None:
+        """Measure anew what is in a box that was dragged."""
+        from ovita.perceive.pointed import look_in
+
+        text = str(self.dragged.value)
+        if text.strip() == FIELD.strip() or self._change is None:
+            return
+        self.dragged.value = FIELD
+        try:
+            number, box = moved_box(text, len(self._rows))
+            found = look_in(self._views, box, self._change.scene.frame)
+        except OvitaError as error:
+            self._complain(str(error))
+            return
+        row = self._rows[number]
+        if found is None:
+            self._complain(f"nothing stands out in that box; {row.item.name} stays as it was")
+        else:
+            item = replace(found, name=row.item.name, extra={**row.item.extra, **found.extra})
+            self._change = _exchanged(self._change, row.item, item)
+            row.taken.hint = _size(item)
+            self._rows[number] = replace(row, item=item)
+            place = ", ".join(f"{value:.3f}" for value in item.position)
+            self._tell(f"{item.name} is now {_size(item)}, at ({place}) m.")
+        self._show_picture([row.item for row in self._rows])
+
+    def _show_rows(self, found: Sequence[SceneObject], gone: Sequence[SceneObject]) -> None:
         for row in self._rows:
             row.taken.remove()
             row.name.remove()
         for _, box in self._gone:
             box.remove()
         with self._list:
-            self._rows = [self._row(item) for item in (*(m.now for m in change.matches), *change.new)]
-            self._gone = [(item, self._gui.add_checkbox(f"{item.name} is gone", True)) for item in change.gone]
+            self._rows = [self._row(item) for item in found]
+            self._gone = [(item, self._gui.add_checkbox(f"{item.name} is gone", True)) for item in gone]
 
     def _row(self, item: SceneObject) -> _SeenRow:
-        size = " x ".join(f"{100 * edge:.0f}" for edge in item.size)
-        taken = self._gui.add_checkbox(f"take {item.name}", True, hint=f"{size} cm")
+        taken = self._gui.add_checkbox(f"take {item.name}", True, hint=_size(item))
         return _SeenRow(item, taken, self._gui.add_text(f"name of {item.name}", item.name))
 
     def _take(self) -> None:
@@ -195,6 +237,24 @@ class LookPanel:
         if self._controller().act(lambda session: session.change(said, scene=scene)):
             self.take.visible = False
             self._tell(f"{listed(names.values()) or 'Nothing'} taken into the scene; Undo takes it back.")
+
+
+def _size(item: SceneObject) -> str:
+    return " x ".join(f"{100 * edge:.1f}" for edge in item.size) + " cm"
+
+
+def _exchanged(change: SceneUpdate, old: SceneObject, new: SceneObject) -> SceneUpdate:
+    """What a look found, with one object measured anew."""
+
+    def swap(item: SceneObject) -> SceneObject:
+        return new if item is old else item
+
+    return replace(
+        change,
+        scene=replace(change.scene, objects=tuple(map(swap, change.scene.objects))),
+        matches=tuple(replace(match, now=swap(match.now)) for match in change.matches),
+        new=tuple(map(swap, change.new)),
+    )
 
 
 def accepted(before: Scene, change: SceneUpdate, names: Mapping[str, str], removed: Collection[str]) -> Scene:

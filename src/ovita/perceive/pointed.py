@@ -1,0 +1,90 @@
+"""What lies in a rectangle of a picture that a person drew: the depth there, fitted anew."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ovita.paths.frame import Frame
+from ovita.paths.scene import SceneObject
+from ovita.perceive.assemble import perceive
+from ovita.perceive.detect import Found
+from ovita.perceive.overlay import outlines
+from ovita.perceive.segment import Labels, segment
+from ovita.perceive.view import Mask, View
+
+Rectangle = tuple[float, float, float, float]
+"""x0, y0, x1, y1 [pixels], x to the right and y down."""
+
+WHOLE = 0.8
+"""Share of a cluster's pixels in a rectangle from which all of it is meant."""
+
+ROOM = 4.0
+"""Pixels by which an object's rectangle in another view is widened."""
+
+
+def rectangle_of(view: View, item: SceneObject) -> Rectangle | None:
+    """The rectangle around an object's cuboid in a picture, cut at its border; None where the picture shows nothing."""
+    ends = outlines(view, item).reshape(-1, 2)
+    if not np.isfinite(ends).all():
+        return None
+    high, wide = view.shape
+    x0, y0 = np.clip(ends.min(axis=0), 0, (wide, high))
+    x1, y1 = np.clip(ends.max(axis=0), 0, (wide, high))
+    return (float(x0), float(y0), float(x1), float(y1)) if x1 - x0 > 1 and y1 - y0 > 1 else None
+
+
+def pixels_in(box: Rectangle, labels: Labels) -> Mask:
+    """The pixels that a person means by a rectangle (H, W).
+
+    All clusters that lie in it but for a rest; where none does, what it cuts out of the one that it shows most of, so
+    that things that touch can be parted.
+    """
+    high, wide = labels.shape
+    x0, y0, x1, y1 = np.clip(np.round(box), 0, (wide, high, wide, high)).astype(int)
+    inside = np.zeros(labels.shape, dtype=bool)
+    inside[y0:y1, x0:x1] = True
+    count = int(labels.max()) + 1
+    total, held = (np.bincount(labels[where].ravel(), minlength=count) for where in (..., inside))
+    total[0] = held[0] = 0
+    whole = held > WHOLE * np.maximum(total, 1)
+    if whole.any():
+        return np.asarray(whole[labels])
+    return np.asarray(inside & (labels == held.argmax()) & (labels > 0))
+
+
+@dataclass(eq=False)
+class _Pointer:
+    """A detector of the one thing in a rectangle, by the name of the view."""
+
+    boxes: Sequence[tuple[View, Rectangle]]
+    frame: Frame
+    name: str = "pointed"
+
+    def find(self, view: View, names: Sequence[str], text: str) -> tuple[Found, ...]:
+        """What is in the view's rectangle, if it has one."""
+        labels = segment(view, self.frame.direction("up")).labels
+        return tuple(Found("", pixels_in(box, labels)) for of, box in self.boxes if of is view)
+
+
+def look_in(views: Sequence[View], box: Rectangle, frame: Frame) -> SceneObject | None:
+    """The thing in a rectangle of the first view, with what the other views see of it; None where there is none.
+
+    Args:
+        views: At least one.
+        box: In the first view.
+        frame: Of the world.
+    """
+    found = perceive(views[:1], detector=_Pointer([(views[0], box)], frame), frame=frame).things
+    if not found or len(views) == 1:
+        return found[0] if found else None
+    boxes = [(views[0], box)]
+    for view in views[1:]:
+        there = rectangle_of(view, found[0])
+        if there is not None:
+            x0, y0, x1, y1 = there
+            boxes.append((view, (x0 - ROOM, y0 - ROOM, x1 + ROOM, y1 + ROOM)))
+    together = perceive(views, detector=_Pointer(boxes, frame), frame=frame).things
+    return max(together, key=lambda item: item.extra["seen_by"], default=found[0])
