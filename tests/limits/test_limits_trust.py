@@ -33,7 +33,9 @@ def test_the_judge_can_fail():
 def test_the_judge_and_the_solver_keep_the_same_distance(name, size):
     robot = Robot("r", radius=0.1)
     item = SceneObject(name, [0, 0, 0], size)
-    assert trust_scenes.wanted(item, robot) == pytest.approx(from_object(item, robot, "box").keep)
+    far = Trajectory([[5.0, 5.0, 5.0], [6.0, 5.0, 5.0]], [0.1, 0.1])
+    (measured,) = trust_scenes.sized(Scene((item,)), robot, far)
+    assert trust_scenes.wanted(measured, robot) == pytest.approx(from_object(item, robot, "box").keep)
 
 
 def infeasible(gap, *, planar=False, pinned=2):
