@@ -21,7 +21,7 @@ from ovita.policy import Parameter
 from ovita.policy.direct import TooMuch, run_proven
 from ovita.policy.policy import MAX_NOTE, Role
 from ovita.policy.syntax import Value, parse_tree
-from ovita.policy.wire import clean_text
+from ovita.text import clean_text
 from ovita.toolkit import CATALOGUE
 
 STILL = (F.Keep, F.Pace, F.Wait, F.StopAt, F.Resample)

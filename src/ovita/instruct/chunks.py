@@ -15,7 +15,7 @@ from ovita.instruct.frames import Quantity, Span
 from ovita.instruct.lexicon import DETERMINERS, term_at, terms
 from ovita.instruct.numbers import amount_at, is_digits
 from ovita.instruct.objects import Catalog
-from ovita.instruct.tokens import respelt
+from ovita.instruct.spelling import respelt
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array
 

@@ -14,7 +14,7 @@ from ovita.instruct.lexicon import FEEDBACK, concept_at, concepts, stems
 from ovita.instruct.notation import name_of
 from ovita.instruct.numbers import amount_at, is_digits, unit_at
 from ovita.instruct.objects import GENERIC, Catalog, Mention, singular
-from ovita.instruct.tokens import cut, respelt
+from ovita.instruct.spelling import cut, respelt
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array
 from ovita.units import symbol

@@ -14,7 +14,7 @@ from ovita.instruct.lexicon import concept_at, is_filler
 from ovita.instruct.notation import show
 from ovita.instruct.numbers import FRACTIONS, NUMBER_WORDS, amount_at, is_digits, unit_at
 from ovita.instruct.objects import WORD, Catalog
-from ovita.instruct.tokens import respelt
+from ovita.instruct.spelling import respelt
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array
 

@@ -236,10 +236,6 @@ def _resample(slots: dict[str, Any]) -> dict[str, Any]:
     return slots | {"change": "to", "amount": replace(q, role="to", unit="")}
 
 
-def _end_degree(slots: dict[str, Any]) -> dict[str, Any] | None:
-    return slots if slots.get("end") else None
-
-
 def _keep(slots: dict[str, Any]) -> dict[str, Any] | None:
     """A part alone is what stays."""
     if slots.get("what"):

@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ovita.paths.trajectory import Array
-from ovita.text import clean_text as clean_text
 
 MAX_ROWS = 200_000
 """Most waypoints that a policy may return."""
