@@ -28,7 +28,7 @@ CARRIERS = frozenset(
     glide slide shift pass passes passing next here leg trip journey task job possible able wondering mind helpful
     great cool happy glad kindly try manage help if will ask asking asked about how what where get getting gets it's
     i'd i'll you'd don't mission flight drop pick use using via point end stop order reach reaching back home same
-    n dear when scan second third twice-way return returning
+    n dear when scan second third return returning
     """.split()
 ) - {"don't"}
 """Words that carry a route and ask for nothing else."""

@@ -1,7 +1,7 @@
 """The rest of a sentence read part by part, where the built-in writer is not sure of all of it at once.
 
 The rest of such a sentence is a list, "at most 0.3 m/s, clearance to the pillar at least 0.4 m", whose parts do not
-modify each other; where each part by itself is read with certainty, the policies follow each other.
+modify each other; where each part by itself is read with certainty, what they ask for is realised together.
 """
 
 from __future__ import annotations
@@ -15,8 +15,7 @@ from ovita.result import Adaptation
 from ovita.writers.base import Reply, WriterInfo
 from ovita.writers.builtin import BuiltinWriter
 from ovita.writers.prompt import Prompt
-
-BEGIN, SIGNATURE_END, RETURN = "    *,\n", "):\n", "    return traj"
+from ovita.writers.realised import reply_for
 
 
 def by_parts(result: Adaptation, asked: Request, parts: Sequence[str], stages: dict[str, object]) -> Adaptation:
@@ -34,7 +33,7 @@ def by_parts(result: Adaptation, asked: Request, parts: Sequence[str], stages: d
 
 @dataclass(frozen=True)
 class _PartsWriter:
-    """The built-in writer, asked for each part of an instruction."""
+    """The built-in writer, asked for each part of an instruction; what they ask for is realised together."""
 
     parts: tuple[str, ...]
     name: str = "builtin"
@@ -43,44 +42,9 @@ class _PartsWriter:
         """Answer with a policy for all parts, or not at all where one of them is not certain."""
         writer, asked = BuiltinWriter(), prompt.request
         replies = [writer.write(replace(prompt, request=replace(asked, instruction=part))) for part in self.parts]
-        sources = [_Source.of(reply.code) for reply in replies]
-        names = [name for source in sources for name in source.names]
-        certain = all(reply.kind == "policy" and not reply.confirm for reply in replies)
-        if not certain or len(set(names)) < len(names):
+        if not all(reply.kind == "policy" and not reply.confirm for reply in replies):
             return Reply("not_understood", unplaced=(asked.instruction,), writer=WriterInfo("builtin"))
-        plan = tuple(step for reply in replies for step in reply.plan)
-        return Reply(
-            "policy",
-            plan=plan,
-            code=_joined(sources, " ".join(reply.code.split('"""')[1] for reply in replies)),
-            assumptions=tuple(text for reply in replies for text in reply.assumptions),
-            contacts=tuple(name for reply in replies for name in reply.contacts),
-            writer=WriterInfo("builtin"),
-        )
-
-
-@dataclass(frozen=True)
-class _Source:
-    """The lines of a policy that the built-in writer wrote: its parameters and its body."""
-
-    parameters: tuple[str, ...]
-    body: tuple[str, ...]
-
-    @classmethod
-    def of(cls, code: str) -> _Source:
-        head, _, rest = code.partition(SIGNATURE_END)
-        parameters = head.partition(BEGIN)[2].splitlines()
-        body = [line for line in rest.splitlines()[1:] if line.strip() and line != RETURN]
-        return cls(tuple(parameters), tuple(body))
-
-    @property
-    def names(self) -> list[str]:
-        return [line.partition("=")[0].strip() for line in self.parameters]
-
-
-def _joined(sources: Sequence[_Source], summary: str) -> str:
-    """One policy that does what several do, in their order."""
-    parameters = [line for source in sources for line in source.parameters]
-    head = ["def adapt(", "    traj,", "    scene,", *(["    *,"] if parameters else []), *parameters, "):"]
-    body = [line for source in sources for line in source.body]
-    return "\n".join([*head, f'    """{summary}"""', *body, RETURN, ""])
+        frames = [frame for reply in replies for frame in reply.frames]
+        whole = reply_for(frames, asked, effort=1 + len(prompt.attempts))
+        assumed = [text for reply in (whole, *replies) for text in reply.assumptions]
+        return replace(whole, assumptions=tuple(dict.fromkeys(assumed)))
