@@ -1,9 +1,8 @@
 """Geodetic coordinates and local metres about a home position, on the WGS-84 ellipsoid.
 
-Local metres are the tangent plane at home: x east, y north, z up, through earth-centred coordinates and back
-(NIMA TR8350.2; latitude from earth-centred coordinates after Bowring, Survey Review 23, 1976). Heights are taken as
-heights above the ellipsoid; a height above mean sea level differs from it by the geoid's undulation (at most about
-100 m), which stretches local metres by less than 2 cm in a kilometre.
+Local metres are the tangent plane at home: x east, y north, z up, by pymap3d. Heights are taken as heights above the
+ellipsoid; a height above mean sea level differs from it by the geoid's undulation (at most about 100 m), which
+stretches local metres by less than 2 cm in a kilometre.
 """
 
 from __future__ import annotations
@@ -17,17 +16,6 @@ from ovita.errors import RequestError
 from ovita.paths.frame import RFU, Frame, transformed
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
-
-SEMI_MAJOR = 6378137.0
-"""Semi-major axis of the ellipsoid [m]."""
-
-FLATTENING = 1.0 / 298.257223563
-"""Flattening of the ellipsoid."""
-
-_ECCENTRICITY2 = FLATTENING * (2.0 - FLATTENING)
-_SEMI_MINOR = SEMI_MAJOR * (1.0 - FLATTENING)
-_SECOND_ECCENTRICITY2 = _ECCENTRICITY2 / (1.0 - _ECCENTRICITY2)
-_ROUNDS = 4
 
 
 @dataclass(frozen=True)
@@ -71,54 +59,16 @@ class Home:
 
 def to_local(geodetic: Array, home: Home) -> Array:
     """Geodetic rows (N, 3) [degrees, degrees, m] as local metres (N, 3): east, north, up of home."""
-    origin = _earth_centred(np.array([[home.latitude, home.longitude, home.altitude]]))
-    return np.asarray((_earth_centred(geodetic) - origin) @ _axes(home).T)
+    from pymap3d import geodetic2enu
+
+    return np.column_stack(geodetic2enu(*geodetic.T, home.latitude, home.longitude, home.altitude))
 
 
 def to_geodetic(local: Array, home: Home) -> Array:
     """Local metres (N, 3), east, north and up of home, as rows latitude, longitude [degrees], altitude [m]."""
-    origin = _earth_centred(np.array([[home.latitude, home.longitude, home.altitude]]))
-    x, y, z = (local @ _axes(home) + origin).T
-    p = np.hypot(x, y)
-    beta = np.arctan2(z, (1.0 - FLATTENING) * p)
-    latitude = beta
-    for _ in range(_ROUNDS):
-        latitude = np.arctan2(
-            z + _SECOND_ECCENTRICITY2 * _SEMI_MINOR * np.sin(beta) ** 3,
-            p - _ECCENTRICITY2 * SEMI_MAJOR * np.cos(beta) ** 3,
-        )
-        beta = np.arctan2((1.0 - FLATTENING) * np.sin(latitude), np.cos(latitude))
-    sine = np.sin(latitude)
-    altitude = p * np.cos(latitude) + z * sine - SEMI_MAJOR * np.sqrt(1.0 - _ECCENTRICITY2 * sine**2)
-    return np.column_stack([np.degrees(latitude), np.degrees(np.arctan2(y, x)), altitude])
+    from pymap3d import enu2geodetic
 
-
-def _earth_centred(geodetic: Array) -> Array:
-    """Geodetic rows (N, 3) as earth-centred, earth-fixed coordinates (N, 3) [m]."""
-    latitude, longitude = np.radians(geodetic[:, 0]), np.radians(geodetic[:, 1])
-    height = geodetic[:, 2]
-    normal = SEMI_MAJOR / np.sqrt(1.0 - _ECCENTRICITY2 * np.sin(latitude) ** 2)
-    across = (normal + height) * np.cos(latitude)
-    return np.column_stack(
-        [
-            across * np.cos(longitude),
-            across * np.sin(longitude),
-            (normal * (1.0 - _ECCENTRICITY2) + height) * np.sin(latitude),
-        ]
-    )
-
-
-def _axes(home: Home) -> Array:
-    """Unit vectors east, north and up of home as rows (3, 3), earth-centred."""
-    latitude, longitude = np.radians(home.latitude), np.radians(home.longitude)
-    sine, cosine = np.sin(latitude), np.cos(latitude)
-    return np.array(
-        [
-            [-np.sin(longitude), np.cos(longitude), 0.0],
-            [-sine * np.cos(longitude), -sine * np.sin(longitude), cosine],
-            [cosine * np.cos(longitude), cosine * np.sin(longitude), sine],
-        ]
-    )
+    return np.column_stack(enu2geodetic(*local.T, home.latitude, home.longitude, home.altitude))
 
 
 MISSION = "mission"
