@@ -1,4 +1,6 @@
-"""What every browser test waits for."""
+"""What browser tests share: what they wait for, and what no page may do."""
+
+import time
 
 
 def ready(page):
@@ -9,3 +11,24 @@ def ready(page):
     notice.wait_for()
     notice.evaluate("node => { node.style.display = 'none' }")
     return page
+
+
+def until(condition, seconds=20.0):
+    ends = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < ends, "it did not happen"
+        time.sleep(0.1)
+
+
+def tab(page, name):
+    page.get_by_text(name, exact=True).locator("visible=true").first.click()
+
+
+def fits(page):
+    """Nothing is wider than the panel that it is in, and no panel is wider than the window."""
+    wide = page.evaluate(
+        "() => [...document.querySelectorAll('.ov')].filter(e => e.offsetParent && e.scrollWidth > e.clientWidth + 1)"
+        ".map(e => e.innerText.slice(0, 80))"
+    )
+    assert wide == []
+    assert page.evaluate("() => document.documentElement.scrollWidth <= window.innerWidth")

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from browser_page import fits, tab, until
 
 from ovita.writers.base import Reply
 
@@ -31,21 +32,10 @@ def red(page):
     return int(((r > 170) & (g < 70) & (b < 80)).sum())
 
 
-def until(condition, seconds=20.0):
-    ends = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < ends, "it did not happen"
-        time.sleep(0.1)
-
-
 def say(page, text):
     box = page.locator("form input").first
     box.fill(text)
     box.press("Enter")
-
-
-def tab(page, name):
-    page.get_by_text(name, exact=True).locator("visible=true").first.click()
 
 
 def left(page):
@@ -225,16 +215,6 @@ def test_picture_with_a_robot(studio, browser):
     page.mouse.move(640, 200)
     time.sleep(1)
     keep(page, "studio-robot")
-
-
-def fits(page):
-    """Nothing is wider than the panel that it is in, and no panel is wider than the window."""
-    wide = page.evaluate(
-        "() => [...document.querySelectorAll('.ov')].filter(e => e.offsetParent && e.scrollWidth > e.clientWidth + 1)"
-        ".map(e => e.innerText.slice(0, 80))"
-    )
-    assert wide == []
-    assert page.evaluate("() => document.documentElement.scrollWidth <= window.innerWidth")
 
 
 def keep(page, name):

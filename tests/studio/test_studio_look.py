@@ -116,6 +116,15 @@ def test_a_name_in_the_picture_is_text():
     assert "<script>" not in drawn and moved_box("box 1: 10 20 30.5 40", 1) == (0, (10.0, 20.0, 30.5, 40.0))
 
 
+def test_small_boxes_lie_over_large_ones_and_what_things_stand_on_has_none():
+    view, far = pictures.picture([CUP, BOOK]), CUP.position
+    items = [SceneObject("cup", far, CUP.size), SceneObject("tray", far, np.array([0.4, 0.4, 0.02]))]
+    table = SceneObject("table", np.zeros(3), np.array([3.0, 3.0, 0.02]), extra={"kind": "support"})
+    drawn = picture_html(view, [*items, table])
+    assert re.findall(r"<title>(.*?)</title>", drawn) == ["tray", "cup"]
+    assert picture_html(view, items, 1) != picture_html(view, items, 2), "or a box that was refused stays where it was"
+
+
 def test_what_is_offered_and_what_is_wrong(start, visit, files, tmp_path):
     folder = tmp_path / "table"
     folder.mkdir()

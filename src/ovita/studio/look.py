@@ -75,6 +75,7 @@ class LookPanel:
         self.names = gui.add_text("look for", "", hint="Names, such as: red cup, box=blue; nothing for all things")
         self.go = gui.add_button("Look", icon="eye")
         self._picture: Any = None
+        self._drawn = 0
         self._views: tuple[View, ...] = ()
         self.dragged: Any = None
         self._seen = gui.add_folder(None)
@@ -162,7 +163,8 @@ class LookPanel:
         if not self._views:
             self._clear_picture()
             return
-        drawn = picture_html(self._views[0], items)
+        self._drawn += 1
+        drawn = picture_html(self._views[0], items, self._drawn)
         if self._picture is not None:
             self._picture.content = drawn
             return

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ovita.errors import RequestError
+from ovita.limits.obstacles import is_support
 from ovita.paths.scene import SceneObject
 
 if TYPE_CHECKING:
@@ -25,29 +26,39 @@ FIELD = "box "
 """What the text of the field begins with, by which the script finds it."""
 
 
-def picture_html(view: View, items: Sequence[SceneObject]) -> str:
-    """The picture with a box over each object, numbered from 1."""
+def picture_html(view: View, items: Sequence[SceneObject], time: int = 0) -> str:
+    """The picture with a box over each object, numbered from 1: small ones over large ones, so that each can be held.
+
+    What things stand on has no box: it is seen in the whole picture.
+
+    Args:
+        view: What was looked at.
+        items: What was found.
+        time: How often it was drawn. A browser told the same again changes nothing: a box would stay where it was left.
+    """
     from ovita.perceive.overlay import INKS
     from ovita.perceive.pointed import rectangle_of
 
     high, wide = view.shape
-    boxes = []
+    boxes: list[tuple[float, str]] = []
     for number, item in enumerate(items, 1):
-        there = rectangle_of(view, item)
+        there = None if is_support(item) else rectangle_of(view, item)
         if there is None:
             continue
         x0, y0, x1, y1 = there
         ink = "#{:02x}{:02x}{:02x}".format(*INKS[(number - 1) % len(INKS)])
-        boxes.append(
+        drawn = (
             f'<rect data-box="{number}" x="{x0:.1f}" y="{y0:.1f}" width="{x1 - x0:.1f}" height="{y1 - y0:.1f}"'
             f' stroke="{ink}"><title>{escape(item.name)}</title></rect>'
-            f'<text x="{x0 + 3:.1f}" y="{max(y0 - 4, 12):.1f}" fill="{ink}">{number} {escape(item.name[:40])}</text>'
+            f'<text x="{x0 + 0.01 * wide:.1f}" y="{max(y0 - 0.012 * wide, 0.04 * wide):.1f}" fill="{ink}"'
+            f' font-size="{0.04 * wide:.1f}">{number} {escape(item.name[:40])}</text>'
         )
-    drawn = "".join(boxes)
+        boxes.append(((x1 - x0) * (y1 - y0), drawn))
+    over = "".join(drawn for _, drawn in sorted(boxes, key=lambda box: -box[0]))
     return (
-        f'<div class="ov"><svg class="boxes" viewBox="0 0 {wide} {high}"><image width="{wide}" height="{high}"'
-        f' href="{_data(view)}"/>{drawn}</svg><p class="soft">Drag a box to move it, its edges to resize it: what'
-        " stands out there is measured anew.</p></div>"
+        f'<div class="ov"><svg class="boxes" data-time="{time}" viewBox="0 0 {wide} {high}">'
+        f'<image width="{wide}" height="{high}" href="{_data(view)}"/>{over}</svg>'
+        '<p class="soft">Drag a box to move it, its edges to resize it: what is there is measured anew.</p></div>'
     )
 
 
