@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, Unpack
 
 import numpy as np
@@ -18,7 +19,7 @@ from ovita.toolkit.arguments import Offset, Target
 from ovita.toolkit.catalogue import Recorder, note_contact, operation
 from ovita.toolkit.insertion import densified
 from ovita.toolkit.speed import dwell, stop_at
-from ovita.toolkit.ways_around import cleared, pushed_out, pushed_out_of_all
+from ovita.toolkit.ways_around import kept_out, pushed_out
 from ovita.toolkit.weights import ROUNDING, followed, headings, perpendicular, smoothstep
 
 STEEPEST = 1.125
@@ -139,7 +140,7 @@ def farther(
     moved = rows[:, :3] + _held(shift, hold, frame)
     if times is None and not hold and selected.any():
         least = nearest(rows[:, :3], selected, centre) + amount
-        moved = _kept_out(moved, [centre], np.array([least]), selected, up if level else None)
+        moved = pushed_out(moved, [_around(centre, least)], selected, up if level else None)
     return followed(rows, moved, selected, arguments.share(ease, "ease"))
 
 
@@ -156,44 +157,40 @@ def keep_distance(
 ) -> Array:
     """Bend the path around an object or a list of them: metres at_least from the surface, at_most from the centre.
 
-    The distance holds on the whole path, between waypoints too. A waypoint q from the centre inside the sphere of
-    radius R is pushed along the lateral direction n of the closest approach by t = -(q.n) + sqrt((q.n)^2 - |q|^2 +
-    R^2), which puts it on the sphere; on a path that turns inside the sphere, radially or along an arc. Then segments
-    that still cut the sphere are shifted until they touch it. With several objects, whose spheres may overlap, each
-    stretch inside them is pushed aside until it is outside all. A level path stays level. A start or goal that is too
-    near moves too. On a part, the waypoints beside it follow, over 3 times the shift at its edge.
+    The distance holds on the whole path, between waypoints too, and no more than that is kept: a stretch that comes too
+    near is shifted in the direction in which it is out soonest, clear of all the objects, until it passes at just that
+    distance. The path before and behind it follows, over about 3 times the shift. A level path stays level. A start or
+    goal that is too near moves too. On a part, the waypoints beside it follow in the same way.
 
     Args:
         obj: Object or point (3,) [m], or a list of them.
-        at_least: [m], >= 0, from the bounding sphere of an object with dimensions, else from the centre; a path that
-            keeps it from the surface of each already stays as it is.
+        at_least: [m], >= 0, from the surface of an object with dimensions, else from the centre.
         at_most: [m], >= 0, from the centre.
-        where: Mask (N,), or None for all waypoints; waypoints that already comply stay as they are.
+        where: Mask (N,), or None for all waypoints; waypoints that already comply move only to follow.
     """
     rows = arguments.waypoints(traj)
     targets = _targets(obj)
-    centres = np.array([arguments.point(target) for target in targets])
     selected = arguments.mask(where, len(rows))
     if at_least is None and at_most is None:
         raise ValueError("give at_least or at_most in metres")
-    gap = None if at_least is None else arguments.number(at_least, "at_least", low=0.0)
-    radii = np.array([0.0 if gap is None else gap + radius_of(target) for target in targets])
+    gap = 0.0 if at_least is None else arguments.number(at_least, "at_least", low=0.0)
     up, moved = frame.direction("up"), rows[:, :3].copy()
     level = is_level(moved, up)
     if at_most is not None:
         outer = arguments.number(at_most, "at_most", low=0.0)
-        if outer < radii.max():
-            raise ValueError(f"at_most {outer:g} m from the centre contradicts at_least, which needs {radii.max():g} m")
-        for centre in centres:
-            away, distance = _polar(rows, centre)
+        for target in targets:
+            inner = gap + _thickness(target) if at_least is not None else 0.0
+            if outer < inner:
+                raise ValueError(f"at_most {outer:g} m from the centre contradicts at_least, which needs {inner:g} m")
+            away, distance = _polar(rows, arguments.point(target))
             level &= bool((np.abs(away @ up) <= outer).all())
             beyond = selected & (distance > outer)
             shift = away * (np.minimum(outer / np.maximum(distance, 1e-300), 1.0) - 1.0)[:, None]
             if level:
                 shift = _level_shift(away, np.minimum(distance, outer), up, rows)
             moved[beyond] = rows[beyond, :3] + shift[beyond]
-    if radii.any() and not (gap is not None and all(_clear(target, moved, selected, gap) for target in targets)):
-        moved = _kept_out(moved, centres, radii, selected, up if level else None)
+    if at_least is not None and not all(_clear(target, moved, selected, gap) for target in targets):
+        moved = kept_out(moved, [_around(target, gap) for target in targets], selected, up if level else None)
     return followed(rows, moved, selected, arguments.share(ease, "ease"))
 
 
@@ -253,30 +250,16 @@ def _clear(target: Target, positions: Array, selected: Mask, gap: float) -> bool
     return not selected.any() or passes_at(target, positions, selected) >= gap - ROUNDING
 
 
-def _kept_out(positions: Array, centres: ArrayLike, radii: Array, selected: Mask, up: Array | None) -> Array:
-    """Positions (N, 3) [m] pushed out of spheres, segments included; horizontally only, if `up` is given."""
-    middles, heights = np.array(centres, dtype=np.float64), np.zeros((len(positions), 1))
-    if up is not None:
-        # Seen from above, a sphere is the disc that it cuts out of the path's plane.
-        heights = (positions @ up)[:, None]
-        positions = positions - heights * up
-        gaps = np.abs(heights - middles @ up).min(axis=0)
-        radii = np.sqrt(np.maximum(radii**2 - gaps**2, 0.0))
-        middles = middles - (middles @ up)[:, None] * up
-    fixed = np.zeros(len(positions), dtype=bool)
-    if len(positions) > 2:
-        fixed[[0, -1]] = [(lengths(end - middles) >= radii).all() for end in positions[[0, -1]]]
-    result = positions
-    if len(middles) > 1:
-        result = pushed_out_of_all(positions, middles, radii, selected, up is not None)
-    elif radii[0] > 0.0:
-        away = positions - middles[0]
-        result = positions.copy()
-        for a, b in runs(lengths(away) < radii[0]):
-            part, may = slice(a, b + 1), selected[a : b + 1]
-            result[part][may] = (middles[0] + pushed_out(away, a, b, float(radii[0])))[may]
-    result = cleared(result, middles, radii, selected, fixed)
-    return result if up is None else result + heights * up
+def _around(target: Target, gap: float) -> Cuboid:
+    """All that is nearer than a gap [m] to an object's surface, or to a centre without dimensions."""
+    if not isinstance(target, SceneObject) or target.dimensions is None:
+        return Cuboid(arguments.point(target), np.eye(3), np.zeros(3), gap)
+    return replace(target.cuboid, radius=gap)
+
+
+def _thickness(target: Target) -> float:
+    """The least distance of an object's centre to its surface [m]; 0 for what has no dimensions."""
+    return float(target.size.min()) / 2.0 if isinstance(target, SceneObject) and target.dimensions is not None else 0.0
 
 
 def is_level(positions: Array, up: Array) -> bool:

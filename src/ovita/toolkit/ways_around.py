@@ -1,118 +1,252 @@
-"""Ways around: waypoints and segments pushed out of spheres, as little as can be."""
+"""Ways around bodies: where a path comes too near one, it is bent aside, smoothly and by as little as it takes."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Sequence
 
 import numpy as np
 
-from ovita.paths.geometry import Mask, dots, fractions, lengths, path_distances, runs
-from ovita.paths.trajectory import Array
-from ovita.toolkit.weights import perpendicular
+from ovita.paths.geometry import Cuboid, Mask, dots, lengths, runs
+from ovita.paths.trajectory import Array, arc_length
+from ovita.toolkit.weights import GENTLE, ROUNDING, perpendicular, smoothstep
 
-SHALLOW = 0.05
-"""How deep a path may dip into a sphere between its waypoints, in radii, before another way out is tried."""
+BENDS = 8
+"""How often a path is bent at most; a bend may bring another stretch too near something else."""
 
 ROUNDS = 60
-"""How often segments are moved out of a sphere at most; each move may bring a neighbour in."""
+"""How often segments are moved out of a body at most; each move may bring a neighbour in."""
+
+FLAT = (0.0, 0.5, 1.0)
+"""Shares of a stretch that a bend may shift in full; the more, the wider it is, and the less it overshoots."""
+
+CLOSE_ENOUGH = 1.02
+"""Overshoot of a bend from which no flatter one is tried."""
+
+STEPS, GROWTH = 12, 1.15
+"""Halvings of the last step in the search for the smallest shift, and the growth of its strides."""
+
+SAMPLES = np.linspace(0.0, 1.0, 5)[:-1]
+"""Where each segment is sampled for how far it has to go."""
 
 
-def pushed_out(away: Array, a: int, b: int, radius: float) -> Array:
-    """Where waypoints a..b inside a sphere go: points (b - a + 1, 3) on it, from its centre [m].
+def kept_out(positions: Array, bodies: Sequence[Cuboid], selected: Mask, up: Array | None) -> Array:
+    """A path (N, 3) [m] bent around bodies; it passes each stretch that was in one by just touching it.
 
-    The sideways push is the rule; if the path then dips into the sphere between waypoints, the first of a radial
-    push and an arc from entry to exit that does not is taken, or the one that dips least.
+    A stretch is shifted along one direction, the one in which it is out soonest, and what is before and behind it
+    follows, over about three times the shift. A start or a goal that is in no body stays.
 
     Args:
-        away: All waypoints (N, 3) from the centre [m].
-        a: First waypoint inside.
-        b: Last waypoint inside, with everything between.
-        radius: [m].
+        positions: (N, 3) [m].
+        bodies: With the distance to keep as their radius.
+        selected: Mask (N,) of the waypoints that may move; a segment counts if both its ends may.
+        up: Where the path is to keep its height, the unit vector (3,) that points up.
     """
-    before, after = away[max(a - 1, 0) : a], away[b + 1 : b + 2]
-    best, deepest = away[a : b + 1], np.inf
-    for points in _ways_out(away, a, b, radius):
-        path = np.concatenate([before, points, after])
-        depth = radius - float(path_distances(path, np.zeros((1, 3)))[0]) if len(path) > 1 else 0.0
-        if depth < deepest:
-            best, deepest = points, depth
-        if depth <= SHALLOW * radius:
+    result, fixed = positions.copy(), _free_ends(positions, bodies)
+    for _ in range(BENDS):
+        inside = _inside(result, bodies, selected)
+        stretch = next(runs(inside), None)
+        if stretch is None:
+            return result
+        bent = _bent(result, bodies, selected, fixed, stretch, up)
+        if bent is None:
             break
+        result = bent
+    return _cleared(result, bodies, selected, fixed, up)
+
+
+def pushed_out(positions: Array, bodies: Sequence[Cuboid], selected: Mask, up: Array | None) -> Array:
+    """As `kept_out`, but each waypoint goes only as far as it must by itself, and nothing follows."""
+    result, fixed = positions.copy(), _free_ends(positions, bodies)
+    for a, b in runs(selected & (_depth(positions, bodies) < -ROUNDING)):
+        ways = _ways(result, bodies, a, b, up)
+        exits = [_exits(result[a : b + 1], bodies, way) for way in ways]
+        best = int(np.argmin([round(float(one.max()), 6) for one in exits]))
+        result[a : b + 1] += exits[best][:, None] * ways[best]
+    return _cleared(result, bodies, selected, fixed, up)
+
+
+def _free_ends(positions: Array, bodies: Sequence[Cuboid]) -> Mask:
+    """Mask (N,) of the start and the goal of a path (N, 3), where they are in no body; of two waypoints none stays."""
+    fixed = np.zeros(len(positions), dtype=bool)
+    if len(positions) > 2:
+        fixed[[0, -1]] = _depth(positions[[0, -1]], bodies) >= 0.0
+    return fixed
+
+
+def _depth(points: Array, bodies: Sequence[Cuboid]) -> Array:
+    """Signed distance of points (M, 3) to the nearest of some bodies, (M,) [m]."""
+    return np.asarray(np.min([body.signed(points)[0] for body in bodies], axis=0))
+
+
+def _gaps(positions: Array, bodies: Sequence[Cuboid]) -> Array:
+    """Signed distance of each segment of a path (N, 3) to the nearest of some bodies, (N - 1,) [m]."""
+    return np.asarray(np.min([body.along(positions[:-1], positions[1:])[0] for body in bodies], axis=0))
+
+
+def _inside(positions: Array, bodies: Sequence[Cuboid], selected: Mask) -> Mask:
+    """Mask (N,) of the waypoints that are in a body, or whose segment passes through one."""
+    inside = selected & (_depth(positions, bodies) < -ROUNDING)
+    cut = selected[:-1] & selected[1:] & (_gaps(positions, bodies) < -ROUNDING)
+    inside[:-1] |= cut
+    inside[1:] |= cut
+    return inside
+
+
+def _bent(
+    path: Array, bodies: Sequence[Cuboid], selected: Mask, fixed: Mask, stretch: tuple[int, int], up: Array | None
+) -> Array | None:
+    """The path with one stretch bent out of all bodies by the smallest shift; None where no shift does."""
+    a, b = stretch
+    samples = path[a:b, None] + SAMPLES[:, None] * (path[a + 1 : b + 1] - path[a:b])[:, None]
+    points = np.concatenate([samples.reshape(-1, 3), path[b : b + 1]])
+    places = np.concatenate([(np.arange(a, b)[:, None] + SAMPLES).ravel(), [float(b)]])
+    ways = [(_exits(points, bodies, way), way) for way in _ways(path, bodies, a, b, up)]
+    ways.sort(key=lambda pair: round(float(pair[0].max()), 6))
+    best, least = None, np.inf
+    own = selected & ~_others(_inside(path, bodies, selected), stretch)
+    shallow = -float(min(_depth(path[a : b + 1], bodies).min(), _gaps(path[max(a - 1, 0) : b + 2], bodies).min()))
+    for exits, way in ways:
+        most = max(float(exits.max()), shallow)
+        if least <= most:
+            break
+        peak = float(np.interp(places[int(exits.argmax())], np.arange(len(path)), arc_length(path)))
+        for flat in FLAT:
+            weights = _weights(path, selected, fixed, stretch, peak, most, flat)
+            shift = _least_shift(path, bodies, own, weights[:, None] * way, most)
+            if shift < least:
+                best, least = path + shift * weights[:, None] * way, shift
+            if shift <= CLOSE_ENOUGH * most:
+                break
     return best
 
 
-def pushed_out_of_all(positions: Array, centres: Array, radii: Array, selected: Mask, level: bool) -> Array:
-    """Positions (N, 3) [m] with each stretch inside one of several spheres pushed aside until it is outside all.
-
-    A stretch moves along one direction, as a ray leaves each sphere once: of eight directions around it, or of the two
-    level ones, the one that needs the shortest push is taken.
-
-    Args:
-        positions: (N, 3) [m].
-        centres: (K, 3) [m].
-        radii: (K,) [m].
-        selected: Mask (N,) of the waypoints that may move.
-        level: Only to the left and to the right.
-    """
-    result = positions.copy()
-    inside = (np.linalg.norm(positions[:, None] - centres, axis=2) < radii).any(axis=1) & selected
-    for a, b in runs(inside):
-        part = positions[a : b + 1]
-        chord = positions[min(b + 1, len(positions) - 1)] - positions[max(a - 1, 0)]
-        first = perpendicular(chord[None])[0]
-        second = np.cross(chord, first) / max(float(np.linalg.norm(chord)), 1e-12)
-        angles = np.array([0.0, np.pi]) if level else np.arange(8) * np.pi / 4
-        directions = np.cos(angles)[:, None] * first + np.sin(angles)[:, None] * second
-        pushes = [_exit(part, centres, radii, direction) for direction in directions]
-        best = int(np.argmin([push.max() for push in pushes]))
-        result[a : b + 1] = part + pushes[best][:, None] * directions[best]
-    return result
+def _others(inside: Mask, stretch: tuple[int, int]) -> Mask:
+    """Waypoints (N,) of other stretches, whose turn comes later."""
+    rest = inside.copy()
+    rest[stretch[0] : stretch[1] + 1] = False
+    return rest
 
 
-def _exit(points: Array, centres: Array, radii: Array, direction: Array) -> Array:
-    """How far each point (M, 3) must go along a direction to be outside all spheres, (M,) [m]."""
+def _ways(path: Array, bodies: Sequence[Cuboid], a: int, b: int, up: Array | None) -> list[Array]:
+    """Unit vectors (3,) along which a stretch may leave: to the side where it is already, and all around it."""
+    before, after = max(a - 1, 0), min(b + 1, len(path) - 1)
+    chord = path[after] - path[before]
+    chord = chord if lengths(chord) > ROUNDING else path[min(before + 1, after)] - path[before]
+    body = min(bodies, key=lambda one: one.closest(path[before : after + 1])[0])
+    _, place = body.closest(path[before : after + 1])
+    k = min(int(place), after - before - 1)
+    nearest = path[before + k] + (place - k) * (path[before + k + 1] - path[before + k])
+    first = perpendicular(chord[None])[0]
+    second = np.cross(chord, first) / max(float(lengths(chord)), 1e-12)
+    angles = np.array([0.0, np.pi]) if up is not None else np.arange(8) * np.pi / 4
+    around = np.cos(angles)[:, None] * first + np.sin(angles)[:, None] * second
+    found = []
+    for way in (nearest - body.center, body.signed(nearest[None])[1][0], *around):
+        heading = chord / max(float(lengths(chord)), 1e-12)
+        way = way - (way @ heading) * heading
+        way = way if up is None else way - (way @ up) * up
+        length = float(lengths(way))
+        found += [way / length] if length > 1e-9 else []
+    return found
+
+
+def _exits(points: Array, bodies: Sequence[Cuboid], way: Array) -> Array:
+    """How far each point (M, 3) must go along a direction to be outside all bodies, (M,) [m]."""
     t = np.zeros(len(points))
-    for _ in range(len(centres)):
-        away = (points + t[:, None] * direction)[:, None] - centres
-        deep = np.linalg.norm(away, axis=2) < radii * (1.0 - 1e-12)
-        along = away @ direction
-        leave = -along + np.sqrt(np.maximum(along**2 - (away**2).sum(axis=2) + radii**2, 0.0))
-        step = np.where(deep, leave, 0.0).max(axis=1)
-        if not step.any():
+    for _ in range(len(bodies) + 1):
+        deep = _depth(points + t[:, None] * way, bodies) < -ROUNDING
+        if not deep.any():
             break
-        t += step
+        for body in bodies:
+            at = points[deep] + t[deep, None] * way
+            within = body.signed(at)[0] < -ROUNDING
+            low, high = np.zeros(len(at)), np.where(within, 2.0 * body.reach, 0.0)
+            for _ in range(30):
+                middle = (low + high) / 2.0
+                still = body.signed(at + middle[:, None] * way)[0] < 0.0
+                low, high = np.where(still, middle, low), np.where(still, high, middle)
+            t[deep] += high
     return t
 
 
-def cleared(positions: Array, centres: Array, radii: Array, selected: Mask, fixed: Mask) -> Array:
-    """Positions (N, 3) [m] of which no selected segment comes into a sphere any more.
-
-    A segment that does is shifted aside with both its waypoints until it touches the sphere; as that may bring a
-    neighbour in, it is repeated. Where waypoints are dense this moves them by the sagitta of their chord; where they
-    are sparse it takes a whole segment aside. Where one waypoint is fixed, the other moves farther.
+def _weights(
+    path: Array, selected: Mask, fixed: Mask, stretch: tuple[int, int], peak: float, shift: float, flat: float
+) -> Array:
+    """Weights (N,) of a bend: 1 at its peak and over a share of the stretch, 0 from some way off and at fixed ends.
 
     Args:
-        positions: (N, 3) [m].
-        centres: (K, 3) [m].
-        radii: (K,) [m].
-        selected: Mask (N,) of the waypoints that may move; a segment counts if both its ends may.
-        fixed: Mask (N,) of those that stay all the same, such as a start that is far enough away.
+        path: (N, 3) [m].
+        selected: Mask (N,) of the waypoints that may move.
+        fixed: Mask (N,) of those that stay.
+        stretch: Its first and its last waypoint.
+        peak: Where it has farthest to go, as arc length [m].
+        shift: How far that is [m].
+        flat: Share of the stretch that is shifted in full.
     """
-    result, counts, free = positions.copy(), selected[:-1] & selected[1:], selected & ~fixed
+    s = arc_length(path)
+    weights = np.zeros(len(path))
+    for side, edge, end in ((-1.0, s[stretch[0]], 0), (1.0, s[stretch[1]], -1)):
+        half = side * (edge - peak)
+        length = max(2.0 * half, GENTLE * shift + flat * half)
+        length = min(length, side * (s[end] - peak)) if fixed[end] else length
+        level = min(flat * half, length / 2.0)
+        away = side * (s - peak)
+        here = away >= 0.0
+        rise = smoothstep((length - away) / max(length - level, 1e-12))
+        weights[here] = rise[here]
+    weights[fixed | ~selected] = 0.0
+    return weights
+
+
+def _least_shift(path: Array, bodies: Sequence[Cuboid], own: Mask, along: Array, least: float) -> float:
+    """The smallest factor on displacements (N, 3) with which nothing that counts is in a body; inf if there is none."""
+    moving = np.flatnonzero(lengths(along) > 0.0)
+    if not len(moving):
+        return np.inf
+    window = slice(max(int(moving[0]) - 1, 0), int(moving[-1]) + 2)
+    rows, steps, points = path[window], along[window], own[window]
+    segments = points[:-1] & points[1:]
+
+    def clear(factor: float) -> bool:
+        moved = rows + factor * steps
+        return bool(
+            (_gaps(moved, bodies)[segments] >= -ROUNDING).all() and (_depth(moved[points], bodies) >= -ROUNDING).all()
+        )
+
+    low = high = least * (1.0 + 1e-9)
+    while not clear(high):
+        low, high = high, GROWTH * high
+        if high > 4.0 * least:
+            return np.inf
+    for _ in range(STEPS if high > low else 0):
+        middle = (low + high) / 2.0
+        low, high = (low, middle) if clear(middle) else (middle, high)
+    return high
+
+
+def _cleared(path: Array, bodies: Sequence[Cuboid], selected: Mask, fixed: Mask, up: Array | None) -> Array:
+    """A path (N, 3) [m] of which no selected segment comes into a body any more.
+
+    A segment that does is shifted aside with both its waypoints until it touches the body; as that may bring a
+    neighbour in, it is repeated. Where one waypoint is fixed, the other moves farther.
+    """
+    result, counts, free = path.copy(), selected[:-1] & selected[1:], selected & ~fixed
     for turn in range(ROUNDS):
         cut = False
-        for centre, radius in zip(centres, radii, strict=True):
-            closest, share = _closest(result - centre)
-            distance = lengths(closest)
-            deep = np.flatnonzero(counts & (distance < radius * (1.0 - 1e-9)))
+        for body in bodies:
+            distance, share = body.along(result[:-1], result[1:])
+            deep = np.flatnonzero(counts & (distance < -ROUNDING))
             if not len(deep):
                 continue
             cut = True
-            away = distance[deep, None]
-            side = perpendicular(result[deep + 1] - result[deep])
-            aside = np.where(away > 1e-9, closest[deep] / np.maximum(away, 1e-9), side)
-            # Between overlapping spheres a segment would go to and fro without growing strides.
-            shift = (radius * (1.0 + 1e-9) - away) * (1.0 + 0.1 * max(turn - 10, 0)) * aside
+            steps = result[deep + 1] - result[deep]
+            normals = body.signed(result[deep] + share[deep, None] * steps)[1]
+            aside = normals if up is None else normals - (normals @ up)[:, None] * up
+            size = lengths(aside)[:, None]
+            aside = np.where(size > 1e-6, aside / np.maximum(size, 1e-12), perpendicular(steps))
+            # Between overlapping bodies a segment would go to and fro without growing strides.
+            stride = (1.0 + 0.1 * max(turn - 10, 0)) / np.maximum(np.abs(dots(aside, normals)), 0.2)
+            shift = (ROUNDING - distance[deep])[:, None] * stride[:, None] * aside
             moves = np.zeros((2, *result.shape))
             for k, (ends, others) in enumerate(((deep, deep + 1), (deep + 1, deep))):
                 lever = np.abs(1.0 - k - share[deep])
@@ -122,39 +256,3 @@ def cleared(positions: Array, centres: Array, radii: Array, selected: Mask, fixe
         if not cut:
             break
     return result
-
-
-def _closest(path: Array) -> tuple[Array, Array]:
-    """The point of each segment (M, 3) of a path (M + 1, 3) that is closest to the origin, and its share of it (M,)."""
-    start, step = path[:-1], np.diff(path, axis=0)
-    share = np.clip(-dots(start, step) / np.maximum(dots(step, step), 1e-300), 0.0, 1.0)
-    return start + share[:, None] * step, share
-
-
-def _ways_out(away: Array, a: int, b: int, radius: float) -> Iterator[Array]:
-    q = away[a : b + 1]
-    lateral = _lateral(away[max(a - 1, 0) : b + 2])
-    along = q @ lateral
-    t = -along + np.sqrt(np.maximum(along**2 - (q**2).sum(axis=1) + radius**2, 0.0))
-    yield q + t[:, None] * lateral
-    distance = np.linalg.norm(q, axis=1, keepdims=True)
-    outward = np.divide(q, distance, out=np.tile(lateral, (len(q), 1)), where=distance > 1e-9)
-    yield radius * outward
-    start, end = outward[0], outward[-1]
-    angle = float(np.arccos(np.clip(start @ end, -1.0, 1.0)))
-    side = end - (end @ start) * start
-    length = float(np.linalg.norm(side))
-    side = side / length if length > 1e-6 else perpendicular(start[None])[0]
-    turn = (fractions(q) * angle)[:, None] if len(q) > 1 else np.zeros((1, 1))
-    yield radius * (np.cos(turn) * start + np.sin(turn) * side)
-
-
-def _lateral(path: Array) -> Array:
-    """Unit vector (3,) from the origin to the closest approach of a path (M, 3), perpendicular to the path there."""
-    closest, _ = _closest(path)
-    i = int(np.argmin(dots(closest, closest)))
-    step = path[i + 1] - path[i]
-    heading = step / max(float(np.linalg.norm(step)), 1e-12)
-    side = closest[i] - (closest[i] @ heading) * heading
-    length = float(np.linalg.norm(side))
-    return np.asarray(side / length) if length > 1e-9 else np.asarray(perpendicular(heading[None])[0])
