@@ -32,7 +32,7 @@ from ovita.request import MAX_INSTRUCTION, FeedbackOn, Request, Turn
 from ovita.result import Adaptation
 from ovita.text import sentence
 from ovita.writers.base import PolicyWriter, Progress, WriterInfo
-from ovita.writers.realised import FramesWriter
+from ovita.writers.builtin import FramesWriter
 
 CODE_TURNS = 2
 """How many of the last turns a writer is shown the code of."""

@@ -13,9 +13,8 @@ from ovita.chain import adapt
 from ovita.request import Request
 from ovita.result import Adaptation
 from ovita.writers.base import Reply, WriterInfo
-from ovita.writers.builtin import BuiltinWriter
+from ovita.writers.builtin import BuiltinWriter, reply_for
 from ovita.writers.prompt import Prompt
-from ovita.writers.realised import reply_for
 
 
 def by_parts(result: Adaptation, asked: Request, parts: Sequence[str], stages: dict[str, object]) -> Adaptation:

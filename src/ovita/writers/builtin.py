@@ -1,11 +1,13 @@
-"""The built-in policy writer: readers that need no key and no network, and a referee over them."""
+"""The built-in policy writer: readers that need no key and no network, a referee, and policies from the frames read."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from ovita.errors import OvitaError
-from ovita.instruct.frames import Reading
+from ovita.instruct.frames import Reading, SemanticFrame
+from ovita.policy import Policy
 from ovita.request import Request
 from ovita.text import quoted
 from ovita.units import ambiguous
@@ -57,8 +59,6 @@ def _decided(request: Request, effort: int) -> Reply:
 
 def _of(reading: Reading, request: Request, effort: int) -> Reply | None:
     """The policy for a reading, or the question why there is none; None where its frames do not fit together."""
-    from ovita.writers.realised import reply_for
-
     if not reading.frames or reading.question:
         return None
     ignored = (f"{quoted(reading.aside)} asks for nothing",) if reading.aside else ()
@@ -75,3 +75,66 @@ def _asked(reading: Reading) -> Reply:
 
 def _declined(unplaced: tuple[str, ...]) -> Reply:
     return Reply("not_understood", unplaced=unplaced, writer=WriterInfo("builtin"))
+
+
+def reply_for(
+    frames: Sequence[SemanticFrame],
+    request: Request,
+    *,
+    effort: int = 1,
+    notes: Sequence[str] = (),
+    question: str = "",
+    unplaced: Sequence[str] = (),
+) -> Reply:
+    """The built-in writer's reply for frames.
+
+    Args:
+        frames: What is asked for, in the order of the sentence.
+        request: With the trajectory and its scene.
+        effort: How much to exceed the usual amounts where none is stated; 1 is as usual.
+        notes: What was corrected or assumed in reading, for people.
+        question: What the reader has to ask back, or "".
+        unplaced: Words that no frame was read from; then there is no policy.
+    """
+    from ovita.instruct.realise import realise
+
+    draft = realise(frames, request.trajectory, request.scene, effort=effort)
+    question = question or draft.question
+    plan, info = tuple(draft.plan), WriterInfo("builtin")
+    if unplaced or question:
+        kind = "question" if question else "not_understood"
+        return Reply(kind, plan, question=question, unplaced=tuple(unplaced), writer=info)  # type: ignore[arg-type]
+    summary = " ".join(plan).replace("\\", "/").replace('"""', "'''").rstrip('"')
+    source = draft.source(summary)
+    return Reply(
+        "policy",
+        plan=plan,
+        code=source,
+        assumptions=(*notes, *draft.assumptions),
+        contacts=tuple(draft.contacts),
+        holds=tuple(draft.held) if len(draft.held) == len(frames) else (),
+        writer=info,
+        policy=Policy(source, "function", tuple(draft.parameters.values()), summary),
+        frames=tuple(frames),
+    )
+
+
+@dataclass(frozen=True)
+class FramesWriter:
+    """A writer that realises frames, whatever the words are.
+
+    Args:
+        frames: What is asked for.
+        unplaced: Words that no frame was read from; then nothing is written.
+        name: How it is named.
+    """
+
+    frames: tuple[SemanticFrame, ...]
+    unplaced: tuple[str, ...] = ()
+    name: str = "builtin"
+
+    def write(self, prompt: Prompt) -> Reply:
+        """Answer with the policy for the frames; with more effort if the last one did too little."""
+        if any(attempt.failure != "broken" for attempt in prompt.attempts):
+            return Reply("not_understood", unplaced=(prompt.request.instruction,), writer=WriterInfo("builtin"))
+        return reply_for(self.frames, prompt.request, effort=1 + len(prompt.attempts), unplaced=self.unplaced)
