@@ -270,9 +270,7 @@ def _finish(
     """Phases three and four: constrain, verify, measure, explain."""
     reply = attempt.reply
     rollout, before, restored = _with_ends_restored(request, rollout, attempt.outcomes)
-    meant = [*reply.contacts, *(name for turn in request.history for name in turn.contacts)]
-    named = [request.scene[name].name for name in meant if name in request.scene]
-    contacts = tuple(dict.fromkeys([*rollout.contacts, *named]))
+    contacts = _contacts(request, rollout, reply)
     options = constraints or ConstraintOptions()
     solution = _enforced(request, rollout, before, contacts, options)
     clock.lap("constrain")
@@ -317,6 +315,13 @@ def _finish(
     result = replace(result, explanation=explain(result))
     clock.lap("report")
     return replace(result, timings_ms=dict(clock.timings))
+
+
+def _contacts(request: Request, rollout: Rollout, reply: Reply) -> tuple[str, ...]:
+    """The objects that are meant to be touched, by this turn or an earlier one."""
+    meant = [*reply.contacts, *(name for turn in request.history for name in turn.contacts)]
+    named = [request.scene[name].name for name in meant if name in request.scene]
+    return tuple(dict.fromkeys([*rollout.contacts, *named]))
 
 
 def _with_ends_restored(

@@ -43,17 +43,19 @@ def described(parameter: Parameter, scene: Scene) -> Parameter:
     heading = next((w for w in (_TURNED.get(word, word) for word in words) if w in DIRECTIONS and len(w) > 1), "")
     direction = next((word for word, pattern in _WORDS if pattern.search(text)), "")
     speed = direction in ("faster", "slower") or dimension(parameter.unit) == "m/s"
-    role: Role = "by" if direction or heading or _SHIFT.search(text) else "to"
-    if _PLACING.search(text):
-        role = "other"
-    elif parameter.unit in ("", "x", "factor", "ratio") and _FACTOR.search(f"{text} {parameter.unit}"):
-        role = "factor"
-    elif speed and "added" not in words:
-        role = "to"
     names = [item.name for item in scene if set(canonical(item.name).split()) <= set(words)]
-    about = max(names, key=len, default="")
+    role = _role(parameter.unit, text, steady=speed and "added" not in words, turned=bool(direction or heading))
     direction = heading if heading and not speed else direction or heading
-    return replace(parameter, role=role, about=about, direction=direction)
+    return replace(parameter, role=role, about=max(names, key=len, default=""), direction=direction)
+
+
+def _role(unit: str, text: str, *, steady: bool, turned: bool) -> Role:
+    """What a parameter is for by its words: `steady` if it is a speed to keep, `turned` if they name a direction."""
+    if _PLACING.search(text):
+        return "other"
+    if unit in ("", "x", "factor", "ratio") and _FACTOR.search(f"{text} {unit}"):
+        return "factor"
+    return "by" if not steady and (turned or _SHIFT.search(text)) else "to"
 
 
 def frames_of(parameters: Sequence[Parameter], scene: Scene) -> tuple[SemanticFrame, ...]:
@@ -112,9 +114,7 @@ def values_after(
     """
     before = _standing(parameters, scene)
     if any(isinstance(edit, Drop) for edit in edits):
-        gone = [(f, names) for f, names in before if f not in after]
-        values = {name: _neutral(frame) for frame, names in gone for name in names.values()}
-        return {n: v for n, v in values.items() if v is not None} if gone and None not in values.values() else None
+        return _without_effect([(frame, names) for frame, names in before if frame not in after])
     if len(after) != len(before):
         return None
     found: dict[str, float | int] = {}
@@ -127,6 +127,12 @@ def values_after(
     present = {p.name: p.value for p in parameters}
     found = {n: (round(v) if isinstance(present[n], int) else v) for n, v in found.items() if present[n] != v}
     return found or None
+
+
+def _without_effect(gone: Standing) -> dict[str, float | int] | None:
+    """The values with which dropped frames do nothing; None if there is none, or nothing was dropped."""
+    values = {name: _neutral(frame) for frame, names in gone for name in names.values()}
+    return {n: v for n, v in values.items() if v is not None} if gone and None not in values.values() else None
 
 
 def _neutral(frame: SemanticFrame) -> float | None:

@@ -321,17 +321,17 @@ def _side(case: _Case) -> Outcome:
     at_least, at_most = (case.values.get(name) for name in ("at_least", "at_most"))
     exact = at_least is not None and at_least == at_most
     slack = _about if exact or within is not None else _hardly
-    bounds = []
-    if at_least is not None:
-        inset = 0.0 if exact else half
-        before, now = None if old is None else old[0] - inset, new[0] - inset
-        said = f"at least {now:.3f} m {word} of {'the surface of ' if inset else ''}{place}"
-        bounds.append(_Bound(1.0, at_least, before, now, slack(at_least), said))
-    if at_most is not None:
-        before, now = None if old is None else old[1], new[1]
-        bounds.append(_Bound(-1.0, at_most, before, now, slack(at_most), f"at most {now:.3f} m {word} of {place}"))
-    asked = " to ".join(f"{value:g}" for value in dict.fromkeys((at_least, at_most)) if value is not None)
-    return _bounded(bounds, "the path is ", f" (asked {asked} m)")
+    inset, bounds = (0.0 if exact else half), []
+    for sign, asked, before, now in (
+        (1.0, at_least, old and old[0] - inset, new[0] - inset),
+        (-1.0, at_most, old and old[1], new[1]),
+    ):
+        if asked is not None:
+            surface = "the surface of " if inset and sign > 0 else ""
+            said = f"at {'least' if sign > 0 else 'most'} {now:.3f} m {word} of {surface}{place}"
+            bounds.append(_Bound(sign, asked, before, now, slack(asked), said))
+    wish = " to ".join(f"{bound:g}" for bound in dict.fromkeys((at_least, at_most)) if bound is not None)
+    return _bounded(bounds, "the path is ", f" (asked {wish} m)")
 
 
 def _reaches(away: Array, part: Mask | None, axis: Array, within: float | None) -> tuple[float, float] | None:

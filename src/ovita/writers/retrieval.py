@@ -36,13 +36,7 @@ def terms(text: str, objects: Iterable[str] = ()) -> list[str]:
         text: A sentence.
         objects: Names of objects that it may mention, whole or by their last word.
     """
-    text = " ".join(text.lower().split())
-    names = {" ".join(re.sub(r"[\W_]+", " ", name.lower()).split()) for name in objects}
-    names |= {name.rpartition(" ")[2] for name in names}
-    for name in sorted(filter(_telling, names), key=lambda n: (-len(n), n)):
-        text = re.sub(rf"(?<!\w){name.replace(' ', '[ _-]')}(?:e?s)?(?!\w)", OBJECT, text)
-    words = [NUMBER if word[0].isdigit() or word[0] == "." else word for word in _WORD.findall(text)]
-    words = [w for i, w in enumerate(words) if not (i and words[i - 1] == NUMBER and symbol(w) in _LENGTHS)]
+    words = _words(_with_objects_alike(" ".join(text.lower().split()), objects))
     main: list[str] = []
     besides: list[str] = []
     i = 0
@@ -55,6 +49,20 @@ def terms(text: str, objects: Iterable[str] = ()) -> list[str]:
             besides += [f"~{_stem(word)}" for word in words[i : i + used] if not is_filler(word)]
         i += max(used, 1)
     return [*main, *besides, *(f"{a} {b}" for a, b in pairwise(main))]
+
+
+def _with_objects_alike(text: str, objects: Iterable[str]) -> str:
+    names = {" ".join(re.sub(r"[\W_]+", " ", name.lower()).split()) for name in objects}
+    names |= {name.rpartition(" ")[2] for name in names}
+    for name in sorted(filter(_telling, names), key=lambda n: (-len(n), n)):
+        text = re.sub(rf"(?<!\w){name.replace(' ', '[ _-]')}(?:e?s)?(?!\w)", OBJECT, text)
+    return text
+
+
+def _words(text: str) -> list[str]:
+    """The words of a text, numbers alike and without the unit of length behind them."""
+    words = [NUMBER if word[0].isdigit() or word[0] == "." else word for word in _WORD.findall(text)]
+    return [w for i, w in enumerate(words) if not (i and words[i - 1] == NUMBER and symbol(w) in _LENGTHS)]
 
 
 class Index:
