@@ -8,7 +8,7 @@ import sys
 import webbrowser
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from importlib.resources import as_file, files
 from importlib.util import find_spec
 from typing import Any, Literal, NoReturn
@@ -56,6 +56,48 @@ from ovita.paths.robot import Robot
 from ovita.request import FeedbackOn, Request
 from ovita.result import Adaptation, accept
 from ovita.writers.base import PolicyWriter, writer_named
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """What is wanted of a result.
+
+    Args:
+        result, trajectory, picture: Names of files to write.
+        code: Whether the report shows the policy.
+        as_json: Whether JSON is printed instead of a report.
+        accepting: Whether a proposal is done without asking.
+    """
+
+    result: str | None
+    trajectory: str | None
+    picture: str | None
+    code: bool
+    as_json: bool
+    accepting: bool
+
+    @property
+    def files(self) -> list[str]:
+        """The files to write."""
+        return [path for path in (self.result, self.trajectory, self.picture) if path]
+
+    def check(self, source: str) -> None:
+        """Refuse what cannot be written, or over its source, before anything is, so that no half is left behind."""
+        if self.picture:
+            check_picture(self.picture)
+        if self.trajectory and os.path.splitext(self.trajectory)[1].lower() not in WRITTEN:
+            raise FormatError(self.trajectory, f"trajectories are written as {', '.join(WRITTEN)}")
+        if self.result and not self.result.lower().endswith(".json"):
+            problem = "a result is JSON; name a .json file, or use --trajectory for the adapted trajectory alone"
+            raise FormatError(self.result, problem)
+        named = Counter(os.path.realpath(path) for path in (source, *self.files))
+        for twice in [path for path, count in named.items() if count > 1]:
+            raise FormatError(twice, "is named twice, so one would overwrite the other; name another file")
+        for path in self.files:
+            if os.path.isdir(path):
+                raise FormatError(path, "is a directory; name a file in it")
+            if not os.path.isdir(os.path.dirname(path) or "."):
+                raise FormatError(path, "its folder does not exist; make it first")
 
 
 @click.command()
@@ -111,14 +153,13 @@ def command(
     Where the reading is not certain, it is shown and asked about. Without a terminal to ask on, the exit code is 3 and
     --out holds the finished proposal; `ovita adapt RESULT --accept` takes the one that a saved result holds.
     """
-    _check_outputs(file, out, trajectory_out, plot_out)
+    outputs = Outputs(out, trajectory_out, plot_out, code, as_json, accepting)
+    outputs.check(file)
     choices = choices_from(options)
     if not is_address(file) and is_skill(file):
         from ovita.cli.skills_ import adapt_file
 
-        adapt_file(
-            file, instruction or "", on or "current", (out, trajectory_out, plot_out), as_json, accepting, options
-        )
+        adapt_file(file, instruction or "", on or "current", outputs, options)
     if on is not None:
         raise RequestError(f"--on is for skills; in a conversation say it: ovita chat {file}")
     bare = load_bare(file) if options["scene_file"] is None else None
@@ -136,60 +177,44 @@ def command(
         from ovita.cli.plan_ import generated
 
         result, task = generated(bare, file, instruction, planner, options, stages, as_json=as_json)
-        _finish(result, task, options, writer, (out, trajectory_out, plot_out), code, as_json, accepting)
+        _finish(result, task, options, writer, outputs)
     task = open_task(file, scene_file=options["scene_file"], frame=options["frame"], choices=choices)
     if trajectory_out:
         rendered(trajectory_out, task.trajectory, task.scene, choices=choices)
     if accepting and instruction is None and not is_address(file) and is_adaptation(file):
-        _report(_accepted(file), task, choices, (out, trajectory_out, plot_out), code=code, as_json=as_json)
+        _report(_accepted(file), task, choices, outputs)
     text = instruction if instruction is not None else task.instruction
     if instruction is None and not text.strip():
         raise RequestError(f"{file} holds no instruction; add one: ovita adapt {file} 'slow down near the cup'")
     request = Request(text, task.trajectory, task.scene, robot_from(task, options["robot"], options["max_speed"]))
     with waiting(f"{writer.name} writes a policy", quiet=as_json) as tell:
         result = adapt(request, progress=tell, **stages)
-    _finish(result, task, options, writer, (out, trajectory_out, plot_out), code, as_json, accepting)
+    _finish(result, task, options, writer, outputs)
 
 
 def _finish(
-    result: Adaptation,
-    task: Task,
-    options: dict[str, Any],
-    writer: PolicyWriter,
-    outputs: tuple[str | None, str | None, str | None],
-    code: bool,
-    as_json: bool,
-    accepting: bool,
+    result: Adaptation, task: Task, options: dict[str, Any], writer: PolicyWriter, outputs: Outputs
 ) -> NoReturn:
     """Ask about a proposal, write what was asked for and report."""
-    if result.proposal is not None and (accepting or (not as_json and _agrees(result))):
+    if result.proposal is not None and (outputs.accepting or (not outputs.as_json and _agrees(result))):
         result = accept(result)
     notes = (*notes_on(task, options["robot"]), *notes_on_writer(writer))
-    _report(result, task, choices_from(options), outputs, code=code, as_json=as_json, notes=notes)
+    _report(result, task, choices_from(options), outputs, notes)
 
 
-def _report(
-    result: Adaptation,
-    task: Task,
-    choices: Choices,
-    outputs: tuple[str | None, str | None, str | None],
-    *,
-    code: bool,
-    as_json: bool,
-    notes: Sequence[str] = (),
-) -> NoReturn:
+def _report(result: Adaptation, task: Task, choices: Choices, outputs: Outputs, notes: Sequence[str] = ()) -> NoReturn:
     """Write the requested files, show the result, and exit with its code."""
-    written, lost = _write(result, *outputs, task, choices)
-    if as_json:
+    written, lost = _write(result, outputs, task, choices)
+    if outputs.as_json:
         click.echo(json.dumps(result.to_document(), ensure_ascii=False))
     else:
-        show(result, code=code)
+        show(result, code=outputs.code)
         show_notes(notes)
         for path in written:
             click.echo(f"wrote {path}")
         show_notes(lost)
         if result.proposal is not None:
-            saved = f"ovita adapt {outputs[0]} --accept" if outputs[0] else "the same command with --accept"
+            saved = f"ovita adapt {outputs.result} --accept" if outputs.result else "the same command with --accept"
             click.echo(f"If that is what you mean: {plain(saved)}")
     raise SystemExit(EXIT_OF[result.status])
 
@@ -224,45 +249,16 @@ def _accepted(file: str) -> Adaptation:
     return accept(saved)
 
 
-def _check_outputs(file: str, out: str | None, trajectory_out: str | None, plot_out: str | None) -> None:
-    """Refuse outputs that cannot be written before anything is, so that no half of them is left behind."""
-    if plot_out:
-        check_picture(plot_out)
-    if trajectory_out and os.path.splitext(trajectory_out)[1].lower() not in WRITTEN:
-        raise FormatError(trajectory_out, f"trajectories are written as {', '.join(WRITTEN)}")
-    if out and not out.lower().endswith(".json"):
-        problem = "a result is JSON; name a .json file, or use --trajectory for the adapted trajectory alone"
-        raise FormatError(out, problem)
-    outputs = [path for path in (out, trajectory_out, plot_out) if path]
-    named = Counter(os.path.realpath(path) for path in (file, *outputs))
-    for twice in [path for path, count in named.items() if count > 1]:
-        raise FormatError(twice, "is named twice, so one would overwrite the other; name another file")
-    for path in outputs:
-        if os.path.isdir(path):
-            raise FormatError(path, "is a directory; name a file in it")
-        if not os.path.isdir(os.path.dirname(path) or "."):
-            raise FormatError(path, "its folder does not exist; make it first")
-
-
-def _write(
-    result: Adaptation,
-    out: str | None,
-    trajectory_out: str | None,
-    plot_out: str | None,
-    task: Task,
-    choices: Choices,
-) -> tuple[list[str], tuple[str, ...]]:
+def _write(result: Adaptation, outputs: Outputs, task: Task, choices: Choices) -> tuple[list[str], tuple[str, ...]]:
     """Write the requested files; return their names and notes on what the trajectory's format cannot hold."""
-    written: list[str] = []
     lost: tuple[str, ...] = ()
-    if out:
-        result.save(out)
-        written.append(out)
+    if outputs.result:
+        result.save(outputs.result)
     if not result.usable:
-        return written, lost
-    if trajectory_out:
+        return [outputs.result] if outputs.result else [], lost
+    if outputs.trajectory:
         lost = save_trajectory(
-            trajectory_out,
+            outputs.trajectory,
             result.adapted,
             result.scene,
             result.instruction,
@@ -270,11 +266,9 @@ def _write(
             choices=choices,
             verdict=result.verdict,
         )
-        written.append(trajectory_out)
-    if plot_out:
-        draw(result, plot_out)
-        written.append(plot_out)
-    return written, lost
+    if outputs.picture:
+        draw(result, outputs.picture)
+    return outputs.files, lost
 
 
 def _without_covariance(extra: Mapping[str, Any]) -> dict[str, Any]:

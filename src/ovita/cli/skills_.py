@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
@@ -22,6 +22,9 @@ from ovita.sources.learning import learn as learn_skill
 from ovita.sources.skills import COVARIANCE, KINDS, GeneratedPath, Skill, SkillKind
 from ovita.text import counted, length
 from ovita.writers.base import writer_named
+
+if TYPE_CHECKING:
+    from ovita.cli.adapt_ import Outputs
 
 
 @click.command()
@@ -175,16 +178,13 @@ def adapt_file(
     file: str,
     instruction: str,
     on: FeedbackOn,
-    outputs: tuple[str | None, str | None, str | None],
-    as_json: bool,
-    accepting: bool,
+    outputs: Outputs,
     options: Mapping[str, Any],
 ) -> NoReturn:
     """Adapt a skill's mean to an instruction and write the skill, its trajectory and its picture where asked."""
     from ovita.cli.adapt_ import draw
     from ovita.sources.adapted_skills import adapt_skill
 
-    out, trajectory_out, plot_out = outputs
     skill = Skill.load(file)
     limits = load_robot(options["robot"] or "none")
     writer = writer_named(options["writer"], base_url=options["base_url"], temperature=options["temperature"])
@@ -196,22 +196,22 @@ def adapt_file(
         robot=robot,
         writer=writer,
         constraints=constraints_from(dict(options)),
-        accepting=accepting,
+        accepting=outputs.accepting,
     )
     result, made, lost = edited.result, edited.skill.generate().task(instruction), tuple[str, ...]()
-    if result.usable and out:
-        edited.skill.save(out)
-    if result.usable and trajectory_out:
-        lost = save_task(trajectory_out, made)
-    if result.usable and plot_out:
-        draw(result, plot_out, tube=made.extra.get(COVARIANCE))
-    if as_json:
+    if result.usable and outputs.result:
+        edited.skill.save(outputs.result)
+    if result.usable and outputs.trajectory:
+        lost = save_task(outputs.trajectory, made)
+    if result.usable and outputs.picture:
+        draw(result, outputs.picture, tube=made.extra.get(COVARIANCE))
+    if outputs.as_json:
         click.echo(json.dumps(result.to_document(), ensure_ascii=False))
     else:
         show(result)
         show_notes((*edited.notes, *lost))
         if result.proposal is not None:
             click.echo("If that is what you mean: the same command with --accept")
-        for path in [path for path in outputs if path and result.usable]:
+        for path in outputs.files if result.usable else ():
             click.echo(f"wrote {path}")
     raise SystemExit(EXIT_OF[result.status])

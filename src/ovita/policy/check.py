@@ -233,24 +233,22 @@ class _Check(ast.NodeVisitor):
 
     def visit_Name(self, node: ast.Name) -> None:
         name = node.id
-        if not isinstance(node.ctx, ast.Load):
+        if not isinstance(node.ctx, ast.Load) or name in self.bound or name in PROVIDED:
             self.binding(name, node)
-            return
-        if name in self.bound or name in PROVIDED:
-            self.binding(name, node)
-            return
-        if name == "type":
+        elif name == "type":
             raise _reject(node, "a policy may call type(value) with one value, and nothing else with type")
-        if name in BUILTINS:
-            return
-        if name in REASONS and (hasattr(builtins, name) or is_dunder(name)):
-            raise _reject(node, f"{REASONS[name]} ({name})" if "open files" not in REASONS[name] else REASONS[name])
-        if hasattr(builtins, name) or is_dunder(name):
+        elif name not in BUILTINS:
+            self.foreign(name, node)
+
+    def foreign(self, name: str, node: ast.Name) -> None:
+        """Refuse a name that is neither bound nor provided, unless a star import may have brought it."""
+        inbuilt, why = hasattr(builtins, name) or is_dunder(name), REASONS.get(name, "")
+        if inbuilt and not why:
             raise _reject(node, f"a policy may not use {name}")
-        if self.star:
+        if self.star and not inbuilt:
             return
-        if name in REASONS:
-            raise _reject(node, f"{REASONS[name]} ({name})")
+        if why:
+            raise _reject(node, why if inbuilt and "open files" in why else f"{why} ({name})")
         known = [n for n in sorted(PROVIDED | BUILTINS | self.bound) if len(n) <= _LONGEST_HINT][:2000]
         near = difflib.get_close_matches(name[:_LONGEST_HINT], known, 1, 0.75)
         hint = f"; did you mean {near[0]}?" if near else ""
