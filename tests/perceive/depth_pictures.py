@@ -45,7 +45,7 @@ def picture(things, eye=(-0.7, 0.0, 0.6), target=(0.0, 0.0, 0.0), size=(160, 120
     f = 0.95 * wide
     k = np.array([[f, 0.0, (wide - 1) / 2], [0.0, f, (high - 1) / 2], [0.0, 0.0, 1.0]])
     blank = View(np.ones((high, wide)), k, camera(eye, target))
-    rays, eye = blank.rays.reshape(-1, 3), np.asarray(eye, dtype=float)
+    rays, eye = (blank.points - blank.center).reshape(-1, 3), np.asarray(eye, dtype=float)
     depth, rgb = np.full(len(rays), np.nan), np.zeros((len(rays), 3), dtype=np.uint8)
     if table:
         with np.errstate(divide="ignore"):

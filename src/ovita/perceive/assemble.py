@@ -16,9 +16,10 @@ from ovita.paths.trajectory import Array
 from ovita.perceive.detect import Detector, Found, Sighting, mask_of, sighting
 from ovita.perceive.doubts import doubts, strange_sizes
 from ovita.perceive.evidence import Evidence, evidence_of, joined
-from ovita.perceive.fit import Solid, fit
+from ovita.perceive.fit import fit
 from ovita.perceive.looks import Look, assign, colour_of, distinct, names_of_support, support_word
 from ovita.perceive.segment import Footing, Plane, Segments, segment
+from ovita.perceive.solids import Solid
 from ovita.perceive.space import SpaceSegments, taken_apart
 from ovita.perceive.support import description, support_object
 from ovita.perceive.view import Mask, View

@@ -145,7 +145,7 @@ def _other_poses(view: View, support: Plane | None, up: Array) -> Iterator[str]:
 def _level_share(view: View, pose: Array, up: Array) -> float:
     """Share of the pixels on a level support beneath the camera, if it had this pose (4, 4); 0 without one."""
     points = _some_points(view, pose)
-    plane = support_of(points[None], np.full((1, len(points)), 0.003), up)
+    plane = support_of(points, np.full(len(points), 0.003), up)
     if plane is None or plane.heights(pose[:3, 3]) <= 0.0 or _lean(plane, up) > LEANING:
         return 0.0
     return _share(view, pose, plane)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -57,6 +58,16 @@ class Evidence:
     cut: bool = False
     hidden: float = 0.0
 
+    @cached_property
+    def point_weights(self) -> Array:
+        """One over the standard deviation of each point (N,) [1/m]."""
+        return np.asarray(1.0 / np.hypot(self.point_noise, 5e-4))
+
+    @cached_property
+    def ray_weights(self) -> Array:
+        """One over how far each line may be off (E,) [1/m]."""
+        return np.asarray(1.0 / self.ray_noise)
+
     def turned(self, axes: Array, origin: Array) -> Evidence:
         """The same in other axes: rows of `axes` (3, 3) are unit vectors, `origin` (3,) becomes zero."""
         return Evidence(
@@ -100,35 +111,72 @@ def joined(parts: Sequence[Evidence], views: int) -> Evidence:
 
 def evidence_of(view: View, mask: Mask, parts: Segments) -> Evidence:
     """What one view says about the thing at the pixels of a mask (H, W)."""
-    solid = mask & view.seen & np.isfinite(parts.depth)
-    points, point_noise = _surface(view, solid, parts.noise)
-    directions, noise, hidden, cut = _outline(view, solid, parts)
-    few = _some(len(directions), EDGES)
+    patch = _Patch.around(view, mask, parts)
+    points, point_noise = _surface(patch)
+    rays, ray_noise, hidden = _outline(patch)
+    few = _some(len(rays), EDGES)
     return Evidence(
         points,
         point_noise,
         np.broadcast_to(view.center, (len(few), 3)),
-        directions[few],
-        noise[few],
-        int(solid.sum()),
-        cut=cut,
+        rays[few],
+        ray_noise[few],
+        int(patch.mask.sum()),
+        cut=patch.cut,
         hidden=hidden,
     )
 
 
-def _surface(view: View, mask: Mask, noise: Array) -> tuple[Array, Array]:
+@dataclass(frozen=True, eq=False)
+class _Patch:
+    """A part of a picture: one thing, and `GAP` pixels around it.
+
+    Args:
+        view: The whole picture.
+        mask: The thing's pixels, (h, w) like all that follow; none at the patch's own border.
+        depth: Smoothed depth [m], nan beyond the picture.
+        noise: Of the depth [m].
+        inside: Which pixels lie in the picture.
+        corner: Row and column of its first pixel in the picture.
+    """
+
+    view: View
+    mask: Mask
+    depth: Array
+    noise: Array
+    inside: Mask
+    corner: tuple[int, int]
+
+    @classmethod
+    def around(cls, view: View, mask: Mask, parts: Segments) -> _Patch:
+        """Around the pixels of a mask (H, W) that have depth."""
+        rows, columns = (np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0))
+        spans = [(int(at[0]) - GAP, int(at[-1]) + 1 + GAP) if len(at) else (0, 0) for at in (rows, columns)]
+        place = tuple(slice(max(low, 0), high) for low, high in spans)
+        depth = parts.depth[place]
+        lack = [(max(-low, 0), max(high - size, 0)) for (low, high), size in zip(spans, view.shape, strict=True)]
+        solid = np.pad(mask[place] & view.seen[place] & np.isfinite(depth), lack)
+        beyond = np.pad(depth, lack, constant_values=np.nan)
+        noise, inside = np.pad(parts.noise[place], lack), np.pad(np.ones(depth.shape, dtype=bool), lack)
+        return cls(view, solid, beyond, noise, inside, (spans[0][0], spans[1][0]))
+
+    @property
+    def cut(self) -> bool:
+        """Whether the border of the picture cuts the thing."""
+        return bool((_grown(self.mask) & ~self.inside).any())
+
+
+def _surface(patch: _Patch) -> tuple[Array, Array]:
     """Points of a surface (N, 3) and their noise (N,) [m]: where there are many pixels, means over small squares."""
-    rows, columns = (np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0))
-    if not len(rows):
-        return np.zeros((0, 3)), np.zeros(0)
-    inner = _inner(mask) if mask.sum() > 4 * POINTS else mask
+    mask = patch.mask
+    inner = ~_grown(~mask) if mask.sum() > 4 * POINTS else mask
     side = int(np.clip(np.sqrt(inner.sum() / (3 * POINTS)), 1, WIDEST))
-    box = (slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1))
-    kept, cloud, sigma = (_squares(values[box], side) for values in (inner, view.points, noise))
-    full = kept.all(axis=1)
-    points, spread = cloud[full].mean(axis=1), sigma[full].mean(axis=1) / side
-    chosen = _some(len(points), POINTS)
-    return points[chosen], spread[chosen]
+    full = np.flatnonzero(_squares(inner, side).all(axis=1))
+    chosen = full[_some(len(full), POINTS)]
+    rows, columns = (_squares(at + np.zeros(mask.shape, dtype=int), side)[chosen] for at in np.indices(mask.shape))
+    rows, columns = rows + patch.corner[0], columns + patch.corner[1]
+    cloud = patch.view.located(rows, columns, patch.view.depth[rows, columns])
+    return cloud.mean(axis=1), _squares(patch.noise, side)[chosen].mean(axis=1) / side
 
 
 def _squares(values: Any, side: int) -> Any:
@@ -143,52 +191,39 @@ def _some(count: int, most: int) -> Indices:
     return np.random.default_rng(SEED).choice(count, min(most, count), replace=False)
 
 
-def _inner(mask: Mask) -> Mask:
-    """The mask without its outermost pixels."""
-    kept = mask.copy()
-    kept[1:] &= mask[:-1]
-    kept[:-1] &= mask[1:]
-    kept[:, 1:] &= mask[:, :-1]
-    kept[:, :-1] &= mask[:, 1:]
-    return kept
+def _grown(mask: Mask) -> Mask:
+    """The mask and the pixels beside it."""
+    more = mask.copy()
+    more[1:] |= mask[:-1]
+    more[:-1] |= mask[1:]
+    more[:, 1:] |= mask[:, :-1]
+    more[:, :-1] |= mask[:, 1:]
+    return more
 
 
-def _outline(view: View, mask: Mask, parts: Segments) -> tuple[Array, Array, float, bool]:
-    """Lines of sight between a thing and what lies behind it, their uncertainty, the share hidden, and whether cut."""
-    rows, columns = np.nonzero(mask)
-    high, wide = view.shape
-    cut = bool(rows.min(initial=high) == 0 or columns.min(initial=wide) == 0)
-    cut |= bool(rows.max(initial=0) == high - 1 or columns.max(initial=0) == wide - 1)
+def _outline(patch: _Patch) -> tuple[Array, Array, float]:
+    """Lines of sight between a thing and what lies behind it, their uncertainty, and the share of it that is hidden."""
+    rows, columns = np.nonzero(patch.mask & _grown(~patch.mask))
     places, widths, depths = [np.zeros((0, 2))], [np.zeros(0)], [np.zeros(0)]
     outer = occluded = 0
     for dy, dx in ((0, 1), (0, -1), (1, 0), (-1, 0)):
-        y, x = rows, columns
-        edge = ~_at(mask, y + dy, x + dx, True)
-        y, x = y[edge], x[edge]
-        z, jump = parts.depth[y, x], np.maximum(0.012, 4.0 * parts.noise[y, x])
-        slope = SLOPE * z / view.focal
+        edge = patch.inside[rows + dy, columns + dx] & ~patch.mask[rows + dy, columns + dx]
+        y, x = rows[edge], columns[edge]
+        z, jump = patch.depth[y, x], np.maximum(0.012, 4.0 * patch.noise[y, x])
+        slope = SLOPE * z / patch.view.focal
         outer += len(y)
         open_ = np.ones(len(y), dtype=bool)
         for k in range(1, GAP + 1):
-            beyond = _at(parts.depth, y + k * dy, x + k * dx, np.nan)
-            known = open_ & np.isfinite(beyond)
-            clear = known & (beyond > z + jump + k * slope)
-            occluded += int((known & (beyond < z - jump - k * slope)).sum())
+            beyond = patch.depth[y + k * dy, x + k * dx]
+            clear = open_ & (beyond > z + jump + k * slope)
+            occluded += int((open_ & (beyond < z - jump - k * slope)).sum())
             places.append(np.column_stack([x[clear] + 0.5 * k * dx, y[clear] + 0.5 * k * dy]))
             widths.append(np.full(int(clear.sum()), float(k)))
             depths.append(z[clear])
-            open_ &= ~known & ~_at(mask, y + k * dy, x + k * dx, False)
+            open_ &= np.isnan(beyond) & ~patch.mask[y + k * dy, x + k * dx]
     place, width, depth = np.concatenate(places), np.concatenate(widths), np.concatenate(depths)
-    pixels = np.column_stack([place, np.ones(len(place))])
-    rays = pixels @ np.linalg.inv(view.intrinsics).T @ view.pose[:3, :3].T
+    rays = patch.view.located(place[:, 1] + patch.corner[0], place[:, 0] + patch.corner[1], np.ones(len(place)))
+    rays = rays - patch.view.center
     rays = rays / np.linalg.norm(rays, axis=1)[:, None]
-    noise = np.hypot(0.3, 0.3 * width) * depth / view.focal
-    return rays, noise, occluded / max(outer, 1), cut
-
-
-def _at(values: Any, rows: Indices, columns: Indices, outside: float | bool) -> Any:
-    """Values at pixels, `outside` beyond the picture."""
-    high, wide = values.shape
-    inside = (rows >= 0) & (rows < high) & (columns >= 0) & (columns < wide)
-    found = values[np.clip(rows, 0, high - 1), np.clip(columns, 0, wide - 1)]
-    return np.where(inside, found, outside)
+    noise = np.hypot(0.3, 0.3 * width) * depth / patch.view.focal
+    return rays, noise, occluded / max(outer, 1)

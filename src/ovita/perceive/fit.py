@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from functools import cached_property
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -17,21 +17,20 @@ from scipy.spatial.transform import Rotation
 from ovita.paths.trajectory import Array
 from ovita.perceive.evidence import Evidence
 from ovita.perceive.segment import SEED
+from ovita.perceive.solids import CAUCHY, Kind, Solid, losses, misfits, undersides
 from ovita.perceive.view import Mask
-
-Kind = Literal["box", "cylinder", "sphere"]
-
-CAUCHY = 2.5
-"""Residual, in standard deviations, from which a pixel counts for less and less."""
 
 ROUNDS = 20
 """Steps of a fit at most."""
 
-HEAT = 4
+HEAT = 3
 """Steps after which a family whose loss is `HOPELESS` times the best is given up."""
 
 HOPELESS = 3.0
 """See `HEAT`."""
+
+RIVALLING = 1.5
+"""Loss on a part of the evidence, in times the best one's, up to which another kind is tried on all of it."""
 
 THIN = 90
 """Points, and lines of sight, on which the families of shapes are compared first."""
@@ -53,37 +52,6 @@ SMALLEST = 0.004
 
 
 @dataclass(frozen=True, eq=False)
-class Solid:
-    """A primitive shape.
-
-    Args:
-        kind: A box; a cylinder along its own z axis; a sphere.
-        center: (3,) [m].
-        rotation: (3, 3), columns are its axes.
-        size: Full edge lengths of the cuboid around it (3,) [m].
-        loss: Mean loss of the pixels, and a little for every number of the shape; 0.4 is noise alone.
-        spread: Median distance of the measured points to its surface [m].
-        tilted: Whether it stands on none of its faces.
-        regular: Whether it explains the pixels; if not, it is the box around them.
-    """
-
-    kind: Kind
-    center: Array
-    rotation: Array
-    size: Array
-    loss: float = float("nan")
-    spread: float = float("nan")
-    tilted: bool = False
-    regular: bool = True
-
-    def turned(self, axes: Array, origin: Array) -> Solid:
-        """Back from axes whose rows are (3, 3) and whose zero is `origin` (3,) in the world."""
-        center, rotation = axes.T @ self.center + origin, axes.T @ self.rotation
-        rotation, size = _plainest(self.kind, rotation, self.size)
-        return replace(self, center=center, rotation=rotation, size=size)
-
-
-@dataclass(frozen=True, eq=False)
 class _Model:
     """A family of solids: where it starts, and in which directions its nine numbers may change.
 
@@ -97,6 +65,18 @@ class _Model:
     grounded: bool = False
     """Whether it reaches down to the support, so that its underside is never seen."""
     tilted: bool = False
+    resting: bool = False
+    """Whether its lowest point is likely to be on the support."""
+
+    @cached_property
+    def steps(self) -> Array:
+        """By how much each direction is varied for its slope (K,) [m or rad]."""
+        return np.where(np.abs(self.basis[3:6]).max(axis=0) > 0, 1e-3, 1e-4)
+
+    @cached_property
+    def around(self) -> Array:
+        """No change, and one step in each direction, (1 + K, 9)."""
+        return np.vstack([np.zeros(len(self.steps)), np.diag(self.steps)]) @ self.basis.T
 
 
 def fit(evidence: Evidence, *, supported: bool, hints: Sequence[Solid] = (), rough: bool = False) -> Solid:
@@ -153,7 +133,7 @@ def _enclosing(evidence: Evidence, loss: float, *, supported: bool) -> Solid:
 def _standing(evidence: Evidence) -> list[_Model]:
     """Upright boxes and cylinders, cylinders that lie, and balls."""
     boxes = _upright_boxes(evidence.points)
-    order = _losses("box", boxes, np.eye(3), evidence, grounded=True).argsort()
+    order = losses(misfits("box", boxes, np.eye(3), evidence, grounded=True)).argsort()
     first = boxes[order[0]]
     others = [boxes[i] for i in order[1:] if 0.2 < abs(boxes[i][5] - first[5]) < np.pi / 2 - 0.2]
     models = [_Model("box", start, np.eye(3), _UPRIGHT_BOX, grounded=True) for start in [first, *others[:1]]]
@@ -189,7 +169,7 @@ def _floating(evidence: Evidence) -> list[_Model]:
     for start, turn in zip(starts, turns, strict=True):
         start[:3], start[6:] = _extent(evidence.points, turn)
         start[3:6] = Rotation.from_matrix(turn).as_rotvec()
-    order = _losses("box", starts, np.eye(3), evidence, grounded=False).argsort()
+    order = losses(misfits("box", starts, np.eye(3), evidence, grounded=False)).argsort()
     models = []
     for i in _apart(turns, order, 3):
         level = np.where(np.arange(9) // 3 == 1, 0.0, starts[i])
@@ -295,176 +275,76 @@ def _best(models: Sequence[_Model], evidence: Evidence, *, supported: bool, roug
     """The solid of several families that fits best.
 
     All are tried on a part of the evidence, the hopeless ones for a few steps only; then on all of it the best, the
-    best of another kind, and while none explains the pixels, the next two.
+    best of another kind unless it is far worse, and while none explains the pixels, the next two.
     """
     part = evidence.thinned(THIN)
-
-    def improved(i: int, start: Array, seen: Evidence, rounds: int = ROUNDS) -> tuple[Array, float]:
-        model = replace(models[i], start=start)
-        return _improved(model, seen, resting=supported and not model.grounded, rounds=rounds)
-
-    heats = [improved(i, model.start, part, HEAT) for i, model in enumerate(models)]
+    heats = [_improved(replace(one, resting=supported and not one.grounded), part, HEAT) for one in models]
     limit = max(HOPELESS * min(loss for _, loss in heats), POOR)
-    raced = {i: improved(i, start, part) for i, (start, loss) in enumerate(heats) if loss <= limit}
-    order = sorted(raced, key=lambda i: raced[i][1])
-    rivals = [i for i in order if models[i].kind != models[order[0]].kind][:1]
+    raced = sorted((_improved(one, part, ROUNDS) for one, loss in heats if loss <= limit), key=lambda run: run[1])
+    (first, least), *rest = raced
+    rivals = [one for one, loss in rest if one.kind != first.kind and loss < RIVALLING * least][:1]
+    others = [one for one, _ in rest[:3] if one not in rivals]
     solids: list[Solid] = []
-    for i in dict.fromkeys([order[0], *rivals, *order[1:4]]):
-        state = raced[i][0] if rough else improved(i, raced[i][0], evidence)[0]
-        solids.append(_solid(models[i], state, evidence))
+    for model in (first, *rivals, *others):
+        solids.append(_solid(model if rough else _improved(model, evidence, ROUNDS)[0], evidence))
         if len(solids) > len(rivals) and min(one.loss for one in solids) <= POOR:
             break
     return min(solids, key=lambda one: one.loss)
 
 
-def _improved(model: _Model, evidence: Evidence, *, resting: bool, rounds: int) -> tuple[Array, float]:
-    """The numbers (9,) of a family's member that fits best, and its loss with priors.
+def _improved(model: _Model, evidence: Evidence, rounds: int) -> tuple[_Model, float]:
+    """A family at its member that fits best, and the loss of that with priors.
 
     Damped Gauss-Newton steps with weights of the Cauchy loss; each step is tried together with the neighbours that
     give the slopes of the next one.
     """
-    count, scale = model.basis.shape[1], np.maximum(model.start[6:], SMALLEST)
-    steps = np.where(np.abs(model.basis[3:6]).max(axis=0) > 0, 1e-3, 1e-4)
-    around = np.vstack([np.zeros(count), np.eye(count) * steps]) @ model.basis.T
     state, loss, damping = model.start, np.inf, 1e-2
     move = np.zeros(9)
     for _ in range(rounds):
         ahead = state + move
         ahead[6:] = np.maximum(ahead[6:], SMALLEST)
-        batch = _residuals(
-            model.kind, ahead + around, model.turn, evidence, scale, grounded=model.grounded, resting=resting
-        )
-        now = _loss(batch[0])
-        if now < loss:
+        batch = _residuals(model, ahead + model.around, evidence)
+        now = float(losses(batch[0]))
+        if now >= loss:
+            damping *= 10.0
+        else:
             gained = loss - now
             state, loss, damping = ahead, now, max(0.2 * damping, 1e-6)
-            r, slopes = batch[0], (batch[1:] - batch[0]) / steps[:, None]
-            weighted = slopes / (1.0 + (r / CAUCHY) ** 2)
-            hessian, gradient = weighted @ slopes.T, weighted @ r
+            hessian, gradient = _slopes(batch, model.steps)
             if gained < 1e-3 * loss:
                 break
-        else:
-            damping *= 10.0
-            if damping > 1e4:
-                break
-        damped = hessian + damping * np.diag(np.diag(hessian) + 1e-9)
+        if damping > 1e4:
+            break
+        damped = hessian.copy()
+        damped.flat[:: len(damped) + 1] *= 1.0 + damping
         move = model.basis @ np.linalg.solve(damped, -gradient)
-    return state, loss
+    return replace(model, start=state), loss
 
 
-def _solid(model: _Model, state: Array, evidence: Evidence) -> Solid:
-    """A member of a family with how well it fits."""
-    r = _residuals(model.kind, state[None], model.turn, evidence, np.ones(3), grounded=model.grounded, resting=False)[
-        0, : len(evidence.points) + len(evidence.rays)
-    ]
-    off = np.abs(r[: len(evidence.points)] * np.hypot(evidence.point_noise, 5e-4))
+def _slopes(batch: Array, steps: Array) -> tuple[Array, Array]:
+    """Of the loss, from residuals of one member of a family and its neighbours (1 + K, R): (K, K) and (K,)."""
+    r, slopes = batch[0], (batch[1:] - batch[0]) / steps[:, None]
+    weighted = slopes / (1.0 + (r * (1.0 / CAUCHY)) ** 2)
+    hessian = weighted @ slopes.T
+    hessian.flat[:: len(hessian) + 1] += 1e-12
+    return hessian, weighted @ r
+
+
+def _solid(model: _Model, evidence: Evidence) -> Solid:
+    """The member of a family that it starts with, and how well it fits."""
+    state = model.start
+    r = misfits(model.kind, state[None], model.turn, evidence, grounded=model.grounded)[0]
+    off = np.abs(r[: len(evidence.points)] / evidence.point_weights)
     turn = model.turn @ Rotation.from_rotvec(state[3:6]).as_matrix()
-    loss = _loss(r) + 0.5 * model.basis.shape[1] * float(np.log(len(r))) / len(r)
+    loss = float(losses(r)) + 0.5 * len(model.steps) * float(np.log(len(r))) / len(r)
     return Solid(model.kind, state[:3], turn, state[6:], loss, float(np.median(off)), model.tilted)
 
 
-def _loss(residuals: Array) -> float:
-    return float(0.5 * CAUCHY**2 * np.log1p((residuals / CAUCHY) ** 2).mean())
-
-
-def _losses(kind: Kind, numbers: Array, turn: Array, evidence: Evidence, *, grounded: bool) -> Array:
-    found = _residuals(kind, numbers, turn, evidence, np.ones(3), grounded=grounded, resting=False)
-    return np.array([_loss(one) for one in found])
-
-
-def _residuals(
-    kind: Kind, numbers: Array, turn: Array, evidence: Evidence, scale: Array, *, grounded: bool, resting: bool
-) -> Array:
-    """Residuals of many solids at once (P, N + E + priors), in standard deviations.
-
-    Args:
-        kind: Of the solids.
-        numbers: (P, 9), see `_Model`.
-        turn: Rotation that the rotation vectors start from (3, 3).
-        evidence: Points and touching lines.
-        scale: Size that the prior on sizes is relative to (3,) [m]: what is hidden is taken to be small.
-        grounded: Whether the solids have no underside.
-        resting: Whether the lowest point of each is to be near z = 0.
-    """
-    turns = turn @ Rotation.from_rotvec(numbers[:, 3:6]).as_matrix()
-    half = 0.5 * numbers[:, None, 6:]
-    local = (evidence.points - numbers[:, None, :3]) @ turns
-    near = _signed(kind, local, half, grounded) / np.hypot(evidence.point_noise, 5e-4)
-    eyes, rays = (evidence.eyes - numbers[:, None, :3]) @ turns, evidence.rays @ turns
-    at = _deepest(kind, eyes, rays, half, grounded)
-    touch = _signed(kind, eyes + at[..., None] * rays, half, grounded) / evidence.ray_noise
-    priors = [0.3 * numbers[:, 6:] / scale]
-    if resting:
-        lowest = numbers[:, 2] - (np.abs(turns[:, 2]) * half[:, 0]).sum(axis=1)
-        if kind != "box":
-            level = np.sqrt(np.maximum(1.0 - turns[:, 2, 2] ** 2, 0.0))
-            lowest = numbers[:, 2] - half[:, 0, 0] * level - half[:, 0, 2] * np.abs(turns[:, 2, 2])
-        if kind == "sphere":
-            lowest = numbers[:, 2] - half[:, 0, 0]
-        priors.append((10.0 * np.where(lowest < 0, lowest / 0.002, lowest / 0.02))[:, None])
-    return np.concatenate([near, touch, *priors], axis=1)
-
-
-def _signed(kind: Kind, local: Array, half: Array, grounded: bool) -> Array:
-    """Signed distance of points (P, N, 3) in the solids' own axes to their surfaces, (P, N), negative inside."""
-    if kind == "sphere":
-        return np.asarray(np.sqrt((local**2).sum(axis=2)) - half[..., 0])
-    up = local[..., 2] if grounded else np.abs(local[..., 2])
-    beyond_z = up - half[..., 2]
-    if kind == "cylinder":
-        beyond = [np.sqrt(local[..., 0] ** 2 + local[..., 1] ** 2) - half[..., 0], beyond_z]
-    else:
-        beyond = [np.abs(local[..., 0]) - half[..., 0], np.abs(local[..., 1]) - half[..., 1], beyond_z]
-    inner = beyond[0]
-    outer = np.maximum(beyond[0], 0.0) ** 2
-    for each in beyond[1:]:
-        inner = np.maximum(inner, each)
-        outer = outer + np.maximum(each, 0.0) ** 2
-    return np.asarray(np.sqrt(outer) + np.minimum(inner, 0.0))
-
-
-def _deepest(kind: Kind, eyes: Array, rays: Array, half: Array, grounded: bool) -> Array:
-    """Where lines are deepest inside the solids, or pass them nearest, as distances along them (P, E).
-
-    Midway between the last entry into and the first exit out of the slabs (for a cylinder: the tube and the slab) that
-    the solid is the intersection of; exact where the line just touches, which is where it counts.
-    """
-    nearest = -(eyes * rays).sum(axis=2)
-    if kind == "sphere":
-        return np.asarray(nearest)
-    reach = 2.0 * np.linalg.norm(half, axis=2)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        one, two = (-half - eyes) / rays, (half - eyes) / rays
-    enter, leave = np.minimum(one, two), np.maximum(one, two)
-    if grounded:
-        down = rays[..., 2] < 0
-        enter[..., 2] = np.where(down, two[..., 2], -np.inf)
-        leave[..., 2] = np.where(down, np.inf, two[..., 2])
-    if kind == "cylinder":
-        aa = np.maximum(rays[..., 0] ** 2 + rays[..., 1] ** 2, 1e-12)
-        ab = eyes[..., 0] * rays[..., 0] + eyes[..., 1] * rays[..., 1]
-        under = ab**2 - aa * (eyes[..., 0] ** 2 + eyes[..., 1] ** 2 - half[..., 0] ** 2)
-        root = np.sqrt(np.maximum(under, 0.0))
-        into, out = np.maximum((-ab - root) / aa, enter[..., 2]), np.minimum((-ab + root) / aa, leave[..., 2])
-    else:
-        into, out = enter.max(axis=2), leave.min(axis=2)
-    low, high = nearest - reach, nearest + reach
-    return np.asarray(0.5 * (np.clip(into, low, high) + np.clip(out, low, high)))
-
-
-def _plainest(kind: Kind, rotation: Array, size: Array) -> tuple[Array, Array]:
-    """The same solid with its axes named so that its rotation is as small as can be."""
-    if kind == "sphere":
-        return np.eye(3), size
-    if kind == "cylinder":
-        axis = rotation[:, 2] * (1.0 if rotation[2, 2] >= 0 else -1.0)
-        turn = np.cross((0.0, 0.0, 1.0), axis)
-        sine, cosine = float(np.linalg.norm(turn)), float(axis[2])
-        if sine < 1e-9:
-            return np.eye(3), size
-        return Rotation.from_rotvec(turn / sine * np.arctan2(sine, cosine)).as_matrix(), size
-    best = max(_QUARTERS, key=lambda quarter: float(np.trace(rotation @ quarter)))
-    return rotation @ best, np.abs(best.T) @ size
-
-
-_QUARTERS = tuple(np.round(Rotation.create_group("O").as_matrix()))
+def _residuals(model: _Model, numbers: Array, evidence: Evidence) -> Array:
+    """Misfits of members of a family, with priors (P, R): what is hidden is taken to be small, and to rest at z = 0."""
+    found = [misfits(model.kind, numbers, model.turn, evidence, grounded=model.grounded)]
+    found.append(0.3 * numbers[:, 6:] / np.maximum(model.start[6:], SMALLEST))
+    if model.resting:
+        lowest = undersides(model.kind, numbers, model.turn)[:, None]
+        found.append(10.0 * np.where(lowest < 0, lowest / 0.002, lowest / 0.02))
+    return np.concatenate(found, axis=1)

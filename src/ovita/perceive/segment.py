@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -139,11 +140,12 @@ def noise_of(view: View) -> Array:
     Stereo and structured light err by k z^2; k is the median of the second differences along the rows, which are
     free of the slope of what is seen.
     """
-    z = view.depth[::2]
+    z = view.depth[::3]
     bend = np.abs(z[:, 2:] - 2.0 * z[:, 1:-1] + z[:, :-2]) / z[:, 1:-1] ** 2
     known = bend[np.isfinite(bend)]
     k = float(np.median(known)) / (0.6745 * np.sqrt(6.0)) if len(known) else 0.0
-    return np.asarray(np.hypot(5e-4, k * np.where(view.seen, view.depth, 1.0) ** 2))
+    squares = k * np.where(view.seen, view.depth, 1.0) ** 2
+    return np.asarray(np.sqrt(2.5e-7 + squares * squares))
 
 
 def segment(view: View, up: Array, plane: Plane | None = None, *, find_plane: bool = True) -> Segments:
@@ -157,17 +159,17 @@ def segment(view: View, up: Array, plane: Plane | None = None, *, find_plane: bo
     """
     noise = noise_of(view)
     depth, jumps = _smooth(view, noise)
-    points = view.rays * depth[..., None] + view.center
     if plane is None and find_plane:
-        plane = support_of(points, np.abs(view.rays @ up) * noise, up)
+        plane = _support(view, depth, noise, up)
     standing, footing = np.isfinite(depth), None
     if plane is not None:
-        thick = np.maximum(LOWEST, 1.75 * noise * np.abs(view.rays @ plane.normal))
-        heights = plane.heights(points)
+        slant = view.along(plane.normal)
+        thick = np.maximum(LOWEST, 1.75 * noise * np.abs(slant))
+        heights = slant * depth + plane.heights(view.center)
         standing &= heights > thick
-        footing = _footing(points, np.abs(heights) < thick, plane)
+        footing = _footing(view, depth, np.abs(heights) < thick, plane)
     labels = _components(depth, standing, jumps)
-    beyond = _beyond(points, labels, footing, plane)
+    beyond = _beyond(view, depth, labels, footing, plane)
     backdrop = _backdrop(depth, labels, jumps) & ~beyond
     gone = beyond | backdrop
     kept = np.where(gone, 0, np.cumsum(~gone) - 1)
@@ -176,25 +178,40 @@ def segment(view: View, up: Array, plane: Plane | None = None, *, find_plane: bo
     return Segments(kept[labels], depth, noise, plane, footing, *left_out)
 
 
-def _footing(points: Array, on: Mask, plane: Plane) -> Footing | None:
-    """What was seen of the support: the larger patches of its pixels (H, W)."""
+def _located(view: View, depth: Array, pixels: NDArray[np.intp]) -> Array:
+    """Where some pixels, counted row by row, hit something, (N, 3) [m]."""
+    return view.located(*np.divmod(pixels, view.shape[1]), depth.ravel()[pixels])
+
+
+def _support(view: View, depth: Array, noise: Array, up: Array) -> Plane | None:
+    """The support, by a sample of the pixels."""
+    known = np.flatnonzero(np.isfinite(depth))
+    chosen = np.random.default_rng(SEED).choice(known, min(SAMPLE, len(known)), replace=False)
+    spread = np.abs(view.along(up)).ravel()[chosen] * noise.ravel()[chosen]
+    return support_of(_located(view, depth, chosen), spread, up, share=len(known) / depth.size)
+
+
+def _footing(view: View, depth: Array, on: Mask, plane: Plane) -> Footing | None:
+    """What was seen of the support: the larger patches of its pixels (H, W), by the first and last of each row."""
     patches, count = ndimage.label(on)
     sizes = np.bincount(patches.ravel(), minlength=count + 1)
     sizes[0] = 0
-    large = sizes >= max(0.05 * sizes.sum(), 1.0)
-    wide = np.flatnonzero(large[patches].ravel())
-    cut = any(large[patches[line]].any() for line in (0, -1, (slice(None), 0), (slice(None), -1)))
-    return Footing.of(points.reshape(-1, 3)[wide[::5]], plane, len(wide), cut=bool(cut))
+    wide = (sizes >= max(0.05 * sizes.sum(), 1.0))[patches]
+    cut = wide[0].any() or wide[-1].any() or wide[:, 0].any() or wide[:, -1].any()
+    rows, last = np.flatnonzero(wide.any(axis=1)), wide.shape[1] - 1
+    ends = np.concatenate([wide[rows].argmax(axis=1), last - wide[rows, ::-1].argmax(axis=1)])
+    pixels = np.concatenate([rows, rows]) * wide.shape[1] + ends
+    return Footing.of(_located(view, depth, pixels), plane, int(wide.sum()), cut=bool(cut))
 
 
-def _beyond(points: Array, labels: Labels, footing: Footing | None, plane: Plane | None) -> Mask:
+def _beyond(view: View, depth: Array, labels: Labels, footing: Footing | None, plane: Plane | None) -> Mask:
     """Which clusters (from 0, the first never) stand beside the support."""
     count = int(labels.max()) + 1
     if footing is None or plane is None:
         return np.zeros(count, dtype=bool)
-    some = np.flatnonzero(labels.ravel())[::6]
+    some = np.flatnonzero(labels)[::6]
     owner = labels.ravel()[some]
-    outside = ~footing.holds(points.reshape(-1, 3)[some], plane)
+    outside = ~footing.holds(_located(view, depth, some), plane)
     out = np.bincount(owner, weights=outside, minlength=count)
     return np.asarray(out > 0.5 * np.maximum(np.bincount(owner, minlength=count), 1))
 
@@ -202,40 +219,48 @@ def _beyond(points: Array, labels: Labels, footing: Footing | None, plane: Plane
 def _backdrop(depth: Array, labels: Labels, jump: Array) -> Mask:
     """Which clusters (from 0, the first never) are walls: at the border of the picture, with nothing behind them."""
     count = int(labels.max()) + 1
-    rims, deeper = np.zeros(count), np.zeros(count)
-    for axis in (0, 1):
-        for here, there in ((slice(None, -STEP), slice(STEP, None)), (slice(STEP, None), slice(None, -STEP))):
-            a, b = (tuple(one if i == axis else slice(None) for i in (0, 1)) for one in (here, there))
-            rim = (labels[a] > 0) & (labels[a] != labels[b]) & np.isfinite(depth[b])
-            mine = labels[a][rim]
-            rims += np.bincount(mine, minlength=count)
-            behind = depth[b][rim] > depth[a][rim] + jump[a][rim]
-            deeper += np.bincount(mine, weights=behind, minlength=count)
     border = np.zeros(count, dtype=bool)
     for line in (labels[0], labels[-1], labels[:, 0], labels[:, -1]):
         border[line] = True
     border[0] = False
+    rims, deeper = np.zeros(count), np.zeros(count)
+    if border.any():
+        for mine, behind in _rims(depth, labels, jump):
+            rims += np.bincount(mine, minlength=count)
+            deeper += np.bincount(mine, weights=behind, minlength=count)
     return border & (deeper < 0.05 * np.maximum(rims, 1.0))
+
+
+def _rims(depth: Array, labels: Labels, jump: Array) -> Iterator[tuple[Labels, Mask]]:
+    """For each of four sides, the clusters of the pixels at a rim, and whether what is `STEP` pixels on lies behind."""
+    some, rest, whole = slice(None, -STEP), slice(STEP, None), slice(None)
+    for here, there in ((some, rest), (rest, some)):
+        for a, b in (((here, whole), (there, whole)), ((whole, here), (whole, there))):
+            rim = (labels[a] != labels[b]) & (labels[a] > 0)
+            rim[rim] = np.isfinite(depth[b][rim])
+            yield labels[a][rim], depth[b][rim] > depth[a][rim] + jump[a][rim]
 
 
 def _smooth(view: View, noise: Array) -> tuple[Array, Array]:
     """The depth, each pixel the median of its surroundings, nan at flying pixels; and the step that parts things."""
     z = np.where(view.seen, view.depth, 0.0)
     median = _median(z)
-    jump = np.maximum(np.maximum(LEAST_JUMP, 5.0 * noise), STEEP * z / view.focal)
-    flying = np.abs(view.depth - median) > jump
-    median[~view.seen | flying | (median <= 0.0)] = np.nan
+    jump = np.maximum(np.maximum(LEAST_JUMP, 5.0 * noise), z * (STEEP / view.focal))
+    median[~(np.abs(z - median) <= jump) | (z <= 0.0) | (median <= 0.0)] = np.nan
     return median, jump
 
 
 def _median(values: Array) -> Array:
     """The median of the 3 x 3 pixels around each pixel (H, W), by a network of exchanges over the whole picture."""
-    wide = np.pad(values, 1, mode="symmetric")
+    wide = np.pad(values.astype(np.float32), 1, mode="symmetric")
     high, across = values.shape
-    v = [wide[dy : dy + high, dx : dx + across] for dy in range(3) for dx in range(3)]
+    v = [wide[dy : dy + high, dx : dx + across].copy() for dy in range(3) for dx in range(3)]
+    spare = np.empty_like(v[0])
     for i, j in _MEDIAN_OF_NINE:
-        v[i], v[j] = np.minimum(v[i], v[j]), np.maximum(v[i], v[j])
-    return v[4]
+        np.minimum(v[i], v[j], out=spare)
+        np.maximum(v[i], v[j], out=v[j])
+        v[i], spare = spare, v[i]
+    return v[4].astype(np.float64)
 
 
 _MEDIAN_OF_NINE = (
@@ -245,39 +270,33 @@ _MEDIAN_OF_NINE = (
 """Exchanges after which the fifth of nine values is their median (Devillard, 1998, after Paeth)."""
 
 
-def support_of(points: Array, spread: Array, up: Array) -> Plane | None:
+def support_of(points: Array, spread: Array, up: Array, *, share: float = 1.0) -> Plane | None:
     """The level plane that things stand on, by RANSAC and least squares, or None.
 
     Of several, such as a floor and a table, the highest of those that are at least `RIVAL` times as large in the
     picture as the largest.
 
     Args:
-        points: (H, W, 3) [m], nan where unknown.
-        spread: Standard deviation of their heights (H, W) [m].
+        points: (N, 3) [m]; of more than `SAMPLE` some are looked at.
+        spread: Standard deviation of their heights (N,) [m].
         up: Unit vector (3,).
+        share: Of the picture that the points were drawn from.
     """
-    known = np.flatnonzero(np.isfinite(points[..., 0]).ravel())
     rng = np.random.default_rng(SEED)
-    chosen = rng.choice(known, min(SAMPLE, len(known)), replace=False)
-    cloud, band = points.reshape(-1, 3)[chosen], 2.0 * spread.ravel()[chosen] + 0.002
+    some = rng.choice(len(points), min(SAMPLE, len(points)), replace=False)
+    cloud, band = points[some], 2.0 * spread[some] + 0.002
     planes: list[tuple[Plane, int]] = []
     left = np.ones(len(cloud), dtype=bool)
-    least = LEAST_SHARE * len(cloud) * points[..., 0].size / len(known)
-    for _ in range(3):
+    least = max(LEAST_SHARE * len(cloud) / share, 3)
+    while len(planes) < 3 and left.sum() >= least:
         plane = _level(cloud[left], band[left], up, rng)
-        if plane is None:
-            break
-        on = left & (np.abs(plane.heights(cloud)) < 1.5 * band)
-        if on.sum() < least:
+        on = left & (np.abs(plane.heights(cloud)) < 1.5 * band) if plane is not None else ~left
+        if plane is None or on.sum() < least:
             break
         planes.append((plane, int(on.sum())))
         left &= ~on
-        if left.sum() < max(least, 3):
-            break
-    if not planes:
-        return None
-    most = max(count for _, count in planes)
-    return max((plane for plane, count in planes if count >= RIVAL * most), key=lambda one: one.offset)
+    most = max((count for _, count in planes), default=0)
+    return max((plane for plane, count in planes if count >= RIVAL * most), key=lambda one: one.offset, default=None)
 
 
 def _level(cloud: Array, band: Array, up: Array, rng: np.random.Generator) -> Plane | None:
@@ -292,7 +311,7 @@ def _level(cloud: Array, band: Array, up: Array, rng: np.random.Generator) -> Pl
         return None
     normals, corners = normals[level], corners[level]
     offsets = np.einsum("ij,ij->i", normals, corners[:, 0])
-    best = int((np.abs(cloud @ normals.T - offsets) < band[:, None]).sum(axis=0).argmax())
+    best = int((np.abs(cloud[::2] @ normals.T - offsets) < band[::2, None]).sum(axis=0).argmax())
     plane = Plane(normals[best], float(offsets[best]))
     for _ in range(4):
         near = np.abs(plane.heights(cloud)) < band

@@ -71,7 +71,7 @@ def taken_apart(
         some = np.random.default_rng(SEED).choice(len(points), MOST, replace=False)
         points, colours = points[some], None if colours is None else colours[some]
     if plane is None and find_plane:
-        plane = support_of(points[None], np.full((1, len(points)), NOISE), up)
+        plane = support_of(points, np.full(len(points), NOISE), up)
     heights = np.full(len(points), np.inf) if plane is None else plane.heights(points)
     standing = heights > LOWEST
     on = points[np.abs(heights) < LOWEST]

@@ -81,17 +81,27 @@ class View:
         """Which pixels have depth, (H, W)."""
         return np.isfinite(self.depth)
 
-    @cached_property
-    def rays(self) -> Array:
-        """What a pixel looks along, per metre of depth, in the world's axes (H, W, 3)."""
-        rows, columns = np.indices(self.shape, dtype=float)
-        pixels = np.stack([columns, rows, np.ones(self.shape)], axis=-1)
-        return np.asarray(pixels @ np.linalg.inv(self.intrinsics).T @ self.pose[:3, :3].T)
+    def along(self, direction: Array) -> Array:
+        """How far each pixel's line of sight goes in a direction (3,) of the world, per metre of depth (H, W)."""
+        column, row, one = self.pose[:3, :3].T @ direction @ np.linalg.inv(self.intrinsics)
+        return np.asarray(row * np.arange(self.shape[0])[:, None] + (column * np.arange(self.shape[1]) + one))
+
+    def located(self, rows: Any, columns: Any, depth: Array) -> Array:
+        """Where pixels of a depth hit something, in the world (..., 3) [m]; nan without depth.
+
+        Args:
+            rows: Of the pixels; all three are broadcast to one shape.
+            columns: Of the pixels.
+            depth: At the pixels [m].
+        """
+        x, y, z = (np.linalg.inv(self.intrinsics).T @ self.pose[:3, :3].T)[:, None]
+        rays = np.asarray(rows)[..., None] * y + (np.asarray(columns)[..., None] * x + z)
+        return np.asarray(rays * depth[..., None] + self.center)
 
     @cached_property
     def points(self) -> Array:
         """Where each pixel hits something, in the world (H, W, 3) [m]; nan without depth."""
-        return np.asarray(self.rays * self.depth[..., None] + self.center)
+        return self.located(np.arange(self.shape[0])[:, None], np.arange(self.shape[1]), self.depth)
 
     def project(self, points: Array) -> Array:
         """Pixels (N, 2) as column and row of points (N, 3) [m] in the world; nan behind the camera."""
