@@ -14,8 +14,9 @@ from ovita.instruct.lexicon import concept_at, is_filler
 from ovita.instruct.numbers import amount_at
 from ovita.instruct.objects import GENERIC
 from ovita.paths.scene import Scene, SceneObject
+from ovita.sources.asides import CARRIERS, DENIALS
 from ovita.sources.heights import Level, read_level
-from ovita.sources.leftover import CARRIERS, DENIALS, JOINTS, SEQUENCERS, Leftover
+from ovita.sources.leftover import JOINTS, SEQUENCERS, Leftover
 from ovita.sources.markers import (
     BACK,
     CARRYING,
@@ -57,6 +58,7 @@ class Route:
         fastest: Whether it asks for the robot's highest speed.
         level: The height to go at, or None.
         parts: The parts that the rest is a list of.
+        circled: Names of the objects that are to be circled.
     """
 
     start: Location | None = None
@@ -69,6 +71,7 @@ class Route:
     fastest: bool = False
     level: Level | None = None
     parts: tuple[str, ...] = ()
+    circled: tuple[str, ...] = ()
 
     @property
     def question(self) -> str:
@@ -141,6 +144,12 @@ class _RouteReader:
         return self.start.objects[0].name if self.start is not None and self.start.objects else ""
 
     @property
+    def ended(self) -> str:
+        """The object that the way ends at, and comes to only there, or ""."""
+        named = self.goal.objects[0].name if self.goal is not None and self.goal.objects else ""
+        return named if [item.name for item in self.objects()].count(named) == 1 else ""
+
+    @property
     def leg(self) -> _Leg:
         return self.legs[-1]
 
@@ -153,15 +162,26 @@ class _RouteReader:
         while i < len(self.text):
             i = self.step(i)
         self.completed()
-        left = Leftover(self.text, self.taken, self.instead, self.started)
+        left = Leftover(self.text, self.taken, self.instead, self.started, self.ended)
         rest = left.spoken_of_all()
+        circled = tuple(left.circled())
         passed = [place for leg in self.legs for place in (*leg.via, leg.goal) if place is not None]
         via, goal = (passed[:-1], passed[-1]) if self.goal is not None else (passed, None)
         notes = tuple(dict.fromkeys((*self.notes, *left.notes)))
         unknown = tuple(name for name, role in self.unknown.items() if self.missing(role))
         names = tuple(self.text.scene.names)
         return Route(
-            self.start, goal, tuple(via), rest, notes, unknown, names, self.fastest, self.level, tuple(left.parts)
+            self.start,
+            goal,
+            tuple(via),
+            rest,
+            notes,
+            unknown,
+            names,
+            self.fastest,
+            self.level,
+            tuple(left.parts),
+            circled,
         )
 
     def missing(self, role: Role) -> bool:
@@ -209,7 +229,11 @@ class _RouteReader:
             while at < len(self.text) and self.words[at] in ("and", ",", "then", "next", "finally", "-"):
                 at += 1
             place = self.text.place_at(at) if at > end else None
-            if place is None or not self.ends_at(place[1]) or place[0].relation not in ("at", "beside"):
+            begins = self.start is None and place is not None
+            onward = begins and place and any(m.bare and m.role == "goal" for m in markers_at(self.words, place[1]))
+            if place is None or onward or self.words[at] == "at" or not self.ends_at(place[1]):
+                return found
+            if place[0].relation not in ("at", "beside"):
                 return found
             found.append(place)
             end = place[1]
@@ -225,6 +249,10 @@ class _RouteReader:
         if found is None:
             return i
         place, end = found
+        told = self.told(end)
+        if told is not None:
+            place, behind = self.text.sided(place, told[1])
+            return self.take(i, behind) if self.assign(Marker(told[0], end), place, i) else i
         for used in (3, 2, 1):
             at = end + used
             if tuple(self.words[end:at]) not in (*COPULAS, ("for",), ("for", "the"), ("as", "the"), ("being", "the")):
@@ -234,6 +262,22 @@ class _RouteReader:
             if role is not None and (behind >= len(self.text) or self.words[behind] in JOINTS):
                 return self.take(i, behind) if self.assign(Marker(role, at), place, i) else i
         return i
+
+    def told(self, end: int) -> tuple[Role, int] | None:
+        """What is said of a place behind it: "is where it ends", "shall be passed"; and where that ends."""
+        at = end
+        while at < min(len(self.text), end + 6) and self.words[at] in _TELLING:
+            at += 1
+        said = self.words[end:at]
+        if at == len(self.text) or not (set(said) & _BEING):
+            return None
+        verb = self.words[at]
+        roles: tuple[tuple[Role, bool], ...] = (
+            ("start", "where" in said and bool(base(verb, STARTS | PICKING))),
+            ("goal", "where" in said and bool(base(verb, GOALS))),
+            ("via", "where" not in said and verb in ("passed", "visited", "crossed", "overflown")),
+        )
+        return next(((role, at + 1) for role, fits in roles if fits), None)
 
     def marked(self, i: int) -> int:
         """From the box; ending at the cup; via the plate."""
@@ -267,6 +311,7 @@ class _RouteReader:
         if mark.role == "start":
             return end
         for place, behind in self.listed(end):
+            self.touring |= bool(SEQUENCERS & set(self.words[end:behind]))
             if mark.role == "via":
                 self.leg.via.append(place)
             else:
@@ -283,6 +328,8 @@ class _RouteReader:
         return self.passes(place, i)
 
     def begins(self, place: Location, i: int) -> bool:
+        if self.start is not None and place.relation in ("over", "between"):
+            return self.passes(place, i)  # "lift it over the jar"
         if self.start is None or (_alike(place, self.start) and place.relation != self.start.relation):
             self.start = place if self.start is None or place.relation != "at" else self.start
             return True
@@ -324,7 +371,7 @@ class _RouteReader:
 
     def around(self, i: int) -> int:
         """Around the lamp, on the way to somewhere."""
-        if self.words[i] not in ("around", "round", "by") or not self.carried(i):
+        if self.words[i] not in ("around", "round", "by") or not self.carried(i) or self.rounds(i):
             return i
         found = self.text.place_at(i + (self.words[i] != "by"))
         if found is None or found[0].point is not None or (self.goal is not None and self.words[i] != "by"):
@@ -336,14 +383,21 @@ class _RouteReader:
         place = replace(place, relation="beside") if place.relation == "at" else place
         return self.take(i, end) if self.passes(place, i) else i
 
+    def rounds(self, i: int) -> bool:
+        """Whether "round" stands in "round and round the lamp"."""
+        return self.words[i] in ("round", "around") and "and" in (*self.words[i - 1 : i], *self.words[i + 1 : i + 2])
+
     def onward(self, i: int) -> int:
         """Then the desk: a bare place behind a word of order."""
-        if self.goal is None or not self.after_that(i) or not self.carried(i):
+        if not (self.goal or self.leg.via) or not self.after_that(i) or not self.carried(i):
             return i
         found = self.text.place_at(i)
         if found is None or found[0].relation not in ("at", "beside") or not self.ends_at(found[1]):
             return i
-        self.legs.append(_Leg(goal=found[0]))
+        if self.goal is None:
+            self.leg.goal = found[0]
+        else:
+            self.legs.append(_Leg(goal=found[0]))
         return self.take(i, found[1])
 
     def hurry(self, i: int) -> int:
@@ -398,8 +452,9 @@ class _RouteReader:
             return i
         place, end = found
         timed = self.timed(i, end)
-        if timed and place.relation == "over" and place.distance is None:
-            self.instead[self.measured(at)] = "at"  # the way passes there, so that nothing has to be added to it
+        if timed and place.relation == "over":  # the way passes there, so that nothing has to be added to it
+            k = self.measured(at)
+            self.instead |= {k: "at"} if k == at else {i: "wait", **dict.fromkeys(range(at, k), ""), k: "at"}
         if self.start is None and self.goal is None and not timed:
             self.start = place
             return self.take(i, end)
@@ -434,6 +489,8 @@ class _RouteReader:
             self.start, self.legs = Location(objects=(first,)), [_Leg(goal=Location(objects=(second,)))]
         if self.goal is None and self.touring and self.leg.via:
             self.leg.goal = self.leg.via.pop()
+        if self.start is None and self.touring and self.words[:5].count("first") and self.leg.via:
+            self.start = self.leg.via.pop(0)  # "hit the shed first, then the barn"
 
     def settled(self, stay: _Stay) -> None:
         """A stay is where the way ends, or somewhere that it has to pass."""
@@ -501,11 +558,8 @@ class _RouteReader:
         for k in range(i - 1, -1, -1):
             if self.taken[k] or self.words[k] in JOINTS:
                 return True
-            if (
-                self.words[k] not in CARRIERS
-                and not is_filler(self.words[k])
-                and not base(self.words[k], MOTION | TOURS)
-            ):
+            word = self.words[k]
+            if word not in CARRIERS | _BEFORE and not is_filler(word) and not base(word, MOTION | TOURS):
                 return False
         return True
 
@@ -528,18 +582,32 @@ class _RouteReader:
 
     def barred(self, i: int, mark: Marker) -> bool:
         """Whether words that look like a marker are none here."""
-        if mark.role == "via" and not self.carried(i):
+        if mark.role == "via" and (not self.carried(i) or self.rounds(i)):
             return True
         return self.denied(i) if mark.role != "via" else False
 
     def denied(self, i: int) -> bool:
-        return bool(DENIALS & set(self.words[self.fragment(i) : i]))
+        """Whether a word of denial stands before piece i in its fragment, and is not of an amount: "no more than"."""
+        begin = max(self.fragment(i), self.bounded(i))
+        return bool(DENIALS & set(self.words[begin:i]))
+
+    def bounded(self, i: int) -> int:
+        """Behind the last amount before piece i that is bounded or is none of a distance to something, or 0."""
+        for k in range(i - 1, self.fragment(i) - 1, -1):
+            amount = amount_at(self.words, k)
+            if amount is None or not amount.unit or k + amount.used > i:
+                continue
+            high = bool(_HEIGHTS & set(self.words[max(k - 3, 0) : k]))
+            return k + amount.used if amount.unit != "m" or high else 0
+        return 0
 
     def turns_away(self, i: int) -> bool:
         """Whether a "from" or "to" at piece i is that of "15 cm from the cup" or "clearance to the pillar"."""
         if self.words[i - 1 : i] and self.words[i - 1] in COMPARED:
             return True
-        begin = next((k + 1 for k in range(i - 1, -1, -1) if self.parted(k)), 0)
+        begin = max(next((k + 1 for k in range(i - 1, -1, -1) if self.parted(k)), 0), self.bounded(i))
+        if begin == i:
+            return False
         found = [amount_at(self.words, i - n) for n in range(1, min(4, i) + 1)]
         measured = any(a is not None and a.used == n and a.unit == "m" for n, a in enumerate(found, start=1))
         return measured or bool(NO_ROUTE & set(self.words[begin:i]))
@@ -577,6 +645,10 @@ class _RouteReader:
         return not known and not markers_at(self.words, k)
 
 
+_BEFORE = frozenset({"before", "after"})
+_HEIGHTS = frozenset("above below under over higher lower exceed exceeding height altitude".split())
+_BEING = frozenset("is are be was shall should must will has".split())
+_TELLING = _BEING | frozenset("where it you we one i the robot arm drone he she to then finally".split())
 _WHERE = frozenset("at in by near beside on inside within".split())
 _HOMEWARD = frozenset("again to the start beginning home there where it you we started began came from origin".split())
 _STILL = frozenset("now currently directly for there just still initially first located standing".split())

@@ -25,7 +25,7 @@ from ovita.result import Adaptation, Status, explain
 from ovita.sources.parts import by_parts
 from ovita.sources.places import APPROACH, Location
 from ovita.sources.planner import TIME_LIMIT, WAYPOINTS, Plan, Planner, PlanRequest, anchored, planned, planner_named
-from ovita.sources.room import beside_sides, enlarged, leveled
+from ovita.sources.room import around_circled, beside_sides, enlarged, leveled
 from ovita.sources.route import Route, read_route
 from ovita.text import sentence
 from ovita.writers.base import PolicyWriter, Progress
@@ -111,7 +111,9 @@ def from_words(
     wanted = robot.max_speed if speed is None and route.fastest else speed
     request = PlanRequest(scene, robot, first, last, tuple(passed), waypoints, wanted, seed, search_limit)
     chosen = planner_named(planner) if isinstance(planner, str) else planner
-    found = _roomy(request, chosen, beside_sides(route, scene), progress) or planned(request, chosen, progress)
+    found = _roomy(request, chosen, beside_sides(route, scene) | around_circled(route, scene), progress) or planned(
+        request, chosen, progress
+    )
     made = Generation(instruction, route, plan=found)
     if found.trajectory is None or not found.ok:
         return made
