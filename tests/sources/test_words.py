@@ -87,6 +87,19 @@ ARM = Robot.preset("arm")
         ("Would you be so kind as to go from the box to the plate, pleeease", "the box", [], "the plate", ""),
         ("From the box to the plate, slowly, because the floor is wet", "the box", [], "the plate", "slowly"),
         ("From the box to the plate, the customer forgot her bag", "the box", [], "the plate", ""),
+        ("It would be great if it went from the box to the plate", "the box", [], "the plate", ""),
+        ("At the bottle wait 2 s, from the box to the plate", "the box", ["the bottle"], "the plate",
+         "At the bottle wait 2 s"),
+        ("Two seconds on the bottle, from the box to the plate", "the box", ["the bottle"], "the plate",
+         "wait two seconds on the bottle"),
+        ("Start at the box, finish at the plate half a metre above it", "the box", [], "0.50 m above the plate", ""),
+        ("After visiting the bottle with a stop of 3 seconds, arrive at the plate; start at the box", "the box",
+         ["the bottle"], "the plate", "wait 3 s at the bottle"),
+        ("Leave the box for the plate", "the box", [], "the plate", ""),
+        ("Keep left of the bottle from the box to the plate", "the box", ["left of the bottle"], "the plate", ""),
+        ("Take the right-hand side of the bottle, box to plate", "the box", ["right of the bottle"], "the plate", ""),
+        ("The height should be lower than 0.5 m, from box to plate", "the box", [], "the plate",
+         "never higher than 0.5 m"),
         ("From the box to the plate, jiggle", "the box", [], "the plate", "jiggle"),
         ("From the box to the plate, it must jiggle", "the box", [], "the plate", "it must jiggle"),
     ],
@@ -99,6 +112,13 @@ def test_the_way_and_the_rest_are_told_apart(text, start, via, goal, rest):
         goal,
     )
     assert (route.rest, route.question) == (rest, "")
+
+
+def test_what_would_move_an_end_that_was_said_is_shown_first():
+    made = from_words("from the box to the plate, shift everything left by 0.2", TABLE, ARM, writer="builtin")
+    assert made.status == "needs_confirmation"
+    assert "The start would lie 0.20 m from where it was said." in made.adaptation.warnings
+    assert made.adaptation.proposal is not None and made.adaptation.adapted == made.plan.trajectory
 
 
 def test_objects_may_be_called_by_letters():

@@ -11,19 +11,33 @@ from ovita.sources.markers import GOAL_NOUNS, GOALS, MOTION, START_NOUNS, STARTS
 from ovita.sources.places import Text
 
 CARRIERS = frozenset(
-    """take bring move go goes going run fly flying travel drive carry make draw plan generate create compute produce
-    give show send lead guide route path trajectory traj way movement motion line course it that which this one let
-    have want would like could can you i we please be is should must need to with on by at sort kind of swing
-    climb climbing climbs head heading proceed continue along so okay ok well right basically obviously think
+    """take bring move go goes going run fly flying travel drive carry make draw plan generate create compute
+    produce give show send lead guide route path trajectory traj way movement motion line course it that which this
+    one let have want would like could can you i we please be is should must need to with on by at sort kind of
+    swing climb climbing climbs head heading proceed continue along so okay ok well right basically obviously think
     thinking was were am maybe perhaps just now then and me us my your the a an new some there know lets let's see
     up over from start starting do does need needs um uh hey hi hello robot drone arm oh also first sweep swinging
-    glide slide shift pass passes passing next here leg trip journey task job possible able wondering mind helpful
-    great cool happy glad kindly try manage help if will ask asking asked about how what where get getting gets it's
-    i'd i'll you'd don't mission flight drop pick use using via point end stop order reach reaching back home same
-    n dear when scan second third return returning
-    """.split()
+    glide slide shift pass passes passing firstly secondly thirdly next here leg trip journey task job possible able
+    wondering mind helpful great cool happy glad kindly try manage help if will ask asking asked about how what
+    where get getting gets it's i'd i'll you'd don't mission flight drop pick use using via point end stop order
+    reach reaching back home same n dear when scan second third return returning""".split()
 ) - {"don't"}
 """Words that carry a route and ask for nothing else."""
+
+COURTESIES = frozenset(
+    " ".join(phrase.split())
+    for phrase in """would you be so kind as to, be so kind as to, would you be so good as to, be so good as to,
+    would you mind, it would be great if, it would be good if, it would be nice if, it would be lovely if, it'd be
+    great if, i was wondering if, i wonder if, i'd appreciate it if, we'd appreciate it if, i would appreciate it
+    if, we would appreciate it if, i'd be grateful if, we'd be grateful if, i'd like you to, i would like you to,
+    i'd like it to, i would like it to, i would have it, i want you to, i need you to, do me a favour and, do me a
+    favor and, is it possible to, would it be possible to, as discussed, as agreed, as usual, as always, many thanks
+    in advance, thanks in advance, thank you in advance, many thanks, best regards, kind regards, hi team, hi there,
+    hello there, good morning, good evening, fyi, btw, for your information, if you don't mind, if that is ok, if
+    that's ok, if you would, no pressure, en route, hihi, if you could, i beg you, pray, well then, for the record,
+    this time""".split(",")
+)
+"""Phrases of politeness; what follows them is what is asked."""
 
 LEADING = frozenset("through past via towards between while during before after as whether".split())
 """Words that tie a fragment to the phrase of the way behind it: "one lap between | leaving the pad"."""
@@ -51,11 +65,11 @@ WISHES = frozenset(
 
 REASONS = tuple(
     tuple(phrase.split())
-    for phrase in """because, cause, 'cause, cos, coz, cuz, bc, since, so that, so she, so he, so they, so the, so we,
-    so i, so nobody, so no one, so my, so our, so her, so his, in case, as if, as though, as seen, as we, as they,
-    as he, as she, as there, as it's, until she, until he, until they, until we, until someone, until i, till she,
-    till he, till they, till we, till i, for fear, due to, owing to, given that, while she, while he, while they,
-    while i, in order to, although, though""".split(",")
+    for phrase in """because, cause, 'cause, cos, coz, cuz, bc, since, so that, so she, so he, so they, so the, so
+    we, so i, so it, so you, so nobody, so no one, so my, so our, so her, so his, in case, as if, as though, as
+    seen, as we, as they, as he, as she, as there, as it's, until she, until he, until they, until we, until
+    someone, until i, till she, till he, till they, till we, till i, for fear, due to, owing to, given that, while
+    she, while he, while they, while i, in order to, although, though""".split(",")
 )
 """How a reason begins, which is not something to do."""
 

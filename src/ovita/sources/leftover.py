@@ -16,7 +16,9 @@ from ovita.text import the
 JOINTS = frozenset(", ; . : ! ? ( ) and then after afterwards but next finally while - / |".split())
 """Marks and words between two things that are said."""
 
-SEQUENCERS = frozenset("then next afterwards finally subsequently later onward onwards lastly on second".split())
+SEQUENCERS = frozenset(
+    "then next afterwards finally subsequently later onward onwards lastly on second secondly thirdly".split()
+)
 """Words that put what follows behind what was said."""
 
 LINKS = frozenset("please oh with that which having and so while".split())
@@ -26,8 +28,10 @@ TAILS = frozenset(("about it", "on the way", "along the way", "on its way", "on 
                    "for me"))  # fmt: skip
 """Phrases at the end of a request that ask for nothing more where there is only one way."""
 
+LOWER = frozenset("lower less smaller".split())
+CIRCLES = {"laps": "circles", "orbits": "circles", "circles": "circles", "twice": "two circles"}
 SPEAKERS = frozenset("you we i it he she they one".split())
-LAPS = frozenset("lap laps loop orbit orbits circuit tour turn revolution round 360 circle circles".split())
+LAPS = frozenset("once twice lap laps loop orbit orbits circuit tour turn revolution round 360 circle circles".split())
 ABOUT = frozenset("around round about of".split())
 SOFT, FIGURES = (
     frozenset("gentle soft light lazy subtle mild".split()),
@@ -66,14 +70,23 @@ class Leftover:
         said: list[str] = []
         for first, last in self.stretches():
             first, last = self.trimmed(first, last)
-            spoken = self.spoken(first, last).strip() if first < last else ""
+            spoken = " ".join(self.spoken(first, last).split()) if first < last else ""
             if spoken:
                 said.append(spoken)
                 self.parts += [self.spoken(*part) for part in self.fragments(first, last) if not self.idle(*part)]
         return ", ".join(said)
 
     def with_ceiling(self) -> None:
-        """Say "ceiling 1.8 m" as a height that is not to be exceeded."""
+        """Say "ceiling 1.8 m" and "the height should be lower than 1.8 m" as a height that is not to be exceeded."""
+        for k in range(len(self.words)):
+            at, amount = self.amount_in(k, min(k + 7, len(self.words)))
+            words = self.words[k + 1 : at]
+            lower = (words[-1:] == ["than"] and bool(LOWER & set(words[-2:]))) or bool(
+                {"below", "under"} & set(words[-1:])
+            )
+            if self.words[k] in HEIGHTS and amount is not None and amount.unit == "m" and lower and not self.taken[k]:
+                begin = k - (self.words[k - 1 : k] == ["the"])
+                self.instead |= {k: "", begin: "never higher than"} | {n: "" for n in range(k + 1, at)}
         for k in range(len(self.words) - 1):
             behind = k + 1 + (self.words[k + 1] in ("of", ":"))
             amount = amount_at(self.words, behind) if self.words[k] == "ceiling" and behind < len(self.words) else None
@@ -95,8 +108,8 @@ class Leftover:
                 others = {*self.words[begin:k], *self.words[k + (amount.used if amount else 0) : end]}
                 if amount is not None and amount.unit == "s" and others <= STOPS | WITH:
                     meant = self.meant_before(begin)
-                    self.instead |= {k: "" for k in range(begin, end)}
-                    self.instead[begin] = f"wait {amount.value:g} s {self.at_place(meant)}"
+                    self.instead |= {n: "" for n in range(begin, end)}
+                    self.instead[k] = f"wait {amount.value:g} s {self.at_place(meant)}"
 
     def amount_in(self, first: int, last: int) -> tuple[int, Amount | None]:
         """The first amount with a unit between two pieces, and where it begins."""
@@ -108,14 +121,16 @@ class Leftover:
         for k in range(len(self.words) - 1):
             named = self.text.object_at(k + 2) is not None or self.words[k + 2 : k + 3] == ["it"]
             if self.words[k] in LAPS and self.words[k + 1] in ABOUT and named and not self.taken[k]:
-                self.instead |= {k: "circle", k + 1: "around"}
+                self.instead |= {k: CIRCLES.get(self.words[k], "circle"), k + 1: "around"}
+            if self.words[k] == "one" and self.words[k + 1] == "time":
+                self.instead |= {k: "once", k + 1: ""}
             if self.words[k] in SOFT and concept_at(self.words, k + 1)[0] in FIGURES:
                 self.instead[k] = "small"
 
     def circled(self) -> list[str]:
         """The objects that are to be circled."""
         around = (k for k in range(1, len(self.words)) if not self.taken[k] and self.words[k] in ABOUT)
-        laps = LAPS | {"round", "circle", "circles", "once", "twice", "go"}
+        laps = LAPS | {"time", "times", "round", "circle", "circles", "once", "twice", "go"}
         found = [self.text.object_at(k + 1) for k in around if laps & set(self.words[max(k - 3, 0) : k])]
         return [place[0].objects[0].name for place in found if place is not None and not place[0].unclear]
 
@@ -133,6 +148,9 @@ class Leftover:
         """Say "d(wall) >= 0.1 m" in words, and give a height that is a bare number its unit."""
         for k in range(len(self.words) - 1):
             named = self.text.object_at(k + 2) if self.words[k + 1] == "(" and k + 2 < len(self.words) else None
+            avoided = self.text.object_at(k + 1) if self.words[k] in ("avoid", "avoiding") else None
+            if avoided is not None and self.amount_in(avoided[1], min(avoided[1] + 4, len(self.words)))[1] is not None:
+                self.instead[k] = "distance to"
             if self.words[k] in DISTANCES and named is not None and self.words[named[1] : named[1] + 1] == [")"]:
                 self.instead |= {k: "distance to", k + 1: "", named[1]: ""}
             amount = amount_at(self.words, k + 1) if self.words[k] in HEIGHTS else None

@@ -30,6 +30,7 @@ PREPOSITIONS: dict[tuple[str, ...], Role] = {
     **dict.fromkeys(
         _phrases("to, until, till, onto, into, toward, towards, as far as, ->, in to, on to, up until"), "goal"
     ),
+    **dict.fromkeys(_phrases("unto, upon, back to, back onto, back at, over to, on towards"), "goal"),
     **dict.fromkeys(_phrases("via, by way of, through, past, by means of"), "via"),
 }
 """Prepositions that tell a role by themselves."""
@@ -55,7 +56,8 @@ MOTION = _words(
     """go move travel run drive fly come carry bring take get head proceed continue return transfer transport convey
     guide lead send navigate roll glide slide cruise sweep climb ascend rise descend lower swing make route walk advance
     drift steer shift push pull haul ferry journey ride bind aim trek wander zip hop step pull set reverse retreat back
-    zoom traverse trundle nip pop scoot yeet jog trot pilot relay shuttle direct drag"""
+    zoom traverse trundle nip pop scoot yeet jog trot pilot relay shuttle direct drag
+    taxi join duck"""
 )
 """Verbs, in their base form, that tell where a way begins, ends or passes, or carry it."""
 
@@ -72,7 +74,7 @@ RESTS: Mapping[tuple[str, ...], Role] = {
         _phrases(
             """come to rest, come to a rest, come to a halt, coming to rest, coming to a halt, comes to rest,
         comes to a halt, come to a stop, coming to a stop, touch down, touching down, touches down, come down, coming
-        down, set down, setting down, wind up, winding up, end up, ending up, ends up"""
+        down, knock off, knocking off, set down, setting down, wind up, winding up, end up, ending up, ends up"""
         ),
         "goal",
     ),
@@ -80,7 +82,7 @@ RESTS: Mapping[tuple[str, ...], Role] = {
         _phrases(
             """take off, taking off, takes off, set off, setting off, sets off, set out, setting out, lift off, kick
             off, pull away, get up, push off, start off, starting off, starts off, start out,
-            starting out, starts out"""
+            starting out, starts out, set forth, setting forth, sets forth"""
         ),
         "start",
     ),
@@ -124,7 +126,7 @@ STOPPING = _words("stop park halt rest")
 
 STAYING = _words(
     """hover wait stand sit stay rest be is are am locate position park situate currently stop halt hold pause linger
-    dwell"""
+    dwell tarry loiter hang idle"""
 )
 """Verbs of being somewhere: where one is before the way, it begins."""
 

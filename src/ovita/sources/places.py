@@ -54,6 +54,7 @@ PHRASES: dict[str, Relation] = {
         for phrase in (
             *("{} of", "the {} of", "to the {} of", "on the {} of", "at the {} of", "the {} side of"),
             *("on the {} side of", "to the {} side of", "{} side of", "on the {} hand side of"),
+            *("the {} hand side of", "the {} - hand side of", "on the {} - hand side of", "{} - hand side of"),
         )
     },
     "between": "between",
@@ -200,7 +201,7 @@ class Text:
 
     def phrase_at(self, i: int, phrases: Container[str]) -> tuple[str, int]:
         """The longest of some phrases that begins at piece i, and how many pieces it takes; ("", 0) for none."""
-        for count in range(min(6, len(self.words) - i), 0, -1):
+        for count in range(min(8, len(self.words) - i), 0, -1):
             said = " ".join(self.words[i : i + count])
             if said in phrases:
                 return said, count
@@ -214,7 +215,9 @@ class Text:
             return coordinates
         far = self._distance(i)  # "a metre above" has an article of its own
         distance, at = far if far[0] is not None else self._distance(at)
-        said, used = self.phrase_at(at, PHRASES)
+        said, used = self.phrase_at(i, PHRASES) if distance is None else ("", 0)  # "the right of" is no article
+        at = i if used else at
+        said, used = (said, used) if used else self.phrase_at(at, PHRASES)
         if not used and distance is not None:
             said, used = self.phrase_at(at, AWAY)
         relation = PHRASES.get(said, "at")

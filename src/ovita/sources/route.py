@@ -10,29 +10,24 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
-from ovita.instruct.lexicon import concept_at, is_filler
 from ovita.instruct.numbers import amount_at
-from ovita.instruct.objects import GENERIC
 from ovita.paths.scene import Scene, SceneObject
-from ovita.sources.asides import CARRIERS, DENIALS
+from ovita.sources.asides import COURTESIES
+from ovita.sources.context import WHERE, Context
 from ovita.sources.heights import Level, read_level
 from ovita.sources.leftover import JOINTS, SEQUENCERS, Leftover
 from ovita.sources.markers import (
     BACK,
     CARRYING,
-    COMPARED,
     COPULAS,
     DETERMINERS,
     FASTEST,
     GOALS,
     MOTION,
-    NO_NAMES,
-    NO_ROUTE,
     PICKING,
     STARTS,
     STAYING,
     TIMES,
-    TOURS,
     Marker,
     Role,
     base,
@@ -116,15 +111,13 @@ class _Stay:
     timed: bool
 
 
-class _RouteReader:
+class _RouteReader(Context):
     """Goes through a sentence once and takes the phrases of a way out of it."""
 
     def __init__(self, text: Text) -> None:
-        self.text, self.words = text, text.words
-        self.taken = [False] * len(text)
+        super().__init__(text)
         self.start: Location | None = None
         self.legs = [_Leg()]
-        self.edge = 0  # behind the last place that was taken
         self.touring = self.fastest = False
         self.stays: list[_Stay] = []
         self.instead: dict[int, str] = {}
@@ -135,8 +128,8 @@ class _RouteReader:
     @property
     def takers(self) -> tuple[Callable[[int], int], ...]:
         """What may begin at a piece, in the order in which it is tried."""
-        ways = (self.both, self.back, self.titled, self.leveled, self.hurry, self.grasped, self.marked, self.stay)
-        return (*ways, self.around, self.relation, self.onward)
+        ways = (self.courtesy, self.both, self.back, self.titled, self.leveled, self.hurry, self.grasped, self.bound)
+        return (*ways, self.marked, self.stay, self.waited, self.kept, self.around, self.relation, self.onward)
 
     @property
     def started(self) -> str:
@@ -196,11 +189,11 @@ class _RouteReader:
                 return end
         return i + 1
 
-    def take(self, i: int, end: int) -> int:
-        """Take the pieces from i up to an end out of the sentence."""
-        self.taken[i:end] = [True] * (end - i)
-        self.edge = end
-        return end
+    def courtesy(self, i: int) -> int:
+        """Would you be so kind as to; it would be great if."""
+        used = self.text.phrase_at(i, COURTESIES)[1]
+        self.taken[i : i + used] = [True] * used
+        return i + used
 
     # places with a role
 
@@ -239,10 +232,6 @@ class _RouteReader:
             end = place[1]
         return found
 
-    def ends_at(self, end: int) -> bool:
-        """Whether a phrase ends at a piece: at a joint, or where another marker begins."""
-        return end >= len(self.text) or self.words[end] in JOINTS or bool(markers_at(self.words, end))
-
     def titled(self, i: int) -> int:
         """The plate is the target; with the cup as the start."""
         found = self.text.place_at(i) if self.carried(i) else None
@@ -279,12 +268,59 @@ class _RouteReader:
         )
         return next(((role, at + 1) for role, fits in roles if fits), None)
 
+    def bound(self, i: int) -> int:
+        """Leave the shed for the barn."""
+        found = self.text.place_at(i + 1) if self.words[i] == "for" and self.edge == i > 0 else None
+        if found is None or self.start is None or self.goal is not None:
+            return i
+        self.leg.goal = found[0]
+        return self.take(i, found[1])
+
+    def kept(self, i: int) -> int:
+        """Keep left of the hut; stay to the right of it."""
+        if self.words[i] not in _KEEPING or self.denied(i):
+            return i
+        found = self.text.place_at(i + 1)
+        sides = ("left", "right", "front", "back")
+        if (
+            found is None
+            or found[0].relation not in sides
+            or found[0].distance is not None
+            or not self.ends_at(found[1])
+        ):
+            return i
+        if self.goal is not None and self.after_that(i):
+            self.legs.append(_Leg())
+        self.leg.via.append(found[0])
+        return self.take(i, found[1])
+
+    def waited(self, i: int) -> int:
+        """At the shed wait 2 s; four seconds on the truck."""
+        timed = self.length_of_time(i)
+        at = i + timed
+        if at >= len(self.text) or self.words[at] not in _THERE or i != self.fragment(i):
+            return i
+        found = self.text.place_at(at)
+        if found is None or (found[1] >= len(self.text) and not timed):
+            return i
+        place, end = found
+        end += self.words[end : end + 1] == ["to"]
+        verb = end < len(self.text) and base(self.words[end], STAYING)
+        if not timed and not (verb and self.timed(end, end + 1)):
+            return i
+        self.stays.append(_Stay(replace(place, relation="at"), (i, end), True))
+        if timed:
+            self.instead[i] = f"wait {self.words[i]}"
+        if self.words[end - 1] == "to":
+            self.instead[end - 1] = ""
+        return end
+
     def marked(self, i: int) -> int:
         """From the box; ending at the cup; via the plate."""
         marks = [mark for mark in markers_at(self.words, i) if not self.barred(i, mark)]
         for mark in marks:
             found = self.place(mark)
-            if found is None or (mark.stops and self.pauses(i, found[1])):
+            if found is None or (mark.stops and self.pauses(i, found[1])) or self.turns_around(mark, found[1]):
                 continue
             place, end = found
             if mark.relation and place.relation == "at":
@@ -299,11 +335,6 @@ class _RouteReader:
     def pauses(self, i: int, end: int) -> bool:
         """Whether a stop on the way is meant and not its end."""
         return self.timed(i, end) or (self.goal is not None and not self.after_that(i))
-
-    def place(self, mark: Marker) -> tuple[Location, int] | None:
-        """The place behind a marker; "through the gate" leads between its posts."""
-        through = mark.role == "via" and self.words[mark.end - 1] in ("through", "cross", "crossing")
-        return (self.text.between(mark.end) if through else None) or self.text.place_at(mark.end)
 
     def several(self, mark: Marker, end: int) -> int:
         """Take the places that follow as a list: "visit the shed, the barn and the well"."""
@@ -367,6 +398,9 @@ class _RouteReader:
         found = self.text.place_at(i) if self.carried(i) else None
         if found is None or found[0].point is not None or found[0].relation in ("at", "beside", "under"):
             return i
+        if self.goal is not None and self.goal.relation == "at" and self.edge == i and _alike(found[0], self.goal):
+            self.leg.goal = found[0]  # "finish at the hut half a metre above it"
+            return self.take(i, found[1])
         return self.take(i, found[1]) if self.passes(found[0], i) else i
 
     def around(self, i: int) -> int:
@@ -383,13 +417,9 @@ class _RouteReader:
         place = replace(place, relation="beside") if place.relation == "at" else place
         return self.take(i, end) if self.passes(place, i) else i
 
-    def rounds(self, i: int) -> bool:
-        """Whether "round" stands in "round and round the lamp"."""
-        return self.words[i] in ("round", "around") and "and" in (*self.words[i - 1 : i], *self.words[i + 1 : i + 2])
-
     def onward(self, i: int) -> int:
         """Then the desk: a bare place behind a word of order."""
-        if not (self.goal or self.leg.via) or not self.after_that(i) or not self.carried(i):
+        if not (self.goal or self.leg.via or self.start or self.stays) or not self.after_that(i) or not self.carried(i):
             return i
         found = self.text.place_at(i)
         if found is None or found[0].relation not in ("at", "beside") or not self.ends_at(found[1]):
@@ -420,10 +450,6 @@ class _RouteReader:
         self.taken[i:end] = [True] * (end - i)
         return end
 
-    def leads(self, k: int) -> bool:
-        """Whether a preposition of the way begins at piece k, with its place."""
-        return any(mark.bare and self.text.place_at(mark.end) is not None for mark in markers_at(self.words, k))
-
     def back(self, i: int) -> int:
         """And back; then return home: the start is the goal."""
         end = i
@@ -452,6 +478,8 @@ class _RouteReader:
             return i
         place, end = found
         timed = self.timed(i, end)
+        if timed and base(self.words[i], frozenset({"hang"})):
+            self.instead[i] = "wait"  # the reader takes it for hovering above
         if timed and place.relation == "over":  # the way passes there, so that nothing has to be added to it
             k = self.measured(at)
             self.instead |= {k: "at"} if k == at else {i: "wait", **dict.fromkeys(range(at, k), ""), k: "at"}
@@ -460,24 +488,6 @@ class _RouteReader:
             return self.take(i, end)
         self.stays.append(_Stay(place, (i, end), timed))
         return i
-
-    def measured(self, i: int) -> int:
-        """Behind the distance at piece i, if there is one."""
-        amount = amount_at(self.words, i) if i < len(self.text) else None
-        return i + amount.used if amount is not None and amount.unit == "m" else i
-
-    def length_of_time(self, i: int) -> int:
-        """How many words a time at piece i takes."""
-        amount = amount_at(self.words, i)
-        return amount.used if amount is not None and amount.unit in ("s", "step") else 0
-
-    def timed(self, i: int, end: int) -> bool:
-        """Whether a phrase from piece i to an end has a time in it, right behind it or right before it."""
-        before = range(max(self.fragment(i), i - 3), i)
-        behind = end + (self.words[end : end + 1] == ["for"])
-        return self.words[end : end + 1] == ["for"] or any(
-            self.length_of_time(k) for k in (*before, *range(i, end), behind) if k < len(self.text)
-        )
 
     def completed(self) -> None:
         """What is known only at the end of the sentence."""
@@ -518,7 +528,7 @@ class _RouteReader:
         at = i + 1
         while at < min(len(self.text), i + 7) and self.of_a_thing(at):
             at += 1
-        found = self.text.place_at(at) if at > i + 1 and self.words[at : at + 1] and self.words[at] in _WHERE else None
+        found = self.text.place_at(at) if at > i + 1 and self.words[at : at + 1] and self.words[at] in WHERE else None
         if found is None:
             return self.grasped_object(i)
         goes = any(mark.role == "goal" and not mark.led for mark in markers_at(self.words, found[1]))
@@ -542,84 +552,12 @@ class _RouteReader:
         self.notes.append(f"took {' '.join(self.words[i : found[1]])!r} as what is carried")
         return self.take(i, found[1])
 
-    def of_a_thing(self, k: int) -> bool:
-        """Whether a word may be of what is carried: "the thing", "what's"."""
-        word = self.words[k]
-        if word in DETERMINERS:
-            return True
-        if word in _WHERE or word in JOINTS or (self.text.object_at(k) is not None and word not in GENERIC):
-            return False
-        return word.replace("'", "").isalpha() and not any(mark.bare for mark in markers_at(self.words, k))
-
     # what words mean where they stand
-
-    def carried(self, i: int) -> bool:
-        """Whether nothing but carriers stands between piece i and the mark, joint or phrase of the way before it."""
-        for k in range(i - 1, -1, -1):
-            if self.taken[k] or self.words[k] in JOINTS:
-                return True
-            word = self.words[k]
-            if word not in CARRIERS | _BEFORE and not is_filler(word) and not base(word, MOTION | TOURS):
-                return False
-        return True
-
-    def fragment(self, i: int) -> int:
-        """Where the fragment begins that piece i stands in."""
-        return next((k + 1 for k in range(i - 1, -1, -1) if self.taken[k] or self.words[k] in JOINTS), 0)
-
-    def after_that(self, i: int) -> bool:
-        """Whether a word of order stands before piece i in its fragment, or joins that to what was before."""
-        begin = self.fragment(i)
-        while begin > self.edge and self.words[begin - 1] in JOINTS:
-            begin -= 1
-        return bool(SEQUENCERS & set(self.words[begin:i])) or self.words[begin:i][-2:] == ["from", "there"]
-
-    def follows(self, i: int) -> bool:
-        """Whether the way goes on at piece i from where it was said to end."""
-        between = self.words[self.edge : i]
-        adjacent = all(word in JOINTS or word in CARRIERS for word in between)
-        return self.words[i] == "->" or adjacent or self.after_that(i)
-
-    def barred(self, i: int, mark: Marker) -> bool:
-        """Whether words that look like a marker are none here."""
-        if mark.role == "via" and (not self.carried(i) or self.rounds(i)):
-            return True
-        return self.denied(i) if mark.role != "via" else False
-
-    def denied(self, i: int) -> bool:
-        """Whether a word of denial stands before piece i in its fragment, and is not of an amount: "no more than"."""
-        begin = max(self.fragment(i), self.bounded(i))
-        return bool(DENIALS & set(self.words[begin:i]))
-
-    def bounded(self, i: int) -> int:
-        """Behind the last amount before piece i that is bounded or is none of a distance to something, or 0."""
-        for k in range(i - 1, self.fragment(i) - 1, -1):
-            amount = amount_at(self.words, k)
-            if amount is None or not amount.unit or k + amount.used > i:
-                continue
-            high = bool(_HEIGHTS & set(self.words[max(k - 3, 0) : k]))
-            return k + amount.used if amount.unit != "m" or high else 0
-        return 0
-
-    def turns_away(self, i: int) -> bool:
-        """Whether a "from" or "to" at piece i is that of "15 cm from the cup" or "clearance to the pillar"."""
-        if self.words[i - 1 : i] and self.words[i - 1] in COMPARED:
-            return True
-        begin = max(next((k + 1 for k in range(i - 1, -1, -1) if self.parted(k)), 0), self.bounded(i))
-        if begin == i:
-            return False
-        found = [amount_at(self.words, i - n) for n in range(1, min(4, i) + 1)]
-        measured = any(a is not None and a.used == n and a.unit == "m" for n, a in enumerate(found, start=1))
-        return measured or bool(NO_ROUTE & set(self.words[begin:i]))
-
-    def parted(self, k: int) -> bool:
-        """Whether what is said before piece k, and with it, has nothing to do with what comes behind."""
-        return self.taken[k] or self.words[k] in JOINTS or self.text.object_at(k) is not None
 
     def stranger(self, marks: list[Marker]) -> None:
         """Note what stands where a place should be and is not in the scene."""
         for mark in marks:
-            at = mark.end + (self.words[mark.end : mark.end + 1] != [] and self.words[mark.end] in _WHERE)
+            at = mark.end + (self.words[mark.end : mark.end + 1] != [] and self.words[mark.end] in WHERE)
             begin = at
             while at < len(self.text) and self.words[at] in DETERMINERS:
                 at += 1
@@ -629,27 +567,11 @@ class _RouteReader:
                 self.unknown.setdefault(name, mark.role)
                 return
 
-    def noun_at(self, i: int) -> str:
-        """The words from piece i on that name something unknown, or ""."""
-        end = i
-        while end < len(self.text) and self.unnamed(end):
-            end += 1
-        return " ".join(self.words[i : min(end, i + 3)])
 
-    def unnamed(self, k: int) -> bool:
-        """Whether a word is none that ovita knows."""
-        word = self.words[k]
-        if not word.isalpha() or word in NO_NAMES or word in JOINTS or word in CARRIERS or is_filler(word):
-            return False
-        known = concept_at(self.words, k)[0] or amount_at(self.words, k) or self.text.object_at(k)
-        return not known and not markers_at(self.words, k)
-
-
-_BEFORE = frozenset({"before", "after"})
-_HEIGHTS = frozenset("above below under over higher lower exceed exceeding height altitude".split())
+_KEEPING = frozenset("keep keeping stay staying remain remaining stick sticking".split())
+_THERE = frozenset("at by on over near above".split())
 _BEING = frozenset("is are be was shall should must will has".split())
 _TELLING = _BEING | frozenset("where it you we one i the robot arm drone he she to then finally".split())
-_WHERE = frozenset("at in by near beside on inside within".split())
 _HOMEWARD = frozenset("again to the start beginning home there where it you we started began came from origin".split())
 _STILL = frozenset("now currently directly for there just still initially first located standing".split())
 
