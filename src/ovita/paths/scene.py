@@ -210,22 +210,25 @@ class Scene:
         a plural s, a name that contains all the words, a close spelling.
         """
         wanted = canonical(name)
-        if not wanted:
-            return None
-        names = [canonical(item.name) for item in self.objects]
-        singular = [_singular(n) for n in names]
-        words = set(_singular(wanted).split())
-        for fits in (
-            [i for i, n in enumerate(names) if n == wanted],
-            [i for i, n in enumerate(singular) if n == _singular(wanted)],
-            [i for i, n in enumerate(singular) if words <= set(n.split())],
-            [i for i, n in enumerate(singular) if n in difflib.get_close_matches(_singular(wanted), singular, 3, 0.84)],
-        ):
-            if len(fits) == 1:
-                return self.objects[fits[0]]
-            if fits:
-                return None
-        return None
+        fits = next(filter(None, self._fitting(wanted)), []) if wanted else []
+        return fits[0] if len(fits) == 1 else None
+
+    def _fitting(self, wanted: str) -> Iterator[list[SceneObject]]:
+        names, singular, wanted_singular = self._canonical, self._singular, _singular(wanted)
+        yield [o for o, n in zip(self.objects, names, strict=True) if n == wanted]
+        yield [o for o, n in zip(self.objects, singular, strict=True) if n == wanted_singular]
+        words = set(wanted_singular.split())
+        yield [o for o, n in zip(self.objects, singular, strict=True) if words <= set(n.split())]
+        close = difflib.get_close_matches(wanted_singular, singular, 3, 0.84)
+        yield [o for o, n in zip(self.objects, singular, strict=True) if n in close]
+
+    @cached_property
+    def _canonical(self) -> tuple[str, ...]:
+        return tuple(canonical(item.name) for item in self.objects)
+
+    @cached_property
+    def _singular(self) -> tuple[str, ...]:
+        return tuple(map(_singular, self._canonical))
 
 
 def canonical(name: str) -> str:
