@@ -32,7 +32,7 @@ demo: $(VENV)/.demo ## adapt a shipped scene to three instructions; pictures go 
 	$(BIN)/ovita demo
 
 test: $(VENV)/.dev ## run the tests
-	$(BIN)/python -m pytest -n $(WORKERS) -m "not browser"
+	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile -m "not browser"
 
 test-browser: $(VENV)/.dev ## drive the studio in a real browser (Debian: apt-get install chromium)
 	$(BIN)/python -m pytest -m browser

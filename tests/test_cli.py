@@ -2,30 +2,16 @@
 
 import json
 import os
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from command_line import ovita, process
 from ovita.io import load_task
 from ovita.result import Adaptation
 
 TABLETOP = Path(__file__).parents[1] / "src" / "ovita" / "data" / "tabletop.json"
-
-
-def ovita(*arguments, cwd=None, stdin=""):
-    env = {k: v for k, v in os.environ.items() if not k.endswith("_API_KEY") and k != "OVITA_MODEL"}
-    return subprocess.run(
-        [sys.executable, "-m", "ovita", *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        cwd=cwd,
-        input=stdin,
-        timeout=120,
-        env=env,
-    )
 
 
 def scene(**changes):
@@ -135,7 +121,7 @@ def test_a_mistyped_command_is_guessed():
 def test_a_terminal_without_the_letters_of_a_name_gets_escapes(written, monkeypatch):
     monkeypatch.setenv("PYTHONIOENCODING", "latin-1")
     cups = [{"name": "чашка ☕", "x": 0.5, "y": 0.3, "z": 0}]
-    done = ovita("adapt", written(scene(objects=cups)), "moonwalk")
+    done = process("adapt", written(scene(objects=cups)), "moonwalk")
     assert done.returncode == 3 and "Traceback" not in done.stderr and "\\u2615" in done.stdout
 
 
@@ -244,6 +230,14 @@ BAD_FILES = [
 @pytest.mark.parametrize(("content", "name", "said"), [b[1:] for b in BAD_FILES], ids=[b[0] for b in BAD_FILES])
 def test_bad_files_get_one_sentence_and_exit_2(written, content, name, said):
     refused(ovita("adapt", written(content, name), "go left"), name, *said)
+
+
+def test_a_process_of_its_own_ends_in_the_same_way(written):
+    refused(process("adapt", written("{oops"), "go left"), "not JSON")
+    refused(process("fly"), "no command 'fly'")
+    done = process("adapt", written(scene()))
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.splitlines()[1:] == ovita("adapt", written(scene())).stdout.splitlines()[1:]  # but for the ms
 
 
 def refused(done, *said):

@@ -2,12 +2,11 @@
 
 import re
 import shlex
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
+from command_line import ovita
 from ovita.cli.main import COMMANDS
 
 ROOT = Path(__file__).parents[1]
@@ -33,8 +32,7 @@ def test_the_first_commands_work_as_printed_in_order(tmp_path):
     assert len(commands) >= 6
     printed = ""
     for command in commands:
-        words = [sys.executable, "-m", "ovita", *shlex.split(command)[1:]]
-        done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, input="/quit\n", timeout=300)
+        done = ovita(*shlex.split(command)[1:], cwd=tmp_path, stdin="/quit\n")
         assert done.returncode in (0, 5), f"{command}\n{done.stdout}{done.stderr}"
         printed += done.stdout
     report = re.search(r"```\n(Done\..*?)```", README, re.DOTALL)

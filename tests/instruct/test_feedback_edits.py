@@ -202,11 +202,13 @@ def test_any_words_are_read_and_applied_without_an_error(said):
         apply(reading.edits, frames, SCENE, REALISED)
 
 
-def test_the_training_voices_are_read():
-    """34 of the 82 it was tuned on."""
+def test_the_training_voices_are_read(tmp_path):
+    """Half the lines of every fourth voice it was tuned on."""
     sys.path.insert(0, str(Path(__file__).parents[2] / "training"))
     from evaluate_feedback import CORPUS, measured
 
-    counts = measured(CORPUS / "voices", every=3).values()
+    for voice in sorted((CORPUS / "voices").glob("*.txt"))[::4]:
+        (tmp_path / voice.name).symlink_to(voice)
+    counts = measured(tmp_path, every=2).values()
     right, total = sum(c["right"] for c in counts), sum(c.total() for c in counts)
     assert right >= 0.8 * total, f"{right} of {total}"

@@ -11,7 +11,6 @@ from ovita.measure import predicates as checks
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
-from ovita.policy.reading import parse as parse_policy
 from ovita.policy.sandbox import run
 from ovita.request import Request
 from ovita.writers.builtin import BuiltinWriter
@@ -75,7 +74,7 @@ def verdict(sentence: str, wanted: str) -> tuple[str, str]:
         return ("right" if right else "wrong" if answer.kind == "policy" else "declined"), answer.kind
     if answer.kind != "policy":
         return "declined", f"{answer.kind}: {' '.join(answer.unplaced) or answer.question}"
-    rollout = run(parse_policy(answer.code), TRAJECTORY, SCENE)
+    rollout = run(answer.policy, TRAJECTORY, SCENE)
     solved = constrain(rollout.trajectory, SCENE, Robot.preset("none"), original=TRAJECTORY, contacts=rollout.contacts)
     result = check(wanted).judge(TRAJECTORY, solved.trajectory, SCENE)
     return ("right" if result.passed else "wrong"), f"{' '.join(answer.plan)} -> {result.sentence}"

@@ -1,6 +1,7 @@
 """One word of an instruction turned round: the result turns round with it, or the instruction is refused."""
 
 import sys
+from functools import cache
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
@@ -11,15 +12,19 @@ word_flips = module_from_spec(SPEC)
 sys.modules["word_flips"] = word_flips
 SPEC.loader.exec_module(word_flips)
 
-PAIRS = list(word_flips.judged(100, seed=3))
-FLIPS = sorted({pair.flip for pair, _ in PAIRS})
+FLIPS = sorted({pair.flip for pair, _, _ in word_flips.pairs(100, seed=3)})
+
+
+@cache
+def judged():
+    return list(word_flips.judged(100, seed=3))
 
 
 @pytest.mark.parametrize("flip", FLIPS)
 def test_the_result_turns_round_with_the_word(flip):
     sides = [
         (text, outcome)
-        for pair, outcomes in PAIRS
+        for pair, outcomes in judged()
         if pair.flip == flip
         for (text, _), outcome in zip((pair.one, pair.other), outcomes, strict=True)
     ]
@@ -27,7 +32,7 @@ def test_the_result_turns_round_with_the_word(flip):
 
 
 def test_most_sides_are_done_rather_than_refused():
-    kinds = [kind for _, outcomes in PAIRS for kind, _ in outcomes]
+    kinds = [kind for _, outcomes in judged() for kind, _ in outcomes]
     assert kinds.count("right") >= 0.85 * len(kinds)
 
 

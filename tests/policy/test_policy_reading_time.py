@@ -7,7 +7,7 @@ import pytest
 from ovita.errors import PolicyRejected
 from ovita.policy.reading import parse
 
-K = 500  # sources of half the largest size: what is not linear shows as well, at half the cost
+K = 250  # sources of a quarter of the largest size: what is not linear shows as well, at a quarter of the cost
 ADAPT = "def adapt(traj, scene):\n    return traj\n"
 
 SLOW: dict[str, str] = {
@@ -46,7 +46,7 @@ SLOW: dict[str, str] = {
     "deep lambdas": "modified_trajectory = " + "lambda: " * 140 + "1\n",
     "many lines": "\n" * 60 * K + "modified_trajectory = 1\n",
     "many tabs": ADAPT + "\t" * 60 * K + "\n",
-    "too long": "#" * 300 * K,
+    "too long": "#" * 150_000,
 }
 
 
@@ -59,4 +59,4 @@ def test_reading_is_quick(name):
         assert policy.carries_columns in (True, False)
     except PolicyRejected as rejected:
         assert len(str(rejected)) < 2100
-    assert time.process_time() - started < 10.0  # against minutes, where it is not linear
+    assert time.process_time() - started < 5.0  # against a minute, where it is not linear

@@ -4,6 +4,7 @@ import ast
 import json
 import re
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import injections
@@ -28,21 +29,29 @@ PATH = Trajectory.from_array(np.column_stack([T, 0.2 * np.sin(3 * T), 0.3 + 0 * 
 ROBOT = Robot("tester", workspace=Box((-2, -2, 0), (2, 2, 2)), max_speed=0.8)
 SAID = "Go left by 0.2 and slow down near the cup"
 PLACES = ("label", "environment", "limits")
+EVERYWHERE = "everywhere"
 AMBIGUOUS = "near"
 """As an object's name, this makes the instruction itself ambiguous."""
 
 
 def scene(place, text):
-    other = text if place == "label" else "thing"
+    said = {each: text if place in (each, EVERYWHERE) else "" for each in PLACES}
+    other = said["label"] if said["label"].strip() else "thing"
     return Scene(
         (SceneObject("cup", [0.5, 0.5, 0.3], [0.1, 0.1, 0.1]), SceneObject(other, [1.5, -1.0, 0.1])),
-        environment=text if place == "environment" else "",
-        constraints_text=text if place == "limits" else "",
+        environment=said["environment"],
+        constraints_text=said["limits"],
     )
 
 
 def request(place="label", text="thing", said=SAID):
     return Request(said, PATH, scene(place, text), ROBOT)
+
+
+@cache
+def usual(writer):
+    """What a writer answers where nobody tries anything."""
+    return writer().write(ground(request()))
 
 
 def titled(attempts):
@@ -59,13 +68,12 @@ def test_there_are_enough_attempts():
 
 @pytest.mark.parametrize("text", titled(ATTEMPTS))
 def test_the_built_in_writer_writes_what_it_would_have_written(text):
-    expected = BuiltinWriter().write(ground(request()))
+    expected = usual(BuiltinWriter)
     assert expected.kind == "policy"
-    for place in usable(text):
-        reply = BuiltinWriter().write(ground(request(place, text)))
-        if place == "label" and text == AMBIGUOUS and (reply.kind != "policy" or reply.confirm):
-            continue
-        assert (reply.code, reply.plan, reply.contacts) == (expected.code, expected.plan, expected.contacts), place
+    reply = BuiltinWriter().write(ground(request(EVERYWHERE, text)))
+    if text == AMBIGUOUS and (reply.kind != "policy" or reply.confirm):
+        reply = BuiltinWriter().write(ground(request("environment", text)))
+    assert (reply.code, reply.plan, reply.contacts) == (expected.code, expected.plan, expected.contacts)
 
 
 @pytest.mark.parametrize("text", titled([t for t in ATTEMPTS if t.strip()][::4]))
@@ -172,9 +180,7 @@ class Gullible:
 
 @pytest.mark.parametrize("text", titled([t for t in ATTEMPTS if t.strip() and t != AMBIGUOUS]))
 def test_a_model_that_obeys_what_is_unquoted_does_what_the_person_said(text):
-    expected = Gullible().write(ground(request()))
-    for place in PLACES:
-        assert Gullible().write(ground(request(place, text))) == expected
+    assert Gullible().write(ground(request(EVERYWHERE, text))) == usual(Gullible)
 
 
 @pytest.mark.parametrize("text", titled([*injections.FENCES, *injections.TURNS, *injections.HIDDEN]))

@@ -61,7 +61,10 @@ def test_a_real_reply_that_is_cut_off(local_model: str, request_: Request) -> No
         local_writer(local_model, 8).write(Prompt.of_text(request_, FIXED, "Go left by 0.2"))
 
 
-def test_a_real_explanation_is_used_only_with_numbers_from_the_facts(local_model: str) -> None:
+def test_a_real_explanation_is_used_only_with_numbers_from_the_facts(
+    local_model: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("ovita.writers.explain.MAX_TOKENS", 100)
     facts = {"Plan": "Shift the path left.", "What changed": "Every waypoint moved by 0.2 m."}
     try:
         text = reworded(local_writer(local_model), facts)
