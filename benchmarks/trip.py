@@ -62,6 +62,7 @@ def trip(scene: Path) -> tuple[list[str], dict[str, float], list[float]]:
 def cold(source: str, scene: Path) -> tuple[float, float]:
     """Wall time and CPU time of the whole command in a process of its own, its children included [s]."""
     environment = {**os.environ, "PYTHONPATH": source}
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)  # compiled, as a package is after it was installed
     command = [sys.executable, "-m", "ovita", "adapt", str(scene), INSTRUCTION, "-o", str(scene.with_name("r.json"))]
     before, started = os.times(), time.perf_counter()
     subprocess.run(command, env=environment, check=True, stdout=subprocess.DEVNULL)
