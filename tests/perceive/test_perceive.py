@@ -1,3 +1,7 @@
+import importlib.util
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 from depth_pictures import Thing, picture, tilted
@@ -5,7 +9,14 @@ from depth_pictures import Thing, picture, tilted
 from ovita.errors import SceneError
 from ovita.paths.frame import matrix
 from ovita.perceive import Found, View, perceive
-from ovita.perceive.looks import Wanted
+from ovita.perceive.looks import Look, Wanted, assign
+
+_spec = importlib.util.spec_from_file_location(
+    "benchmark_of_perception", Path(__file__).parents[2] / "benchmarks" / "perceive.py"
+)
+benchmark = importlib.util.module_from_spec(_spec)
+sys.modules[_spec.name] = benchmark
+_spec.loader.exec_module(benchmark)
 
 CUP = Thing("cylinder", (0.0, 0.12, 0.05), (0.08, 0.08, 0.1), colour="red")
 BOX = Thing("box", (0.1, -0.12, 0.04), (0.1, 0.14, 0.08), 0.4, "blue")
@@ -166,3 +177,50 @@ def test_any_frame_of_the_world_will_do(frame, turn):
 def test_a_colour_that_is_a_fruit_as_well_is_a_colour_behind_the_sign():
     assert Wanted.parse("carton=orange") == Wanted("carton", ("orange",), ())
     assert Wanted.parse("orange") == Wanted("orange", (), ("sphere",))
+
+
+@pytest.mark.parametrize("edge", [62, 66, 70])
+def test_what_a_picture_without_depth_at_its_side_cuts_is_cut(edge):
+    """As --crop leaves it, and as stereo cameras do at their left side."""
+    view = picture(TABLE, noise=0.002)
+    column, row = view.project(np.array([CUP.position]))[0].astype(int)
+    depth = view.depth.copy()
+    depth[:, :column], depth[: row - 40], depth[row + 40 :], depth[:, column + edge :] = (np.nan,) * 4
+    scene = perceive([View(depth, view.intrinsics, view.pose, view.rgb)]).scene
+    assert scene["red cylinder"].extra["cut"] and scene["table"].extra["cut"]
+
+
+def test_a_leaning_sheet_is_not_made_of_two_things_that_touch():
+    pair = [Thing("box", (0, 0, 0.02), (0.06, 0.06, 0.04)), Thing("box", (0.061, 0, 0.03), (0.06, 0.06, 0.06))]
+    view = picture(pair, eye=(-0.7, 0.0, 0.51), size=(640, 480))
+    depth = benchmark.spoiled(view.depth, np.random.default_rng(1))
+    (seen,) = perceive([View(depth, view.intrinsics, view.pose, view.rgb)]).things
+    assert seen.extra["shape"] == "irregular" and np.abs(seen.position - (0.03, 0.0, 0.03)).max() < 0.008
+
+
+def test_a_post_that_another_thing_hides_in_part_is_no_disc_on_its_edge():
+    pillar = Thing("cylinder", (0.2, -0.9, 0.5), (0.36, 0.36, 1.0))
+    post = Thing("box", (1.4, -1.0, 0.45), (0.06, 0.06, 0.9), colour="blue")
+    eyes, look = ((-2.8, -0.3, 1.7), (0.4, 2.9, 1.9)), {"target": (0.3, 0.0, 0.1), "size": (640, 480)}
+    things = perceive([picture([pillar, post], eye, noise=0.0025, seed=1, **look) for eye in eyes]).things
+    (seen,) = (item for item in things if item.extra["colour"] == "blue")
+    assert len(things) == 2 and seen.size[:2].max() < 0.25
+
+
+@pytest.mark.parametrize("pixels", [(slice(60, 61), slice(None)), (slice(60, 61), slice(80, 81))], ids=["row", "pixel"])
+def test_a_picture_with_hardly_any_depth_shows_nothing(pixels):
+    view = picture(TABLE)
+    depth = np.full(view.shape, np.nan)
+    depth[pixels] = view.depth[pixels]
+    assert not perceive([View(depth, view.intrinsics, view.pose)]).things
+
+
+def test_what_is_no_ball_is_not_called_one_beside_a_ball():
+    looks = [Look("green", "irregular"), Look("yellow", "sphere"), Look("red", "cylinder")]
+    assert assign(["ball"], looks) == ({1: "ball"}, ())
+    assert assign(["ball"], looks[::2]) == ({0: "ball"}, ())
+
+
+def test_a_name_that_is_given_twice_is_said():
+    given, left = assign(["red cup", "red cup"], [Look("red", "cylinder")])
+    assert not given and all("another name fits red cylinder as well" in one for one in left)

@@ -57,6 +57,11 @@ def test_looking_again_at_a_path(tmp_path: Path, look: str) -> None:
     assert load_scene(second)[0].names == scene.names
 
 
+def test_a_file_without_objects_is_no_earlier_look(tmp_path: Path, look: str) -> None:
+    (tmp_path / "other.json").write_text('{"a": 1}')
+    assert "holds no objects to compare with" in run(look, "--update", tmp_path / "other.json")
+
+
 def test_a_point_cloud(tmp_path: Path) -> None:
     np.save(tmp_path / "cloud.npy", picture([CUP, BOOK]).points.reshape(-1, 3))
     said = json.loads(run(tmp_path / "cloud.npy", "--json"))

@@ -50,6 +50,13 @@ def test_a_folder_an_archive_and_loose_files_hold_the_same_view(folder, seen, tm
     assert np.allclose(three.pose, seen.pose) and np.array_equal(three.rgb, seen.rgb)
 
 
+def test_a_grey_picture_is_a_picture(folder, seen):
+    Image = pytest.importorskip("PIL.Image")
+    Image.fromarray(seen.rgb).convert("L").save(folder / "rgb.png")
+    (view,) = views_from([str(folder)])
+    assert view.rgb.shape == seen.rgb.shape and np.ptp(view.rgb, axis=2).max() == 0
+
+
 def test_numbers_alone_need_no_picture_reader(tmp_path, seen, monkeypatch):
     monkeypatch.setitem(sys.modules, "PIL", None)
     np.save(tmp_path / "depth.npy", seen.depth)
@@ -109,6 +116,7 @@ SHEARED = np.eye(4) + np.diag([0.2, 0.0], 2)
         ({"focal": 3}, "unknown key|unexpected"),
         ({"depth_scale": 1.0}, "looks like millimetres"),
         ({"depth_scale": 1e-6}, "unit as depth_scale"),
+        ({"depth_scale": 0}, "depth_scale must be above 0"),
         ({"axes": "ros"}, "expected 'opencv' or 'opengl'"),
     ],
 )

@@ -132,6 +132,9 @@ def test_times(tmp_path: Path, view: View) -> None:
     bag = write(tmp_path / "a", said)
     (last,) = read_recording(bag).views
     first, middle = read_recording(bag, RecordingChoices(at=(0.0, 1.2))).views
+    for beyond in (-1.0, 500.0):
+        with pytest.raises(FormatError, match="so there is nothing --at"):
+            read_recording(bag, RecordingChoices(at=(beyond,)))
     for i, read in enumerate((first, middle, last)):
         assert read.pose[0, 3] == pytest.approx(view.pose[0, 3] + 0.1 * i)
         assert np.nanmedian(read.depth - view.depth) == pytest.approx(0.01 * i, abs=1e-3)

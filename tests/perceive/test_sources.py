@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from depth_pictures import Thing, picture
 from ovita.errors import FormatError, RequestError
 from ovita.perceive import perceive
 from ovita.perceive.detectors import ClusterDetector, detector_named
+from ovita.perceive.recordings import Mount, RecordingChoices
 from ovita.perceive.sources import gathered
 from ovita.perceive.vlm import VlmDetector
 
@@ -99,3 +101,21 @@ def test_masks_of_clusters(tmp_path: Path) -> None:
     seen = perceive([picture([CUP])], names=["cup=red"], detector=detector)
     assert seen.scene.names == ("cup", "table")
     assert np.linalg.norm(seen.scene["cup"].position - CUP.position) < 0.02
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ({"choices": RecordingChoices(at=(3.0,))}, "--at: for a bag or a live camera"),
+        ({"choices": RecordingChoices(rgb="/a", world_frame="map")}, "--rgb and --world-frame: for a bag"),
+        ({"choices": RecordingChoices(mount=Mount(np.eye(4)))}, "--pose: for a bag"),
+    ],
+)
+def test_options_of_recordings_are_refused_beside_pictures_alone(folder: Path, options: Any, says: str) -> None:
+    with pytest.raises(RequestError, match=says):
+        gathered([str(folder / "view.npz")], **options)
+
+
+def test_a_camera_file_is_refused_where_no_picture_needs_it(folder: Path) -> None:
+    with pytest.raises(RequestError, match="--camera goes with pictures"):
+        gathered([str(folder / "cloud.npy")], camera="camera.json")

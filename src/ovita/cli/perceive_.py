@@ -115,6 +115,8 @@ def command(
     if result and not old:
         raise RequestError("--result goes with --update SCENE, the scene that the path was adapted in")
     before = None if old is None else load_scene(old)[0]
+    if before is not None and old is not None and not before.objects:
+        raise FormatError(old, "holds no objects to compare with; name the scene of an earlier look")
     adapted = None if result is None else Adaptation.load(result)
     leave = _Leave.of(without, crop)
     finder = detector_named(detector, frame=frame, base_url=base_url, boxes=boxes)

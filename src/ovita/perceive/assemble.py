@@ -107,7 +107,7 @@ def perceive(
         new, without = _things(seen.found, view, part, number, ground, rough=len(views) > 1)
         refused += without
         things = _merged(things, _whole(new, ground), ground)
-    things = [thing.refined(ground) for thing in things]
+    things = _settled([thing.refined(ground) for thing in things], ground)
     return _result(things, ground, _Told(axes, names, said or text, tuple(notes), tuple(refused)))
 
 
@@ -377,6 +377,15 @@ def _merged(known: list[_Thing], seen: list[_Thing], ground: _Ground) -> list[_T
             left.remove(one)
             thing = one.with_(thing, ground)
         left.append(thing)
+    return left
+
+
+def _settled(things: Sequence[_Thing], ground: _Ground) -> list[_Thing]:
+    """Things with those taken together that only their better fits put in the same place: of different views."""
+    left: list[_Thing] = []
+    for thing in things:
+        apart = [one for one in left if {*one.views} & {*thing.views}]
+        left = apart + _merged([one for one in left if one not in apart], [thing], ground)
     return left
 
 

@@ -136,7 +136,7 @@ class _Patch:
         mask: The thing's pixels, (h, w) like all that follow; none at the patch's own border.
         depth: Smoothed depth [m], nan beyond the picture.
         noise: Of the depth [m].
-        inside: Which pixels lie in the picture.
+        inside: Which pixels lie where the picture has depth at all.
         corner: Row and column of its first pixel in the picture.
     """
 
@@ -157,12 +157,12 @@ class _Patch:
         lack = [(max(-low, 0), max(high - size, 0)) for (low, high), size in zip(spans, view.shape, strict=True)]
         solid = np.pad(mask[place] & view.seen[place] & np.isfinite(depth), lack)
         beyond = np.pad(depth, lack, constant_values=np.nan)
-        noise, inside = np.pad(parts.noise[place], lack), np.pad(np.ones(depth.shape, dtype=bool), lack)
+        noise, inside = np.pad(parts.noise[place], lack), np.pad(view.frame[place], lack)
         return cls(view, solid, beyond, noise, inside, (spans[0][0], spans[1][0]))
 
     @property
     def cut(self) -> bool:
-        """Whether the border of the picture cuts the thing."""
+        """Whether the border of the picture, or of the part of it that has depth, cuts the thing."""
         return bool((_grown(self.mask) & ~self.inside).any())
 
 

@@ -44,6 +44,12 @@ BETTER = 0.8
 LEANING = np.cos(np.radians(5.0))
 """Cosine of the angle from which a thing leans."""
 
+SHEET, BOARD = 0.02, 0.12
+"""Thinness, thickness over length, below which no leaning solid is believed, and below which one has to fit well."""
+
+ON_EDGE = 0.06
+"""Thickness over width of a disc below which it is hardly ever found to stand on its edge."""
+
 IRREGULAR = 1.0
 """Mean loss from which no shape explains the pixels."""
 
@@ -68,6 +74,11 @@ class _Model:
     resting: bool = False
     """Whether its lowest point is likely to be on the support."""
 
+    @property
+    def on_edge(self) -> bool:
+        """Whether it starts as a disc that stands on its edge, as what is seen of a thin upright thing looks like."""
+        return self.kind == "cylinder" and not self.grounded and bool(self.start[8] < ON_EDGE * self.start[6])
+
     @cached_property
     def steps(self) -> Array:
         """By how much each direction is varied for its slope (K,) [m or rad]."""
@@ -88,18 +99,34 @@ def fit(evidence: Evidence, *, supported: bool, hints: Sequence[Solid] = (), rou
         hints: Solids that explain parts of the evidence.
         rough: Whether the part of the evidence on which families are compared is enough, as for a first guess.
     """
-    agreed = {one.kind for one in hints if one.regular and not one.tilted}
-    if supported and len(agreed) == 1 and len(hints) > 1:
-        likely = [model for model in _standing(evidence) if model.kind in agreed]
-        quick = _best(likely, evidence, supported=True, rough=rough)
-        if quick.loss <= POOR:
-            return quick
+    quick = _as_hinted(evidence, hints, rough=rough) if supported else None
+    if quick is not None:
+        return quick
     standing = _best(_standing(evidence), evidence, supported=True, rough=rough) if supported else None
     if standing is not None and standing.loss <= POOR:
         return standing
     floating = _best([*_floating(evidence), *_resumed(hints)], evidence, supported=supported, rough=rough)
-    best = floating if standing is None or floating.loss < _share(floating) * standing.loss else standing
+    if standing is None:
+        best = floating
+    else:
+        best = floating if not _flimsy(floating) and floating.loss < _share(floating) * standing.loss else standing
     return best if best.loss <= IRREGULAR else _enclosing(evidence, best.loss, supported=supported)
+
+
+def _as_hinted(evidence: Evidence, hints: Sequence[Solid], *, rough: bool) -> Solid | None:
+    """The standing solid of the kind that all hints have, where that explains the evidence."""
+    agreed = {one.kind for one in hints if one.regular and not one.tilted}
+    if len(agreed) != 1 or len(hints) < 2:
+        return None
+    likely = [model for model in _standing(evidence) if model.kind in agreed]
+    quick = _best(likely, evidence, supported=True, rough=rough)
+    return quick if quick.loss <= POOR else None
+
+
+def _flimsy(one: Solid) -> bool:
+    """Whether a leaning solid is a sheet: the side that was seen of a thing that it does not explain."""
+    thin = float(one.size.min() / one.size.max())
+    return thin < SHEET or (thin < BOARD and one.loss > POOR)
 
 
 def _share(one: Solid) -> float:
@@ -280,7 +307,8 @@ def _best(models: Sequence[_Model], evidence: Evidence, *, supported: bool, roug
     part = evidence.thinned(THIN)
     heats = [_improved(replace(one, resting=supported and not one.grounded), part, HEAT) for one in models]
     limit = max(HOPELESS * min(loss for _, loss in heats), POOR)
-    raced = sorted((_improved(one, part, ROUNDS) for one, loss in heats if loss <= limit), key=lambda run: run[1])
+    raced = [_improved(one, part, ROUNDS) for one, loss in heats if loss <= limit]
+    raced = sorted([run for run in raced if not run[0].on_edge] or raced, key=lambda run: run[1])
     (first, least), *rest = raced
     rivals = [one for one, loss in rest if one.kind != first.kind and loss < RIVALLING * least][:1]
     others = [one for one, _ in rest[:3] if one not in rivals]

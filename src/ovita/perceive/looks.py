@@ -140,25 +140,38 @@ def assign(names: Sequence[str], looks: Sequence[Look]) -> tuple[dict[int, str],
     Returns:
         The name by the number of the thing, and a sentence for each name that is left.
     """
-    wanted = [Wanted.parse(text) for text in names]
+    left = [Wanted.parse(text) for text in names]
     given: dict[int, str] = {}
-    left = list(wanted)
     while True:
         free = [i for i in range(len(looks)) if i not in given]
-        fits = [(one, [i for i in free if one.fits(looks[i])]) for one in left]
-        certain = [(one, where[0]) for one, where in fits if len(where) == 1]
-        chosen = [(one, i) for one, i in certain if Counter(j for _, j in certain)[i] == 1]
+        fits = [(one, _fitting(one, free, looks)) for one in left]
+        chosen = _certain(fits)
         if not chosen:
             return given, tuple(_unplaced(one, where, looks) for one, where in fits)
-        for one, i in chosen:
-            given[i] = one.name
-            left.remove(one)
+        given |= {i: one.name for one, i in chosen}
+        left = [one for one in left if all(one is not other for other, _ in chosen)]
+
+
+def _fitting(one: Wanted, free: Sequence[int], looks: Sequence[Look]) -> list[int]:
+    """Which of the things that bear no name yet a name fits; nothing that is no ball is called one beside a ball."""
+    where = [i for i in free if one.fits(looks[i])]
+    balls = [i for i in where if looks[i].shape == "sphere"]
+    return balls if balls and one.shapes == ("sphere",) else where
+
+
+def _certain(fits: Sequence[tuple[Wanted, list[int]]]) -> list[tuple[Wanted, int]]:
+    """The names that fit one thing only, where no other such name fits the same."""
+    single = [(one, where[0]) for one, where in fits if len(where) == 1]
+    rivals = Counter(i for _, i in single)
+    return [(one, i) for one, i in single if rivals[i] == 1]
 
 
 def _unplaced(one: Wanted, where: Sequence[int], looks: Sequence[Look]) -> str:
     if not where:
         there = ", ".join(sorted({look.words for look in looks})) or "nothing"
         return f"{one.name}: nothing seen fits this name; there is {there}"
+    if len(where) == 1:
+        return f"{one.name}: another name fits {looks[where[0]].words} as well; say which of them it is"
     several = ", ".join(looks[i].words for i in where)
     return f"{one.name}: it may be any of {several}; say more, as in '{one.name}=COLOUR SHAPE'"
 

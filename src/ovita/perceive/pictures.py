@@ -105,7 +105,10 @@ def camera_from(document: Mapping[str, Any], file: str) -> CameraFile:
         raise FormatError(file, "has no intrinsics; give a 3x3 matrix, or fx, fy, cx and cy")
     if "pose" not in given:
         raise FormatError(file, "has no pose; give the camera-to-world matrix 4x4, or position and orientation (wxyz)")
-    return validated(CameraFile, given, file)
+    camera = validated(CameraFile, given, file)
+    if camera.depth_scale is not None and not 0.0 < camera.depth_scale < np.inf:
+        raise FormatError(file, "must be above 0: metres a unit of the depth picture", key="depth_scale")
+    return camera
 
 
 def _posed(position: Any, orientation: Any, file: str) -> list[list[float]]:
@@ -125,6 +128,8 @@ def _view(raw: Array, colours: Any, camera: CameraFile, depth: str, rgb: str, wh
         raise FormatError(file_name(depth), "is no depth picture: it has colours; give 16-bit grey, or NPY metres")
     if raw.dtype == np.uint8:
         raise FormatError(file_name(depth), "is an 8-bit picture, which is too coarse for depth; give 16-bit, or NPY")
+    if isinstance(colours, np.ndarray) and colours.ndim == 2 and colours.dtype == np.uint8:
+        colours = np.repeat(colours[..., None], 3, axis=2)
     scale = camera.depth_scale
     if scale is None:
         scale = 0.001 if np.issubdtype(raw.dtype, np.integer) else 1.0

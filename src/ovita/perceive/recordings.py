@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -78,6 +78,12 @@ class RecordingChoices:
     camera_frame: str | None = None
     world_frame: str | None = None
     mount: Mount | None = None
+
+    @property
+    def options(self) -> list[str]:
+        """The options of the command line by which something was chosen."""
+        made = [item.name for item in fields(self) if getattr(self, item.name) != item.default]
+        return ["--pose" if name == "mount" else "--" + name.replace("_", "-") for name in made]
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,8 +171,7 @@ def read_recording(path: str | os.PathLike[str], choices: RecordingChoices | Non
 def _recorded(bag: Any, file: str, choices: RecordingChoices) -> Recorded:
     reader = _Reader(bag, file, {s.topic: s for s in _streams(bag)})
     depth = None if choices.cloud else _chosen(reader, ("depth",), choices.depth, "--depth")
-    times: list[int | None] = [int(bag.start_time + at * 1e9) for at in choices.at]
-    times = times or [None]
+    times = _times(bag, file, choices.at) or [None]
     if depth is not None:
         colour = _chosen(reader, ("colour", "grey"), choices.rgb, "--rgb")
         views = [_view(reader, depth, colour, at, choices) for at in times]
@@ -177,6 +182,19 @@ def _recorded(bag: Any, file: str, choices: RecordingChoices) -> Recorded:
         raise FormatError(reader.file, f"no topic holds depth pictures or a point cloud; its topics are {there}")
     clouds = [_cloud(reader, cloud, at, choices) for at in times]
     return Recorded((), tuple(clouds), tuple(dict.fromkeys(reader.notes)))
+
+
+def _times(bag: Any, file: str, seconds: Sequence[float]) -> list[int | None]:
+    """Times from the start of a recording on its recorder's clock [ns].
+
+    Raises:
+        FormatError: If one lies outside of the recording.
+    """
+    lasts = (bag.end_time - bag.start_time) / 1e9 if seconds else 0.0
+    for at in seconds:
+        if not 0.0 <= at <= lasts:
+            raise FormatError(file, f"lasts {lasts:.1f} s, so there is nothing --at {at:g}")
+    return [int(bag.start_time + at * 1e9) for at in seconds]
 
 
 def load_mount(path: str | os.PathLike[str]) -> Mount:

@@ -197,7 +197,9 @@ def _footing(view: View, depth: Array, on: Mask, plane: Plane) -> Footing | None
     sizes = np.bincount(patches.ravel(), minlength=count + 1)
     sizes[0] = 0
     wide = (sizes >= max(0.05 * sizes.sum(), 1.0))[patches]
-    cut = wide[0].any() or wide[-1].any() or wide[:, 0].any() or wide[:, -1].any()
+    border = view.frame.copy()
+    border[1:-1, 1:-1] &= ~(view.frame[2:, 1:-1] & view.frame[:-2, 1:-1] & view.frame[1:-1, 2:] & view.frame[1:-1, :-2])
+    cut = (wide & border).any()
     rows, last = np.flatnonzero(wide.any(axis=1)), wide.shape[1] - 1
     ends = np.concatenate([wide[rows].argmax(axis=1), last - wide[rows, ::-1].argmax(axis=1)])
     pixels = np.concatenate([rows, rows]) * wide.shape[1] + ends
@@ -282,6 +284,8 @@ def support_of(points: Array, spread: Array, up: Array, *, share: float = 1.0) -
         up: Unit vector (3,).
         share: Of the picture that the points were drawn from.
     """
+    if len(points) < 3:
+        return None
     rng = np.random.default_rng(SEED)
     some = rng.choice(len(points), min(SAMPLE, len(points)), replace=False)
     cloud, band = points[some], 2.0 * spread[some] + 0.002

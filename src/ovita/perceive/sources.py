@@ -12,6 +12,7 @@ from ovita.io.clouds import CLOUDS, load_cloud
 from ovita.io.files import examine, file_name, is_address, is_bag, suffix
 from ovita.perceive.pictures import CAMERA, views_from
 from ovita.perceive.recordings import Recorded, RecordingChoices, read_live, read_recording
+from ovita.text import listed
 
 
 def gathered(places: Sequence[str], *, camera: str | None = None, choices: RecordingChoices | None = None) -> Recorded:
@@ -24,7 +25,7 @@ def gathered(places: Sequence[str], *, camera: str | None = None, choices: Recor
 
     Raises:
         FormatError: If a file cannot be read or does not go with the others.
-        RequestError: If there are pictures and point clouds at once.
+        RequestError: If there are pictures and point clouds at once, or choices that nothing here leaves open.
         LinkError: If nobody publishes on a live topic.
         MissingExtra: If a package is not installed.
     """
@@ -32,6 +33,10 @@ def gathered(places: Sequence[str], *, camera: str | None = None, choices: Recor
     recorded = [_recorded(place, choices) for place in places if is_address(place) or is_bag(place)]
     clouds = [load_cloud(place) for place in places if _is_cloud(place)]
     pictures = [p for p in places if not (is_address(p) or is_bag(p) or _is_cloud(p))]
+    if choices.options and not recorded:
+        raise RequestError(f"{listed(choices.options)}: for a bag or a live camera; there is none among the pictures")
+    if camera is not None and not pictures:
+        raise RequestError("--camera goes with pictures; a recording holds its own, and --pose says where it stood")
     views = [*views_from(pictures, camera), *(view for one in recorded for view in one.views)]
     clouds += [cloud for one in recorded for cloud in one.clouds]
     if views and clouds:

@@ -81,6 +81,14 @@ class View:
         """Which pixels have depth, (H, W)."""
         return np.isfinite(self.depth)
 
+    @cached_property
+    def frame(self) -> Mask:
+        """Which pixels lie in the rectangle around those with depth (H, W): what it cuts may go on beyond it."""
+        rows, columns = (np.flatnonzero(self.seen.any(axis=axis)) for axis in (1, 0))
+        inside = np.zeros(self.shape, dtype=bool)
+        inside[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1] = True
+        return inside
+
     def along(self, direction: Array) -> Array:
         """How far each pixel's line of sight goes in a direction (3,) of the world, per metre of depth (H, W)."""
         column, row, one = self.pose[:3, :3].T @ direction @ np.linalg.inv(self.intrinsics)
@@ -155,12 +163,12 @@ def _rigid(pose: Array) -> Array:
 def _check_camera(intrinsics: Array, shape: tuple[int, ...]) -> None:
     fx, fy, cx, cy = intrinsics[0, 0], intrinsics[1, 1], intrinsics[0, 2], intrinsics[1, 2]
     if fx <= 0 or fy <= 0:
-        raise SceneError(f"the focal lengths {fx:g} and {fy:g} must be positive", key="intrinsics")
+        raise SceneError(f"have focal lengths of {fx:g} and {fy:g}, which must be positive", key="intrinsics")
     if not np.allclose(intrinsics[2], (0.0, 0.0, 1.0)) or abs(intrinsics[1, 0]) > 1e-9:
         raise SceneError("must be [[fx, skew, cx], [0, fy, cy], [0, 0, 1]]; is it transposed?", key="intrinsics")
     rows, columns = shape
     if not (0 <= cx <= columns and 0 <= cy <= rows):
-        where = f"the principal point ({cx:g}, {cy:g}) lies outside the {columns}x{rows} picture"
+        where = f"have a principal point ({cx:g}, {cy:g}) outside of the {columns}x{rows} picture"
         raise SceneError(f"{where}; are they of another resolution?", key="intrinsics")
 
 
