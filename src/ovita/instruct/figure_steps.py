@@ -10,9 +10,9 @@ from ovita.instruct import frames as F
 from ovita.instruct.builder import PolicyBuilder, argument, resolved
 from ovita.instruct.path_steps import degree, size, spot, target, tolerance
 from ovita.instruct.scale import Degree
-from ovita.paths.geometry import runs
+from ovita.paths.geometry import closest_to_point, runs
 from ovita.paths.part import PathPart
-from ovita.paths.trajectory import Array
+from ovita.paths.trajectory import Array, interpolate
 from ovita.toolkit.waypoints import smooth as smoothed
 
 TURN: dict[Degree, float] = {"slight": 15.0, "moderate": 45.0, "large": 90.0}
@@ -86,8 +86,12 @@ def _circle(d: PolicyBuilder, frame: F.Figure, place: F.Place) -> None:
             metres /= 2
         within = d.knob("circle_radius", metres, "to", f"radius around {words}", "radius", direction="larger")
         extra += f", radius={within}"
+    passing = interpolate(d.positions, np.array([closest_to_point(d.positions, point)[1]]))[0] - point
+    passing -= (passing @ d.scene.frame.direction("up")) * d.scene.frame.direction("up")
+    around = within or f"{np.linalg.norm(passing):.4g}"
     d.add(f"traj = circle(traj, {code}{extra}, turns={n})",
-          f"From the point closest to {words}, go around it {turns:g} time(s).", ends=stay(d))  # fmt: skip
+          f"From the point closest to {words}, go around it {turns:g} time(s).",
+          f"expect_length(longer_by=5 * {n} * {around})", ends=stay(d))  # fmt: skip
 
 
 def _spiral(d: PolicyBuilder, frame: F.Figure, place: F.Place) -> None:
@@ -103,7 +107,7 @@ def _spiral(d: PolicyBuilder, frame: F.Figure, place: F.Place) -> None:
     promises = {} if at in ("'goal'", "1.0") else stay(d)
     d.goal_moved = d.goal_moved or not promises
     d.add(f"traj = spiral(traj, {at}, radius={r}, turns={n}{rise}{_sense(frame)})",
-          f"Make a spiral of {turns:g} turns and radius {radius:g} m {words}.",
+          f"Make a spiral of {turns:g} turns and radius {radius:g} m {words}.", f"expect_length(longer_by={r})",
           ends=({"start": ENDS_STAY["start"]} if d.alone else {}) | promises)  # fmt: skip
 
 
@@ -112,7 +116,8 @@ def _eight(d: PolicyBuilder, frame: F.Figure, place: F.Place) -> None:
     metres = size(d, frame, frame.size or frame.radius, "the size of the figure eight")
     metres *= 4.0 if frame.size is None and frame.radius is not None else 1.0
     name = d.knob("size", metres, "to", "size of the figure eight", "size", direction="larger")
-    d.add(f"traj = figure_eight(traj, {at}, size={name})", f"Fly a figure eight {words}.", ends=stay(d))
+    d.add(f"traj = figure_eight(traj, {at}, size={name})", f"Fly a figure eight {words}.",
+          f"expect_length(longer_by={name})", ends=stay(d))  # fmt: skip
 
 
 def _swing(d: PolicyBuilder, frame: F.Figure) -> None:
@@ -128,6 +133,8 @@ def _swing(d: PolicyBuilder, frame: F.Figure) -> None:
     a = d.knob("amplitude", metres, "to", "to each side", "size", direction="larger")
     if frame.shape == "shake":
         d.add(f"traj = noise(traj, {a}{argument(where)})", f"Add random displacements of {metres:g} m{words}.",
+              "expect_length(longer_by=0.0)" if d.alone else "",
+              "expect_length(longer_by=0.0)" if d.alone else "",
               f"expect_same_path(~{where})" if where and d.alone else "")  # fmt: skip
         return
     count = frame.waves or frame.turns
@@ -135,6 +142,7 @@ def _swing(d: PolicyBuilder, frame: F.Figure) -> None:
     n = d.knob("waves", waves, "count", "number of waves", "waves", unit="")
     d.add(f"traj = {frame.shape}(traj, {a}, waves={n}{argument(where)})",
           f"Follow the path in a {frame.shape} of {metres:g} m to each side{words}.",
+          "expect_length(longer_by=0.0)" if d.alone else "",
           f"expect_same_path(~{where})" if where and d.alone else "", ends={} if where else stay(d))  # fmt: skip
 
 
@@ -156,7 +164,14 @@ def mirror(d: PolicyBuilder, frame: F.Mirror) -> None:
     where, part = d.part(frame.part)
     about = f", about={spot(d, frame.about)[0]}" if frame.about else ""
     d.add(f"traj = mirror(traj, {frame.axis!r}{about}{argument(where)})", f"Mirror the path ({frame.axis}){part}.",
-          f"expect_same_path(~{where})" if where and d.alone else "")  # fmt: skip
+          f"expect_same_path(~{where})" if where and d.alone else "",
+          ends={} if where else _as_by(d, f"mirror(original, {frame.axis!r}{about})"))  # fmt: skip
+
+
+def _as_by(d: PolicyBuilder, call: str) -> dict[str, str]:
+    """Postconditions that the ends are where a step alone takes those of the given path."""
+    ends = {"start": f"expect_start({call}[0, :3])", "goal": f"expect_goal({call}[-1, :3])"}
+    return ends if d.alone and len(d.frames) == 1 else {}
 
 
 def rotate(d: PolicyBuilder, frame: F.Rotate) -> None:
@@ -169,7 +184,8 @@ def rotate(d: PolicyBuilder, frame: F.Rotate) -> None:
     turned = "clockwise" if angle < 0 else "counter-clockwise"
     if frame.sense is None:
         d.assume(f"the path turns {turned}, seen from above")
-    at_start = {"start": ENDS_STAY["start"]} if frame.about == "start" and d.alone else {}
+    at_start = {} if where else _as_by(d, f"rotate(original, {name}{about})")
+    at_start |= {"start": ENDS_STAY["start"]} if frame.about == "start" and d.alone else {}
     d.add(f"traj = rotate(traj, {name}{about}{argument(where)})",
           f"Rotate the path by {abs(angle):g} degrees {turned}{part}.", ends=at_start)  # fmt: skip
 
@@ -189,7 +205,9 @@ def tilt(d: PolicyBuilder, frame: F.Tilt) -> None:
         return
     angle = _angle(d, frame, frame.angle)
     name = d.knob("degrees", angle, "by", f"by how much the {side} is lifted", "angle", unit="deg", direction=side)
-    _within(d, frame, f"tilt(traj, {name}, axis={TILT[side]!r})", f"Tilt the path by {angle:g} degrees, {side} up.")
+    ends = {} if frame.part else _as_by(d, f"tilt(original, {name}, axis={TILT[side]!r})")
+    _within(d, frame, f"tilt(traj, {name}, axis={TILT[side]!r})", f"Tilt the path by {angle:g} degrees, {side} up.",
+            *ends.values())  # fmt: skip
 
 
 def resize(d: PolicyBuilder, frame: F.Resize) -> None:
@@ -207,7 +225,8 @@ def resize(d: PolicyBuilder, frame: F.Resize) -> None:
     name = d.knob("factor", factor, "factor", "factor on the size of the path", "by", unit="", direction="larger")
     about = f", about={spot(d, frame.about)[0]}" if frame.about else ""
     ends = {end: code for end, code in stay(d).items() if end == frame.about}
-    d.add(f"traj = scale(traj, {name}{about}{argument(where)})", f"Scale the path by {factor:g}{part}.", ends=ends)
+    d.add(f"traj = scale(traj, {name}{about}{argument(where)})", f"Scale the path by {factor:g}{part}.",
+          f"expect_length(times={name})" if d.alone and not where else "", ends=ends)  # fmt: skip
 
 
 def curve(d: PolicyBuilder, frame: F.Curve) -> None:
@@ -226,13 +245,25 @@ def curve(d: PolicyBuilder, frame: F.Curve) -> None:
         plan = f"Make the path {more} curved{part} (factor {factor:g})."
         d.add("", plan, f"expect_same_path(~{where})" if d.alone else "")
         return
-    _within(d, frame, f"curve(traj, {name})", f"Make the path {more} curved (factor {factor:g}).", *stay(d).values())
+    _within(
+        d,
+        frame,
+        f"curve(traj, {name})",
+        f"Make the path {more} curved (factor {factor:g}).",
+        f"expect_length({'longer' if factor > 1 else 'shorter'}_by=0.0)" if d.alone else "",
+        *stay(d).values(),
+    )
 
 
 def straighten(d: PolicyBuilder, frame: F.Straighten) -> None:
     """Go straight."""
     if not frame.part:
-        d.add("traj = straighten(traj)", "Go in a straight line between start and goal.", ends=stay(d))
+        d.add(
+            "traj = straighten(traj)",
+            "Go in a straight line between start and goal.",
+            "expect_length(shorter_by=0.0)" if d.alone and _bends(d.positions).sum() > 0.01 else "",
+            ends=stay(d),
+        )
         return
     part = resolved(d, frame.part)
     chosen = np.flatnonzero(d.waypoints(part))

@@ -231,12 +231,23 @@ def _passes(d: PolicyBuilder, item: SceneObject, axis: Array) -> float:
 def hop(d: PolicyBuilder, frame: F.Hop) -> None:
     """Over objects and down again."""
     for item in map(d.scene.__getitem__, frame.objects):
-        gap = size(d, frame, frame.by, f"the height above {item.name}", 0.8)
+        gap = size(d, frame, frame.by, f"the height above {item.name}", 0.8) if frame.by else _leap(d, frame, item)
         name = d.knob("height", gap, "to", f"height above the top of {item.name}", "by", about=item.name,
                       direction="up")  # fmt: skip
         ref = d.ref(item)
         d.add(f"traj = hop(traj, {ref}, {name})", f"Hop over {item.name}, {gap:g} m above it.",
               f"expect_side('above', {name}, of={ref}, within={tolerance(d) / 2})")  # fmt: skip
+
+
+def _leap(d: PolicyBuilder, frame: F.Hop, item: SceneObject) -> float:
+    """How high to jump over an object: clearly above its top, and above the path as it is."""
+    up = d.scene.frame.direction("up")
+    usual = d.scale.step("moderate") * 0.8
+    passing = interpolate(d.positions, np.array([closest_to_point(d.positions, item.position)[1]]))[0]
+    above = float((passing - item.position) @ up) - extent(item, up)
+    gap = nice(max(usual, above + 0.5 * usual))
+    d.assume(f"the height above {item.name} is {gap:g} m")
+    return gap
 
 
 def hover(d: PolicyBuilder, frame: F.Hover) -> None:
@@ -254,7 +265,7 @@ def hover(d: PolicyBuilder, frame: F.Hover) -> None:
         d.add(f"traj = hover(traj, {ref}, {up}, steps={count})",
               f"Hover {gap:g} m above {item.name} for {d.parameters[count].value} timesteps.",
               f"expect_visits({ref}, within={tolerance(d)}, up={up})",
-              f"expect_stop(near={ref})" if _distance(d, item) >= top + gap else "")  # fmt: skip
+              f"expect_stop(near={ref}, up={up})")  # fmt: skip
 
 
 def side(d: PolicyBuilder, frame: F.Side) -> None:

@@ -147,7 +147,9 @@ def _ramp(s: _Speed) -> None:
     s.d.assume(f"the speed changes steadily from {begin:g} to {end:g} m/s")
     at_end = len(index) and index[-1] == len(s.all) - 1
     s.add(f"ramp_speed(traj, {a}, {b}{s.argument})", f"Change the speed steadily from {begin:g} to {end:g} m/s",
-          "expect_stop()" if end == 0.0 and at_end else "")  # fmt: skip
+          "expect_stop()" if end == 0.0 and at_end else "",
+          "" if s.where else f"expect_speed({a}, first(traj, 1))",
+          "" if s.where or end == 0.0 else f"expect_speed({b}, last(traj, 1))")  # fmt: skip
 
 
 def _turns(s: _Speed) -> None:
@@ -164,6 +166,7 @@ def _turns(s: _Speed) -> None:
         call,
         f"Slow down before and in turns, to {factor:g} times the speed",
         "" if s.d.moving else "expect_same_path()",
+        "expect_slower()" if factor < 1 and (slow_turns(s.d.rows(), factor, angle=angle) != s.d.rows()).any() else "",
     )
 
 

@@ -293,6 +293,7 @@ def extend(d: PolicyBuilder, frame: F.Extend) -> None:
         d.add(
             f"traj = extend(traj, {name})",
             f"After the goal, go on for {by:g} m in the same direction.",
+            f"expect_length(longer_by={name})" if d.alone else "",
             ends={"goal": old},
         )
     d.goal_moved = True

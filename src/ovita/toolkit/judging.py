@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from ovita import text
 from ovita.paths.correspondence import Correspondence, correspond
-from ovita.paths.geometry import Mask, lengths, path_distances, runs, spacing
+from ovita.paths.geometry import Mask, closest_to_point, lengths, path_distances, runs, spacing
 from ovita.paths.scene import Scene, SceneObject
-from ovita.paths.trajectory import Array, arc_length
+from ovita.paths.trajectory import Array, arc_length, interpolate
 from ovita.toolkit.approach import SURFACE_GAP, extent, nearest, passes_at
 from ovita.toolkit.arguments import Target, point
 from ovita.toolkit.catalogue import Expectation
@@ -181,8 +181,7 @@ class _Bound:
 
 def _bounded(bounds: Sequence[_Bound], opening: str, closing: str = "", unit: str = "m") -> Outcome:
     """The outcome of all bounds; its change is by how much less they are missed than before."""
-    gains = [None if b.before is None else b.miss(b.before) - b.miss(b.now) for b in bounds]
-    change = None if None in gains else sum(gain for gain in gains if gain is not None)
+    change = sum(abs(b.asked) - b.miss(b.now) if b.before is None else b.miss(b.before) - b.miss(b.now) for b in bounds)
     held = all(b.miss(b.now) <= b.slack for b in bounds)
     return Outcome(held, f"{opening}{' and '.join(b.said for b in bounds)}{closing}", change, unit)
 
@@ -315,9 +314,8 @@ def _side(case: _Case) -> Outcome:
     )
     place = case.name if case.named else "the origin"
     if new is None:
-        return Outcome(
-            False, f"the path does not pass within {float(within or 0.0):g} m of {case.name}, seen along that side"
-        )
+        said = f"the path does not pass within {float(within or 0.0):g} m of {case.name}, seen along that side"
+        return Outcome(False, said, 0.0)
     at_least, at_most = (case.values.get(name) for name in ("at_least", "at_most"))
     exact = at_least is not None and at_least == at_most
     slack = _about if exact or within is not None else _hardly
@@ -331,7 +329,9 @@ def _side(case: _Case) -> Outcome:
             said = f"at {'least' if sign > 0 else 'most'} {now:.3f} m {word} of {surface}{place}"
             bounds.append(_Bound(sign, asked, before, now, slack(asked), said))
     wish = " to ".join(f"{bound:g}" for bound in dict.fromkeys((at_least, at_most)) if bound is not None)
-    return _bounded(bounds, "the path is ", f" (asked {wish} m)")
+    outcome = _bounded(bounds, "the path is ", f" (asked {wish} m)")
+    opposite = case.named and at_least is not None and at_least >= 0.0 and new[1] < 0.0
+    return replace(outcome, change=min(outcome.change or 0.0, 0.0)) if opposite and not outcome.held else outcome
 
 
 def _reaches(away: Array, part: Mask | None, axis: Array, within: float | None) -> tuple[float, float] | None:
@@ -380,8 +380,18 @@ def _visits(case: _Case) -> Outcome:
     old, distance = (_path_distance(rows, place) for rows in (case.original, case.adapted))
     held = distance <= within + max(SLACK / 2.0, SLACK_RELATIVE * within)
     change = max(old - within, 0.0) - max(distance - within, 0.0)
+    if not held and "offset" in case.values and _beyond(case.adapted, point(case.target), case.offset):
+        change = min(change, 0.0)  # on the other side nothing is left of what was meant
     beside = f"the place {say(case.values['offset'])} of " if "offset" in case.values else ""
     return Outcome(held, f"the path comes within {distance:.3f} m of {beside}{case.name} (asked {within:g} m)", change)
+
+
+def _beyond(rows: Array, centre: Array, offset: Array) -> bool:
+    """Whether a path passes a centre (3,) on the other side than the place at an offset (3,) from it [m]."""
+    path = rows[:, :3]
+    _, at = closest_to_point(path, centre)
+    nearest = interpolate(path, np.array([at]))[0]
+    return bool((nearest - centre) @ offset < 0.0)
 
 
 def _pace(case: _Case, sign: float) -> Outcome:
@@ -457,16 +467,33 @@ def _stop(case: _Case) -> Outcome:
     stopped = speeds <= AT_REST
     if not stopped.any():
         return Outcome(False, f"the robot never stops; its lowest speed is {speeds.min():.3f} m/s")
-    centre = point(case.target)
-    distance = lengths(case.adapted[:, :3] - centre)
+    place = point(case.target) + case.offset
+    distance = lengths(case.adapted[:, :3] - place)
     passed = float(distance.min())
     if not case.kept.all():
         # Cut short: the nearest point of the part that is left says nothing about the part that is gone.
         shift = lengths(case.matched[case.kept, :3] - case.original[case.kept, :3]).max()
-        passed = min(passed, float(lengths(case.original[:, :3] - centre).min() + shift))
-    at = float(distance[stopped].min())
-    held = at <= passed + max(0.05, 1.5 * spacing(case.adapted[:, :3]))
-    return Outcome(held, f"the robot stops {at:.3f} m from {case.name} (the path comes within {passed:.3f} m)")
+        passed = min(passed, float(lengths(case.original[:, :3] - place).min() + shift))
+    at, slack = float(distance[stopped].min()), max(0.05, 1.5 * spacing(case.adapted[:, :3]))
+    # A path that is led on beyond its goal may pass by the place once more, and nearer.
+    before = case.original[lengths(case.original[:, :3] - place).argmin(), :3]
+    held = at <= passed + slack or bool(lengths(case.adapted[stopped, :3] - before).min() <= slack)
+    beside = f"the place {say(case.values['offset'])} of " if "offset" in case.values else ""
+    return Outcome(held, f"the robot stops {at:.3f} m from {beside}{case.name} (the path comes within {passed:.3f} m)")
+
+
+def _length(case: _Case) -> Outcome:
+    old, new = (float(arc_length(rows[:, :3])[-1]) for rows in (case.original, case.adapted))
+    said = f"the path is {new:.3f} m long, and was {old:.3f} m"
+    if "times" in case.values:
+        asked = float(case.values["times"])
+        change = (new - old) * (1.0 if asked >= 1.0 else -1.0)
+        return Outcome(_close(new, asked * old), f"{said} (asked {asked:g} times as long)", change)
+    sign, least = (1.0, "longer_by") if "longer_by" in case.values else (-1.0, "shorter_by")
+    asked, gain = float(case.values[least]), sign * (new - old)
+    word = least.removesuffix("_by")
+    amount = f"{asked:g} m {word}" if asked else word
+    return Outcome(gain > TINY * (1.0 + old) and gain >= asked - _about(asked), f"{said} (asked {amount})", gain)
 
 
 def _path_distance(rows: Array, centre: Array) -> float:
@@ -480,6 +507,7 @@ _CHECKS: dict[str, Callable[[_Case], Outcome]] = {
     "farther": lambda case: _approach(case, 1.0),
     "faster": lambda case: _pace(case, 1.0),
     "goal": lambda case: _end(case, -1, "goal"),
+    "length": _length,
     "moved": _moved,
     "same_path": _same_path,
     "same_speed": _same_speed,

@@ -249,14 +249,49 @@ def expect_speed(
 
 
 @operation("State what is meant")
-def expect_stop(near: Target | None = None, *, recorder: Recorder | None = None) -> Expectation:
+def expect_stop(
+    near: Target | None = None,
+    *,
+    frame: Frame = RFU,
+    recorder: Recorder | None = None,
+    **offset: Unpack[Offset],
+) -> Expectation:
     """Comes to rest there, or at the end.
 
     Args:
         near: Object or point (3,) [m]: the stop is at the part of the path nearest to it. None: at the end.
+        offset: Direction words and metres of it: the stop is nearest to that place beside it, such as up=0.2.
     """
-    place = "at the end" if near is None else f"near {_name(near)}"
-    return _note("stop", {} if near is None else _target(near), f"the robot stops {place}", recorder)
+    if near is None:
+        return _note("stop", {}, "the robot stops at the end", recorder)
+    beside = frame.words(arguments.offset(frame, offset))
+    place = f"the place {say(beside)} of {_name(near)}" if beside else _name(near)
+    values = {**_target(near), **({"offset": beside} if beside else {})}
+    return _note("stop", values, f"the robot stops near {place}", recorder)
+
+
+@operation("State what is meant")
+def expect_length(
+    *,
+    times: float | None = None,
+    longer_by: float | None = None,
+    shorter_by: float | None = None,
+    recorder: Recorder | None = None,
+) -> Expectation:
+    """The path is so many times as long as it was, within 10 %, or longer or shorter by at least so much.
+
+    Args:
+        times: Factor > 0 on its length.
+        longer_by: [m], >= 0; 0 for any amount.
+        shorter_by: [m], >= 0; 0 for any amount.
+    """
+    limits = _limits(0.0, times=times, longer_by=longer_by, shorter_by=shorter_by)
+    if len(limits) != 1:
+        raise ValueError("give one of times (a factor), longer_by and shorter_by (metres)")
+    ((name, value),) = limits.items()
+    word = name.removesuffix("_by")
+    asked = f"{value:g} times as long" if name == "times" else f"{word} by {value:g} m" if value else word
+    return _note("length", limits, f"the path becomes {asked}", recorder)
 
 
 def _limits(low: float | None = None, **amounts: float | None) -> dict[str, float]:
