@@ -279,3 +279,43 @@ def test_a_minimum_is_no_greatest_distance(sentence, least):
     result = said(sentence)
     path = (result.proposal or result).adapted.positions
     assert result.status != "done" or np.linalg.norm(path - SCENE["cup"].position, axis=1).min() > least - 1e-3
+
+
+def nearest(obj):
+    return int(np.linalg.norm(PATH.positions - SCENE[obj].position, axis=1).argmin())
+
+
+def test_left_past_an_object_is_a_side_of_it_and_not_what_comes_after_it():
+    x, y, _ = done("steer right past the mug").adapted.positions.T
+    assert np.interp(1.0, y, x) > 0.14 and abs(x[-1] - PATH.positions[-1, 0]) < 1e-6
+
+
+@pytest.mark.parametrize(
+    "sentence",
+    ["go near the vase, within 10 cm", "come closer to the vase, to 10 cm", "approach the vase to within 10 cm"],
+)
+def test_a_distance_to_come_within_is_no_amount_to_come_closer_by(sentence):
+    assert SCENE["vase"].cuboid.closest(done(sentence).adapted.positions)[0] == pytest.approx(0.1, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("sentence", "obj", "sign"),
+    [
+        ("go higher over the mug", "mug", 1),
+        ("fly lower over the mug", "mug", -1),
+        ("pass over the mug higher", "mug", 1),
+    ],
+)
+def test_higher_over_an_object_is_higher_than_before(sentence, obj, sign):
+    rise = shift(done(sentence), slice(nearest(obj), nearest(obj) + 1))[2]
+    assert sign * rise > 0.04
+
+
+def test_do_not_move_is_no_order_to_change_nothing_where_it_says_how():
+    assert done("do not move faster than 0.3 m/s").adapted.speeds.max() <= 0.301
+    assert said("do not move away from the mug").status != "done"
+    assert said("do not move up").status != "done"
+
+
+def test_to_stay_on_a_side_is_to_be_there_all_along():
+    assert (done("stay to the right of the mug").adapted.positions[:, 0] >= 0.14).all()

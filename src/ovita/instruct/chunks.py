@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from ovita.instruct.frames import Quantity, Span
@@ -117,7 +117,22 @@ def chunks(text: str, scene: Scene, positions: Array | None = None) -> tuple[tup
         chunk, used = _chunk(words, lowered, i, catalog, found)
         found.append(chunk)
         i += used
-    return tuple(found), tuple(notes)
+    return tuple(_forbidden(chunk, found[i + 1 :]) for i, chunk in enumerate(found)), tuple(notes)
+
+
+MANNERS = frozenset(
+    "faster slower farther closer near toward left right front back up down raise lower over under thru".split()
+)
+"""Classes of words that say how something moves."""
+
+
+def _forbidden(chunk: Chunk, behind: Sequence[Chunk]) -> Chunk:
+    """A "do not move" that goes on with how: "do not move faster than" forbids that, and not every change."""
+    if chunk.kind != "keep" or not chunk.text.lower().endswith((" move", " moving")) or not behind:
+        return chunk
+    away = behind[0].kind == "from" and behind[0].text.lower().startswith("away")
+    to = 1 if behind[0].kind == "filler" and len(behind) > 1 else 0
+    return replace(chunk, kind="never") if away or behind[to].kind in MANNERS else chunk
 
 
 def _term(lowered: Sequence[str], i: int) -> tuple[str, int]:

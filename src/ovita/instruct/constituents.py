@@ -198,6 +198,14 @@ def _within(found: Sequence[Chunk]) -> Chunk:
     return merged(found, "within_of", q=q if q.role == "at_least" else replace(q, role="at_most"))
 
 
+def _higher_there(found: Sequence[Chunk]) -> list[Chunk] | None:
+    """Higher over the cup: to be higher where it passes the cup; "up over the cup" is a way over it."""
+    change = next(c for c in found if c.kind not in ("over", "OBJ"))
+    thing = next(c for c in found if c.kind == "OBJ")
+    higher = change.text.lower().endswith(("higher", "lower"))
+    return [change, merged([thing], "obj", value="near")] if higher else None
+
+
 def _role(role: str) -> Build:
     def build(found: Sequence[Chunk]) -> Chunk:
         chunk = next(c for c in found if c.q is not None)
@@ -467,6 +475,10 @@ PATTERNS: tuple[Pattern, ...] = tuple(
         ("from OBJ on|front", _side_of_object("after")),
         ("where? after OBJ", _side_of_object("after")),
         ("before near? OBJ", _side_of_object("before")),
+        ("closer|near to|of? OBJ comma? to? within Qm (?!of|from|to|around|near|OBJ)", _within),
+        ("closer to? OBJ comma? to Qm (?!of|from|to|around|near|OBJ)", _within),
+        ("raise|lower|up|down over OBJ", _higher_there),
+        ("over OBJ raise|lower|up|down", _higher_there),
         ("never within Qm", _role("at_least")),
         ("within Qm of|from|to|around|near OBJ", _within),
         ("in|on|at|by|to|from|near? middle of? path?", _plain("middle")),
@@ -582,8 +594,9 @@ COUNTED_UNITS = tuple(
 
 
 def _past(before: Sequence[Chunk]) -> str:
-    """Hurrying past something is done beside it; what comes past it comes after it."""
-    return "by" if any(c.kind in ("faster", "slower", "pass") for c in before[-2:]) else "after"
+    """Hurrying past something is done beside it, left past it is a side of it; what comes past it comes after it."""
+    sided = bool(before) and before[-1].kind in ("left", "right") and all(c.kind != "path" for c in before)
+    return "by" if any(c.kind in ("faster", "slower", "pass") for c in before[-2:]) else "pass" if sided else "after"
 
 
 def _with_units(row: list[Chunk], reach: float) -> list[Chunk]:

@@ -402,13 +402,15 @@ LIMITING = frozenset(
 """Words with which a greatest distance is one that holds all along: "stay within 30 cm", not "come within 30 cm"."""
 
 
-ALWAYS = frozenset("never not don't always throughout whole entire everywhere".split())
+ALWAYS = frozenset(
+    "never not don't always throughout whole entire everywhere stay stays staying remain remaining".split()
+)
 """Words with which all of a path stays on one side of an object."""
 
 
 def held_along(frame: F.SemanticFrame, words: Collection[str]) -> F.SemanticFrame:
     """A greatest distance, or a side to stay on, as one that holds all along, where the words around it say so."""
-    if isinstance(frame, F.Side) and not ALWAYS.isdisjoint(words):
+    if isinstance(frame, F.Side) and (not ALWAYS.isdisjoint(words) or ("keep" in words and "on" not in words)):
         return replace(frame, along=True)
     if isinstance(frame, F.Clearance) and frame.distance.role == "at_most" and not LIMITING.isdisjoint(words):
         return replace(frame, along=True)
