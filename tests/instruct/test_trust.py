@@ -319,3 +319,20 @@ def test_do_not_move_is_no_order_to_change_nothing_where_it_says_how():
 
 def test_to_stay_on_a_side_is_to_be_there_all_along():
     assert (done("stay to the right of the mug").adapted.positions[:, 0] >= 0.14).all()
+
+
+ORDINARY = {
+    "drive the last third faster": lambda r: pace(r, slice(-15, None)) > 1.1 and abs(pace(r, slice(0, 30)) - 1) < 1e-9,
+    "move the last third up by 0.2 m": lambda r: (
+        shift(r, slice(-10, None))[2] > 0.19 and shift(r, slice(0, 20))[2] == 0
+    ),
+    "fly at least 0.7 m high": lambda r: r.adapted.positions[:, 2].min() > 0.698,
+    "rotate the path by 90 degrees to the left": lambda r: np.ptp(r.adapted.positions[:, 0]) > 1.9,
+    "don't go to the left of the vase": lambda r: (r.adapted.positions[:, 0] >= 0.45).all(),
+    "stay above the cup": lambda r: r.frames[0].relation == "over",
+}
+
+
+@pytest.mark.parametrize(("sentence", "right"), ORDINARY.items(), ids=ORDINARY)
+def test_ordinary_wishes_are_not_asked_back(sentence, right):
+    assert right(done(sentence))

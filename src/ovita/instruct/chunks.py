@@ -167,7 +167,7 @@ def _term(lowered: Sequence[str], i: int) -> tuple[str, int]:
     if (
         word in ("first", "second", "third")
         and length <= 1
-        and before not in DETERMINERS
+        and before not in DETERMINERS | {"last", "final", "first", "middle"}
         and term_at(lowered, i + 1)[0] in DOING
     ):
         return "plain", 1  # "first shift ..., then"

@@ -206,6 +206,12 @@ def _higher_there(found: Sequence[Chunk]) -> list[Chunk] | None:
     return [change, merged([thing], "obj", value="near")] if higher else None
 
 
+def _other_side(found: Sequence[Chunk]) -> list[Chunk]:
+    """Never to the left of it: to the right of it."""
+    k = next(i for i, c in enumerate(found) if c.kind in FLIPPED)
+    return [merged(found[: k + 1], FLIPPED[found[k].kind], value="flipped"), *found[k + 1 :]]
+
+
 def _role(role: str) -> Build:
     def build(found: Sequence[Chunk]) -> Chunk:
         chunk = next(c for c in found if c.q is not None)
@@ -498,7 +504,11 @@ PATTERNS: tuple[Pattern, ...] = tuple(
         ("over|at_least Qv", _role("at_least")),
         ("slower|brake to? stop", lambda f: merged(f, "ramp_down")),
         ("slower|brake to Qn|Qm|Qv", lambda f: merged(f, "ramp_down", q=None) if f[-1].number.value == 0 else None),
-        ("never left|right|front|back of OBJ", lambda f: [merged(f[:2], FLIPPED[f[1].kind], value="flipped"), *f[2:]]),
+        ("never pass? to|on|at? left|right|front|back of OBJ", _other_side),
+        ("at_least|at_most Qm size", lambda f: _height(f[0].kind)(f) if f[-1].text.lower() == "high" else None),
+        ("rotate path? by? Qdeg to? left|right", lambda f: [*f[:-1], replace(f[-1], kind="anticlockwise" if f[-1].kind == "left" else "clockwise")]),
+        ("rotate path? to? left|right by? Qdeg", lambda f: [replace(c, kind={"left": "anticlockwise", "right": "clockwise"}.get(c.kind, c.kind)) for c in f]),
+        ("keep over|under OBJ (?!for|because|to|at|in|by|until|with|Q|dot Q|comma Q)", lambda f: f[1:] if "above" in f[1].text.lower() or "under" in f[1].kind else None),
         ("never LOWER+ than|on|by? Qm|Qn ground?", _height("at_least")),
         ("never faster|inc|slower|dec than? Qv|Qn", lambda f: _role("at_most" if f[1].kind in ("faster", "inc") else "at_least")(f)),
         ("never closer|near of|to|from|at? OBJ than|by? Qm", _never_near),
