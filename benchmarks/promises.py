@@ -339,6 +339,8 @@ def stop(d: Draw, right: bool) -> Case:
             rows = rows[: i + 1]
         elif d.rng.random() < 0.5:
             rows = np.insert(rows, i + 1, np.repeat(rows[i : i + 1], 6, axis=0), axis=0)
+            if not at_end and d.rng.random() < 0.3:  # led on beyond its goal, and nearer by the place
+                rows = np.vstack([rows, [*(0.7 * d.place + 0.3 * rows[i, :3]), 0.2], rows[0]])
     return expect("stop") if at_end else expect("stop", d.target), d.rows, rows, d.scene
 
 
@@ -417,6 +419,26 @@ def speed_bound(d: Draw, right: bool) -> Case:
     return promise, d.rows, rows, d.scene
 
 
+def length(d: Draw, right: bool) -> Case:
+    """So many times as long, or longer or shorter."""
+    how, rows = str(d.rng.choice(["times", "longer_by", "shorter_by"])), d.rows.copy()
+    middle, steps = rows[:, :3].mean(axis=0), np.diff(rows[:, :3], axis=0)
+    old = float(np.sqrt((steps**2).sum(axis=1)).sum())
+    if how == "times":
+        asked = float(d.rng.uniform(1.2, 2.5)) ** d.rng.choice([-1.0, 1.0])
+        made = asked * d.rng.uniform(0.93, 1.07) if right else float(d.rng.choice([1.0, 1.0 / asked, asked**0.4]))
+        rows[:, :3] = middle + made * (rows[:, :3] - middle)
+        return expect("length", times=asked), d.rows, rows, d.scene
+    amount = float(d.rng.choice([0.0, d.rng.uniform(0.1, 0.5) * old]))
+    sign = 1.0 if how == "longer_by" else -1.0
+    if right:
+        made = max(amount, 0.05 * old) * d.rng.uniform(0.95, 1.5)
+    else:
+        made = float(d.rng.choice([0.0, -max(amount, 0.05 * old), 0.5 * amount if amount > 0.05 else 0.0]))
+    rows[:, :3] = middle + max(1.0 + sign * made / old, 0.1) * (rows[:, :3] - middle)
+    return expect("length", **{how: amount}), d.rows, d.disturbed(rows, 0.0) if not right else rows, d.scene
+
+
 KINDS: dict[str, Callable[[Draw, bool], Case]] = {
     "closer": approach(-1.0),
     "farther": approach(1.0),
@@ -433,6 +455,7 @@ KINDS: dict[str, Callable[[Draw, bool], Case]] = {
     "speed": speed,
     "speed at_most/at_least": speed_bound,
     "stop": stop,
+    "length": length,
 }
 
 

@@ -12,7 +12,7 @@ from ovita.writers.builtin import FramesWriter
 
 N = 60
 T = np.linspace(0, 1, N)
-PATH = Trajectory.from_array(np.column_stack([0.05 * np.sin(6 * T), 2 * T, np.full(N, 0.5), np.full(N, 0.4)]))
+PATH = Trajectory.from_array(np.column_stack([0.2 * np.sin(6 * T), 2 * T, np.full(N, 0.5), np.full(N, 0.4)]))
 SCENE = Scene(
     (
         SceneObject("mug", [0.1, 1.0, 0.2], [0.08, 0.08, 0.1]),

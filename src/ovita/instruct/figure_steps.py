@@ -12,7 +12,7 @@ from ovita.instruct.path_steps import degree, size, spot, target, tolerance
 from ovita.instruct.scale import Degree
 from ovita.paths.geometry import closest_to_point, runs
 from ovita.paths.part import PathPart
-from ovita.paths.trajectory import Array, interpolate
+from ovita.paths.trajectory import Array, arc_length, interpolate
 from ovita.toolkit.waypoints import smooth as smoothed
 
 TURN: dict[Degree, float] = {"slight": 15.0, "moderate": 45.0, "large": 90.0}
@@ -250,9 +250,14 @@ def curve(d: PolicyBuilder, frame: F.Curve) -> None:
         frame,
         f"curve(traj, {name})",
         f"Make the path {more} curved (factor {factor:g}).",
-        f"expect_length({'longer' if factor > 1 else 'shorter'}_by=0.0)" if d.alone else "",
+        f"expect_length({'longer' if factor > 1 else 'shorter'}_by=0.0)" if d.alone and _winds(d) else "",
         *stay(d).values(),
     )
+
+
+def _winds(d: PolicyBuilder) -> bool:
+    """Whether the path is so much longer than the straight line that bending it more or less is seen in its length."""
+    return float(arc_length(d.positions)[-1]) > 1.01 * float(np.linalg.norm(d.positions[-1] - d.positions[0]))
 
 
 def straighten(d: PolicyBuilder, frame: F.Straighten) -> None:
@@ -261,7 +266,7 @@ def straighten(d: PolicyBuilder, frame: F.Straighten) -> None:
         d.add(
             "traj = straighten(traj)",
             "Go in a straight line between start and goal.",
-            "expect_length(shorter_by=0.0)" if d.alone and _bends(d.positions).sum() > 0.01 else "",
+            "expect_length(shorter_by=0.0)" if d.alone and _winds(d) else "",
             ends=stay(d),
         )
         return

@@ -36,6 +36,9 @@ END_SLACK = 0.02
 SPEED_CHANGE = 0.005
 """A robot is faster or slower from this share of its speed on."""
 
+LONGER = 0.002
+"""A path is longer or shorter from this share of its length on: what resampling cuts off corners is mostly less."""
+
 AT_REST = 1e-3
 """The robot stands still below this speed [m/s]."""
 
@@ -493,7 +496,7 @@ def _length(case: _Case) -> Outcome:
     asked, gain = float(case.values[least]), sign * (new - old)
     word = least.removesuffix("_by")
     amount = f"{asked:g} m {word}" if asked else word
-    return Outcome(gain > TINY * (1.0 + old) and gain >= asked - _about(asked), f"{said} (asked {amount})", gain)
+    return Outcome(gain > LONGER * old + TINY and gain >= asked - _about(asked), f"{said} (asked {amount})", gain)
 
 
 def _path_distance(rows: Array, centre: Array) -> float:
