@@ -22,6 +22,9 @@ FLAT = (0.0, 0.5, 1.0)
 CLOSE_ENOUGH = 1.02
 """Overshoot of a bend from which no flatter one is tried."""
 
+HALVINGS = 17
+"""Halvings in the search for where a point leaves a body: to a hundred-thousandth of its size."""
+
 STEPS, GROWTH = 12, 1.15
 """Halvings of the last step in the search for the smallest shift, and the growth of its strides."""
 
@@ -59,8 +62,8 @@ def pushed_out(positions: Array, bodies: Sequence[Cuboid], selected: Mask, up: A
     result, fixed = positions.copy(), _free_ends(positions, bodies)
     for a, b in runs(selected & (_depth(positions, bodies) < -ROUNDING)):
         ways = _ways(result, bodies, a, b, up)
-        exits = [_exits(result[a : b + 1], bodies, way) for way in ways]
-        best = int(np.argmin([round(float(one.max()), 6) for one in exits]))
+        exits = _exits(result[a : b + 1], bodies, np.array(ways))
+        best = int(np.argmin(np.round(exits.max(axis=1), 4)))
         result[a : b + 1] += exits[best][:, None] * ways[best]
     return _cleared(result, bodies, selected, fixed, up)
 
@@ -100,12 +103,13 @@ def _bent(
     samples = path[a:b, None] + SAMPLES[:, None] * (path[a + 1 : b + 1] - path[a:b])[:, None]
     points = np.concatenate([samples.reshape(-1, 3), path[b : b + 1]])
     places = np.concatenate([(np.arange(a, b)[:, None] + SAMPLES).ravel(), [float(b)]])
-    ways = [(_exits(points, bodies, way), way) for way in _ways(path, bodies, a, b, up)]
-    ways.sort(key=lambda pair: round(float(pair[0].max()), 6))
+    ways = np.array(_ways(path, bodies, a, b, up))
+    out = _exits(points, bodies, ways)
+    order = np.argsort(np.round(out.max(axis=1), 4), kind="stable")
     best, least = None, np.inf
     own = selected & ~_others(_inside(path, bodies, selected), stretch)
     shallow = -float(min(_depth(path[a : b + 1], bodies).min(), _gaps(path[max(a - 1, 0) : b + 2], bodies).min()))
-    for exits, way in ways:
+    for exits, way in zip(out[order], ways[order], strict=True):
         most = max(float(exits.max()), shallow)
         if least <= most:
             break
@@ -150,23 +154,21 @@ def _ways(path: Array, bodies: Sequence[Cuboid], a: int, b: int, up: Array | Non
     return found
 
 
-def _exits(points: Array, bodies: Sequence[Cuboid], way: Array) -> Array:
-    """How far each point (M, 3) must go along a direction to be outside all bodies, (M,) [m]."""
-    t = np.zeros(len(points))
-    for _ in range(len(bodies) + 1):
-        deep = _depth(points + t[:, None] * way, bodies) < -ROUNDING
-        if not deep.any():
-            break
+def _exits(points: Array, bodies: Sequence[Cuboid], ways: Array) -> Array:
+    """How far each point (M, 3) must go along each direction (W, 3) to be outside all bodies, (W, M) [m]."""
+    start = np.tile(points, (len(ways), 1))
+    along = np.repeat(ways, len(points), axis=0)
+    t = np.zeros(len(start))
+    for _ in bodies:
         for body in bodies:
-            at = points[deep] + t[deep, None] * way
-            within = body.signed(at)[0] < -ROUNDING
-            low, high = np.zeros(len(at)), np.where(within, 2.0 * body.reach, 0.0)
-            for _ in range(30):
+            at = start + t[:, None] * along
+            low, high = np.zeros(len(at)), np.where(body.signed(at)[0] < -ROUNDING, 2.0 * body.reach, 0.0)
+            for _ in range(HALVINGS if high.any() else 0):
                 middle = (low + high) / 2.0
-                still = body.signed(at + middle[:, None] * way)[0] < 0.0
+                still = body.signed(at + middle[:, None] * along)[0] < 0.0
                 low, high = np.where(still, middle, low), np.where(still, high, middle)
-            t[deep] += high
-    return t
+            t += high
+    return t.reshape(len(ways), len(points))
 
 
 def _weights(
