@@ -14,7 +14,7 @@ from typing import Any, cast
 
 from ovita.instruct.chunks import COUNTED, Chunk
 from ovita.instruct.frames import Quantity, Role
-from ovita.paths.part import PathPart, both, outside
+from ovita.paths.part import PathPart, outside
 
 Build = Callable[[Sequence[Chunk]], Chunk | list[Chunk] | None]
 
@@ -646,14 +646,3 @@ def _rewritten(row: list[Chunk], pattern: Pattern) -> list[Chunk]:
             made += [*row[at:begin], *(chunk if isinstance(chunk, list) else [chunk])]
             at = end
     return made + row[at:]
-
-
-def _narrower(one: PathPart, other: PathPart) -> bool:
-    """Whether a part is another one with its size: within 10 cm of the cup, near the cup."""
-    return other.amount is None and one.amount is not None and replace(one, amount=None, unit=other.unit) == other
-
-
-def joined(parts: Sequence[PathPart]) -> PathPart:
-    """What belongs to all of the parts that a frame was given."""
-    kept = [p for p in dict.fromkeys(parts) if not any(_narrower(other, p) for other in parts)]
-    return PathPart() if not kept else kept[0] if len(kept) == 1 else both(*kept)

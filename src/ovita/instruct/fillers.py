@@ -9,8 +9,8 @@ from typing import Any, cast
 
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import COUNTED, Chunk
-from ovita.instruct.constituents import FRACTION, QUANTITIES, as_part, joined
-from ovita.paths.part import PathPart
+from ovita.instruct.constituents import FRACTION, QUANTITIES, as_part
+from ovita.paths.part import PathPart, both
 
 Filler = Callable[["Constituents"], Any]
 
@@ -95,6 +95,17 @@ def parts(clause: Constituents, bounds: bool = False) -> PathPart:
             clause.used.add(i)
             found.append(of)
     return joined(found)
+
+
+def _narrower(one: PathPart, other: PathPart) -> bool:
+    """Whether a part is another one with its size: within 10 cm of the cup, near the cup."""
+    return other.amount is None and one.amount is not None and replace(one, amount=None, unit=other.unit) == other
+
+
+def joined(parts: Sequence[PathPart]) -> PathPart:
+    """What belongs to all of the parts that a frame was given."""
+    kept = [p for p in dict.fromkeys(parts) if not any(_narrower(other, p) for other in parts)]
+    return PathPart() if not kept else kept[0] if len(kept) == 1 else both(*kept)
 
 
 def _bounded_part(item: Chunk) -> PathPart:
