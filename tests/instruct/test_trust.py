@@ -329,7 +329,6 @@ ORDINARY = {
     "fly at least 0.7 m high": lambda r: r.adapted.positions[:, 2].min() > 0.698,
     "rotate the path by 90 degrees to the left": lambda r: np.ptp(r.adapted.positions[:, 0]) > 1.9,
     "don't go to the left of the vase": lambda r: (r.adapted.positions[:, 0] >= 0.45).all(),
-    "stay above the cup": lambda r: r.frames[0].relation == "over",
 }
 
 

@@ -508,7 +508,6 @@ PATTERNS: tuple[Pattern, ...] = tuple(
         ("at_least|at_most Qm size", lambda f: _height(f[0].kind)(f) if f[-1].text.lower() == "high" else None),
         ("rotate path? by? Qdeg to? left|right", lambda f: [*f[:-1], replace(f[-1], kind="anticlockwise" if f[-1].kind == "left" else "clockwise")]),
         ("rotate path? to? left|right by? Qdeg", lambda f: [replace(c, kind={"left": "anticlockwise", "right": "clockwise"}.get(c.kind, c.kind)) for c in f]),
-        ("keep over|under OBJ (?!for|because|to|at|in|by|until|with|Q|dot Q|comma Q)", lambda f: f[1:] if "above" in f[1].text.lower() or "under" in f[1].kind else None),
         ("never LOWER+ than|on|by? Qm|Qn ground?", _height("at_least")),
         ("never faster|inc|slower|dec than? Qv|Qn", lambda f: _role("at_most" if f[1].kind in ("faster", "inc") else "at_least")(f)),
         ("never closer|near of|to|from|at? OBJ than|by? Qm", _never_near),
