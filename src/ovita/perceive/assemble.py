@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -196,15 +196,19 @@ def _notes(views: Sequence[View], parts: Sequence[Segments], ground: _Ground, pl
         heights = ", ".join(f"{height:.3f}" for height in supports)
         notes.append(f"the views disagree on the height of the support ({heights} m); check the cameras' poses")
     for view, part in zip(views, parts, strict=True):
-        where = "" if len(views) == 1 else f" in {view.name}"
-        if part.beyond:
-            notes.append(f"{_things_are(part.beyond)} left out{where}: not on the support")
-        if part.backdrops:
-            notes.append(f"{_things_are(part.backdrops)} left out{where}: taken for a wall")
-        if view.seen.mean() < 0.5:
-            share = f"{100 * view.seen.mean():.0f} %"
-            notes.append(f"only {share} of the pixels have depth{where}; glass, gloss and what is too near have none")
+        notes += _view_notes(view, part, "" if len(views) == 1 else f" in {view.name}")
     return notes
+
+
+def _view_notes(view: View, part: Segments, where: str) -> Iterator[str]:
+    """What a person should know about one picture."""
+    if part.beyond:
+        yield f"{_things_are(part.beyond)} left out{where}: not on the support"
+    if part.backdrops:
+        yield f"{_things_are(part.backdrops)} left out{where}: taken for a wall"
+    if view.seen.mean() < 0.5:
+        share = f"{100 * view.seen.mean():.0f} %"
+        yield f"only {share} of the pixels have depth{where}; glass, gloss and what is too near have none"
 
 
 def _things_are(count: int) -> str:

@@ -47,21 +47,24 @@ def detector_named(
     finder, _, masks = name.partition("+")
     if not masks and finder.startswith("onnx:"):
         finder, masks = "clusters", finder
-    if not finder.startswith("vlm:") and (base_url or boxes):
+    kind, _, model = finder.partition(":")
+    if kind != "vlm" and (base_url or boxes):
         raise RequestError("--base-url and --boxes go with a vlm: detector")
-    if finder == "clusters":
-        found: Detector | None = ClusterDetector(Frame(frame) if isinstance(frame, str) else frame) if masks else None
-    elif finder.startswith("vlm:") and finder[4:].strip():
+    if finder != "clusters" and not (kind == "vlm" and model.strip()):
+        raise RequestError(f"unknown detector {name!r}; use {KINDS}")
+    if kind == "vlm":
         from ovita.perceive.vlm import VlmDetector
 
-        found = VlmDetector(finder[4:].strip(), base_url=base_url, boxes=boxes)
-    else:
-        raise RequestError(f"unknown detector {name!r}; use {KINDS}")
-    if not masks:
-        return found
+        found: Detector = VlmDetector(model.strip(), base_url=base_url, boxes=boxes)
+        return _masked(found, masks, name) if masks else found
+    return _masked(ClusterDetector(Frame(frame) if isinstance(frame, str) else frame), masks, name) if masks else None
+
+
+def _masked(found: Detector, masks: str, name: str) -> Detector:
+    """A detector with masks of a segmentation model for what it finds."""
     kind, _, files = masks.partition(":")
     encoder, _, decoder = files.partition(",")
-    if kind != "onnx" or not encoder or found is None:
+    if kind != "onnx" or not encoder:
         raise RequestError(f"unknown detector {name!r}; use {KINDS}")
     from ovita.perceive.segmenter import BoxSegmenter
 

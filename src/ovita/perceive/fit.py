@@ -304,12 +304,8 @@ def _best(models: Sequence[_Model], evidence: Evidence, *, supported: bool, roug
     All are tried on a part of the evidence, the hopeless ones for a few steps only; then on all of it the best, the
     best of another kind unless it is far worse, and while none explains the pixels, the next two.
     """
-    part = evidence.thinned(THIN)
-    heats = [_improved(replace(one, resting=supported and not one.grounded), part, HEAT) for one in models]
-    limit = max(HOPELESS * min(loss for _, loss in heats), POOR)
-    raced = [_improved(one, part, ROUNDS) for one, loss in heats if loss <= limit]
-    raced = sorted([run for run in raced if not run[0].on_edge] or raced, key=lambda run: run[1])
-    (first, least), *rest = raced
+    ready = [replace(one, resting=supported and not one.grounded) for one in models]
+    (first, least), *rest = _raced(ready, evidence.thinned(THIN))
     rivals = [one for one, loss in rest if one.kind != first.kind and loss < RIVALLING * least][:1]
     others = [one for one, _ in rest[:3] if one not in rivals]
     solids: list[Solid] = []
@@ -318,6 +314,14 @@ def _best(models: Sequence[_Model], evidence: Evidence, *, supported: bool, roug
         if len(solids) > len(rivals) and min(one.loss for one in solids) <= POOR:
             break
     return min(solids, key=lambda one: one.loss)
+
+
+def _raced(models: Sequence[_Model], part: Evidence) -> list[tuple[_Model, float]]:
+    """The families that are not hopeless where they fit best, with their losses, the best first."""
+    heats = [_improved(one, part, HEAT) for one in models]
+    limit = max(HOPELESS * min(loss for _, loss in heats), POOR)
+    runs = [_improved(one, part, ROUNDS) for one, loss in heats if loss <= limit]
+    return sorted([run for run in runs if not run[0].on_edge] or runs, key=lambda run: run[1])
 
 
 def _improved(model: _Model, evidence: Evidence, rounds: int) -> tuple[_Model, float]:

@@ -101,14 +101,19 @@ def camera_from(document: Mapping[str, Any], file: str) -> CameraFile:
     for key in given:
         if key not in known:
             raise FormatError(file, unknown_key(key, known), key=brief(key))
-    if "intrinsics" not in given:
-        raise FormatError(file, "has no intrinsics; give a 3x3 matrix, or fx, fy, cx and cy")
-    if "pose" not in given:
-        raise FormatError(file, "has no pose; give the camera-to-world matrix 4x4, or position and orientation (wxyz)")
+    for key, remedy in _NEEDED.items():
+        if key not in given:
+            raise FormatError(file, f"has no {key}; give {remedy}")
     camera = validated(CameraFile, given, file)
     if camera.depth_scale is not None and not 0.0 < camera.depth_scale < np.inf:
         raise FormatError(file, "must be above 0: metres a unit of the depth picture", key="depth_scale")
     return camera
+
+
+_NEEDED = {
+    "intrinsics": "a 3x3 matrix, or fx, fy, cx and cy",
+    "pose": "the camera-to-world matrix 4x4, or position and orientation (wxyz)",
+}
 
 
 def _posed(position: Any, orientation: Any, file: str) -> list[list[float]]:
@@ -128,22 +133,38 @@ def _view(raw: Array, colours: Any, camera: CameraFile, depth: str, rgb: str, wh
         raise FormatError(file_name(depth), "is no depth picture: it has colours; give 16-bit grey, or NPY metres")
     if raw.dtype == np.uint8:
         raise FormatError(file_name(depth), "is an 8-bit picture, which is too coarse for depth; give 16-bit, or NPY")
-    if isinstance(colours, np.ndarray) and colours.ndim == 2 and colours.dtype == np.uint8:
-        colours = np.repeat(colours[..., None], 3, axis=2)
-    scale = camera.depth_scale
-    if scale is None:
-        scale = 0.001 if np.issubdtype(raw.dtype, np.integer) else 1.0
-    pose = np.array(camera.pose, dtype=float) if np.shape(camera.pose) == (4, 4) else np.zeros((4, 0))
-    if camera.axes == "opengl" and pose.shape == (4, 4):
-        pose = pose @ np.diag([1.0, -1.0, -1.0, 1.0])
     try:
-        return View(raw.astype(float) * scale, np.array(camera.intrinsics), pose, colours, _name(depth))
+        seen = raw.astype(float) * _scale(camera, raw)
+        return View(seen, np.array(camera.intrinsics), _pose(camera), _in_colour(colours), _name(depth))
     except SceneError as error:
         of_picture = {"depth": depth, "rgb": rgb}
         key = None if error.key in of_picture else error.key
         raise FormatError(file_name(of_picture.get(error.key or "", where)), error.problem, key=key) from None
     except ValueError:
         raise FormatError(file_name(where), "must be a 3x3 matrix of numbers", key="intrinsics") from None
+
+
+def _scale(camera: CameraFile, raw: Array) -> float:
+    """Metres a unit of a depth picture."""
+    if camera.depth_scale is not None:
+        return camera.depth_scale
+    return 0.001 if np.issubdtype(raw.dtype, np.integer) else 1.0
+
+
+def _pose(camera: CameraFile) -> Array:
+    """A camera's pose with the axes of OpenCV (4, 4); something of another shape where it is none."""
+    if np.shape(camera.pose) != (4, 4):
+        return np.zeros((4, 0))
+    return np.array(camera.pose, dtype=float) @ np.diag(_AXES[camera.axes])
+
+
+_AXES = {"opencv": [1.0, 1.0, 1.0, 1.0], "opengl": [1.0, -1.0, -1.0, 1.0]}
+
+
+def _in_colour(picture: Any) -> Any:
+    """A grey picture of 8 bits as one in colours; anything else as it is."""
+    grey = isinstance(picture, np.ndarray) and picture.ndim == 2 and picture.dtype == np.uint8
+    return np.repeat(picture[..., None], 3, axis=2) if grey else picture
 
 
 def _name(depth: str) -> str:
@@ -154,21 +175,23 @@ def _name(depth: str) -> str:
 
 def _folder(place: str, camera: str | None) -> View:
     """The view in a folder: depth.png or depth.npy, rgb.png or rgb.jpg, camera.json."""
-    names = sorted(os.listdir(place))
-    found = {
-        what: [name for name in names if Path(name).stem.lower() in words and suffix(name) in PICTURES]
-        for what, words in (("depth", ("depth",)), ("colour", ("rgb", "color", "colour")))
-    }
-    for what, files in found.items():
-        if len(files) > 1:
-            raise FormatError(file_name(place), f"has several {what} pictures: {', '.join(files)}; keep one")
-    if not found["depth"]:
+    depth, rgb = _only(place, "depth", ("depth",)), _only(place, "colour", ("rgb", "color", "colour"))
+    if depth is None:
         raise FormatError(file_name(place), "has no depth picture; name it depth.png (16-bit) or depth.npy (metres)")
     own = os.path.join(place, CAMERA)
     if not os.path.exists(own) and camera is None:
         raise FormatError(file_name(place), f"has no {CAMERA}; add it, or name one with --camera")
-    rgb = os.path.join(place, found["colour"][0]) if found["colour"] else None
-    return load_view(os.path.join(place, found["depth"][0]), rgb, own if os.path.exists(own) else str(camera))
+    return load_view(depth, rgb, own if os.path.exists(own) else str(camera))
+
+
+def _only(place: str, what: str, stems: Sequence[str]) -> str | None:
+    """The one picture in a folder with one of these names, or None."""
+    files = [
+        name for name in sorted(os.listdir(place)) if Path(name).stem.lower() in stems and suffix(name) in PICTURES
+    ]
+    if len(files) > 1:
+        raise FormatError(file_name(place), f"has several {what} pictures: {', '.join(files)}; keep one")
+    return os.path.join(place, files[0]) if files else None
 
 
 def _archive(place: str, camera: str | None) -> View:

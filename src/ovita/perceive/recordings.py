@@ -295,39 +295,53 @@ def _kind(bag: Any, connection: Any) -> StreamKind | None:
 
 def _chosen(reader: _Reader, kinds: Sequence[StreamKind], wanted: str | None, option: str) -> _Topic | None:
     """The stream that a person names, or the only one of the first of these kinds that there is; None if none is."""
-    fits = [stream for stream in reader.streams.values() if stream.kind in kinds]
     if wanted is not None:
-        topic = wanted if wanted.startswith("/") else f"/{wanted}"
-        found = next((stream for stream in fits if stream.topic == topic), None)
-        if found is None:
-            holds = "is not in this bag" if topic not in reader.streams else f"holds no {kinds[0]}"
-            raise FormatError(reader.file, f"{topic} {holds}; {option} may be {listing(s.topic for s in fits)}")
-        return found
+        return _named_topic(reader, kinds, wanted, option)
     for kind in kinds:
-        # The same pictures in two transports are one stream; the raw one needs no decoding.
-        alike = {s.base: s for s in sorted((s for s in fits if s.kind == kind), key=lambda s: -len(s.topic))}
-        if len(alike) == 1:
-            return next(iter(alike.values()))
-        if alike:
-            several = listing(stream.topic for stream in alike.values())
+        alike = _streams_of(reader, kind)
+        if len(alike) > 1:
+            several = listing(stream.topic for stream in alike)
             raise FormatError(reader.file, f"there are several topics with {kind}, choose one with {option}: {several}")
+        if alike:
+            return alike[0]
     return None
+
+
+def _named_topic(reader: _Reader, kinds: Sequence[StreamKind], wanted: str, option: str) -> _Topic:
+    """The stream of one of these kinds that a person names."""
+    topic = wanted if wanted.startswith("/") else f"/{wanted}"
+    found = reader.streams.get(topic)
+    if found is None or found.kind not in kinds:
+        fits = listing(stream.topic for stream in reader.streams.values() if stream.kind in kinds)
+        holds = "is not in this bag" if found is None else f"holds no {kinds[0]}"
+        raise FormatError(reader.file, f"{topic} {holds}; {option} may be {fits}")
+    return found
+
+
+def _streams_of(reader: _Reader, kind: StreamKind) -> list[_Topic]:
+    """The streams of a kind; the same pictures in two transports are one, the raw one, which needs no decoding."""
+    fits = [stream for stream in reader.streams.values() if stream.kind == kind]
+    return list({stream.base: stream for stream in sorted(fits, key=lambda one: -len(one.topic))}.values())
 
 
 def _camera(reader: _Reader, stream: _Topic, size: tuple[int, int]) -> CameraModel:
     """The camera model that goes with a stream of pictures: that beside it, or the only one of its size."""
     infos = [info for info in reader.streams.values() if info.kind == "info"]
-    beside = [info for info in infos if info.topic.rpartition("/")[0] == stream.base.rpartition("/")[0]]
-    rectified = "rect" in stream.base
-    models = [camera_of(reader.nearest(info, None), rectified=rectified) for info in beside or infos]
-    fits = [model for model in models if model.size == size]
-    if len(fits) != 1 and not (fits and all(np.array_equal(fits[0].intrinsics, m.intrinsics) for m in fits)):
+    fits = [model for model in _models(reader, stream, infos) if model.size == size]
+    if not fits or any(not np.array_equal(fits[0].intrinsics, model.intrinsics) for model in fits):
         wide, high = size
         there = f"those there are {listing(info.topic for info in infos)}" if infos else "there is no CameraInfo at all"
         raise FormatError(reader.file, f"no CameraInfo beside {stream.topic} is of {wide}x{high} pixels; {there}")
     if fits[0].distorted:
         reader.notes.append(f"{stream.topic} is not rectified; the bend of the lens is not taken out of it")
     return fits[0]
+
+
+def _models(reader: _Reader, stream: _Topic, infos: Sequence[_Topic]) -> list[CameraModel]:
+    """The camera models beside a stream, or all that there are."""
+    home = stream.base.rpartition("/")[0]
+    beside = [info for info in infos if info.topic.rpartition("/")[0] == home]
+    return [camera_of(reader.nearest(info, None), rectified="rect" in stream.base) for info in beside or infos]
 
 
 # Views
@@ -350,22 +364,28 @@ def _view(reader: _Reader, depth: _Topic, colour: _Topic | None, at: int | None,
 def _pose(reader: _Reader, tree: Transforms, camera: str, choices: RecordingChoices) -> Array:
     """The camera's pose in the world, from its mount and the transforms."""
     mount = choices.mount
-    if mount is not None and not mount.frame:
+    if mount is None:
+        if "optical" not in camera:
+            reader.notes.append(f"the frame {camera!r} is taken to be optical: x right, y down, z forward")
+        return _frame_pose(reader, tree, camera, choices, fixed=False)
+    if not mount.frame:
         return mount.pose
-    start = named(mount.frame) if mount is not None else camera
+    return np.asarray(_frame_pose(reader, tree, named(mount.frame), choices, fixed=True) @ mount.pose)
+
+
+def _frame_pose(reader: _Reader, tree: Transforms, start: str, choices: RecordingChoices, *, fixed: bool) -> Array:
+    """The pose of a frame in the world; one of a camera that nothing is `fixed` to is not the world itself."""
     world = named(choices.world_frame) if choices.world_frame else tree.root(start)
     found = tree.between(start, world) if start in tree.frames or start == world else None
-    if found is None or (mount is None and world == camera):
+    if found is None or (not fixed and world == start):
         there = f"the frames are {listing(tree.frames)}" if tree.frames else "it holds no transforms"
         remedy = "name --camera-frame and --world-frame, or give the camera's pose with --pose FILE"
         raise FormatError(reader.file, f"nothing says where {start!r} is in the world ({there}); {remedy}")
     pose, off = found
     if off > STALE:
         reader.notes.append(f"the place of {start!r} is known {off * 1e-9:.2g} s off the picture only")
-    if mount is None and "optical" not in camera:
-        reader.notes.append(f"the frame {camera!r} is taken to be optical: x right, y down, z forward")
     reader.notes.append(f"the scene is in the frame {world!r} of the recording")
-    return pose if mount is None else pose @ mount.pose
+    return pose
 
 
 def _colours(

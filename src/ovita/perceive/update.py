@@ -98,7 +98,7 @@ class SceneUpdate:
 
 
 def update(before: Scene, seen: Scene, views: Sequence[View] = ()) -> SceneUpdate:
-    """FoundAgain the objects of a scene with those seen now.
+    """Match the objects of a scene with those seen now.
 
     Things are told apart by name, or by what they were seen as, by size, colour and shape, and by how far they would
     have moved; the assignment of least cost over all of them counts. Names that a person gave stay.
@@ -139,16 +139,20 @@ def _unlikeness(old: SceneObject, new: SceneObject) -> float:
     """How little two objects are alike: `UNLIKE` and more for different things."""
     if is_support(old) or is_support(new):
         return 0.0 if is_support(old) and is_support(new) and _same_level(old, new) else 10.0 * UNLIKE
-    away = float(np.linalg.norm(new.position - old.position))
-    sizes = np.sort(np.maximum(old.size, 1e-3)), np.sort(np.maximum(new.size, 1e-3))
-    unlike = float(np.abs(np.log(sizes[1] / sizes[0])).mean())
+    away, unlike = float(np.linalg.norm(new.position - old.position)), _sizes_differ(old, new)
     named = canonical(new.name) in {canonical(old.name), canonical(str(old.extra.get(LABEL, "")))}
     there = old.cuboid.signed(new.position[None])[0][0] < STILL
     stranger = SEEN not in old.extra and not (named or there)  # written by hand, so nobody knows how it looks
     if stranger or away > REACH or (old.dimensions is not None and unlike > ALIKE and not (named and there)):
         return 10.0 * UNLIKE
-    looks = (0.0 if named else 0.25) + 0.45 * _differ(old, new, COLOUR) + 0.15 * _differ(old, new, SHAPE)
-    return looks + 0.5 * unlike / ALIKE * (old.dimensions is not None) + 0.3 * min(away, 1.0) - (0.3 if there else 0.0)
+    looks = 0.25 * (not named) + 0.45 * _differ(old, new, COLOUR) + 0.15 * _differ(old, new, SHAPE)
+    return float(looks + 0.5 * unlike / ALIKE * (old.dimensions is not None) + 0.3 * min(away, 1.0) - 0.3 * there)
+
+
+def _sizes_differ(old: SceneObject, new: SceneObject) -> float:
+    """Mean logarithm of the ratio of their edges, longest to longest."""
+    edges = np.sort(np.maximum(old.size, 1e-3)), np.sort(np.maximum(new.size, 1e-3))
+    return float(np.abs(np.log(edges[1] / edges[0])).mean())
 
 
 def _differ(old: SceneObject, new: SceneObject, key: str) -> bool:
@@ -291,12 +295,10 @@ def impact(result: Adaptation, scene: Scene) -> PathImpact:
     """Judge an adapted path in another scene by the limits and promises of its adaptation; nothing is solved again."""
     scene = scene.in_frame(result.scene.frame)
     before, now = (_checks(result, place) for place in (result.scene, scene))
-    kept = {(c.name, c.subject) for c in before if c.held}
-    known = {(c.name, c.subject) for c in before}
-    broken = tuple(c for c in now if not c.held and ((c.name, c.subject) in kept or (c.name, c.subject) not in known))
-    lost = tuple(
-        p for p in (_again(result, p, scene) for p in result.postconditions if p.held and p.kind) if not p.held
-    )
+    broke = {(check.name, check.subject) for check in before if not check.held}
+    broken = tuple(check for check in now if not check.held and (check.name, check.subject) not in broke)
+    kept = [promise for promise in result.postconditions if promise.held and promise.kind]
+    lost = tuple(promise for promise in (_again(result, one, scene) for one in kept) if not promise.held)
     return PathImpact(broken, lost, _clearances(result, scene))
 
 
