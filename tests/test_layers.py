@@ -22,7 +22,7 @@ LAYERS = (
     ("writers",),
     ("result",),
     ("chain",),
-    ("dialogue",),
+    ("baselines", "dialogue"),
     ("gate", "perceive", "plots", "sim"),
     ("sources",),
     ("bench", "studio"),

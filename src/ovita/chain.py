@@ -175,17 +175,19 @@ def enforced(
     robot: Robot,
     *,
     constraints: ConstraintOptions,
+    original: Trajectory | None = None,
 ) -> Adaptation:
-    """Enforce the limits on a trajectory that a person edited by hand; its policy changes nothing.
+    """Enforce the limits on a trajectory that was made without a policy, such as by hand; its policy changes nothing.
 
     Args:
         said: The change in words, recorded as the instruction.
-        trajectory: As edited.
+        trajectory: As made.
         scene: Its surroundings.
         robot: The limits.
         constraints: How limits are enforced.
+        original: What changes are measured from; None takes the trajectory itself.
     """
-    request = Request(said, trajectory, scene, robot)
+    request = Request(said, original or trajectory, scene, robot)
     reply = Reply("policy", writer=WriterInfo("none"))
     policy, rollout = Policy(UNCHANGED), Rollout(trajectory)
     return _finish(request, policy, rollout, Attempt(reply, policy, rollout), constraints, _Clock(), by_hand=True)

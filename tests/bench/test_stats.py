@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import binomtest, wilcoxon
 
-from ovita.bench.tables import mcnemar, percentile, signed_rank, wilson
+from ovita.bench.tables import holm, mcnemar, percentile, signed_rank, wilson
 
 
 @given(st.integers(1, 400).flatmap(lambda n: st.tuples(st.integers(0, n), st.just(n))))
@@ -60,6 +60,21 @@ def test_signed_rank_is_scipys_and_its_effect_has_the_right_sign():
 def test_ties_give_no_warning_and_a_finite_p():
     got = signed_rank([0.5] * 8, [1.0, 1.0, 1.0, 1.0, 0.0, 0.5, 1.0, 1.0])
     assert got.changed == 7 and 0.0 < got.p < 1.0
+
+
+@pytest.mark.parametrize(
+    ("p", "corrected"),
+    [
+        # The worked example of Wikipedia's article on the Holm-Bonferroni method.
+        ([0.01, 0.04, 0.03, 0.005], [0.03, 0.06, 0.06, 0.02]),
+        # R 4: p.adjust(c(0.01, 0.02, 0.03, 0.04, 0.05), "holm")
+        ([0.01, 0.02, 0.03, 0.04, 0.05], [0.05, 0.08, 0.09, 0.09, 0.09]),
+        ([0.6, 0.5], [1.0, 1.0]),
+        ([], []),
+    ],
+)
+def test_holm_is_the_published_correction(p, corrected):
+    assert holm(p) == pytest.approx(corrected)
 
 
 def test_percentile_of_nothing():

@@ -15,7 +15,12 @@ from typing import Any, Literal
 
 from pydantic import TypeAdapter, ValidationError
 
+from ovita.baselines import Baseline, adapted_by, baseline_named, is_baseline
+from ovita.baselines.base import KIND
+from ovita.baselines.catalogue import brought
+from ovita.baselines.command import TIMEOUT
 from ovita.bench.dataset import Sample
+from ovita.bench.deforming import RecordingBaseline, ReplayingBaseline
 from ovita.bench.records import Record, Round, Rows
 from ovita.chain import REPAIRS, Isolation, adapt
 from ovita.errors import RequestError, UnusableReply, WriterError, WriterFailure
@@ -79,6 +84,8 @@ class Condition:
 
     def applies_to(self, writer: str) -> bool:
         """Whether the condition can make a difference to a writer."""
+        if is_baseline(writer):
+            return self == DEFAULT or self.without == "constraints"
         return self == DEFAULT or writer != "builtin" or self.without in WITHOUT_MODEL
 
     def rewrite(self, prompt: Prompt) -> Prompt:
@@ -267,6 +274,29 @@ def open_writer(name: str, *, base_url: str | None = None, temperature: float = 
     return made
 
 
+System = PolicyWriter | Baseline
+"""What a benchmark measures."""
+
+
+def open_system(
+    name: str, *, base_url: str | None = None, temperature: float = 0.1, timeout: float = TIMEOUT
+) -> System:
+    """The writer or baseline of that name; the timeout [s] is that of a command.
+
+    Raises:
+        RequestError: If there is no such system.
+        MissingExtra: If its packages are not installed.
+    """
+    if is_baseline(name):
+        return baseline_named(name, timeout=timeout)
+    return open_writer(name, base_url=base_url, temperature=temperature)
+
+
+def is_local(name: str) -> bool:
+    """Whether a system answers in this process, without a server or a program, and the same every time."""
+    return name == "builtin" or brought(name)
+
+
 BY_SUBSET = "by-subset"
 """The robot of a sample is told by the words of its subset: drone, ground robot, arm or manipulator."""
 
@@ -274,7 +304,19 @@ _WORDS = {"drone": "drone", "ground": "ground", "manipulator": "arm", "arm": "ar
 
 _TOKENS = ("input_tokens", "output_tokens")
 
-Answering = RecordingWriter | ReplayingWriter
+Answering = RecordingWriter | ReplayingWriter | RecordingBaseline | ReplayingBaseline
+
+
+def recording(system: System, condition: Condition, limiter: Limiter | None = None, *, retries: int = 2) -> Answering:
+    """A system that records its answers."""
+    if isinstance(system, Baseline):
+        return RecordingBaseline(system)
+    return RecordingWriter(system, condition, limiter, retries=retries)
+
+
+def replaying(name: str, replies: Sequence[Mapping[str, Any]]) -> Answering:
+    """The system of that name as recorded."""
+    return (ReplayingBaseline if is_baseline(name) else ReplayingWriter)(name, replies)
 
 
 @dataclass(frozen=True)
@@ -325,20 +367,13 @@ def evaluate(sample: Sample, writer: Answering, condition: Condition, protocol: 
     said = task.instruction
     for _ in range(protocol.feedback + 1):
         taken, waited = len(writer.replies), writer.waited
-        result = adapt(
-            talk.request(said),
-            writer=writer,
-            constraints=ConstraintOptions(enabled=condition.constraints),
-            isolation=protocol.isolation,
-            repairs=condition.repairs,
-            examples=condition.examples,
-            time_limit=None,
-        )
+        result = _answered(talk.request(said), writer, condition, protocol)
         done = _round(sample, said, result, idle)
         ms = sum(result.timings_ms.values()) - 1e3 * (writer.waited - waited)
         replies = tuple(writer.replies[taken:])
         tokens = {key: sum(r["reply"]["writer"][key] for r in replies if "reply" in r) for key in _TOKENS}
-        rounds.append(replace(done, ms=round(max(ms, 0.0), 3), replies=replies, **tokens))
+        match = {key: replies[-1][key] for key in ("matched", "similarity") if replies and key in replies[-1]}
+        rounds.append(replace(done, ms=round(max(ms, 0.0), 3), replies=replies, **tokens, **match))
         talk.record(said, result)
         if done.passed or any(reply.get("unreached") for reply in rounds[-1].replies):
             break
@@ -357,6 +392,21 @@ def evaluate(sample: Sample, writer: Answering, condition: Condition, protocol: 
         check=sample.check.to_dict(),
         rounds=tuple(rounds),
         void=sample.void,
+    )
+
+
+def _answered(request: Request, system: Answering, condition: Condition, protocol: Protocol) -> Adaptation:
+    constraints = ConstraintOptions(enabled=condition.constraints)
+    if isinstance(system, RecordingBaseline | ReplayingBaseline):
+        return adapted_by(system, request, constraints)
+    return adapt(
+        request,
+        writer=system,
+        constraints=constraints,
+        isolation=protocol.isolation,
+        repairs=condition.repairs,
+        examples=condition.examples,
+        time_limit=None,
     )
 
 
@@ -408,7 +458,7 @@ def _round(sample: Sample, said: str, result: Adaptation, idle: Judged) -> Round
         limits=result.constraints.status if result.constraints else "none",
         proposed_passed=proposed is not None and sample.check.judge(task.trajectory, proposed, task.scene).passed,
         after_yes=waiting is not None and sample.check.judge(task.trajectory, waiting.adapted, task.scene).passed,
-        flagged=usable and (result.status != "done" or bool(result.cautions)),
+        flagged=usable and result.writer.kind != KIND and (result.status != "done" or bool(result.cautions)),
         model=result.writer.model,
         plan=(waiting or result).plan,
         code=(waiting or result).code,

@@ -44,8 +44,9 @@ class Round:
         limits: The verdict on the limits, or "none" where nothing ran.
         proposed_passed: Whether what the policy returned passes the check before limits were enforced.
         after_yes: Whether the check holds once a person agrees to what was proposed for confirmation.
-        flagged: Whether the result says itself that a person should look at it.
+        flagged: Whether the result says itself that a person should look at it; a baseline says nothing of itself.
         error: Why there is no result, or "".
+        matched, similarity: What a baseline matched the instruction with, and how similar the two are.
         replies: Every reply of the writer, as recorded.
     """
 
@@ -68,6 +69,8 @@ class Round:
     code: str = ""
     explanation: str = ""
     error: str = ""
+    matched: str = ""
+    similarity: float | None = None
     adapted: Rows = ()
     replies: tuple[dict[str, Any], ...] = ()
 

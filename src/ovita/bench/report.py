@@ -104,6 +104,7 @@ def report_tables(
         ]
     found.append(("Feedback", feedback if len(feedback) > 1 else []))
     found.append(("Comparisons", _comparisons(records)))
+    found.append(("Similarity with what was matched", _similarities(records)))
     if ratings:
         rows = [["writer", "mean", "4 or 5", "n"]]
         for writer, values in ratings.items():
@@ -158,7 +159,7 @@ def markdown(
     parts.append(
         "Intervals are Wilson's. Success is compared by McNemar's exact test (effect: Cohen's g, -0.5 to 0.5), clauses"
         " and times by Wilcoxon's signed-rank test (effect: rank-biserial correlation, -1 to 1); positive means that"
-        " the second is higher. p values are not corrected for the number of comparisons."
+        " the second is higher. p (Holm) is corrected for all comparisons of the same measure."
         " `report.html` shows each sample."
     )
     return "\n\n".join(parts) + "\n"
@@ -191,6 +192,8 @@ def flat(records: Sequence[Record]) -> list[dict[str, Any]]:
             "output_tokens": sum(x.output_tokens for x in r.rounds),
             "sentence": r.last.sentence,
             "error": r.last.error,
+            "matched": r.last.matched,
+            "similarity": r.last.similarity,
             "void": "; ".join(r.void),
             "check": json.dumps(r.check, ensure_ascii=False),
         }
@@ -245,12 +248,23 @@ def _limits(records: Sequence[Record]) -> Table:
 
 
 def _comparisons(records: Sequence[Record]) -> Table:
-    rows = [["measure", "of", "against", "test", "n", "differ", "second higher", "p", "effect"]]
+    rows = [["measure", "of", "against", "test", "n", "differ", "second higher", "p", "p (Holm)", "effect"]]
     for c in tables.comparisons(records):
         p = c.paired
-        rows.append(
-            [c.what, c.a, c.b, p.test, str(p.n), str(p.changed), str(p.better), f"{p.p:.3g}", f"{p.effect:+.2f}"]
-        )
+        rows.append([c.what, c.a, c.b, p.test, str(p.n), str(p.changed), str(p.better)])
+        rows[-1] += [f"{p.p:.3g}", f"{c.holm:.3g}", f"{p.effect:+.2f}"]
+    return rows if len(rows) > 1 else []
+
+
+def _similarities(records: Sequence[Record]) -> Table:
+    """How similar instructions were to what a baseline matched them with, where the answer was right and where not."""
+    rows = [["writer", "answer", "n", "median", "5 %", "95 %"]]
+    for column in tables.columns(records):
+        mine = [r.first for r in records if (r.writer, r.condition) == column]
+        for answer, passed in (("right", True), ("wrong", False)):
+            found = [x.similarity for x in mine if x.similarity is not None and x.passed == passed]
+            spread = [f"{tables.percentile(found, share):.2f}" for share in (0.5, 0.05, 0.95)]
+            rows += [[tables.named(column), answer, str(len(found)), *spread]] if found else []
     return rows if len(rows) > 1 else []
 
 

@@ -22,22 +22,24 @@ from itertools import product
 from typing import Any
 
 import ovita
+from ovita.baselines.command import TIMEOUT
 from ovita.bench.dataset import Dataset, Sample
 from ovita.bench.evaluate import (
     DEFAULT,
     Condition,
     Limiter,
     Protocol,
-    RecordingWriter,
-    ReplayingWriter,
+    System,
     evaluate,
-    open_writer,
+    is_local,
+    open_system,
+    recording,
+    replaying,
     robot_for,
     waypoints,
 )
 from ovita.bench.records import Record, RecordLog, ordered, read_manifest, read_records, write_manifest
 from ovita.errors import OvitaError, RequestError
-from ovita.writers.base import PolicyWriter
 
 UNREACHED = 5
 """A writer that could not be reached so many times in a row is not asked any further."""
@@ -62,7 +64,7 @@ class RunPlan:
     """What is run.
 
     Args:
-        writers: Names, see `open_writer`.
+        writers: Names of writers and baselines, see `open_system`.
         conditions: The default one and the ablations.
         protocol: How samples are put to writers.
         base_url: An OpenAI-compatible server for the writers that are models.
@@ -73,6 +75,7 @@ class RunPlan:
         budget_tokens: No sample is begun once so many tokens were used, or None.
         prices: Writer to money for a million tokens read and written.
         budget_cost: No sample is begun once so much money was used, or None.
+        timeout: Longest time for an answer of a command [s].
     """
 
     writers: tuple[str, ...] = ("builtin",)
@@ -86,6 +89,7 @@ class RunPlan:
     budget_tokens: int | None = None
     prices: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     budget_cost: float | None = None
+    timeout: float = TIMEOUT
 
 
 class Meter:
@@ -304,7 +308,7 @@ def _executor(
     todo: Sequence[_Cell], plan: RunPlan, replaying: bool
 ) -> tuple[Callable[[_Cell], Future[Record]], Executor]:
     """Processes for local work, threads for remote writers."""
-    local = replaying or all(cell.writer == "builtin" for cell in todo)
+    local = replaying or all(is_local(cell.writer) for cell in todo)
     if local and plan.jobs > 1 and len(todo) > 2 * plan.jobs:
         context = multiprocessing.get_context("spawn")
         executor: Executor = ProcessPoolExecutor(plan.jobs, mp_context=context, initializer=_end_with_parent)
@@ -313,14 +317,14 @@ def _executor(
     def heat(cell: _Cell) -> float:
         return plan.temperature if cell.condition.temperature is None else cell.condition.temperature
 
-    writers: dict[tuple[str, float], PolicyWriter] = {}
+    writers: dict[tuple[str, float], System] = {}
     limiters: dict[str, Limiter] = {}
     for cell in todo if not replaying else ():
         temperature = heat(cell)
         if (cell.writer, temperature) not in writers:
-            made = open_writer(cell.writer, base_url=plan.base_url, temperature=temperature)
+            made = open_system(cell.writer, base_url=plan.base_url, temperature=temperature, timeout=plan.timeout)
             writers[cell.writer, temperature] = made
-            limiters.setdefault(cell.writer, Limiter(None if cell.writer == "builtin" else plan.per_minute))
+            limiters.setdefault(cell.writer, Limiter(None if is_local(cell.writer) else plan.per_minute))
 
     def submit(cell: _Cell) -> Future[Record]:
         writer = writers.get((cell.writer, heat(cell)))
@@ -330,7 +334,7 @@ def _executor(
     return submit, executor
 
 
-def _run_cell(cell: _Cell, plan: RunPlan, inner: PolicyWriter | None, limiter: Limiter | None) -> Record:
+def _run_cell(cell: _Cell, plan: RunPlan, inner: System | None, limiter: Limiter | None) -> Record:
     """Evaluate a cell; a recorded one keeps its recorded times, so that a replay reports the same."""
     try:
         return _asked(cell, plan, inner, limiter)
@@ -339,14 +343,14 @@ def _run_cell(cell: _Cell, plan: RunPlan, inner: PolicyWriter | None, limiter: L
         raise
 
 
-def _asked(cell: _Cell, plan: RunPlan, inner: PolicyWriter | None, limiter: Limiter | None) -> Record:
+def _asked(cell: _Cell, plan: RunPlan, inner: System | None, limiter: Limiter | None) -> Record:
     if cell.recorded is not None:
         replies = [reply for item in cell.recorded.rounds for reply in item.replies]
-        record = evaluate(cell.sample, ReplayingWriter(cell.writer, replies), cell.condition, plan.protocol)
+        record = evaluate(cell.sample, replaying(cell.writer, replies), cell.condition, plan.protocol)
         times = [item.ms for item in cell.recorded.rounds]
         rounds = [replace(r, ms=times[i]) if i < len(times) else r for i, r in enumerate(record.rounds)]
         return replace(record, rounds=tuple(rounds))
-    writer = RecordingWriter(inner or open_writer(cell.writer), cell.condition, limiter, retries=plan.retries)
+    writer = recording(inner or open_system(cell.writer), cell.condition, limiter, retries=plan.retries)
     record = evaluate(cell.sample, writer, cell.condition, plan.protocol)
     return replace(record, writer=cell.writer)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Literal
 
@@ -60,12 +60,16 @@ class Tally:
 
 @dataclass(frozen=True)
 class Comparison:
-    """A paired comparison of two columns on their common samples: what, a, b, and the test."""
+    """A paired comparison of two columns on their common samples: what, a, b, and the test.
+
+    `holm` is the test's p value corrected for all comparisons of the same thing.
+    """
 
     what: str
     a: str
     b: str
     paired: Paired
+    holm: float = math.nan
 
 
 def columns(records: Sequence[Record]) -> list[Column]:
@@ -126,7 +130,17 @@ def comparisons(records: Sequence[Record]) -> list[Comparison]:
         if any(len(r.rounds) > 1 for r in mine.values()):
             paired = mcnemar([r.first.passed for r in mine.values()], [r.last.passed for r in mine.values()])
             found.append(Comparison("success", named(column), f"{named(column)}, with feedback", paired))
-    return found
+    return _corrected(found)
+
+
+def _corrected(found: Sequence[Comparison]) -> list[Comparison]:
+    families = {what: [c for c in found if c.what == what] for what in dict.fromkeys(c.what for c in found)}
+    corrected = {
+        (what, c.a, c.b): p
+        for what, family in families.items()
+        for c, p in zip(family, holm([c.paired.p for c in family]), strict=True)
+    }
+    return [replace(c, holm=corrected[c.what, c.a, c.b]) for c in found]
 
 
 def _comparable(a: Column, b: Column) -> bool:
@@ -263,6 +277,19 @@ def signed_rank(a: Sequence[float], b: Sequence[float]) -> Paired:
     p = float(wilcoxon(difference, method="exact" if exact else "approx").pvalue)
     better = int((difference > 0).sum())
     return Paired("Wilcoxon", len(a), len(difference), better, min(p, 1.0), (2 * up - total) / total)
+
+
+def holm(p: Sequence[float]) -> list[float]:
+    """P values of several tests, corrected so that the chance of any false alarm is kept [Holm1979], in their order.
+
+    The k-th smallest of m is multiplied by m - k + 1; none is smaller than one before it, none exceeds 1.
+    """
+    values = np.asarray(p, dtype=float)
+    order = np.argsort(values, kind="stable")
+    scaled = np.minimum(np.maximum.accumulate(values[order] * np.arange(len(values), 0, -1)), 1.0)
+    corrected = np.empty_like(values)
+    corrected[order] = scaled
+    return [float(value) for value in corrected]
 
 
 def percentile(values: Sequence[float], share: float) -> float:

@@ -34,7 +34,8 @@ def group() -> None:
     "writers",
     multiple=True,
     metavar="NAME",
-    help="builtin, PROVIDER:MODEL, or python:MODULE:CLASS; may be given again. [builtin]",
+    help="builtin, PROVIDER:MODEL, python:MODULE:CLASS, baseline:NAME (copy, random, extract, extract-ovita), or"
+    " exec:COMMAND; may be given again. [builtin]",
 )
 @click.option("--base-url", metavar="URL", help="An OpenAI-compatible server for the writers that are models.")
 @click.option("--temperature", type=click.FloatRange(0, 2), default=0.1, show_default=True, help="Of models.")
@@ -54,6 +55,14 @@ def group() -> None:
 @click.option("--jobs", type=click.IntRange(1, 64), metavar="N", help="Samples at a time. [one a core, at most 4]")
 @click.option("--rate", type=click.FloatRange(0, min_open=True), metavar="N", help="Requests a minute to each model.")
 @click.option("--retries", type=click.IntRange(0, 20), default=2, show_default=True, help="Of failed requests.")
+@click.option(
+    "--timeout",
+    type=click.FloatRange(0, min_open=True),
+    default=300,
+    show_default=True,
+    metavar="S",
+    help="Longest time for an answer of exec:COMMAND [s].",
+)
 @click.option("--budget-tokens", type=click.IntRange(1), metavar="N", help="Begin no sample after so many tokens.")
 @click.option("--budget-cost", type=click.FloatRange(0, min_open=True), metavar="X", help="... or so much money.")
 @click.option(
@@ -165,6 +174,7 @@ def _plan(options: dict[str, Any], replay: str | None) -> RunPlan:
         budget_tokens=options["budget_tokens"],
         prices=_prices(options["prices"]),
         budget_cost=options["budget_cost"],
+        timeout=options["timeout"],
     )
 
 
