@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +17,7 @@ import numpy as np
 from ovita import Robot, Scene, SceneObject, verify
 from ovita.limits import ConstraintOptions
 from ovita.measure import predicates as P
+from ovita.sources.places import obstacles
 from ovita.sources.words import Generation, from_words
 
 CORPUS = Path(__file__).parents[1] / "training" / "corpus" / "generation"
@@ -100,9 +101,7 @@ class Judge:
 
     def at(self, point: np.ndarray, name: str) -> bool:
         item = self.item(name)
-        keep = self.robot.radius + self.robot.obstacle_margin
-        if item.name == "patient":
-            keep = self.robot.radius + self.robot.person_margin
+        keep = max(body.radius for body in obstacles(self.scene, self.robot) if body.name == item.name)
         return float(item.clearance(point[None])[0]) <= keep + AT
 
     def placed(self, point: np.ndarray, words: tuple[str, ...]) -> bool:
@@ -150,7 +149,14 @@ class Judge:
 
     def _between(self, one: str, two: str) -> bool:
         names = (self.item(one).name, self.item(two).name)
-        return P.passes_between(*names).judge(self.plan, self.path, self.scene).passed
+        return P.passes_between(*names).judge(self.plan, self.path, self.on_the_floor()).passed
+
+    def on_the_floor(self) -> Scene:
+        """The scene, with the objects' middles at the height of a robot that stays on the ground."""
+        if not self.robot.planar:
+            return self.scene
+        flat = [replace(item, position=[*item.position[:2], self.path.positions[0, 2]]) for item in self.scene]
+        return replace(self.scene, objects=tuple(flat))
 
     def _side(self, direction: str, name: str) -> bool:
         away = (self.dense - self.item(name).position)[:, :2]

@@ -112,7 +112,7 @@ def adapt(
     budget.say("enforcing the limits")
     result = _finish(request, last.policy, last.rollout, last, constraints, clock)
     if last.reply.confirm:
-        return _to_confirm(result, last.reply)
+        return to_confirm(result, last.reply.unplaced, last.reply.doubts)
     if explain_with_model and last.by is not None:
         result = _explained_by_model(result, last.by, budget, clock)
     return result
@@ -222,9 +222,15 @@ def _declined(request: Request, last: Attempt, clock: _Clock) -> Adaptation:
     )
 
 
-def _to_confirm(result: Adaptation, reply: Reply) -> Adaptation:
-    """A result that a person has to agree to: the trajectory stays, and the result waits as the proposal."""
-    unused = (f"Nothing is done about {quoted(reply.unplaced)}.",) if reply.unplaced else ()
+def to_confirm(result: Adaptation, unplaced: tuple[str, ...] = (), doubts: tuple[str, ...] = ()) -> Adaptation:
+    """A result that a person has to agree to: the trajectory stays, and the result waits as the proposal.
+
+    Args:
+        result: What would be done.
+        unplaced: Words that nothing is done about.
+        doubts: What speaks against it, as sentences.
+    """
+    unused = (f"Nothing is done about {quoted(unplaced)}.",) if unplaced else ()
     waiting = Adaptation(
         instruction=result.instruction,
         status="needs_confirmation",
@@ -233,11 +239,11 @@ def _to_confirm(result: Adaptation, reply: Reply) -> Adaptation:
         scene=result.scene,
         robot=result.robot,
         options=result.options,
-        unplaced=reply.unplaced,
+        unplaced=unplaced,
         proposal=replace(result, assumptions=(*result.assumptions, *unused)),
         writer=result.writer,
         attempts=result.attempts,
-        warnings=reply.doubts,
+        warnings=doubts,
         timings_ms=result.timings_ms,
     )
     return replace(waiting, explanation=waiting.message)

@@ -69,8 +69,9 @@ class UnknownObject(SceneError):
 
     def __init__(self, name: str, available: Sequence[str]) -> None:
         self.name, self.available = name, tuple(available)
-        known = ", ".join(repr(n) for n in self.available) or "none at all"
-        super().__init__(f"the scene has no object {name!r}; its objects are {known}", key="objects")
+        known = ", ".join(repr(n) for n in self.available)
+        others = f"its objects are {known}" if known else "it holds no objects"
+        super().__init__(f"the scene has no object {name!r}; {others}", key="objects")
 
 
 class RobotError(InputError):

@@ -3,10 +3,15 @@
 import time
 
 
-def ready(page):
-    """Wait until the page is built and drawn, and hide the notice that there is no graphics card."""
-    page.wait_for_selector("text=What should change?")
-    page.wait_for_selector("text=Distance to the nearest object")
+def ready(page, bare=False):
+    """Wait until the page is built and drawn, and hide the notice that there is no graphics card.
+
+    Args:
+        page: Of the studio.
+        bare: Whether what is open has no trajectory yet.
+    """
+    page.wait_for_selector("text=From where to where?" if bare else "text=What should change?")
+    page.wait_for_selector("text=Speed [m/s]" if bare else "text=Distance to the nearest object")
     notice = page.locator(".mantine-Notification-root", has_text="Software WebGL")
     notice.wait_for()
     notice.evaluate("node => { node.style.display = 'none' }")

@@ -84,7 +84,7 @@ def browser(chromium):
     """Opens browsers that know nothing of each other; what they ask of other machines is kept in `asked`."""
     contexts = []
 
-    def come(studio, width=1120, height=640):
+    def come(studio, width=1120, height=640, bare=False):
         context = chromium.new_context(viewport={"width": width, "height": height})
         contexts.append(context)
         page = context.new_page()
@@ -94,7 +94,7 @@ def browser(chromium):
         page.on("pageerror", lambda error: page.broken.append(str(error)))
         before = set(studio.views)
         page.goto(studio.url)
-        ready(page)
+        ready(page, bare)
         (page.view,) = set(studio.views) - before
         return page
 

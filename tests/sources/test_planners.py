@@ -195,3 +195,24 @@ def test_a_model_predicts_what_it_does():
 def test_a_controller_that_runs_out_of_time_says_so():
     found = plan(WALL, start="crate", goal="door", robot="ground", planner="mpc", time_limit=0.05)
     assert not found.ok and "allow more" in found.problems[0]
+
+
+def test_a_speed_above_the_robots_highest_is_said_to_be_lowered():
+    found = plan(Scene(), start=(0.0, 0.0, 0.5), goal=(0.3, 0.3, 0.5), robot="arm", speed=100.0)
+    top = Robot.preset("arm").max_speed
+    assert found.trajectory.speeds.max() <= top
+    assert any(f"The speed is {top:g}" in text and "not 100" in text for text in found.sentences())
+    assert not plan(Scene(), start=(0.0, 0.0, 0.5), goal=(0.3, 0.3, 0.5), robot="arm", speed=0.1).request.lowered
+
+
+@pytest.mark.parametrize(
+    ("place", "says"),
+    [("above the cup", "the scene holds no objects"), ("1,2", "give x,y,z in metres"), ("1,nan,2", "is no place")],
+)
+def test_a_place_in_a_scene_without_objects_is_coordinates(place, says):
+    with pytest.raises(RequestError, match=says):
+        read_place(place, Scene())
+
+
+def test_coordinates_may_have_exponents():
+    assert read_place("1e-1,-2.5E-2,3", Scene()).point == (0.1, -0.025, 3.0)

@@ -90,3 +90,26 @@ def test_the_frame_that_demonstrations_are_taken_to_be_in_is_said(demos, tmp_pat
     silent = ovita("learn", *demos, "--out", tmp_path / "skill.json")
     assert "taken to be in the frame rfu (+x right, +y front, +z up)" in silent.output
     assert "taken to be" not in ovita("learn", *demos, "--frame", "flu", "--out", tmp_path / "skill.json").output
+
+
+def test_generate_takes_a_frame(tmp_path):
+    for seed in range(4):
+        save_task(tmp_path / f"{seed}.json", reaching(seed))
+    ovita("learn", *(tmp_path / f"{seed}.json" for seed in range(4)), "--out", tmp_path / "skill.json")
+    words = ["generate", tmp_path / "skill.json", "--goal", "0.3 m left of the plate", "--json"]
+    ends = {
+        frame: np.array(json.loads(ovita(*words, *chosen).stdout)["trajectory"])[-1, :2]
+        for frame, chosen in {"": (), "rfu": ("--frame", "rfu"), "flu": ("--frame", "flu")}.items()
+    }
+    plate = reaching(0).scene["plate"].position[:2]
+    assert np.allclose(ends[""], ends["rfu"])
+    assert np.allclose(np.sign(np.round(ends["rfu"] - plate, 6)), (-1, 0))
+    assert np.allclose(np.sign(np.round(ends["flu"] - plate, 6)), (0, 1))
+
+
+def test_what_is_no_skill_and_what_no_object_is_said_in_a_sentence(demos, tmp_path):
+    (tmp_path / "scene.json").write_text('{"objects": []}')
+    told = str(ovita("generate", tmp_path / "scene.json").exception)
+    assert "this is no skill: the schema is null, not 'ovita.skill/1'" in told
+    told = str(ovita("learn", *demos, "--frames", "cup", "--out", tmp_path / "s.json").exception)
+    assert "the scene has no object 'cup'; it holds no objects" in told

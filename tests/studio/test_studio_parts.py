@@ -196,3 +196,11 @@ def test_a_turn_that_loses_an_earlier_wish_is_never_green():
     for text in (shown, html.history(session)):
         assert 'chip warn">an earlier wish is lost' in text
     assert "one turn ago" in shown and "one turn ago" in html.explanation(result)
+
+
+def test_a_scene_without_a_trajectory_is_framed_by_its_objects():
+    still = Trajectory(np.zeros((2, 3)), np.zeros(2))
+    scene = Scene((SceneObject("a", [3.0, 2.0, 0.5], [1, 1, 1]), SceneObject("b", [5.0, 2.0, 0.5], [1, 1, 1])))
+    stage = ViewBounds.of([still, still], scene)
+    assert np.allclose(stage.lower, [2.5, 1.5, 0.0]) and np.allclose(stage.upper, [5.5, 2.5, 1.0])
+    assert ViewBounds.of([still], Scene()).size == pytest.approx(0.2)

@@ -14,7 +14,9 @@ from ovita.cli.common import EXIT_OF, choices_from, constraints_from, plain, sho
 from ovita.errors import RequestError
 from ovita.io import load_robot, load_scene, save_task
 from ovita.limits import ConstraintOptions
+from ovita.paths.frame import Frame
 from ovita.paths.robot import Robot
+from ovita.paths.scene import Scene
 from ovita.request import FeedbackOn
 from ovita.result import Adaptation
 from ovita.sources.demonstrations import read_demonstrations
@@ -92,6 +94,11 @@ def spread(skill: Skill) -> str:
     help="Pass through a place at a phase between 0 and 1: '0.5: cup'; without a phase, where it is least unusual.",
 )
 @click.option("--scene", "scene_file", metavar="FILE", help="Where the objects are now. [where they were shown]")
+@click.option(
+    "--frame",
+    type=click.Choice(["rfu", "flu", "ned"]),
+    help="Which way is left in PLACE. [the one that the skill was learned in]",
+)
 @click.option("--waypoints", type=click.IntRange(2, 10000), metavar="N", help="Number of waypoints. [101]")
 @click.option("--robot", default="none", show_default=True, metavar="NAME|FILE", help="Limits, as for ovita adapt.")
 @click.option("--max-speed", type=float, metavar="M/S", help="Speed limit, instead of the robot's.")
@@ -105,6 +112,7 @@ def generate(
     goal: str | None,
     via: tuple[str, ...],
     scene_file: str | None,
+    frame: str | None,
     waypoints: int | None,
     robot: str,
     max_speed: float | None,
@@ -122,13 +130,7 @@ def generate(
     limits = load_robot(robot)
     limits = limits if max_speed is None else replace(limits, max_speed=max_speed)
     skill = Skill.load(file)
-    scene = skill.scene
-    if scene_file is not None:
-        scene, stated = load_scene(scene_file)
-        if stated and scene.frame != skill.scene.frame:
-            raise RequestError(
-                f"{scene_file} is in the frame {scene.frame.name}, the skill in {skill.scene.frame.name}"
-            )
+    scene = _scene_of(skill, scene_file, frame)
     asked = skill.generate(start, goal, [_via(text) for text in via], scene=scene, waypoints=waypoints, robot=limits)
     made, judged = checked(asked, limits, repair=repair, obstacles=not no_obstacles)
     task = made.task()
@@ -162,6 +164,23 @@ def checked(made: GeneratedPath, robot: Robot, *, repair: bool, obstacles: bool)
     if result.adapted == made.trajectory:
         return replace(made, broken=tuple(broken)), result
     return replace(made.moved_to(result.adapted), broken=tuple(broken)), result
+
+
+def _scene_of(skill: Skill, scene_file: str | None, frame: str | None) -> Scene:
+    """Where the objects are now, in the frame that places are told in.
+
+    Raises:
+        RequestError: If the file states another frame than the skill was learned in, and none is asked for.
+    """
+    scene, stated = (skill.scene, "") if scene_file is None else load_scene(scene_file)
+    if frame is not None:
+        return replace(scene, frame=Frame(frame))
+    if stated and scene.frame != skill.scene.frame:
+        raise RequestError(
+            f"{scene_file} is in the frame {scene.frame.name}, the skill in {skill.scene.frame.name}; "
+            "give them the same, or say by --frame which one counts"
+        )
+    return scene if stated else replace(scene, frame=skill.scene.frame)
 
 
 def _via(text: str) -> tuple[float | None, str]:

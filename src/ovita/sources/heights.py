@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ovita.instruct.numbers import amount_at
-from ovita.sources.leftover import CARRIERS
+from ovita.sources.asides import CARRIERS
 
 HIGH = frozenset("height altitude high elevation".split())
 GROUND = frozenset("ground floor table surface tabletop".split())

@@ -8,30 +8,19 @@ from itertools import pairwise
 from ovita.instruct.lexicon import concept_at, is_filler
 from ovita.instruct.numbers import amount_at
 from ovita.instruct.objects import BEFORE_IT
-from ovita.sources.markers import GOALS, MOTION, PICKING, STARTS, TOURS, VIAS, base
+from ovita.sources.asides import CARRIERS, DENIALS, LEADING, needless, reason_at
+from ovita.sources.markers import CARRYING, GOALS, MOTION, PICKING, STARTS, base
 from ovita.sources.places import Text
+from ovita.sources.wording import ABOUT, LAPS, amount_in, reworded
 from ovita.text import the
 
 JOINTS = frozenset(", ; . : ! ? ( ) and then after afterwards but next finally while - / |".split())
 """Marks and words between two things that are said."""
 
-SEQUENCERS = frozenset("then next afterwards finally subsequently later onward onwards lastly on second".split())
+SEQUENCERS = frozenset(
+    "then next afterwards finally subsequently later onward onwards lastly on second secondly thirdly".split()
+)
 """Words that put what follows behind what was said."""
-
-CARRIERS = frozenset(
-    """take bring move go goes going run fly flying travel drive carry make draw plan generate create compute produce
-    give show send lead guide route path trajectory way movement motion line course it that which this one let
-    have want would like could can you i we please be is should must need to with on by at sort kind of swing
-    climb climbing climbs head heading proceed continue along so okay ok well right basically obviously think
-    thinking was were am maybe perhaps just now then and me us my your the a an new some there know lets let's see
-    up over from start starting do does need needs um uh hey hi hello robot drone arm oh also first sweep swinging
-    glide slide shift pass passes passing next here leg trip journey task job possible able wondering mind helpful
-    great cool happy glad kindly try manage help if will ask asking asked about how what where get getting gets it's
-    i'd i'll you'd don't mission flight drop pick use using via point end stop order reach reaching back home same
-    n dear when scan second third return returning
-    """.split()
-) - {"don't"}
-"""Words that carry a route and ask for nothing else."""
 
 LINKS = frozenset("please oh with that which having and so while".split())
 """Words that tie what follows to the way before it."""
@@ -40,57 +29,65 @@ TAILS = frozenset(("about it", "on the way", "along the way", "on its way", "on 
                    "for me"))  # fmt: skip
 """Phrases at the end of a request that ask for nothing more where there is only one way."""
 
-DENIALS, TOUCHING = (
-    frozenset("don't not never without avoid avoiding nor no".split()),
-    frozenset("hit hitting knock knocking touch touching bump bumping crash crashing collide colliding".split()),
-)
-"""Words that ask not to touch something, which the limits see to."""
-
-SUBJECTS, STATES = frozenset("the it they he she this that my our".split()), frozenset("is are was were".split())
-"""How a remark begins, and its verbs: "the ward is asleep"."""
-
-SPEEDS = frozenset("v vel velocity speed vmax".split())
+WITH = frozenset("with a of for an it".split())
+ENDS = frozenset("end start beginning".split())
+BRIEF = frozenset("quick short brief little quickly".split())
+STOPS = frozenset("stop pause halt break stay visit wait dwell hold hover stopover".split())
 
 
 class Leftover:
     """The pieces of a sentence that were not taken by the way."""
 
-    def __init__(self, text: Text, taken: list[bool], instead: Mapping[int, str], start: str) -> None:
+    def __init__(self, text: Text, taken: list[bool], instead: Mapping[int, str], start: str, goal: str) -> None:
         self.text, self.words, self.taken = text, text.words, taken
         self.start = start  # where the way begins, which "there" does not mean
+        self.goal = goal  # where it ends and did not come before: there it can wait without being near otherwise
         self.instead = dict(instead)
         self.notes: list[str] = []
         self.parts: list[str] = []
 
     def spoken_of_all(self) -> str:
         """What was not taken, without what only carried the way."""
+        self.reasons()
         self.carried_things()
-        self.with_units()
-        self.with_ceiling()
+        self.short_stops()
+        self.with_waits()
+        instead, notes = reworded(self.text, self.taken)
+        self.instead |= instead
+        self.notes += notes
         said: list[str] = []
         for first, last in self.stretches():
             first, last = self.trimmed(first, last)
-            if first < last:
-                said.append(self.spoken(first, last))
+            spoken = " ".join(self.spoken(first, last).split()) if first < last else ""
+            if spoken:
+                said.append(spoken)
                 self.parts += [self.spoken(*part) for part in self.fragments(first, last) if not self.idle(*part)]
         return ", ".join(said)
 
-    def with_ceiling(self) -> None:
-        """Say "ceiling 1.8 m" as a height that is not to be exceeded."""
+    def short_stops(self) -> None:
+        """Take the adjective of "a quick stop at the station" out, which is not how to move."""
         for k in range(len(self.words) - 1):
-            behind = k + 1 + (self.words[k + 1] in ("of", ":"))
-            amount = amount_at(self.words, behind) if self.words[k] == "ceiling" and behind < len(self.words) else None
-            if amount is not None and amount.unit == "m" and not self.taken[k]:
-                self.instead |= {k: "never higher than"} | {n: "" for n in range(k + 1, behind)}
+            if self.words[k] in BRIEF and self.words[k + 1] in STOPS and self.taken[k + 1]:
+                self.taken[k] = True
 
-    def with_units(self) -> None:
-        """Give a speed that is a bare number its unit."""
-        for k in range(len(self.words) - 1):
-            amount = amount_at(self.words, k + 1) if self.words[k] in SPEEDS else None
-            if amount is not None and not amount.unit and amount.used == 1 and not self.taken[k]:
-                most = self.words[k] == "vmax" or self.words[k - 1 : k] in (["max"], ["maximum"])
-                self.instead |= {k: "at most" if most else "at", k + 1: f"{amount.value:g} m/s"}
-                self.notes.append(f"took {amount.value:g} as m/s")
+    def with_waits(self) -> None:
+        """Say a time right behind a place as a wait there: "via the bin (3 s)"."""
+        for first, last in self.stretches():
+            for begin, end in self.fragments(first, last)[: 1 if first else 0]:
+                begin += self.words[begin] == "for"
+                k, amount = amount_in(self.words, begin, end)
+                others = {*self.words[begin:k], *self.words[k + (amount.used if amount else 0) : end]}
+                if amount is not None and amount.unit == "s" and others <= STOPS | WITH:
+                    meant = self.meant_before(begin)
+                    self.instead |= {n: "" for n in range(begin, end)}
+                    self.instead[k] = f"wait {amount.value:g} s {self.at_place(meant)}"
+
+    def circled(self) -> list[str]:
+        """The objects that are to be circled."""
+        around = (k for k in range(1, len(self.words)) if not self.taken[k] and self.words[k] in ABOUT)
+        laps = LAPS | {"time", "times", "round", "circle", "circles", "once", "twice", "go"}
+        found = [self.text.object_at(k + 1) for k in around if laps & set(self.words[max(k - 3, 0) : k])]
+        return [place[0].objects[0].name for place in found if place is not None and not place[0].unclear]
 
     def carried_things(self) -> None:
         """Take "carry the soup" out where nothing is known of soup."""
@@ -98,10 +95,20 @@ class Leftover:
             concept, said = concept_at(self.words, i)
             if self.taken[i] or not base(word, MOTION | PICKING | STARTS | GOALS) or (concept and said > 1):
                 continue
-            end = self.thing_behind(i + 1)
+            end = max(self.thing_behind(i + 1), self.thing_between(i))
             if end > i + 1:
                 self.notes.append(f"took {' '.join(self.words[i:end])!r} as what is carried")
                 self.taken[i:end] = [True] * (end - i)
+
+    def thing_between(self, i: int) -> int:
+        """Where "bring the ring |from the vise" ends, whatever a ring is; i where it is no such phrase."""
+        end = i + 2
+        if not base(self.words[i], CARRYING) or self.words[i + 1 : i + 2] not in (["the"], ["my"], ["our"], ["this"]):
+            return i
+        while end < min(len(self.words), i + 4) and not self.taken[end] and self.words[end].isalpha():
+            end += 1
+        plain = not any(self.text.object_at(k) or amount_at(self.words, k) for k in range(i + 2, end))
+        return end if i + 2 < end < len(self.words) and self.taken[end] and plain else i
 
     def thing_behind(self, i: int) -> int:
         """Where the name of an unknown thing at piece i ends, at the end of a stretch or at a mark; i for none."""
@@ -127,16 +134,15 @@ class Leftover:
 
     def trimmed(self, first: int, last: int) -> tuple[int, int]:
         """A stretch without the carriers and marks at its edges."""
-        fragments = self.fragments(first, last)
-        while fragments and self.idle(*fragments[0]):
-            fragments.pop(0)
-        while len(fragments) > 1 and self.idle(*fragments[-1]):
-            fragments.pop()
+        fragments = [part for part in self.fragments(first, last) if not self.idle(*part)]
         if not fragments:
             return first, first
         begin, end = fragments[0][0], fragments[-1][1]
         if end == last < len(self.taken):  # "generate a trajectory | from the box"
-            end = begin + len(_without_last(self.words[begin:end], CARRIERS))
+            kept = end
+            end = begin + len(_without_last(self.words[begin:end], CARRIERS | LEADING))
+            k, amount = amount_in(self.words, begin, kept)
+            end = max(end, k + amount.used) if amount is not None else end
         begin = end - len(_without_last(self.words[begin:end][::-1], LINKS))
         tail = next((n for n in (3, 2) if " ".join(self.words[end - n : end]) in TAILS), 0)
         return begin, max(end - tail, begin)
@@ -147,36 +153,25 @@ class Leftover:
         return [(a + 1, b) for a, b in pairwise(joints) if a + 1 < b]
 
     def idle(self, first: int, last: int) -> bool:
-        """Whether a fragment asks for nothing: it carries the way, is a remark, or says what the limits see to."""
-        words = self.words[first:last]
-        verbs = MOTION | STARTS | GOALS | VIAS | TOURS
-        if all(word in CARRIERS or is_filler(word) or base(word, verbs) for word in words):
-            return True
-        if any(amount_at(self.words, k) is not None for k in range(first, last)):
-            return False
-        why = self.needless(words) or self.remarked(first, last)
+        """Whether a fragment asks for nothing."""
+        why = needless(self.text, first, last, behind=first > 0 and self.taken[first - 1])
         if why:
-            text, pieces = self.text.text, self.text.pieces
-            self.notes.append(f"took {text[pieces[first].span[0] : pieces[last - 1].span[1]]!r} as {why}")
-        return bool(why)
+            self.note(first, last, why)
+        return why is not None
 
-    def needless(self, words: Sequence[str]) -> str:
-        """Why words that forbid what is never done need not be followed, or ""."""
-        denied = next((k for k, word in enumerate(words) if word in DENIALS), len(words))
-        touch = next((k for k, word in enumerate(words) if word in TOUCHING), -1)
-        return "what the limits see to" if touch > denied else ""
+    def note(self, first: int, last: int, why: str) -> None:
+        """Say what some words were taken as."""
+        begin, end = self.text.pieces[first].span[0], self.text.pieces[last - 1].span[1]
+        self.notes.append(f"took {self.text.text[begin:end]!r} as {why}")
 
-    def remarked(self, first: int, last: int) -> str:
-        """What a fragment is that only tells how things are, or ""."""
-        words = self.words[first:last]
-        states = words[0] in SUBJECTS and bool(STATES & set(words)) and self.tells_nothing(first, last)
-        return "a remark, not as something to do" if states or list(words[:2]) == ["never", "mind"] else ""
-
-    def tells_nothing(self, first: int, last: int) -> bool:
-        """Whether a fragment names no object and nothing to do."""
-        known = [concept_at(self.words, k)[0] for k in range(first, last) if self.words[k] not in STATES]
-        objects = [self.text.object_at(k) for k in range(first, last)]
-        return not any(known) and not any(objects)
+    def reasons(self) -> None:
+        """Take out why something is asked for: "because the floor is wet"."""
+        for first, last in self.stretches():
+            for begin, end in self.fragments(first, last):
+                at = next((k for k in range(begin, end) if reason_at(self.text, k, end)), end)
+                if at < end:
+                    self.note(at, end, "a reason, not as something to do")
+                    self.taken[at:end] = [True] * (end - at)
 
     def spoken(self, first: int, last: int) -> str:
         """A stretch as it was said, with "there" and "around it" as what they mean where that was named before it."""
@@ -191,9 +186,13 @@ class Leftover:
             if self.text.object_at(k) is not None:
                 meant = ""
             if refers and meant:
-                out += text[at:begin] + (f"at {the(meant)}" if self.words[k] == "there" else the(meant))
+                out += text[at:begin] + (self.at_place(meant) if self.words[k] == "there" else the(meant))
                 at = end
         return out + text[at : self.text.pieces[last - 1].span[1]]
+
+    def at_place(self, name: str) -> str:
+        """At an object, or at the goal where that is the end of the way."""
+        return "at the goal" if name in ("", self.goal) else f"at {the(name)}"
 
     def meant_before(self, first: int) -> str:
         """The object that was named last before a piece, or ""."""
@@ -208,4 +207,4 @@ def _without_last(words: Sequence[str], of: frozenset[str]) -> Sequence[str]:
     count = len(words)
     while count and words[count - 1] in of:
         count -= 1
-    return words[:count]
+    return words if ENDS & set(words[count:]) and "at" in words[count:] else words[:count]

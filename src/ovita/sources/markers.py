@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from ovita.instruct.lexicon import stems
+from ovita.instruct.lexicon import is_filler, stems
 
 Role = Literal["start", "goal", "via"]
 
@@ -30,6 +30,7 @@ PREPOSITIONS: dict[tuple[str, ...], Role] = {
     **dict.fromkeys(
         _phrases("to, until, till, onto, into, toward, towards, as far as, ->, in to, on to, up until"), "goal"
     ),
+    **dict.fromkeys(_phrases("unto, upon, back to, back onto, back at, over to, on towards"), "goal"),
     **dict.fromkeys(_phrases("via, by way of, through, past, by means of"), "via"),
 }
 """Prepositions that tell a role by themselves."""
@@ -42,18 +43,21 @@ BOUND_FOR: dict[tuple[str, ...], Role] = {("for",): "goal"}
 
 STARTS = _words(
     """start begin commence depart leave launch originate pick grab fetch collect grasp retrieve embark exit
-    initiate"""
+    initiate init initialise initialize"""
 )
 GOALS = _words(
     """end finish terminate conclude land arrive reach stop park halt approach deliver drop put place lay stick deposit
     release dock settle unload culminate destine"""
 )
-VIAS = _words("pass visit cross overfly overflies overflying touch skirt call swing round detour inspect survey scan")
+VIAS = _words(
+    "pass visit cross overfly overflies overflying touch skirt call swing round detour inspect survey scan hit"
+)
 MOTION = _words(
     """go move travel run drive fly come carry bring take get head proceed continue return transfer transport convey
     guide lead send navigate roll glide slide cruise sweep climb ascend rise descend lower swing make route walk advance
     drift steer shift push pull haul ferry journey ride bind aim trek wander zip hop step pull set reverse retreat back
-    zoom traverse trundle"""
+    zoom traverse trundle nip pop scoot yeet jog trot pilot relay shuttle direct drag
+    taxi join duck"""
 )
 """Verbs, in their base form, that tell where a way begins, ends or passes, or carry it."""
 
@@ -70,18 +74,26 @@ RESTS: Mapping[tuple[str, ...], Role] = {
         _phrases(
             """come to rest, come to a rest, come to a halt, coming to rest, coming to a halt, comes to rest,
         comes to a halt, come to a stop, coming to a stop, touch down, touching down, touches down, come down, coming
-        down, set down, setting down, wind up, winding up, end up, ending up, ends up"""
+        down, knock off, knocking off, set down, setting down, wind up, winding up, end up, ending up, ends up"""
         ),
         "goal",
     ),
     **dict.fromkeys(
         _phrases(
             """take off, taking off, takes off, set off, setting off, sets off, set out, setting out, lift off, kick
-            off, pull away, get up, push off"""
+            off, pull away, get up, push off, start off, starting off, starts off, start out,
+            starting out, starts out, set forth, setting forth, sets forth"""
         ),
         "start",
     ),
-    **dict.fromkeys(_phrases("call at, calling at, stop by, stopping by, drop by, drop in at, swing by, go by"), "via"),
+    **dict.fromkeys(
+        _phrases(
+            """call at, calling at, calls at, call in at, calling in at, stop by, stopping by, stops by, drop by,
+            dropping by, drop in at, swing by, swinging by, go by, going by, goes by, pass by, passing by, passes by,
+            come by, coming by"""
+        ),
+        "via",
+    ),
 }
 """Verbs of several words."""
 
@@ -91,8 +103,8 @@ PICKING = _words("take get pull grab pick fetch lift collect grasp")
 SETTING = _words("set leave rest hand stack")
 """Verbs that end one where what is put is named: "set it on the tray"."""
 
-START_NOUNS = _words("start origin source beginning departure pickup base home")
-GOAL_NOUNS = _words("goal target destination end finish arrival endpoint dropoff sink terminus")
+START_NOUNS = _words("start origin source src beginning departure pickup base home")
+GOAL_NOUNS = _words("goal target destination dest dst end finish arrival endpoint dropoff sink terminus")
 VIA_NOUNS = _words("waypoint via stopover checkpoint intermediate")
 COMPOUNDS: Mapping[tuple[str, ...], Role] = {
     **dict.fromkeys(_phrases("pick up, starting, initial, take off, first, departure"), "start"),
@@ -114,14 +126,14 @@ STOPPING = _words("stop park halt rest")
 
 STAYING = _words(
     """hover wait stand sit stay rest be is are am locate position park situate currently stop halt hold pause linger
-    dwell"""
+    dwell tarry loiter hang idle"""
 )
 """Verbs of being somewhere: where one is before the way, it begins."""
 
 FINAL = _words("end finish terminate conclude land arrive culminate dock settle")
 """Verbs whose place is the last of the way."""
 
-TOURS = _words("visit patrol tour call inspect survey scan stop")
+TOURS = _words("visit patrol tour call inspect survey scan stop hit")
 """Verbs of going to several places, the last of which ends the way."""
 
 
@@ -131,7 +143,10 @@ NO_ROUTE = frozenset(
 )
 """Words after which "from" and "to" tell a distance."""
 
-COMPARED = frozenset("next close near due according parallel similar relative compared perpendicular equal".split())
+COMPARED = frozenset(
+    """next close near due according parallel similar relative compared perpendicular equal attention respect regard
+    heed thanks""".split()
+)
 """Words whose "to" goes nowhere."""
 
 CARRYING = frozenset("carry move bring take transport transfer deliver haul ferry convey put place get fetch".split())
@@ -224,16 +239,25 @@ def _prepositions(words: Sequence[str], i: int, among: Mapping[tuple[str, ...], 
 
 def _verbs(words: Sequence[str], i: int) -> Iterator[Marker]:
     """What a verb at word i tells, with or without a preposition behind it."""
-    for told, end in _prepositions(words, i, RESTS):
+    told, end = next(_prepositions(words, i, RESTS), (None, i))
+    if told is not None:
         yield from _led(words, end, told, words[end - 1])
+        return
     word = words[i]
     role = _role_of(word)
     if role is not None or base(word, MOTION):
         yield from _led(words, i + 1, role, word)
-    if i + 1 < len(words) and words[i + 1] in PRONOUNS and role is None:
+    if words[i + 1 : i + 2] and words[i + 1] in PRONOUNS:
+        yield from _handled(words, i, role)
+
+
+def _handled(words: Sequence[str], i: int, role: Role | None) -> Iterator[Marker]:
+    """What a verb tells of what it takes or puts: "grab it at the mug", "leave it on the tray"."""
+    word = words[i]
+    if role is None and (base(word, PICKING | SETTING | MOTION) or is_filler(word)):
         taken: Role | None = "start" if base(word, PICKING) else "goal" if base(word, SETTING) else None
         yield from _led(words, i + 2, taken, word)
-    if base(word, STARTS) == "leave" and i + 1 < len(words) and words[i + 1] in PRONOUNS:
+    if base(word, STARTS) == "leave":
         yield from _led(words, i + 2, "goal", word)
 
 

@@ -36,7 +36,10 @@ AROUND = 16
 
 PHRASES: dict[str, Relation] = {
     **dict.fromkeys(
-        ("above", "over", "on", "onto", "atop", "on top of", "over the top of", "top of", "the top of", "higher than"),
+        (
+            *("above", "over", "on", "onto", "atop", "on top of", "over the top of", "top of", "the top of"),
+            *("higher than", "up from", "up above", "up over", "right over", "right above", "high above", "high over"),
+        ),
         "over",
     ),
     **dict.fromkeys(("below", "under", "beneath", "underneath"), "under"),
@@ -51,6 +54,7 @@ PHRASES: dict[str, Relation] = {
         for phrase in (
             *("{} of", "the {} of", "to the {} of", "on the {} of", "at the {} of", "the {} side of"),
             *("on the {} side of", "to the {} side of", "{} side of", "on the {} hand side of"),
+            *("the {} hand side of", "the {} - hand side of", "on the {} - hand side of", "{} - hand side of"),
         )
     },
     "between": "between",
@@ -77,6 +81,7 @@ BEHIND: dict[str, Relation] = {
                 "to its {}",
                 "to its {} side",
                 "by the {}",
+                "from the {}",
             ),
             *("on the {} hand side", "on its {} hand side", "at the {} side", "at its {} side", "{} side"),
         )
@@ -85,6 +90,14 @@ BEHIND: dict[str, Relation] = {
     **dict.fromkeys(("at its front", "at the front", "on its front side", "from the front"), "front"),
 }
 """How a side is told behind the object."""
+
+BARE: dict[str, Relation] = {
+    phrase.format(side): side for side in ("left", "right") for phrase in ("{}", "on {}", "to {}", "on our {}")
+}
+"""How a side is told behind the object where nothing follows: "pass the wall left"."""
+
+CLOSING = frozenset(", ; . : ! ? ( ) and then".split())
+"""What may follow such a side."""
 
 OWNED: dict[str, Relation] = {
     "left": "left", "right": "right", "front": "front", "back": "back", "rear": "back", "top": "over",
@@ -96,12 +109,12 @@ ARTICLES = frozenset(
     place location height somewhere approximately roughly around of some level altitude""".split()
 )
 
-_NUMBER = r"-?(?:\d+(?:\.\d+)?|\.\d+)"
+_NUMBER = r"-?(?:\d+(?:\.\d+)?|\.\d+)(?:e[+-]?\d+)?"
 _AXES = r"[,;\s]*".join(rf"{axis}\s*[=:]?\s*{_NUMBER}" for axis in "xyz")
 _SNIPPET = re.compile(
     rf"(?<![\w.])(?P<triple>[(\[]?\s*{_NUMBER}\s*,\s*{_NUMBER}\s*,\s*{_NUMBER}\s*[)\]]?"
     rf"|[(\[]\s*{_NUMBER}[\s,;]+{_NUMBER}[\s,;]+{_NUMBER}\s*[)\]]|[(\[]?{_AXES}[)\]]?(?![\w.]))"
-    rf"|(?P<arrow>-+>|=>|→|>)|{WORD.pattern}",
+    rf"|(?P<arrow>-+>|=>|→|>(?!=))|{WORD.pattern}",
     re.IGNORECASE,
 )
 """A triple of coordinates, an arrow, or a piece that any reader cuts a sentence into."""
@@ -174,7 +187,7 @@ class Text:
     """A text cut into pieces, with the ways to refer to the objects of a scene."""
 
     def __init__(self, text: str, scene: Scene, path: Array | None = None) -> None:
-        self.text, self.scene = text.replace("’", "'"), scene
+        self.text, self.scene = _settled(text.replace("’", "'")), scene
         self.catalog = Catalog(scene, path)
         self.pieces = _cut(self.text)
         said = [piece.text.lower() for piece in self.pieces]
@@ -188,7 +201,7 @@ class Text:
 
     def phrase_at(self, i: int, phrases: Container[str]) -> tuple[str, int]:
         """The longest of some phrases that begins at piece i, and how many pieces it takes; ("", 0) for none."""
-        for count in range(min(6, len(self.words) - i), 0, -1):
+        for count in range(min(8, len(self.words) - i), 0, -1):
             said = " ".join(self.words[i : i + count])
             if said in phrases:
                 return said, count
@@ -200,8 +213,11 @@ class Text:
         coordinates = self._point(at)
         if coordinates is not None:
             return coordinates
-        distance, at = self._distance(at)
-        said, used = self.phrase_at(at, PHRASES)
+        far = self._distance(i)  # "a metre above" has an article of its own
+        distance, at = far if far[0] is not None else self._distance(at)
+        said, used = self.phrase_at(i, PHRASES) if distance is None else ("", 0)  # "the right of" is no article
+        at = i if used else at
+        said, used = (said, used) if used else self.phrase_at(at, PHRASES)
         if not used and distance is not None:
             said, used = self.phrase_at(at, AWAY)
         relation = PHRASES.get(said, "at")
@@ -210,11 +226,20 @@ class Text:
             return self.between(at)
         if used and distance is None and (coordinates := self._point(self._after_articles(at))) is not None:
             return coordinates
-        found = self.object_at(at)
+        found = self.object_at(at) or self._meant(at, bool(used))
         if found is None or (distance is not None and not used):
             return None
         item, end = found
-        return self._sided(replace(item, relation=relation, distance=distance), end)
+        return self.sided(replace(item, relation=relation, distance=distance), end)
+
+    def _meant(self, i: int, related: bool) -> tuple[Location, int] | None:
+        """What "above it" and "from there" mean: the object that was named last before."""
+        said = self.words[i] if 0 < i < len(self) else ""
+        if not (said == "there" and self.words[i - 1] in ("from", "to")) and not (said == "it" and related):
+            return None
+        before = (self.object_at(k) for k in range(i - 1, -1, -1) if self._mention(k) is not None)
+        place = next((place for place in before if place is not None and not place[0].unclear), None)
+        return (place[0], i + 1) if place is not None else None
 
     def _point(self, i: int) -> tuple[Location, int] | None:
         """The coordinates at piece i, with their unit."""
@@ -226,13 +251,16 @@ class Text:
         x, y, z = (factor * value for value in self.pieces[i].point or ())
         return Location(point=(x, y, z)), i + 1 + used
 
-    def _sided(self, place: Location, end: int) -> tuple[Location, int]:
+    def sided(self, place: Location, end: int) -> tuple[Location, int]:
         """A place at an object with the side that is told behind it: "the lamp on its left"."""
         if place.relation not in ("at", "beside"):
             return place, end
         owned = OWNED.get(self.words[end]) if end < len(self) and self.words[end - 1].endswith("'s") else None
         if owned is not None:
             return replace(place, relation=owned), end + 1 + (self.words[end + 1 : end + 2] == ["side"])
+        said, used = self.phrase_at(end, BARE)
+        if used and (end + used == len(self) or self.words[end + used] in CLOSING):
+            return replace(place, relation=BARE[said]), end + used
         said, used = self.phrase_at(end, BEHIND)
         if used and self.words[end + used : end + used + 1] not in (["of"], ["side"]):
             return replace(place, relation=BEHIND[said]), end + used
@@ -243,13 +271,24 @@ class Text:
         return (amount.value, i + amount.used) if amount is not None and amount.unit == "m" else (None, i)
 
     def _after_articles(self, i: int) -> int:
-        while i < len(self) and self.words[i] in ARTICLES:
+        while i < len(self) and self._is_article(i):
             i += 1
         return i
 
+    def _is_article(self, i: int) -> bool:
+        """Whether a word is an article, and no name such as "A"."""
+        return self.words[i] in ARTICLES and not self._is_letter(i)
+
+    def _is_letter(self, i: int) -> bool:
+        """Whether a word is the name of an object that is spelt as an article: "from A to B"."""
+        said = self.pieces[i].text
+        named = len(said) == 1 and said.isupper() and self.scene.find(said) is not None
+        behind = self.words[i + 1] if i + 1 < len(self) else ""
+        return named and (not behind.isalpha() or len(behind) == 1 or not self._mention(i + 1))
+
     def object_at(self, i: int) -> tuple[Location, int] | None:
         """The object that is named from piece i on, articles aside, and where its name ends."""
-        while i < len(self) and self.words[i] in ARTICLES and self._mention(i) is None:
+        while i < len(self) and self._is_article(i) and (self.words[i] == "a" or self._mention(i) is None):
             i += 1  # the first word of a name may be an article or a side: "right post"
         mention = self.catalog.mention_at(self.words, i, ()) if i < len(self) and self.words[i][0].isalnum() else None
         if mention is None:
@@ -293,12 +332,26 @@ class Text:
         return (Location("between", pair), i + used) if len(pair) == 2 else None
 
 
+_DRAWN = re.compile(r"([^\W\d_])\1{2,}")
+_ITS = re.compile(
+    r"\b((?:when|while|if|because|cos|since|as) )its(?= (?:near|close|at|by|on|over|going|past|in)\b)", re.I
+)
+SHORTHAND = {"frm": "from", "thru": "through", "b4": "before", "til": "until"}
+_SHORT = re.compile(rf"(?<![\w/])({'|'.join(SHORTHAND)})(?=\s)", re.IGNORECASE)
+
+
+def _settled(text: str) -> str:
+    """A text without drawn-out letters and the shorthand of messages: "pleeease", "frm"."""
+    text = _ITS.sub(r"\1it's", _DRAWN.sub(r"\1", text))
+    return _SHORT.sub(lambda found: SHORTHAND[found[0].lower()], text)
+
+
 def _cut(text: str) -> list[Snippet]:
     pieces = []
     for found in _SNIPPET.finditer(text):
         place: tuple[float, float, float] | None = None
         if found["triple"] is not None:
-            x, y, z = (float(value) for value in re.findall(_NUMBER, found["triple"]))
+            x, y, z = (float(value) for value in re.findall(_NUMBER, found["triple"].lower()))
             place = (x, y, z)
         pieces.append(Snippet("->" if found["arrow"] else found[0].strip(), found.span(), place))
     return pieces
@@ -316,7 +369,9 @@ def read_place(text: str, scene: Scene) -> Location:
     pieces = Text(text, scene)
     found = pieces.place_at(0) if len(pieces) else None
     if found is None or found[1] != len(pieces):
-        names = ", ".join(repr(name) for name in scene.names) or "none"
+        names = ", ".join(repr(name) for name in scene.names)
+        if not names:
+            raise RequestError(f"{text!r} is no place: give x,y,z in metres, as the scene holds no objects")
         raise RequestError(
             f"{text!r} is no place: give x,y,z in metres or an object of the scene ({names}), "
             f"such as 'box', 'above the box' or '0.1 m left of the box'"

@@ -97,6 +97,14 @@ class PlanRequest:
         return max(wanted if top is None else min(wanted, top), self.robot.min_speed)
 
     @property
+    def lowered(self) -> tuple[str, ...]:
+        """That the speed that was asked for is more than the robot's highest."""
+        top = self.robot.max_speed
+        if self.speed is None or top is None or self.speed <= top:
+            return ()
+        return (f"The speed is {number(top)} m/s, the highest of {self.robot.name}, not {number(self.speed)} m/s.",)
+
+    @property
     def told(self) -> str:
         """The way in words: "from above the box, passing above the bottle, to above the plate"."""
         via = f", passing {listed(dict.fromkeys(anchor.label for anchor in self.via))}," if self.via else ""
@@ -170,7 +178,7 @@ class Plan:
         straight = float(lengths(np.diff(self.request.corners, axis=0)).sum())
         more = f", {length(path.length - straight)} more than the straight way" if path.length > straight + 1e-3 else ""
         said = f"Planned {self.request.told}: {len(path)} waypoints, {number(path.length)} m{more},"
-        return [f"{said} {number(path.duration)} s.", *self.notes]
+        return [f"{said} {number(path.duration)} s.", *self.request.lowered, *self.notes]
 
 
 class Planner(Protocol):

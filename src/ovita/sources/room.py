@@ -28,6 +28,21 @@ def beside_sides(route: Route, scene: Scene) -> dict[str, Array]:
     }
 
 
+def around_circled(route: Route, scene: Scene) -> dict[str, Array]:
+    """The room (3,) [m] around objects that are to be circled, so that a circle is clear of their corners."""
+    up = scene.frame.direction("up")
+    return {name: _to_corners(scene[name], up) for name in route.circled}
+
+
+def _to_corners(item: SceneObject, up: Array) -> Array:
+    half = item.size / 2.0
+    vertical = int(np.argmax(np.abs(item.rotation.T @ up)))
+    level = np.delete(half, vertical)
+    room = float(np.linalg.norm(level)) - half + APPROACH
+    room[vertical] = 0.0
+    return np.maximum(room, 0.0)
+
+
 def _across(item: SceneObject, side: Array, scene: Scene) -> Array:
     """Room along every axis of an object but the one that leads to a side of it."""
     along = int(np.argmax(np.abs(item.rotation.T @ side)))

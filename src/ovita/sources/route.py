@@ -10,28 +10,24 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
-from ovita.instruct.lexicon import concept_at, is_filler
 from ovita.instruct.numbers import amount_at
-from ovita.instruct.objects import GENERIC
 from ovita.paths.scene import Scene, SceneObject
+from ovita.sources.asides import COURTESIES
+from ovita.sources.context import WHERE, Context
 from ovita.sources.heights import Level, read_level
-from ovita.sources.leftover import CARRIERS, DENIALS, JOINTS, SEQUENCERS, Leftover
+from ovita.sources.leftover import JOINTS, SEQUENCERS, Leftover
 from ovita.sources.markers import (
     BACK,
     CARRYING,
-    COMPARED,
     COPULAS,
     DETERMINERS,
     FASTEST,
     GOALS,
     MOTION,
-    NO_NAMES,
-    NO_ROUTE,
     PICKING,
     STARTS,
     STAYING,
     TIMES,
-    TOURS,
     Marker,
     Role,
     base,
@@ -57,6 +53,7 @@ class Route:
         fastest: Whether it asks for the robot's highest speed.
         level: The height to go at, or None.
         parts: The parts that the rest is a list of.
+        circled: Names of the objects that are to be circled.
     """
 
     start: Location | None = None
@@ -69,6 +66,7 @@ class Route:
     fastest: bool = False
     level: Level | None = None
     parts: tuple[str, ...] = ()
+    circled: tuple[str, ...] = ()
 
     @property
     def question(self) -> str:
@@ -113,15 +111,13 @@ class _Stay:
     timed: bool
 
 
-class _RouteReader:
+class _RouteReader(Context):
     """Goes through a sentence once and takes the phrases of a way out of it."""
 
     def __init__(self, text: Text) -> None:
-        self.text, self.words = text, text.words
-        self.taken = [False] * len(text)
+        super().__init__(text)
         self.start: Location | None = None
         self.legs = [_Leg()]
-        self.edge = 0  # behind the last place that was taken
         self.touring = self.fastest = False
         self.stays: list[_Stay] = []
         self.instead: dict[int, str] = {}
@@ -132,13 +128,19 @@ class _RouteReader:
     @property
     def takers(self) -> tuple[Callable[[int], int], ...]:
         """What may begin at a piece, in the order in which it is tried."""
-        ways = (self.both, self.back, self.titled, self.leveled, self.hurry, self.grasped, self.marked, self.stay)
-        return (*ways, self.around, self.relation, self.onward)
+        ways = (self.courtesy, self.both, self.back, self.titled, self.leveled, self.hurry, self.grasped, self.bound)
+        return (*ways, self.marked, self.stay, self.waited, self.kept, self.around, self.relation, self.onward)
 
     @property
     def started(self) -> str:
         """The object that the way begins at, or ""."""
         return self.start.objects[0].name if self.start is not None and self.start.objects else ""
+
+    @property
+    def ended(self) -> str:
+        """The object that the way ends at, and comes to only there, or ""."""
+        named = self.goal.objects[0].name if self.goal is not None and self.goal.objects else ""
+        return named if [item.name for item in self.objects()].count(named) == 1 else ""
 
     @property
     def leg(self) -> _Leg:
@@ -153,15 +155,26 @@ class _RouteReader:
         while i < len(self.text):
             i = self.step(i)
         self.completed()
-        left = Leftover(self.text, self.taken, self.instead, self.started)
+        left = Leftover(self.text, self.taken, self.instead, self.started, self.ended)
         rest = left.spoken_of_all()
+        circled = tuple(left.circled())
         passed = [place for leg in self.legs for place in (*leg.via, leg.goal) if place is not None]
         via, goal = (passed[:-1], passed[-1]) if self.goal is not None else (passed, None)
         notes = tuple(dict.fromkeys((*self.notes, *left.notes)))
         unknown = tuple(name for name, role in self.unknown.items() if self.missing(role))
         names = tuple(self.text.scene.names)
         return Route(
-            self.start, goal, tuple(via), rest, notes, unknown, names, self.fastest, self.level, tuple(left.parts)
+            self.start,
+            goal,
+            tuple(via),
+            rest,
+            notes,
+            unknown,
+            names,
+            self.fastest,
+            self.level,
+            tuple(left.parts),
+            circled,
         )
 
     def missing(self, role: Role) -> bool:
@@ -176,11 +189,11 @@ class _RouteReader:
                 return end
         return i + 1
 
-    def take(self, i: int, end: int) -> int:
-        """Take the pieces from i up to an end out of the sentence."""
-        self.taken[i:end] = [True] * (end - i)
-        self.edge = end
-        return end
+    def courtesy(self, i: int) -> int:
+        """Would you be so kind as to; it would be great if."""
+        used = self.text.phrase_at(i, COURTESIES)[1]
+        self.taken[i : i + used] = [True] * used
+        return i + used
 
     # places with a role
 
@@ -204,20 +217,21 @@ class _RouteReader:
     def listed(self, end: int) -> list[tuple[Location, int]]:
         """The places that follow a place as a list: ", the shed and the barn"."""
         found: list[tuple[Location, int]] = []
-        while end < len(self.text):
-            at = end
-            while at < len(self.text) and self.words[at] in ("and", ",", "then", "next", "finally", "-"):
-                at += 1
-            place = self.text.place_at(at) if at > end else None
-            if place is None or not self.ends_at(place[1]) or place[0].relation not in ("at", "beside"):
-                return found
+        while (place := self.next_of_list(end)) is not None:
             found.append(place)
             end = place[1]
         return found
 
-    def ends_at(self, end: int) -> bool:
-        """Whether a phrase ends at a piece: at a joint, or where another marker begins."""
-        return end >= len(self.text) or self.words[end] in JOINTS or bool(markers_at(self.words, end))
+    def next_of_list(self, end: int) -> tuple[Location, int] | None:
+        """The place that follows a place as the next of a list, unless it begins a way: ", A to B"."""
+        at = end
+        while at < len(self.text) and self.words[at] in _LISTING:
+            at += 1
+        place = self.text.place_at(at) if at > end and self.words[at : at + 1] != ["at"] else None
+        if place is None or place[0].relation not in ("at", "beside") or not self.ends_at(place[1]):
+            return None
+        begins = self.start is None and any(m.bare and m.role == "goal" for m in markers_at(self.words, place[1]))
+        return None if begins else place
 
     def titled(self, i: int) -> int:
         """The plate is the target; with the cup as the start."""
@@ -225,6 +239,10 @@ class _RouteReader:
         if found is None:
             return i
         place, end = found
+        told = self.told(end)
+        if told is not None:
+            place, behind = self.text.sided(place, told[1])
+            return self.take(i, behind) if self.assign(Marker(told[0], end), place, i) else i
         for used in (3, 2, 1):
             at = end + used
             if tuple(self.words[end:at]) not in (*COPULAS, ("for",), ("for", "the"), ("as", "the"), ("being", "the")):
@@ -235,12 +253,75 @@ class _RouteReader:
                 return self.take(i, behind) if self.assign(Marker(role, at), place, i) else i
         return i
 
+    def told(self, end: int) -> tuple[Role, int] | None:
+        """What is said of a place behind it: "is where it ends", "shall be passed"; and where that ends."""
+        at = end
+        while at < min(len(self.text), end + 6) and self.words[at] in _TELLING:
+            at += 1
+        said = self.words[end:at]
+        if at == len(self.text) or not (set(said) & _BEING):
+            return None
+        verb = self.words[at]
+        roles: tuple[tuple[Role, bool], ...] = (
+            ("start", "where" in said and bool(base(verb, STARTS | PICKING))),
+            ("goal", "where" in said and bool(base(verb, GOALS))),
+            ("via", "where" not in said and verb in ("passed", "visited", "crossed", "overflown")),
+        )
+        return next(((role, at + 1) for role, fits in roles if fits), None)
+
+    def bound(self, i: int) -> int:
+        """Leave the shed for the barn."""
+        found = self.text.place_at(i + 1) if self.words[i] == "for" and self.edge == i > 0 else None
+        if found is None or self.start is None or self.goal is not None:
+            return i
+        self.leg.goal = found[0]
+        return self.take(i, found[1])
+
+    def kept(self, i: int) -> int:
+        """Keep left of the hut; stay to the right of it."""
+        if self.words[i] not in _KEEPING or self.denied(i):
+            return i
+        found = self.text.place_at(i + 1)
+        sides = ("left", "right", "front", "back")
+        if (
+            found is None
+            or found[0].relation not in sides
+            or found[0].distance is not None
+            or not self.ends_at(found[1])
+        ):
+            return i
+        if self.goal is not None and self.after_that(i):
+            self.legs.append(_Leg())
+        self.leg.via.append(found[0])
+        return self.take(i, found[1])
+
+    def waited(self, i: int) -> int:
+        """At the shed wait 2 s; four seconds on the truck."""
+        timed = self.length_of_time(i)
+        at = i + timed
+        if at >= len(self.text) or self.words[at] not in _THERE or i != self.fragment(i):
+            return i
+        found = self.text.place_at(at)
+        if found is None or (found[1] >= len(self.text) and not timed):
+            return i
+        place, end = found
+        end += self.words[end : end + 1] == ["to"]
+        verb = end < len(self.text) and base(self.words[end], STAYING)
+        if not timed and not (verb and self.timed(end, end + 1)):
+            return i
+        self.stays.append(_Stay(replace(place, relation="at"), (i, end), True))
+        if timed:
+            self.instead[i] = f"wait {self.words[i]}"
+        if self.words[end - 1] == "to":
+            self.instead[end - 1] = ""
+        return end
+
     def marked(self, i: int) -> int:
         """From the box; ending at the cup; via the plate."""
         marks = [mark for mark in markers_at(self.words, i) if not self.barred(i, mark)]
         for mark in marks:
             found = self.place(mark)
-            if found is None or (mark.stops and self.pauses(i, found[1])):
+            if found is None or (mark.stops and self.pauses(i, found[1])) or self.turns_around(mark, found[1]):
                 continue
             place, end = found
             if mark.relation and place.relation == "at":
@@ -256,17 +337,13 @@ class _RouteReader:
         """Whether a stop on the way is meant and not its end."""
         return self.timed(i, end) or (self.goal is not None and not self.after_that(i))
 
-    def place(self, mark: Marker) -> tuple[Location, int] | None:
-        """The place behind a marker; "through the gate" leads between its posts."""
-        through = mark.role == "via" and self.words[mark.end - 1] in ("through", "cross", "crossing")
-        return (self.text.between(mark.end) if through else None) or self.text.place_at(mark.end)
-
     def several(self, mark: Marker, end: int) -> int:
         """Take the places that follow as a list: "visit the shed, the barn and the well"."""
         self.touring |= mark.tour
         if mark.role == "start":
             return end
         for place, behind in self.listed(end):
+            self.touring |= bool(SEQUENCERS & set(self.words[end:behind]))
             if mark.role == "via":
                 self.leg.via.append(place)
             else:
@@ -283,6 +360,8 @@ class _RouteReader:
         return self.passes(place, i)
 
     def begins(self, place: Location, i: int) -> bool:
+        if self.start is not None and place.relation in ("over", "between"):
+            return self.passes(place, i)  # "lift it over the jar"
         if self.start is None or (_alike(place, self.start) and place.relation != self.start.relation):
             self.start = place if self.start is None or place.relation != "at" else self.start
             return True
@@ -320,11 +399,14 @@ class _RouteReader:
         found = self.text.place_at(i) if self.carried(i) else None
         if found is None or found[0].point is not None or found[0].relation in ("at", "beside", "under"):
             return i
+        if self.goal is not None and self.goal.relation == "at" and self.edge == i and _alike(found[0], self.goal):
+            self.leg.goal = found[0]  # "finish at the hut half a metre above it"
+            return self.take(i, found[1])
         return self.take(i, found[1]) if self.passes(found[0], i) else i
 
     def around(self, i: int) -> int:
         """Around the lamp, on the way to somewhere."""
-        if self.words[i] not in ("around", "round", "by") or not self.carried(i):
+        if self.words[i] not in ("around", "round", "by") or not self.carried(i) or self.rounds(i):
             return i
         found = self.text.place_at(i + (self.words[i] != "by"))
         if found is None or found[0].point is not None or (self.goal is not None and self.words[i] != "by"):
@@ -338,12 +420,15 @@ class _RouteReader:
 
     def onward(self, i: int) -> int:
         """Then the desk: a bare place behind a word of order."""
-        if self.goal is None or not self.after_that(i) or not self.carried(i):
+        if not (self.goal or self.leg.via or self.start or self.stays) or not self.after_that(i) or not self.carried(i):
             return i
         found = self.text.place_at(i)
         if found is None or found[0].relation not in ("at", "beside") or not self.ends_at(found[1]):
             return i
-        self.legs.append(_Leg(goal=found[0]))
+        if self.goal is None:
+            self.leg.goal = found[0]
+        else:
+            self.legs.append(_Leg(goal=found[0]))
         return self.take(i, found[1])
 
     def hurry(self, i: int) -> int:
@@ -366,10 +451,6 @@ class _RouteReader:
         self.taken[i:end] = [True] * (end - i)
         return end
 
-    def leads(self, k: int) -> bool:
-        """Whether a preposition of the way begins at piece k, with its place."""
-        return any(mark.bare and self.text.place_at(mark.end) is not None for mark in markers_at(self.words, k))
-
     def back(self, i: int) -> int:
         """And back; then return home: the start is the goal."""
         end = i
@@ -388,52 +469,52 @@ class _RouteReader:
         """You are at the cup; hover above the well; wait 2 s at the plate."""
         if not base(self.words[i], STAYING) or self.denied(i):
             return i
-        at = i + 1
-        while at < len(self.text) and (self.words[at] in _STILL or self.length_of_time(at)):
-            at += self.length_of_time(at) or 1
-        if self.text.phrase_at(self.measured(at), PHRASES)[1] == 0:
-            return i
-        found = self.text.place_at(at)
+        at = self.behind_still(i + 1)
+        found = self.text.place_at(at) if self.text.phrase_at(self.measured(at), PHRASES)[1] else None
         if found is None or any(self.text.object_at(k) for k in range(self.fragment(i), i)):
             return i
         place, end = found
         timed = self.timed(i, end)
-        if timed and place.relation == "over" and place.distance is None:
-            self.instead[self.measured(at)] = "at"  # the way passes there, so that nothing has to be added to it
+        if timed:
+            self.instead |= self.said_of_wait(i, at, place)
         if self.start is None and self.goal is None and not timed:
             self.start = place
             return self.take(i, end)
         self.stays.append(_Stay(place, (i, end), timed))
         return i
 
-    def measured(self, i: int) -> int:
-        """Behind the distance at piece i, if there is one."""
-        amount = amount_at(self.words, i) if i < len(self.text) else None
-        return i + amount.used if amount is not None and amount.unit == "m" else i
+    def behind_still(self, at: int) -> int:
+        """Behind what may stand between a verb of staying and its place from piece `at` on."""
+        while at < len(self.text) and (self.words[at] in _STILL or self.length_of_time(at)):
+            at += self.length_of_time(at) or 1
+        return at
 
-    def length_of_time(self, i: int) -> int:
-        """How many words a time at piece i takes."""
-        amount = amount_at(self.words, i)
-        return amount.used if amount is not None and amount.unit in ("s", "step") else 0
-
-    def timed(self, i: int, end: int) -> bool:
-        """Whether a phrase from piece i to an end has a time in it, right behind it or right before it."""
-        before = range(max(self.fragment(i), i - 3), i)
-        behind = end + (self.words[end : end + 1] == ["for"])
-        return self.words[end : end + 1] == ["for"] or any(
-            self.length_of_time(k) for k in (*before, *range(i, end), behind) if k < len(self.text)
-        )
+    def said_of_wait(self, i: int, at: int, place: Location) -> dict[int, str]:
+        """How a wait is said whose verb is piece i: the way passes its place, so that nothing is added to it."""
+        instead = {i: "wait"} if base(self.words[i], frozenset({"hang"})) else {}
+        if place.relation != "over":
+            return instead
+        k = self.measured(at)
+        return instead | ({k: "at"} if k == at else {i: "wait", **dict.fromkeys(range(at, k), ""), k: "at"})
 
     def completed(self) -> None:
         """What is known only at the end of the sentence."""
         for stay in self.stays:
             self.settled(stay)
-        between = [place for place in self.leg.via if place.relation == "between"]
-        if self.goal is None and self.start is None and len(self.leg.via) == len(between) == 1:
-            first, second = between[0].objects
+        via = self.leg.via
+        if self.goal is None and self.start is None and len(via) == 1 and via[0].relation == "between":
+            first, second = via[0].objects
             self.start, self.legs = Location(objects=(first,)), [_Leg(goal=Location(objects=(second,)))]
-        if self.goal is None and self.touring and self.leg.via:
-            self.leg.goal = self.leg.via.pop()
+        if self.touring:
+            self.toured()
+
+    def toured(self) -> None:
+        """The last of several places to go to is the goal; "hit the shed first, then the barn" names the start too."""
+        via = self.leg.via
+        if self.goal is None and via:
+            self.leg.goal = via.pop()
+        if self.start is None and via and "first" in self.words[:5]:
+            self.start = via.pop(0)
 
     def settled(self, stay: _Stay) -> None:
         """A stay is where the way ends, or somewhere that it has to pass."""
@@ -461,7 +542,7 @@ class _RouteReader:
         at = i + 1
         while at < min(len(self.text), i + 7) and self.of_a_thing(at):
             at += 1
-        found = self.text.place_at(at) if at > i + 1 and self.words[at : at + 1] and self.words[at] in _WHERE else None
+        found = self.text.place_at(at) if at > i + 1 and self.words[at : at + 1] and self.words[at] in WHERE else None
         if found is None:
             return self.grasped_object(i)
         goes = any(mark.role == "goal" and not mark.led for mark in markers_at(self.words, found[1]))
@@ -485,73 +566,12 @@ class _RouteReader:
         self.notes.append(f"took {' '.join(self.words[i : found[1]])!r} as what is carried")
         return self.take(i, found[1])
 
-    def of_a_thing(self, k: int) -> bool:
-        """Whether a word may be of what is carried: "the thing", "what's"."""
-        word = self.words[k]
-        if word in DETERMINERS:
-            return True
-        if word in _WHERE or word in JOINTS or (self.text.object_at(k) is not None and word not in GENERIC):
-            return False
-        return word.replace("'", "").isalpha() and not any(mark.bare for mark in markers_at(self.words, k))
-
     # what words mean where they stand
-
-    def carried(self, i: int) -> bool:
-        """Whether nothing but carriers stands between piece i and the mark, joint or phrase of the way before it."""
-        for k in range(i - 1, -1, -1):
-            if self.taken[k] or self.words[k] in JOINTS:
-                return True
-            if (
-                self.words[k] not in CARRIERS
-                and not is_filler(self.words[k])
-                and not base(self.words[k], MOTION | TOURS)
-            ):
-                return False
-        return True
-
-    def fragment(self, i: int) -> int:
-        """Where the fragment begins that piece i stands in."""
-        return next((k + 1 for k in range(i - 1, -1, -1) if self.taken[k] or self.words[k] in JOINTS), 0)
-
-    def after_that(self, i: int) -> bool:
-        """Whether a word of order stands before piece i in its fragment, or joins that to what was before."""
-        begin = self.fragment(i)
-        while begin > self.edge and self.words[begin - 1] in JOINTS:
-            begin -= 1
-        return bool(SEQUENCERS & set(self.words[begin:i])) or self.words[begin:i][-2:] == ["from", "there"]
-
-    def follows(self, i: int) -> bool:
-        """Whether the way goes on at piece i from where it was said to end."""
-        between = self.words[self.edge : i]
-        adjacent = all(word in JOINTS or word in CARRIERS for word in between)
-        return self.words[i] == "->" or adjacent or self.after_that(i)
-
-    def barred(self, i: int, mark: Marker) -> bool:
-        """Whether words that look like a marker are none here."""
-        if mark.role == "via" and not self.carried(i):
-            return True
-        return self.denied(i) if mark.role != "via" else False
-
-    def denied(self, i: int) -> bool:
-        return bool(DENIALS & set(self.words[self.fragment(i) : i]))
-
-    def turns_away(self, i: int) -> bool:
-        """Whether a "from" or "to" at piece i is that of "15 cm from the cup" or "clearance to the pillar"."""
-        if self.words[i - 1 : i] and self.words[i - 1] in COMPARED:
-            return True
-        begin = next((k + 1 for k in range(i - 1, -1, -1) if self.parted(k)), 0)
-        found = [amount_at(self.words, i - n) for n in range(1, min(4, i) + 1)]
-        measured = any(a is not None and a.used == n and a.unit == "m" for n, a in enumerate(found, start=1))
-        return measured or bool(NO_ROUTE & set(self.words[begin:i]))
-
-    def parted(self, k: int) -> bool:
-        """Whether what is said before piece k, and with it, has nothing to do with what comes behind."""
-        return self.taken[k] or self.words[k] in JOINTS or self.text.object_at(k) is not None
 
     def stranger(self, marks: list[Marker]) -> None:
         """Note what stands where a place should be and is not in the scene."""
         for mark in marks:
-            at = mark.end + (self.words[mark.end : mark.end + 1] != [] and self.words[mark.end] in _WHERE)
+            at = mark.end + (self.words[mark.end : mark.end + 1] != [] and self.words[mark.end] in WHERE)
             begin = at
             while at < len(self.text) and self.words[at] in DETERMINERS:
                 at += 1
@@ -561,23 +581,12 @@ class _RouteReader:
                 self.unknown.setdefault(name, mark.role)
                 return
 
-    def noun_at(self, i: int) -> str:
-        """The words from piece i on that name something unknown, or ""."""
-        end = i
-        while end < len(self.text) and self.unnamed(end):
-            end += 1
-        return " ".join(self.words[i : min(end, i + 3)])
 
-    def unnamed(self, k: int) -> bool:
-        """Whether a word is none that ovita knows."""
-        word = self.words[k]
-        if not word.isalpha() or word in NO_NAMES or word in JOINTS or word in CARRIERS or is_filler(word):
-            return False
-        known = concept_at(self.words, k)[0] or amount_at(self.words, k) or self.text.object_at(k)
-        return not known and not markers_at(self.words, k)
-
-
-_WHERE = frozenset("at in by near beside on inside within".split())
+_LISTING = frozenset("and , then next finally -".split())
+_KEEPING = frozenset("keep keeping stay staying remain remaining stick sticking".split())
+_THERE = frozenset("at by on over near above".split())
+_BEING = frozenset("is are be was shall should must will has".split())
+_TELLING = _BEING | frozenset("where it you we one i the robot arm drone he she to then finally".split())
 _HOMEWARD = frozenset("again to the start beginning home there where it you we started began came from origin".split())
 _STILL = frozenset("now currently directly for there just still initially first located standing".split())
 

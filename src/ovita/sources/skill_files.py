@@ -77,7 +77,7 @@ def load_skill(path: str | os.PathLike[str]) -> Skill:
     schema = document.get("schema")
     if schema != SKILL_SCHEMA:
         raise FormatError(
-            file, f"its schema is {show(schema)}, expected {SKILL_SCHEMA!r}; `ovita learn` makes skills", key="schema"
+            file, f"this is no skill: the schema is {show(schema)}, not {SKILL_SCHEMA!r}; `ovita learn` makes skills"
         )
     check_values(document, file)
     return _skill(document, file)

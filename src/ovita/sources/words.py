@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ovita.chain import adapt, enforced
+from ovita.chain import adapt, enforced, to_confirm
 from ovita.dialogue.session import Session
 from ovita.errors import RequestError
 from ovita.limits import ConstraintOptions, verify
@@ -25,9 +25,9 @@ from ovita.result import Adaptation, Status, explain
 from ovita.sources.parts import by_parts
 from ovita.sources.places import APPROACH, Location
 from ovita.sources.planner import TIME_LIMIT, WAYPOINTS, Plan, Planner, PlanRequest, anchored, planned, planner_named
-from ovita.sources.room import beside_sides, enlarged, leveled
+from ovita.sources.room import around_circled, beside_sides, enlarged, leveled
 from ovita.sources.route import Route, read_route
-from ovita.text import sentence
+from ovita.text import number, sentence
 from ovita.writers.base import PolicyWriter, Progress
 
 
@@ -111,7 +111,9 @@ def from_words(
     wanted = robot.max_speed if speed is None and route.fastest else speed
     request = PlanRequest(scene, robot, first, last, tuple(passed), waypoints, wanted, seed, search_limit)
     chosen = planner_named(planner) if isinstance(planner, str) else planner
-    found = _roomy(request, chosen, beside_sides(route, scene), progress) or planned(request, chosen, progress)
+    found = _roomy(request, chosen, beside_sides(route, scene) | around_circled(route, scene), progress) or planned(
+        request, chosen, progress
+    )
     made = Generation(instruction, route, plan=found)
     if found.trajectory is None or not found.ok:
         return made
@@ -201,10 +203,28 @@ def _adapted(
     if route.rest:
         asked = Request(route.rest, path, scene, robot, origin=f"planned {request.told}")
         result = by_parts(adapt(asked, **stages), asked, route.parts, stages)
+        moved = _moved_ends(path, result)
+        result = to_confirm(result, doubts=moved) if result.usable and moved else result
     else:
         limits = stages["constraints"] or ConstraintOptions()
         result = enforced(instruction, path, scene, robot, constraints=limits)
     return _whole(result, instruction, sentence(f"Plan the way {request.told}"), (*route.notes, *_near(route, robot)))
+
+
+def _moved_ends(path: Trajectory, result: Adaptation) -> tuple[str, ...]:
+    """What an adaptation does to the ends of the way, which were said and are not to move, as sentences."""
+    if result.adapted is None:
+        return ()
+    dense = result.adapted.resample(500, by="arc_length").positions
+    ends = {"start": (path.positions[0], dense[:1]), "goal": (path.positions[-1], dense)}
+    away = {end: float(np.linalg.norm(there - said, axis=1).min()) for end, (said, there) in ends.items()}
+    return tuple(
+        f"The {end} would lie {number(far)} m from where it was said." for end, far in away.items() if far > OFF
+    )
+
+
+OFF = 0.04
+"""How far an end may be moved without asking [m]."""
 
 
 def _near(route: Route, robot: Robot) -> tuple[str, ...]:

@@ -97,7 +97,9 @@ def suggestions(trajectory: Trajectory, scene: Scene) -> list[str]:
 def header(controller: SessionController, writer: str) -> str:
     """Name of the studio, the open session and its writer."""
     session = controller.session
-    told = f"{len(session.current)} waypoints, {session.current.duration:.1f} s"
+    told = (
+        "no trajectory yet" if session.bare else f"{len(session.current)} waypoints, {session.current.duration:.1f} s"
+    )
     return block(
         f'<div class="brand">{e(controller.title)} <small>{told}</small></div>'
         f'<div class="soft"><span class="key" style="background:var(--blue)"></span>original'

@@ -317,7 +317,7 @@ class SceneView:
                         self._end_labels.append(self._label(f"/ends/{key}/name", which, over, 0.8))
                 if node is None:
                     continue
-                node.visible = path is not None
+                node.visible = path is not None and path.length > 0.0  # a scene may have no trajectory yet
                 if path is not None:
                     node.position = path.positions[index]
 
@@ -416,7 +416,10 @@ class ViewBounds:
 
     @classmethod
     def of(cls, paths: list[Trajectory], scene: Scene) -> ViewBounds:
-        """The paths, and the objects that are not far away from them."""
+        """The paths, and the objects that are not far away from them; all objects where no path leads anywhere."""
+        if len(scene) and not any(path.length for path in paths):
+            corners = np.concatenate([geometry.corners(item) for item in scene])
+            return cls(corners.min(axis=0), corners.max(axis=0), scene.frame.direction("up"))
         shown = geometry.extent(paths, scene)
         points = [path.positions for path in paths] + [geometry.corners(item) for item in shown.shown]
         everything = np.concatenate(points)
