@@ -190,3 +190,13 @@ def test_a_support_keeps_its_name_and_the_larger_extent_and_does_not_move():
     again = update(first, perceive([near]).scene, [near])
     assert again.scene.names == ("red box", "desk") and not again.changed
     assert again.scene["desk"].size == pytest.approx(first["desk"].size)
+
+
+@pytest.mark.parametrize("shape, moved", [("irregular", False), ("box", True)])
+def test_another_side_of_something_odd_is_no_move(shape, moved):
+    size = np.array([0.06, 0.06, 0.22])
+    before, now = (
+        SceneObject("bottle", np.array([x, 0.0, 0.11]), size, extra={"shape": shape, "seen_by": 1}) for x in (0.0, 0.02)
+    )
+    (match,) = update(Scene((before,)), Scene((now,))).matches
+    assert match.moved is moved

@@ -37,6 +37,9 @@ BEHIND, BEHIND_FAR = 0.008, 0.004
 """A camera sees through the place of a surface if it measures farther than it by this much [m], and this for each
 square metre of its squared distance."""
 
+ODD = 0.2
+"""The same for what is no box, cylinder or ball, in longest edges: its box is around the side that was seen."""
+
 THROUGH = 0.6
 """Share of an object's visible surface that must be seen through for the object to be gone."""
 
@@ -59,7 +62,9 @@ class FoundAgain:
     @property
     def moved(self) -> bool:
         """Whether it moved by more than cameras err; of a table or floor, each view shows another part."""
-        return not is_support(self.now) and float(np.linalg.norm(self.shift)) > STILL
+        odd = "irregular" in (self.before.extra.get(SHAPE), self.now.extra.get(SHAPE))
+        still = max(STILL, ODD * float(self.now.size.max())) if odd else STILL
+        return not is_support(self.now) and float(np.linalg.norm(self.shift)) > still
 
 
 @dataclass(frozen=True, eq=False)
