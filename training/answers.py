@@ -38,12 +38,13 @@ def judged(line: Example) -> str:
         return "rightly refused" if not done else "shown, not meant" if reply.confirm else "silently wrong"
     if not done:
         return "asked or declined"
-    if _passes(line, reply, trajectory, scene):
+    if passes(line, reply, trajectory, scene):
         return "after a yes" if reply.confirm else "right"
     return "shown, not meant" if reply.confirm else "silently wrong"
 
 
-def _passes(line: Example, reply: Reply, trajectory: Trajectory, scene: object) -> bool:
+def passes(line: Example, reply: Reply, trajectory: Trajectory, scene: object) -> bool:
+    """Whether what a reply does is what the line's writer meant."""
     try:
         rows, _ = run_proven(parse_tree(reply.code), trajectory.to_array(), scene)  # type: ignore[arg-type]
         check = expected(line.frames, trajectory, scene)  # type: ignore[arg-type]
@@ -60,11 +61,12 @@ def main() -> None:
     for path in sorted(folder.glob("*.txt")):
         counts = Counter(judged(line) for line in examples(path) if line.before is None and not line.problem)
         total += counts
-        print(_row(path.stem, counts), flush=True)
-    print(_row("all", total))
+        print(row(path.stem, counts), flush=True)
+    print(row("all", total))
 
 
-def _row(name: str, counts: Counter[str]) -> str:
+def row(name: str, counts: Counter[str]) -> str:
+    """A line of the table."""
     n = max(counts.total(), 1)
     return f"{name:16} {counts.total():5}  " + "  ".join(f"{k} {counts[k] / n:5.1%}" for k in KINDS)
 

@@ -2,7 +2,8 @@
 
 `python training/referee.py WEIGHTS.npz VOICE,VOICE,...` reads the voices named, which the network must not have been
 trained on, fits the points of `instruct/referee.py` (logistic regression), and prints them with what would come of
-thresholds, each voice judged by points that were fitted on the others. Held-out voices are not read.
+thresholds, each voice judged by points that were fitted on the others. A reading is right if the policy made of it
+passes the check of what its writer meant. Held-out voices are not read.
 """
 
 from __future__ import annotations
@@ -15,38 +16,52 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent / "corpus"))
 
+from answers import passes
 from check import Example, examples
-from evaluate import scene_of
+from realised import setting
 
+from ovita.errors import OvitaError
 from ovita.instruct.chunks import chunks
 from ovita.instruct.encoder import Network
 from ovita.instruct.frames import Reading, same
 from ovita.instruct.learned import LearnedReader
 from ovita.instruct.referee import POINTS, grounds
 from ovita.instruct.rules import read
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Trajectory
+from ovita.request import Request
+from ovita.writers.builtin import reply_for
 
 VOICES = Path(__file__).parent / "corpus" / "voices"
 RIDGE = 1.0
 
 
 def candidates(line: Example, learned: LearnedReader) -> list[tuple[list[float], bool]]:
-    """The grounds of each reader's reading of a line, and whether the reading is right."""
-    scene = scene_of(line.objects)
-    said, _ = chunks(line.sentence, scene)
-    one, heard = read(line.sentence, scene), learned.hear(line.sentence, scene)
+    """The grounds of each reader's reading of a line, and whether the reading is right; one that both share once."""
+    path, scene = setting(line.frames, line.objects)
+    said, _ = chunks(line.sentence, scene, path.positions)
+    one, heard = read(line.sentence, scene, path.positions), learned.hear(line.sentence, scene, path.positions)
     other = learned.reading(heard)
     weighed = {"rules": heard.weigh(one.frames), "learned": heard.weigh(other.frames)}
     found = []
     for by, reading in (("rules", one), ("learned", other)):
         if reading.frames and not (reading.question or reading.improper):
             values = grounds(said, by, one, other, weighed)  # type: ignore[arg-type]
-            found.append(([values[name] for name in POINTS], right(line, reading)))
+            found.append(([values[name] for name in POINTS], right(line, reading, path, scene)))
+            if values["both agree"]:
+                break
     return found
 
 
-def right(line: Example, reading: Reading) -> bool:
-    """Whether a reading is what the corpus says."""
-    return line.outcome == "do" and same(reading.frames, line.frames)
+def right(line: Example, reading: Reading, path: Trajectory, scene: Scene) -> bool:
+    """Whether a reading is what the corpus says, or does the same."""
+    if line.outcome != "do" or same(reading.frames, line.frames):
+        return line.outcome == "do"
+    try:
+        reply = reply_for(reading.frames, Request(line.sentence, path, scene))
+    except (OvitaError, ValueError, IndexError):
+        return False
+    return reply.kind == "policy" and passes(line, reply, path, scene)
 
 
 def fitted(rows: list[tuple[list[float], bool]]) -> np.ndarray:

@@ -40,6 +40,9 @@ from ovita.instruct.slots import AMOUNTS, HEADS, POINTERS
 
 ROOT = Path(__file__).parent.parent
 WIDTH, FEED = 384, 1024
+PIECES = "embed.word"
+"""The array with a row for each piece of a word."""
+
 FROZEN = 3
 """Layers of the encoder that stay as they are."""
 
@@ -258,12 +261,20 @@ class Model(nn.Module):
 def averaged(files: Sequence[Path]) -> dict[str, np.ndarray]:
     """The mean of the weights of several runs that went on from one another, with the vocabulary of the first.
 
-    It reads strangers better than each of them (Izmailov et al., Averaging Weights Leads to Wider Optima, 2018).
+    A piece that a run does not know counts as in the first. The mean reads strangers better than each of them
+    (Izmailov et al., Averaging Weights Leads to Wider Optima, 2018).
     """
     runs = []
     for file in files:
         with np.load(file) as saved:
             runs.append({name: saved[name] for name in saved.files})
+    for run in runs[1:]:
+        row = {piece: i for i, piece in enumerate(str(run["vocabulary"]).split("\n"))}
+        rows = [row.get(piece, -1) for piece in str(runs[0]["vocabulary"]).split("\n")]
+        for name in (f"{PIECES}.scale", PIECES):
+            own = run[name][rows]
+            own[np.array(rows) < 0] = runs[0][name][np.array(rows) < 0]
+            run[name] = own
     out: dict[str, np.ndarray] = {}
     for name, first in runs[0].items():
         if first.dtype == np.int8:
