@@ -111,8 +111,8 @@ def test_slower_where_it_is_said(sentence, inside, outside):
 
 
 def test_speeds():
-    assert said("Keep the speed between 0.22 and 0.26 m/s").speeds.min() == pytest.approx(0.22)
-    assert said("Keep the speed between 0.22 and 0.26 m/s").speeds.max() == pytest.approx(0.26)
+    assert said("Keep the speed at 0.22 m/s at least").speeds.min() == pytest.approx(0.22)
+    assert said("Keep the speed at 0.26 m/s at most").speeds.max() == pytest.approx(0.26)
     capped = said("Reduce the top speed to 0.25 m/s").speeds
     np.testing.assert_allclose(capped, np.minimum(PATH.speeds, 0.25))
     np.testing.assert_allclose(pace("Finish in half the time"), 2.0)

@@ -22,6 +22,19 @@ SCENE = Scene(
 PATH = Trajectory(np.column_stack([np.linspace(0, 1, 40), np.linspace(0, 0.3, 40), np.full(40, 0.2)]), np.full(40, 0.4))
 
 REQUESTS = [
+    # said again, shortened, denied, and left as it is
+    ("lower, six centimetres lower wherever you are by the fan", "move down=6cm @near=fan"),
+    ("move 1/4 to 1/2 m left", "move left=37.5cm"),
+    ("accelerate by approx. a quarter between the cup and the fan", "pace faster by=25% @between=cup+fan"),
+    ("stop getting so close to the cup", "farther cup"),
+    ("the first half is left intact, the second half goes 10 cm up", "keep @first=50%; move up=10cm @last=50%"),
+    ("start segment as planned, the rest 15% quicker", "keep start; pace faster by=15% @!first"),
+    ("pass above the cup with 15 cm of clearance", "via over=cup by=15cm"),
+    (
+        "visit the cup, wait there 2 s, then on to the fan and finish there",
+        "via cup; wait at=cup for=2s; end goal to=fan",
+    ),
+    ("not slower than 0.1 m/s cause that's for snails", "pace at_least=0.1m/s"),
     (
         "go left by 0.2 for the first half and right by 0.2 for the second half",
         "move left=0.2m @first=50%; move right=0.2m @last=50%",

@@ -23,6 +23,7 @@ from ovita.instruct.edits import Again, Also, Command, Edit, Rescale, Set
 from ovita.instruct.feedback import NOTHING, named_frames, named_objects, only_where, read_feedback
 from ovita.instruct.frames import Quantity, Reading, SemanticFrame, with_selection
 from ovita.instruct.notation import name_of
+from ovita.instruct.referee import feedback
 from ovita.measure import compare
 from ovita.paths.part import WHOLE, PathPart
 from ovita.paths.scene import Scene, canonical
@@ -236,6 +237,8 @@ class DialogueState:
         whole = bool(fresh.frames) and not (fresh.unread or fresh.question)
         turned = called(said, results[-1], self.now.scene) if results and not whole else {}
         reading = read_feedback(said, self.now.scene, frames, self.current.positions, self._read)
+        if self._offline and results and not whole and not only_where(said, self.now.scene):
+            reading = feedback(said, self.now.scene, frames, self.current.positions, reading)
         placing = [p for p in results[-1].parameters if p.name in turned and p.role in PLACING] if turned else []
         if turned and (placing or reading is None or reading.unread or reading.question):
             return Heard(said, Reading(), frames, first, values, turned)

@@ -65,7 +65,7 @@ class PolicyBuilder:
     steps: list[PolicyStep] = field(default_factory=list)
     parameters: dict[str, Parameter] = field(default_factory=dict)
     objects: dict[str, SceneObject] = field(default_factory=dict)
-    masks: dict[PathPart, tuple[str, str]] = field(default_factory=dict)
+    masks: dict[str, tuple[str, str]] = field(default_factory=dict)
     shifts: dict[str, list[str]] = field(default_factory=dict)
     exact: set[str] = field(default_factory=set)
     kept: set[str] = field(default_factory=set)
@@ -227,12 +227,13 @@ class PolicyBuilder:
         if not part:
             return "", ""
         same = len(self.rows()) == len(self.trajectory)
-        if part not in self.masks or not same:
+        key = repr(part)  # a midpoint among its places has no hash
+        if key not in self.masks or not same:
             code, words = mask_code(self, part, "original" if same else "traj")
             name = f"part_{len(self.masks) + 1}" if self.masks else "part"
             self.before(f"{name} = {code}")
-            self.masks[part] = name, f" {words}"
-        name, words = self.masks[part]
+            self.masks[key] = name, f" {words}"
+        name, words = self.masks[key]
         return name, words
 
     def waypoints(self, part: PathPart) -> Mask:

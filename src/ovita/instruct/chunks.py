@@ -36,6 +36,9 @@ NUMERIC = tuple(".0123456789")
 ORDINALS = {"2nd": "second", "3rd": "third", "4th": "fourth", "5th": "fifth", "1st": "first", "6th": "sixth",
             "7th": "seventh", "8th": "eighth", "10th": "tenth"}  # fmt: skip
 ORDINAL = re.compile(r"(\d+)(?:st|nd|rd|th)")
+ABBREVIATED = frozenset("approx appr ca max min no pls vs incl sec secs deg pos ref traj wp wpt cm mm".split())
+"""Words that a full stop may shorten."""
+
 COUNTED = {"second": 2, "other": 2, "third": 3, "fourth": 4, "quarter": 4, "fifth": 5, "sixth": 6, "seventh": 7,
            "eighth": 8, "tenth": 10}  # fmt: skip
 """Ordinals, as in "every third"."""
@@ -150,6 +153,8 @@ def _term(lowered: Sequence[str], i: int) -> tuple[str, int]:
         return term_at(lowered[: i + length - 1], i)  # "up by" 10 cm
     if word == "right" and i and term_at(lowered, i - 1)[0] in ("stop", "wait"):
         return "plain", 1
+    if word in ("stop", "quit") and behind.endswith("ing") and length == 1 and _goes_on(lowered, i + 1):
+        return "never", 1  # "stop getting so close"
     if word in ("while", "whilst", "when") and behind in ("going", "moving", "heading") and length == 1:
         if term_at(lowered, i + 2)[0] in SIDEWAYS and (i + 3 >= len(lowered) or amount_at(lowered, i + 3) is None):
             return "where", 1  # "while going left"
@@ -182,6 +187,13 @@ def _term(lowered: Sequence[str], i: int) -> tuple[str, int]:
     return kind, length
 
 
+def _goes_on(lowered: Sequence[str], i: int) -> bool:
+    """Whether a participle at i says more than that something moves: "slowing down", "getting so close"."""
+    if term_at(lowered, i)[0] != "plain":
+        return bool(term_at(lowered, i)[0])
+    return any(term_at(lowered, j)[0] in COMPARED | {"left", "right"} for j in range(i + 1, min(i + 4, len(lowered))))
+
+
 def _compares(lowered: Sequence[str], j: int) -> bool:
     """Whether "the closer", "the more" begins at j."""
     return lowered[j] == "the" and lowered[j + 1].endswith(("er", "more", "less"))
@@ -210,6 +222,9 @@ def _pieces(text: str) -> list[_Word]:
         if word in ("-", "+", "/", ".."):
             word = _mark(word, match, before, behind)
         word = ORDINALS.get(word, SHORT.get(word, word))
+        if word == "." and behind is not None and before is not None and before.end() == match.start():
+            if before.group().lower() in ABBREVIATED and not behind.group()[0].isupper():
+                continue  # "approx. 5 cm"
         if (
             word in ("x", "X", "×")
             and behind is not None

@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from typing import Any, cast
 
 from ovita.instruct.chunks import COUNTED, Chunk
@@ -89,12 +90,8 @@ def _range_of_points(found: Sequence[Chunk]) -> Chunk:
 def _spread(found: Sequence[Chunk]) -> Chunk:
     """10 to 15 cm: what lies between."""
     a, b = numbers(found)
-    said = [q.said for q in (a, b)]
-    low = (
-        a.value * (b.value / float(said[1].rstrip("abcdefghijklmnopqrstuvwxyz%/ ")))
-        if not a.unit and said[1][:1].isdigit()
-        else a.value
-    )
+    figures = re.match(r"\d+(?:[./]\d+)?", b.said)
+    low = a.value * b.value / float(Fraction(figures[0])) if figures and not a.unit else a.value
     kind = found[-1].kind
     return merged(found, kind, q=Quantity((low + b.value) / 2, b.unit))
 

@@ -8,8 +8,8 @@ how likely a reading is meant.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
 from functools import cache
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -19,7 +19,7 @@ from ovita.instruct.chunks import Chunk, chunks
 from ovita.instruct.constituents import turned
 from ovita.instruct.edits import Also, Edit
 from ovita.instruct.lexicon import DETERMINERS
-from ovita.paths.part import PathPart
+from ovita.paths.part import WHOLE, PathPart
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.text import quoted
@@ -30,49 +30,55 @@ if TYPE_CHECKING:
 Outcome = Literal["do", "needs_confirmation", "ask", "decline"]
 Who = Literal["rules", "learned"]
 By = Literal["both", "rules", "learned"]
+Check = Callable[[Sequence[Chunk], frozenset[str], tuple[F.SemanticFrame, ...]], str]
 Weighed = Mapping[str, "tuple[float, float] | None"]
 
 POINTS = {
-    "always": -0.62,
-    "by the rules": 1.15,
-    "both agree": 2.63,
-    "confidence": 0.86,
-    "a word unread": -0.88,
-    "words unread": -0.83,
-    "unread by the network": 0.77,
-    "contradicted": -0.57,
-    "contradicted twice": 0.20,
-    "beyond the network": -1.79,
-    "likelihood": 0.62,
-    "weakest": 0.44,
-    "in common": 0.52,
-    "the other asks": 0.32,
-    "the other reads nothing": 0.22,
-    "many frames": 0.47,
-    "long": -0.09,
+    "always": 0.93,
+    "both agree": 1.79,
+    "confidence": 0.66,
+    "confidence in both": 0.67,
+    "a word unread": -0.70,
+    "words unread": -0.97,
+    "unread by the network": 0.33,
+    "left by the rules": 0.09,
+    "the rules read otherwise": -1.24,
+    "contradicted": -0.32,
+    "the other contradicted": 0.28,
+    "beyond the network": -1.54,
+    "likelihood": 0.29,
+    "weakest": 0.18,
+    "in common": 1.41,
+    "but for the part": 0.94,
+    "fewer frames": 0.43,
+    "more frames": 0.64,
+    "the other asks": -0.68,
+    "the other reads nothing": -0.81,
 }
 """What each ground counts, as logarithms of odds; `training/referee.py` fits them on voices that the network had not
 seen."""
 
-DO, SHOW = 0.88, 0.15
+DO, SHOW = 0.85, 0.15
 """How likely a reading has to be meant to be done at once, and to be shown."""
 
-READ, READ_LONG, READ_BESIDE = 0.03, 0.2, 0.6
-"""How likely has to be meant what the rules read without a word left over: in a short sentence or where the network
-leaves words over, in one that is long or asks for more than two things, and beside words that were taken to ask for
-nothing."""
+WHOLE_READ, UNOPPOSED = 0.5, 0.3
+"""How likely it has to be where the rules read every word and nothing speaks against it, and where the network besides
+reads nothing else."""
 
-SURE = 0.9
-"""The confidence from which the network contradicts what the rules read."""
-
-SHORT = 8
+SHORT = 6
 """Chunks of an utterance that is so short that the network is not asked what it thinks of the rules' one frame."""
+
+CURT, DOUBTED = 6, 10
+"""Chunks of an utterance that is so short that every word of it counts, and that every doubt about it does."""
+
+HEARD = 0.9
+"""How sure the network has to be of feedback that the rules do not read, or not in full."""
 
 UNKNOWN = frozenset("unknown filler comma dot and".split())
 """Classes of chunks that say nothing: what a reader sees in them alone is a guess."""
 
-LONG, LONGER = 14, 18
-"""Chunks of an utterance that counts as long to what the rules read, and to the referee's points."""
+LONG = 20
+"""Chunks of an utterance that is too long for the rules to have the last word."""
 
 
 @dataclass(frozen=True)
@@ -130,6 +136,30 @@ def understand(
     return judged(said, rules, learned, {"rules": heard.weigh(_items(rules)), "learned": heard.weigh(_items(learned))})
 
 
+def feedback(
+    text: str, scene: Scene, before: Sequence[F.SemanticFrame], positions: Array | None, rules: F.Reading | None
+) -> F.Reading | None:
+    """Feedback as the rules read it, or as the network does where it is surer; None where it is none.
+
+    Args:
+        text: As it was said or typed.
+        scene: Whose objects it may name.
+        before: The frames that it may be about.
+        positions: The path (N, 3) [m], or None.
+        rules: The edits that the rules read, or None where they take it for no feedback.
+    """
+    reader = learned_reader() if before else None
+    if reader is None or (rules is not None and rules.question):
+        return rules
+    if rules is not None and not rules.unread:
+        return rules
+    learned = reader.reading(reader.hear(text, scene, positions, before))
+    guessed = all(chunk.kind in UNKNOWN for chunk in chunks(text, scene, positions)[0])
+    if guessed or learned.question or all(isinstance(edit, Also) for edit in learned.edits):
+        return rules
+    return learned if learned.confidence >= HEARD else rules
+
+
 def by_rules(text: str, scene: Scene, before: Sequence[F.SemanticFrame], positions: Array | None) -> F.Reading:
     """What the rules make of an utterance: feedback on the frames before where it is that, else an instruction."""
     from ovita.instruct.feedback import read_feedback
@@ -167,42 +197,35 @@ def judged(
     """
     known: dict[str, Any] = {"rules": rules, "learned": learned}
     both: tuple[tuple[Who, F.Reading | None], ...] = (("rules", rules), ("learned", learned))
-    candidates = [(by, reading) for by, reading in both if _reads(reading)]
+    candidates = [(by, reading) for by, reading in both if reading is not None and _reads(reading)]
     if rules is not None and rules.improper and not rules.unread:
         return Understanding("decline", rules, "rules", confidence=1.0, **known)
     if not candidates or all(chunk.kind in UNKNOWN | {"OBJ"} for chunk in said):
         return _unread(rules, learned, known)
-    likely = {by: likelihood(grounds(said, by, rules, learned, weighed)) for by, _ in candidates}
-    best = "rules" if _stands(said, rules, learned, likely.get("rules", 0.0)) else max(likely, key=likely.__getitem__)
-    confidence, reading = likely[best], dict(candidates)[best]
-    assert reading is not None
     agreed = _agree(rules, learned)
-    by: By = "both" if agreed else "rules" if best == "rules" else "learned"
+    if agreed:
+        candidates = candidates[:1]
+    rated = [(likelihood(grounds(said, by, rules, learned, weighed)), by, one) for by, one in candidates]
+    whole = _whole(said, rules)
+    over = whole and learned is not None and bool(learned.unread)
+    confidence, best, reading = rated[0] if over else max(rated, key=lambda one: one[0])
+    by: By = "both" if agreed else best
     left = [word for one in (rules, learned) if one is not None and (agreed or one is reading) for word in one.unread]
-    unused, doubts = tuple(dict.fromkeys(left)), contradictions(said, _frames(reading))
-    outcome: Outcome = "needs_confirmation" if confidence >= SHOW else "decline"
-    if best == "rules" and _stands(said, rules, learned, confidence):
-        outcome = "do"
-    elif confidence >= DO and not (unused or doubts or (by == "learned" and _whole(said, rules))):
-        outcome = "do"
-    return Understanding(outcome, reading, by, unused, doubts, confidence, **known)
+    doubts, never = contradictions(said, _frames(reading)), contradictions(said, _frames(reading), NEVER)
+    ignored = rules.aside if rules is not None and by == "learned" else ()
+    against = never or ((left or ignored) and len(said) <= CURT) or (doubts and len(said) <= DOUBTED)
+    differ = whole and by == "learned"
+    enough = DO if not whole or differ else WHOLE_READ if _reads(learned) else UNOPPOSED
+    sure = confidence >= enough and not (against or differ)
+    outcome: Outcome = "do" if sure else "needs_confirmation" if confidence >= SHOW else "decline"
+    return Understanding(outcome, reading, by, tuple(dict.fromkeys(left)), doubts, confidence, **known)
 
 
 def _whole(said: Sequence[Chunk], rules: F.Reading | None) -> bool:
-    """Whether the rules read every word, and nothing speaks against what they read."""
-    return rules is not None and _reads(rules) and not rules.unread and not contradictions(said, _frames(rules))
-
-
-def _stands(said: Sequence[Chunk], rules: F.Reading | None, learned: F.Reading | None, confidence: float) -> bool:
-    """Whether what the rules read is done: all of it is read, and the network is not sure of something else."""
-    if rules is None or not _whole(said, rules):
+    """Whether the rules read every word of what is not long, and nothing speaks against what they read."""
+    if rules is None or not _reads(rules) or rules.unread or rules.aside or len(said) > LONG:
         return False
-    if learned is None or _agree(rules, learned):
-        return True
-    short = (len(said) <= LONG and len(_frames(rules)) <= 2) or bool(learned.unread)
-    if confidence < (READ_BESIDE if rules.aside else READ if short else READ_LONG):
-        return False
-    return learned.confidence < SURE or bool(learned.unread or contradictions(said, _frames(learned)))
+    return not contradictions(said, _frames(rules))
 
 
 def _unread(rules: F.Reading | None, learned: F.Reading | None, known: Mapping[str, Any]) -> Understanding:
@@ -223,34 +246,46 @@ def grounds(
     learned: F.Reading | None,
     weighed: Weighed | None = None,
 ) -> dict[str, float]:
-    """What speaks for and against a reader's reading, by the names of POINTS."""
+    """What speaks for and against a reader's reading, by the names of POINTS; one that both agree on is the rules'."""
     one, other = (rules, learned) if by == "rules" else (learned, rules)
     assert one is not None
-    mine, agree = by == "rules", _agree(rules, learned)
-    against = len(contradictions(said, _frames(one)))
-    unread = len(rules.unread) if rules is not None and (mine or agree) else 0
-    sure = min(max(learned.confidence, 0.02), 0.98) if learned is not None and not mine else 0.5
-    weight = (0.0, 0.0) if weighed is None else weighed.get(by)
+    agree, mine, met = _agree(rules, learned), by == "rules", _reads(other)
+    apart = met and not agree
+    sure = min(max(learned.confidence, 0.02), 0.98) if learned is not None and (agree or not mine) else 0.5
+    weight = None if weighed is None else weighed.get(by)
     total, least = weight or (0.0, 0.0)
+    left = 0 if rules is None else len(rules.unread)
+    more = len(_frames(one)) - len(_frames(other or F.Reading()))
     return {
         "always": 1.0,
-        "by the rules": float(mine),
         "both agree": float(agree),
-        "confidence": math.log(sure / (1.0 - sure)),
-        "a word unread": float(unread == 1),
-        "words unread": float(unread > 1),
+        "confidence": 0.0 if agree else math.log(sure / (1.0 - sure)),
+        "confidence in both": math.log(sure / (1.0 - sure)) if agree else 0.0,
+        "a word unread": float(mine and left == 1),
+        "words unread": float(mine and left > 1),
         "unread by the network": float(not mine and bool(one.unread)),
-        "contradicted": float(against > 0),
-        "contradicted twice": float(against > 1),
-        "beyond the network": float(weight is None),
+        "left by the rules": 0.0 if mine else min(left, 6) / 3.0,
+        "the rules read otherwise": float(not mine and met),
+        "contradicted": float(bool(contradictions(said, _frames(one)))),
+        "the other contradicted": float(not agree and bool(contradictions(said, _frames(other or F.Reading())))),
+        "beyond the network": float(weighed is not None and weight is None),
         "likelihood": max(total, -25.0) / 5.0,
         "weakest": max(least, -8.0) / 3.0,
-        "in common": 0.0 if agree or not _reads(other) else _shared(one, other),
+        "in common": _shared(one, other) if apart else 0.0,
+        "but for the part": float(apart and _but_for_the_part(one, other)),
+        "fewer frames": float(apart and more < 0),
+        "more frames": float(apart and more > 0),
         "the other asks": float(other is not None and bool(other.question or other.improper)),
-        "the other reads nothing": float(other is not None and not (_reads(other) or other.question or other.improper)),
-        "many frames": float(len(_frames(one)) > 2),
-        "long": float(len(said) > LONGER),
+        "the other reads nothing": float(other is not None and not (met or other.question or other.improper)),
     }
+
+
+def _but_for_the_part(one: F.Reading, other: F.Reading | None) -> bool:
+    """Whether two readings differ only in parts of the path and words of degree."""
+    mine, theirs = (
+        tuple(replace(f, part=WHOLE, degree=None) for f in _frames(reading or F.Reading())) for reading in (one, other)
+    )
+    return F.same(mine, theirs)
 
 
 def _shared(one: F.Reading, other: F.Reading | None) -> float:
@@ -306,11 +341,13 @@ UPPER = frozenset("at_most max limit vmax ceiling".split())
 LOWER = frozenset("at_least min vmin floorlimit".split())
 
 
-def contradictions(said: Sequence[Chunk], frames: Iterable[F.SemanticFrame]) -> tuple[str, ...]:
+def contradictions(
+    said: Sequence[Chunk], frames: Iterable[F.SemanticFrame], checks: Sequence[Check] | None = None
+) -> tuple[str, ...]:
     """What the words say and a reading does not account for, or says otherwise, as sentences for people."""
     frames = tuple(frames)
     kinds = frozenset(chunk.kind for chunk in said) | frozenset(chunk.kind for chunk in turned(said))
-    return tuple(text for check in CHECKS if (text := check(said, kinds, frames)))
+    return tuple(text for check in checks or CHECKS if (text := check(said, kinds, frames)))
 
 
 def _turned(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.SemanticFrame, ...]) -> str:
@@ -461,6 +498,9 @@ CHECKS = (
     _anywhere,
     _thing_moved,
 )
+
+NEVER = (_conditional, _thing_moved)
+"""What is never done at once, however likely its reading is."""
 
 
 def _said(said: Sequence[Chunk], kinds: frozenset[str] | set[str]) -> str:

@@ -275,7 +275,7 @@ def _tells(piece: Stretch) -> bool:
 def _aside(piece: Stretch, best: Match | None) -> float:
     """What it costs to take a piece as asking for nothing: a reason, a story, a name."""
     if piece.opening == "because":
-        return 0.9
+        return 0.9 if not piece.words.isdisjoint(WANTING) else -0.6
     kinds = {c.kind for c in piece.items}
     telling = not piece.words.isdisjoint(TELLING) or any(w.endswith("'s") for w in piece.words)
     calm = kinds.isdisjoint(ASKING)
@@ -500,7 +500,7 @@ def _placed(made: Sequence[F.SemanticFrame], frame: F.SemanticFrame) -> F.Semant
     if frame.part == THERE:
         return replace(frame, part=_there(made))
     if frame.part == REST:
-        return replace(frame, part=_rest(made))
+        return replace(frame, part=_rest(made, paced=isinstance(frame, F.Pace)))
     if frame.part.kind == "both":
         inner = tuple(p for p in frame.part.parts if p not in (THERE, REST))
         return replace(frame, part=inner[0] if len(inner) == 1 else replace(frame.part, parts=inner))
@@ -525,8 +525,11 @@ def _there(made: Sequence[F.SemanticFrame]) -> PathPart:
     return WHOLE
 
 
-def _rest(made: Sequence[F.SemanticFrame]) -> PathPart:
+def _rest(made: Sequence[F.SemanticFrame], paced: bool) -> PathPart:
+    """What is left over of the path; of one whose start keeps its speed, what comes after its first part."""
     for frame in reversed(made):
+        if isinstance(frame, F.Keep) and frame.what in ("start", "goal") and paced:
+            return outside(PathPart("first" if frame.what == "start" else "last"))
         if isinstance(frame, F.Keep) and frame.what in ("start", "goal", "ends"):
             return WHOLE
         if frame.part:
@@ -544,8 +547,17 @@ def _settled(made: Sequence[F.SemanticFrame]) -> list[F.SemanticFrame]:
     """Without frames that another one says in full; a speed that alone is to stay is to be constant."""
     if len(made) == 1 and isinstance(made[0], F.Keep) and made[0].what == "speed":
         return [F.Pace(change="constant", part=made[0].part, words=made[0].words)]  # to ask for nothing else
-    once = list(dict.fromkeys(made))
+    once = [f for f, after in zip(made, [*made[1:], None], strict=False) if not _repeated(f, after)]
+    once = list(dict.fromkeys(once))
     return [f for f in once if not any(f is not other and _covers(other, f) for other in once)]
+
+
+def _repeated(frame: F.SemanticFrame, after: F.SemanticFrame | None) -> bool:
+    """Whether the next frame says the same way again and how far: "lower, six centimetres lower by the cup"."""
+    if not (isinstance(frame, F.Shift) and isinstance(after, F.Shift)) or frame.part or frame.degree:
+        return False
+    ways = [[way for way, _ in one.offset] for one in (frame, after)]
+    return ways[0] == ways[1] and not frame.quantities and bool(after.quantities or after.part)
 
 
 def _covers(full: F.SemanticFrame, bare: F.SemanticFrame) -> bool:

@@ -287,6 +287,12 @@ def _beside(clause: Constituents) -> F.Offset:
     return (("up" if over == "over" else "down", LENGTH(clause)),) if over else offset(clause)
 
 
+def _waiting(clause: Constituents) -> F.Place | None:
+    """Where to wait; "wait there, then on to the cup" names what comes after it."""
+    after = () if clause.has("there", "then_on") else ("to", "on", "with", "for")
+    return place("at", "by", "in", "near", "over", "", "around", "touch", "of", "pass", *after)(clause)  # type: ignore[no-any-return]
+
+
 ROWS: tuple[Row, ...] = (
     # where the path runs
     Row(F.Shift, ("up|down|left|right|front|back|raise|lower|drop|axis_by",),
@@ -333,7 +339,7 @@ ROWS: tuple[Row, ...] = (
     Row(F.Visit, ("obj:thru,touch",), {}, {}, ("objects",), "touch pass", 0.3, where=False),
     Row(F.Visit, ("pair !only",), {"objects": pair}, {"relation": "between"}, ("objects",), "thru touch pass gap middle around", 0.35, where=False),
     Row(F.Shift, ("raise|lower|drop|up|down Qm:by obj:over !at_least|at_most",), {"offset": offset}, {}, ("offset",), "height path whole", 0.0),
-    Row(F.Visit, ("obj:over !slight|large", "over obj !slight|large"), {"objects": objects("over", ""), "by": LENGTH}, {"relation": "over"}, ("objects",), "over up raise pass at_least farther", 0.1, where=False),
+    Row(F.Visit, ("obj:over !slight|large", "over obj !slight|large"), {"objects": objects("over", ""), "by": LENGTH}, {"relation": "over"}, ("objects",), "over up raise pass at_least farther distance gap", 0.1, where=False),
     Row(F.Visit, ("obj:under", "under obj"), {"objects": objects("under", ""), "by": LENGTH}, {"relation": "under"}, ("objects",), "under down lower pass", 0.3, where=False),
     Row(F.Side, ("left|right|front|back obj:of,from,on,around,to,by,at !Qm", "left|right|front|back pass|side|around|keep obj", "left|right|front|back obj:pass"),
         {"objects": objects("", "of", "from", "on", "around", "to", "by", "at", "pass", "with", "touch"), "direction": direction}, {}, ("objects", "direction"), "side pass keep around left right near touch path whole", 0.15, where=False),
@@ -371,7 +377,7 @@ ROWS: tuple[Row, ...] = (
     # standing still
     Row(F.MoveEnd, ("stop obj:to",), {"place": place("to")}, {"end": "goal", "relation": "to"}, ("place",), "stop end there", 0.1, where=False),
     Row(F.StopAt, ("stop",), {"place": lambda c: place()(c)}, {}, (), "stop end touch there whole path", 0.2, where=False),
-    Row(F.Wait, ("wait", "hover !obj", "stop|keep Qs|Qstep", "obj:at,by,near Qs", "Qs point|end"), {"duration": amount("Qs", "Qstep"), "place": place("at", "by", "on", "in", "near", "to", "over", "", "with", "around", "for", "touch", "of", "pass")}, {}, ("place",), "wait hover stop keep duration for there then_on slight", 0.1, where=False),
+    Row(F.Wait, ("wait", "hover !obj", "stop|keep Qs|Qstep", "obj:at,by,near Qs", "Qs point|end"), {"duration": amount("Qs", "Qstep"), "place": _waiting}, {}, ("place",), "wait hover stop keep duration for there then_on slight", 0.1, where=False),
     Row(F.Wait, ("wait there",), {"duration": amount("Qs", "Qstep")}, {}, ("place",), "wait stop there then_on", 0.2, where=False),
     Row(F.Hover, ("hover", "wait obj:over", "keep obj:over Qs"), {"duration": amount("Qs", "Qstep"), "by": LENGTH, "objects": objects("over", "", "at", "near", "by", "on")}, {}, ("objects",), "hover wait over up keep raise touch", 0.0, where=False),
     Row(F.Hop, ("hop",), {"by": LENGTH, "objects": objects("over", "", "to", "on", "by")}, {}, ("objects",), "hop over up down raise at_least distance min", 0.0, where=False),

@@ -52,8 +52,11 @@ def _decided(request: Request, effort: int) -> Reply:
     if reply is None or (against and not reply.question):
         ignored = verdict.rules.aside if verdict.rules is not None else ()
         return _declined(verdict.unused or ignored or (request.instruction,))
-    if reply.kind != "policy" or verdict.outcome == "do":
+    if reply.kind != "policy":
         return reply
+    if verdict.outcome == "do":
+        unused = (f"{quoted(verdict.unused)} is not used",) if verdict.unused else ()
+        return replace(reply, assumptions=(*reply.assumptions, *unused, *verdict.doubts))
     return replace(reply, confirm=True, unplaced=verdict.unused, doubts=verdict.doubts)
 
 
