@@ -166,7 +166,7 @@ def test_a_skill_survives_its_file(kind, tmp_path):
 
 
 DAMAGE = {
-    "schema": (lambda d: d.update(schema="ovita.skill/9"), "its schema is 'ovita.skill/9'"),
+    "schema": (lambda d: d.update(schema="ovita.skill/9"), "the schema is 'ovita.skill/9'"),
     "kind": (lambda d: d.update(kind="gmm"), "kind"),
     "nan": (lambda d: d["speeds"].__setitem__(3, float("nan")), "not a finite number"),
     "negative": (lambda d: d["speeds"].__setitem__(3, -0.1), "negative"),

@@ -62,8 +62,8 @@ DO, SHOW = 0.85, 0.15
 """How likely a reading has to be meant to be done at once, and to be shown."""
 
 WHOLE_READ, UNOPPOSED = 0.5, 0.3
-"""How likely it has to be where the rules read every word and nothing speaks against it, and where the network besides
-reads nothing else."""
+"""How likely it has to be where the rules read every word and nothing speaks against it, and where besides
+the network reads nothing, or nothing that counts against it."""
 
 SHORT = 6
 """Chunks of an utterance that is so short that the network is not asked what it thinks of the rules' one frame."""
@@ -207,7 +207,7 @@ def judged(
         candidates = candidates[:1]
     rated = [(likelihood(grounds(said, by, rules, learned, weighed)), by, one) for by, one in candidates]
     whole = _whole(said, rules)
-    over = whole and learned is not None and bool(learned.unread)
+    over = whole and learned is not None and _gives_way(said, learned, rules)
     confidence, best, reading = rated[0] if over else max(rated, key=lambda one: one[0])
     by: By = "both" if agreed else best
     left = [word for one in (rules, learned) if one is not None and (agreed or one is reading) for word in one.unread]
@@ -215,10 +215,15 @@ def judged(
     ignored = rules.aside if rules is not None and by == "learned" else ()
     against = never or ((left or ignored) and len(said) <= CURT) or (doubts and len(said) <= DOUBTED)
     differ = whole and by == "learned"
-    enough = DO if not whole or differ else WHOLE_READ if _reads(learned) else UNOPPOSED
+    enough = DO if not whole or differ else WHOLE_READ if _reads(learned) and not over else UNOPPOSED
     sure = confidence >= enough and not (against or differ)
     outcome: Outcome = "do" if sure else "needs_confirmation" if confidence >= SHOW else "decline"
     return Understanding(outcome, reading, by, tuple(dict.fromkeys(left)), doubts, confidence, **known)
+
+
+def _gives_way(said: Sequence[Chunk], learned: F.Reading, rules: F.Reading | None) -> bool:
+    """Whether the network's reading is none against one of the rules that is whole."""
+    return bool(learned.unread or contradictions(said, _frames(learned))) or _but_for_the_part(learned, rules)
 
 
 def _whole(said: Sequence[Chunk], rules: F.Reading | None) -> bool:
@@ -438,6 +443,17 @@ def _two_waypoints(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F
     return ""
 
 
+def _by_for_to(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.SemanticFrame, ...]) -> str:
+    """A "to 10 cm" that is read as so much more or less."""
+    steps = [f.by.value for f in frames if isinstance(f, F.Approach) and f.by is not None and f.by.unit == "m"]
+    for before, to, chunk in zip([None, *said], said, said[1:], strict=False):
+        after_number = before is not None and before.q is not None  # "5 to 10 cm"
+        if to.text.lower() == "to" and chunk.q is not None and not after_number:
+            if any(_near(step, chunk.q.value) for step in steps):
+                return f"'to {chunk.text}' is read as by how much."
+    return ""
+
+
 COURTESY = frozenset("you i we possible need needed necessary anything at so".split())
 """What follows an "if" that is mere politeness."""
 
@@ -494,6 +510,7 @@ CHECKS = (
     _object_left,
     _conditional,
     _two_waypoints,
+    _by_for_to,
     _once_near,
     _anywhere,
     _thing_moved,
