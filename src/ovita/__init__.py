@@ -1,7 +1,11 @@
 """ovita: change how a robot moves by saying so.
 
-The chain is `adapt(Request(instruction, trajectory, scene, robot))`, which returns an `Adaptation`; a conversation is
-a `Session`; files are read with `load_task`. Names are imported on first use, so that `import ovita` is instant.
+    import ovita as ov
+
+    result = ov.adapt(ov.load("scene.json"), "go left by 0.1 and slow down near the cup", robot="drone")
+
+`adapt` takes tasks, trajectories, arrays and files, and returns an `Adaptation`; a conversation is a `Session`, many
+files a `batch`. Names are imported on first use, so that `import ovita` is instant.
 """
 
 from __future__ import annotations
@@ -10,10 +14,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from ovita.chain import adapt, rerun
+    from ovita.chain import adapt, batch, rerun
     from ovita.dialogue.session import Session
     from ovita.errors import OvitaError
-    from ovita.io import load_robot, load_task, save_trajectory
+    from ovita.io import Task, load, load_robot, load_task, save_task, save_trajectory
     from ovita.limits import ConstraintOptions, Verdict, constrain, verify
     from ovita.measure import Changes, compare
     from ovita.paths.frame import Frame
@@ -50,19 +54,23 @@ _HOMES = {
     "SceneObject": "paths.scene",
     "Session": "dialogue.session",
     "Skill": "sources.skills",
+    "Task": "io",
     "Trajectory": "paths.trajectory",
     "Verdict": "limits",
     "accept": "result",
     "adapt": "chain",
+    "batch": "chain",
     "compare": "measure",
     "constrain": "limits",
     "from_words": "sources.words",
     "ground": "writers.prompt",
     "learn": "sources.learning",
+    "load": "io",
     "load_robot": "io",
     "load_task": "io",
     "plan": "sources.planner",
     "rerun": "chain",
+    "save_task": "io",
     "save_trajectory": "io",
     "verify": "limits",
     "writer_named": "writers.base",
@@ -86,19 +94,23 @@ __all__ = [
     "SceneObject",
     "Session",
     "Skill",
+    "Task",
     "Trajectory",
     "Verdict",
     "accept",
     "adapt",
+    "batch",
     "compare",
     "constrain",
     "from_words",
     "ground",
     "learn",
+    "load",
     "load_robot",
     "load_task",
     "plan",
     "rerun",
+    "save_task",
     "save_trajectory",
     "verify",
     "writer_named",

@@ -9,22 +9,25 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import partial
 from threading import Event
 from typing import Any
 
-from ovita.errors import PolicyError, PolicyRejected, RequestError, WriterError
+from numpy.typing import ArrayLike
+
+from ovita.errors import InputError, PolicyError, PolicyRejected, RequestError, WriterError
 from ovita.instruct.editing import by_hand
 from ovita.limits import ConstraintOptions, Solution, Verdict, constrain
 from ovita.measure import compare, shape_warnings
 from ovita.paths.robot import Robot
-from ovita.paths.scene import Scene
+from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.policy import Policy
 from ovita.policy.sandbox import Rollout, known_isolation, run
-from ovita.request import Request
+from ovita.request import Adaptable, Request, requested, scene_of
 from ovita.result import Adaptation, Postcondition, Status, explain, facts, judged_status
 from ovita.text import number, quoted, sentence, the
 from ovita.toolkit import Outcome
@@ -63,8 +66,12 @@ class _Clock:
 
 
 def adapt(
-    request: Request,
+    request: Request | Adaptable,
+    instruction: str | None = None,
     *,
+    scene: Scene | Iterable[SceneObject] | None = None,
+    robot: Robot | str | None = None,
+    times: ArrayLike | None = None,
     writer: PolicyWriter | str = "auto",
     constraints: ConstraintOptions | None = None,
     isolation: Isolation = "auto",
@@ -78,7 +85,12 @@ def adapt(
     """Adapt a trajectory to an instruction.
 
     Args:
-        request: Instruction, trajectory, scene, robot and history.
+        request: A task, a trajectory, an array (N, 3) [m] or (N, 4) with speeds [m/s], the name of a file; or a whole
+            request with instruction, scene, robot and history.
+        instruction: What should change; None takes the one of the task, file or request.
+        scene: What surrounds the trajectory, or its objects; None takes that of the task or file.
+        robot: Whose limits are enforced, or its name or file; None takes the one that the task names, else none.
+        times: When the waypoints of an array (N, 3) are reached (N,) [s]; without, it gets a speed of 0.1 m/s.
         writer: A policy writer or its name, see `writer_named`.
         constraints: How limits are enforced.
         isolation: How a policy must be isolated while it runs.
@@ -100,7 +112,8 @@ def adapt(
         raise RequestError("repairs must be 0 or more, and the time limit a positive number of seconds")
     known_isolation(isolation)
     clock = _Clock()
-    chosen = writer_named(writer) if isinstance(writer, str) else writer
+    chosen = _chosen(writer)
+    request = requested(request, instruction, scene=scene, robot=robot, times=times)
     budget = WritingBudget.lasting(time_limit, progress, cancel)
     prompt = replace(ground(request, examples=examples), budget=budget)
     clock.lap("ground")
@@ -116,6 +129,68 @@ def adapt(
     if explain_with_model and last.by is not None:
         result = _explained_by_model(result, last.by, budget, clock)
     return result
+
+
+def batch(
+    tasks: Iterable[Request | Adaptable],
+    instructions: str | Sequence[str] | None = None,
+    *,
+    scene: Scene | Iterable[SceneObject] | None = None,
+    robot: Robot | str | None = None,
+    writer: PolicyWriter | str = "auto",
+    workers: int = 1,
+    **options: Any,
+) -> list[Adaptation]:
+    """Adapt many trajectories, in their order; every one is looked at before the first is adapted.
+
+    Args:
+        tasks: What `adapt` takes: tasks, trajectories, arrays, names of files.
+        instructions: One for all, one for each, or None for those of the tasks.
+        scene: Of all; None takes that of each task.
+        robot: Of all; None takes the one that each task names.
+        writer: A policy writer or its name.
+        workers: How many are adapted at a time; more than 1 helps where a model writes.
+        options: Of `adapt`.
+
+    Raises:
+        InputError: If a task or an option cannot be used; names the task's number, from 0.
+    """
+    if isinstance(tasks, str) or not isinstance(tasks, Iterable):
+        raise RequestError("batch takes a list of tasks, trajectories, arrays or names of files")
+    if not isinstance(workers, int) or workers < 1:
+        raise RequestError("workers must be a whole number of 1 or more")
+    items = list(tasks)
+    said = [instructions] * len(items) if instructions is None or isinstance(instructions, str) else [*instructions]
+    if len(said) != len(items):
+        raise RequestError(f"there are {len(items)} tasks but {len(said)} instructions; give one, or one for each")
+    surroundings = None if scene is None else scene_of(scene)
+    requests = [_numbered(i, *pair, surroundings, robot) for i, pair in enumerate(zip(items, said, strict=True))]
+    chosen = _chosen(writer)
+
+    def one(request: Request) -> Adaptation:
+        return adapt(request, writer=chosen, **options)
+
+    if workers == 1:
+        return [one(request) for request in requests]
+    with ThreadPoolExecutor(workers) as pool:
+        return list(pool.map(one, requests))
+
+
+def _numbered(
+    i: int, about: Request | Adaptable, instruction: str | None, scene: Scene | None, robot: Robot | str | None
+) -> Request:
+    try:
+        return requested(about, instruction, scene=scene, robot=robot)
+    except InputError as error:
+        raise RequestError(f"task {i}: {error}") from None
+
+
+def _chosen(writer: PolicyWriter | str) -> PolicyWriter:
+    if isinstance(writer, str):
+        return writer_named(writer)
+    if not isinstance(writer, PolicyWriter):
+        raise RequestError(f"a writer is a name such as 'builtin', or has a name and write(prompt); {writer!r} has not")
+    return writer
 
 
 def rerun(
@@ -137,6 +212,8 @@ def rerun(
         PolicyError: If the adaptation has no policy, a parameter does not exist, or the policy fails with it.
     """
     known_isolation(isolation)
+    if not isinstance(adaptation, Adaptation) or not isinstance(parameters, Mapping):
+        raise RequestError("rerun takes an adaptation and its new values by name, such as rerun(result, {'up': 0.2})")
     clock = _Clock()
     before = {p.name: p.value for p in adaptation.parameters}
     unknown = [name for name in parameters if name not in before]
@@ -211,7 +288,7 @@ def _declined(request: Request, last: Attempt, clock: _Clock) -> Adaptation:
         robot=request.robot,
         plan=reply.plan,
         code=reply.code,
-        assumptions=reply.assumptions,
+        assumptions=(*request.assumed, *reply.assumptions),
         explanation=reply.question or error,
         writer=reply.writer,
         attempts=last.count,
@@ -309,7 +386,7 @@ def _finish(
         plan=reply.plan,
         code=policy.source,
         parameters=policy.parameters,
-        assumptions=reply.assumptions,
+        assumptions=(*request.assumed, *reply.assumptions),
         changes=changes,
         constraints=verdict,
         postconditions=postconditions,

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cache
-from typing import Any, Literal, get_type_hints
+from typing import TYPE_CHECKING, Any, Literal, get_type_hints
 
-from ovita.errors import FormatError, RequestError, TrajectoryError
+from ovita.errors import FormatError, MissingExtra, RequestError, TrajectoryError
 from ovita.instruct.frames import SemanticFrame, from_json, to_json
-from ovita.io import load_document, save_document, scene_dict, trajectory_rows
+from ovita.io import atomic_write, load_document, save_document, scene_dict, trajectory_rows
 from ovita.io.documents import SceneField, plain, validated
 from ovita.io.json_ import ADAPTATION_SCHEMA as SCHEMA
 from ovita.io.json_ import seal
@@ -17,10 +18,15 @@ from ovita.limits import ConstraintOptions, Verdict
 from ovita.measure import Changes, compare, sentences
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
-from ovita.paths.trajectory import Trajectory
+from ovita.paths.trajectory import Array, Trajectory
 from ovita.policy import Parameter
-from ovita.text import quoted
+from ovita.text import quoted, shortened
 from ovita.writers.base import WriterInfo
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from ovita.plots.geometry import View
 
 Status = Literal[
     "done",
@@ -33,6 +39,9 @@ Status = Literal[
     "failed",
 ]
 """How an adaptation ended, best first; only the first four hold a trajectory that differs from the original."""
+
+PICTURES = (".png", ".svg", ".pdf", ".html")
+"""Endings of the files that pictures are written to."""
 
 _TRAJECTORIES = ("original", "adapted", "proposed")
 """Fields that documents hold as rows of numbers."""
@@ -122,7 +131,7 @@ class LostPostcondition:
         return f"No longer as asked {ago} by '{self.instruction}': now {self.outcome}."
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Adaptation:
     """One adaptation, from the instruction to the verdict.
 
@@ -261,6 +270,78 @@ class Adaptation:
         said += [f"Not used: {quoted(self.unplaced)}."] if self.unplaced else []
         return " ".join([*said, *self.warnings, *_COMES_OUT.get(proposal.status, ())])
 
+    def __repr__(self) -> str:
+        return f"<Adaptation {shortened(self.instruction)}: {self.status}; {self.adapted!r}>"
+
+    def to_numpy(self) -> Array:
+        """The adapted trajectory as rows x, y, z [m], speed [m/s], (N, 4); with a quaternion wxyz where it has one."""
+        return self.adapted.to_numpy()
+
+    def plot(
+        self,
+        path: str | None = None,
+        *,
+        robot: Robot | None = None,
+        view: View = "auto",
+        tube: Array | None = None,
+    ) -> Figure | None:
+        """Draw the path before and after; of a proposal, as it would become.
+
+        Args:
+            path: Writes the picture to this .png, .svg, .pdf or .html file; None only returns the figure.
+            robot: Whose workspace to draw; None takes the result's.
+            view: "3d", "top" (from above), or "auto".
+            tube: Covariance of the adapted positions, rows xx, xy, xz, yy, yz, zz (N, 6) [m2]; None for none.
+
+        Returns:
+            The matplotlib figure; None where an .html file is written.
+
+        Raises:
+            FormatError: If the file's name has another ending, or it cannot be written.
+            MissingExtra: If matplotlib, or for .html plotly, is not installed.
+        """
+        from ovita import plots
+
+        ending = os.path.splitext(path or "")[1].lower()
+        if path is not None and ending not in PICTURES:
+            raise FormatError(path, f"pictures are written as {', '.join(PICTURES)}")
+        waits = self.proposal is not None
+        shown = self.proposal or self
+        title = f"Proposal, not done yet: {self.instruction}" if waits else self.instruction
+        paths = (shown.original, shown.adapted, shown.scene)
+        proposed = None if shown.proposed == shown.adapted else shown.proposed
+        drawn = robot or shown.robot
+        if path is not None and ending == ".html":
+            notes = (self.message if waits else self.explanation).split("\n")
+            page = plots.interactive(
+                *paths, notes=notes, robot=drawn, proposed=proposed, title=title, view=view, tube=tube
+            )
+            atomic_write(path, page)
+            return None
+        checks = shown.constraints.checks if shown.constraints else None
+        drawing = plots.figure(
+            *paths, violations=checks, robot=drawn, proposed=proposed, title=title, view=view, tube=tube
+        )
+        if path is not None:
+            plots.save(path, drawing)
+        return drawing
+
+    def _repr_html_(self) -> str:
+        """Picture, plan and verdict for a notebook; without matplotlib, the words alone."""
+        from ovita import plots
+
+        shown = self.proposal or self
+        picture, missing = None, ""
+        try:
+            picture = self.plot()
+        except MissingExtra as error:
+            missing = f"No picture: {error}."
+        known = facts(shown)
+        sections = {"Plan": known["plan"], "Changes": known["changes"], "Limits": known["limits"]}
+        sections |= {"Assumed": [*shown.assumed], "Knobs": known["parameters"]}
+        sections |= {"Warnings": [*shown.cautions, *([missing] if missing else [])]}
+        return plots.card(self.instruction, f"{self.status.replace('_', ' ')}: {self.message}", sections, picture)
+
     def to_document(self) -> dict[str, Any]:
         """The adaptation as JSON values; `from_document` reads it back to an equal adaptation."""
         saved = replace(self, options=replace(self.options, custom=()))
@@ -365,6 +446,8 @@ def accept(result: Adaptation) -> Adaptation:
     Raises:
         RequestError: If nothing was proposed.
     """
+    if not isinstance(result, Adaptation):
+        raise RequestError("accept takes an adaptation that waits for a yes")
     if result.proposal is None:
         raise RequestError(f"there is no proposal to accept; the status is {result.status!r}")
     return result.proposal

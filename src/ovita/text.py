@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 
 def number(value: float) -> str:
@@ -58,7 +58,7 @@ def sentence(text: str) -> str:
     return text[:1].upper() + text[1:] + ("" if text.endswith((".", "!", "?")) else ".")
 
 
-def point(coordinates: Sequence[float]) -> str:
+def point(coordinates: Iterable[float]) -> str:
     """Coordinates as [x, y, z]."""
     return "[" + ", ".join(f"{value:g}" for value in coordinates) + "]"
 

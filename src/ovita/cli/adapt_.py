@@ -8,7 +8,7 @@ import sys
 import webbrowser
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from importlib.resources import as_file, files
 from importlib.util import find_spec
 from typing import Any, Literal, NoReturn
@@ -38,7 +38,6 @@ from ovita.io import (
     WRITTEN,
     Choices,
     Task,
-    atomic_write,
     is_adaptation,
     is_address,
     is_skill,
@@ -54,7 +53,7 @@ from ovita.io.files import make_folder
 from ovita.io.waypoints import covariance_rows
 from ovita.paths.robot import Robot
 from ovita.request import FeedbackOn, Request
-from ovita.result import Adaptation, accept
+from ovita.result import PICTURES, Adaptation, accept
 from ovita.writers.base import PolicyWriter, writer_named
 
 
@@ -276,8 +275,6 @@ def _without_covariance(extra: Mapping[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in extra.items() if key != "covariance"}
 
 
-SUFFIXES = (".png", ".svg", ".pdf", ".html")
-
 View = Literal["auto", "3d", "top"]
 
 
@@ -314,33 +311,15 @@ def plot(file: str, out: str | None, robot: str | None, view: View, **options: A
 
 def check_picture(out: str) -> None:
     """Refuse a file name that says no picture format."""
-    if os.path.splitext(out)[1].lower() not in SUFFIXES:
-        raise FormatError(out, f"pictures are written as {', '.join(SUFFIXES)}")
+    if os.path.splitext(out)[1].lower() not in PICTURES:
+        raise FormatError(out, f"pictures are written as {', '.join(PICTURES)}")
 
 
 def draw(result: Adaptation, out: str, *, robot: Robot | None = None, view: View = "auto", tube: object = None) -> None:
     """Draw an adaptation into a file, by its suffix; `tube` is the covariance that a generated path's file holds."""
-    from ovita import plots
-
     check_picture(out)
     around = None if tube is None else covariance_rows(tube, out, len(result.adapted))
-    if result.proposal is not None:
-        title = f"Proposal, not done yet: {result.instruction}"
-        result = replace(result.proposal, instruction=title, explanation=result.message)
-    proposed = None if result.proposed == result.adapted else result.proposed
-    paths = (result.original, result.adapted, result.scene)
-    shown: dict[str, Any] = {
-        "robot": robot or result.robot,
-        "proposed": proposed,
-        "title": result.instruction,
-        "view": view,
-        "tube": around,
-    }
-    if out.lower().endswith(".html"):
-        atomic_write(out, plots.interactive(*paths, notes=result.explanation.split("\n"), **shown))
-    else:
-        checks = result.constraints.checks if result.constraints else None
-        plots.save(out, plots.figure(*paths, violations=checks, **shown))
+    result.plot(out, robot=robot, view=view, tube=around)
 
 
 @click.command()

@@ -269,7 +269,7 @@ def studio(
 
     limits = load_robot(robot) if robot else Robot.preset("none")
     template = Session(
-        Trajectory([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], [0.1, 0.1]),  # type: ignore[arg-type]
+        Trajectory([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], [0.1, 0.1]),
         robot=limits,
         writer=writer_named(writer, base_url=base_url, temperature=0.1),
         constraints=ConstraintOptions(),

@@ -21,7 +21,7 @@ from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 from ovita.policy.reading import parse
 from ovita.policy.sandbox import Isolation, known_isolation
-from ovita.request import FeedbackOn
+from ovita.request import FeedbackOn, robot_of, scene_of, trajectory_of
 from ovita.result import Adaptation, accept
 from ovita.writers.base import PolicyWriter, Progress, WriterInfo
 
@@ -31,9 +31,9 @@ class Session:
     """A conversation about one trajectory.
 
     Args:
-        original: The trajectory that it began with.
-        scene: Its surroundings.
-        robot: The limits.
+        original: The trajectory that it began with, or an array as `adapt` takes it.
+        scene: Its surroundings, or the objects.
+        robot: The limits, or a robot's name or file.
         writer: A policy writer or its name.
         constraints: How limits are enforced.
         isolation: How policies must be isolated.
@@ -56,6 +56,8 @@ class Session:
 
     def __post_init__(self) -> None:
         known_isolation(self.isolation)
+        self.original = trajectory_of(self.original)[0]
+        self.scene, self.robot = scene_of(self.scene), robot_of(self.robot)
         self._first = self.situation
 
     @classmethod
@@ -128,6 +130,8 @@ class Session:
         Raises:
             InputError: If the instruction is empty or too long.
         """
+        if not isinstance(instruction, str):
+            raise RequestError("an instruction is a text such as 'go left by 0.1'")
         if not instruction.strip():
             raise RequestError("the instruction is empty; say what should change, such as 'slow down near the cup'")
         if self._pending is not None:

@@ -20,7 +20,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from ovita.errors import FormatError
+from ovita.errors import FormatError, RequestError
 from ovita.io import json_
 from ovita.io.documents import NONE, VERDICT, Choices, Task, load_robot, scene_dict, scene_from_dict
 from ovita.io.files import BAGS, atomic_write, errors_of, examine, file_name, is_address, is_bag, read_text, suffix
@@ -33,6 +33,7 @@ from ovita.io.waypoints import trajectory_from_rows, trajectory_rows
 from ovita.paths.frame import Frame, transformed
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
+from ovita.text import shortened
 
 __all__ = [
     "READ",
@@ -43,6 +44,7 @@ __all__ = [
     "is_adaptation",
     "is_address",
     "is_skill",
+    "load",
     "load_bare",
     "load_document",
     "load_robot",
@@ -88,6 +90,39 @@ def load_task(path: str | os.PathLike[str], choices: Choices = NONE) -> Task:
     task = _load(path, choices)
     said = (f"the file says of its trajectory: {task.verdict}",) if task.verdict else ()
     return replace(task, notes=(*task.notes, *said)) if said else task
+
+
+def load(
+    place: str | os.PathLike[str],
+    scene: Scene | str | os.PathLike[str] | None = None,
+    *,
+    frame: str | None = None,
+    choices: Choices = NONE,
+) -> Task:
+    """Read a trajectory with its surroundings from a file of any known format, or from a robot's address.
+
+    A saved adaptation gives its adapted trajectory; `Adaptation.load` reads all of it.
+
+    Args:
+        place: A file, a folder with a ROS 2 bag, or an address such as "ros2:/path".
+        scene: A scene, or the JSON file that holds its objects; None for those of the file itself.
+        frame: Which way is left: "rfu", "flu" or "ned"; None for what the file says.
+        choices: What the format leaves open: the topic of a bag, the home of a mission.
+
+    Raises:
+        FormatError: If a file cannot be read or something in it is malformed; names the file, key and index.
+        MissingExtra: If the format needs a package that is not installed.
+    """
+    named = (scene, place) if isinstance(scene, str | os.PathLike) else (place,)
+    for path in named:
+        if not isinstance(path, str | os.PathLike):
+            raise RequestError(f"load takes the name of a file, not {shortened(path)}")
+    if scene is None or isinstance(scene, str | os.PathLike):
+        held = None if scene is None else os.fspath(scene)
+        return open_task(os.fspath(place), scene_file=held, frame=frame, choices=choices)
+    if not isinstance(scene, Scene):
+        raise RequestError("the scene is a Scene or the name of a JSON file with its objects")
+    return with_scene(open_task(os.fspath(place), frame=frame, choices=choices), scene)
 
 
 def _load(path: str | os.PathLike[str], choices: Choices) -> Task:
@@ -228,6 +263,8 @@ def save_trajectory(
         FormatError: If the file cannot be written there, something has no place in JSON, or a mission has no home.
         MissingExtra: If the format needs a package that is not installed.
     """
+    if not isinstance(trajectory, Trajectory):
+        raise RequestError("save_trajectory takes a Trajectory; make one of an array: Trajectory.from_array(array)")
     if os.fspath(path).endswith(("/", os.sep)):
         from ovita.io import bags
 

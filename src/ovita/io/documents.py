@@ -509,7 +509,7 @@ VERDICT = "verdict"
 """What a file calls the verdict on its trajectory, in one line."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Task:
     """A trajectory, its scene and an instruction, read from a file.
 
@@ -535,6 +535,10 @@ class Task:
     notes: tuple[str, ...] = ()
     fixed_frame: bool = False
     verdict: str = ""
+
+    def __repr__(self) -> str:
+        said = f"{self.instruction!r} about " if self.instruction else ""
+        return f"<Task: {said}{self.trajectory!r} in {self.scene!r}>"
 
 
 Kind = Literal["path", "poses", "multidof"]

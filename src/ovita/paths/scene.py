@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ovita.errors import SceneError, UnknownObject
 from ovita.paths.frame import RFU, Frame, matrix, product, quaternion, rotation
 from ovita.paths.geometry import Cuboid, closest_to_point
 from ovita.paths.trajectory import Array
+from ovita.text import listed, point
 
 DEFAULT_SIZE = 0.05
 """Edge of the cube that stands for an object without dimensions [m]."""
@@ -23,7 +25,7 @@ ASSUMED_SHARE = 0.5
 """Share of the room beside a path that an object of assumed size takes up at most."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class SceneObject:
     """An oriented cuboid.
 
@@ -43,6 +45,17 @@ class SceneObject:
     dimensions: Array | None = None
     orientation: Array = field(default_factory=lambda: np.array([1.0, 0.0, 0.0, 0.0]))
     extra: Mapping[str, Any] = field(default_factory=dict)
+
+    if TYPE_CHECKING:  # what may be given is wider than what is held
+
+        def __init__(
+            self,
+            name: str,
+            position: ArrayLike,
+            dimensions: ArrayLike | None = None,
+            orientation: ArrayLike = (1.0, 0.0, 0.0, 0.0),
+            extra: Mapping[str, Any] = ...,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name.strip():
@@ -81,6 +94,10 @@ class SceneObject:
         return same and self.name == other.name and dict(self.extra) == dict(other.extra)
 
     __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        size = "" if self.dimensions is None else f", {point(self.dimensions)}"
+        return f"SceneObject({self.name!r}, {point(self.position)}{size})"
 
     @property
     def size(self) -> Array:
@@ -127,7 +144,7 @@ class SceneObject:
         return self.cuboid.signed(points)[0]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Scene:
     """What surrounds a trajectory.
 
@@ -148,7 +165,20 @@ class Scene:
     constraints_text: str = ""
     extra: Mapping[str, Any] = field(default_factory=dict)
 
+    if TYPE_CHECKING:  # what may be given is wider than what is held
+
+        def __init__(
+            self,
+            objects: Iterable[SceneObject] = (),
+            frame: Frame = RFU,
+            environment: str = "",
+            constraints_text: str = "",
+            extra: Mapping[str, Any] = ...,
+        ) -> None: ...
+
     def __post_init__(self) -> None:
+        if not isinstance(self.objects, Iterable) or not all(isinstance(item, SceneObject) for item in self.objects):
+            raise SceneError("the objects of a scene are SceneObjects, such as SceneObject('cup', [0.4, 0.2, 0.1])")
         object.__setattr__(self, "objects", tuple(self.objects))
         seen: dict[str, int] = {}
         for i, item in enumerate(self.objects):
@@ -160,6 +190,9 @@ class Scene:
                     index=i,
                 )
             seen[key] = i
+
+    def __repr__(self) -> str:
+        return f"<Scene: {listed(self.names) or 'no objects'}; frame {self.frame.name}>"
 
     def __iter__(self) -> Iterator[SceneObject]:
         return iter(self.objects)

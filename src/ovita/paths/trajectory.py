@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ovita.errors import TrajectoryError
+from ovita.text import point
 
 Array = NDArray[np.float64]
 
@@ -37,7 +38,7 @@ class PathState:
     orientations: Array | None = None
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Trajectory:
     """A sequence of N >= 2 waypoints in the world frame.
 
@@ -57,6 +58,16 @@ class Trajectory:
     speeds: Array
     orientations: Array | None = None
     timestep: float = TIMESTEP
+
+    if TYPE_CHECKING:  # what may be given is wider than what is held
+
+        def __init__(
+            self,
+            positions: ArrayLike,
+            speeds: ArrayLike,
+            orientations: ArrayLike | None = None,
+            timestep: float = TIMESTEP,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         positions = _checked(self.positions, "positions", 3)
@@ -92,11 +103,12 @@ class Trajectory:
         object.__setattr__(self, "speeds", _frozen(speeds))
 
     @classmethod
-    def from_array(cls, waypoints: ArrayLike, *, timestep: float = TIMESTEP) -> Trajectory:
+    def from_array(cls, waypoints: ArrayLike, *, speed: float | None = None, timestep: float = TIMESTEP) -> Trajectory:
         """Build a trajectory from rows x, y, z, speed[, qw, qx, qy, qz].
 
         Args:
-            waypoints: (N, 4) or (N, 8) [m, m/s].
+            waypoints: (N, 4) or (N, 8) [m, m/s]; (N, 3) where `speed` is given.
+            speed: Of every waypoint of bare positions [m/s].
             timestep: Duration of one dwell waypoint [s].
 
         Raises:
@@ -106,9 +118,13 @@ class Trajectory:
             rows = np.asarray(waypoints, dtype=float)
         except (TypeError, ValueError):
             raise TrajectoryError("waypoints are not rows of numbers of one length", key="waypoints") from None
-        if rows.ndim != 2 or rows.shape[1] not in (4, 8):
+        bare = rows.ndim == 2 and rows.shape[1] == 3
+        if bare and speed is not None:
+            rows = np.column_stack([rows, np.full(len(rows), speed)])
+        elif rows.ndim != 2 or rows.shape[1] not in (4, 8):
+            hint = "; bare positions need a speed: from_array(waypoints, speed=0.1)" if bare else ""
             raise TrajectoryError(
-                f"waypoints have shape {rows.shape}, expected (N, 4): x, y, z, speed", key="waypoints"
+                f"waypoints have shape {rows.shape}, expected (N, 4): x, y, z, speed{hint}", key="waypoints"
             )
         return cls(rows[:, :3], rows[:, 3], rows[:, 4:] if rows.shape[1] == 8 else None, timestep)
 
@@ -116,8 +132,44 @@ class Trajectory:
         """Return a new array (N, 4): x, y, z [m], speed [m/s]."""
         return np.column_stack([self.positions, self.speeds])
 
+    def to_numpy(self) -> Array:
+        """Return a new array that `from_array` reads back: (N, 4), or (N, 8) where there are orientations."""
+        rows = self.to_array()
+        return rows if self.orientations is None else np.column_stack([rows, self.orientations])
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
+        if copy is False:
+            raise ValueError("a trajectory keeps positions and speeds apart, so an array of both is a copy")
+        return self.to_numpy().astype(dtype or np.float64, copy=False)
+
     def __len__(self) -> int:
         return len(self.positions)
+
+    def __iter__(self) -> Iterator[Array]:
+        return iter(self.to_numpy())
+
+    @overload
+    def __getitem__(self, at: slice) -> Trajectory: ...
+    @overload
+    def __getitem__(self, at: int) -> Array: ...
+    def __getitem__(self, at: int | slice) -> Array | Trajectory:
+        """One waypoint as a row of `to_numpy`, or a part as a trajectory of its own.
+
+        Raises:
+            IndexError: If there is no such waypoint.
+            TrajectoryError: If the part has fewer than 2 waypoints, or `at` is neither an index nor a slice.
+        """
+        if isinstance(at, slice):
+            turns = None if self.orientations is None else self.orientations[at]
+            return Trajectory(self.positions[at], self.speeds[at], turns, self.timestep)
+        if not isinstance(at, int | np.integer):
+            raise TrajectoryError("waypoints are taken by an index or a slice; for more, index to_numpy()")
+        turn = () if self.orientations is None else self.orientations[at]
+        return np.array([*self.positions[at], self.speeds[at], *turn])
+
+    def __repr__(self) -> str:
+        ends = f"from {point(self.positions[0])} to {point(self.positions[-1])}"
+        return f"<Trajectory: {len(self)} waypoints, {self.length:.3g} m, {self.duration:.3g} s, {ends}>"
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Trajectory):

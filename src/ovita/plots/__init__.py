@@ -1,4 +1,4 @@
-"""Figures of an adaptation: `figure` and `save` for print, `interactive` for the browser.
+"""Figures of an adaptation: `figure` and `save` for print, `interactive` for the browser, `card` for a notebook.
 
 The drawing libraries are imported on first use; without them a `MissingExtra` says what to install.
 """
@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from ovita.plots.browser import interactive
+    from ovita.plots.notebook import card
     from ovita.plots.static import figure, save
 
-__all__ = ["figure", "interactive", "save"]
+__all__ = ["card", "figure", "interactive", "save"]
 
-_HOMES = {"figure": "static", "interactive": "browser", "save": "static"}
+_HOMES = {"card": "notebook", "figure": "static", "interactive": "browser", "save": "static"}
 
 
 def __getattr__(name: str) -> Any:

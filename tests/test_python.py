@@ -1,0 +1,185 @@
+"""ovita from Python: what people give is taken where it makes sense, and refused in one sentence where not."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import ovita as ov
+from ovita.errors import OvitaError, RequestError, TrajectoryError
+
+S = np.linspace(0.0, 1.0, 20)
+XYZ = np.column_stack([S, 0 * S, 0.3 + 0 * S])
+ROWS = np.column_stack([XYZ, 0.2 + 0 * S])
+CUP = ov.SceneObject("cup", [0.5, 0.2, 0.3], [0.1, 0.1, 0.1])
+TURNED = np.column_stack([ROWS, np.tile([1.0, 0.0, 0.0, 0.0], (20, 1))])
+PATH = ov.Trajectory.from_array(ROWS)
+
+
+def up(about, **options):
+    return ov.adapt(about, "go up by 0.1", writer="builtin", **options)
+
+
+@pytest.mark.parametrize(
+    "about",
+    [ROWS, ROWS.tolist(), tuple(map(tuple, ROWS)), ROWS.astype(np.float32), PATH, TURNED],
+)
+def test_arrays_lists_and_trajectories_are_adapted(about):
+    result = up(about)
+    assert result.status == "done" and not result.assumptions
+    assert result.to_numpy()[:, 2] == pytest.approx(np.full(20, 0.4))
+    assert result.to_numpy()[:, 3] == pytest.approx(np.full(20, 0.2))
+
+
+def test_bare_positions_get_a_speed_and_the_result_says_so():
+    result = up(XYZ)
+    assert np.array_equal(result.adapted.speeds, np.full(20, 0.1))
+    assert any("0.1 m/s" in text for text in result.assumptions) and "0.1 m/s" in result.explanation
+    assert ov.rerun(result, {"up": 0.2}).assumptions == result.assumptions
+
+
+def test_times_become_speeds():
+    result = up(XYZ, times=10 * S)
+    assert result.original.times == pytest.approx(10 * S, abs=1e-6) and not result.assumptions
+
+
+def test_a_task_or_a_file_brings_its_own_scene_robot_and_instruction(tmp_path):
+    task = ov.Task(PATH, ov.Scene([CUP]), "go up by 0.1", robot="drone")
+    path = tmp_path / "task.json"
+    ov.save_task(path, task)
+    for about in (task, path, str(path), ov.load(path)):
+        result = ov.adapt(about, writer="builtin")
+        assert result.robot.name == "drone" and result.scene.names == ("cup",) and result.usable
+    other = ov.adapt(path, "go left by 0.1", robot="none", scene=[], writer="builtin")
+    assert other.robot.name == "none" and not len(other.scene) and other.instruction == "go left by 0.1"
+
+
+def test_load_takes_a_scene_from_beside(tmp_path):
+    ov.save_task(tmp_path / "scene.json", ov.Task(PATH, ov.Scene([CUP])))
+    ov.save_trajectory(tmp_path / "path.csv", PATH)
+    for scene in (tmp_path / "scene.json", ov.Scene([CUP])):
+        task = ov.load(tmp_path / "path.csv", scene)
+        assert task.scene.names == ("cup",) and task.trajectory == PATH
+
+
+def test_a_trajectory_is_an_array_and_has_parts():
+    turned = ov.Trajectory(XYZ.tolist(), ROWS[:, 3].tolist(), TURNED[:, 4:].tolist())
+    assert np.array_equal(np.asarray(PATH), ROWS) and np.asarray(PATH, dtype=np.float32).dtype == np.float32
+    assert np.asarray(turned).shape == (20, 8) and ov.Trajectory.from_array(turned) == turned
+    assert np.array_equal(turned[-1], np.asarray(turned)[-1]) and np.array_equal(np.array(list(PATH)), ROWS)
+    assert turned[2:6] == ov.Trajectory.from_array(np.asarray(turned)[2:6])
+    assert ov.Trajectory.from_array(XYZ, speed=0.2) == PATH
+    np.asarray(PATH)[0] = 9.0
+    assert PATH[0][0] == 0.0
+    with pytest.raises(IndexError):
+        PATH[20]
+    with pytest.raises(TrajectoryError, match="at least 2 waypoints"):
+        PATH[3:4]
+
+
+def test_reprs_are_short():
+    scene = ov.Scene([CUP])
+    things = [PATH, scene, CUP, ov.Task(PATH, scene, "go up"), up(PATH, scene=scene)]
+    assert max(len(repr(thing)) for thing in things) < 250
+    assert repr(PATH) == "<Trajectory: 20 waypoints, 1 m, 5 s, from [0, 0, 0.3] to [1, 0, 0.3]>"
+    assert repr(CUP) == "SceneObject('cup', [0.5, 0.2, 0.3], [0.1, 0.1, 0.1])"
+    assert "done" in repr(things[-1])
+
+
+def test_a_notebook_shows_picture_plan_and_verdict_escaped_and_alone(monkeypatch):
+    pytest.importorskip("matplotlib", reason="pictures need the extra plot")
+    result = up(PATH, scene=[ov.SceneObject("<script>alert(1)</script>", [0.5, 0.3, 0.3])])
+    result = dataclasses.replace(result, instruction="<img src=x onerror=alert(1)>", warnings=("<b>", *result.warnings))
+    page = result._repr_html_()
+    assert 'src="data:image/png;base64,' in page and "done" in page and result.plan[0] in page
+    assert "<script" not in page and "<img src=x" not in page and "&lt;b&gt;" in page
+    assert "http" not in page.split("base64,")[0] + page.split('"></div>')[-1]
+    assert result.plot() is not None
+
+
+def test_a_notebook_without_matplotlib_shows_the_words(monkeypatch):
+    import ovita.plots
+    from ovita.errors import MissingExtra
+
+    def absent(*args, **options):
+        raise MissingExtra("matplotlib", "plot")
+
+    monkeypatch.setattr(ovita.plots, "figure", absent, raising=False)
+    page = up(PATH)._repr_html_()
+    assert "<img" not in page and "ovita[plot]" in page and "Plan" in page
+
+
+def test_a_proposal_is_drawn_as_it_would_become(tmp_path):
+    pytest.importorskip("matplotlib", reason="pictures need the extra plot")
+    done = up(PATH)
+    waiting = dataclasses.replace(done, status="needs_confirmation", adapted=PATH, proposal=done)
+    assert "Raise" in waiting._repr_html_() or done.plan[0] in waiting._repr_html_()
+    waiting.plot(str(tmp_path / "p.png"))
+    assert (tmp_path / "p.png").stat().st_size > 1000
+    with pytest.raises(OvitaError, match="pictures are written as"):
+        done.plot(str(tmp_path / "p.gif"))
+
+
+def test_batch_keeps_order_and_names_the_task_at_fault(tmp_path):
+    said = ["go up by 0.1", "go left by 0.1", "go down by 0.1"]
+    for workers in (1, 3):
+        results = ov.batch([PATH, ROWS, XYZ], said, writer="builtin", workers=workers)
+        assert [result.instruction for result in results] == said
+    assert len(ov.batch(np.stack([ROWS, ROWS]), "go up by 0.1", writer="builtin")) == 2
+    with pytest.raises(RequestError, match=r"task 1: .*no such file"):
+        ov.batch([PATH, tmp_path / "absent.json"], "go up by 0.1")
+    with pytest.raises(RequestError, match="3 tasks but 2 instructions"):
+        ov.batch([PATH] * 3, said[:2])
+
+
+@pytest.mark.parametrize(
+    ("call", "says"),
+    [
+        (lambda: ov.adapt(5, "go up"), "a trajectory is an array (N, 3)"),
+        (lambda: ov.adapt(None, "go up"), "not None"),
+        (lambda: ov.adapt({}, "go up"), "a trajectory is an array"),
+        (lambda: ov.adapt([["a", "b", "c"]] * 3, "go up"), "a trajectory is an array"),
+        (lambda: ov.adapt([[1, 2], [3]], "go up"), "a trajectory is an array"),
+        (lambda: ov.adapt(np.zeros((5, 5)), "go up"), "shape (5, 5)"),
+        (lambda: ov.adapt(XYZ[:1], "go up"), "at least 2 waypoints"),
+        (lambda: ov.adapt(XYZ * np.nan, "go up"), "finite"),
+        (lambda: ov.adapt(XYZ, "go up", times=S[::-1]), "increase strictly"),
+        (lambda: ov.adapt(XYZ, "go up", times=S[:3]), "times have shape (3,)"),
+        (lambda: ov.adapt(ROWS, "go up", times=S), "speeds and times"),
+        (lambda: ov.adapt(PATH, "go up", times=S), "times go with an array"),
+        (lambda: ov.adapt(PATH), "there is no instruction"),
+        (lambda: ov.adapt(PATH, 5), "an instruction is a text"),
+        (lambda: ov.adapt(PATH, "go up", scene="cup"), "a scene is a Scene or a list"),
+        (lambda: ov.adapt(PATH, "go up", scene=[5]), "the objects of a scene are SceneObjects"),
+        (lambda: ov.adapt(PATH, "go up", robot=5), "a robot is a Robot or a name"),
+        (lambda: ov.adapt(PATH, "go up", robot="kuka"), "unknown robot 'kuka'"),
+        (lambda: ov.adapt(ov.Request("go up", PATH), "go down"), "a Request holds"),
+        (lambda: ov.adapt(PATH, "go up", writer=5), "a writer is a name"),
+        (lambda: ov.adapt(PATH, "go up", isolation=None), "isolation None is unknown"),
+        (lambda: ov.adapt("ros2:/path", "go up"), "is an address"),
+        (lambda: ov.Request(None, PATH), "an instruction is a text"),
+        (lambda: ov.Request("go up", None), "a trajectory is an array"),
+        (lambda: ov.Session(5), "a trajectory is an array"),
+        (lambda: ov.Session(PATH, robot=5), "a robot is a Robot"),
+        (lambda: ov.Session(PATH).say(5), "an instruction is a text"),
+        (lambda: ov.rerun(5, {}), "rerun takes an adaptation"),
+        (lambda: ov.accept(5), "accept takes an adaptation"),
+        (lambda: ov.load(5), "load takes the name of a file"),
+        (lambda: ov.batch(5, "go up"), "batch takes a list"),
+        (lambda: ov.batch("a.json", "go up"), "batch takes a list"),
+        (lambda: ov.batch([PATH], "go up", workers=0), "workers must be"),
+        (lambda: ov.save_trajectory("x.csv", ROWS), "save_trajectory takes a Trajectory"),
+        (lambda: ov.Trajectory.from_array(XYZ), "speed=0.1"),
+        (lambda: PATH[[1, 2]], "by an index or a slice"),
+    ],
+)
+def test_misuse_is_one_sentence(call, says):
+    with pytest.raises(OvitaError) as refused:
+        call()
+    assert says in str(refused.value) and "\n" not in str(refused.value)
+
+
+def test_every_public_name_says_what_it_is():
+    for name in ov.__all__:
+        said = getattr(ov, name).__doc__
+        assert said and not said.startswith(f"{name}("), f"{name} has no docstring of its own"
