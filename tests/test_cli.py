@@ -350,3 +350,15 @@ def test_pins_count_from_1(tmp_path):
     assert Adaptation.load(str(tmp_path / "r.json")).options.pinned == (2,)
     over = ovita("adapt", "s.json", "go left by 0.1", "--pin", 4, cwd=tmp_path)
     assert over.returncode == 2 and "waypoint 4" in over.stderr and "there are 3" in over.stderr
+
+
+def test_reports_break_between_words_on_a_terminal_and_not_at_all_in_a_file(monkeypatch):
+    from ovita.cli.common import wrapped
+
+    text = "The path goes 0.2 m to the left, /a/very/long/name-of-a-file/that-is-longer-than-the-line.json and so on."
+    assert wrapped(text, "  ") == f"  {text}"
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+    monkeypatch.setenv("COLUMNS", "44")
+    lines = wrapped(text, "  ").split("\n")
+    assert " ".join(line.strip() for line in lines) == text
+    assert all(len(line) <= 44 or len(line.split()) == 1 for line in lines) and len(lines) > 2

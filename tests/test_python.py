@@ -183,3 +183,21 @@ def test_every_public_name_says_what_it_is():
     for name in ov.__all__:
         said = getattr(ov, name).__doc__
         assert said and not said.startswith(f"{name}("), f"{name} has no docstring of its own"
+
+
+def test_more_waypoints_than_a_policy_may_return_are_refused_before_anything_is_done():
+    """A million waypoints were read, understood and run, and only then refused."""
+
+    class Never:
+        name = "never"
+
+        def write(self, prompt):
+            raise AssertionError("nobody is asked")
+
+    rows = np.zeros((200_001, 4))
+    for about in (rows, ov.Trajectory.from_array(rows)):
+        with pytest.raises(TrajectoryError, match="200001 waypoints and at most 200000"):
+            ov.adapt(about, "go up by 0.1", writer=Never())
+    with pytest.raises(TrajectoryError, match="200001 waypoints"):
+        ov.Session(rows)
+    assert ov.adapt(rows[::20], "go up by 0.1", writer="builtin").status == "done"

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Sized
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,6 +17,7 @@ from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.policy import Parameter
+from ovita.policy.wire import MAX_ROWS
 from ovita.text import sentence
 
 MAX_INSTRUCTION = 2000
@@ -163,12 +164,13 @@ def trajectory_of(
         TrajectoryError: If its shape or a value is wrong; names the waypoint.
     """
     if isinstance(waypoints, Trajectory):
-        return waypoints, ()
+        return _of_a_length(waypoints), ()
     rows = _numbers(waypoints, "a trajectory is an array (N, 3) of x, y, z, or (N, 4) with speeds")
     if rows.ndim != 2 or rows.shape[1] not in (3, 4, 8):
         raise TrajectoryError(
             f"waypoints have shape {rows.shape}, expected (N, 3): x, y, z, or (N, 4) with speeds", key="waypoints"
         )
+    _of_a_length(rows)
     if len(rows) < 2:
         raise TrajectoryError(f"a trajectory needs at least 2 waypoints, this one has {len(rows)}", key="waypoints")
     columns = dict(zip(COLUMNS, rows.T, strict=False))
@@ -220,6 +222,20 @@ def _read(place: str | os.PathLike[str]) -> Task:
     if is_address(os.fspath(place)):
         raise RequestError(f"{place} is an address; read it first: ovita.load({place!r})")
     return load_task(place)
+
+
+_Rows = TypeVar("_Rows", bound=Sized)
+
+
+def _of_a_length(waypoints: _Rows) -> _Rows:
+    """Refuse, before anything is done, more waypoints than a policy may return."""
+    if len(waypoints) > MAX_ROWS:
+        raise TrajectoryError(
+            f"the trajectory has {len(waypoints)} waypoints and at most {MAX_ROWS} can be adapted; take fewer first:"
+            f" trajectory.resample({MAX_ROWS}, by='index')",
+            key="waypoints",
+        )
+    return waypoints
 
 
 def _numbers(values: object, wanted: str) -> np.ndarray[Any, np.dtype[np.float64]]:

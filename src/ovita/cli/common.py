@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import ast
 import re
+import shutil
 import sys
+import textwrap
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -225,7 +227,7 @@ def show(result: Adaptation, *, code: bool = False) -> None:
     if result.lost and result.status == "done":
         label = "done, but not all that was asked before"
     by = f"{result.writer.kind}{':' + result.writer.model if result.writer.model else ''}"
-    click.echo(plain(f"{result.message}  [{label}; writer {by}; {total:.0f} ms]"))
+    click.echo(wrapped(plain(f"{result.message}  [{label}; writer {by}; {total:.0f} ms]")))
     if len(result.writer.tried) > 1:
         section("Writers", [*result.writer.tried, *([result.writer.reason] if result.writer.reason else [])])
     if result.proposal is not None:
@@ -252,7 +254,23 @@ def section(title: str, lines: Sequence[str]) -> None:
     if lines:
         click.echo(f"\n{plain(title)}")
         for line in lines:
-            click.echo(plain(f"  {line}"))
+            click.echo(wrapped(plain(line), "  "))
+
+
+def wrapped(text: str, indent: str = "") -> str:
+    """Text with line breaks between words where a terminal is too narrow; as it is where the output is no terminal."""
+    if not sys.stdout.isatty():
+        return indent + text
+    width = max(shutil.get_terminal_size().columns, 40)
+    filled = textwrap.TextWrapper(
+        width,
+        initial_indent=indent,
+        subsequent_indent=indent and f"{indent}   ",
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
+    lines = (filled.fill(line) for line in text.split("\n"))
+    return "\n".join(lines)
 
 
 @contextmanager
