@@ -2,12 +2,16 @@
 
 import json
 import os
+import sys
 from pathlib import Path
 
+import click
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 from command_line import ovita, process
+from ovita.cli.main import cli
 from ovita.io import load_task
 from ovita.result import Adaptation
 
@@ -116,6 +120,24 @@ def test_no_output_takes_the_place_of_another_file(written, tmp_path, options, s
 def test_a_mistyped_command_is_guessed():
     done = ovita("adpat", "x.json")
     assert done.returncode == 2 and "did you mean 'adapt'?" in done.stderr
+    for group, typed, meant in (("bench", "rnu", "run"), ("policy", "chek", "check"), ("models", "lst", "list")):
+        with pytest.raises(click.UsageError, match=f"no command '{typed}'; did you mean '{meant}'"):
+            cli([group, typed], standalone_mode=False)
+
+
+def test_a_configured_model_that_cannot_be_used_leaves_the_builtin_reader(written, monkeypatch):
+    monkeypatch.setenv("OVITA_MODEL", "nonsense")
+    done = CliRunner().invoke(cli, ["adapt", str(written(scene())), "go left by 0.1"])
+    assert done.exit_code == 0 and "OVITA_MODEL names 'nonsense', which cannot be used" in done.output
+
+
+def test_demo_without_the_drawing_libraries_says_what_brings_them(tmp_path, monkeypatch):
+    from ovita.cli import adapt_
+
+    monkeypatch.setattr(adapt_, "find_spec", lambda name: None)
+    done = CliRunner().invoke(cli, ["demo", "--out", str(tmp_path / "d")])
+    assert done.exit_code == 0 and "pip install 'ovita[plot]'" in done.output
+    assert sorted(path.name for path in (tmp_path / "d").iterdir()) == ["1.json", "2.json", "3.json", "scene.json"]
 
 
 def test_a_terminal_without_the_letters_of_a_name_gets_escapes(written, monkeypatch):

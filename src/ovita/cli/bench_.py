@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ovita.cli.common import ISOLATION, waiting
+from ovita.cli.main import GuessingGroup
 from ovita.errors import RequestError
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ EVERY = 5.0
 """Pause between two lines of progress where standard error is no terminal [s]."""
 
 
-@click.group()
+@click.group(cls=GuessingGroup)
 def group() -> None:
     """Measure how often writers follow instructions, on a dataset with checks.
 

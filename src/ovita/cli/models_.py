@@ -7,6 +7,7 @@ from importlib.resources import as_file, files
 
 import click
 
+from ovita.cli.main import GuessingGroup
 from ovita.writers.base import MODEL_VARIABLE
 from ovita.writers.models import catalogue as models
 
@@ -14,7 +15,7 @@ TEST_INSTRUCTION = "Go left by 0.15 and move at half the speed near the cup"
 """What `ovita models test` asks of a model, on the shipped table-top scene."""
 
 
-@click.group()
+@click.group(cls=GuessingGroup)
 def group() -> None:
     """Small language models that run on this machine, as writers: --writer llamacpp:NAME."""
 

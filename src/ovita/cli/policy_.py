@@ -10,6 +10,7 @@ from typing import Any
 import click
 
 from ovita.cli.common import literal, plain
+from ovita.cli.main import GuessingGroup
 from ovita.errors import IsolationUnavailable, PolicyError
 from ovita.io import Task, atomic_write, load_task
 from ovita.io.files import read_text
@@ -21,7 +22,7 @@ from ovita.toolkit import judge
 EXIT_POLICY = 3
 
 
-@click.group()
+@click.group(cls=GuessingGroup)
 def group() -> None:
     """Check policy files, run them in the sandbox, or list what they may call.
 
