@@ -104,6 +104,7 @@ def test_questions_come_before_reasons_to_decline(rules, learned, outcome):
         ("raise waypoint 5 and waypoint 10 by 3 cm", "move up=3cm @range=5-10", "two waypoints"),
         ("maximum 0.3 m/s near the cup", "pace set to=0.3m/s @near=cup", "limit"),
         ("go left by 10 cm and up 5 cm", "move left=10cm up", "'5 cm'"),
+        ("go left by 10 cm and frobnicate the gizmo", "move left=10cm", "'frobnicate"),
         ("come closer to the cup, to 10 cm", "closer cup by=10cm", "'to 10 cm'"),
         ("go left and slow down near the box", "move left; pace slower", "'box'"),
     ],

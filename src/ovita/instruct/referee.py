@@ -201,7 +201,8 @@ def judged(
     if rules is not None and rules.improper and not rules.unread:
         return Understanding("decline", rules, "rules", confidence=1.0, **known)
     if not candidates or all(chunk.kind in UNKNOWN | {"OBJ"} for chunk in said):
-        return _unread(rules, learned, known)
+        guessed = all(chunk.kind in UNKNOWN for chunk in said)
+        return _unread(rules, None if guessed else learned, known)
     agreed = _agree(rules, learned)
     if agreed:
         candidates = candidates[:1]
@@ -494,6 +495,19 @@ def _thing_moved(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.S
     return ""
 
 
+def _wish_left(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.SemanticFrame, ...]) -> str:
+    """A wish after an "and" of which no word is known: "and frobnicate it"."""
+    opened, words = False, list[Chunk]()
+    for chunk in (*said, Chunk("dot", "", (0, 0))):
+        if chunk.kind not in ("and", "dot", "comma"):
+            words.append(chunk)
+            continue
+        if opened and any(c.kind == "unknown" for c in words) and all(c.kind in UNKNOWN | {"OBJ"} for c in words):
+            return f"{' '.join(c.text for c in words)!r} has no place in it."
+        opened, words = chunk.kind == "and", []
+    return ""
+
+
 TURNING = frozenset("rotate turn tilt spin flip open close point".split())
 HANDLING = TURNING | frozenset(
     "move shift push pull put place bring take carry lift raise lower drop throw grab pick paint clean fill".split()
@@ -514,9 +528,10 @@ CHECKS = (
     _once_near,
     _anywhere,
     _thing_moved,
+    _wish_left,
 )
 
-NEVER = (_conditional, _thing_moved)
+NEVER = (_conditional, _thing_moved, _wish_left)
 """What is never done at once, however likely its reading is."""
 
 
