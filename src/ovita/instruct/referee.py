@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from functools import cache
+from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any, Literal
 
 from ovita.errors import OvitaError
@@ -352,8 +352,13 @@ def contradictions(
 ) -> tuple[str, ...]:
     """What the words say and a reading does not account for, or says otherwise, as sentences for people."""
     frames = tuple(frames)
-    kinds = frozenset(chunk.kind for chunk in said) | frozenset(chunk.kind for chunk in turned(said))
+    kinds = frozenset(chunk.kind for chunk in said) | frozenset(chunk.kind for chunk in _flipped(tuple(said)))
     return tuple(text for check in checks or CHECKS if (text := check(said, kinds, frames)))
+
+
+@lru_cache(maxsize=16)
+def _flipped(said: tuple[Chunk, ...]) -> tuple[Chunk, ...]:
+    return tuple(turned(said))
 
 
 def _turned(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.SemanticFrame, ...]) -> str:
@@ -369,7 +374,7 @@ def _turned(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.Semant
 def _negated(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.SemanticFrame, ...]) -> str:
     """A "not" that no frame comes from."""
     held = {sense for frame in frames for sense in _senses(frame)}
-    if any(OPPOSED.get(sense, set()) & {chunk.kind for chunk in turned(said)} for sense in held):
+    if any(OPPOSED.get(sense, set()) & {chunk.kind for chunk in _flipped(tuple(said))} for sense in held):
         return ""
     if "never" in kinds and not any(_limits(frame, kinds) for frame in frames):
         return f"{_said(said, frozenset(['never']))} turns round what it belongs to."

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cache
+from functools import cache, lru_cache
 
 from ovita.instruct.lexicon import (
     CONNECTIVES,
@@ -52,8 +52,12 @@ def _is_known(word: str, named: set[str], catalog: Catalog) -> bool:
 
 def _corrected(word: str, named: set[str]) -> str:
     names = [n for n in sorted(named) if close(word, n) or (len(n) == len(word) + 1 and n.startswith(word))]
-    if len(names) == 1:
-        return names[0]
+    return names[0] if len(names) == 1 else _known_for(word)
+
+
+@lru_cache(maxsize=4096)
+def _known_for(word: str) -> str:
+    """The word of the word files that a word is a slip of, else the word."""
     single = _unswapped(word) if len(word) < SHORTEST and word[-1] != word[-2] else _undoubled(word)
     if single != word or len(word) < SHORTEST:
         return single
