@@ -83,3 +83,8 @@ def test_what_is_no_part_is_refused(document):
 def test_an_unknown_object_is_named():
     with pytest.raises(UnknownObject, match="dragon"):
         part.near("dragon", 1).mask(LINE, SCENE)
+
+
+def test_every_part_of_a_waypoint_is_refused():
+    with pytest.raises(ValueError, match=r"every 0\.5 waypoints is no part"):
+        PathPart("every", amount=0.5).mask(LINE, SCENE)

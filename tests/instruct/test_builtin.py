@@ -4,6 +4,7 @@ import ast
 
 import numpy as np
 import pytest
+from unusual_requests import UNUSUAL
 
 from ovita.instruct.frames import same
 from ovita.instruct.notation import parse, show
@@ -184,43 +185,6 @@ def test_misspelt_words_are_read_and_said():
     found = understand("go slighlty upwrads and acelerate near the cup", SCENE).reading
     assert same(found.frames, parse("move up deg=slight; pace faster @near=cup", SCENE.names))
     assert found.unread == () and len(found.notes) == 3
-
-
-UNUSUAL = [
-    "do a barrel roll",
-    "go closer to the vase",
-    "move left unless it rains",
-    "paint the cup blue",
-    "xyzzy",
-    "slow down within 0.3 m",
-    "go left by 0.1 and keep at least a distance of 0.3",
-    "push the cup to the left",
-    "rotate the cup by 30 degrees",
-    "close the fan",
-    "point the gripper down",
-    "turn the gripper by 20 degrees",
-    "go back to the original path",
-    "stay as far from the fan as from the cup",
-    "make the path half as long",
-    "avoid the left side",
-    "don't go left",
-    "make a figure eight around the cup and the fan",
-    "approach the cup from the left",
-    "go left and end there",
-    "stop slowing down",
-    "go around the fan",
-    "don't slow down",
-    "go from 0.1 to 0.5 m/s",
-    "tilt it slightly",
-    "follow the path until the cup and then go straight to the fan",
-    "reverse the second half",
-    "add some noise",
-    "use a trapezoidal speed profile",
-    "accelerate exponentially",
-    "double the speed but halve it near the cup",
-    "go left and frobnicate the gizmo",
-    "go left, moonwalk",
-]
 
 
 @pytest.mark.parametrize("sentence", UNUSUAL)

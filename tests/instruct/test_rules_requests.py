@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from unusual_requests import UNUSUAL
 
 from ovita.instruct.chunks import chunks
 from ovita.instruct.frames import same
@@ -65,30 +66,8 @@ def test_a_request_is_read_whole(sentence, notation):
 
 
 OPEN = [
-    "do a barrel roll",
-    "go closer to the vase",
-    "move left unless it rains",
-    "paint the cup blue",
-    "xyzzy",
-    "slow down within 0.3 m",
-    "push the cup to the left",
+    *UNUSUAL,
     "lift the cup by 5 cm",
-    "rotate the cup by 30 degrees",
-    "close the fan",
-    "point the gripper down",
-    "turn the gripper by 20 degrees",
-    "go back to the original path",
-    "stay as far from the fan as from the cup",
-    "make the path half as long",
-    "avoid the left side",
-    "don't go left",
-    "make a figure eight around the cup and the fan",
-    "approach the cup from the left",
-    "go left and end there",
-    "stop slowing down",
-    "go around the fan",
-    "don't slow down",
-    "go left by 0.1 and keep at least a distance of 0.3",
     "keep 5 cm more distance from the cup than from the fan",
     "avoid the fan unless it is off",
 ]

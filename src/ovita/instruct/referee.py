@@ -212,14 +212,20 @@ def judged(
     confidence, best, reading = rated[0] if over else max(rated, key=lambda one: one[0])
     by: By = "both" if agreed else best
     left = [word for one in (rules, learned) if one is not None and (agreed or one is reading) for word in one.unread]
-    doubts, never = contradictions(said, _frames(reading)), contradictions(said, _frames(reading), NEVER)
-    ignored = rules.aside if rules is not None and by == "learned" else ()
-    against = never or ((left or ignored) and len(said) <= CURT) or (doubts and len(said) <= DOUBTED)
     differ = whole and by == "learned"
     enough = DO if not whole or differ else WHOLE_READ if _reads(learned) and not over else UNOPPOSED
-    sure = confidence >= enough and not (against or differ)
+    left += rules.aside if rules is not None and by == "learned" and len(said) <= CURT else ()
+    sure = confidence >= enough and not (differ or _shown_first(said, reading, left))
     outcome: Outcome = "do" if sure else "needs_confirmation" if confidence >= SHOW else "decline"
+    doubts = contradictions(said, _frames(reading))
     return Understanding(outcome, reading, by, tuple(dict.fromkeys(left)), doubts, confidence, **known)
+
+
+def _shown_first(said: Sequence[Chunk], reading: F.Reading, left: Sequence[str]) -> bool:
+    """Whether a reading is never done at once: for what it holds, or what it leaves out of a short utterance."""
+    if contradictions(said, _frames(reading), NEVER) or (left and len(said) <= CURT):
+        return True
+    return len(said) <= DOUBTED and bool(contradictions(said, _frames(reading)))
 
 
 def _gives_way(said: Sequence[Chunk], learned: F.Reading, rules: F.Reading | None) -> bool:

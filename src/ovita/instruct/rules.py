@@ -17,9 +17,10 @@ import numpy as np
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import DOING, Chunk, chunks
 from ovita.instruct.constituents import NEARBY, QUANTITIES, constituents
-from ovita.instruct.fillers import CONTENT, FREE, MILD, REST, THERE, Constituents, held_along, parts
+from ovita.instruct.fillers import CONTENT, FREE, MILD, Constituents, held_along, parts
 from ovita.instruct.table import ROWS, Match, match
-from ovita.paths.part import WHOLE, PathPart, outside
+from ovita.instruct.together import THEN, added, afterwards, improper, of_the_end, placed, settled, shared, within
+from ovita.paths.part import WHOLE, PathPart
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array
 
@@ -182,10 +183,10 @@ def _cut(pieces: Sequence[Stretch]) -> list[Said]:
                 continue
             items = tuple(c for p in span for c in p.items)
             said = _clause(items, span)
-            placed = sum(any(c.kind in PLACING or c.kind == "turns" for c in p.items) for p in span)
+            places = sum(any(c.kind in PLACING or c.kind == "turns" for c in p.items) for p in span)
             asks = not {c.kind for c in span[0].items} <= PLACING | FREE
             alone = len(span) > 1 and all(_complete(_clause(p.items, [p])) for p in span)
-            joint = sum(0.4 + 1.2 * (p.first in VERBS and asks) for p in span[1:]) + 1.2 * (placed > 1 or alone)
+            joint = sum(0.4 + 1.2 * (p.first in VERBS and asks) for p in span[1:]) + 1.2 * (places > 1 or alone)
             options.append((best[begin][0] + said.cost + joint, [*best[begin][1], said]))
         best.append(min(options, key=lambda option: option[0]))
     return best[-1][1]
@@ -329,17 +330,17 @@ def _reading(said: Sequence[Said], notes: tuple[str, ...], earlier: Sequence[F.S
             unread += [c.text for c in clause.items]
             continue
         if clause.opening == "and" and (_leads(before) or "them" in clause.words):
-            frame = _shared(made, frame)
+            frame = shared(made, frame)
         if clause.opening == "and" and "it" in clause.words and made:
-            frame = _of_the_end(made[-1], frame)
+            frame = of_the_end(made[-1], frame)
         if before is not None and made and not frame.part and not clause.words.isdisjoint(THEN):
-            frame = _afterwards(made[-1], frame)
+            frame = afterwards(made[-1], frame)
         before = clause
-        made = _added(made, _placed([*earlier, *made], frame))
-    frames = tuple(_within(frame, radius) for frame in _settled(made))
+        made = added(made, placed([*earlier, *made], frame))
+    frames = tuple(within(frame, radius) for frame in settled(made))
     return F.Reading(
         frames, unread=tuple(unread), aside=tuple(aside), question=question, asked=asked, notes=notes,
-        improper=_improper(frames),
+        improper=improper(frames),
     )  # fmt: skip
 
 
@@ -435,176 +436,3 @@ def _axis(items: Sequence[Chunk]) -> str:
             if item.kind in words or (item.kind == "sideways" and not set(words).isdisjoint(item.text.lower().split())):
                 return axis
     return "left"
-
-
-def _added(made: list[F.SemanticFrame], frame: F.SemanticFrame) -> list[F.SemanticFrame]:
-    """The frames with one more; two shifts of the same part are one."""
-    last = made[-1] if made else None
-    if (
-        isinstance(last, F.Hop | F.Hover | F.Visit)
-        and last.by is None
-        and getattr(last, "relation", "over") in ("over", "under")
-    ):
-        by = frame.by if isinstance(frame, F.Approach) else frame.distance if isinstance(frame, F.Clearance) else None
-        if by is not None and frame.named == last.named:
-            return [*made[:-1], replace(last, by=replace(by, role="by"), words=last.words + frame.words)]
-    if (
-        isinstance(last, F.Shift | F.MoveEnd)
-        and isinstance(frame, F.Shift | F.MoveEnd)
-        and last.offset
-        and last == replace(frame, offset=last.offset)
-    ):
-        taken = {direction: q for direction, q in last.offset if q is not None or direction not in dict(frame.offset)}
-        if not any(direction in taken for direction, _ in frame.offset):
-            return [*made[:-1], replace(last, offset=(*taken.items(), *frame.offset), words=last.words + frame.words)]
-    return [*made, frame]
-
-
-def _of_the_end(last: F.SemanticFrame, frame: F.SemanticFrame) -> F.SemanticFrame:
-    """A shift of what was shifted just before: "raise the start by 4 cm and shift it left"."""
-    if isinstance(last, F.MoveEnd) and isinstance(frame, F.Shift) and last.offset and not (last.relation or frame.part):
-        return F.MoveEnd(end=last.end, offset=frame.offset, degree=frame.degree, words=frame.words)
-    return frame
-
-
-THEN = frozenset("then after afterwards thereafter that afterward next onwards".split())
-"""Words of a clause that goes on from where the one before it waits."""
-
-
-def _afterwards(last: F.SemanticFrame, frame: F.SemanticFrame) -> F.SemanticFrame:
-    """After a wait at an object, what comes then begins there."""
-    if last.part.kind == "before" and isinstance(frame, (F.Pace, F.Shift)):
-        return replace(frame, part=replace(last.part, kind="after"))  # "faster until the cup, then slower"
-    at = (
-        getattr(last, "place", "")
-        if isinstance(last, F.Wait)
-        else (*getattr(last, "objects", ()), "")[0]
-        if isinstance(last, F.Hover)
-        else ""
-    )
-    if not isinstance(frame, (F.Pace, F.Shift)) or not isinstance(at, str) or at in ("", *F.SPOTS):
-        return frame
-    return replace(frame, part=PathPart("after", (at,)))
-
-
-def _shared(made: Sequence[F.SemanticFrame], frame: F.SemanticFrame) -> F.SemanticFrame:
-    """A frame with the part that opened the sentence: "points 5 to 15 higher and slower"."""
-    last = made[-1] if made else None
-    if last is None or frame.part or not last.part or not isinstance(frame, (F.Pace, F.Shift)):
-        return frame
-    return replace(frame, part=last.part)
-
-
-def _placed(made: Sequence[F.SemanticFrame], frame: F.SemanticFrame) -> F.SemanticFrame:
-    """A frame whose "there" and "the rest" are what the sentence had said."""
-    if frame.part == THERE:
-        return replace(frame, part=_there(made))
-    if frame.part == REST:
-        return replace(frame, part=_rest(made, paced=isinstance(frame, F.Pace)))
-    if frame.part.kind == "both":
-        inner = tuple(p for p in frame.part.parts if p not in (THERE, REST))
-        return replace(frame, part=inner[0] if len(inner) == 1 else replace(frame.part, parts=inner))
-    return frame
-
-
-def _there(made: Sequence[F.SemanticFrame]) -> PathPart:
-    for frame in reversed(made):
-        if isinstance(frame, F.MoveEnd):
-            return PathPart("first" if frame.end == "start" else "last")
-        if frame.part:
-            return frame.part
-        place = getattr(frame, "place", "")
-        if place in ("start", "goal"):
-            return PathPart("first" if place == "start" else "last", unit="share")
-        if isinstance(frame, F.MoveEnd):
-            return PathPart("first" if frame.end == "start" else "last", unit="share")
-        if isinstance(frame, F.Visit) and frame.relation == "between":
-            return PathPart("between", frame.objects[:2])
-        if frame.named:
-            return PathPart("near", (frame.named[0],))
-    return WHOLE
-
-
-def _rest(made: Sequence[F.SemanticFrame], paced: bool) -> PathPart:
-    """What is left over of the path; of one whose start keeps its speed, what comes after its first part."""
-    for frame in reversed(made):
-        if isinstance(frame, F.Keep) and frame.what in ("start", "goal") and paced:
-            return outside(PathPart("first" if frame.what == "start" else "last"))
-        if isinstance(frame, F.Keep) and frame.what in ("start", "goal", "ends"):
-            return WHOLE
-        if frame.part:
-            return outside(frame.part)
-    return WHOLE
-
-
-def _within(frame: F.SemanticFrame, radius: float | None) -> F.SemanticFrame:
-    """A frame near an object within the distance that the utterance says counts as near."""
-    near = radius is not None and frame.part.kind == "near" and frame.part.amount is None
-    return replace(frame, part=replace(frame.part, amount=radius)) if near else frame
-
-
-def _settled(made: Sequence[F.SemanticFrame]) -> list[F.SemanticFrame]:
-    """Without frames that another one says in full; a speed that alone is to stay is to be constant."""
-    if len(made) == 1 and isinstance(made[0], F.Keep) and made[0].what == "speed":
-        return [F.Pace(change="constant", part=made[0].part, words=made[0].words)]  # to ask for nothing else
-    once = [f for f, after in zip(made, [*made[1:], None], strict=False) if not _repeated(f, after)]
-    once = list(dict.fromkeys(once))
-    return [f for f in once if not any(f is not other and _covers(other, f) for other in once)]
-
-
-def _repeated(frame: F.SemanticFrame, after: F.SemanticFrame | None) -> bool:
-    """Whether the next frame says the same way again and how far: "lower, six centimetres lower by the cup"."""
-    if not (isinstance(frame, F.Shift) and isinstance(after, F.Shift)) or frame.part or frame.degree:
-        return False
-    ways = [[way for way, _ in one.offset] for one in (frame, after)]
-    return ways[0] == ways[1] and not frame.quantities and bool(after.quantities or after.part)
-
-
-def _covers(full: F.SemanticFrame, bare: F.SemanticFrame) -> bool:
-    """Whether a frame says all that another says, and more: "smooth it, a bit smoother near the end"."""
-    if type(full) is not type(bare) or (full.part != bare.part and not isinstance(bare, F.Smooth | F.Figure)):
-        return False
-    slots = [(getattr(bare, s.name), getattr(full, s.name), s.default) for s in fields(bare) if s.compare]
-    return full != bare and all(one in (other, default) for one, other, default in slots)
-
-
-def _improper(frames: Sequence[F.SemanticFrame]) -> str:
-    """What the frames contradict each other about, or ""."""
-    seen: dict[object, tuple[float, float]] = {}
-    for key, low, high in (bound for frame in frames for bound in _claims(frame)):
-        before = seen.get(key, (-INFINITE, INFINITE))
-        seen[key] = max(before[0], low), min(before[1], high)
-        if seen[key][0] > seen[key][1]:
-            return "That asks for two things that exclude each other."
-    return ""
-
-
-INFINITE = float("inf")
-ALONG = {"up": ("z", 1), "down": ("z", -1), "left": ("y", 1), "right": ("y", -1), "front": ("x", 1), "back": ("x", -1)}
-
-
-def _claims(frame: F.SemanticFrame) -> list[tuple[object, float, float]]:
-    """What a frame is about, with the least and the greatest value that it leaves."""
-    match frame:
-        case F.Shift(offset=offset):
-            signs = [ALONG[direction] for direction, _ in offset if direction in ALONG]
-            return [((axis, frame.part), *_sign(sign)) for axis, sign in signs]
-        case F.Pace(change="faster" | "slower" as change, amount=None):
-            return [(("pace", frame.part), *_sign(1 if change == "faster" else -1))]
-        case F.Pace(change="cap" | "floor", amount=F.Quantity() as q):
-            return [(("speed", frame.part), *_limits(q))]
-        case F.Approach(sense=sense, objects=objects):
-            return [(("near", name), *_sign(1 if sense == "closer" else -1)) for name in objects]
-        case F.Clearance(objects=objects, distance=q):
-            return [(("clearance", name), *_limits(q)) for name in objects]
-        case F.Height(level=q):
-            return [(("height", frame.part), *_limits(q))]
-    return []
-
-
-def _sign(sign: int) -> tuple[float, float]:
-    return (1.0, INFINITE) if sign > 0 else (-INFINITE, -1.0)
-
-
-def _limits(q: F.Quantity) -> tuple[float, float]:
-    return (-INFINITE if q.role == "at_most" else q.value), (INFINITE if q.role == "at_least" else q.value)

@@ -335,6 +335,13 @@ def _outside(part: PathPart, trajectory: Trajectory, scene: Scene) -> Mask:
     return np.asarray(distance > BEYOND * inner.amount)
 
 
+def _every(part: PathPart, path: Trajectory, scene: Scene) -> Mask:
+    step = int(part.amount or 1)
+    if step < 1:
+        raise ValueError(f"every {part.amount:g} waypoints is no part of a path; give a whole number of 1 or more")
+    return np.asarray(np.arange(len(path)) % step == 0)
+
+
 _MASKS: Mapping[str, Callable[[PathPart, Trajectory, Scene], Mask]] = {
     "near": _near,
     "first": _end,
@@ -344,7 +351,7 @@ _MASKS: Mapping[str, Callable[[PathPart, Trajectory, Scene], Mask]] = {
     "before": lambda part, path, scene: np.arange(len(path)) <= _nearest(part, path, scene),
     "between": _between,
     "range": _range,
-    "every": lambda part, path, scene: np.arange(len(path)) % int(part.amount or 1) == 0,
+    "every": _every,
     "heading": _heading,
     "beyond": lambda part, path, scene: path.positions @ scene.frame.direction(part.direction) > (part.amount or 0.0),
     "turns": lambda part, path, scene: _smallest(-bends_at(path.positions), part.amount or 0.0),
