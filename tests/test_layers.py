@@ -27,6 +27,7 @@ LAYERS = (
     ("gate", "perceive", "sim"),
     ("sources",),
     ("bench", "studio"),
+    ("study",),
     ("cli",),
     ("__main__",),
 )
