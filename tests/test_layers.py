@@ -27,7 +27,7 @@ LAYERS = (
     ("gate", "perceive", "sim"),
     ("sources",),
     ("bench", "studio"),
-    ("study",),
+    ("augment", "study"),
     ("cli",),
     ("__main__",),
 )
