@@ -62,15 +62,16 @@ def _defaults(records: Sequence[Record]) -> list[Column]:
 
 
 def _bars(axes: Axes, title: str, bars: Sequence[tuple[str, Interval, str]]) -> None:
-    _frame(axes, title)
+    frame(axes, title)
     for i, (_, share, color) in enumerate(bars):
-        _bar(axes, i, share, 0.6, color)
+        bar(axes, i, share, 0.6, color)
         axes.text(i, 0.02, f"{share.successes}/{share.n}", ha="center", va="bottom", fontsize=8, color="white")
     axes.set_xlim(-0.8, max(len(bars), 3) - 0.2)
-    axes.set_xticks(range(len(bars)), [_short(name) for name, _, _ in bars], fontsize=8)
+    axes.set_xticks(range(len(bars)), [short(name) for name, _, _ in bars], fontsize=8)
 
 
-def _bar(axes: Axes, x: float, share: Interval, width: float, color: str) -> None:
+def bar(axes: Axes, x: float, share: Interval, width: float, color: str) -> None:
+    """Draw a share as a bar with its interval; nothing of no samples."""
     if share.n == 0:
         return
     error = [[max(share.rate - share.low, 0.0)], [max(share.high - share.rate, 0.0)]]
@@ -78,22 +79,20 @@ def _bar(axes: Axes, x: float, share: Interval, width: float, color: str) -> Non
 
 
 def _grouped(axes: Axes, title: str, records: Sequence[Record], by: By, color: Mapping[str, str]) -> None:
-    _frame(axes, title)
+    frame(axes, title)
     mine = [line for line in tallies(records, by) if line.condition == "default"]
     groups = list(dict.fromkeys(line.group for line in mine))
     width = 0.8 / max(1, len(color))
     for k, writer in enumerate(color):
         for line in (x for x in mine if x.writer == writer):
-            _bar(
-                axes, groups.index(line.group) + (k - (len(color) - 1) / 2) * width, line.success, width, color[writer]
-            )
-    axes.set_xticks(range(len(groups)), [_short(g) for g in groups], fontsize=7.5, rotation=30, ha="right")
+            bar(axes, groups.index(line.group) + (k - (len(color) - 1) / 2) * width, line.success, width, color[writer])
+    axes.set_xticks(range(len(groups)), [short(g) for g in groups], fontsize=7.5, rotation=30, ha="right")
 
 
 def _feedback(axes: Axes, records: Sequence[Record], color: Mapping[str, str]) -> None:
     from matplotlib.ticker import MaxNLocator
 
-    _frame(axes, "D  success with feedback")
+    frame(axes, "D  success with feedback")
     drawn = False
     for column in _defaults(records):
         shares = rounds(records, column)
@@ -106,31 +105,31 @@ def _feedback(axes: Axes, records: Sequence[Record], color: Mapping[str, str]) -
 
 
 def _ratings(axes: Axes, ratings: Mapping[str, Sequence[float]], color: Mapping[str, str]) -> None:
-    _frame(axes, "E  interpretability (1 to 5)", share=False)
+    frame(axes, "E  interpretability (1 to 5)", share=False)
     axes.set_ylim(1, 5)
     for i, (writer, values) in enumerate(ratings.items()):
         mean = sum(values) / len(values)
         spread = math.sqrt(sum((v - mean) ** 2 for v in values) / max(1, len(values) - 1))
         axes.bar(i, mean - 1, 0.6, bottom=1, color=color.get(writer, COLORS[6]), yerr=spread, capsize=2.5)
-    axes.set_xticks(range(len(ratings)), [_short(name) for name in ratings], fontsize=8)
+    axes.set_xticks(range(len(ratings)), [short(name) for name in ratings], fontsize=8)
     _legend_or(axes, bool(ratings), "no ratings: put ratings.csv\ninto the run's folder", legend=False)
 
 
 def _examples(axes: Axes, found: Sequence[Tally], color: Mapping[str, str]) -> None:
-    _frame(axes, "F  examples: retrieved, the paper's, none")
+    frame(axes, "F  examples: retrieved, the paper's, none")
     by = {(line.writer, line.condition): line for line in found}
     writers = [w for w in color if (w, "default") in by and {(w, "paper examples"), (w, "no examples")} & by.keys()]
     for i, writer in enumerate(writers):
         shades = {"default": color[writer], "paper examples": "#8a8a8a", "no examples": "#cccccc"}
         for place, (condition, shade) in enumerate(shades.items()):
             if (writer, condition) in by:
-                _bar(axes, i + 0.27 * (place - 1), by[writer, condition].success, 0.25, shade)
-    axes.set_xticks(range(len(writers)), [_short(writer) for writer in writers], fontsize=8)
+                bar(axes, i + 0.27 * (place - 1), by[writer, condition].success, 0.25, shade)
+    axes.set_xticks(range(len(writers)), [short(writer) for writer in writers], fontsize=8)
     _legend_or(axes, bool(writers), "not run: --ablate examples\n(needs a model)", legend=False)
 
 
 def _temperature(axes: Axes, found: Sequence[Tally], color: Mapping[str, str]) -> None:
-    _frame(axes, "G  success by temperature")
+    frame(axes, "G  success by temperature")
     drawn = False
     for writer in color:
         points = [
@@ -152,10 +151,11 @@ def _line(axes: Axes, x: Sequence[float], shares: Sequence[Interval], color: str
         [max(s.rate - s.low, 0.0) for s in shares],
         [max(s.high - s.rate, 0.0) for s in shares],
     ]
-    axes.errorbar(list(x), rates, yerr=error, color=color, marker="o", ms=4, lw=1.4, capsize=2.5, label=_short(label))
+    axes.errorbar(list(x), rates, yerr=error, color=color, marker="o", ms=4, lw=1.4, capsize=2.5, label=short(label))
 
 
-def _frame(axes: Axes, title: str, *, share: bool = True) -> None:
+def frame(axes: Axes, title: str, *, share: bool = True) -> None:
+    """Give axes their title and grid, and the range 0 to 1 if they show a share."""
     axes.set_title(title, fontsize=10, loc="left")
     axes.tick_params(labelsize=8)
     axes.grid(axis="y", alpha=0.25)
@@ -172,6 +172,7 @@ def _legend_or(axes: Axes, drawn: bool, otherwise: str, *, legend: bool = True) 
         axes.text(0.5, 0.5, otherwise, transform=axes.transAxes, ha="center", va="center", fontsize=8, color="#666666")
 
 
-def _short(name: str) -> str:
+def short(name: str) -> str:
+    """A name that fits under a bar."""
     # matplotlib would read a pair of dollar signs as mathematics
     return (name if len(name) <= 22 else name[:21] + "…").replace("$", r"\$")

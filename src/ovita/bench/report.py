@@ -149,11 +149,11 @@ def markdown(
     panel: bool,
 ) -> str:
     """The report as Markdown."""
-    parts = [f"# {_cell(title)}", *(f"> {_cell(note)}" for note in notes)]
-    parts += [_pipes(_run_table(manifest, ()))]
+    parts = [f"# {cell(title)}", *(f"> {cell(note)}" for note in notes)]
+    parts += [pipes(_run_table(manifest, ()))]
     for heading, rows in found:
         if rows:
-            parts += [f"## {heading}", _pipes(rows)]
+            parts += [f"## {heading}", pipes(rows)]
     if panel:
         parts += ["## Figures", "![Figures A to G](panel.svg)"]
     parts.append(
@@ -281,13 +281,15 @@ def _span(share: Interval) -> str:
     return f"{share.low:.1%} to {share.high:.1%}"
 
 
-def _pipes(rows: Table) -> str:
-    lines = ["| " + " | ".join(_cell(cell) for cell in row) + " |" for row in rows]
+def pipes(rows: Table) -> str:
+    """Rows as a Markdown table, the first one its heading."""
+    lines = ["| " + " | ".join(map(cell, row)) + " |" for row in rows]
     lines.insert(1, "|" + "---|" * len(rows[0]))
     return "\n".join(lines)
 
 
-def _cell(text: str) -> str:
+def cell(text: str) -> str:
+    """A text that can stand in a Markdown table, where it is no markup."""
     return " ".join(text.split()).replace("|", "\\|").replace("<", "&lt;")
 
 

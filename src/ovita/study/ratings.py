@@ -41,7 +41,7 @@ class Rating:
             "tlx_..." (0..100), "umux_1".."umux_2" (1..7), "sus_1".."sus_10" (1..5), "attention" (1 passed, 0 failed),
             "comment" (a text).
         value: The answer.
-        position: How many items the person saw before it.
+        position: Which page of this person it was, from 1.
         seconds: Time to the answer [s].
         when: Date and time, ISO 8601.
         pilot: Whether it is a trial of the study and no data.

@@ -1,0 +1,282 @@
+"""Statistics of a study: tests on people's means, agreement, preferences, questionnaires and the number of people.
+
+Wilson's interval, Wilcoxon's signed-rank test with the matched-pairs rank-biserial correlation, and Holm's correction
+are in `ovita.bench.tables`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from scipy.optimize import minimize
+from scipy.stats import bootstrap, friedmanchisquare, mannwhitneyu, norm
+
+from ovita.paths.trajectory import Array
+
+RESAMPLES = 2000
+"""Of a bootstrap interval."""
+
+Level = Literal["nominal", "ordinal", "interval"]
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A figure with its interval, and the number of people or items that it rests on."""
+
+    value: float
+    low: float
+    high: float
+    n: int
+
+
+@dataclass(frozen=True)
+class Friedman:
+    """Friedman's test of k conditions on n people: chi-squared with its p value, and Kendall's W, 0..1."""
+
+    chi2: float
+    p: float
+    w: float
+    n: int
+    k: int
+
+
+@dataclass(frozen=True)
+class RankSum:
+    """The Mann-Whitney test of two groups; the effect is the rank-biserial correlation, > 0 if b is higher."""
+
+    n_a: int
+    n_b: int
+    p: float
+    effect: float
+
+
+@dataclass(frozen=True)
+class Strengths:
+    """A Bradley-Terry model of preferences with Davidson's ties.
+
+    i is preferred to j with probability worth_i / D, none with tie * sqrt(worth_i * worth_j) / D, where D is the sum
+    of worth_i, worth_j and that last numerator.
+
+    Args:
+        names: The conditions.
+        worth: Of each, all adding up to 1.
+        tie: Weight of "no difference"; 0 where nobody said so.
+        n: Comparisons.
+    """
+
+    names: tuple[str, ...]
+    worth: tuple[float, ...]
+    tie: float
+    n: int
+
+    def preferred(self, a: str, b: str) -> float:
+        """The chance that a is preferred to b by someone who prefers one."""
+        first, second = (self.worth[self.names.index(name)] for name in (a, b))
+        return first / (first + second)
+
+
+def mean_of_people(values: Sequence[float], *, level: float = 0.95, seed: int = 0) -> Estimate:
+    """The mean over people, one value each, with the bias-corrected bootstrap interval [Efron1987].
+
+    The interval is (-inf, inf) for fewer than two people.
+    """
+    sample = np.asarray(values, dtype=float)
+    if len(sample) < 2:
+        return Estimate(float(sample[0]) if len(sample) else math.nan, -math.inf, math.inf, len(sample))
+    mean = float(sample.mean())
+    if np.ptp(sample) == 0.0:
+        return Estimate(mean, mean, mean, len(sample))
+    rng = np.random.default_rng(seed)
+    drawn = bootstrap((sample,), np.mean, confidence_level=level, n_resamples=RESAMPLES, method="BCa", random_state=rng)
+    return Estimate(mean, float(drawn.confidence_interval.low), float(drawn.confidence_interval.high), len(sample))
+
+
+def friedman(table: Sequence[Sequence[float]]) -> Friedman:
+    """Friedman's test on rows of people and columns of conditions, at least three [Friedman1937], corrected for ties.
+
+    Raises:
+        ValueError: If there are fewer than three conditions or no people.
+    """
+    values = np.asarray(table, dtype=float)
+    if values.ndim != 2 or values.shape[1] < 3 or not len(values):
+        raise ValueError("Friedman's test needs people with three or more conditions each")
+    n, k = values.shape
+    if not np.ptp(values, axis=1).any():
+        return Friedman(0.0, 1.0, 0.0, n, k)
+    chi2, p = friedmanchisquare(*values.T)
+    return Friedman(float(chi2), float(p), float(chi2) / (n * (k - 1)), n, k)
+
+
+def rank_sum(a: Sequence[float], b: Sequence[float]) -> RankSum:
+    """The Mann-Whitney test of two groups of people, one value each, two-sided [MannWhitney1947]."""
+    if not len(a) or not len(b):
+        return RankSum(len(a), len(b), 1.0, 0.0)
+    found = mannwhitneyu(b, a, alternative="two-sided")
+    return RankSum(len(a), len(b), float(found.pvalue), 2.0 * float(found.statistic) / (len(a) * len(b)) - 1.0)
+
+
+def krippendorff(units: Sequence[Sequence[float]], level: Level = "ordinal") -> float:
+    """Krippendorff's alpha of the values that each unit was given [Krippendorff2011].
+
+    1 is perfect agreement, 0 what chance would give. Units with fewer than two values do not count; NaN where
+    nothing can be compared or all values are the same.
+    """
+    pairable = [np.asarray(unit, dtype=float) for unit in units if len(unit) >= 2]
+    if not pairable:
+        return math.nan
+    values = np.unique(np.concatenate(pairable))
+    counts = np.array([[np.sum(unit == v) for v in values] for unit in pairable], dtype=float)
+    weighed = counts / (counts.sum(axis=1, keepdims=True) - 1.0)
+    together = counts.T @ weighed - np.diag(weighed.sum(axis=0))
+    marginal = together.sum(axis=0)
+    distance = _METRICS[level](values, marginal)
+    expected = float((np.outer(marginal, marginal) * distance).sum()) / (marginal.sum() - 1.0)
+    return 1.0 - float((together * distance).sum()) / expected if expected > 0 else math.nan
+
+
+def agreement(units: Sequence[Sequence[float]], *, resamples: int = 500, seed: int = 0) -> Estimate:
+    """Krippendorff's ordinal alpha with its 95 % bootstrap interval over the units."""
+    pairable = [unit for unit in units if len(unit) >= 2]
+    rng = np.random.default_rng(seed)
+    draws = [
+        krippendorff([pairable[i] for i in rng.integers(0, len(pairable), len(pairable))])
+        for _ in range(resamples if len(pairable) > 1 else 0)
+    ]
+    found = np.array([draw for draw in draws if not math.isnan(draw)])
+    low, high = np.quantile(found, (0.025, 0.975)) if len(found) else (math.nan, math.nan)
+    return Estimate(krippendorff(pairable), float(low), float(high), len(pairable))
+
+
+def bradley_terry(names: Sequence[str], wins: Array, ties: Array | None = None, *, pseudo: float = 0.0) -> Strengths:
+    """Fit preferences by maximum likelihood [BradleyTerry1952], with ties as in [Davidson1970].
+
+    Args:
+        names: The k conditions.
+        wins: (k, k) how often the one of the row was preferred to the one of the column.
+        ties: (k, k), symmetric, how often none was.
+        pseudo: Wins and losses of each against an imaginary average condition, which keep the worth finite where one
+            always wins; 0 for the likelihood alone, which then has no maximum.
+    """
+    won = np.asarray(wins, dtype=float)
+    tied = np.zeros_like(won) if ties is None else np.asarray(ties, dtype=float)
+    played = won + won.T + tied
+    with_ties = bool(tied.any())
+
+    def loss(x: Array) -> tuple[float, Array]:
+        theta, nu = x[: len(won)], math.exp(x[-1]) if with_ties else 0.0
+        worth = np.exp(theta)
+        even = nu * np.sqrt(np.outer(worth, worth))
+        total = worth[:, None] + worth[None, :] + even
+        gradient = won.sum(1) + tied.sum(1) / 2 - (played * (worth[:, None] + even / 2) / total).sum(1)
+        value = float(won.sum(1) @ theta + tied.sum(1) @ theta / 2 - (played * np.log(total)).sum() / 2)
+        value += pseudo * float((theta - 2 * np.log1p(worth)).sum())
+        gradient += pseudo * (1 - 2 * worth / (1 + worth))
+        value -= 0.5 * float(theta.mean()) ** 2  # the likelihood does not tell the mean
+        gradient -= theta.mean() / len(theta)
+        if with_ties:
+            value += float(tied.sum()) / 2 * x[-1]
+            gradient = np.append(gradient, (tied - played * even / total).sum() / 2)
+        return -value, -gradient
+
+    best = minimize(loss, np.zeros(len(won) + with_ties), jac=True, method="BFGS", options={"gtol": 1e-8}).x
+    worth = np.exp(best[: len(won)] - best[: len(won)].max())
+    share = worth / worth.sum()
+    tie = math.exp(best[-1]) if with_ties else 0.0
+    return Strengths(tuple(names), tuple(map(float, share)), tie, round(float(played.sum()) / 2))
+
+
+def sus(answers: Sequence[float]) -> float:
+    """The System Usability Scale, 0..100, of ten answers 1..5 in the questionnaire's order [Brooke1996]."""
+    if len(answers) != 10:
+        raise ValueError(f"SUS has ten answers, not {len(answers)}")
+    return 2.5 * sum(x - 1 if i % 2 == 0 else 5 - x for i, x in enumerate(answers))
+
+
+def umux_lite(answers: Sequence[float]) -> float:
+    """UMUX-Lite, 0..100, of two answers 1..7 [Lewis2013], without the regression onto SUS."""
+    if len(answers) != 2:
+        raise ValueError(f"UMUX-Lite has two answers, not {len(answers)}")
+    return (sum(answers) - 2) * 100 / 12
+
+
+def raw_tlx(scales: Mapping[str, float]) -> float:
+    """The raw task load index, 0..100: the mean of the six NASA-TLX scales, unweighted [Hart2006]."""
+    if len(scales) != 6:
+        raise ValueError(f"NASA-TLX has six scales, not {len(scales)}")
+    return sum(scales.values()) / 6
+
+
+def signed_rank_power(n: int, effect: float, *, alpha: float = 0.05, draws: int = 20_000, seed: int = 0) -> float:
+    """The chance that Wilcoxon's exact signed-rank test on n people finds an effect, two-sided, by simulation.
+
+    Args:
+        n: People.
+        effect: Cohen's dz: mean difference over its standard deviation, differences being normal.
+        alpha: Level of the test.
+        draws: Simulated studies; the chance's standard error is at most 0.5 / sqrt(draws).
+        seed: Of the simulation.
+    """
+    critical = critical_rank_sum(n, alpha)
+    if critical < 0:
+        return 0.0
+    found = 0
+    rng = np.random.default_rng(seed)
+    for size in np.diff(np.linspace(0, draws, draws // 5000 + 2).astype(int)):
+        difference = rng.normal(effect, 1.0, (int(size), n))
+        ranks = np.argsort(np.argsort(np.abs(difference), axis=1), axis=1) + 1
+        positive = np.where(difference > 0, ranks, 0).sum(axis=1)
+        found += int((np.minimum(positive, n * (n + 1) // 2 - positive) <= critical).sum())
+    return found / draws
+
+
+def critical_rank_sum(n: int, alpha: float = 0.05) -> int:
+    """The largest smaller rank sum of n differences that is significant, two-sided; -1 if none is [Wilcoxon1945]."""
+    chance = np.ones(1)
+    for rank in range(1, n + 1):
+        step = np.zeros(rank + 1)
+        step[[0, rank]] = 0.5
+        chance = np.convolve(chance, step)
+    return int(np.searchsorted(np.cumsum(chance), alpha / 2 * (1 + 1e-9), side="right")) - 1
+
+
+def people_needed(effect: float, *, power: float = 0.8, alpha: float = 0.05, most: int = 2000) -> int:
+    """The smallest number of people at which Wilcoxon's signed-rank test finds an effect dz with that chance.
+
+    Raises:
+        ValueError: If it takes more than `most`.
+    """
+    z = float(norm.ppf(1 - alpha / 2) + norm.ppf(power))
+    n = max(5, math.floor((z / effect) ** 2 * math.pi / 3) - 3)  # pi / 3: its efficiency for normal differences
+    while n <= most and signed_rank_power(n, effect, alpha=alpha) < power:
+        n += 1
+    if n > most:
+        raise ValueError(f"an effect of {effect:g} takes more than {most} people")
+    while n > 2 and signed_rank_power(n - 1, effect, alpha=alpha) >= power:
+        n -= 1
+    return n
+
+
+def _nominal(values: Array, marginal: Array) -> Array:
+    return 1.0 - np.eye(len(values))
+
+
+def _ordinal(values: Array, marginal: Array) -> Array:
+    middle = np.cumsum(marginal) - marginal / 2
+    squares: Array = np.subtract.outer(middle, middle) ** 2
+    return squares
+
+
+def _interval(values: Array, marginal: Array) -> Array:
+    squares: Array = np.subtract.outer(values, values) ** 2
+    return squares
+
+
+_METRICS: dict[Level, Callable[[Array, Array], Array]] = {
+    "nominal": _nominal,
+    "ordinal": _ordinal,
+    "interval": _interval,
+}
