@@ -14,6 +14,7 @@ def modules() -> dict[str, ast.Module]:
 
 LAYERS = (
     ("errors", "units", "text"),
+    ("plugins",),
     ("paths",),
     ("toolkit", "limits", "io"),
     ("measure", "policy"),

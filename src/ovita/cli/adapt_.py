@@ -48,6 +48,7 @@ from ovita.io import (
     rendered,
     save_task,
     save_trajectory,
+    writable,
 )
 from ovita.io.files import make_folder
 from ovita.io.waypoints import covariance_rows
@@ -84,7 +85,7 @@ class Outputs:
         """Refuse what cannot be written, or over its source, before anything is, so that no half is left behind."""
         if self.picture:
             check_picture(self.picture)
-        if self.trajectory and os.path.splitext(self.trajectory)[1].lower() not in WRITTEN:
+        if self.trajectory and not writable(self.trajectory):
             raise FormatError(self.trajectory, f"trajectories are written as {', '.join(WRITTEN)}")
         if self.result and not self.result.lower().endswith(".json"):
             problem = "a result is JSON; name a .json file, or use --trajectory for the adapted trajectory alone"

@@ -5,12 +5,16 @@ from __future__ import annotations
 import io
 import os
 import sys
+import warnings
+from collections.abc import Callable
 from difflib import get_close_matches
 from importlib import import_module
+from typing import Any
 
 import click
 
 from ovita.errors import MissingExtra, OvitaError, WriterError
+from ovita.plugins import PluginWarning
 
 EXIT_INPUT, EXIT_WRITER, EXIT_INFEASIBLE = 2, 3, 4
 
@@ -30,6 +34,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "perceive": ("ovita.cli.perceive_:command", "Find the things in pictures with depth; write a scene."),
     "plan": ("ovita.cli.plan_:command", "Plan a trajectory from place to place."),
     "plot": ("ovita.cli.adapt_:plot", "Draw a result or a scene: PNG, SVG, PDF, or an interactive page."),
+    "plugins": ("ovita.cli.plugins_:command", "List what other packages add: writers, robots, formats and more."),
     "policy": ("ovita.cli.policy_:group", "Check or run policy files in the sandbox."),
     "read": ("ovita.cli.read_:command", "Show how a sentence is understood, reader by reader."),
     "send": ("ovita.cli.transfer_:send", "Verify a result once more and send it to a robot."),
@@ -93,6 +98,25 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")  # a terminal may lack the letters of a name
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", PluginWarning)
+        warnings.showwarning = _shown(warnings.showwarning)
+        _run()
+
+
+def _shown(otherwise: Callable[..., None]) -> Callable[..., None]:
+    """How warnings are shown: those that are meant for the user as a sentence, without a place in the code."""
+
+    def show(message: Warning | str, category: type[Warning], *where: Any) -> None:
+        if issubclass(category, PluginWarning):
+            click.echo(f"warning: {message}", err=True)
+        else:
+            otherwise(message, category, *where)
+
+    return show
+
+
+def _run() -> None:
     try:
         cli(standalone_mode=False)
     except click.ClickException as error:

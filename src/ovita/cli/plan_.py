@@ -27,7 +27,9 @@ EXIT_INFEASIBLE = 4
 @click.option("--from", "start", required=True, metavar="PLACE", help="Where to start; see below.")
 @click.option("--to", "goal", required=True, metavar="PLACE", help="Where to end.")
 @click.option("--via", multiple=True, metavar="PLACE", help="What to pass; may be given several times, in order.")
-@click.option("--planner", type=click.Choice(PLANNERS), default="limits", show_default=True, help="How to plan.")
+@click.option(
+    "--planner", default="limits", show_default=True, metavar="NAME", help=f"{', '.join(PLANNERS)}, or of a plug-in."
+)
 @click.option("--robot", default="none", show_default=True, metavar="NAME|FILE", help="Limits, as for ovita adapt.")
 @click.option("--out", "-o", metavar="FILE", help="Write the trajectory in its scene, in any format of ovita convert.")
 @click.option("--waypoints", type=int, default=WAYPOINTS, show_default=True, metavar="N")

@@ -59,11 +59,13 @@ def check_command(files: tuple[str, ...]) -> None:
 @click.option("--markdown", is_flag=True, help="As the page docs/toolkit.md; always with all functions.")
 def catalogue_command(names: tuple[str, ...], as_json: bool, markdown: bool) -> None:
     """List the functions that a policy may call, or describe those named NAME."""
-    from ovita.toolkit.catalogue import CATALOGUE, as_text, describe, page, reference
+    from ovita.toolkit.catalogue import CATALOGUE, as_text, describe, extended, page, reference
     from ovita.writers.examples import use_of
 
     if markdown and (names or as_json):
         raise click.UsageError("--markdown is the whole page; leave out --json and names")
+    if not markdown:
+        extended()
     try:
         entries = reference(names or None)
     except ValueError as error:

@@ -30,7 +30,7 @@ from ovita.cli.common import (
 )
 from ovita.dialogue.session import Session
 from ovita.errors import OvitaError, RequestError
-from ovita.io import WRITTEN, Task, load_bare, load_robot, open_task, save_trajectory
+from ovita.io import WRITTEN, Task, load_bare, load_robot, open_task, save_trajectory, writable
 from ovita.limits import ConstraintOptions
 from ovita.paths.frame import Frame
 from ovita.paths.robot import Robot
@@ -203,7 +203,7 @@ def _save(session: Session, rest: str) -> None:
     path = rest or f"result{session.adaptation.mark if session.adaptation else ''}.json"
     if path.lower().endswith(".json"):
         _last(session).save(path)
-    elif path.lower().endswith(WRITTEN):
+    elif writable(path):
         verdict = session.adaptation.verdict if session.adaptation else ""
         for note in save_trajectory(path, session.current, session.scene, verdict=verdict):
             click.echo(f"note: {plain(note)}")

@@ -6,6 +6,7 @@
 .mcap, .db3, .bag         ROS bags (extra `ros`)
 .plan                     QGroundControl plans
 .waypoints, .wpl, .txt    QGC WPL 110 missions
+others                    by plug-ins (`ovita.plugins`)
 
 Whatever cannot be read or written, here or in a module of this package, is a `FormatError` with the file, the key and
 the index at fault (a `TrajectoryError` or `SceneError` where no file is known), a link that fails is a `LinkError`, and
@@ -20,6 +21,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import ovita.plugins as plugins
 from ovita.errors import FormatError, RequestError
 from ovita.io import json_
 from ovita.io.documents import NONE, VERDICT, Choices, Task, load_robot, scene_dict, scene_from_dict
@@ -60,6 +62,7 @@ __all__ = [
     "trajectory_from_rows",
     "trajectory_rows",
     "with_scene",
+    "writable",
 ]
 
 _MISSIONS = (".waypoints", ".wpl")
@@ -132,9 +135,13 @@ def _load(path: str | os.PathLike[str], choices: Choices) -> Task:
         return bags.load(path, choices)
     examine(path)
     ending, file = suffix(path), file_name(path)
-    if ending not in READ:
+    with errors_of(path):
+        parse = None if ending in READ else _of_a_plugin(ending, "parse")
+    if ending not in READ and parse is None:
         raise _unknown_suffix(path, READ)
     content = read_text(path)
+    if parse is not None:
+        return _parsed(parse, content, file)
     if ending in _PARSED:
         return _PARSED[ending](content, file)
     from ovita.io.missions import looks_like_wpl, parse_plan, parse_wpl
@@ -307,7 +314,13 @@ def rendered(
 
             return missions.dumps(file, trajectory, scene, choices.home, verdict, plan=ending == ".plan")
         if ending not in WRITTEN:
-            raise _unknown_suffix(path, WRITTEN)
+            dumps = _of_a_plugin(ending, "dumps")
+            if dumps is None:
+                raise _unknown_suffix(path, WRITTEN)
+            content = dumps(trajectory, scene)
+            if not isinstance(content, str | bytes):
+                raise FormatError(file, f"the plug-in of {ending} gave a {type(content).__name__}, no text or bytes")
+            return content, ()
         return _table(file, ending, trajectory, scene, (extra or {}).get(START), verdict)
 
 
@@ -327,10 +340,32 @@ def _table(
     return content, notes
 
 
+def writable(path: str | os.PathLike[str]) -> bool:
+    """Whether a trajectory can be written to a file of that ending."""
+    ending = suffix(path)
+    return ending in WRITTEN or _of_a_plugin(ending, "dumps") is not None
+
+
+def _of_a_plugin(ending: str, function: str) -> Callable[..., Any] | None:
+    """What a plug-in reads or writes files of an ending with."""
+    name = ending.removeprefix(".")
+    found = plugins.load("formats", name, RequestError) if name else None
+    return getattr(plugins.Guarded(found, "formats", name), function, None)
+
+
+def _parsed(parse: Callable[[str, str], Any], content: str, file: str) -> Task:
+    with errors_of(file):
+        task = parse(content, file)
+    if not isinstance(task, Task):
+        raise FormatError(file, f"the plug-in of {suffix(file)} gave a {type(task).__name__}, not a Task")
+    return task
+
+
 def _unknown_suffix(path: str | os.PathLike[str], known: tuple[str, ...]) -> FormatError:
     ending = suffix(path)
     if known is WRITTEN and os.fspath(path).endswith(("/", os.sep)):
         return FormatError(file_name(path), "only ovita convert writes a bag as a folder; name a .mcap or .db3 file")
     what = f"the ending {ending}" if ending else "a name without an ending"
     does = "reads" if known is READ else "writes"
-    return FormatError(file_name(path), f"{what} says nothing about the format; ovita {does} {', '.join(known)}")
+    named = (*known, *(f".{name}" for name in plugins.entries("formats")))
+    return FormatError(file_name(path), f"{what} says nothing about the format; ovita {does} {', '.join(named)}")

@@ -11,6 +11,7 @@ import numpy as np
 from ovita.errors import RobotError
 from ovita.paths.scene import DEFAULT_SIZE
 from ovita.paths.trajectory import Array
+from ovita.plugins import blamed, culprit, entries, load
 
 Vector = tuple[float, float, float]
 
@@ -127,7 +128,7 @@ class Robot:
 
     @classmethod
     def preset(cls, name: str) -> Robot:
-        """One of the shipped robots: "drone", "arm", "ground" or "none" (no workspace, no speed limit), or an alias.
+        """A robot by name: "drone", "arm", "ground" or "none" (no workspace, no speed limit), an alias, or a plug-in's.
 
         Workspaces, margins and top speeds of the first three are those of the OVITA release; radius and accelerations
         are those of a Crazyflie 2, a hand flange and a Jackal, with their sources in docs/limits.md.
@@ -135,13 +136,24 @@ class Robot:
         Raises:
             RobotError: For any other name.
         """
-        try:
-            return PRESETS[preset_name(name)]
-        except KeyError:
+        found = PRESETS.get(preset_name(name)) or _of_a_plugin(name)
+        if found is None:
+            known = (*PRESETS, *entries("robots"))
             raise RobotError(
-                f"unknown robot {name!r}; presets are {', '.join(PRESETS)} (or {', '.join(ALIASES)}), "
+                f"unknown robot {name!r}; presets are {', '.join(known)} (or {', '.join(ALIASES)}), "
                 f"or give a .toml or .json file"
-            ) from None
+            )
+        return found
+
+
+def _of_a_plugin(name: str) -> Robot | None:
+    found = load("robots", name, RobotError)
+    if callable(found):
+        with blamed("robots", name, RobotError):
+            found = found()
+    if found is not None and not isinstance(found, Robot):
+        raise RobotError(f"{culprit('robots', name)} is a {type(found).__name__}, not a Robot")
+    return found
 
 
 ALIASES = {"iiwa": "arm", "crazyflie": "drone", "jackal": "ground", "rover": "ground"}

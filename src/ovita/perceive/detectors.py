@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import ovita.plugins as plugins
 from ovita.errors import RequestError
 from ovita.paths.frame import Frame
 from ovita.perceive.assemble import clusters
@@ -50,14 +51,24 @@ def detector_named(
     kind, _, model = finder.partition(":")
     if kind != "vlm" and (base_url or boxes):
         raise RequestError("--base-url and --boxes go with a vlm: detector")
-    if finder != "clusters" and not (kind == "vlm" and model.strip()):
-        raise RequestError(f"unknown detector {name!r}; use {KINDS}")
-    if kind == "vlm":
+    up = Frame(frame) if isinstance(frame, str) else frame
+    if finder == "clusters":
+        return _masked(ClusterDetector(up), masks, name) if masks else None
+    if kind == "vlm" and model.strip():
         from ovita.perceive.vlm import VlmDetector
 
         found: Detector = VlmDetector(model.strip(), base_url=base_url, boxes=boxes)
-        return _masked(found, masks, name) if masks else found
-    return _masked(ClusterDetector(Frame(frame) if isinstance(frame, str) else frame), masks, name) if masks else None
+    else:
+        found = _of_a_plugin(name, kind, model.strip(), up)
+    return _masked(found, masks, name) if masks else found
+
+
+def _of_a_plugin(name: str, kind: str, model: str, frame: Frame) -> Detector:
+    found: Detector | None = plugins.make("detectors", kind, "find", model, frame)
+    if found is None:
+        others = "".join(f", {known}" for known in plugins.entries("detectors"))
+        raise RequestError(f"unknown detector {name!r}; use {KINDS}{others}")
+    return found
 
 
 def _masked(found: Detector, masks: str, name: str) -> Detector:

@@ -13,7 +13,7 @@ import re
 
 from ovita.errors import PolicyRejected
 from ovita.policy.syntax import all_bindings, own_bindings, parse_tree
-from ovita.toolkit import CATALOGUE
+from ovita.toolkit import CATALOGUE, extended
 
 MODULES: frozenset[str] = frozenset(
     """
@@ -162,7 +162,7 @@ SCRIPT_CALLS = ("get_trajectory", "detect_objects")
 """What the script form of the paper calls."""
 
 PROVIDED = frozenset({*CATALOGUE, *SCRIPT_CALLS, "np", "math"})
-"""Names at hand in every policy."""
+"""Names at hand in every policy, besides the operations of plug-ins."""
 
 _LONGEST_HINT = 40
 _INSTEAD = "numpy (as np), math and parts of scipy are at hand"
@@ -243,13 +243,15 @@ class _Check(ast.NodeVisitor):
     def foreign(self, name: str, node: ast.Name) -> None:
         """Refuse a name that is neither bound nor provided, unless a star import may have brought it."""
         inbuilt, why = hasattr(builtins, name) or is_dunder(name), REASONS.get(name, "")
+        if not inbuilt and name in extended():
+            return
         if inbuilt and not why:
             raise _reject(node, f"a policy may not use {name}")
         if self.star and not inbuilt:
             return
         if why:
             raise _reject(node, why if inbuilt and "open files" in why else f"{why} ({name})")
-        known = [n for n in sorted(PROVIDED | BUILTINS | self.bound) if len(n) <= _LONGEST_HINT][:2000]
+        known = [n for n in sorted(PROVIDED | BUILTINS | extended() | self.bound) if len(n) <= _LONGEST_HINT][:2000]
         near = difflib.get_close_matches(name[:_LONGEST_HINT], known, 1, 0.75)
         hint = f"; did you mean {near[0]}?" if near else ""
         raise _reject(node, f"{name} is not defined{hint}")

@@ -22,6 +22,7 @@ from ovita.policy.syntax import all_bindings, entry_of, literal, names_in
 from ovita.policy.wire import MAX_MESSAGE
 from ovita.text import clean_text
 from ovita.toolkit import CATALOGUE, Expectation, Recorder, namespace
+from ovita.toolkit.catalogue import is_shipped
 
 MAX_WAYPOINTS = 5_000
 """Most rows of an array that is handed to the toolkit in this process."""
@@ -127,7 +128,7 @@ def _is_simple(node: ast.AST, bound: set[str]) -> bool:
         case ast.Assign(targets=[ast.Tuple(elts=names)], value=ast.Tuple(elts=values)):
             return len(names) == len(values) and all(isinstance(name, ast.Name) for name in names)
         case ast.Call(func=ast.Name(id=name), keywords=keywords):
-            return name in CATALOGUE or (name in _FUNCTIONS and not keywords)
+            return is_shipped(name) or (name in _FUNCTIONS and not keywords)
         case ast.keyword(arg=name):
             return name is not None
         case ast.Attribute(attr=attribute, ctx=ast.Load()):

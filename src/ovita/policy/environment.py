@@ -26,7 +26,7 @@ from ovita.policy import wire
 from ovita.policy.check import BUILTINS, MODULES, ONLY, SCIPY_PARTS, check, is_dunder, refusal
 from ovita.policy.output import to_rows
 from ovita.policy.syntax import RESULT, EntryPoint, entry_of, parse_tree
-from ovita.toolkit import Recorder, namespace
+from ovita.toolkit import Recorder, extended, namespace
 
 
 class Waypoint(dict[str, float]):
@@ -364,6 +364,7 @@ class Environment:
     def warm_up(self) -> None:
         """Import everything in advance, since nothing can be imported after lockdown."""
         warm_up()
+        extended()
         for name in FRAMES:
             self.toolkit(Frame(name))
         _freeze()

@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
 
+import ovita.plugins as plugins
 from ovita.errors import IsolationUnavailable, PolicyCrashed
 from ovita.policy.wire import (
     END_SIZE,
@@ -250,13 +251,13 @@ def end(process: subprocess.Popen[bytes]) -> None:
 
 
 def _paths() -> Sequence[str]:
-    """Import paths of ovita, numpy and scipy for the worker."""
+    """Import paths of ovita, numpy, scipy and of plug-ins with operations for the worker."""
     found = []
     for package in ("ovita", "numpy", "scipy"):
         spec = find_spec(package)
         if spec is not None and spec.origin:
             found.append(str(Path(spec.origin).parent.parent))
-    return list(dict.fromkeys(found))
+    return list(dict.fromkeys([*found, *plugins.folders("operations")]))
 
 
 def once(head: JobHeader, body: bytes) -> JobEnd:

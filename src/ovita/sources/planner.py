@@ -15,6 +15,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
+import ovita.plugins as plugins
 from ovita.errors import RequestError
 from ovita.io.documents import Task, load_robot
 from ovita.io.documents import plain as as_json
@@ -199,7 +200,7 @@ class Planner(Protocol):
 
 
 def planner_named(name: str) -> Planner:
-    """A planner by its name.
+    """A planner by its name, ovita's own or a plug-in's.
 
     Raises:
         RequestError: If there is no such planner.
@@ -220,7 +221,11 @@ def planner_named(name: str) -> Planner:
         from ovita.sources.joints import JointPlanner
 
         return JointPlanner()
-    raise RequestError(f"there is no planner {name!r}; the planners are {', '.join(PLANNERS)}")
+    found: Planner | None = plugins.make("planners", name, "plan")
+    if found is None:
+        known = (*PLANNERS, *plugins.entries("planners"))
+        raise RequestError(f"there is no planner {name!r}; the planners are {', '.join(known)}")
+    return found
 
 
 def plan(

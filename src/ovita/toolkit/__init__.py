@@ -11,14 +11,14 @@ from typing import Any
 
 # The order of these imports is the order in which a prompt and the page show operations of one group.
 from ovita.toolkit import approach, figures, moves, postconditions, reshape, speed, waypoints  # noqa: F401
-from ovita.toolkit.catalogue import CATALOGUE, Expectation, Recorder, describe, namespace
+from ovita.toolkit.catalogue import CATALOGUE, Expectation, Recorder, describe, extended, namespace
 from ovita.toolkit.judging import Outcome, judge
 
-__all__ = ["CATALOGUE", "Expectation", "Outcome", "Recorder", "describe", "judge", "namespace"]
+__all__ = ["CATALOGUE", "Expectation", "Outcome", "Recorder", "describe", "extended", "judge", "namespace"]
 
 
 def __getattr__(name: str) -> Callable[..., Any]:
-    if name in CATALOGUE:
+    if name in CATALOGUE or (not name.startswith("_") and name in extended()):
         return CATALOGUE[name]
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 

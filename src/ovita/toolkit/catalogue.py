@@ -1,7 +1,7 @@
 """Every operation that a policy may call: registered, bound to a scene's frame, described for prompt and page.
 
 An operation is a function with the decorator `operation`; the sandbox, the allowlist, the prompt and docs/toolkit.md
-know it from here, by its signature and its docstring.
+know it from here, by its signature and its docstring. Those of plug-ins enter once `extended` was called.
 """
 
 from __future__ import annotations
@@ -9,11 +9,14 @@ from __future__ import annotations
 import functools
 import inspect
 import re
+import warnings
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any, TypeVar
 
+import ovita.plugins as plugins
+from ovita.errors import OvitaError
 from ovita.paths.frame import DIRECTIONS, Frame
 from ovita.paths.scene import SceneObject
 from ovita.paths.trajectory import Array
@@ -107,6 +110,35 @@ def operation(group: str, *, core: bool = False) -> Callable[[_Function], _Funct
         return function
 
     return enter
+
+
+@functools.cache
+def extended() -> frozenset[str]:
+    """Enter the operations of plug-ins, once a process, and return their names; a warning names one that fails.
+
+    Promises, whose names begin with "expect_", are left out too, since only ovita's own can be judged.
+    """
+    shipped = set(_registry)
+    for name in plugins.entries("operations"):
+        before = set(_registry)
+        try:
+            plugins.load("operations", name)
+        except OvitaError as problem:
+            _withdraw(set(_registry) - before)
+            warnings.warn(str(problem), plugins.PluginWarning, stacklevel=2)
+    _withdraw({name for name in set(_registry) - shipped if name.startswith("expect_")})
+    return frozenset(name for name in _registry if not is_shipped(name))
+
+
+def _withdraw(names: set[str]) -> None:
+    for name in names:
+        del _registry[name], _group[name]
+    _core.difference_update(names)
+
+
+def is_shipped(name: str) -> bool:
+    """Whether an operation is ovita's own, not that of a plug-in."""
+    return name in _registry and _registry[name].__module__.startswith("ovita.")
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from importlib.util import find_spec
 from threading import Event, Thread
 from typing import TYPE_CHECKING, Literal, Protocol, TypeVar, runtime_checkable
 
+import ovita.plugins as plugins
 from ovita.errors import MissingExtra, RequestError, WriterError, WriterFailure
 from ovita.instruct.frames import SemanticFrame
 from ovita.policy import Policy
@@ -324,10 +325,7 @@ def _one(name: str, base_url: str | None, temperature: float) -> PolicyWriter:
         return BuiltinWriter()
     provider, _, model = name.partition(":")
     if base_url is None and (provider not in PROVIDERS or not model):
-        raise RequestError(
-            f"unknown writer {name!r}; use auto, builtin, llamacpp:FILE.gguf, or PROVIDER:MODEL with provider"
-            f" {', '.join(PROVIDERS[1:])} (or --base-url for an OpenAI-compatible server), with commas for several"
-        )
+        return _of_a_plugin(name, provider, model)
     if base_url is None and provider == "llamacpp":
         from ovita.writers.models.local import LocalWriter
 
@@ -335,6 +333,17 @@ def _one(name: str, base_url: str | None, temperature: float) -> PolicyWriter:
     from ovita.writers.models.chat import LLMWriter
 
     return LLMWriter(name, base_url=base_url, temperature=temperature)
+
+
+def _of_a_plugin(name: str, provider: str, model: str) -> PolicyWriter:
+    found: PolicyWriter | None = plugins.make("writers", provider, "write", model, error=WriterError)
+    if found is None:
+        others = "".join(f", {known}" for known in plugins.entries("writers"))
+        raise RequestError(
+            f"unknown writer {name!r}; use auto, builtin{others}, llamacpp:FILE.gguf, or PROVIDER:MODEL with provider"
+            f" {', '.join(PROVIDERS[1:])} (or --base-url for an OpenAI-compatible server), with commas for several"
+        )
+    return found
 
 
 T = TypeVar("T")

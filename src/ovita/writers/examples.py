@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from ovita.toolkit import CATALOGUE
+from ovita.toolkit import CATALOGUE, extended
 from ovita.writers.retrieval import COVERED, Index, terms
 
 DOC_WEIGHT = 0.6
@@ -132,6 +132,7 @@ def functions_like(
     A function is found by its own description and by the examples that call it, for the whole instruction and for each
     of its clauses; those in `without` are known already.
     """
+    extended()
     index, owners = _wordings()
     worth = dict.fromkeys(CATALOGUE, 0.0)
     for part in dict.fromkeys([instruction, *_CLAUSE.split(instruction)]):

@@ -175,8 +175,9 @@ def ground(
 
 @cache
 def _fixed(mode: ExampleMode, toolkit: bool, whole: bool = False) -> str:
-    from ovita.toolkit.catalogue import core_names, describe
+    from ovita.toolkit.catalogue import core_names, describe, extended
 
+    extended()
     if not toolkit:
         return "\n\n".join([_read("script.md"), *([] if mode == "none" else [_read("script-examples.md")])]) + "\n"
     # Without retrieval nothing says which functions an instruction may need, so all are listed.
