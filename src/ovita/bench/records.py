@@ -167,7 +167,7 @@ class RecordLog:
         except OSError as error:
             raise FormatError(str(path), f"cannot be written: {error.strerror}") from None
         try:
-            _lock(self._lock, str(folder))
+            lock(self._lock, str(folder))
             self.records = {record.key: record for record in read_records(path)}
         except OvitaError:
             self._lock.close()
@@ -275,7 +275,12 @@ def _rating(row: Mapping[str, str | None], file: Path, number: int) -> float:
     return value
 
 
-def _lock(stream: IO[bytes], folder: str) -> None:
+def lock(stream: IO[bytes], folder: str) -> None:
+    """Hold a folder for this process until the stream is closed.
+
+    Raises:
+        RequestError: If another process holds it.
+    """
     try:
         import fcntl
     except ImportError:  # Windows: two runs in one folder are then the user's concern

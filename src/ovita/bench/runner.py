@@ -311,7 +311,7 @@ def _executor(
     local = replaying or all(is_local(cell.writer) for cell in todo)
     if local and plan.jobs > 1 and len(todo) > 2 * plan.jobs:
         context = multiprocessing.get_context("spawn")
-        executor: Executor = ProcessPoolExecutor(plan.jobs, mp_context=context, initializer=_end_with_parent)
+        executor: Executor = ProcessPoolExecutor(plan.jobs, mp_context=context, initializer=end_with_parent)
         return (lambda cell: executor.submit(_run_cell, cell, plan, None, None)), executor
 
     def heat(cell: _Cell) -> float:
@@ -355,7 +355,7 @@ def _asked(cell: _Cell, plan: RunPlan, inner: System | None, limiter: Limiter | 
     return replace(record, writer=cell.writer)
 
 
-def _end_with_parent() -> None:
+def end_with_parent() -> None:
     """End a worker process if its parent was killed, instead of waiting forever."""
     parent = multiprocessing.parent_process()
 

@@ -20,6 +20,7 @@ EXIT_INPUT, EXIT_WRITER, EXIT_INFEASIBLE = 2, 3, 4
 
 COMMANDS: dict[str, tuple[str, str]] = {
     "adapt": ("ovita.cli.adapt_:command", "Adapt a trajectory to an instruction."),
+    "augment": ("ovita.cli.augment_:group", "Make verified pairs of language and motion, at any scale."),
     "bench": ("ovita.cli.bench_:group", "Measure writers over a dataset with machine-checkable outcomes."),
     "chat": ("ovita.cli.sessions_:chat", "Adapt in a conversation: feedback, undo, save."),
     "convert": ("ovita.cli.transfer_:convert", "Convert a trajectory: ROS bags, drone missions, TUM, CSV, JSON."),

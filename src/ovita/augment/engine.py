@@ -1,0 +1,361 @@
+"""Making a dataset: shards in this process, in worker processes or with Ray, resumable, and the same bytes by all.
+
+A shard is a pure function of the job and its number. Workers write the files and then the record of a shard
+(`shards`); the driver only hands out numbers and reads records. So whatever is killed, the same command goes on.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import time
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+import ovita
+from ovita.augment.ground import GroundPool, RandomScenes
+from ovita.augment.shards import JsonLines, ShardFile, ShardRecord, Sink
+from ovita.augment.verified import Made, Manner, make
+from ovita.augment.wording import Wordings, grammar
+from ovita.bench.records import lock
+from ovita.bench.runner import end_with_parent
+from ovita.errors import OvitaError, RequestError
+from ovita.io import atomic_write
+from ovita.io.files import make_folder, read_text
+
+Engine = Literal["processes", "ray"]
+
+JOB, MANIFEST = "job.json", "manifest.json"
+
+SCHEMA = "ovita.augmented/1"
+
+BLOCK = 16
+"""Samples of one scene that follow each other."""
+
+RESTARTS = 3
+"""Workers that were killed are replaced so often in a run."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """What a dataset is made of; it is pickled to the workers.
+
+    Args:
+        n: How many samples are tried; a number whose draws all fail stays empty.
+        manner: How samples are drawn.
+        pool: What they are drawn from.
+        sinks: What writes them.
+        shard: Samples in a shard.
+        block: Samples of one scene that follow each other.
+        wordings: Other words than those of the grammar, or None.
+    """
+
+    n: int
+    manner: Manner
+    pool: GroundPool = field(default_factory=RandomScenes)
+    sinks: tuple[Sink, ...] = (JsonLines(),)
+    shard: int = 1000
+    block: int = BLOCK
+    wordings: Wordings | None = None
+
+    def __post_init__(self) -> None:
+        for name, value in (("n", self.n), ("shard", self.shard), ("block", self.block)):
+            if value < 1:
+                raise RequestError(f"{name} must be 1 or more, not {value}")
+
+    @property
+    def shards(self) -> int:
+        """How many shards there are."""
+        return -(-self.n // self.shard)
+
+    def span(self, shard: int) -> range:
+        """The numbers of the samples of a shard."""
+        return range(shard * self.shard, min((shard + 1) * self.shard, self.n))
+
+    def describe(self) -> dict[str, Any]:
+        """All that decides what is in the dataset, as a JSON document."""
+        words = hashlib.sha256(repr(self.wordings or grammar()).encode()).hexdigest()
+        return {
+            "schema": SCHEMA,
+            "version": ovita.__version__,
+            "n": self.n,
+            **json.loads(json.dumps(asdict(self.manner))),
+            "block": self.block,
+            "shard": self.shard,
+            "formats": [sink.name for sink in self.sinks],
+            "sources": [dict(one) for one in self.pool.describe()],
+            "wordings": words,
+        }
+
+
+@dataclass(frozen=True)
+class MadeShard:
+    """The samples of a shard, and why draws for it were rejected."""
+
+    made: tuple[Made, ...]
+    rejected: Mapping[str, int]
+
+
+def make_shard(job: Job, shard: int, without: frozenset[int] = frozenset()) -> MadeShard:
+    """Make the samples of a shard, but for the numbers in `without`.
+
+    A block of samples of one scene is always made from its first, so that a sample depends on the seed and its number
+    alone wherever a shard begins.
+    """
+    span, wordings = job.span(shard), job.wordings or grammar()
+    found: list[Made] = []
+    rejected: dict[str, int] = {}
+    for block in range(span.start // job.block, (span.stop - 1) // job.block + 1):
+        ground = job.pool.ground(job.manner.seed, block)
+        taken: set[str] = set()
+        for index in range(block * job.block, min((block + 1) * job.block, span.stop)):
+            counts = rejected if index in span else {}
+            made = make(index, ground, job.manner, wordings, taken, counts)
+            if made is not None and index in span and index not in without:
+                found.append(made)
+    if without:
+        rejected["duplicate"] = rejected.get("duplicate", 0) + len(without & set(span))
+    return MadeShard(tuple(found), dict(sorted(rejected.items())))
+
+
+def write_shard(job: Job, folder: Path, shard: int, without: frozenset[int] = frozenset()) -> ShardRecord:
+    """Make a shard, write its files, and then its record."""
+    span, done = job.span(shard), make_shard(job, shard, without)
+    samples = [made.sample for made in done.made]
+    files = tuple(file for sink in job.sinks for file in sink.write(folder, shard, samples))
+    record = ShardRecord(
+        shard,
+        span.start,
+        span.stop,
+        len(samples),
+        files,
+        done.rejected,
+        counted(done.made),
+        tuple((made.sample.index, made.key) for made in done.made) if job.pool.repeats else (),
+    )
+    record.save(folder)
+    return record
+
+
+def counted(made: Iterable[Made]) -> dict[str, dict[str, int]]:
+    """How the samples spread: over families, splits, directions, regions, magnitudes, shifts, scales and verdicts."""
+    counts: dict[str, Counter[str]] = {}
+    for one in made:
+        sample, seen = one.sample, one.sample.measured
+        values = {
+            "family": [sample.family],
+            "split": [sample.split],
+            "verdict": [sample.verdict],
+            "direction": seen["directions"] or ["none"],
+            "region": [seen["region"]],
+            "magnitude": [_bin(seen["magnitude"], seen["unit"])],
+            "shift": [_bin(seen["shift"], "m")],
+            "robot": [sample.task.robot or "none"],
+            "waypoints": [_bin(float(len(sample.adapted)), "")],
+            "words": [_bin(float(len(sample.instruction.split())), "")],
+        }
+        for name, said in values.items():
+            counts.setdefault(name, Counter()).update(said)
+    return {name: dict(sorted(count.items())) for name, count in sorted(counts.items())}
+
+
+_EDGES = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0)
+
+
+def _bin(value: float | None, unit: str) -> str:
+    """A number as the bin that it falls into, such as "0.1..0.2 m"."""
+    if value is None:
+        return "none"
+    low = max((edge for edge in _EDGES if edge <= abs(value)), default=0.0)
+    high = next((edge for edge in _EDGES if edge > abs(value)), None)
+    return f"{low:g}..{'' if high is None else f'{high:g}'} {unit}".strip()
+
+
+@dataclass(frozen=True)
+class Progressed:
+    """How far a dataset is: shards and samples done, and shards there will be."""
+
+    done: int
+    shards: int
+    kept: int
+
+
+@dataclass(frozen=True)
+class AugmentedDataset:
+    """A finished dataset.
+
+    Args:
+        folder: Where it is.
+        manifest: What is in it.
+        seconds: How long this run took [s]; shards that were there are not counted.
+        made: Shards that this run made.
+    """
+
+    folder: Path
+    manifest: Mapping[str, Any]
+    seconds: float
+    made: int
+
+    @property
+    def kept(self) -> int:
+        """How many samples there are."""
+        return int(self.manifest["kept"])
+
+
+def run(
+    job: Job,
+    folder: str | os.PathLike[str],
+    *,
+    jobs: int = 1,
+    engine: Engine = "processes",
+    progress: Callable[[Progressed], None] | None = None,
+) -> AugmentedDataset:
+    """Make a dataset, or go on where an earlier run of the same job was stopped or killed.
+
+    Args:
+        job: What it is made of.
+        folder: Where it goes.
+        jobs: Workers; 1 works in this process.
+        engine: "processes" on this machine, or "ray" on a machine or a cluster with a common disk.
+        progress: Called after each shard.
+
+    Raises:
+        RequestError: If the folder holds another dataset, another run writes there, or there is no such engine.
+        MissingExtra: If Ray is not installed.
+    """
+    started = time.perf_counter()
+    root = make_folder(folder)
+    with open(root / ".lock", "ab") as held:
+        lock(held, str(folder))
+        _claim(job, root)
+        records = {k: record for k in range(job.shards) for record in (ShardRecord.load(root, k),) if record}
+        todo = [k for k in range(job.shards) if k not in records]
+        kept = sum(record.kept for record in records.values())
+        for record in _work(job, root, todo, jobs, engine):
+            records[record.shard] = record
+            kept += record.kept
+            if progress is not None:
+                progress(Progressed(len(records), job.shards, kept))
+        records |= {k: write_shard(job, root, k, without) for k, without in _repeated(job, records.values())}
+        manifest = _finished(job, root, [records[k] for k in range(job.shards)])
+    return AugmentedDataset(root, manifest, time.perf_counter() - started, len(todo))
+
+
+def _claim(job: Job, root: Path) -> None:
+    """Write what the folder is about, or check that it is about the same."""
+    described, file = json.dumps(job.describe(), indent=1, sort_keys=True) + "\n", root / JOB
+    if file.exists():
+        if read_text(file) != described:
+            raise RequestError(
+                f"{root} holds another dataset, or one of another version of ovita; choose another --out"
+            )
+        return
+    if any(path.name != ".lock" for path in root.iterdir()):
+        raise RequestError(f"{root} is not empty; choose another --out")
+    atomic_write(file, described)
+
+
+def _work(job: Job, root: Path, todo: Sequence[int], jobs: int, engine: Engine) -> Iterator[ShardRecord]:
+    if engine == "ray":
+        from ovita.augment.on_ray import shards_by_ray
+
+        return shards_by_ray(job, root, todo, jobs)
+    if engine != "processes":
+        raise RequestError(f"there is no engine {engine!r}; choose processes or ray")
+    if jobs <= 1 or len(todo) <= 1:
+        return (write_shard(job, root, k) for k in todo)
+    return _by_processes(job, root, todo, jobs)
+
+
+def _by_processes(job: Job, root: Path, todo: Sequence[int], jobs: int) -> Iterator[ShardRecord]:
+    """Shards by worker processes, two a worker at hand; if one is killed they begin anew, with what is left."""
+    left = list(todo)
+    for restart in range(RESTARTS + 1):
+        try:
+            for record in _by_pool(job, root, left, jobs):
+                left.remove(record.shard)
+                yield record
+            return
+        except BrokenProcessPool:
+            if restart == RESTARTS:
+                raise OvitaError(
+                    "worker processes were ended from outside again and again, perhaps for want of memory; run the"
+                    " same command again to go on, with fewer --jobs"
+                ) from None
+
+
+def _by_pool(job: Job, root: Path, todo: Sequence[int], jobs: int) -> Iterator[ShardRecord]:
+    import multiprocessing
+
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(jobs, mp_context=context, initializer=_begin, initargs=(job, str(root))) as pool:
+        queue, running = iter(todo), set[Future[ShardRecord]]()
+        while True:
+            running |= {pool.submit(_made_here, k) for _, k in zip(range(2 * jobs - len(running)), queue, strict=False)}
+            if not running:
+                return
+            done, running = wait(running, return_when=FIRST_COMPLETED)
+            for future in done:
+                yield future.result()
+
+
+_HERE: dict[str, Any] = {}
+"""The job of a worker process, which is sent once."""
+
+
+def _begin(job: Job, root: str) -> None:
+    end_with_parent()
+    _HERE.update(job=job, root=Path(root))
+
+
+def _made_here(shard: int) -> ShardRecord:
+    return write_shard(_HERE["job"], _HERE["root"], shard)
+
+
+def _repeated(job: Job, records: Iterable[ShardRecord]) -> Iterator[tuple[int, frozenset[int]]]:
+    """Second pass, where grounds come again: of near duplicates the one with the lowest number stays."""
+    if not job.pool.repeats:
+        return
+    seen: set[str] = set()
+    again: dict[int, set[int]] = {}
+    for record in sorted(records, key=lambda r: r.shard):
+        for index, key in record.keys:
+            if key in seen:
+                again.setdefault(record.shard, set()).add(index)
+            seen.add(key)
+    yield from ((shard, frozenset(numbers)) for shard, numbers in sorted(again.items()))
+
+
+def _finished(job: Job, root: Path, records: Sequence[ShardRecord]) -> dict[str, Any]:
+    """Finish the formats, and write the manifest; it says nothing of who made the shards, nor when."""
+    manifest = {
+        **job.describe(),
+        "kept": sum(record.kept for record in records),
+        "rejected": _sums(record.rejected for record in records),
+        "counts": {name: _sums(r.counts.get(name, {}) for r in records) for name in sorted(_names(records))},
+        "shards": [
+            {"shard": r.shard, "first": r.first, "end": r.end, "kept": r.kept, "files": [asdict(f) for f in r.files]}
+            for r in records
+        ],
+    }
+    more: list[ShardFile] = [file for sink in job.sinks for file in sink.finish(root, manifest)]
+    manifest["files"] = [asdict(file) for file in more]
+    atomic_write(root / MANIFEST, json.dumps(manifest, indent=1, sort_keys=True) + "\n")
+    return manifest
+
+
+def _names(records: Iterable[ShardRecord]) -> set[str]:
+    return {name for record in records for name in record.counts}
+
+
+def _sums(counts: Iterable[Mapping[str, int]]) -> dict[str, int]:
+    total: Counter[str] = Counter()
+    for count in counts:
+        total.update(count)
+    return dict(sorted(total.items()))

@@ -1,0 +1,161 @@
+"""From what a person names to a pool of grounds: random scenes, files of tasks, data sets, skills, bare scenes."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from itertools import permutations
+from pathlib import Path
+
+from ovita.augment.ground import Mixed, GroundPool, RandomScenes, Tasks
+from ovita.bench.generate import SETTINGS
+from ovita.errors import FormatError, OvitaError, RequestError
+from ovita.io import Task, load_bare, load_robot, load_task
+from ovita.io.files import is_bag, suffix
+from ovita.io.json_ import is_skill_file
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Trajectory
+
+RANDOM = "random"
+
+ENDINGS = (".json", ".csv", ".tum", ".waypoints", ".wpl", ".plan", ".mcap", ".db3", ".bag")
+"""Endings of the files of a folder that are taken."""
+
+WAYS = 12
+"""At most so many trajectories are planned in a scene that has none, from object to object."""
+
+Given = str | os.PathLike[str] | Task | Trajectory
+"""A source: a name as on the command line, or a task or trajectory in memory."""
+
+
+def open_pool(
+    sources: Iterable[Given] = (), *, robot: str | None = None, waypoints: int | None = None, planner: str = "limits"
+) -> tuple[GroundPool, tuple[str, ...]]:
+    """The pool of some sources, taken in turn, and notes on those that were left out.
+
+    Args:
+        sources: "random" or "random:SCALE"; files of trajectories of any known format; folders of them; folders of
+            LeRobot data sets; skills; scenes without a trajectory, in which ways from object to object are planned;
+            tasks and trajectories. None means random scenes of every scale.
+        robot: Whose limits hold in all that is given; None takes what each file names, else none.
+        waypoints: Of random scenes and generated trajectories; None leaves it to them.
+        planner: For scenes without a trajectory.
+
+    Raises:
+        RequestError: If nothing can be used.
+        FormatError: If a file that was named cannot be read; in a folder such a file is left out, with a note.
+        RobotError: If there is no such robot.
+    """
+    given = list(sources) or [RANDOM]
+    if robot is not None:
+        load_robot(robot)
+    scales = [scale for one in given if isinstance(one, str) for scale in _scales(one)]
+    notes: list[str] = []
+    found: list[tuple[str, Task, str]] = []
+    for number, one in enumerate(given):
+        if isinstance(one, Task | Trajectory):
+            task = one if isinstance(one, Task) else Task(one)
+            found.append((f"task:{number:05d}", task, _digest(task.trajectory.to_array().tobytes())))
+        elif not _scales(os.fspath(one)):
+            found += _of_path(Path(one), notes, robot, waypoints, planner)
+    if robot is not None:
+        found = [(name, replace(task, robot=robot), what) for name, task, what in found]
+    for name, task, _ in found:
+        _usable(name, task)
+    pools: list[GroundPool] = [RandomScenes(tuple(dict.fromkeys(scales)), waypoints)] if scales else []
+    pools += [Tasks(tuple(found))] if found else []
+    if not pools:
+        raise RequestError("none of the sources has a trajectory; name files, folders, or random for random scenes")
+    return (pools[0] if len(pools) == 1 else Mixed(tuple(pools))), tuple(notes)
+
+
+def _scales(name: str) -> tuple[str, ...]:
+    """The scales of random scenes that a source names; () for any other source."""
+    head, _, scale = name.partition(":")
+    if head != RANDOM:
+        return ()
+    if scale and scale not in SETTINGS:
+        raise RequestError(f"{name!r}: there are random scenes for {', '.join(SETTINGS)}")
+    return (scale,) if scale else tuple(SETTINGS)
+
+
+def _usable(name: str, task: Task) -> None:
+    try:
+        load_robot(task.robot or "none")
+    except OvitaError as error:
+        raise RequestError(f"{name}: {error}; give --robot") from None
+
+
+def _of_path(
+    path: Path, notes: list[str], robot: str | None, waypoints: int | None, planner: str
+) -> Iterator[tuple[str, Task, str]]:
+    if not path.exists():
+        raise RequestError(f"{path}: there is no such file or folder; random means random scenes")
+    if path.is_dir() and not is_bag(path):
+        yield from _of_folder(path, notes, robot, waypoints, planner)
+    else:
+        yield from _of_file(path, path.name, robot, waypoints, planner)
+
+
+def _of_folder(
+    folder: Path, notes: list[str], robot: str | None, waypoints: int | None, planner: str
+) -> Iterator[tuple[str, Task, str]]:
+    if (folder / "meta" / "info.json").is_file():
+        from ovita.io.lerobot import episodes
+
+        what = _digest((folder / "meta" / "info.json").read_bytes())
+        yield from (_named(f"{folder.name}#{i:06d}", task, what) for i, task in enumerate(episodes(folder)))
+        return
+    for file in sorted(path for path in folder.rglob("*") if suffix(path) in ENDINGS and path.is_file()):
+        name = file.relative_to(folder.parent).as_posix()
+        try:
+            yield from list(_of_file(file, name, robot, waypoints, planner))
+        except (FormatError, RequestError) as error:
+            notes.append(f"left out: {error}")
+
+
+def _of_file(
+    file: Path, name: str, robot: str | None, waypoints: int | None, planner: str
+) -> Iterator[tuple[str, Task, str]]:
+    what = _digest(file.read_bytes()) if file.is_file() else "a folder"
+    if suffix(file) == ".json" and is_skill_file(file):
+        from ovita.sources.skills import Skill
+
+        made = Skill.load(file).generate(waypoints=waypoints)
+        yield _named(f"skill:{name}", made.task(), what)
+        return
+    bare = load_bare(file)
+    if bare is None:
+        yield _named(f"file:{name}", load_task(file), what)
+        return
+    scene, own, _ = bare
+    yield from (
+        _named(f"plan:{name}#{i:02d}", task, what)
+        for i, task in enumerate(_planned(scene, robot or own, waypoints, planner))
+    )
+
+
+def _planned(scene: Scene, robot: str | None, waypoints: int | None, planner: str) -> Iterator[Task]:
+    """Ways from object to object that are legal, in the order of the objects."""
+    from ovita.sources.planner import WAYPOINTS, plan
+
+    found = 0
+    for start, goal in permutations(scene.names, 2):
+        if found == WAYS:
+            return
+        way = plan(
+            scene, start=start, goal=goal, robot=robot or "none", planner=planner, waypoints=waypoints or WAYPOINTS
+        )
+        if way.ok:
+            found += 1
+            yield way.task(robot)
+
+
+def _named(name: str, task: Task, what: str) -> tuple[str, Task, str]:
+    return name, replace(task, path="", notes=(), verdict=""), what
+
+
+def _digest(content: bytes) -> str:
+    return f"sha256:{hashlib.sha256(content).hexdigest()}"

@@ -1,0 +1,265 @@
+"""One sample: drawn, realised, brought within the limits, and kept only if its own check passes then.
+
+No sentence is read on the way: the meaning is drawn as frames, and its sentences are made from it. The check measures
+the outcome (`bench.expected`) and knows nothing of the policy or of what the policy promises.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from random import Random
+from typing import Any
+
+import numpy as np
+
+import ovita
+from ovita.augment.ground import Ground
+from ovita.augment.sample import SPLITS, AugmentedSample
+from ovita.augment.wording import Drawing, NotOffered, Wordings, draw, sentences
+from ovita.bench.expected import expected
+from ovita.errors import OvitaError, PolicyError
+from ovita.instruct.builder import PolicyBuilder
+from ovita.instruct.frames import SemanticFrame, to_json
+from ovita.instruct.realise import realise
+from ovita.measure.predicates import Check
+from ovita.measure.predicates.check import CheckResult, Pair
+from ovita.paths.geometry import lengths
+from ovita.paths.trajectory import Trajectory
+from ovita.policy.direct import TooMuch, run_proven
+from ovita.policy.output import to_rows, to_trajectory
+from ovita.policy.syntax import parse_tree
+
+TRIES = 12
+"""Draws for a sample before its number stays empty."""
+
+OWN = 6
+"""Draws within a sample's own family before any family will do."""
+
+REASONS = {
+    "unfit": "the scene has not what was drawn, such as an object",
+    "duplicate": "an earlier sample of the scene says nearly the same",
+    "question": "it cannot be realised as it is, such as a part of the path with no waypoint",
+    "policy": "the policy failed",
+    "limits": "the limits cannot hold",
+    "repair": "the path would have to be bent around an obstacle, and this draw is not one of those that may be",
+    "preexisting": "the limits are broken as the original breaks them",
+    "idle": "doing nothing passes the check as well",
+    "check": "the check does not pass after the limits",
+    "exhausted": "no draw for this number passed",
+}
+"""Why draws are rejected."""
+
+
+class Rejected(Exception):
+    """A draw that makes no sample; its argument is one of `REASONS`."""
+
+
+@dataclass(frozen=True)
+class Manner:
+    """How samples are drawn.
+
+    Args:
+        seed: Of the dataset.
+        families: Taken in turn.
+        paraphrases: Further sentences for each sample.
+        repairs: Share of the draws that break a limit with their path which go to the solver; the others are rejected.
+        shares: Of the sources that go to `SPLITS`.
+    """
+
+    seed: int
+    families: tuple[str, ...]
+    paraphrases: int = 4
+    repairs: float = 0.1
+    shares: tuple[float, float, float] = (0.8, 0.1, 0.1)
+
+
+def split_of(source: str, shares: tuple[float, ...]) -> str:
+    """The split of a source, by the hash of its name alone."""
+    at = int.from_bytes(hashlib.sha256(source.encode()).digest()[:6], "big") / 2**48
+    bounds = np.cumsum(shares)
+    return SPLITS[min(int(np.searchsorted(bounds, at, side="right")), len(SPLITS) - 1)]
+
+
+@dataclass(frozen=True)
+class Made:
+    """A sample with the hash that near duplicates share."""
+
+    sample: AugmentedSample
+    key: str
+
+
+def make(
+    index: int, ground: Ground, manner: Manner, wordings: Wordings, taken: set[str], no: dict[str, int]
+) -> Made | None:
+    """The sample of a number, or None if no draw passed; `taken` holds the keys of the scene's earlier samples.
+
+    Args:
+        index: The sample's number.
+        ground: What it is drawn from.
+        manner: How.
+        wordings: The meanings and words.
+        taken: Keys of near duplicates; the sample's own is added.
+        no: Counts rejected draws by reason.
+    """
+    for attempt in range(TRIES):
+        rng = Random(f"{manner.seed}/{index}/{attempt}")
+        own = manner.families[index % len(manner.families)]
+        family = own if attempt < OWN else manner.families[int(rng.random() * len(manner.families))]
+        try:
+            made = _attempt(index, rng, family, ground, manner, wordings, taken)
+        except Rejected as rejected:
+            no[str(rejected)] = no.get(str(rejected), 0) + 1
+        else:
+            taken.add(made.key)
+            return made
+    no["exhausted"] = no.get("exhausted", 0) + 1
+    return None
+
+
+def _attempt(
+    index: int, rng: Random, family: str, ground: Ground, manner: Manner, wordings: Wordings, taken: set[str]
+) -> Made:
+    try:
+        drawing = draw(rng, ground, family, wordings)
+    except NotOffered:
+        raise Rejected("unfit") from None
+    key = key_of(ground.name, drawing.frames)
+    if key in taken:
+        raise Rejected("duplicate")
+    may_repair = rng.random() < manner.repairs
+    task = ground.task
+    policy, proposed, contacts = _proposed(drawing, ground)
+    adapted, status = _within_limits(proposed, contacts, ground, may_repair)
+    check = expected(drawing.frames, task.trajectory, task.scene)
+    judged = _judged(check, task.trajectory, adapted, ground)
+    said, *others = sentences(rng, drawing, wordings, 1 + manner.paraphrases)
+    return Made(
+        AugmentedSample(
+            index=index,
+            seed=manner.seed,
+            source=ground.name,
+            task=replace(task, instruction=said),
+            instruction=said,
+            paraphrases=tuple(others),
+            frames=tuple(to_json(drawing.frames)),
+            adapted=adapted,
+            code=policy.source(" ".join(policy.plan).replace("\\", "/").replace('"""', "'''").rstrip('"')),
+            parameters=tuple(asdict(parameter) for parameter in policy.parameters.values()),
+            verdict="done" if adapted is proposed else "limited",
+            check=check.to_dict(),
+            measured=measured(drawing, task.trajectory, adapted, judged.sentence, status),
+            family=family,
+            split=split_of(ground.name, manner.shares),
+            version=ovita.__version__,
+        ),
+        key,
+    )
+
+
+def _proposed(drawing: Drawing, ground: Ground) -> tuple[PolicyBuilder, Trajectory, tuple[str, ...]]:
+    """The policy for what was drawn, what it makes of the trajectory, and what it means to touch."""
+    trajectory, scene = ground.task.trajectory, ground.task.scene
+    try:
+        policy = realise(drawing.frames, trajectory, scene)
+        if policy.question:
+            raise Rejected("question")
+        table = trajectory.to_array()
+        result, recorder = run_proven(parse_tree(policy.source("")), table, scene)
+        proposed = to_trajectory(to_rows(result, table, "the policy's result"), trajectory, scene)
+    except (PolicyError, TooMuch):
+        raise Rejected("policy") from None
+    except (OvitaError, ValueError, IndexError):
+        raise Rejected("question") from None
+    touched = [*policy.contacts, *map(str, recorder.contacts)]
+    return policy, proposed, tuple(dict.fromkeys(scene[name].name for name in touched if name in scene))
+
+
+def _within_limits(
+    proposed: Trajectory, contacts: tuple[str, ...], ground: Ground, may_repair: bool
+) -> tuple[Trajectory, str]:
+    legality = ground.legality
+    if legality.holds(proposed, contacts):
+        return proposed, "satisfied"
+    if not may_repair and not legality.only_speeds(proposed, contacts):
+        raise Rejected("repair")
+    adapted, status = legality.enforced(proposed, contacts)
+    if status == "infeasible":
+        raise Rejected("limits")
+    if status == "preexisting" and legality.holds(ground.task.trajectory):
+        raise Rejected("preexisting")
+    return adapted, status
+
+
+def _judged(check: Check, original: Trajectory, adapted: Trajectory, ground: Ground) -> CheckResult:
+    """The check's verdict on the change; a check that doing nothing passes too says nothing."""
+    before, after = original.to_array(), adapted.to_array()
+    if np.array_equal(before, after):
+        raise Rejected("idle")
+    judged = check.judge_pair(Pair(before, after, ground.task.scene))
+    if not judged.passed:
+        raise Rejected("check")
+    if check.judge_pair(Pair(before, before, ground.task.scene)).passed:
+        raise Rejected("idle")
+    return judged
+
+
+def measured(drawing: Drawing, original: Trajectory, adapted: Trajectory, sentence: str, limits: str) -> dict[str, Any]:
+    """What was measured of a change, and of what kind and size it is.
+
+    Returns:
+        "sentence" of the check; "limits", the verdict's status; "directions" and "region" of the request;
+        "magnitude", its first number with its "unit"; "shift" [m], the largest displacement of the path.
+    """
+    frames = drawing.frames
+    quantity = next((q for frame in frames for q in frame.quantities.values()), None)
+    return {
+        "sentence": sentence,
+        "limits": limits,
+        "directions": sorted({word for frame in frames for word in _directions(frame)}),
+        "region": next((frame.part.kind for frame in frames if frame.part), "whole"),
+        "magnitude": None if quantity is None else quantity.value,
+        "unit": "" if quantity is None else quantity.unit,
+        "shift": round(largest_shift(original, adapted), 6),
+    }
+
+
+def largest_shift(original: Trajectory, adapted: Trajectory) -> float:
+    """The largest displacement of the path at the same share of the waypoints [m]."""
+    there = adapted.positions
+    if len(there) != len(original):
+        places = np.linspace(0.0, len(there) - 1.0, len(original))
+        low = places.astype(int)
+        high = np.minimum(low + 1, len(there) - 1)
+        there = there[low] + (places - low)[:, None] * (there[high] - there[low])
+    return float(lengths(there - original.positions).max())
+
+
+def _directions(frame: SemanticFrame) -> list[str]:
+    """The words for where a frame changes the path or the speed to."""
+    slots: Mapping[str, Any] = vars(frame)
+    words = [direction for direction, _ in slots.get("offset", ())]
+    said = [slots[name] for name in ("direction", "sense", "change") if slots.get(name)]
+    return words + [word for word in said if word not in ("by", "to")]
+
+
+def key_of(source: str, frames: tuple[SemanticFrame, ...]) -> str:
+    """The hash of a scene's name and of frames with their numbers rounded to one digit and a half.
+
+    Two requests about the same scene whose numbers differ by less than about 10 % share it.
+    """
+    text = json.dumps([source, _coarse(to_json(frames))], sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def _coarse(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {k: _coarse(v) for k, v in value.items() if k != "said"}
+    if isinstance(value, list | tuple):
+        return [_coarse(item) for item in value]
+    if isinstance(value, float) and value:
+        return round(math.log(abs(value)) / 0.1) * math.copysign(1.0, value)
+    return value

@@ -1,0 +1,359 @@
+"""What is asked for on a ground, drawn at random from meanings with slots, and the ways to say it.
+
+The meanings and the sentences are in wordings.toml; voices of people may be added (`augment.voices`).
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from importlib.resources import files
+from random import Random
+from typing import Any, TypeVar
+
+from ovita.augment.ground import Ground
+from ovita.errors import RequestError
+from ovita.instruct import notation
+from ovita.instruct.frames import SemanticFrame
+
+T = TypeVar("T")
+
+SEVERAL = "several"
+"""The family of two meanings in one sentence."""
+
+SIDES = ("left", "right", "front", "back", "up", "down")
+_AXIS = {"left": 0, "right": 0, "front": 1, "back": 1, "up": 2, "down": 2}
+
+
+class NotOffered(Exception):
+    """A meaning that this ground cannot offer, such as an object where there is none."""
+
+
+@dataclass(frozen=True)
+class Meaning:
+    """A meaning with slots, and sentences for it.
+
+    Args:
+        family: What kind of request it is.
+        means: In the notation of frames, with slots in braces.
+        changes: "path", "speed", "end" or "count".
+        say: Sentences with the same slots.
+    """
+
+    family: str
+    means: str
+    changes: str
+    say: tuple[str, ...]
+
+
+Slots = Mapping[str, tuple[str, tuple[str, ...]]]
+"""Each slot's text in the notation, and its phrases."""
+
+
+@dataclass(frozen=True)
+class Wordings:
+    """Meanings and the words around them.
+
+    Args:
+        meanings: By family.
+        openers, closers, joins: What stands before, behind and between clauses; "" is a word, too.
+        parts: Parts of the path in the notation, each with its phrases.
+        directions: The phrases of each direction word.
+        voices: Sentences of people, by the shape of what they mean (see `shape_of`).
+    """
+
+    meanings: Mapping[str, tuple[Meaning, ...]]
+    openers: tuple[str, ...] = ("",)
+    closers: tuple[str, ...] = ("",)
+    joins: tuple[str, ...] = (" and ",)
+    parts: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    directions: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    voices: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+    @property
+    def families(self) -> tuple[str, ...]:
+        """Every family, that of two meanings last."""
+        return (*self.meanings, SEVERAL)
+
+
+@cache
+def grammar() -> Wordings:
+    """The wordings of wordings.toml."""
+    table = tomllib.loads((files("ovita.augment") / "wordings.toml").read_text(encoding="utf-8"))
+    meanings = {
+        family: tuple(Meaning(family, m["means"], m["changes"], tuple(m["say"])) for m in entries)
+        for family, entries in table.items()
+        if isinstance(entries, list)
+    }
+    openers, closers, joins = (tuple(table[key]["say"]) for key in ("openers", "closers", "joins"))
+    phrases = {key: {name: tuple(said) for name, said in table[key].items()} for key in ("parts", "dir")}
+    return Wordings(meanings, openers, closers, joins, phrases["parts"], phrases["dir"])
+
+
+def families_from(names: Sequence[str], wordings: Wordings | None = None) -> tuple[str, ...]:
+    """The families of these names, all of them where there is no name.
+
+    Raises:
+        RequestError: If there is no such family.
+    """
+    known = (wordings or grammar()).families
+    unknown = [name for name in names if name not in known]
+    if unknown:
+        raise RequestError(f"there is no family {unknown[0]!r}; choose from {', '.join(known)}")
+    return tuple(dict.fromkeys(names)) or known
+
+
+@dataclass(frozen=True)
+class FilledMeaning:
+    """A meaning whose slots are filled."""
+
+    meaning: Meaning
+    slots: Slots
+
+    @property
+    def means(self) -> str:
+        """In the notation."""
+        return self.meaning.means.format_map({name: text for name, (text, _) in self.slots.items()})
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """What is asked for: its family, its clauses, and their frames."""
+
+    family: str
+    clauses: tuple[FilledMeaning, ...]
+    frames: tuple[SemanticFrame, ...]
+
+
+def draw(rng: Random, ground: Ground, family: str, wordings: Wordings) -> Drawing:
+    """Draw what is asked for on a ground.
+
+    Raises:
+        NotOffered: If the ground does not offer what was drawn.
+    """
+    if family == SEVERAL:
+        chosen = _several(rng, wordings)
+    else:
+        chosen = [one(rng, wordings.meanings[family])]
+    filled = tuple(_filled(rng, ground, meaning, wordings) for meaning in chosen)
+    objects = ground.task.scene.names
+    frames = notation.parse("; ".join(clause.means for clause in filled), objects)
+    return Drawing(family, filled, frames)
+
+
+_TOGETHER = (("path", "speed"), ("path", "end"))
+
+
+def _several(rng: Random, wordings: Wordings) -> list[Meaning]:
+    """Two meanings that do not get into each other's way, in either order where the second is not an end."""
+    left, right = one(rng, _TOGETHER)
+    by = _by_change(wordings)
+    pair = [one(rng, by[left]), one(rng, by[right])]
+    return pair[::-1] if right == "speed" and rng.random() < 0.4 else pair
+
+
+def _by_change(wordings: Wordings) -> dict[str, list[Meaning]]:
+    found: dict[str, list[Meaning]] = {}
+    for meanings in wordings.meanings.values():
+        for meaning in meanings:
+            if meaning.family in _JOINED:
+                found.setdefault(meaning.changes, []).append(meaning)
+    return found
+
+
+_JOINED = ("shift", "distance", "clearance", "speed", "ends", "wait")
+"""Families that go together with others."""
+
+
+def one(rng: Random, options: Sequence[T]) -> T:
+    """One of several, each as likely; written so that no release of Python draws another."""
+    return options[int(rng.random() * len(options))]
+
+
+def between(rng: Random, low: float, high: float) -> float:
+    """A number between two others."""
+    return low + rng.random() * (high - low)
+
+
+# Slots
+
+
+def _filled(rng: Random, ground: Ground, meaning: Meaning, wordings: Wordings) -> FilledMeaning:
+    slots: dict[str, tuple[str, tuple[str, ...]]] = {}
+    names = list(slots_of(meaning.means))
+    if "part" in names:
+        names.remove("part")
+        text = one(rng, tuple(wordings.parts))
+        names += [name for name in slots_of(text) if name not in names]
+        slots["part"] = text, wordings.parts[text]
+    for name in names:
+        slots[name] = _SLOTS[name](rng, ground, slots, wordings)
+    if "part" in slots:
+        slots["part"] = _whole(slots["part"], slots)
+    return FilledMeaning(meaning, slots)
+
+
+def _whole(part: tuple[str, tuple[str, ...]], slots: Slots) -> tuple[str, tuple[str, ...]]:
+    """A part of the path with its own slots filled; its phrases keep theirs."""
+    return part[0].format_map({name: text for name, (text, _) in slots.items()}), part[1]
+
+
+@cache
+def slots_of(text: str) -> tuple[str, ...]:
+    """The names of the slots of a text, each once, in their order."""
+    return tuple(dict.fromkeys(piece.partition("}")[0] for piece in text.split("{")[1:]))
+
+
+Filled = tuple[str, tuple[str, ...]]
+
+
+def _direction(rng: Random, ground: Ground, slots: Slots, wordings: Wordings) -> Filled:
+    taken = {_AXIS[text] for name, (text, _) in slots.items() if name.startswith("dir")}
+    sides = [side for side in SIDES if _AXIS[side] not in taken and not (ground.flat and _AXIS[side] == 2)]
+    side = one(rng, sides)
+    return side, wordings.directions[side]
+
+
+def _object(rng: Random, ground: Ground, slots: Slots, wordings: Wordings) -> Filled:
+    taken = {text for name, (text, _) in slots.items() if name.startswith("obj")}
+    names = [name for name in ground.task.scene.names if name.replace(" ", "_") not in taken]
+    if not names:
+        raise NotOffered("no object is left")
+    name = one(rng, names)
+    return name.replace(" ", "_"), (f"the {name}",)
+
+
+def _share(low: float, high: float) -> Callable[[Random, Ground, Slots, Wordings], Filled]:
+    """A length between two shares of the extent."""
+
+    def fill(rng: Random, ground: Ground, slots: Slots, wordings: Wordings) -> Filled:
+        return _length(between(rng, low, high) * ground.extent)
+
+    return fill
+
+
+def _gap(rng: Random, ground: Ground, slots: Slots, wordings: Wordings) -> Filled:
+    """A distance from the object that the path does not keep yet."""
+    name = slots["obj"][0].replace("_", " ")
+    closest = next((gap for item, gap in ground.closest.items() if item.replace("_", " ") == name), 0.0)
+    return _length(max(closest, 0.0) + between(rng, 0.03, 0.1) * ground.extent)
+
+
+def _radius(rng: Random, ground: Ground, slots: Slots, wordings: Wordings) -> Filled:
+    """A distance from the object's centre within which some of the waypoints lie."""
+    name = slots["obj"][0].replace("_", " ")
+    distances = next((d for item, d in ground.distances.items() if item.replace("_", " ") == name), None)
+    if distances is None:
+        raise NotOffered("no object is near")
+    return _length(float(distances[int(between(rng, 0.15, 0.4) * len(distances))]) * 1.05)
+
+
+def _length(metres: float) -> Filled:
+    """A length to two digits, in centimetres and metres."""
+    value = float(f"{metres:.2g}")
+    if value >= 1.0:
+        return f"{value:g}m", (f"{value:g} m", f"{value:g} metres", f"{value:g} meters", f"{100 * value:g} cm")
+    centi = float(f"{100 * value:.2g}")
+    said = (f"{centi:g} cm", f"{centi:g} cm", f"{centi:g} centimetres", f"{centi:g} centimeters", f"{value:g} m")
+    return f"{centi:g}cm", said
+
+
+def _percent(rng: Random, ground: Ground, slots: Slots, wordings: Wordings) -> Filled:
+    value = one(rng, (10, 15, 20, 25, 30, 35, 40, 50, 60))
+    return f"{value}%", (f"{value}%", f"{value} %", f"{value} percent", f"{value} per cent")
+
+
+def _speed(rng: Random, ground: Ground, slots: Slots, wordings: Wordings) -> Filled:
+    value = float(f"{float(ground.task.trajectory.speeds.mean()) * between(rng, 0.6, 1.4):.2g}")
+    return f"{value:g}m/s", (f"{value:g} m/s", f"{value:g} m/s", f"{value:g} metres per second")
+
+
+def _seconds(rng: Random, ground: Ground, slots: Slots, wordings: Wordings) -> Filled:
+    value = one(rng, (2, 3, 4, 5, 6))
+    return f"{value}s", (f"{value} s", f"{value} seconds", f"{value} sec")
+
+
+def _degrees(rng: Random, ground: Ground, slots: Slots, wordings: Wordings) -> Filled:
+    value = one(rng, tuple(range(10, 65, 5)))
+    return f"{value}deg", (f"{value} degrees", f"{value}°", f"{value} deg")
+
+
+def _count(low: float, high: float) -> Callable[[Random, Ground, Slots, Wordings], Filled]:
+    """A number of waypoints between two shares of those there are."""
+
+    def fill(rng: Random, ground: Ground, slots: Slots, wordings: Wordings) -> Filled:
+        value = max(2, round(between(rng, low, high) * len(ground.task.trajectory)))
+        return str(value), (str(value),)
+
+    return fill
+
+
+_SLOTS: Mapping[str, Callable[[Random, Ground, Slots, Wordings], Filled]] = {
+    "dir": _direction,
+    "dir2": _direction,
+    "obj": _object,
+    "obj2": _object,
+    "m": _share(0.06, 0.2),
+    "small": _share(0.03, 0.08),
+    "gap": _gap,
+    "r": _radius,
+    "pc": _percent,
+    "share": _percent,
+    "v": _speed,
+    "s": _seconds,
+    "deg": _degrees,
+    "k": _count(0.12, 0.4),
+    "k2": _count(0.5, 1.8),
+}
+
+
+# Sentences
+
+
+def sentences(rng: Random, drawing: Drawing, wordings: Wordings, count: int) -> Iterator[str]:
+    """Sentences for a drawing, each another one, the most varied first; fewer than `count` where words run out."""
+    said: set[str] = set()
+    for _ in range(3 * count):
+        if len(said) == count:
+            return
+        text = _sentence(rng, drawing, wordings)
+        if text.casefold() not in said:
+            said.add(text.casefold())
+            yield text
+
+
+def _sentence(rng: Random, drawing: Drawing, wordings: Wordings) -> str:
+    clauses = [_said(rng, clause, wordings) for clause in drawing.clauses]
+    text = clauses[0]
+    for clause in clauses[1:]:
+        text += one(rng, wordings.joins) + clause
+    opener, closer = one(rng, wordings.openers), one(rng, wordings.closers)
+    text = f"{opener}{text}{closer}"
+    end = "?" if opener.startswith("Could") else one(rng, (".", ".", ""))
+    return text[:1].upper() + text[1:] + end
+
+
+def _said(rng: Random, clause: FilledMeaning, wordings: Wordings) -> str:
+    """A clause in words of the grammar, or of a voice where one says the like."""
+    heard = wordings.voices.get(shape_of(clause), ()) if wordings.voices else ()
+    text = one(rng, heard if heard and rng.random() < 0.5 else clause.meaning.say)
+    while "{" in text:
+        text = text.format_map({name: one(rng, phrases) for name, (_, phrases) in clause.slots.items()})
+    return text
+
+
+_KIND = {"small": "m", "gap": "m", "r": "m", "share": "pc"}
+"""Slots of the same kind have one name in a shape."""
+
+
+def shape_of(clause: FilledMeaning) -> str:
+    """A clause's meaning with slots for its numbers and objects alone, by kind: "move left={m} @near={obj}"."""
+    names: dict[str, Any] = {
+        name: "{" + _KIND.get(name, name) + "}" if not name.startswith("dir") else text
+        for name, (text, _) in clause.slots.items()
+    }
+    if "part" in clause.slots:
+        names["part"] = clause.slots["part"][0]
+    return clause.meaning.means.format_map(names)
