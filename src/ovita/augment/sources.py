@@ -9,7 +9,7 @@ from dataclasses import replace
 from itertools import permutations
 from pathlib import Path
 
-from ovita.augment.ground import Mixed, GroundPool, RandomScenes, Tasks
+from ovita.augment.ground import GroundPool, Mixed, RandomScenes, Tasks
 from ovita.bench.generate import SETTINGS
 from ovita.errors import FormatError, OvitaError, RequestError
 from ovita.io import Task, load_bare, load_robot, load_task
