@@ -201,3 +201,27 @@ def test_more_waypoints_than_a_policy_may_return_are_refused_before_anything_is_
     with pytest.raises(TrajectoryError, match="200001 waypoints"):
         ov.Session(rows)
     assert ov.adapt(rows[::20], "go up by 0.1", writer="builtin").status == "done"
+
+
+@pytest.mark.parametrize(
+    ("misuse", "says"),
+    [
+        (lambda: ov.load_task(5), "load_task takes the name of a file, not 5"),
+        (lambda: ov.save_task("x.json", 5), "and a Task, not 5"),
+        (lambda: ov.save_trajectory(5, PATH), "save_trajectory takes the name of a file, not 5"),
+        (lambda: ov.load_robot(5), "a robot is a name or a file, not 5"),
+        (
+            lambda: ov.plan(ov.Scene(), (0, 0, 0), (1, 0, 0)),
+            r"too many positional .*; call it like this: plan\(",
+        ),
+        (lambda: ov.plan(ov.Scene()), "missing a required.* argument: 'start'; call it like this"),
+        (lambda: ov.plan("x.json", start=(0, 0, 0), goal=(1, 0, 0)), "plan takes a Scene, not 'x.json'"),
+        (lambda: ov.plan(ov.Scene(), start=(0, 0, 0), goal=(1, 0, 0), robot=5), "a name or a file, not 5"),
+        (lambda: ov.plan(ov.Scene(), start=(0, 0, 0), goal=(1, 0, 0), planner=5), "5 is no planner"),
+        (lambda: ov.plan(ov.Scene(), start=(0, 0, 0), goal=(1, 0, 0), waypoints="x"), "waypoints 'x' is no number"),
+        (lambda: ov.plan(ov.Scene(), start=(0, 0, 0), goal=(1, 0, 0), speed="x"), "speed 'x' is no number"),
+    ],
+)
+def test_what_does_not_fit_a_function_is_one_sentence(misuse, says):
+    with pytest.raises(OvitaError, match=says):
+        misuse()

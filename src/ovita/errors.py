@@ -29,9 +29,10 @@ into the `status` of an `Adaptation`; so is infeasibility, which is never an exc
 
 from __future__ import annotations
 
+import functools
 import re
-from collections.abc import Sequence
-from typing import Literal
+from collections.abc import Callable, Sequence
+from typing import Literal, ParamSpec, TypeVar
 
 
 class OvitaError(Exception):
@@ -96,6 +97,35 @@ class FormatError(InputError):
 
 class RequestError(InputError):
     """An instruction or an option cannot be used."""
+
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+def called_as(example: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """Decorate a function of the public interface, so that arguments that do not fit it are one sentence.
+
+    Args:
+        example: A call that is right.
+    """
+
+    def decorate(function: Callable[P, R]) -> Callable[P, R]:
+        import inspect  # not needed by a command that only prints its help
+
+        signature = inspect.signature(function)
+
+        @functools.wraps(function)
+        def call(*args: P.args, **kwargs: P.kwargs) -> R:
+            try:
+                signature.bind(*args, **kwargs)
+            except TypeError as error:
+                raise RequestError(f"{function.__name__}: {error}; call it like this: {example}") from None
+            return function(*args, **kwargs)
+
+        return call
+
+    return decorate
 
 
 class PolicyError(OvitaError):

@@ -19,6 +19,7 @@ from click.core import ParameterSource
 from ovita.chain import REPAIRS, TIME_LIMIT, adapt
 from ovita.cli.common import (
     EXIT_OF,
+    called,
     choices_from,
     constraints_from,
     notes_on,
@@ -364,6 +365,6 @@ def demo(out: str, open_page: bool) -> None:
         click.echo(f"wrote {folder / str(i)}.json" + (", .png and .html" if pictures else ""))
     if not pictures:
         click.echo("\nFor the pictures: pip install 'ovita[plot]'")
-    click.echo(f'\nNow your turn: ovita adapt {folder / "scene.json"} "Go a little higher over the box"')
+    click.echo(f'\nNow your turn: {called()} adapt {folder / "scene.json"} "Go a little higher over the box"')
     if open_page and pictures:
         webbrowser.open((folder / f"{len(INSTRUCTIONS)}.html").resolve().as_uri())

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import ast
+import os
 import re
+import shlex
 import shutil
 import sys
 import textwrap
@@ -198,6 +200,16 @@ LABELS: dict[Status, str] = {
 """The verdict in words."""
 
 _CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
+
+
+def called() -> str:
+    """How a person at this shell calls ovita: by its name where that is found, else by the path that was just used."""
+    used = sys.argv[0]
+    found = shutil.which("ovita")
+    if os.path.basename(used) != "ovita":
+        return "ovita" if found else f"{shlex.quote(os.path.relpath(sys.executable))} -m ovita"
+    same = found is not None and os.path.realpath(found) == os.path.realpath(used)
+    return "ovita" if same else shlex.quote(used)
 
 
 def literal(text: str) -> Any:

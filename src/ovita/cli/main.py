@@ -41,6 +41,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "send": ("ovita.cli.transfer_:send", "Verify a result once more and send it to a robot."),
     "simulate": ("ovita.cli.simulate_:command", "Let a robot follow a result or a trajectory in simulation; video."),
     "studio": ("ovita.cli.sessions_:studio", "See it, say it, turn the knobs, in the browser."),
+    "tour": ("ovita.cli.tour_:command", "Show in five steps what ovita does."),
 }
 
 
@@ -82,7 +83,7 @@ class _LazyGroup(GuessingGroup):
 def cli() -> None:
     """Change how a robot moves by saying so.
 
-    Start with `ovita demo`, or: ovita adapt SCENE.json "Go left by 0.2 and slow down near the cup"
+    Start with `ovita tour`, or: ovita adapt SCENE.json "Go left by 0.2 and slow down near the cup"
 
     Exit codes: 0 done; 2 bad usage or input; 3 not done (not understood, a question, a proposal that waits for a yes,
     or the writer failed);

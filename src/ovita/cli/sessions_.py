@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
-from contextlib import suppress
+import shlex
+from collections.abc import Callable
 from dataclasses import replace
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +29,7 @@ from ovita.cli.common import (
     show_notes,
     waiting,
 )
+from ovita.cli.line import Keeper, at_a_terminal, completed, lines
 from ovita.dialogue.session import Session
 from ovita.errors import OvitaError, RequestError
 from ovita.io import WRITTEN, Task, load_bare, load_robot, open_task, save_trajectory, writable
@@ -55,7 +57,9 @@ for more:
   /code            the last policy
   /plot FILE       draw original and current (.png, .svg, .pdf, .html)
   /save FILE       save the last result (.json) or the current trajectory (.csv, .mcap, .plan, ...)
+  /resume          go on with the talk about this file that was kept before
   /quit            leave
+A colon does for the slash. At a terminal the tab key completes commands and names, and every talk is kept.
 Where a reading is not certain, it is shown first; answer "yes", "no", or what is different: "no, 10 cm".
 Where a later turn loses what an earlier one asked for, it says so; answer "keep it" to have it again."""
 
@@ -63,9 +67,12 @@ Where a later turn loses what an earlier one asked for, it says so; answer "keep
 @click.command()
 @click.argument("file", metavar="FILE")
 @click.option("--journal", metavar="FILE", help="Keep every turn in FILE (.jsonl), and go on from it if it exists.")
+@click.option("--resume", is_flag=True, help="Go on with the last talk about FILE that was kept.")
 @shared
-def chat(file: str, journal: str | None, **options: Any) -> None:
+def chat(file: str, journal: str | None, resume: bool, **options: Any) -> None:
     """Adapt the trajectory in FILE in a conversation; type /help for what you can say.
+
+    At a terminal every talk is kept in ~/.local/state/ovita/chat, the last 20 about a file.
 
     Where FILE holds objects and no trajectory, the first sentence makes one: "from the box to the plate, slowly".
     """
@@ -83,19 +90,52 @@ def chat(file: str, journal: str | None, **options: Any) -> None:
         click.echo(plain(f"{journal}: {counted(len(session.steps), 'turn')} so far; /history lists them."))
     elif journal:
         session.keep(journal)
+    keeper = Keeper(file) if not journal and (resume or at_a_terminal()) else None
+    if resume:
+        session = _resumed(session, keeper)
     names = ", ".join(task.scene.names) or "none"
     held = "no trajectory yet" if session.bare else f"{len(task.trajectory)} waypoints"
     click.echo(plain(f"{file}: {held}; objects: {names}."))
     show_notes((*notes_on(task, options["robot"]), *notes_on_writer(session.writer)))
     click.echo("Say from where to where, or /help." if session.bare else "Say what should change, or /help.")
-    for line in _lines():
+    if keeper is not None and keeper.earlier is not None and not resume:
+        click.echo("An earlier talk about this file is kept; /resume goes on with it.")
+    typed = lines(lambda begun: _candidates(session, begun))
+    for line in typed:
         try:
-            if not _obey(session, line):
+            if line[1:] == "resume" and line[0] in _MARKS:
+                session = _resumed(session, keeper)
+            elif not _obey(session, line):
                 break
+            if keeper is not None:
+                keeper.keep(session)
         except OvitaError as error:
             click.echo(f"error: {plain(str(error))}")
         except KeyboardInterrupt:
             click.echo("\nStopped; nothing changed.")
+    if keeper is not None and session.kept:
+        click.echo(plain(f"Kept; go on with: ovita chat {shlex.quote(file)} --resume"))
+
+
+_MARKS = ("/", ":")
+"""What a command begins with."""
+
+
+def _resumed(session: Session, keeper: Keeper | None) -> Session:
+    """The kept talk about the same file, with the writer of this one."""
+    if keeper is None or keeper.earlier is None:
+        raise RequestError("no earlier talk about this file is kept; say what should change")
+    if session.steps:
+        raise RequestError("this talk has begun; end it with /quit, and go on with the last one by --resume")
+    found = Session.resume(str(keeper.earlier), writer=session.writer, isolation=session.isolation)
+    click.echo(plain(f"{counted(len(found.steps), 'turn')} so far; /history lists them."))
+    return found
+
+
+def _candidates(session: Session, begun: str) -> list[str]:
+    """What the end of a line may become."""
+    knobs = [parameter.name for parameter in session.adaptation.parameters] if session.adaptation else []
+    return completed(begun, COMMANDS, session.scene.names, knobs)
 
 
 def _task_or_scene(file: str, options: dict[str, Any]) -> Task:
@@ -109,25 +149,9 @@ def _task_or_scene(file: str, options: dict[str, Any]) -> Task:
     return Task(standing_still(), scene, instruction, path=file, robot=robot)
 
 
-def _lines() -> Iterator[str]:
-    with suppress(ImportError):
-        import readline  # noqa: F401  arrows and earlier lines at the prompt
-    while True:
-        try:
-            line = input("> ").strip()
-        except EOFError:
-            click.echo()
-            return
-        except KeyboardInterrupt:
-            click.echo("\n/save FILE keeps the result, /quit leaves.")
-            continue
-        if line:
-            yield line
-
-
 def _obey(session: Session, line: str) -> bool:
     """Do one line; False ends the conversation."""
-    if not line.startswith("/"):
+    if line[0] not in _MARKS:
         _say(session, line, "current")
         return True
     word, _, rest = line[1:].partition(" ")
@@ -141,7 +165,9 @@ def _obey(session: Session, line: str) -> bool:
     elif word in _DEEDS:
         _DEEDS[word](session, rest)
     else:
-        raise RequestError(f"unknown command '/{word}'; /help lists them")
+        near = get_close_matches(word, COMMANDS, n=1)
+        hint = f"did you mean /{near[0]}?" if near else "/help lists them"
+        raise RequestError(f"unknown command '/{word}'; {hint}")
     return True
 
 
@@ -230,6 +256,9 @@ _DEEDS: dict[str, Callable[[Session, str], None]] = {
     "plot": _plot,
     "save": _save,
 }
+
+COMMANDS = tuple(sorted({"quit", "original", "current", "resume", *_WORDS, *_DEEDS}))
+"""What may follow a slash."""
 
 
 @click.command()

@@ -403,6 +403,11 @@ class Session:
         self._journal, self._behind = Journal(path), True
         self._note({})
 
+    @property
+    def kept(self) -> bool:
+        """Whether this session is written to a journal."""
+        return self._journal is not None
+
     def settle(self) -> None:
         """Write what `tune(..., merge=True)` left open to the journal."""
         if self._open:

@@ -90,7 +90,7 @@ def load_task(path: str | os.PathLike[str], choices: Choices = NONE) -> Task:
         FormatError: If the file cannot be read or something in it is malformed; names the file, key and index.
         MissingExtra: If the format needs a package that is not installed.
     """
-    task = _load(path, choices)
+    task = _load(_named(path, "load_task"), choices)
     said = (f"the file says of its trajectory: {task.verdict}",) if task.verdict else ()
     return replace(task, notes=(*task.notes, *said)) if said else task
 
@@ -116,16 +116,19 @@ def load(
         FormatError: If a file cannot be read or something in it is malformed; names the file, key and index.
         MissingExtra: If the format needs a package that is not installed.
     """
-    named = (scene, place) if isinstance(scene, str | os.PathLike) else (place,)
-    for path in named:
-        if not isinstance(path, str | os.PathLike):
-            raise RequestError(f"load takes the name of a file, not {shortened(path)}")
+    _named(place, "load")
     if scene is None or isinstance(scene, str | os.PathLike):
         held = None if scene is None else os.fspath(scene)
         return open_task(os.fspath(place), scene_file=held, frame=frame, choices=choices)
     if not isinstance(scene, Scene):
         raise RequestError("the scene is a Scene or the name of a JSON file with its objects")
     return with_scene(open_task(os.fspath(place), frame=frame, choices=choices), scene)
+
+
+def _named(path: object, function: str) -> str | os.PathLike[str]:
+    if not isinstance(path, str | os.PathLike):
+        raise RequestError(f"{function} takes the name of a file, not {shortened(path)}")
+    return path
 
 
 def _load(path: str | os.PathLike[str], choices: Choices) -> Task:
@@ -236,6 +239,8 @@ def save_task(path: str | os.PathLike[str], task: Task, choices: Choices = NONE)
     Raises:
         FormatError: As `save_trajectory` does.
     """
+    if not isinstance(task, Task):
+        raise RequestError(f"save_task takes the name of a file and a Task, not {shortened(task)}")
     extra = dict(task.extra) if task.robot is None else {**task.extra, "robot": task.robot}
     return save_trajectory(
         path, task.trajectory, task.scene, task.instruction, extra, choices=choices, verdict=task.verdict
@@ -272,6 +277,7 @@ def save_trajectory(
     """
     if not isinstance(trajectory, Trajectory):
         raise RequestError("save_trajectory takes a Trajectory; make one of an array: Trajectory.from_array(array)")
+    _named(path, "save_trajectory")
     if os.fspath(path).endswith(("/", os.sep)):
         from ovita.io import bags
 

@@ -30,7 +30,7 @@ from pydantic import (
 )
 from pydantic_core import ErrorDetails, PydanticCustomError
 
-from ovita.errors import FormatError, OvitaError, SceneError, TrajectoryError
+from ovita.errors import FormatError, OvitaError, RobotError, SceneError, TrajectoryError
 from ovita.io.files import errors_of, examine, file_name, read_text, suffix
 from ovita.io.geodesy import Home
 from ovita.paths.frame import RFU, Frame
@@ -316,6 +316,8 @@ def load_robot(name_or_path: str | os.PathLike[str]) -> Robot:
         RobotError: If it is neither a preset nor looks like a file.
         FormatError: If the file cannot be read or a value in it is malformed.
     """
+    if not isinstance(name_or_path, str | os.PathLike):
+        raise RobotError(f"a robot is a name or a file, not {show(name_or_path)}")
     ending = suffix(name_or_path)
     if isinstance(name_or_path, str) and ending not in (".toml", ".json") and not {os.sep, "/"} & set(name_or_path):
         return Robot.preset(name_or_path)

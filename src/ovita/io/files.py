@@ -38,6 +38,12 @@ def file_name(path: str | os.PathLike[str]) -> str:
     return os.fspath(path).encode("utf-8", "surrogateescape").decode("utf-8", "replace")
 
 
+def state_folder() -> Path:
+    """Where ovita keeps what a person did: ~/.local/state/ovita on Linux, or as XDG_STATE_HOME says."""
+    state = os.environ.get("XDG_STATE_HOME", "").strip()
+    return (Path(state) if state else Path.home() / ".local" / "state") / "ovita"
+
+
 def make_folder(path: str | os.PathLike[str], remedy: str = "", mode: int = 0o777) -> Path:
     """Make a folder, and those above it, where they are missing."""
     try:

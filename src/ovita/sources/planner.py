@@ -10,13 +10,14 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
+from numbers import Integral, Real
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 import ovita.plugins as plugins
-from ovita.errors import RequestError
+from ovita.errors import RequestError, called_as
 from ovita.io.documents import Task, load_robot
 from ovita.io.documents import plain as as_json
 from ovita.io.messages import JointMotion
@@ -26,7 +27,7 @@ from ovita.paths.robot import PRESETS, Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array, Trajectory, arc_length
 from ovita.sources.places import Anchor, Location, locate, read_place, troubles
-from ovita.text import length, listed, number, point, sentence
+from ovita.text import length, listed, number, point, sentence, shortened
 
 WAYPOINTS, MOST_WAYPOINTS = 60, 2000
 TIME_LIMIT = 30.0
@@ -71,6 +72,10 @@ class PlanRequest:
     time_limit: float = TIME_LIMIT
 
     def __post_init__(self) -> None:
+        for name in ("waypoints", "seed", "speed", "time_limit"):
+            value, kind = getattr(self, name), Integral if name in ("waypoints", "seed") else Real
+            if not isinstance(value, kind) and (name, value) != ("speed", None):
+                raise RequestError(f"{name.replace('_', ' ')} {shortened(value)} is no number; give one")
         if not len(self.anchors) <= self.waypoints <= MOST_WAYPOINTS:
             raise RequestError(f"{self.waypoints} waypoints: give {len(self.anchors)} to {MOST_WAYPOINTS}")
         if self.speed is not None and not 0.0 < self.speed < np.inf:
@@ -228,6 +233,7 @@ def planner_named(name: str) -> Planner:
     return found
 
 
+@called_as('plan(scene, start="box", goal=[0.4, 0.2, 0.3], robot="arm")')
 def plan(
     scene: Scene,
     *,
@@ -265,8 +271,12 @@ def plan(
         RobotError: If there is no such robot.
         MissingExtra: If the planner's package is not installed.
     """
-    limits = load_robot(robot) if isinstance(robot, str) else robot
+    if not isinstance(scene, Scene):
+        raise RequestError(f"plan takes a Scene, not {shortened(scene)}; that of a file is ovita.load(file).scene")
+    limits = load_robot(robot) if not isinstance(robot, Robot) else robot
     chosen = planner_named(planner) if isinstance(planner, str) else planner
+    if not callable(getattr(chosen, "plan", None)):
+        raise RequestError(f"{shortened(chosen)} is no planner; the planners are {', '.join(PLANNERS)}")
     places = [_said(place, scene) for place in (start, *via, goal)]
     first, *passed, last = anchored(places, scene, limits)
     request = PlanRequest(scene, limits, first, last, tuple(passed), waypoints, speed, seed, time_limit)

@@ -16,7 +16,7 @@ from typing import Any, Literal
 from ovita.dialogue.session import Session
 from ovita.errors import OvitaError, RequestError
 from ovita.instruct.feedback import named_objects
-from ovita.io.files import make_folder
+from ovita.io.files import make_folder, state_folder
 from ovita.policy.sandbox import Isolation
 from ovita.request import FeedbackOn
 from ovita.result import Adaptation
@@ -276,8 +276,7 @@ _NAME = re.compile(r"[0-9a-f]{32}")
 
 def default_folder() -> Path:
     """Where sessions are kept unless another folder is named: ~/.local/state/ovita/studio on Linux."""
-    state = os.environ.get("XDG_STATE_HOME", "").strip()
-    return (Path(state) if state else Path.home() / ".local" / "state") / "ovita" / "studio"
+    return state_folder() / "studio"
 
 
 class Sessions:
