@@ -27,7 +27,7 @@ LAYERS = (
     ("baselines", "dialogue"),
     ("gate", "perceive", "sim"),
     ("sources",),
-    ("bench", "studio"),
+    ("bench", "serve", "studio"),
     ("augment", "study"),
     ("cli",),
     ("__main__",),

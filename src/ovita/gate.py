@@ -18,13 +18,16 @@ from typing import Any
 
 import numpy as np
 
-from ovita.errors import FormatError
-from ovita.io import load_document
+from ovita.errors import FormatError, RequestError
+from ovita.io import Choices, is_address, load_document
+from ovita.io.documents import NONE
 from ovita.io.files import Journal, file_name
 from ovita.io.json_ import seal
+from ovita.io.links import Receipt, deliver, deliver_joints
+from ovita.io.messages import JointMotion
 from ovita.limits import ConstraintCheck, ConstraintOptions, verify
 from ovita.limits.problem import at
-from ovita.measure import Changes, compare
+from ovita.measure import Changes, compare, sentences
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
@@ -62,6 +65,21 @@ class Review:
     def released(self) -> bool:
         """Whether it may be sent."""
         return not self.refusals
+
+    def sections(self) -> dict[str, list[str]]:
+        """What a person is shown before it is sent, all of it measured here: lines under their titles."""
+        path = self.result.adapted
+        size = (
+            f"{len(path)} waypoints, {path.length:.3f} m in {path.duration:.2f} s, at most {path.speeds.max():.3g} m/s"
+        )
+        held = sum(check.held for check in self.checks)
+        return {
+            "Path": [size],
+            "Limits": limits_in_words(self.robot),
+            "Verdict": [f"Measured again just now: {held} of {len(self.checks)} limits hold."],
+            "Changes, measured again": [str(text) for text in sentences(self.changes)],
+            "Mind": [*self.cautions],
+        }
 
 
 def review(path: str, *, robot: Robot | None = None) -> Review:
@@ -154,6 +172,65 @@ def record(log: str | os.PathLike[str], event: Mapping[str, Any]) -> None:
         raise FormatError(file_name(log), f"the log cannot be written ({reason}), so nothing is sent") from None
 
 
+def refuse(found: Review, place: str, log: str, about: Mapping[str, Any], why: Sequence[str] = ()) -> None:
+    """Log that a result does not go to a place.
+
+    Args:
+        found: What the gate found.
+        place: Where it was to go.
+        log: The log of sendings.
+        about: What else the log says, such as who asked.
+        why: Sentences; none takes those of the gate.
+    """
+    record(log, {"event": "refused", **_event(found, place, about), "why": list(why or found.refusals)})
+
+
+def release(
+    found: Review,
+    place: str,
+    log: str,
+    about: Mapping[str, Any],
+    *,
+    choices: Choices = NONE,
+    motion: JointMotion | None = None,
+) -> Receipt:
+    """Send a result that the gate let through, and log that before and after.
+
+    Args:
+        found: What the gate found; nothing may speak against it.
+        place: An address or a file.
+        log: The log of sendings.
+        about: What else the log says, such as the file and who asked.
+        choices: Of topic, message and home.
+        motion: Of an arm's joints, to send in place of the path.
+
+    Raises:
+        RequestError: If the gate refused it.
+        LinkError: If the other side does not answer.
+    """
+    if not found.released:
+        raise RequestError(f"it does not go to {place}: {' '.join(found.refusals)}")
+    path = found.result.adapted
+    event = _event(found, place, about) | {"waypoints": len(path), "duration_s": round(path.duration, 3)}
+    record(log, {"event": "sending", **event})
+    try:
+        if motion is not None:
+            receipt = deliver_joints(place, motion, choices)
+        else:
+            said, verdict = found.result.instruction, found.result.verdict
+            receipt = deliver(place, path, found.result.scene, instruction=said, choices=choices, verdict=verdict)
+    except BaseException as error:
+        record(log, {"event": "failed", **event, "why": str(error) or type(error).__name__})
+        raise
+    record(log, {"event": "sent", **event, "sha256": receipt.sha256, "bytes": receipt.size})
+    return receipt
+
+
+def _event(found: Review, place: str, about: Mapping[str, Any]) -> dict[str, Any]:
+    to = place if is_address(place) else os.path.abspath(place)
+    return {**about, "result_sha256": found.sha256, "to": to, "robot": found.robot.name}
+
+
 def default_log() -> Path:
     """Where sendings are logged: `sent.jsonl` in the user's state folder (XDG_STATE_HOME)."""
     state = os.environ.get("XDG_STATE_HOME") or os.path.join(os.path.expanduser("~"), ".local", "state")
@@ -172,6 +249,19 @@ def against(trajectory: Trajectory, scene: Scene, robot: Robot | None) -> list[s
         return _standstill(trajectory)
     checks = verify(trajectory, scene, robot, proposed=trajectory, original=trajectory)
     return _by_measure(trajectory, robot, checks)
+
+
+def limits_in_words(robot: Robot) -> list[str]:
+    """A robot's limits, each as a line for a person."""
+    said = [f"robot {robot.name}"]
+    if robot.workspace is not None:
+        said.append(f"workspace: {robot.workspace.describe()}, {robot.margin:g} m from its border")
+    said.append(f"body: {robot.radius:g} m radius" if robot.radius else "body: a point")
+    said.append(f"objects: {robot.obstacle_margin:g} m from each, {robot.person_margin:g} m from people")
+    said.append("speed: " + ("no limit" if robot.max_speed is None else f"at most {robot.max_speed:g} m/s"))
+    for name, limit in (("along", robot.max_acceleration), ("across", robot.max_lateral_acceleration)):
+        said.append(f"acceleration {name} the path: " + ("no limit" if limit is None else f"at most {limit:g} m/s^2"))
+    return said
 
 
 def _checks(result: Adaptation, robot: Robot) -> tuple[ConstraintCheck, ...]:

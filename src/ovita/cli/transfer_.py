@@ -12,12 +12,11 @@ import click
 
 from ovita.cli.common import choices_from, plain, section, show_notes, source, waiting
 from ovita.errors import RequestError
-from ovita.gate import Review, against, default_log, record, review
+from ovita.gate import Review, against, default_log, refuse, release, review
 from ovita.io import READ, Choices, Task, is_address, load_robot, open_task, rendered, save_task
 from ovita.io.bags import load_joint_motion, save_joint_motion
-from ovita.io.links import Address, deliver, deliver_joints
+from ovita.io.links import Address
 from ovita.io.messages import TYPES, JointMotion
-from ovita.measure import sentences
 from ovita.paths.frame import Frame, transformed
 from ovita.paths.robot import PRESETS, Robot, preset_name
 from ovita.paths.scene import Scene
@@ -164,15 +163,13 @@ def send(file: str, place: str, robot: str | None, log: str | None, **options: A
     found = review(file, robot=load_robot(robot) if robot else None)
     _show(found, place)
     journal = log or str(default_log())
-    target = place if is_address(place) else os.path.abspath(place)
-    event: dict[str, Any] = {"result": os.path.abspath(file), "result_sha256": found.sha256, "to": target}
-    event["robot"] = found.robot.name
+    about = {"result": os.path.abspath(file)}
     if not found.released:
-        record(journal, {"event": "refused", **event, "why": list(found.refusals)})
+        refuse(found, place, journal, about)
         raise SystemExit(EXIT_REFUSED)
     result, motion = found.result, None
     if in_joints:
-        motion = _as_joints(found, place, options["arm"], options["base"], journal, event)
+        motion = _as_joints(found, place, options["arm"], options["base"], journal, about)
     elif not is_address(place):
         rendered(place, result.adapted, result.scene, result.instruction, choices=choices)
     if options["dry_run"]:
@@ -180,31 +177,14 @@ def send(file: str, place: str, robot: str | None, log: str | None, **options: A
         return
     if not options["yes"]:
         _confirm(place)
-    event |= {"waypoints": len(result.adapted), "duration_s": round(result.adapted.duration, 3)}
-    record(journal, {"event": "sending", **event})
-    try:
-        with waiting(f"sending to {place}"):
-            if motion is not None:
-                receipt = deliver_joints(place, motion, choices)
-            else:
-                receipt = deliver(
-                    place,
-                    result.adapted,
-                    result.scene,
-                    instruction=result.instruction,
-                    choices=choices,
-                    verdict=result.verdict,
-                )
-    except BaseException as error:
-        record(journal, {"event": "failed", **event, "why": str(error) or type(error).__name__})
-        raise
-    record(journal, {"event": "sent", **event, "sha256": receipt.sha256, "bytes": receipt.size})
+    with waiting(f"sending to {place}"):
+        receipt = release(found, place, journal, about, choices=choices, motion=motion)
     show_notes(receipt.notes)
     click.echo(plain(f"\nSent to {place}: {receipt.size} bytes, SHA-256 {receipt.sha256}; logged in {journal}"))
 
 
 def _as_joints(
-    found: Review, place: str, arm: str | None, base: str | None, journal: str, event: Mapping[str, Any]
+    found: Review, place: str, arm: str | None, base: str | None, journal: str, about: Mapping[str, Any]
 ) -> JointMotion:
     """A result as a motion of an arm's joints, simulated; a refusal is logged and ends the command."""
     result = found.result
@@ -213,7 +193,7 @@ def _as_joints(
     except RequestError as error:
         if arm is None or base is None:
             raise
-        record(journal, {"event": "refused", **event, "why": [str(error)]})
+        refuse(found, place, journal, about, [str(error)])
         section(f"Refused, it does not go to {place}", [str(error)])
         raise SystemExit(EXIT_REFUSED) from None
     section(f"Simulated with {arm}", said)
@@ -229,26 +209,9 @@ def _confirm(place: str) -> None:
 
 def _show(found: Review, place: str) -> None:
     """Print limits, verdict, changes and what speaks against it."""
-    result, path = found.result, found.result.adapted
-    click.echo(plain(f"{result.instruction}"))
-    click.echo(
-        f"{len(path)} waypoints, {path.length:.3f} m in {path.duration:.2f} s, at most {path.speeds.max():.3g} m/s"
-    )
-    section("Limits", _limits(found.robot))
-    held = sum(check.held for check in found.checks)
-    section("Verdict", [f"Measured again just now: {held} of {len(found.checks)} limits hold."])
-    section("Changes, measured again", sentences(found.changes))
-    section("Mind", found.cautions)
+    click.echo(plain(f"{found.result.instruction}"))
+    sections = found.sections()
+    click.echo("\n".join(sections.pop("Path")))
+    for title, lines in sections.items():
+        section(title, lines)
     section(f"Refused, it does not go to {place}", found.refusals)
-
-
-def _limits(robot: Robot) -> list[str]:
-    said = [f"robot {robot.name}"]
-    if robot.workspace is not None:
-        said.append(f"workspace: {robot.workspace.describe()}, {robot.margin:g} m from its border")
-    said.append(f"body: {robot.radius:g} m radius" if robot.radius else "body: a point")
-    said.append(f"objects: {robot.obstacle_margin:g} m from each, {robot.person_margin:g} m from people")
-    said.append("speed: " + ("no limit" if robot.max_speed is None else f"at most {robot.max_speed:g} m/s"))
-    for name, limit in (("along", robot.max_acceleration), ("across", robot.max_lateral_acceleration)):
-        said.append(f"acceleration {name} the path: " + ("no limit" if limit is None else f"at most {limit:g} m/s^2"))
-    return said

@@ -1,0 +1,78 @@
+"""REST: the same tools under /v1, described by the same models."""
+
+import json
+
+import httpx2
+import pytest
+from served import OTHER, TASK, TOKEN
+
+from ovita.serve.operations import OPERATIONS
+from ovita.serve.web import interface_page, openapi
+
+
+@pytest.fixture
+def http(server):
+    with httpx2.Client(base_url=server.address, headers={"Authorization": f"Bearer {TOKEN}"}, timeout=60) as client:
+        yield client
+
+
+def test_rest_does_what_the_tools_do(http, server):
+    (server.folder / "in/task.json").write_text(json.dumps(TASK))
+    task = http.post("/v1/tasks", json={"path": "task.json"}).json()["task"]
+    made = http.post(f"/v1/tasks/{task}/adapt", json={"instruction": "go left by 0.2"}).json()
+    assert made["status"] == "done" and made["changes"][0] == "The whole path moved 0.20 m left."
+    assert http.post(f"/v1/tasks/{task}/knob", json={"name": "left", "value": 0.3}).json()["turn"] == 2
+    assert http.post(f"/v1/tasks/{task}/check").json()["released"] is True
+    rows = http.get(f"/v1/tasks/{task}/turns/2/path.csv").text.splitlines()
+    assert rows[1] == "-0.3,0.0,0.3,0.3"
+    assert http.get(f"/v1/tasks/{task}/turns/2/picture.png").content.startswith(b"\x89PNG")
+    assert http.post(f"/v1/tasks/{task}/undo").json()["turn"] == 1
+    sent = http.post(f"/v1/tasks/{task}/send", json={"to": str(server.folder / "robot.csv")})
+    assert sent.status_code == 422 and "cannot ask a person" in sent.json()["error"]
+    assert http.delete(f"/v1/tasks/{task}").json() == {"task": task}
+    assert http.get(f"/v1/tasks/{task}").status_code == 404
+
+
+@pytest.mark.parametrize(
+    ("path", "body", "status", "problem"),
+    [
+        ("/v1/tasks", {}, 422, "give either path or document"),
+        ("/v1/tasks", {"document": {"trajectory": 3}}, 422, "document: trajectory is 3"),
+        ("/v1/tasks", {"documents": {}}, 422, "documents"),
+        ("/v1/tasks", [1], 422, "a JSON object"),
+        (
+            "/v1/tasks",
+            {"document": {**TASK, "robot": "/etc/robot.toml"}},
+            403,
+            "robot '/etc/robot.toml' is not allowed",
+        ),
+        ("/v1/tasks", {"document": {**TASK, "trajectory": [[i, 0, 0] for i in range(501)]}}, 403, "up to 500"),
+        ("/v1/tasks/0123456789abcdef/adapt", {"instruction": "go left"}, 404, "no open task"),
+        ("/v1/tasks/..%2f..%2fx/adapt", {"instruction": "go left"}, 404, ""),
+    ],
+)
+def test_a_mistake_is_one_sentence_with_its_status(http, path, body, status, problem):
+    answer = http.post(path, json=body)
+    assert answer.status_code == status and problem in answer.text
+    assert "Traceback" not in answer.text and "\n" not in answer.text.strip()
+
+
+def test_tasks_of_another_owner_do_not_exist(http):
+    task = http.post("/v1/tasks", json={"document": TASK}).json()["task"]
+    other = {"Authorization": f"Bearer {OTHER}"}
+    for method, path in (("GET", ""), ("GET", "/turns/0/path.csv"), ("POST", "/undo"), ("DELETE", "")):
+        assert http.request(method, f"/v1/tasks/{task}{path}", headers=other).status_code == 404
+    assert http.get(f"/v1/tasks/{task}").status_code == 200
+
+
+def test_the_description_is_whole_and_its_page_loads_nothing(http):
+    document = http.get("/openapi.json", headers={"Authorization": ""}).json()
+    assert document == json.loads(json.dumps(openapi()))
+    named = {entry["operationId"] for path in document["paths"].values() for entry in path.values()}
+    assert named == {*OPERATIONS, "read_resource"}
+    references = {part.partition('"')[0] for part in json.dumps(document).split("#/components/schemas/")[1:]}
+    assert references <= set(document["components"]["schemas"])
+    page = http.get("/", headers={"Authorization": ""})
+    assert page.text == interface_page() and "default-src 'none'" in page.headers["Content-Security-Policy"]
+    assert not any(sign in page.text for sign in ("<script", "http://", "https://", "src="))
+    assert all(operation.path in page.text for operation in OPERATIONS.values())
