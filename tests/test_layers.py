@@ -98,6 +98,7 @@ MAY_MATCH_TEXT = {
     "cli/common.py",
     "io/bags.py",
     "io/links.py",
+    "study/material.py",
     "studio/security.py",
     "studio/sessions.py",
     "writers/models/catalogue.py",

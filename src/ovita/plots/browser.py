@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import json
 import textwrap
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -136,12 +137,84 @@ def interactive(
     )
 
 
+PLAYED = 160
+"""Moments between which a page that plays a path draws straight lines."""
+
+_COMPACT = 400.0 / 616.0
+"""Size of the picture of `playable` against that of a whole page."""
+
+
+def playable(original: Trajectory, adapted: Trajectory, scene: Scene, *, view: View = "auto") -> dict[str, Any]:
+    """Return what a page needs to draw both paths in their scene, the speeds over time below, and to play them.
+
+    Args:
+        original: Before (blue).
+        adapted: After (red).
+        scene: Objects are drawn as cuboids with their names, the frame names the axes.
+        view: First look, as in `interactive`.
+
+    Returns:
+        JSON values: "figure" for plotly, "times" (M,) [s], "before" and "after" (M, 4), where the robot is then (x, y,
+        z [m]) and its speed [m/s], and "dots", the numbers of the four traces that show it: before and after in the
+        scene, then in the chart. "left_out" names objects too far away to be shown.
+    """
+    paths = {"before": original, "after": adapted}
+    shown = geometry.extent(list(paths.values()), scene)
+    figure: Any = make_subplots(
+        rows=2, cols=1, specs=[[{"type": "scene"}], [{"type": "xy"}]], row_heights=[0.76, 0.24], vertical_spacing=0.04
+    )
+    for word, path in paths.items():
+        _add_path(figure, word, path, charts=("time",))
+    for i, item in enumerate(shown.shown):
+        _add_object(figure, item, OBJECT_COLOURS[i % len(OBJECT_COLOURS)], 0.012 * float(shown.size.max()))
+    times = np.linspace(0.0, max(path.duration for path in paths.values()), PLAYED)
+    played = {word: _played(path, times) for word, path in paths.items()}
+    dots = _add_dots(figure, {word: rows[0] for word, rows in played.items()})
+    flat = view == "top" or (view == "auto" and geometry.planar(list(paths.values())))
+    figure.update_layout(
+        template="plotly_white",
+        autosize=True,
+        margin={"l": 48, "r": 8, "t": 26, "b": 36},
+        legend={"orientation": "h", "x": 0.5, "xanchor": "center", "y": 1.0, "yanchor": "bottom"},
+        scene=_axes(shown, scene.frame, flat, list(paths.values()), _COMPACT),
+        hoverlabel={"namelength": -1},
+    )
+    figure.update_xaxes(title_text="time [s]", row=2, col=1)
+    figure.update_yaxes(title_text="speed [m/s]", rangemode="tozero", row=2, col=1)
+    return {
+        "figure": json.loads(figure.to_json()),
+        "times": times.tolist(),
+        **{word: rows.tolist() for word, rows in played.items()},
+        "dots": dots,
+        "left_out": list(shown.left_out),
+    }
+
+
+def _played(path: Trajectory, times: Array) -> Array:
+    """Where a robot that follows a path is at some moments, and how fast, (M, 4)."""
+    state = path.at(times)
+    return np.asarray(np.column_stack([state.positions, state.speeds]).round(5), dtype=float)
+
+
+def _add_dots(figure: Any, rows: dict[str, Array]) -> list[int]:
+    """The robot in the scene and in the chart, before and after; return the numbers of the traces."""
+    first = len(figure.data)
+    quiet = {"mode": "markers", "showlegend": False, "hoverinfo": "skip"}
+    for word, (x, y, z, _) in rows.items():
+        marker = {"size": 6, "color": COLOURS[word], "line": {"color": "#222", "width": 2}}
+        figure.add_trace(go.Scatter3d(x=[x], y=[y], z=[z], marker=marker, **quiet), 1, 1)
+    for word, (*_, speed) in rows.items():
+        marker = {"size": 10, "color": COLOURS[word], "line": {"color": "#222", "width": 1}}
+        figure.add_trace(go.Scatter(x=[0.0], y=[speed], marker=marker, **quiet), 2, 1)
+    return list(range(first, len(figure.data)))
+
+
 def plain(text: str) -> str:
     """Text for plotly, which takes <b> and <a> for markup: angle brackets become look-alikes."""
     return text.replace("<", "\u2039").replace(">", "\u203a").replace("&", "\uff06")
 
 
-def _add_path(figure: Any, word: str, path: Trajectory) -> None:
+def _add_path(figure: Any, word: str, path: Trajectory, charts: Sequence[str] = ("time", "distance")) -> None:
     times, distance = path.times, path.arc_length
     data = np.column_stack([np.arange(len(path)), path.speeds, times, distance])
     told = (
@@ -158,7 +231,8 @@ def _add_path(figure: Any, word: str, path: Trajectory) -> None:
     line = _line(path.positions, style, mode="lines+markers", name=name, marker=dots, hovertemplate=told + place,
                  opacity=0.6 if word == "before" else 1.0, **common)  # fmt: skip
     figure.add_trace(line, 1, 1)
-    for column, across in ((1, times), (2, distance)):
+    for column, chart in enumerate(charts, 1):
+        across = times if chart == "time" else distance
         thin = {**style, "width": 4 if word == "before" else 2}
         figure.add_trace(
             go.Scatter(
@@ -204,7 +278,7 @@ def _line(points: Array, style: dict[str, Any], *, mode: str = "lines", **more: 
     return go.Scatter3d(x=x, y=y, z=z, mode=mode, line=style, **more)
 
 
-def _axes(shown: Extent, frame: Frame, flat: bool, paths: Sequence[Trajectory]) -> dict[str, Any]:
+def _axes(shown: Extent, frame: Frame, flat: bool, paths: Sequence[Trajectory], size: float = 1.0) -> dict[str, Any]:
     down = frame.direction("up")[2] < 0
     across, along = geometry.axis_of(frame, "right")[0], geometry.axis_of(frame, "front")[0]
     axes: dict[str, Any] = {}
@@ -216,7 +290,7 @@ def _axes(shown: Extent, frame: Frame, flat: bool, paths: Sequence[Trajectory]) 
             "range": limits[::-1] if down and axis > 0 else limits,
             "visible": not (flat and axis == 2),
         }
-    ratio = shown.size / shown.size.max()
+    ratio = shown.size / shown.size.max() * (1.0 if size == 1.0 else 0.86)  # the names of axes need room
     if flat:
         ratio = ratio * min(1.55 / ratio[along], 3.6 / ratio[across])
     eye, up = np.array([0.8, -1.45, 0.75] if along == 1 else [-1.45, -0.8, 0.75]), np.array([0.0, 0.0, 1.0])
@@ -235,19 +309,24 @@ def _axes(shown: Extent, frame: Frame, flat: bool, paths: Sequence[Trajectory]) 
 
     def seen(points: Array) -> Array:
         from_eye = (points - middle) * scale - eye
-        return np.asarray(from_eye @ screen.T * (_PIXELS[0] if flat else _PIXELS[1] / (from_eye @ ahead)[:, None]))
+        return np.asarray(
+            size * (from_eye @ screen.T) * (_PIXELS[0] if flat else _PIXELS[1] / (from_eye @ ahead)[:, None])
+        )
 
-    axes["annotations"] = _names(shown, seen, paths)
+    axes["annotations"] = _names(shown, seen, paths, size)
     return axes
 
 
-def _names(shown: Extent, seen: Callable[[Array], Array], paths: Sequence[Trajectory]) -> list[dict[str, Any]]:
+def _names(
+    shown: Extent, seen: Callable[[Array], Array], paths: Sequence[Trajectory], size: float = 1.0
+) -> list[dict[str, Any]]:
     """Names of the objects, placed so that they do not cover each other as the page opens.
 
     Args:
         shown: With the objects.
         seen: Where points (K, 3) [m] appear as the page opens, (K, 2) [pixels] from the middle.
         paths: What names should not cover.
+        size: Of the picture, against a whole page.
     """
     texts = [
         plain(textwrap.shorten(item.name, 40, placeholder="...") or item.name[:37] + "...") for item in shown.shown
@@ -255,7 +334,7 @@ def _names(shown: Extent, seen: Callable[[Array], Array], paths: Sequence[Trajec
     projected = [seen(geometry.corners(item)) for item in shown.shown]
     boxes = [(p.min(axis=0), p.max(axis=0)) for p in projected]
     sizes = [(7.0 * len(text) + 8.0, 18.0) for text in texts]
-    area = np.array([-500.0, -230.0]), np.array([500.0, 230.0])
+    area = size * np.array([-500.0, -230.0]), size * np.array([500.0, 230.0])
     placed = geometry.place_labels(boxes, sizes, seen(geometry.busy(paths)), area)
     told = []
     for i, (item, text, spot) in enumerate(zip(shown.shown, texts, placed, strict=True)):

@@ -1,0 +1,71 @@
+"""`ovita study`: a user study of adapted trajectories, from bench runs to answers on disk."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ovita.cli.main import GuessingGroup
+
+
+@click.group(cls=GuessingGroup)
+def group() -> None:
+    """Let people judge adapted trajectories, blinded and in balanced order.
+
+    Write a STUDY.toml and a consent text (docs/study.md has both), then
+    `ovita study new STUDY.toml --runs BENCH-RUN --out DIR` and `ovita study serve DIR`.
+    """
+
+
+@group.command()
+@click.argument("file", metavar="STUDY.toml")
+@click.argument("more_runs", metavar="[RUN]...", nargs=-1)
+@click.option("--runs", multiple=True, required=True, metavar="RUN", help="Folders that `ovita bench run` wrote.")
+@click.option("--per-person", type=int, metavar="N", help="Ratings a person gives. [the file's, else 24]")
+@click.option("--participants", type=int, metavar="N", help="How many links are made. [the file's, else 30]")
+@click.option("--seed", type=int, metavar="N", help="Decides every order and letter. [the file's, else 0]")
+@click.option("--pilot", is_flag=True, default=None, help="A trial, watermarked, whose data are not for analysis.")
+@click.option("--out", "-o", required=True, metavar="DIR", help="The study's folder, which must not exist yet.")
+def new(file: str, runs: tuple[str, ...], more_runs: tuple[str, ...], out: str, **options: Any) -> None:
+    """Make a study of what conditions did in bench runs: who sees what, in which order, under which letters."""
+    from ovita.study.folder import found_study
+
+    changes = {name: value for name, value in options.items() if value is not None}
+    study = found_study(file, (*runs, *more_runs), out, changes)
+    design, names = study.design, study.founded.names
+    shown = len(names) * len(study.items)
+    times = design.per_person * len(study.participants)
+    click.echo(
+        f"{len(study.participants)} people, {len(study.items)} items, {len(names)} conditions: {', '.join(names)}."
+    )
+    low, high = times // shown, -(-times // shown)
+    often = f"{low}" if low == high else f"{low} or {high}"
+    click.echo(f"Each person rates {design.per_person} results; each result is rated {often} times.")
+    if design.pilot:
+        click.echo("This is a pilot: every page and every answer says so.")
+    click.echo(f"The links are in {Path(out) / 'links.csv'}; keep them to yourself. Next: ovita study serve {out}")
+
+
+@group.command()
+@click.argument("folder", metavar="DIR")
+@click.option("--port", type=click.IntRange(0, 65535), default=8770, show_default=True, help="0 for any that is free.")
+@click.option("--host", default="127.0.0.1", show_default=True, help="0.0.0.0 lets other machines in.")
+def serve(folder: str, port: int, host: str) -> None:
+    """Serve the study in DIR, a page for each person's link, until ctrl-c; what was answered is on disk at once."""
+    from ovita.study import pages
+    from ovita.study.folder import address_of, open_study
+    from ovita.study.server import StudyServer
+
+    study = open_study(folder)
+    pages.scripts()
+    server = StudyServer(study, host, port)
+    click.echo(f"Serving {study.design.title!r} at {server.url}")
+    for name, token in list(study.tokens.items())[:3]:
+        click.echo(f"  {name}: {server.url}{address_of(token)}")
+    click.echo(f"All links are in {Path(folder) / 'links.csv'}. Stop with ctrl-c; people can go on after a restart.")
+    try:
+        server.serve_forever()
+    finally:
+        server.server_close()

@@ -1,0 +1,136 @@
+"""The adaptation phase: a conversation of one person about one item, kept on disk turn by turn."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Sequence
+
+from ovita.dialogue.session import Session
+from ovita.errors import OvitaError, RobotError
+from ovita.io import load_robot, scene_from_dict
+from ovita.io.waypoints import trajectory_from_rows
+from ovita.paths.robot import Robot
+from ovita.paths.trajectory import Trajectory
+from ovita.request import FeedbackOn
+from ovita.result import Adaptation
+from ovita.study.answers import StudyEvent, StudyProgress, note
+from ovita.study.assignment import Participant, StudyPage
+from ovita.study.folder import StudyFolder, now
+from ovita.study.material import StudyItem, hidden
+
+LONGEST = 500
+"""Most characters of a sentence."""
+
+FAILED = "That did not work. Please say it in other words."
+"""What a person reads where the system failed; why it did is not for their eyes."""
+
+
+class Conversations:
+    """The conversations of a study that are open in this process; each is used under its person's lock.
+
+    After a kill they are taken up from their journals. A turn is noted before the system is asked and after it
+    answered, so one that was cut off is neither lost nor done twice.
+    """
+
+    def __init__(self, study: StudyFolder, secret: Sequence[str] = ()) -> None:
+        self.study = study
+        self._secret = (*secret, study.design.adapt.writer)
+        self._open: dict[tuple[str, str], Session] = {}
+        self._lock = threading.Lock()
+
+    def current(self, progress: StudyProgress, page: StudyPage) -> Trajectory:
+        """The path of a page as it stands."""
+        return self._session(progress, page).current
+
+    def settled(self, progress: StudyProgress, page: StudyPage) -> bool:
+        """Note the answer of a turn that was done, but cut off before its answer was noted; say whether it was so."""
+        asked, said = progress.turns(page.id, "saying"), progress.turns(page.id)
+        if len(asked) <= len(said):
+            return False
+        session = self._session(progress, page)
+        done = len(session.steps) > (said[-1].steps if said else 0)
+        last = asked[-1]
+        result = session.adaptation if done else None
+        self._answered(progress.person, page, last.turn, last.said, last.on, session, result, repeat=not done)
+        return True
+
+    def say(self, progress: StudyProgress, page: StudyPage, said: str, on: FeedbackOn) -> None:
+        """Let the system do what a person says, and note both."""
+        session = self._session(progress, page)
+        turn = len(progress.turns(page.id)) + 1
+        text = said.strip()[:LONGEST]
+        note(self.study, progress.person, StudyEvent("saying", now(), page=page.id, turn=turn, said=text, on=on))
+        self._answered(progress.person, page, turn, text, on, session, None, repeat=True)
+
+    def forget(self, person: Participant) -> None:
+        """Close the conversations of a person who withdrew."""
+        with self._lock:
+            for key in [key for key in self._open if key[0] == person.id]:
+                del self._open[key]
+
+    def _answered(
+        self,
+        person: Participant,
+        page: StudyPage,
+        turn: int,
+        said: str,
+        on: str,
+        session: Session,
+        result: Adaptation | None,
+        *,
+        repeat: bool,
+    ) -> None:
+        status: str = "failed"
+        told: tuple[str, ...] = (FAILED,)
+        try:
+            if repeat:
+                result = session.say(said, on="original" if on == "original" else "current")
+            if result is not None:
+                status, told = result.status, self._told(result, page)
+        except OvitaError:
+            pass
+        event = StudyEvent("said", now(), page=page.id, turn=turn, said=said, on=on, status=status, told=told,
+                           steps=len(session.steps))  # fmt: skip
+        note(self.study, person, event)
+
+    def _told(self, result: Adaptation, page: StudyPage) -> tuple[str, ...]:
+        """What a person reads: questions and proposals always, the rest where explanations are shown."""
+        if result.status == "failed":
+            return (FAILED,)
+        lines = [result.message]
+        if page.explanation and result.usable:
+            lines += result.explanation.splitlines() or result.plan
+        elif result.usable:
+            lines = ["Done; look at the red path."]
+        return tuple(dict.fromkeys(hidden(line.strip(), self._secret) for line in lines if line.strip()))
+
+    def _session(self, progress: StudyProgress, page: StudyPage) -> Session:
+        key = progress.person.id, page.id
+        with self._lock:
+            found = self._open.get(key)
+        if found is None:
+            found = self._begun(progress, page)
+            with self._lock:
+                self._open[key] = found
+        return found
+
+    def _begun(self, progress: StudyProgress, page: StudyPage) -> Session:
+        file = self.study.session_of(progress.person.id, page.id)
+        writer = self.study.design.adapt.writer
+        if not file.exists():
+            session = _new(self.study.items[page.item], writer)
+            session.keep(str(file))
+            return session
+        session = Session.resume(str(file), writer=writer)
+        said = progress.turns(page.id)
+        if said and said[-1].status in ("needs_confirmation", "needs_clarification"):
+            session.say(said[-1].said, on="original" if said[-1].on == "original" else "current")
+        return session
+
+
+def _new(item: StudyItem, writer: str) -> Session:
+    try:
+        robot = load_robot(item.robot)
+    except RobotError:
+        robot = Robot.preset("none")
+    return Session(trajectory_from_rows(item.original), scene_from_dict(item.scene), robot, writer)

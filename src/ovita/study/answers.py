@@ -1,0 +1,176 @@
+"""What people answered: a file of events for each, of which only the first answer to a page counts."""
+
+from __future__ import annotations
+
+import datetime
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from ovita.io.documents import validated
+from ovita.io.files import Journal
+from ovita.study.assignment import Participant, StudyPage
+from ovita.study.folder import StudyFolder, now, open_study
+from ovita.study.questions import PREFERENCE
+from ovita.study.ratings import NONE, Rating
+
+
+@dataclass(frozen=True)
+class StudyEvent:
+    """A line of a person's file.
+
+    Args:
+        event: "consent", "shown", "answer", "saying" and "said" (a turn of a conversation before and after the system
+            answered), or "withdrawn".
+        when: In UTC (ISO 8601).
+        page: Its id.
+        values: The answers.
+        seconds: From when the page was first shown.
+        consent_sha256: Of the text that was agreed to.
+        turn: Which turn of the conversation, from 1.
+        said: What the person said.
+        on: What it is about: "original" or "current".
+        status: How it went.
+        told: What the system answered.
+        steps: Turns in force afterwards.
+    """
+
+    __pydantic_config__: ClassVar = {"extra": "forbid"}
+
+    event: str
+    when: str
+    page: str = ""
+    values: Mapping[str, int | str] | None = None
+    seconds: float = 0.0
+    consent_sha256: str = ""
+    turn: int = 0
+    said: str = ""
+    on: str = ""
+    status: str = ""
+    told: tuple[str, ...] = ()
+    steps: int = 0
+
+    def document(self) -> dict[str, Any]:
+        """What is written: only what differs from nothing."""
+        return {key: value for key, value in vars(self).items() if value not in ("", None, 0, 0.0, ())}
+
+
+WITHDRAWN = "withdrawn"
+
+
+@dataclass(frozen=True)
+class StudyProgress:
+    """How far a person is.
+
+    Args:
+        person: Who.
+        events: Everything, oldest first.
+    """
+
+    person: Participant
+    events: tuple[StudyEvent, ...]
+
+    @property
+    def consented(self) -> bool:
+        """Whether the person agreed to take part."""
+        return any(event.event == "consent" for event in self.events)
+
+    @property
+    def withdrawn(self) -> bool:
+        """Whether the person withdrew."""
+        return any(event.event == WITHDRAWN for event in self.events)
+
+    @property
+    def answered(self) -> dict[str, StudyEvent]:
+        """The first answer to each page."""
+        found: dict[str, StudyEvent] = {}
+        for event in self.events:
+            if event.event == "answer":
+                found.setdefault(event.page, event)
+        return found
+
+    @property
+    def current(self) -> StudyPage | None:
+        """The first page without an answer, or None at the end."""
+        answered = self.answered
+        return next((page for page in self.person.pages if page.id not in answered), None)
+
+    def first_shown(self, page: str) -> str:
+        """When a page was shown first, or ""."""
+        return next((e.when for e in self.events if e.event == "shown" and e.page == page), "")
+
+    def turns(self, page: str, event: str = "said") -> tuple[StudyEvent, ...]:
+        """The turns of the conversation on a page."""
+        return tuple(e for e in self.events if e.event == event and e.page == page)
+
+
+def progress_of(study: StudyFolder, person: Participant) -> StudyProgress:
+    """Read how far a person is.
+
+    Raises:
+        FormatError: If the file is damaged.
+    """
+    file = study.answers_of(person.id)
+    if not file.exists():
+        return StudyProgress(person, ())
+    events = Journal(file).read()
+    return StudyProgress(
+        person, tuple(validated(StudyEvent, e, str(file), f"line {i}") for i, e in enumerate(events, 1))
+    )
+
+
+def note(study: StudyFolder, person: Participant, event: StudyEvent) -> None:
+    """Write an event; it is on disk when this returns."""
+    Journal(study.answers_of(person.id)).add(event.document())
+
+
+def withdraw(study: StudyFolder, person: Participant) -> None:
+    """Delete all that a person said and answered; that the link was given back stays."""
+    Journal(study.answers_of(person.id)).rewrite([StudyEvent(WITHDRAWN, now()).document()])
+    for file in study.session_of(person.id, "").parent.glob(f"{person.id}-*"):
+        file.unlink(missing_ok=True)
+
+
+def seconds_between(start: str, end: str) -> float:
+    """The time between two moments in ISO 8601 [s]; 0 where one is missing."""
+    try:
+        return max((datetime.datetime.fromisoformat(end) - datetime.datetime.fromisoformat(start)).total_seconds(), 0.0)
+    except ValueError:
+        return 0.0
+
+
+def ratings(folder: str | os.PathLike[str]) -> tuple[Rating, ...]:
+    """Every answer of a study by participant and position; those who withdrew left none.
+
+    Raises:
+        FormatError: If the folder is no study, or a file is damaged.
+    """
+    study = open_study(folder)
+    return tuple(rating for person in study.participants.values() for rating in _of(study, progress_of(study, person)))
+
+
+def _of(study: StudyFolder, progress: StudyProgress) -> Iterator[Rating]:
+    person, answered = progress.person, progress.answered
+    if progress.withdrawn or not progress.consented:
+        return
+    for page in person.pages:
+        event = answered.get(page.id)
+        for question, given in ((event.values or {}) if event else {}).items():
+            assert event is not None
+            yield Rating(
+                person.id, person.group, page.phase, page.item, _condition(study, page), page.explanation, question,
+                _value(question, given, page), page.position, event.seconds, event.when, study.design.pilot,
+            )  # fmt: skip
+
+
+def _condition(study: StudyFolder, page: StudyPage) -> str:
+    return study.design.adapt.writer if page.kind == "adapt" else "|".join(page.conditions)
+
+
+def _value(question: str, given: int | str, page: StudyPage) -> float | str:
+    if question == PREFERENCE:
+        return {"left": page.conditions[0], "right": page.conditions[-1]}.get(str(given), NONE)
+    if question == "attention":
+        return float(given == page.expected)
+    return given if isinstance(given, str) else float(given)

@@ -1,0 +1,225 @@
+"""The pages that people see, as HTML; a page knows letters, never the names of conditions."""
+
+from __future__ import annotations
+
+import gzip
+import json
+from collections.abc import Mapping, Sequence
+from functools import cache, lru_cache
+from importlib.resources import files
+from typing import Any
+
+from ovita.errors import MissingExtra
+from ovita.io import scene_from_dict
+from ovita.io.waypoints import trajectory_from_rows
+from ovita.paths.trajectory import Trajectory
+from ovita.study.answers import StudyEvent
+from ovita.study.assignment import Participant, StudyPage
+from ovita.study.folder import StudyFolder
+from ovita.study.material import StudyItem
+from ovita.study.questions import ASKED
+
+HEADINGS: Mapping[str, tuple[str, str]] = {
+    "tlx": ("How demanding was it?", "Please set each slider for the task that you have just finished."),
+    "umux": ("The system as a whole", "How far do you agree? Think of all that you have seen."),
+    "sus": ("The system as a whole", "How far do you agree? Think of all that you have seen."),
+}
+"""Heading and introduction of each questionnaire."""
+
+NOTHING: Mapping[str, str] = {}
+
+
+@cache
+def _macros() -> Any:
+    try:
+        from jinja2 import Environment
+    except ImportError:
+        raise MissingExtra("jinja2", "plot") from None
+    environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    return environment.from_string(asset("pages.html.j2")).module
+
+
+@cache
+def asset(name: str) -> str:
+    """A file that belongs to the pages."""
+    return (files("ovita.study") / name).read_text(encoding="utf-8")
+
+
+@cache
+def plotly() -> str:
+    """The drawing library, as one script.
+
+    Raises:
+        MissingExtra: If plotly is not installed.
+    """
+    try:
+        from plotly.offline import get_plotlyjs
+    except ImportError:
+        raise MissingExtra("plotly", "plot") from None
+    text: str = get_plotlyjs()
+    return text
+
+
+@cache
+def scripts() -> Mapping[str, tuple[bytes, bytes]]:
+    """The scripts that a server hands out, by address: as they are, and compressed."""
+    found = {"/assets/plotly.js": plotly().encode(), "/assets/view.js": asset("view.js").encode()}
+    return {address: (body, gzip.compress(body, 6, mtime=0)) for address, body in found.items()}
+
+
+def document(title: str, body: str, *, pilot: bool, drawn: bool) -> str:
+    """A whole page for a server.
+
+    Args:
+        title: In the browser's tab.
+        body: HTML of the page.
+        pilot: Whether the watermark is shown.
+        drawn: Whether the page has pictures or sliders, and so needs the scripts.
+    """
+    from markupsafe import Markup
+
+    addresses = ("/assets/plotly.js", "/assets/view.js") if drawn else ()
+    tags = Markup("\n").join(Markup('<script src="{}"></script>').format(a) for a in addresses)
+    return str(_macros().shell(title, Markup(body), pilot, Markup(asset("page.css")), tags))
+
+
+def offline_document(title: str, body: str, data: str, script: str, *, pilot: bool) -> str:
+    """A whole study as one page that loads nothing; `data` is HTML, `script` JavaScript."""
+    from markupsafe import Markup
+
+    code = Markup("\n").join(
+        Markup("<script>") + Markup(text.replace("</script", "<\\/script")) + Markup("</script>")
+        for text in (plotly(), asset("view.js"), script)
+    )
+    style = Markup(asset("page.css"))
+    return str(_macros().shell(title, Markup(body), pilot, style, code, offline=True, data=Markup(data)))
+
+
+def consent(study: StudyFolder, missing: bool = False) -> str:
+    """The text that people agree to, before anything is stored."""
+    return str(_macros().consent(study.design.title, study.consent.split("\n\n"), missing))
+
+
+def message(heading: str, text: str) -> str:
+    """A page with something to read."""
+    return str(_macros().message(heading, text))
+
+
+def trouble() -> str:
+    """The page where this side failed."""
+    text = "Your answers so far are saved. Please try again in a moment, or tell the person who sent you the link."
+    return message("Something went wrong here", text)
+
+
+def farewell() -> str:
+    """The page after the last one."""
+    return message("Thank you", "All your answers are saved. You may close this page now.")
+
+
+def gone() -> str:
+    """The page of those who withdrew."""
+    return message("You have withdrawn", "Everything that you answered and said was deleted. You may close this page.")
+
+
+def footer(study: StudyFolder) -> str:
+    """Whom to ask, and the way out."""
+    return str(_macros().foot(study.design.contact))
+
+
+def page_of(
+    study: StudyFolder,
+    person: Participant,
+    page: StudyPage,
+    given: Mapping[str, str] = NOTHING,
+    missing: Sequence[str] = (),
+) -> str:
+    """A page without the adaptation phase's, which `conversation` makes.
+
+    Args:
+        study: It belongs to this one.
+        person: For whom.
+        page: Which.
+        given: What the form held when it was sent with answers missing.
+        missing: The questions without an answer.
+    """
+    macros, design, questions = _macros(), study.design, ASKED.get(page.kind, ())
+    head = macros.head(page, len(person.pages))
+    match page.kind:
+        case "introduction":
+            rating = sum(p.kind == "rate" for p in person.pages)
+            letters = sorted(person.letters.values())
+            body = macros.introduction(page, design.title, len(person.adapted), rating, design.preference, letters)
+        case "rate":
+            item, (name,) = study.items[page.item], page.conditions
+            shown = _side(item, name, person)
+            body = macros.rate(page, item.instruction, shown["letter"], shown["figure"], shown["lines"],
+                               shown["changed"], questions, given, missing, design.comments)  # fmt: skip
+        case "preference":
+            item = study.items[page.item]
+            sides = [_side(item, name, person) for name in page.conditions]
+            body = macros.preference(page, item.instruction, sides, given, missing, design.comments)
+        case "attention":
+            word = dict(questions[0].points)[page.expected]
+            body = macros.attention(page, questions[0], word, given, missing)
+        case "closing":
+            body = macros.closing(page, given)
+        case _:
+            body = macros.questionnaire(page, *HEADINGS[page.kind], questions, given, missing)
+    return str(head + body)
+
+
+def conversation(
+    study: StudyFolder,
+    person: Participant,
+    page: StudyPage,
+    current: Trajectory,
+    turns: Sequence[StudyEvent],
+    given: Mapping[str, str] = NOTHING,
+    missing: Sequence[str] = (),
+    alert: str = "",
+) -> str:
+    """A page of the adaptation phase.
+
+    Args:
+        study: It belongs to this one.
+        person: For whom.
+        page: Which.
+        current: The path as it stands.
+        turns: What was said so far.
+        given: What the form held when it was sent with answers missing.
+        missing: The questions without an answer.
+        alert: What went wrong with the last sentence.
+    """
+    macros, item = _macros(), study.items[page.item]
+    figure = drawing(trajectory_from_rows(item.original), current, item)
+    left = max(study.design.adapt.turns - len(turns), 0)
+    body = macros.adapt(page, item.instruction, figure, turns, len(turns) + 1, left, alert, ASKED["adapt"], given,
+                        missing, study.design.comments)  # fmt: skip
+    return str(macros.head(page, len(person.pages)) + body)
+
+
+def drawing(original: Trajectory, adapted: Trajectory, item: StudyItem) -> dict[str, Any]:
+    """What the template's `view` takes: the picture as JSON that HTML may hold, and what is left out of it."""
+    from markupsafe import Markup
+
+    from ovita.plots.browser import playable
+
+    made = playable(original, adapted, scene_from_dict(item.scene))
+    text = json.dumps(made, separators=(",", ":")).replace("<", "\\u003c")
+    return {"json": Markup(text), "left_out": ", ".join(made["left_out"])}
+
+
+def _side(item: StudyItem, name: str, person: Participant) -> dict[str, Any]:
+    result = item.results[name]
+    return {
+        "letter": person.letters[name],
+        "figure": _drawn(item, name),
+        "lines": result.told,
+        "changed": result.changed,
+    }
+
+
+@lru_cache(maxsize=4000)
+def _drawn(item: StudyItem, name: str) -> dict[str, Any]:
+    adapted = trajectory_from_rows(item.results[name].adapted, key="adapted")
+    return drawing(trajectory_from_rows(item.original), adapted, item)
