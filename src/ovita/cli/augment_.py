@@ -46,6 +46,14 @@ def group() -> None:
 @click.option("--families", default="", metavar="LIST", help="Kinds of requests, such as shift,distance,speed. [all]")
 @click.option("--paraphrases", type=click.IntRange(0, 50), default=4, show_default=True, help="Further sentences each.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True)
+@click.option(
+    "--format",
+    "formats",
+    default="jsonl",
+    show_default=True,
+    metavar="LIST",
+    help="jsonl, parquet, lerobot, lerobot-language, scenes, mcap, or several: jsonl,lerobot.",
+)
 @click.option("--robot", metavar="NAME|FILE", help="Whose limits hold. [what each file names, else none]")
 @click.option("--waypoints", type=click.IntRange(8, 2000), metavar="N", help="Of random scenes. [as the scale has it]")
 @click.option(
@@ -58,19 +66,24 @@ def group() -> None:
 @click.option("--jobs", type=click.IntRange(1, 1024), default=1, show_default=True, help="Workers.")
 @click.option("--engine", type=click.Choice(["processes", "ray"]), default="processes", show_default=True)
 @click.option("--shard", type=click.IntRange(1, 1_000_000), default=1000, show_default=True, help="Samples a shard.")
-def make(sources: tuple[str, ...], out: str | None, families: str, **options: Any) -> None:
+def make(sources: tuple[str, ...], out: str | None, families: str, formats: str, **options: Any) -> None:
     """Make a dataset of SOURCES. Run it again to go on after an interruption."""
     from ovita.augment.engine import Job, run
+    from ovita.augment.formats import sinks_named
     from ovita.augment.sources import open_pool
     from ovita.augment.verified import Manner
     from ovita.augment.wording import families_from
 
-    chosen = families_from([name.strip() for name in families.split(",") if name.strip()])
+    chosen = families_from(_listed(families))
     manner = Manner(options["seed"], chosen, options["paraphrases"], options["repairs"])
     pool, notes = open_pool(sources, robot=options["robot"], waypoints=options["waypoints"])
     show_notes(notes)
-    job = Job(options["n"], manner, pool, shard=options["shard"])
+    job = Job(options["n"], manner, pool, sinks_named(_listed(formats)), shard=options["shard"])
     _show(run(job, out or "ovita-augmented", jobs=options["jobs"], engine=options["engine"], progress=_progress()))
+
+
+def _listed(text: str) -> list[str]:
+    return [name.strip() for name in text.split(",") if name.strip()]
 
 
 def _progress() -> Any:
@@ -95,7 +108,8 @@ def _show(done: AugmentedDataset) -> None:
 
     manifest = done.manifest
     click.echo(f"{done.kept} verified samples are in {done.folder} ({done.seconds:.1f} s for {done.made} shards)")
-    size = sum(file["bytes"] for shard in manifest["shards"] for file in shard["files"])
+    parts = [*manifest["shards"], manifest]
+    size = sum(file["bytes"] for part in parts for file in part["files"])
     click.echo(f"{size / 1e6:.1f} MB; every sample passed its own check after the limits")
     rejected: Mapping[str, int] = manifest["rejected"]
     if rejected:

@@ -66,7 +66,12 @@ _SOURCE = (
         "--frame", type=click.Choice(["rfu", "flu", "ned"]), help="Which way is left. [default: the scene's, else rfu]"
     ),
     click.option("--topic", metavar="NAME", help="Topic of a ROS bag. [the only one with a path]"),
-    click.option("--message", type=int, metavar="N", help="Which message on that topic, from 0. [the last]"),
+    click.option(
+        "--message",
+        type=int,
+        metavar="N",
+        help="Which message on that topic, or which episode of a LeRobot data set, from 0. [the last]",
+    ),
     click.option("--home", metavar="LAT,LON,ALT", help="Home of a mission in degrees and metres. [the file's]"),
 )
 

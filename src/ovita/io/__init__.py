@@ -7,6 +7,7 @@
 .plan                     QGroundControl plans
 .waypoints, .wpl, .txt    QGC WPL 110 missions
 others                    by plug-ins (`ovita.plugins`)
+a folder                  of a LeRobot data set (extra `lerobot`), which is read episode by episode
 
 Whatever cannot be read or written, here or in a module of this package, is a `FormatError` with the file, the key and
 the index at fault (a `TrajectoryError` or `SceneError` where no file is known), a link that fails is a `LinkError`, and
@@ -30,6 +31,7 @@ from ovita.io.geodesy import MISSION, ROS
 from ovita.io.json_ import is_adaptation_file as is_adaptation
 from ovita.io.json_ import is_skill_file as is_skill
 from ovita.io.json_ import load_document, save_document
+from ovita.io.lerobot import episode, is_data_set
 from ovita.io.tables import START, dumps_csv, dumps_poses, dumps_tum, looks_like_tum, parse_csv, parse_tum
 from ovita.io.waypoints import trajectory_from_rows, trajectory_rows
 from ovita.paths.frame import Frame, transformed
@@ -72,7 +74,7 @@ WRITTEN = (".json", ".csv", ".pose.csv", ".tum", ".txt", ".plan", *_MISSIONS, ".
 """Endings of the files that trajectories are written to."""
 
 READ = (*WRITTEN, ".bag")
-"""Endings of the files that trajectories are read from; a folder that holds a ROS 2 bag is read as well."""
+"""Endings of the files that trajectories are read from; so are folders with a ROS 2 bag or a LeRobot data set."""
 
 _PARSED: Mapping[str, Callable[[str, str], Task]] = {".json": json_.parse, ".csv": parse_csv, ".tum": parse_tum}
 
@@ -136,6 +138,8 @@ def _load(path: str | os.PathLike[str], choices: Choices) -> Task:
         from ovita.io import bags
 
         return bags.load(path, choices)
+    if is_data_set(path):
+        return episode(path, choices.message)
     examine(path)
     ending, file = suffix(path), file_name(path)
     with errors_of(path):

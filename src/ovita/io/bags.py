@@ -110,7 +110,7 @@ def dumps(
 ) -> tuple[bytes, tuple[str, ...]]:
     """The content of a bag with one message, by file extension, and notes on what is lost."""
     topic, kind, message, notes = message_of(trajectory, scene, choices, bag_maker())
-    return bag_of(path, topic, TYPES[kind], message, verdict), notes
+    return bag_of(path, _with_verdict(LoggedMessage(topic, TYPES[kind], message), verdict)), notes
 
 
 def save_folder(
@@ -123,34 +123,54 @@ def save_folder(
     topic, kind, message, notes = message_of(trajectory, scene, choices, bag_maker())
     try:
         with tempfile.TemporaryDirectory(prefix=".ovita-", dir=target.parent) as folder:
-            os.rename(_written(Path(folder, target.name), file, topic, TYPES[kind], message, verdict), target)
+            messages = _with_verdict(LoggedMessage(topic, TYPES[kind], message), verdict)
+            os.rename(_written(Path(folder, target.name), file, messages), target)
     except OSError as error:
         raise FormatError(file, f"cannot be written: {(error.strerror or str(error)).lower()}") from None
     return notes
 
 
-def bag_of(path: str | os.PathLike[str], topic: str, name: str, message: Any, verdict: str = "") -> bytes:
-    """The content of a bag file that holds one message at time 0 and the verdict, by file extension."""
+@dataclass(frozen=True)
+class LoggedMessage:
+    """A message to write to a bag: its topic and type, itself, and when it is logged [ns]."""
+
+    topic: str
+    type: str
+    message: Any
+    at: int = 0
+
+
+def text_message(maker: Maker, topic: str, text: str, at: int = 0) -> LoggedMessage:
+    """A std_msgs/String."""
+    return LoggedMessage(topic, STRING, maker.new(STRING, data=text), at)
+
+
+def bag_of(path: str | os.PathLike[str], messages: Sequence[LoggedMessage]) -> bytes:
+    """The content of a bag file that holds some messages, by file extension."""
     file = file_name(path)
     if suffix(path) not in _STORAGE:
         raise FormatError(file, "bags are written as .mcap or .db3; ROS 1 bags are only read")
     with tempfile.TemporaryDirectory(prefix="ovita-") as folder:
-        inside = _written(Path(folder, Path(path).name), file, topic, name, message, verdict)
+        inside = _written(Path(folder, Path(path).name), file, messages)
         written = [entry for entry in os.listdir(inside) if entry.endswith(suffix(path))]
         return Path(inside, written[0]).read_bytes()
 
 
-def _written(folder: Path, file: str, topic: str, name: str, message: Any, verdict: str) -> Path:
+def _with_verdict(logged: LoggedMessage, verdict: str) -> list[LoggedMessage]:
+    return [logged, text_message(bag_maker(), VERDICT_TOPIC, verdict)] if verdict else [logged]
+
+
+def _written(folder: Path, file: str, messages: Sequence[LoggedMessage]) -> Path:
     """The folder after a bag was written into it: MCAP, or sqlite3 where its name ends in .db3."""
     rosbag2 = _import("rosbags.rosbag2")
     store = _typestore()
     plugin = getattr(rosbag2.StoragePlugin, _STORAGE.get(folder.suffix.lower(), "MCAP"))
     with _damage(file, "cannot be written"), rosbag2.Writer(folder, version=_VERSION, storage_plugin=plugin) as bag:
-        connection = bag.add_connection(topic, name, typestore=store)
-        bag.write(connection, 0, store.serialize_cdr(message, name))
-        if verdict:
-            connection = bag.add_connection(VERDICT_TOPIC, STRING, typestore=store)
-            bag.write(connection, 0, store.serialize_cdr(store.types[STRING](data=verdict), STRING))
+        topics: dict[str, Any] = {}
+        for one in messages:
+            if one.topic not in topics:
+                topics[one.topic] = bag.add_connection(one.topic, one.type, typestore=store)
+            bag.write(topics[one.topic], one.at, store.serialize_cdr(one.message, one.type))
     return folder
 
 
@@ -297,7 +317,7 @@ def save_joint_motion(path: str | os.PathLike[str], motion: JointMotion, choices
 def dumps_joints(path: str | os.PathLike[str], motion: JointMotion, choices: Choices = NONE) -> bytes:
     """What `save_joint_motion` writes, by the ending of the file's name."""
     message = build_joints(motion, bag_maker(), frame_id=choices.frame_id or "")
-    return bag_of(path, topic_named(choices.topic or JOINT_TOPIC), JOINTS, message)
+    return bag_of(path, [LoggedMessage(topic_named(choices.topic or JOINT_TOPIC), JOINTS, message)])
 
 
 def load_joint_motion(path: str | os.PathLike[str], choices: Choices = NONE) -> JointMotion:

@@ -553,7 +553,8 @@ class Choices:
 
     Args:
         topic: The topic of a bag, or None for the only one that fits.
-        message: Which message on that topic, counted from 0, negative from the end; None for the last.
+        message: Which message on that topic, or episode of a LeRobot data set, counted from 0, negative from the end;
+            None for the last.
         kind: The message to write to a bag, or None for that of the file it came from, else a path.
         frame_id: The ROS frame to write, or None for that of the file it came from, else "map".
         home: Where the local metres of a mission have their origin, or None for the file's own.

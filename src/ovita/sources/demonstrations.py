@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ovita.errors import FormatError, RequestError
 from ovita.io import Choices, Task, open_task
 from ovita.io.documents import NONE
+from ovita.io.lerobot import episodes, is_data_set
 from ovita.paths.geometry import extent
 from ovita.paths.trajectory import Array, Trajectory, interpolate, nlerp, source_indices
 from ovita.sources.taskframes import logarithm
@@ -91,9 +92,7 @@ def read_demonstrations(
     tasks: list[Task] = []
     for given in places:
         place = os.fspath(given)
-        if os.path.isfile(os.path.join(place, "meta", "info.json")):
-            from ovita.io.lerobot import episodes
-
+        if is_data_set(place):
             tasks += episodes(place)
         else:
             tasks.append(open_task(place, scene_file=scene_file, frame=frame, choices=choices))

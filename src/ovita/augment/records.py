@@ -1,0 +1,178 @@
+"""Samples as Parquet: the full record of each, one file a shard and split, so that no split sees another's rows.
+
+Trajectories are lists of rows [x, y, z, speed(, qw, qx, qy, qz)] in double precision; what is a document (scene,
+frames, parameters, check, measured) is text in JSON, since its keys differ from sample to sample.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import chain
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ovita.augment.sample import SPLITS, AugmentedSample
+from ovita.augment.shards import ShardFile, written
+from ovita.errors import FormatError, MissingExtra
+from ovita.io import Task, scene_dict, scene_from_dict
+from ovita.io.files import file_name
+from ovita.paths.trajectory import Array, Trajectory
+
+FOLDER = "parquet"
+"""Where the records are, below the folder of the dataset."""
+
+_INTEGERS = ("index", "seed")
+_TEXTS = ("source", "split", "family", "instruction", "robot", "code", "verdict", "version")
+_DOCUMENTS = ("scene", "frames", "parameters", "check", "measured")
+_TRAJECTORIES = ("trajectory", "adapted")
+
+
+def arrow() -> tuple[Any, Any]:
+    """The modules pyarrow and pyarrow.parquet.
+
+    Raises:
+        MissingExtra: If they are not installed.
+    """
+    try:
+        import pyarrow
+        from pyarrow import parquet
+    except ImportError:
+        raise MissingExtra("pyarrow", "lerobot") from None
+    return pyarrow, parquet
+
+
+@dataclass(frozen=True)
+class ParquetRecords:
+    """Writes the full record of every sample as Parquet: parquet/SPLIT/SHARD.parquet."""
+
+    name: str = "parquet"
+
+    def write(self, folder: Path, shard: int, samples: Sequence[AugmentedSample]) -> Sequence[ShardFile]:
+        """Write the shard's samples, split by split."""
+        return [
+            written(folder, f"{FOLDER}/{split}/{shard:06d}.parquet", content_of(mine))
+            for split in SPLITS
+            if (mine := [sample for sample in samples if sample.split == split])
+        ]
+
+    def finish(self, folder: Path, manifest: Mapping[str, Any]) -> Sequence[ShardFile]:
+        """Nothing is left to do."""
+        return []
+
+
+def content_of(samples: Sequence[AugmentedSample]) -> bytes:
+    """The content of a Parquet file with the records of some samples."""
+    _, parquet = arrow()
+    stream = io.BytesIO()
+    parquet.write_table(_table(samples), stream, compression="zstd")
+    return stream.getvalue()
+
+
+def read_records(folder: Path) -> Iterator[AugmentedSample]:
+    """The samples that `ParquetRecords` wrote below a folder, in the order of their index.
+
+    Raises:
+        FormatError: If a file cannot be read.
+        MissingExtra: If pyarrow is not installed.
+    """
+    return in_order(folder.glob(f"{FOLDER}/*/*.parquet"), lambda file: map(sample_of, rows_of([file])))
+
+
+def in_order(files: Iterable[Path], read: Callable[[Path], Iterable[AugmentedSample]]) -> Iterator[AugmentedSample]:
+    """The samples of files SPLIT/SHARD in the order of their index, one shard at a time."""
+    shards: dict[str, list[Path]] = {}
+    for file in sorted(files):
+        shards.setdefault(file.name, []).append(file)
+    for _, mine in sorted(shards.items()):
+        yield from sorted(chain.from_iterable(map(read, mine)), key=lambda sample: sample.index)
+
+
+def rows_of(files: Iterable[Path]) -> Iterator[dict[str, Any]]:
+    """The records of some files, one after the other: trajectories are built, documents are still text.
+
+    Raises:
+        FormatError: If a file cannot be read.
+    """
+    pyarrow, parquet = arrow()
+    for file in files:
+        try:
+            table = parquet.read_table(file, partitioning=None)
+            names = [name for name in table.column_names if name not in _TRAJECTORIES]
+            plain = {name: table[name].to_pylist() for name in names}
+            paths = {name: _trajectories(table[name], plain["timestep"]) for name in _TRAJECTORIES}
+        except (pyarrow.ArrowException, OSError, ValueError, KeyError) as error:
+            raise FormatError(file_name(file), f"holds no records of samples: {str(error).splitlines()[0]}") from None
+        columns = plain | paths
+        for i in range(table.num_rows):
+            yield {name: column[i] for name, column in columns.items()}
+
+
+def sample_of(row: Mapping[str, Any]) -> AugmentedSample:
+    """The sample of one of `rows_of`."""
+    read = {name: json.loads(row[name]) for name in _DOCUMENTS}
+    task = Task(row["trajectory"], scene_from_dict(read["scene"]), row["instruction"], robot=row["robot"])
+    plain = {name: row[name] for name in (*_INTEGERS, *_TEXTS) if name != "robot"}
+    return AugmentedSample(
+        task=task,
+        adapted=row["adapted"],
+        paraphrases=tuple(row["paraphrases"]),
+        frames=tuple(read["frames"]),
+        parameters=tuple(read["parameters"]),
+        check=read["check"],
+        measured=read["measured"],
+        **plain,
+    )
+
+
+def _table(samples: Sequence[AugmentedSample]) -> Any:
+    pyarrow, _ = arrow()
+    columns: dict[str, Any] = {
+        name: pyarrow.array([getattr(s, name) for s in samples], pyarrow.int64()) for name in _INTEGERS
+    }
+    texts = {name: [_text(s, name) for s in samples] for name in _TEXTS}
+    documents = {name: [_document(s, name) for s in samples] for name in _DOCUMENTS}
+    columns |= {name: pyarrow.array(values, pyarrow.string()) for name, values in (texts | documents).items()}
+    columns["paraphrases"] = pyarrow.array([list(s.paraphrases) for s in samples], pyarrow.list_(pyarrow.string()))
+    columns["timestep"] = pyarrow.array([s.task.trajectory.timestep for s in samples], pyarrow.float64())
+    columns["trajectory"] = _rows_column([s.task.trajectory for s in samples])
+    columns["adapted"] = _rows_column([s.adapted for s in samples])
+    return pyarrow.table(columns)
+
+
+def _text(sample: AugmentedSample, name: str) -> str | None:
+    return sample.task.robot if name == "robot" else str(getattr(sample, name))
+
+
+def _document(sample: AugmentedSample, name: str) -> str:
+    value = scene_dict(sample.task.scene) if name == "scene" else getattr(sample, name)
+    return json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+
+
+def _rows_column(trajectories: Sequence[Trajectory]) -> Any:
+    """Trajectories as lists of rows, without a Python object for each number."""
+    pyarrow, _ = arrow()
+    rows = [trajectory.to_numpy() for trajectory in trajectories]
+    widths = np.concatenate([np.full(len(one), one.shape[1]) for one in rows])
+    inner = np.concatenate([[0], np.cumsum(widths)]).astype(np.int32)
+    outer = np.concatenate([[0], np.cumsum([len(one) for one in rows])]).astype(np.int32)
+    numbers = pyarrow.array(np.concatenate([one.ravel() for one in rows]))
+    return pyarrow.ListArray.from_arrays(outer, pyarrow.ListArray.from_arrays(inner, numbers))
+
+
+def _trajectories(column: Any, timesteps: Sequence[float]) -> list[Trajectory]:
+    """The trajectories of a column of rows."""
+    lists = column.combine_chunks()
+    inner = lists.values
+    numbers: Array = inner.values.to_numpy(zero_copy_only=False)
+    starts, cuts = inner.offsets.to_numpy(), lists.offsets.to_numpy()
+    found = []
+    for i, timestep in enumerate(timesteps):
+        first, last = int(cuts[i]), int(cuts[i + 1])
+        rows = numbers[starts[first] : starts[last]].reshape(last - first, -1)
+        found.append(Trajectory.from_array(rows, timestep=timestep))
+    return found
