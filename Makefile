@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check -q
 WORKERS ?= 2
 
-.PHONY: help install dev demo test test-browser check lowest format train bench clean
+.PHONY: help install dev demo test test-browser check lowest release format train bench clean
 
 help: ## list the commands
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -44,6 +44,10 @@ check: $(VENV)/.dev ## lint, formatting, strict types
 
 lowest: $(VENV)/.dev ## run a set of tests with the lowest versions that pyproject.toml allows, in .venv-lowest
 	$(BIN)/python .ci/lowest.py
+
+BASE ?=
+release: $(VENV)/.dev ## dry run of a release: packages, their own tests, bill of materials; uploads nothing
+	$(BIN)/python .ci/release.py --base "$(BASE)"
 
 format: $(VENV)/.dev ## format the code
 	$(BIN)/ruff check --fix .

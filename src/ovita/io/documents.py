@@ -13,6 +13,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from difflib import get_close_matches
 from functools import cache
+from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar, overload
 
@@ -89,6 +90,8 @@ def plain(value: Any) -> Any:
             if not isinstance(key, str):
                 raise TypeError(f"the key {show(key)} is not text")
         return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, list) and is_table(value):
+        return [row[:] for row in value]
     if isinstance(value, list | tuple):
         return [plain(item) for item in value]
     if is_dataclass(value) and not isinstance(value, type):
@@ -96,6 +99,11 @@ def plain(value: Any) -> Any:
     if hasattr(value, "tolist"):
         return plain(value.tolist())
     raise TypeError(f"a {type(value).__name__} cannot be written to JSON")
+
+
+def is_table(value: list[Any]) -> bool:
+    """Whether a list is of lists of floats and of nothing else, as waypoints are: they are written at once."""
+    return set(map(type, value)) == {list} and set(map(type, chain.from_iterable(value))) == {float}
 
 
 def show(value: object) -> str:

@@ -17,6 +17,7 @@ from ovita.io.documents import (
     VERDICT,
     Task,
     brief,
+    is_table,
     listing,
     nearest,
     plain,
@@ -305,6 +306,8 @@ def _layout(value: Any, indent: str) -> str:
         if len(line) <= _LINE:
             return line
     deeper = indent + " "
+    if isinstance(value, list) and is_table(value):
+        return "[\n" + deeper + _compact(value)[1:-1].replace("], [", f"],\n{deeper}[") + f"\n{indent}]"
     if isinstance(value, list):
         return "[\n" + ",\n".join(deeper + _layout(item, deeper) for item in value) + f"\n{indent}]"
     lines = (f"{deeper}{_compact(key)}: {_layout(item, deeper)}" for key, item in value.items())

@@ -5,6 +5,8 @@ from __future__ import annotations
 import csv
 import io
 import re
+import warnings
+from typing import Any
 
 import numpy as np
 
@@ -35,20 +37,26 @@ def parse_csv(content: str, file: str) -> Task:
     body = io.StringIO(content[start:], newline="")
     reader = csv.reader(body, delimiter=delimiter, skipinitialspace=True)
     first_line = content.count("\n", 0, start) - len(remarks)
+
+    def task(columns: dict[str, Array]) -> Task:
+        with errors_of(file):
+            trajectory, notes = from_columns(columns, timestep=timestep)
+        return Task(trajectory, path=file, notes=remarks + notes, verdict=_verdict(content[:start]))
+
     try:
         header = next(reader)
-        rows = [(row, reader.line_num + first_line) for row in reader if any(cell.strip() for cell in row)]
+        numbers = _numbers(content, start, delimiter, len(header))
+        rows = [] if numbers is not None else _rows(reader, first_line)
     except csv.Error as error:
         raise FormatError(file, f"this is not CSV: {error} (line {reader.line_num + first_line})") from None
     header[0] = header[0].lstrip("# \t")
     names = [column_name(name) for name in header]
     _check_header(names, header, file)
+    if numbers is not None:
+        return task(dict(zip(names, numbers.T, strict=True)))
     if not rows:
         raise FormatError(file, "there is a header but no row below it; give at least 2 waypoints")
-    columns = _columns(rows, names, file)
-    with errors_of(file):
-        trajectory, notes = from_columns(columns, timestep=timestep)
-    return Task(trajectory, path=file, notes=remarks + notes, verdict=_verdict(content[:start]))
+    return task(_columns(rows, names, file))
 
 
 def dumps_csv(trajectory: Trajectory, verdict: str = "") -> tuple[str, tuple[str, ...]]:
@@ -95,6 +103,29 @@ def _with_header(content: str) -> tuple[str, tuple[str, ...]]:
         return content, ()
     note = "there is no header; the seven columns were read as x, y, z, qx, qy, qz, qw"
     return content[:offset] + delimiter.join(_POSE) + "\n" + content[offset:], (note,)
+
+
+def _rows(reader: Any, first_line: int) -> list[tuple[list[str], int]]:
+    """The rows of a CSV reader that are not blank, each with its line."""
+    return [(row, reader.line_num + first_line) for row in reader if any(cell.strip() for cell in row)]
+
+
+def _numbers(content: str, start: int, delimiter: str, width: int) -> Array | None:
+    """The rows below a header (N, width), read at once; None if anything needs a closer look, or a sentence."""
+    head, _, body = content[start:].partition("\n")
+    if '"' in head or "\r" in head[:-1] or body.count("\r") > body.count("\r\n") or not _PLAIN.fullmatch(body):
+        return None
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # of a file without rows
+            table = np.loadtxt(io.StringIO(body), delimiter=delimiter, ndmin=2, comments=None)
+    except (ValueError, UserWarning):
+        return None
+    return table if table.shape[1] == width and (np.abs(table) <= LARGEST).all() else None
+
+
+_PLAIN = re.compile(r"[-+0-9.eE,;\t \r\n]*")
+"""Rows of nothing but numbers."""
 
 
 def _header_offset(content: str, file: str) -> tuple[int, float | None]:
