@@ -7,6 +7,7 @@ from pathlib import Path
 
 import anyio
 import httpx2
+import numpy as np
 import pytest
 from mcp import Client, ClientSession
 from mcp.client.streamable_http import streamable_http_client
@@ -143,6 +144,27 @@ def test_a_path_is_planned_simulated_and_saved(server):
             await done(client, "save", task=bare, path="made.json")
             assert json.loads((server.folder / "out/made.json").read_text())["status"] == made["status"]
             assert "none is overwritten" in await refused(client, "save", task=bare, path="made.json")
+
+    anyio.run(talk)
+
+
+def test_things_in_a_picture_become_a_task(server):
+    depth = np.full((120, 160), 1.0)
+    depth[40:80, 60:100] = 0.9
+    red = np.where(depth[..., None] < 1.0, [200, 30, 30], [180, 180, 180]).astype(np.uint8)
+    above = np.array([[1.0, 0, 0, 0], [0, -1, 0, 0], [0, 0, -1, 1], [0, 0, 0, 1]])
+    inside = np.array([[200.0, 0, 80], [0, 200, 60], [0, 0, 1]])
+    np.savez(server.folder / "in/look.npz", depth=depth, rgb=red, intrinsics=inside, pose=above)
+
+    async def talk() -> None:
+        async with bearer() as http, connected(server, http) as client:
+            seen = await done(client, "perceive", pictures=["look.npz"], names=["red box"])
+            box = next(item for item in seen["objects"] if item["name"] == "red box")
+            assert box["position"] == pytest.approx([0.0, 0.0, 0.05], abs=0.01)
+            assert box["dimensions"] == pytest.approx([0.18, 0.18, 0.1], abs=0.02)
+            document = {**TASK, "objects": seen["document"]["objects"], "robot": "none"}
+            report = await done(client, "open_task", document=document)
+            assert "red box" in [item["name"] for item in report["objects"]]
 
     anyio.run(talk)
 

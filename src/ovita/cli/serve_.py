@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
@@ -119,6 +120,10 @@ def group() -> None:
 def mcp(**given: Any) -> None:
     """Serve one MCP client over standard input and output; MCP clients start this themselves."""
     application = _application(given)
+    if sys.stdin.isatty():
+        click.echo(
+            "This waits for an MCP client on standard input; docs/agents.md shows how clients start it.", err=True
+        )
     import anyio
 
     anyio.run(protocol.ToolServer(application).stdio)

@@ -269,6 +269,11 @@ def _name_of(host: str) -> str:
     return name.partition("]")[0] + "]" if name.startswith("[") else name.partition(":")[0]
 
 
+def one_line(text: str, limit: int) -> str:
+    """Text that cannot pose as a line of its own, cut to a length."""
+    return " ".join(clean_text(text, limit).split())
+
+
 class AuditLog:
     """What every client did, one JSON object a line; no tokens, no instructions, no scenes.
 
@@ -287,10 +292,10 @@ class AuditLog:
             FormatError: If it cannot be written; nothing is done for a client then.
         """
         time = datetime.now(UTC).isoformat(timespec="milliseconds")
-        cleaned = {key: clean_text(value, 200) if isinstance(value, str) else value for key, value in event.items()}
+        lines = {key: one_line(value, 200) if isinstance(value, str) else value for key, value in event.items()}
         with self._lock:
             self.path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
-            Journal(self.path).add({"time": time, **cleaned})
+            Journal(self.path).add({"time": time, **lines})
 
     def __iter__(self) -> Iterator[dict[str, Any]]:
         return iter(Journal(self.path).read())

@@ -32,7 +32,16 @@ from ovita.paths.trajectory import Trajectory, standing_still
 from ovita.policy.sandbox import Isolation
 from ovita.result import Adaptation
 from ovita.serve import messages as m
-from ovita.serve.access import AccessRules, AuditLog, Caller, NotAllowed, RateLimiter, TooManyRequests, Unanswered
+from ovita.serve.access import (
+    AccessRules,
+    AuditLog,
+    Caller,
+    NotAllowed,
+    RateLimiter,
+    TooManyRequests,
+    Unanswered,
+    one_line,
+)
 from ovita.serve.tasks import NoSuchTask, OpenTask, OpenTasks
 from ovita.text import clean_text
 from ovita.writers.base import PolicyWriter
@@ -230,10 +239,11 @@ class Application:
 
     def perceive(self, caller: Caller, given: m.PerceiveArguments) -> m.SceneReport:
         """Find the things in pictures with depth."""
+        places = tuple(self.rules.picture(name) for name in given.pictures)
         from ovita.perceive import perceive
         from ovita.perceive.sources import gathered
 
-        there = gathered(tuple(self.rules.picture(name) for name in given.pictures))
+        there = gathered(places)
         if not there.views:
             raise RequestError("these are no pictures with depth; name folders with depth, colour and camera.json")
         seen = perceive(there.views, names=tuple(given.names), frame=given.frame)
@@ -475,16 +485,11 @@ def _proposal_id(result: Adaptation) -> str:
 
 def _question(found: gate.Review, place: str) -> str:
     """What a person reads before they agree to a sending, all of it measured."""
-    parts = [f"Send this path to {place}?", f'It was asked for as: "{_one_line(found.result.instruction)}"']
+    parts = [f"Send this path to {place}?", f'It was asked for as: "{one_line(found.result.instruction, 400)}"']
     for title, lines in found.sections().items():
         if lines:
-            parts.append("\n".join([f"{title}:", *(f"- {_one_line(line)}" for line in lines)]))
+            parts.append("\n".join([f"{title}:", *(f"- {one_line(line, 400)}" for line in lines)]))
     return "\n\n".join(parts)
-
-
-def _one_line(text: str) -> str:
-    """Text that cannot pose as a line of its own."""
-    return " ".join(clean_text(text, 400).split())
 
 
 def _digest(*parts: str) -> str:

@@ -14,7 +14,7 @@ from importlib.metadata import version
 from typing import Any
 
 from ovita.errors import MissingExtra, OvitaError, RequestError
-from ovita.serve.access import Caller, Transport, Unanswered
+from ovita.serve.access import Caller, Transport, Unanswered, one_line
 from ovita.serve.application import ADDRESS, RESOURCES, Application, address_of
 from ovita.serve.messages import PictureReport, ToolOutcome
 from ovita.serve.operations import INSTRUCTIONS, OPERATIONS, Operation, perform
@@ -181,7 +181,7 @@ class ToolServer:
         client = "unknown" if known is None else f"{known.client_info.name} {known.client_info.version}"
         transport: Transport = "stdio" if ctx.request is None else "http"
         asks = self._asker(ctx, params) if _can_ask(ctx) else None
-        return Caller(_owner_of(ctx), clean_text(client, 80), transport, ask=asks)
+        return Caller(_owner_of(ctx), one_line(client, 80), transport, ask=asks)
 
     def _asker(self, ctx: Any, params: Any) -> Callable[[str, str], str]:
         """How a person is asked: in the middle of the call, or since protocol 2026-07-28 between two tries of it."""

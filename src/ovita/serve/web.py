@@ -14,7 +14,7 @@ from importlib.metadata import version
 from typing import Any
 
 from ovita.errors import InputError, MissingExtra, OvitaError, RequestError
-from ovita.serve.access import BearerTokens, Caller, HostNames, NotAllowed, TooManyRequests
+from ovita.serve.access import BearerTokens, Caller, HostNames, NotAllowed, TooManyRequests, one_line
 from ovita.serve.application import RESOURCES, Application
 from ovita.serve.operations import INSTRUCTIONS, OPERATIONS, Operation, perform
 from ovita.serve.protocol import SERVE_OWNER, ToolServer
@@ -204,7 +204,7 @@ def _object(body: bytes) -> dict[str, Any]:
 
 
 def _caller(request: Any) -> Caller:
-    client = clean_text(request.headers.get("user-agent", "unknown"), 80)
+    client = one_line(request.headers.get("user-agent", "unknown"), 80)
     return Caller(request.scope[SERVE_OWNER], client, "rest")
 
 
