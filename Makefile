@@ -61,6 +61,10 @@ train: $(VENV)/.train ## train the learned reader on the corpus; writes its weig
 	$(BIN)/python training/train.py --without fold:0/8 --to $(VENV)/new.npz --check tests/instruct/learned_check.npz
 	$(BIN)/python training/calibrate.py $(VENV)/new.npz fold:0/8 --to src/ovita/instruct/weights.npz
 
+.PHONY: train-latte
+train-latte: $(VENV)/.train ## train the LaTTe-style baseline on verified samples; writes its weights (minutes on one core)
+	$(BIN)/python training/latte.py --data grammar --samples 10000 --presentations 60000 --check tests/baselines/latte_check.npz
+
 $(VENV)/.bench: $(VENV)/.dev
 	$(PIP) install -c constraints.txt -e '.[bench]'
 	@touch $@

@@ -45,6 +45,7 @@ def test_random_changes_repeat_for_the_same_sample_and_seed_only():
 def test_baselines_go_by_their_names():
     for name in ("baseline:copy", "baseline:random"):
         assert isinstance(baseline_named(name), Baseline) and baseline_named(name).name == name
-    assert NAMES == ("baseline:copy", "baseline:random", "baseline:extract", "baseline:extract-ovita")
+    ours = ("baseline:copy", "baseline:random", "baseline:extract", "baseline:extract-ovita", "baseline:latte-style")
+    assert ours == NAMES
     with pytest.raises(RequestError, match=r"no baseline 'baseline:latte'; there are baseline:copy, .*exec:COMMAND"):
         baseline_named("baseline:latte")

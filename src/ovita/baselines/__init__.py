@@ -4,6 +4,6 @@
 """
 
 from ovita.baselines.base import Baseline, Deformed, adapted_by
-from ovita.baselines.catalogue import NAMES, baseline_named, is_baseline
+from ovita.baselines.catalogue import NAMES, baseline_named, is_baseline, labelled
 
-__all__ = ["NAMES", "Baseline", "Deformed", "adapted_by", "baseline_named", "is_baseline"]
+__all__ = ["NAMES", "Baseline", "Deformed", "adapted_by", "baseline_named", "is_baseline", "labelled"]

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 
 from ovita.baselines.base import Baseline
 from ovita.baselines.command import TIMEOUT, OwnProgram
 from ovita.baselines.extract import OVITA, PUBLISHED, Extract
 from ovita.baselines.floor import Copy, Random
+from ovita.baselines.latte import LatteStyle
 from ovita.errors import RequestError
 
 _EXEC = "exec:"
@@ -18,10 +19,18 @@ _MAKERS: dict[str, Callable[[], Baseline]] = {
     Random.name: Random,
     PUBLISHED.name: partial(Extract, PUBLISHED),
     OVITA.name: partial(Extract, OVITA),
+    LatteStyle.name: LatteStyle,
 }
 
 NAMES = tuple(_MAKERS)
 """The baselines that ovita brings."""
+
+_LABELS: Mapping[str, str] = {LatteStyle.name: f"{LatteStyle.name} (our own model, not LaTTe's weights)"}
+
+
+def labelled(name: str) -> str:
+    """A system's name as it stands in tables, with what must not be mistaken about it."""
+    return _LABELS.get(name, name)
 
 
 def is_baseline(name: str) -> bool:
@@ -44,6 +53,7 @@ def baseline_named(name: str, *, timeout: float = TIMEOUT) -> Baseline:
     Raises:
         RequestError: If there is no such baseline.
         MissingExtra: If its packages are not installed.
+        OvitaError: If its weights are missing.
     """
     if name.startswith(_EXEC):
         return OwnProgram(name.removeprefix(_EXEC), timeout=timeout)

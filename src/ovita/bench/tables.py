@@ -12,6 +12,7 @@ from typing import Literal
 import numpy as np
 from scipy.stats import binomtest, rankdata, wilcoxon
 
+from ovita.baselines import labelled
 from ovita.bench.records import OUTCOMES, Record
 
 By = Literal["all", "subset", "kind"]
@@ -79,7 +80,7 @@ def columns(records: Sequence[Record]) -> list[Column]:
 
 def named(column: Column) -> str:
     """A column as a heading."""
-    writer, condition = column
+    writer, condition = labelled(column[0]), column[1]
     return writer if condition == "default" else f"{writer}, {condition}"
 
 

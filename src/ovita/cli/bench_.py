@@ -35,8 +35,8 @@ def group() -> None:
     "writers",
     multiple=True,
     metavar="NAME",
-    help="builtin, PROVIDER:MODEL, python:MODULE:CLASS, baseline:NAME (copy, random, extract, extract-ovita), or"
-    " exec:COMMAND; may be given again. [builtin]",
+    help="builtin, PROVIDER:MODEL, python:MODULE:CLASS, baseline:NAME (copy, random, extract, extract-ovita,"
+    " latte-style), or exec:COMMAND; may be given again. [builtin]",
 )
 @click.option("--base-url", metavar="URL", help="An OpenAI-compatible server for the writers that are models.")
 @click.option("--temperature", type=click.FloatRange(0, 2), default=0.1, show_default=True, help="Of models.")
