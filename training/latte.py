@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import torch
-from latte_data import Samples, corpus, grammar, spoken
+from latte_data import Samples, augmented, corpus, grammar, spoken
 from torch import nn
 from torch.nn import functional as fn
 
@@ -200,18 +200,22 @@ def write_check(model: Model, data: Ready, to: Path) -> None:
 
 
 def samples_of(name: str, n: int, seed: int) -> Samples:
-    """The training set of that name: "grammar", "voices", or a file that was saved before, of which n are taken."""
+    """The training set of that name: "grammar", "voices", a file saved before, or a folder by `ovita augment`."""
     if name == "grammar":
         return grammar(n, seed)
     if name == "voices":
         return spoken(n, seed, corpus(held_out=False))
+    if Path(name).is_dir():
+        return augmented(Path(name), n)
     return Samples.load(Path(name)).of(slice(0, n))
 
 
 def main() -> None:
     """Train and write the weights."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", default="voices", help="grammar, voices, or a file written with --save")
+    parser.add_argument(
+        "--data", default="voices", help="grammar, voices, a file by --save, or a folder by `ovita augment`"
+    )
     parser.add_argument("--samples", type=int, default=100_000)
     parser.add_argument("--presentations", type=int, default=400_000, help="samples shown in all, repeats counted")
     parser.add_argument("--seed", type=int, default=1)

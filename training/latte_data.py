@@ -9,14 +9,16 @@ from __future__ import annotations
 import hashlib
 import sys
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from ovita.augment.shards import read_samples
 from ovita.baselines.latte import OBJECTS, WAYPOINTS, PathBox, Seen, seen
 from ovita.bench.expected import expected
 from ovita.bench.generate import SETTINGS, random_scene
@@ -288,9 +290,15 @@ def verified(rng: np.random.Generator, line: Example, named: Sequence[str]) -> t
     check = expected(line.frames, old, scene)
     if check.judge(old, old, scene).passed or not check.judge(old, new, scene).passed:
         return None
-    what, box = seen(path, scene), PathBox.of(path, scene)
-    change = box.rows(adapted) - what.path[0]
-    return (what, change, scene) if np.isfinite(change).all() and np.abs(change).max() < 4.0 else None
+    found = changed(path, adapted, scene)
+    return None if found is None else (*found, scene)
+
+
+def changed(path: Trajectory, adapted: Trajectory, scene: Scene) -> tuple[Seen, Any] | None:
+    """A path as the network sees it and its change to the adapted one; None if that is out of all proportion."""
+    what = seen(path, scene)
+    change = PathBox.of(path, scene).rows(adapted) - what.path[0]
+    return (what, change) if np.isfinite(change).all() and np.abs(change).max() < 4.0 else None
 
 
 def voices(n: int, seed: int, lines: Sequence[Example], most: int = 4) -> Iterator[dict[str, Any]]:
@@ -323,8 +331,26 @@ def voices(n: int, seed: int, lines: Sequence[Example], most: int = 4) -> Iterat
 
 def spoken(n: int, seed: int, lines: Sequence[Example]) -> Samples:
     """`voices` as arrays."""
-    texts = Texts()
-    rows = list(voices(n, seed, lines))
+    return gathered(voices(n, seed, lines))
+
+
+def augmented(folder: Path, n: int) -> Samples:
+    """The first n wordings of the training split of a dataset that `ovita augment` wrote."""
+    return gathered(islice(_wordings_of(folder), n))
+
+
+def _wordings_of(folder: Path) -> Iterator[dict[str, Any]]:
+    for sample in read_samples(folder):
+        scene = sample.task.scene
+        found = changed(sample.task.trajectory, sample.adapted, scene) if len(scene) <= OBJECTS else None
+        if sample.split == "train" and found is not None:
+            for text in (sample.instruction, *sample.paraphrases):
+                yield {"what": found[0], "change": found[1], "text": text, "names": list(scene.names)}
+
+
+def gathered(drawn: Iterable[dict[str, Any]]) -> Samples:
+    """Samples as arrays."""
+    texts, rows = Texts(), list(drawn)
     names = np.zeros((len(rows), OBJECTS), dtype=int)
     for i, row in enumerate(rows):
         names[i, : len(row["names"])] = [texts.of(name.lower()) for name in row["names"]]
