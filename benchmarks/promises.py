@@ -439,6 +439,81 @@ def length(d: Draw, right: bool) -> Case:
     return expect("length", **{how: amount}), d.rows, d.disturbed(rows, 0.0) if not right else rows, d.scene
 
 
+def smoother(d: Draw, right: bool) -> Case:
+    """Less jitter, on the whole path or on a part."""
+    rng, rough = d.rng, d.rows.copy()
+    rough[1:-1, :3] += rng.normal(0.0, rng.uniform(0.15, 0.6) * d.size / d.n, (d.n - 2, 3))
+    part = d.part() if rng.random() < 0.3 else None
+    chosen = np.ones(d.n, dtype=bool) if part is None else part
+    promise = expect("smoother", part)
+
+    def averaged(times: int, rows: Array) -> Array:
+        rows = rows.copy()
+        for _ in range(times):
+            rows[1:-1, :3] = (rows[:-2, :3] + 2.0 * rows[1:-1, :3] + rows[2:, :3]) / 4.0
+        return rows
+
+    if right:
+        calm = d.rows if rng.random() < 0.3 else averaged(int(rng.integers(1, 12)), rough)
+        rows = np.where(chosen[:, None], calm, rough)
+        return promise, rough, rows if part is not None else d.disturbed(rows), d.scene
+    how = str(rng.choice(["none", "rougher", "shift", "elsewhere", "kink"]))
+    if how == "elsewhere" and part is not None and not part.all():
+        away = np.convolve(part, np.ones(5), "same") < 0.5
+        return promise, rough, np.where(away[:, None], averaged(6, rough), rough), d.scene
+    rows = rough.copy()
+    if how == "rougher":
+        rows[1:-1, :3] += rng.normal(0.0, 0.5 * d.size / d.n, (d.n - 2, 3))
+    elif how == "shift":
+        rows[:, :3] += rng.normal(0.0, 0.1 * d.size, 3)
+    elif how == "kink":  # calm but for one sharp corner that was not there
+        rows = averaged(8, rough)
+        i = int(rng.choice(np.flatnonzero(chosen[1:-1]))) + 1
+        rows[i, :3] -= 6.0 * d.size / d.n * headed(rows[:, :3], i)
+    return promise, rough, rows, d.scene
+
+
+def waypoints(d: Draw, right: bool) -> Case:
+    """So many waypoints."""
+    asked = int(d.rng.choice([d.n // 2, 2 * d.n, d.rng.integers(2, 300)]))
+    off = 0 if right else int(d.rng.choice([-1, 1, d.n - asked or 1]))
+    count = max(asked + off, 2) if right or asked + off >= 2 else asked + 1
+    rows = interpolate(d.rows, source_indices(d.rows[:, :3], count, "arc_length"))
+    return expect("waypoints", asked), d.rows, rows, d.scene
+
+
+def acceleration(d: Draw, right: bool) -> Case:
+    """Faster or slower by so many metres a second in each second."""
+    rows, s = d.rows.copy(), arc_length(d.rows[:, :3])
+    rows[:, 3] = float(d.rng.uniform(0.1, 0.6))
+    old = rows.copy()
+    part = d.part() if d.rng.random() < 0.4 else None
+    chosen = np.ones(d.n, dtype=bool) if part is None else part
+    rate = float(d.rng.uniform(0.03, 0.6)) * float(d.rng.choice([-1.0, 1.0]))
+    reach = float(np.ptp(s[chosen]))
+    rate = max(rate, -0.9 * rows[0, 3] ** 2 / (2.0 * reach)) if d.rng.random() < 0.7 else rate
+    rate = rate if abs(rate) > 0.02 else 0.03
+    promise = expect("acceleration", rate, part)
+
+    def law(by: float, where: Array) -> Array:
+        made, first = rows.copy(), np.flatnonzero(where)[0]
+        squared = rows[first, 3] ** 2 + 2.0 * by * (s - s[first])
+        made[where, 3] = np.sqrt(np.maximum(squared[where], 0.0))
+        return made
+
+    if right:
+        made = law(rate * d.rng.uniform(0.96, 1.04), chosen)
+        return promise, old, d.disturbed(made) if part is None else made, d.scene
+    how = str(d.rng.choice(["none", "back", "half", "elsewhere", "all at once"]))
+    if how == "elsewhere" and part is not None and not part.all():
+        return promise, old, law(rate, ~part), d.scene
+    if how == "all at once":
+        rows[chosen, 3] *= 1.3 if rate > 0 else 0.7
+        return promise, old, rows, d.scene
+    by = {"back": -rate, "half": 0.5 * rate}.get(how, 0.0)
+    return promise, old, law(by, chosen) if by and abs(by - rate) > 0.012 else rows, d.scene
+
+
 KINDS: dict[str, Callable[[Draw, bool], Case]] = {
     "closer": approach(-1.0),
     "farther": approach(1.0),
@@ -456,6 +531,9 @@ KINDS: dict[str, Callable[[Draw, bool], Case]] = {
     "speed at_most/at_least": speed_bound,
     "stop": stop,
     "length": length,
+    "smoother": smoother,
+    "waypoints": waypoints,
+    "acceleration": acceleration,
 }
 
 

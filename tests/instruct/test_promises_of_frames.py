@@ -29,7 +29,8 @@ pace rampdown | pace rampup | end goal up=0.1 | end goal to=cup | end start towa
 wait at=mug for=2s | extend by=0.3 | extend to=vase | circle mug | circle cup radius=0.2m turns=2 | spiral at=mug
 eight at=mug | zigzag | wave | shake at=mug | mirror left | rotate 30 | tilt front 10 | resize larger | resize by=0.5x
 curve more | curve less | straighten | height to=0.8 | height at_least=0.6m | height at_most=0.4m | bound left=0.02m
-reverse | return | trim last=20% | trim after=mug | quadrant 1"""
+smooth | waypoints to=30 | waypoints merge=3 | pace accelerate by=0.05m/s2
+pace accelerate by=-0.02m/s2 @last=50% | reverse | return | trim last=20% | trim after=mug | quadrant 1"""
 
 
 def realised(frame, path=PATH, **request):
@@ -51,6 +52,18 @@ def test_a_promise_is_kept_by_the_result_and_broken_by_a_wrong_one(frame):
     assert holds(result, new) and not holds(result, old)
     if len(old) == len(new) and frame.split()[0] not in ("zigzag", "wave", "shake"):
         assert not holds(result, np.maximum(2 * old - new, [-np.inf, -np.inf, -np.inf, 0]))
+
+
+@pytest.mark.parametrize("jitter", [0.0, 0.006])
+def test_a_part_that_is_smoothed_is_smoother_and_promises_so(jitter):
+    """Smoothing the middle of a smooth path blended it worse than it was, and said done."""
+    rows = PATH.to_array()
+    rows[1:-1, :3] += np.random.default_rng(3).normal(0.0, jitter, (N - 2, 3))
+    result = realised("smooth @middle", Trajectory.from_array(rows))
+    assert result.status == "done", result.warnings
+    promise = next(p for p in result.postconditions if p.kind == "smoother")
+    stated = Expectation(promise.kind, dict(promise.arguments), promise.text)
+    assert not judge(stated, rows, rows, SCENE).held
 
 
 def test_a_jump_over_what_the_path_passes_over_already_is_seen():

@@ -249,6 +249,20 @@ def test_no_more_than_the_distance_is_kept_and_without_a_corner(at, size, asked,
     assert not level or np.array_equal(out[:, 2], rows[:, 2])
 
 
+@pytest.mark.parametrize("length", [4.3, 4.6, 5.0])
+@pytest.mark.parametrize("count", [25, 50])
+def test_a_long_way_around_between_near_ends_has_no_corner_and_throws_no_end_away(length, count):
+    """Two metres from a box turned by up to 180 degrees where the ends are near; one 5 cm too near went 6 m off."""
+    x = np.linspace(-length / 2, length / 2, count)
+    rows = np.column_stack([x, 0.02 * x, 0.0 * x, 0.0 * x + 0.5])
+    item = SceneObject("item", [0.1, 0.05, 0.0], [0.2, 0.2, 0.2])
+    out = keep_distance(rows, item, 2.0)
+    assert passes_at(item, out[:, :3], np.ones(count, dtype=bool)) == pytest.approx(2.0, abs=2e-3)
+    assert np.degrees(turning_angles(out[:, :3]).max()) < 20
+    assert np.linalg.norm(out[[0, -1], :3] - rows[[0, -1], :3], axis=1).max() < 0.11
+    assert not out[:, 2].any() and np.array_equal(out[:, 3], rows[:, 3])
+
+
 def test_a_distance_that_is_kept_already_moves_nothing(line):
     """A long table's bounding sphere reached the path, which was bent although it kept the distance."""
     table = SceneObject("table", [0.5, 0.6, 0.0], [2.0, 0.4, 0.1])

@@ -263,6 +263,11 @@ def direction_word(frame: Frame, direction: str) -> str:
     return word
 
 
+def aiming(aim: str) -> str:
+    """The argument of a call that says what of an object is meant, or ""."""
+    return f", aim={aim!r}" if aim else ""
+
+
 def argument(mask: str) -> str:
     """A mask as a further argument, or ""."""
     return f", where={mask}" if mask else ""

@@ -212,6 +212,11 @@ def _nicknames(catalog: Catalog) -> None:
             catalog.names[(word,)] = catalog.scene[names[0]]
 
 
+def spoken(text: str) -> list[tuple[str, Span]]:
+    """The words and marks of an utterance in small letters, each with where it stands."""
+    return [(word.text.lower(), word.span) for word in _pieces(text)]
+
+
 def _pieces(text: str) -> list[_Word]:
     """The words and marks of a text, with signs, ranges and symbols as words."""
     found: list[_Word] = []

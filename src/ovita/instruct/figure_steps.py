@@ -10,9 +10,10 @@ from ovita.instruct import frames as F
 from ovita.instruct.builder import PolicyBuilder, argument, resolved
 from ovita.instruct.path_steps import degree, size, spot, target, tolerance
 from ovita.instruct.scale import Degree
-from ovita.paths.geometry import closest_to_point, runs
+from ovita.paths.geometry import Mask, closest_to_point, runs
 from ovita.paths.part import PathPart
 from ovita.paths.trajectory import Array, arc_length, interpolate
+from ovita.toolkit.waypoints import keep_unchanged
 from ovita.toolkit.waypoints import smooth as smoothed
 
 TURN: dict[Degree, float] = {"slight": 15.0, "moderate": 45.0, "large": 90.0}
@@ -43,7 +44,7 @@ def _within(d: PolicyBuilder, frame: F.SemanticFrame, call: str, plan: str, *pro
         return
     d.before("given = traj")
     d.add(f"traj = keep_unchanged({call}, given, ~{where})", plan.removesuffix(".") + f"{part}.",
-          f"expect_same_path(~{where})" if d.alone else "")  # fmt: skip
+          f"expect_same_path(~{where})" if d.alone else "", *(p for p in promises if where in p))  # fmt: skip
 
 
 def figure(d: PolicyBuilder, frame: F.Figure) -> None:
@@ -282,16 +283,23 @@ def straighten(d: PolicyBuilder, frame: F.Straighten) -> None:
 
 def smooth(d: PolicyBuilder, frame: F.Smooth) -> None:
     """Fewer kinks, less jitter; start and goal stay."""
-    strength = {"slight": 0.3, "moderate": 1.0, "large": 3.0}[degree(frame)]
-    while strength < STRONGEST and not _is_smoother(d.rows(), strength):
-        strength *= 2.0
+    strength, rows = {"slight": 0.3, "moderate": 1.0, "large": 3.0}[degree(frame)], d.rows()
+    part = d.waypoints(frame.part) if frame.part and len(rows) == len(d.trajectory) else None
+    doubled = [strength * 2.0**k for k in range(int(np.ceil(np.log2(STRONGEST / strength))) + 1)]
+    weaker = [] if part is None else [strength / 4.0, strength / 16.0]
+    strength = next(
+        (s for s in (strength, *weaker, *doubled) if _is_smoother(rows, s, part)), doubled[0 if weaker else -1]
+    )
     name = d.knob("smoothing", strength, "to", "strength of the smoothing", "degree", unit="", direction="smoother")
-    _within(d, frame, f"smooth(traj, {name})", "Smooth the path; start and goal stay.", *stay(d).values())
+    where, _ = d.part(frame.part)
+    promise = f"expect_smoother({where})" if d.alone and _bends(d.rows()).any() else ""
+    _within(d, frame, f"smooth(traj, {name})", "Smooth the path; start and goal stay.", promise, *stay(d).values())
 
 
-def _is_smoother(rows: Array, strength: float) -> bool:
-    """Whether a smoothing takes out bends without making the sharpest turn sharper."""
-    before, after = _bends(rows), _bends(smoothed(rows, strength))
+def _is_smoother(rows: Array, strength: float, part: Mask | None = None) -> bool:
+    """Whether a smoothing, of a part or of all, takes out bends without making the sharpest turn sharper."""
+    calm = smoothed(rows, strength)
+    before, after = _bends(rows), _bends(calm if part is None else keep_unchanged(calm, rows, ~part))
     if not before.any():
         return True
     sharp = float(before.max()) > SHARP
@@ -315,7 +323,9 @@ def resample(d: PolicyBuilder, frame: F.Resample) -> None:
     if frame.change == "merge":
         k = max(1, round(q.value if q else 3))
         name = d.knob("group", k, "count", "waypoints that become one", "amount", unit="")
-        d.add(f"traj = average(traj, {name})", f"Replace each group of {k} waypoints by its average.")
+        code = f"({len(d.rows())} + {name} - 1) // {name}"
+        d.add(f"traj = average(traj, {name})", f"Replace each group of {k} waypoints by its average.",
+              ends={} if d.has(F.Trim) else {"waypoints": f"expect_waypoints({code})"})  # fmt: skip
         return
     share = q is not None and q.unit in ("x", "%")
     if q is None:
@@ -333,7 +343,8 @@ def resample(d: PolicyBuilder, frame: F.Resample) -> None:
     count = int(np.clip(round(count), 2, 100_000))
     name = d.knob("waypoints", count, "count", "number of waypoints", "amount", unit="")
     d.add(f"traj = resample(traj, {name})", f"Resample the path to {count} waypoints.",
-          "" if d.moving else "expect_same_path()")  # fmt: skip
+          "" if d.moving else "expect_same_path()",
+          ends={} if d.has(F.Trim) else {"waypoints": f"expect_waypoints({name})"})  # fmt: skip
 
 
 def reverse(d: PolicyBuilder, frame: F.Reverse) -> None:

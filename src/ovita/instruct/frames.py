@@ -22,6 +22,8 @@ Role = Literal["by", "to", "at", "at_least", "at_most", "of"]
 End = Literal["start", "goal", "ends"]
 Sense = Literal["cw", "ccw"]
 Axis = Literal["left", "front", "up", "x", "y", "z"]
+Aim = Literal["", "top", "surface"]
+"""What of an object is meant where a path ends, goes or waits there: as usual, on its top, or touching it."""
 
 
 @dataclass(frozen=True)
@@ -123,6 +125,7 @@ class MoveEnd(SemanticFrame):
     place: Place = ""
     by: Quantity | None = None
     level: Quantity | None = None
+    aim: Aim = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -156,6 +159,7 @@ class Visit(SemanticFrame):
     objects: tuple[str, ...]
     relation: Literal["at", "between", "over", "under"] = "at"
     by: Quantity | None = None
+    aim: Aim = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -206,6 +210,7 @@ class StopAt(SemanticFrame):
 
     NAME = "stop"
     place: Place = ""
+    aim: Aim = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -215,6 +220,7 @@ class Wait(SemanticFrame):
     NAME = "wait"
     place: Place = ""
     duration: Quantity | None = None
+    aim: Aim = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -225,6 +231,7 @@ class Extend(SemanticFrame):
     by: Quantity | None = None
     offset: Offset = ()
     place: Place = ""
+    aim: Aim = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -412,13 +419,22 @@ THIRDS = {0.33: 1 / 3, 0.67: 2 / 3, 0.66: 2 / 3}
 _AXES: dict[str, Axis] = {"x": "front", "y": "left", "z": "up"}
 
 
+AIMED = (MoveEnd, Visit, StopAt, Wait, Extend)
+"""Frames that may aim at an object's top or surface."""
+
+
+def unaimed(frame: SemanticFrame) -> SemanticFrame:
+    """A frame about its objects as a whole."""
+    return replace(frame, aim="") if isinstance(frame, AIMED) else frame
+
+
 def canonical(frame: SemanticFrame) -> SemanticFrame:
     """A frame in the one form that frames of the same meaning share, so that two readings can be compared.
 
     Factors on the speed become "set"; circles and stops at the goal lose what they imply; halfway is the middle;
-    numbers are rounded to six digits.
+    numbers are rounded to six digits; what of an object is aimed at, which the words alone decide, is left out.
     """
-    frame = _plain(replace(frame, part=canonical_part(frame.part)))
+    frame = _plain(replace(unaimed(frame), part=canonical_part(frame.part)))
     if isinstance(frame, Wait | StopAt | Figure) and isinstance(frame.place, Quantity):
         halfway = (frame.place.value, frame.place.unit) == (0.5, "%")
         frame = replace(frame, place="middle") if halfway else frame

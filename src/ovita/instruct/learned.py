@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from ovita import text as words_of
+from ovita.instruct.aims import aimed
 from ovita.instruct.edits import Also, Edit
 from ovita.instruct.encoder import QUERIES, Encoded, Network, Output, concepts_of, encode, network
 from ovita.instruct.fillers import held_along
@@ -252,6 +253,9 @@ class LearnedReader:
                 misread, outcome = True, {"question": f"{error}?"}
         left = unused(seen, choice)
         features = self._features(choice, seen, encoded, left, before is not None, bool(outcome), misread)
+        named = [(m.items, m.words) for m in seen.mentions if m.items and m.words is not None]
+        spoken = [(piece.text.lower(), piece.words) for piece in seen.pieces if piece.words is not None]
+        items = tuple(aimed([i], spoken, named)[0] if isinstance(i, SemanticFrame) else i for i in items)
         if items:
             outcome["unread"] = tuple(word for found in left.values() for word in found)
         if before is not None:

@@ -46,6 +46,8 @@ _NUMBER = re.compile(r"[~+]?(-?\d*\.?\d+)(?:-(\d*\.?\d+))?([A-Za-z%/°][\w/^°]*
 _FIELD_OF = {"for": "duration", "at": "place", "to": "place", "toward": "place", "away": "place", "level": "level"}
 _KEY_OF = {"duration": "for"}
 _SIDES = {"over", "under", "between"}
+_AIMS: dict[str, F.Aim] = {"on": "top", "touch": "surface"}
+"""Keys that say what of an object is meant; for other frames than these, objects have no such key."""
 
 
 def name_of(frame: F.SemanticFrame) -> str:
@@ -185,7 +187,13 @@ def _slot(
     """Put one word of the notation into its slot; whether there was one."""
     if not value:
         return _flag(kind, key, slots, known, objects)
-    if (kind is F.MoveEnd and key in ("to", "toward", "away")) or (kind is F.Visit and key in _SIDES):
+    if key in _AIMS and kind in F.AIMED:
+        slots["aim"] = _AIMS[key]
+        if kind is F.Visit:
+            slots["objects"] = tuple(_object(word, objects) for word in value.split("+"))
+        else:
+            slots |= {"place": _place(value, objects)} | ({"relation": "to"} if kind is F.MoveEnd else {})
+    elif (kind is F.MoveEnd and key in ("to", "toward", "away")) or (kind is F.Visit and key in _SIDES):
         slots["relation"] = key
         if kind is F.Visit:
             slots["objects"] = tuple(_object(word, objects) for word in value.split("+"))
@@ -389,6 +397,7 @@ def _put(place: F.Place) -> str:
 
 def _shown(frame: F.SemanticFrame) -> str:
     said = [name_of(frame)]
+    aim = next((key for key, value in _AIMS.items() if value == getattr(frame, "aim", "")), "")
     for slot in fields(frame):
         value: Any = getattr(frame, slot.name)
         if (slot.name, value) == ("what", "part"):
@@ -400,9 +409,10 @@ def _shown(frame: F.SemanticFrame) -> str:
         elif slot.name == "objects":
             names = "+".join(map(_word, value))
             relation = getattr(frame, "relation", "at")
-            said.append(names if relation == "at" else f"{relation}={names}")
+            key = aim or ("" if relation == "at" else relation)
+            said.append(f"{key}={names}" if key else names)
         elif slot.name == "place":
-            key = getattr(frame, "relation", "") or getattr(frame, "cut", "")
+            key = aim or getattr(frame, "relation", "") or getattr(frame, "cut", "")
             key = key or {"extend": "to"}.get(frame.NAME, "" if said[0] == "circle" else "at")
             said.append((f"{key}=" if key else "") + _put(value))
         elif slot.name == "along":

@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from ovita.instruct import frames as F
-from ovita.instruct.builder import PolicyBuilder, argument
-from ovita.instruct.path_steps import APPROACH, OF, degree, size, steps, tolerance
+from ovita.instruct.builder import PolicyBuilder, aiming, argument
+from ovita.instruct.path_steps import APPROACH, OF, aimed_at, degree, size, steps, tolerance
 from ovita.instruct.scale import nice
 from ovita.paths.geometry import closest_to_point
 from ovita.paths.scene import SceneObject
@@ -178,8 +178,10 @@ def visit(d: PolicyBuilder, frame: F.Visit) -> None:
     for item in items:
         if frame.relation == "at":
             ref = d.ref(item)
-            d.add(f"traj = go_through(traj, {ref}{_width(d)})", f"Bend the path through {item.name}.",
-                  f"expect_visits({ref}, within={tolerance(d)})")  # fmt: skip
+            aim, words = aiming(frame.aim), aimed_at(d, item.name, frame.aim, item)
+            d.add(f"traj = go_through(traj, {ref}{aim}{_width(d)})",
+                  f"Bend the path {'to' if aim else 'through'} {words}.",
+                  f"expect_visits({ref}, within={tolerance(d)}{aim})")  # fmt: skip
         else:
             _over(d, frame, item, "up" if frame.relation == "over" else "down")
     places = [closest_to_point(d.positions, item.position)[1] for item in items]

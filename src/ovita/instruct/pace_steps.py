@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from ovita.instruct import frames as F
-from ovita.instruct.builder import PolicyBuilder, argument
-from ovita.instruct.path_steps import degree, spot, steps
+from ovita.instruct.builder import PolicyBuilder, aiming, argument
+from ovita.instruct.path_steps import aimed_at, degree, spot, steps, tolerance
 from ovita.instruct.scale import FASTER, SLOWER
 from ovita.toolkit.speed import slow_turns
 
@@ -180,7 +180,7 @@ def _accelerate(s: _Speed) -> None:
     name = s.d.knob("acceleration", rate, "to", "", "amount", unit="m/s^2", direction="faster")
     word = "Accelerate" if rate > 0 else "Brake"
     s.add(f"accelerate(traj, {name}{s.argument})", f"{word} at a constant {abs(rate):g} m/s^2",
-          "" if s.d.moving else "expect_same_path()")  # fmt: skip
+          f"expect_acceleration({name}{s.argument})", "" if s.d.moving else "expect_same_path()")  # fmt: skip
 
 
 _LAWS: Mapping[str, Callable[[_Speed], None]] = {
@@ -194,6 +194,13 @@ def stop(d: PolicyBuilder, frame: F.StopAt) -> None:
     at, words = spot(d, frame.place)
     item = isinstance(frame.place, str) and frame.place not in ("", *F.SPOTS)
     d.assume("to stop means to end there; say 'wait' to go on afterwards")
+    if item and frame.aim:
+        thing = d.scene[str(frame.place)]
+        place, words = at + aiming(frame.aim), aimed_at(d, thing.name, frame.aim, thing)
+        d.goal_moved = True
+        d.add(f"traj = move_goal(stop_at(traj, {at}), {place})", f"Slow down and stop at {words}; the path ends there.",
+              "expect_stop()", ends={"goal": f"expect_goal({place})"})  # fmt: skip
+        return
     d.add(f"traj = stop_at(traj, {at})", f"Slow down and stop {words}; the trajectory ends there.",
           f"expect_stop(near={at})" if item else "expect_stop()")  # fmt: skip
 
@@ -206,6 +213,13 @@ def wait(d: PolicyBuilder, frame: F.Wait) -> None:
     at, words = spot(d, place)
     name = steps(d, frame.duration)
     item = isinstance(place, str) and place not in ("", *F.SPOTS)
+    if item and frame.aim:
+        thing = d.scene[str(place)]
+        aim, words = aiming(frame.aim), aimed_at(d, thing.name, frame.aim, thing)
+        d.add(f"traj = hover(traj, {at}, 0.0{aim}, steps={name})",
+              f"Bend the path to {words} and wait {d.parameters[name].value} timesteps there.",
+              f"expect_visits({at}, within={tolerance(d)}{aim})", f"expect_stop(near={at})")  # fmt: skip
+        return
     d.add(f"traj = dwell(traj, {at}, steps={name})", f"Wait {d.parameters[name].value} timesteps {words}.",
           f"expect_stop(near={at})" if item else "expect_stop()" if place in ("", "goal") else "")  # fmt: skip
 

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ovita.instruct import frames as F
-from ovita.instruct.builder import PolicyBuilder, argument
+from ovita.instruct.builder import PolicyBuilder, aiming, argument
 from ovita.instruct.scale import Degree, nice
 from ovita.paths.frame import OPPOSITE
+from ovita.paths.scene import SceneObject
 from ovita.paths.trajectory import Array
 from ovita.policy.policy import Role
 from ovita.toolkit.approach import extent
@@ -115,6 +116,13 @@ def target(d: PolicyBuilder, place: F.Place) -> tuple[str, str, Array]:
     return f"traj[{i}, :3]", words.removeprefix("at ").replace("in the middle", "the middle"), rows[i]
 
 
+def aimed_at(d: PolicyBuilder, words: str, aim: F.Aim, item: SceneObject | None) -> str:
+    """Words for what of an object is meant; without its dimensions there is the centre only."""
+    if aim and item is not None and item.dimensions is None:
+        d.assume(f"the size of {item.name} is not known, so its position stands for its {aim}")
+    return f"the {aim} of {words}" if aim else words
+
+
 def _offset(d: PolicyBuilder, frame: F.SemanticFrame, offset: F.Offset, prefix: str = "") -> _Shifted:
     knobs: dict[str, str] = {}
     words, amounts = [], {}
@@ -214,6 +222,7 @@ def _end_level(d: PolicyBuilder, q: F.Quantity, end: str) -> None:
 def _end_to(d: PolicyBuilder, frame: F.MoveEnd, end: str) -> None:
     code, words, _ = target(d, frame.place)
     item = d.scene[frame.place] if isinstance(frame.place, str) and frame.place not in F.SPOTS else None
+    code, words = code + aiming(frame.aim), aimed_at(d, words, frame.aim, item)
     beside: dict[str, str] = {}
     for said, q in frame.offset:
         direction = d.word(said)
@@ -274,6 +283,8 @@ def extend(d: PolicyBuilder, frame: F.Extend) -> None:
     """Go on beyond the goal: to a place, in a direction, or straight on."""
     if frame.place:
         code, words, _ = target(d, frame.place)
+        item = d.scene[frame.place] if isinstance(frame.place, str) and frame.place not in F.SPOTS else None
+        code, words = code + aiming(frame.aim), aimed_at(d, words, frame.aim, item)
         d.add(
             f"traj = continue_to(traj, {code})",
             f"Continue from the goal to {words}.",

@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 
 from ovita.instruct import frames as F
-from ovita.instruct.chunks import DOING, Chunk, chunks
+from ovita.instruct.aims import aimed
+from ovita.instruct.chunks import DOING, Chunk, chunks, spoken
 from ovita.instruct.constituents import NEARBY, QUANTITIES, constituents
 from ovita.instruct.fillers import CONTENT, FREE, MILD, Constituents, held_along, parts
 from ovita.instruct.table import ROWS, Match, match
@@ -77,7 +78,9 @@ def read(text: str, scene: Scene, positions: Array | None = None, earlier: Seque
         said = _cut([replace(p, opening="") for p in pieces])
     if any(s.match and not s.telling for s in said):
         said = [replace(s, match=None, aside=True) if s.telling else s for s in said]
-    return _reading(said, notes, earlier)
+    reading = _reading(said, notes, earlier)
+    named = [(c.names, c.span) for c in found if c.kind == "OBJ"]
+    return replace(reading, frames=aimed(reading.frames, spoken(text), named))
 
 
 def _reach(positions: Array | None) -> float:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
-from ovita.instruct.frames import SemanticFrame, Span
+from ovita.instruct.frames import SemanticFrame, Span, unaimed
 from ovita.instruct.lexicon import concept_at, is_filler
 from ovita.instruct.notation import show
 from ovita.instruct.numbers import FRACTIONS, NUMBER_WORDS, amount_at, is_digits, unit_at
@@ -122,7 +122,13 @@ def sketch(
     pieces, mentions = _marked(text, catalog, letters, known)
     if before is None:
         return Sketch(pieces, None, mentions)
-    shown = show(before).replace("_", " ").replace("=", " ").replace("+", " and ").replace("@", " in ")
+    shown = (
+        show([unaimed(frame) for frame in before])
+        .replace("_", " ")
+        .replace("=", " ")
+        .replace("+", " and ")
+        .replace("@", " in ")
+    )
     said, more = _marked(shown, catalog, letters, known)
     shifted = tuple(replace(p, words=None, mention=p.mention + len(mentions) if p.mention >= 0 else -1) for p in said)
     return Sketch(pieces, shifted, mentions + tuple(replace(m, words=None) for m in more))

@@ -34,6 +34,9 @@ from ovita.paths.trajectory import Array
 SUPPORT = "support"
 """The kind of tables and floors, in the `extra` of an object."""
 
+RESTING = 1e-6
+"""How near a waypoint is to the side of an object on which it rests [m]."""
+
 SETTLED = 0.01
 """How far an original path may go into a support that was measured too high [m]: cameras err by that much."""
 
@@ -94,6 +97,7 @@ def build(
     robot: Robot,
     *,
     contacts: Sequence[str] = (),
+    path: Array | None = None,
     shape: Literal["box", "sphere"] = "box",
     original: Array | None = None,
     granted: bool = True,
@@ -104,6 +108,7 @@ def build(
         scene: Whose objects.
         robot: Its radius and margins are the distance to keep, its `object_size` the edge of an object of unknown size.
         contacts: Names of objects that are meant to be touched.
+        path: Waypoints (N, 3) [m] of the proposal; see `in_the_way`.
         shape: "box" keeps the cuboid, "sphere" replaces it by its bounding sphere (the paper).
         original: Waypoints (N, 3) [m] of the path before the change, which limits the sizes assumed.
         granted: Whether the change may pass people as near as the original does; otherwise the margin is asked for.
@@ -111,17 +116,33 @@ def build(
     Raises:
         UnknownObject: If a contact is not in the scene.
     """
-    return tuple(from_object(item, robot, shape, original, granted) for item in in_the_way(scene, robot, contacts))
+    return tuple(
+        from_object(item, robot, shape, original, granted) for item in in_the_way(scene, robot, contacts, path)
+    )
 
 
-def in_the_way(scene: Scene, robot: Robot, contacts: Sequence[str] = ()) -> tuple[SceneObject, ...]:
+def in_the_way(
+    scene: Scene, robot: Robot, contacts: Sequence[str] = (), path: Array | None = None
+) -> tuple[SceneObject, ...]:
     """The objects that are obstacles: not those in `contacts`, nor the support that a planar robot drives on.
+
+    An object in `contacts` on whose upper side the path (N, 3) [m] rests is a support: it is come down to, not entered.
 
     Raises:
         UnknownObject: If a contact is not in the scene.
     """
     touched = {scene[name].name for name in contacts}
-    return tuple(item for item in scene if item.name not in touched and not _carries(item, robot))
+    landed = {name for name in touched if path is not None and not robot.planar and rests_on(path, scene[name])}
+    own = (replace(item, extra={**item.extra, "kind": SUPPORT}) if item.name in landed else item for item in scene)
+    return tuple(item for item in own if item.name not in touched - landed and not _carries(item, robot))
+
+
+def rests_on(path: Array, item: SceneObject) -> bool:
+    """Whether a waypoint of a path (N, 3) [m] lies on an object's upper side, that on its own +z."""
+    if item.dimensions is None:
+        return False
+    off = np.abs((path - item.position) @ item.rotation - [0.0, 0.0, item.size[2] / 2.0])
+    return bool((off <= [*(item.size[:2] / 2.0), RESTING]).all(axis=1).any())
 
 
 def is_support(item: SceneObject) -> bool:

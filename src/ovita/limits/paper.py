@@ -84,7 +84,7 @@ def linearise(
     """First-order expansion of the squared distances at x_ref (N, 3): rows over (x, y, z, v) of each waypoint."""
     parts = [Rows.none(4)]
     if options.obstacles:
-        for body in build(scene, robot, contacts=contacts, shape="sphere"):
+        for body in build(scene, robot, contacts=contacts, path=reference, shape="sphere"):
             if body.half.any():
                 continue  # a support: no sphere stands for a table top, so only the verification knows it
             radius = body.radius - body.keep

@@ -10,7 +10,7 @@ import numpy as np
 
 from ovita.limits import custom, diagnosis, paper
 from ovita.limits.custom import ConvexSet, KeepOut
-from ovita.limits.obstacles import Obstacle, build
+from ovita.limits.obstacles import Obstacle, build, in_the_way
 from ovita.limits.path import PAD, PathProblem, ball, bounds, flatten, keep_out
 from ovita.limits.problem import (
     TOLERANCE,
@@ -181,7 +181,8 @@ class _Task:
         if options.obstacles:
             granted = None if options.repair_original else self.original.positions
             shape = options.obstacle_shape
-            bodies += build(self.scene, self.robot, contacts=self.contacts, shape=shape, original=granted)
+            path = self.proposed.positions
+            bodies += build(self.scene, self.robot, contacts=self.contacts, path=path, shape=shape, original=granted)
         return bodies
 
     def speeds(self, positions: Array, weights: Weights) -> Array:
@@ -206,6 +207,12 @@ class _Task:
         measures = measure_all(self.scene, self.robot, self.proposed, self.original, self.contacts, self.options)
         return measures, [m.worst(self.proposed) for m in measures]
 
+    @property
+    def exempt(self) -> tuple[str, ...]:
+        """The objects that are meant to be touched and are no obstacles."""
+        left = {item.name for item in in_the_way(self.scene, self.robot, self.contacts, self.proposed.positions)}
+        return tuple(dict.fromkeys(name for c in self.contacts if (name := self.scene[c].name) not in left))
+
     def answer(
         self,
         result: Trajectory,
@@ -226,7 +233,7 @@ class _Task:
         verdict = Verdict(
             status=status,
             checks=checks,
-            exempt=tuple(dict.fromkeys(self.scene[name].name for name in self.contacts)),
+            exempt=self.exempt,
             conflicts=conflicts,
             max_shift=float(shift.max()),
             waypoints_changed=int(changed.sum()),

@@ -130,7 +130,9 @@ def measure_all(
         text = f"on its plane z = {level:g} m"
         found.append(Measure("plane", "", text, "m", "waypoint", lambda t: np.abs(t.positions[:, 2] - level)))
     if options.obstacles:
-        found += [_obstacle(item, robot, original, options) for item in in_the_way(scene, robot, contacts)]
+        found += [
+            _obstacle(item, robot, original, options) for item in in_the_way(scene, robot, contacts, proposed.positions)
+        ]
     found += _dynamic(robot, original, options)
     found += [_custom(constraint, proposed) for constraint in options.custom]
     for i in options.pins(len(proposed)):

@@ -200,6 +200,11 @@ class Cuboid:
             distance[inner] = beyond[inner, axis]
         return np.asarray(distance - self.radius), np.asarray(normals @ self.rotation.T)
 
+    def on_surface(self, point: Array) -> Array:
+        """The point of the surface (3,) [m] that is nearest to a point (3,), from inside and outside alike."""
+        distance, normal = self.signed(point[None])
+        return np.asarray(point - distance[0] * normal[0])
+
     def along(self, start: Array, end: Array) -> tuple[Array, Array]:
         """Smallest signed distance of segments and where it is.
 

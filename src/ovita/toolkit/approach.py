@@ -15,7 +15,7 @@ from ovita.paths.geometry import extent as extent_of
 from ovita.paths.scene import SceneObject
 from ovita.paths.trajectory import Array, arc_length
 from ovita.toolkit import arguments
-from ovita.toolkit.arguments import Offset, Target
+from ovita.toolkit.arguments import Aim, Offset, Target
 from ovita.toolkit.catalogue import Recorder, note_contact, operation
 from ovita.toolkit.insertion import densified
 from ovita.toolkit.speed import dwell, stop_at
@@ -159,7 +159,8 @@ def keep_distance(
 
     The distance holds on the whole path, between waypoints too, and no more than that is kept: a stretch that comes too
     near is shifted in the direction in which it is out soonest, clear of all the objects, until it passes at just that
-    distance. The path before and behind it follows, over about 3 times the shift. A level path stays level. A start or
+    distance. The path before and behind it follows, over about 3 times the shift; where an end is too near for that, it
+    goes straight for the object and lies against it, as a rubber band. A level path stays level. A start or
     goal that is too near moves too. On a part, the waypoints beside it follow in the same way.
 
     Args:
@@ -326,6 +327,7 @@ def go_through(
     traj: ArrayLike,
     at: Target,
     *,
+    aim: Aim = "centre",
     width: float = 0.3,
     frame: Frame = RFU,
     recorder: Recorder | None = None,
@@ -340,7 +342,7 @@ def go_through(
     """
     rows = arguments.waypoints(traj)
     shift = arguments.offset(frame, offset)
-    target = arguments.point(at, "at") + shift
+    target = arguments.aimed(at, aim, frame, rows[:, :3], "at") + shift
     window = arguments.number(width, "width", low=0.0, high=1.0)
     note_contact(recorder, at, shift)
     i, weights = _jump(rows, target, window, 0.0, "go_through")
@@ -390,11 +392,12 @@ def hover(
     obj: Target,
     height: float,
     *,
+    aim: Aim = "centre",
     steps: int = 10,
     frame: Frame = RFU,
     recorder: Recorder | None = None,
 ) -> Array:
-    """Bend the path over an object and wait there, so many metres above its centre.
+    """Bend the path over an object and wait there, so many metres above its centre, or above what aim says.
 
     The path bends to pass exactly there, and the robot brakes and speeds up again over 5 % of the path; start and goal
     stay. With a height above its centre smaller than the path's, the path goes down there.
@@ -405,8 +408,9 @@ def hover(
         steps: Timesteps of 0.1 s to wait, >= 1.
     """
     above = arguments.number(height, "height")
-    rows = go_through(traj, obj, up=above, frame=frame, recorder=recorder)
-    place = arguments.point(obj) + above * frame.direction("up")
+    rows = arguments.waypoints(traj)
+    place = arguments.aimed(obj, aim, frame, rows[:, :3]) + above * frame.direction("up")
+    rows = go_through(rows, obj, up=above, aim=aim, frame=frame, recorder=recorder)
     return dwell(stop_at(rows, place, brake=HOVER_BRAKE, resume=True), place, steps)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from typing import Any, TypeAlias, TypedDict
+from typing import Any, Literal, TypeAlias, TypedDict, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,7 +12,7 @@ from ovita.errors import SceneError
 from ovita.paths.frame import DIRECTIONS, Frame
 from ovita.paths.geometry import Mask, fractions
 from ovita.paths.scene import SceneObject
-from ovita.paths.trajectory import Array, first_bad
+from ovita.paths.trajectory import Array, first_bad, interpolate
 from ovita.text import shortened
 
 Target: TypeAlias = SceneObject | ArrayLike
@@ -20,6 +20,11 @@ Target: TypeAlias = SceneObject | ArrayLike
 Place: TypeAlias = SceneObject | ArrayLike | int | float | str
 """A waypoint: its index (int), a fraction of the path's length (float 0..1), "start", "goal", or the one nearest a
 target."""
+
+
+Aim: TypeAlias = Literal["centre", "top", "surface"]
+"""What of an object is meant: its centre, its top right above the centre, or the point of its surface nearest to the
+path. Of a point, and of an object without dimensions, there is only the centre."""
 
 
 class Offset(TypedDict, total=False):
@@ -106,6 +111,22 @@ def point(target: Target, name: str = "obj") -> Array:
     if not np.isfinite(array).all():
         raise ValueError(f"{name} {array.tolist()} is not finite")
     return array
+
+
+def aimed(target: Target, aim: Aim, frame: Frame, path: Array, name: str = "obj") -> Array:
+    """The point (3,) [m] that an aim at a target means; "surface" is nearest to a path (N, 3), or to a point (1, 3)."""
+    if aim not in get_args(Aim):
+        raise ValueError(f"aim must be {', '.join(map(repr, get_args(Aim)))}, not {shortened(aim)}")
+    centre = point(target, name)
+    if aim == "centre" or not isinstance(target, SceneObject) or target.dimensions is None:
+        return centre
+    if aim == "top":
+        up = frame.direction("up")
+        share = np.abs(up @ target.rotation)
+        reach = np.divide(target.size, 2.0 * share, out=np.full(3, np.inf), where=share > 0.0)
+        return np.asarray(centre + float(reach.min()) * up)
+    nearest = path[0] if len(path) < 2 else interpolate(path, np.array([target.cuboid.closest(path)[1]]))[0]
+    return target.cuboid.on_surface(nearest)
 
 
 def number(value: Any, name: str, *, low: float | None = None, high: float | None = None) -> float:

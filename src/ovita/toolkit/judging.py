@@ -10,11 +10,11 @@ import numpy as np
 
 from ovita import text
 from ovita.paths.correspondence import Correspondence, correspond
-from ovita.paths.geometry import Mask, closest_to_point, lengths, path_distances, runs, spacing
+from ovita.paths.geometry import Mask, closest_to_point, lengths, path_distances, runs, spacing, turning_angles
 from ovita.paths.scene import Scene, SceneObject
-from ovita.paths.trajectory import Array, arc_length, interpolate
+from ovita.paths.trajectory import Array, arc_length, interpolate, source_indices
 from ovita.toolkit.approach import SURFACE_GAP, extent, nearest, passes_at
-from ovita.toolkit.arguments import Target, point
+from ovita.toolkit.arguments import Target, aimed, point
 from ovita.toolkit.catalogue import Expectation
 from ovita.toolkit.postconditions import say
 
@@ -38,6 +38,12 @@ SPEED_CHANGE = 0.005
 
 LONGER = 0.002
 """A path is longer or shorter from this share of its length on: what resampling cuts off corners is mostly less."""
+
+SMOOTHED, SHARPER = 0.05, np.radians(5.0)
+"""A path is smoother where its squared bends sum up to that share less, its sharpest turn at most so much sharper."""
+
+MOSTLY = 0.7
+"""The share of a part on which an acceleration is what was asked for: limits cut off its ends."""
 
 AT_REST = 1e-3
 """The robot stands still below this speed [m/s]."""
@@ -127,6 +133,16 @@ class _Case:
         if "object" in self.values:
             return str(self.values["object"])
         return text.point(self.values["point"])
+
+    def place(self, path: Array) -> Array:
+        """The point (3,) [m] that is meant, where a path (N, 3) decides which of a surface is nearest."""
+        return aimed(self.target, self.values.get("aim", "centre"), self.scene.frame, path) + self.offset
+
+    @property
+    def aimed(self) -> str:
+        """The target and what of it is meant, in words."""
+        aim = self.values.get("aim")
+        return f"the {aim} of {self.name}" if aim else self.name
 
     @property
     def offset(self) -> Array:
@@ -367,26 +383,27 @@ def _reaches(away: Array, part: Mask | None, axis: Array, within: float | None) 
 
 
 def _end(case: _Case, row: int, kind: str) -> Outcome:
-    base = point(case.target) if case.named else case.original[row, :3]
-    old, miss = (float(np.linalg.norm(rows[row, :3] - base - case.offset)) for rows in (case.original, case.adapted))
+    given = case.original[row, :3] + case.offset
+    ends = (rows[row, :3] for rows in (case.original, case.adapted))
+    old, miss = (float(np.linalg.norm(end - (case.place(end[None]) if case.named else given))) for end in ends)
     held = miss <= max(END_SLACK, SLACK_RELATIVE * float(np.linalg.norm(case.offset)))
     offset = say(case.values["offset"]) if "offset" in case.values else ""
     if case.named:
-        place = f"{offset} of {case.name}" if offset else case.name
+        place = f"{offset} of {case.aimed}" if offset else case.aimed
     else:
         place = f"the place {offset} of the old {kind}" if offset else f"the old {kind}"
     return Outcome(held, f"the {kind} is {miss:.3f} m from {place}", old - miss)
 
 
 def _visits(case: _Case) -> Outcome:
-    within, place = float(case.values["within"]), point(case.target) + case.offset
-    old, distance = (_path_distance(rows, place) for rows in (case.original, case.adapted))
+    within = float(case.values["within"])
+    old, distance = (_path_distance(rows, case.place(rows[:, :3])) for rows in (case.original, case.adapted))
     held = distance <= within + max(SLACK / 2.0, SLACK_RELATIVE * within)
     change = max(old - within, 0.0) - max(distance - within, 0.0)
     if not held and "offset" in case.values and _beyond(case.adapted, point(case.target), case.offset):
         change = min(change, 0.0)  # on the other side nothing is left of what was meant
     beside = f"the place {say(case.values['offset'])} of " if "offset" in case.values else ""
-    return Outcome(held, f"the path comes within {distance:.3f} m of {beside}{case.name} (asked {within:g} m)", change)
+    return Outcome(held, f"the path comes within {distance:.3f} m of {beside}{case.aimed} (asked {within:g} m)", change)
 
 
 def _beyond(rows: Array, centre: Array, offset: Array) -> bool:
@@ -499,12 +516,63 @@ def _length(case: _Case) -> Outcome:
     return Outcome(gain > LONGER * old + TINY and gain >= asked - _about(asked), f"{said} (asked {amount})", gain)
 
 
+def _smoother(case: _Case) -> Outcome:
+    """The bends squared and summed, and the sharpest one; of paths of different numbers of waypoints, spread alike."""
+    paths = [(case.original, case.old), (case.adapted, case.new)]
+    if len(case.original) != len(case.adapted):
+        count = len(case.original)
+        paths = [(interpolate(rows, source_indices(rows[:, :3], count, "arc_length")), part) for rows, part in paths]
+        paths = [(rows, case.old) for rows, _ in paths]
+    (old, was), (new, now) = (_bent(rows[:, :3], part) for rows, part in paths)
+    held = new <= (1.0 - SMOOTHED) * old + TINY and now <= was + SHARPER
+    said = f"the sum of squared bends went from {old:.3g} to {new:.3g}, the sharpest from {np.degrees(was):.0f} to "
+    return Outcome(bool(held), f"{said}{np.degrees(now):.0f} degrees")
+
+
+def _bent(path: Array, part: Mask) -> tuple[float, float]:
+    """The sum of the squared bends of a part of a path (N, 3) [rad^2], and the sharpest one [rad]."""
+    angles = turning_angles(path)[part]
+    return float((angles**2).sum()), float(angles.max(initial=0.0))
+
+
+def _waypoints(case: _Case) -> Outcome:
+    asked, count = case.values["count"], len(case.adapted)
+    return Outcome(count == asked, f"the path has {count} waypoints (asked {asked})")
+
+
+def _acceleration(case: _Case) -> Outcome:
+    """The rate by which the squared speed changes along the path, in the middle of its segments and on most of it."""
+    asked, sign = float(case.values["rate"]), 1.0 if case.values["rate"] >= 0.0 else -1.0
+    (old, _), (rate, share) = (
+        _rates(rows, part, asked) for rows, part in ((case.original, case.old), (case.adapted, case.new))
+    )
+    if rate is None:
+        return Outcome(asked < 0.0 and bool(case.adapted[case.new, 3].min() <= AT_REST), "the robot stands still there")
+    said = f"the robot's acceleration is {rate:.3g} m/s^2 (asked {asked:g} m/s^2), on {share:.0%} of the way"
+    return Outcome(_close(rate, asked) and share >= MOSTLY, said, sign * (rate - (old or 0.0)), "m/s^2")
+
+
+def _rates(rows: Array, part: Mask, asked: float) -> tuple[float | None, float]:
+    """The median acceleration of the segments in a part [m/s^2], and the share of their length that is near a rate."""
+    steps = np.diff(arc_length(rows[:, :3]))
+    v = rows[:, 3]
+    inside = part[:-1] & part[1:] & (steps > TINY) & (v[1:] > AT_REST) & ((v[:-1] > AT_REST) | (asked > 0.0))
+    if not inside.any():
+        return None, 0.0
+    rates, steps = np.diff(v**2)[inside] / (2.0 * steps[inside]), steps[inside]
+    order = np.argsort(rates)
+    middle = order[int(np.searchsorted(np.cumsum(steps[order]), steps.sum() / 2.0))]
+    near = np.abs(rates - asked) <= max(2.0 * SLACK, 0.25 * abs(asked))
+    return float(rates[middle]), float(steps[near].sum() / steps.sum())
+
+
 def _path_distance(rows: Array, centre: Array) -> float:
     """Distance of a point (3,) to the polyline of rows (N, 3+) [m]."""
     return float(path_distances(rows[:, :3], centre[None])[0])
 
 
 _CHECKS: dict[str, Callable[[_Case], Outcome]] = {
+    "acceleration": _acceleration,
     "closer": lambda case: _approach(case, -1.0),
     "distance": _distance,
     "farther": lambda case: _approach(case, 1.0),
@@ -515,9 +583,11 @@ _CHECKS: dict[str, Callable[[_Case], Outcome]] = {
     "same_path": _same_path,
     "same_speed": _same_speed,
     "side": _side,
+    "smoother": _smoother,
     "slower": lambda case: _pace(case, -1.0),
     "speed": _speed,
     "start": lambda case: _end(case, 0, "start"),
     "stop": _stop,
     "visits": _visits,
+    "waypoints": _waypoints,
 }

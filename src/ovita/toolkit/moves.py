@@ -12,7 +12,7 @@ from ovita.paths.geometry import fractions, spacing, turning_angles
 from ovita.paths.scene import SceneObject
 from ovita.paths.trajectory import Array, arc_length, interpolate, source_indices
 from ovita.toolkit import arguments
-from ovita.toolkit.arguments import Offset, Place, Target
+from ovita.toolkit.arguments import Aim, Offset, Place, Target
 from ovita.toolkit.catalogue import Recorder, note_contact, operation
 from ovita.toolkit.insertion import along_arcs, anchor, distinct, dubins, leg, speeds_between, usual_speed
 from ovita.toolkit.weights import eased, final_heading, perpendicular, smoothstep
@@ -67,6 +67,7 @@ def move_start(
     traj: ArrayLike,
     to: Target | None = None,
     *,
+    aim: Aim = "centre",
     blend: float = 0.5,
     frame: Frame = RFU,
     recorder: Recorder | None = None,
@@ -77,7 +78,10 @@ def move_start(
     OFFSET stands for the six direction words; the other end stays exactly where it is.
     """
     rows = arguments.waypoints(traj)
-    _move_first(rows, to, arguments.offset(frame, offset), blend, recorder)
+    shift = arguments.offset(frame, offset)
+    note_contact(recorder, to, shift)
+    target = None if to is None else arguments.aimed(to, aim, frame, rows[:1, :3], "to")
+    _move_first(rows, target, shift, blend)
     return rows
 
 
@@ -86,6 +90,7 @@ def move_goal(
     traj: ArrayLike,
     to: Target | None = None,
     *,
+    aim: Aim = "centre",
     blend: float = 0.5,
     frame: Frame = RFU,
     recorder: Recorder | None = None,
@@ -96,7 +101,10 @@ def move_goal(
     OFFSET stands for the six direction words; the other end stays exactly where it is.
     """
     rows = arguments.waypoints(traj)
-    _move_first(rows[::-1], to, arguments.offset(frame, offset), blend, recorder)
+    shift = arguments.offset(frame, offset)
+    note_contact(recorder, to, shift)
+    target = None if to is None else arguments.aimed(to, aim, frame, rows[::-1][:1, :3], "to")
+    _move_first(rows[::-1], target, shift, blend)
     return rows
 
 
@@ -141,6 +149,7 @@ def continue_to(
     traj: ArrayLike,
     to: Target,
     *,
+    aim: Aim = "centre",
     smooth: bool = True,
     frame: Frame = RFU,
     recorder: Recorder | None = None,
@@ -159,7 +168,7 @@ def continue_to(
     """
     rows = arguments.waypoints(traj)
     shift = arguments.offset(frame, offset)
-    goal, target = rows[-1, :3], arguments.point(to, "to") + shift
+    goal, target = rows[-1, :3], arguments.aimed(to, aim, frame, rows[-1:, :3], "to") + shift
     note_contact(recorder, to, shift)
     chord = target - goal
     if not smooth or spacing(rows[:, :3]) == 0.0 or not chord.any():
@@ -247,10 +256,9 @@ def _turned(heading: Array, chord: Array) -> Array:
     return np.asarray(along_arcs(begin, parts, 0.0, np.pi / 90.0) @ np.stack([heading, side]))
 
 
-def _move_first(rows: Array, to: Target | None, shift: Array, blend: float, recorder: Recorder | None) -> None:
-    """Move the first row of a view to a target plus a shift, which fades out along the path, before its end."""
-    note_contact(recorder, to, shift)
-    target = (rows[0, :3] if to is None else arguments.point(to, "to")) + shift
+def _move_first(rows: Array, to: Array | None, shift: Array, blend: float) -> None:
+    """Move the first row of a view to a point plus a shift, which fades out along the path, before its end."""
+    target = (rows[0, :3] if to is None else to) + shift
     share = arguments.number(blend, "blend", low=0.0, high=1.0)
     fraction = fractions(rows[:, :3])
     if share == 0.0:

@@ -13,7 +13,7 @@ from ovita.paths.scene import SceneObject
 from ovita.paths.trajectory import Array
 from ovita.text import point
 from ovita.toolkit import arguments
-from ovita.toolkit.arguments import Offset, Target
+from ovita.toolkit.arguments import Aim, Offset, Target
 from ovita.toolkit.catalogue import Expectation, Recorder, operation
 
 SIDES = {"above": "up", "below": "down", "behind": "back"}
@@ -158,6 +158,7 @@ def expect_side(
 def expect_start(
     at: Target | None = None,
     *,
+    aim: Aim = "centre",
     frame: Frame = RFU,
     recorder: Recorder | None = None,
     **offset: Unpack[Offset],
@@ -168,13 +169,14 @@ def expect_start(
         at: Object or point (3,) [m], or None for the original start.
         offset: Direction words and metres of it, such as left=0.2.
     """
-    return _end("start", at, arguments.offset(frame, offset), frame, recorder)
+    return _end("start", at, aim, arguments.offset(frame, offset), frame, recorder)
 
 
 @operation("State what is meant")
 def expect_goal(
     at: Target | None = None,
     *,
+    aim: Aim = "centre",
     frame: Frame = RFU,
     recorder: Recorder | None = None,
     **offset: Unpack[Offset],
@@ -185,7 +187,7 @@ def expect_goal(
         at: Object or point (3,) [m], or None for the original goal.
         offset: Direction words and metres of it, such as left=0.2.
     """
-    return _end("goal", at, arguments.offset(frame, offset), frame, recorder)
+    return _end("goal", at, aim, arguments.offset(frame, offset), frame, recorder)
 
 
 @operation("State what is meant")
@@ -193,6 +195,7 @@ def expect_visits(
     obj: Target,
     within: float = 0.05,
     *,
+    aim: Aim = "centre",
     frame: Frame = RFU,
     recorder: Recorder | None = None,
     **offset: Unpack[Offset],
@@ -208,8 +211,9 @@ def expect_visits(
     """
     radius = arguments.number(within, "within", low=0.0)
     beside = frame.words(arguments.offset(frame, offset))
-    place = f"the place {say(beside)} of {_name(obj)}" if beside else _name(obj)
-    values = {**_target(obj), "within": radius, **({"offset": beside} if beside else {})}
+    whole = _aimed(obj, aim)
+    place = f"the place {say(beside)} of {whole}" if beside else whole
+    values = {**_target(obj), **_aim(aim), "within": radius, **({"offset": beside} if beside else {})}
     return _note("visits", values, f"the path comes within {radius:g} m of {place}", recorder)
 
 
@@ -294,6 +298,37 @@ def expect_length(
     return _note("length", limits, f"the path becomes {asked}", recorder)
 
 
+@operation("State what is meant")
+def expect_smoother(where: ArrayLike | None = None, *, recorder: Recorder | None = None) -> Expectation:
+    """The path has fewer bends: squared and summed by a twentieth at least; its sharpest turn is no sharper."""
+    return _note("smoother", _where(where), f"the path is smoother{_part(where)}", recorder)
+
+
+@operation("State what is meant")
+def expect_waypoints(count: int, *, recorder: Recorder | None = None) -> Expectation:
+    """So many waypoints.
+
+    Args:
+        count: Their number, >= 2.
+    """
+    number = arguments.integer(count, "count", 2, arguments.MOST_WAYPOINTS)
+    return _note("waypoints", {"count": number}, f"the path has {number} waypoints", recorder)
+
+
+@operation("State what is meant")
+def expect_acceleration(
+    rate: float, where: ArrayLike | None = None, *, recorder: Recorder | None = None
+) -> Expectation:
+    """Accelerates at rate m/s^2 (negative: brakes), within 10 % or 0.01 m/s^2, but for stops.
+
+    Args:
+        rate: [m/s^2].
+    """
+    values = {"rate": arguments.number(rate, "rate"), **_where(where)}
+    word = "speeds up" if values["rate"] >= 0.0 else "brakes"
+    return _note("acceleration", values, f"the robot {word} at {abs(values['rate']):g} m/s^2{_part(where)}", recorder)
+
+
 def _limits(low: float | None = None, **amounts: float | None) -> dict[str, float]:
     """The amounts that are given, checked."""
     return {name: arguments.number(amount, name, low=low) for name, amount in amounts.items() if amount is not None}
@@ -320,16 +355,16 @@ def _approach(
     return _note(kind, values, f"the path is {phrase} {_name(obj)}{much}{_part(where)}", recorder)
 
 
-def _end(kind: str, at: Target | None, shift: Array, frame: Frame, recorder: Recorder | None) -> Expectation:
+def _end(kind: str, at: Target | None, aim: Aim, shift: Array, frame: Frame, recorder: Recorder | None) -> Expectation:
     offset = frame.words(shift)
-    values: dict[str, Any] = {} if at is None else _target(at, "at")
+    values: dict[str, Any] = {} if at is None else {**_target(at, "at"), **_aim(aim)}
     if offset:
         values["offset"] = offset
-    base = "" if at is None else f" of {_name(at)}"
     if at is None:
         text = f"the {kind} moves {say(offset)}" if offset else f"the {kind} stays where it was"
     else:
-        text = f"the {kind} is {say(offset)}{base}" if offset else f"the {kind} is at {_name(at)}"
+        place = _aimed(at, aim)
+        text = f"the {kind} is {say(offset)} of {place}" if offset else f"the {kind} is at {place}"
     return _note(kind, values, text, recorder)
 
 
@@ -349,6 +384,16 @@ def _name(target: Target) -> str:
     if isinstance(target, SceneObject):
         return target.name
     return point(arguments.point(target).tolist())
+
+
+def _aim(aim: Aim) -> dict[str, Any]:
+    return {} if aim == "centre" else {"aim": aim}
+
+
+def _aimed(target: Target, aim: Aim) -> str:
+    """A target and what of it is meant, in words."""
+    arguments.aimed(target, aim, RFU, np.zeros((1, 3)))
+    return _name(target) if aim == "centre" else f"the {aim} of {_name(target)}"
 
 
 def _where(where: ArrayLike | None) -> dict[str, Any]:

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ovita.paths.geometry import Cuboid, Mask, dots, lengths, runs
-from ovita.paths.trajectory import Array, arc_length
+from ovita.paths.geometry import Cuboid, Mask, dots, lengths, runs, turning_angles
+from ovita.paths.trajectory import Array, arc_length, interpolate, source_indices
 from ovita.toolkit.weights import GENTLE, ROUNDING, perpendicular, smoothstep
 
 BENDS = 8
@@ -28,6 +28,15 @@ HALVINGS = 17
 STEPS, GROWTH = 12, 1.15
 """Halvings of the last step in the search for the smallest shift, and the growth of its strides."""
 
+CORNER = np.radians(20.0)
+"""From this turn on a way around has a corner."""
+
+FARTHER = 2.0
+"""How much farther an end may go than it is deep in a body."""
+
+PULLS, COARSE = 200, 24
+"""How often a band is pulled taut, first with at most so many points."""
+
 SAMPLES = np.linspace(0.0, 1.0, 5)[:-1]
 """Where each segment is sampled for how far it has to go."""
 
@@ -44,6 +53,16 @@ def kept_out(positions: Array, bodies: Sequence[Cuboid], selected: Mask, up: Arr
         selected: Mask (N,) of the waypoints that may move; a segment counts if both its ends may.
         up: Where the path is to keep its height, the unit vector (3,) that points up.
     """
+    bent = _bent_out(positions, bodies, selected, up)
+    if not selected.all() or _calm(bent, positions, bodies):
+        return bent
+    taut = _taut(bent, positions, bodies, up)
+    legal = (_gaps(taut, bodies) >= -1e-6).all()
+    return taut if legal and _unrest(taut, positions) < _unrest(bent, positions) else bent
+
+
+def _bent_out(positions: Array, bodies: Sequence[Cuboid], selected: Mask, up: Array | None) -> Array:
+    """A path (N, 3) bent around bodies stretch by stretch, by the smallest shift of each."""
     result, fixed = positions.copy(), _free_ends(positions, bodies)
     for _ in range(BENDS):
         inside = _inside(result, bodies, selected)
@@ -55,6 +74,59 @@ def kept_out(positions: Array, bodies: Sequence[Cuboid], selected: Mask, up: Arr
             break
         result = bent
     return _cleared(result, bodies, selected, fixed, up)
+
+
+def _unrest(path: Array, original: Array) -> float:
+    """The sharpest turn of a path [rad], and how far its ends went [m]: a metre counts as much as a radian."""
+    return float(turning_angles(path).max()) + float(lengths(path[[0, -1]] - original[[0, -1]]).sum())
+
+
+def _calm(path: Array, original: Array, bodies: Sequence[Cuboid]) -> bool:
+    """Whether a path has no corner that the original had not, and its ends went no farther than they had to."""
+    deep = np.maximum(-_depth(original[[0, -1]], bodies), 0.0)
+    far = lengths(path[[0, -1]] - original[[0, -1]])
+    turns = turning_angles(path).max(), turning_angles(original).max()
+    return bool(turns[0] <= max(turns[1], CORNER) and (far <= FARTHER * deep + ROUNDING).all())
+
+
+def _taut(bent: Array, original: Array, bodies: Sequence[Cuboid], up: Array | None) -> Array:
+    """A way around drawn taut, as a rubber band round the bodies, between what of the original stays as it is.
+
+    Where an end is near a body there is no room for a bend that sets in gently; a band leaves the end straight for the
+    body and lies against it. Ends that are in a body go to the nearest place outside.
+    """
+    moved = np.flatnonzero(lengths(bent - original) > ROUNDING)
+    if not len(moved):
+        return bent
+    path = bent.copy()
+    path[[0, -1]] = _aside(original[[0, -1]], bodies, up)
+    s, beside = arc_length(original), float(lengths(bent - original).max()) / 2.0
+    first = int(np.searchsorted(s, s[moved[0]] - beside, "right")) - 1
+    first, last = max(first, 0), min(int(np.searchsorted(s, s[moved[-1]] + beside)), len(path) - 1)
+    band = path[first : last + 1]
+    for count in (min(len(band), COARSE), len(band)):  # what many points would take long to settle, few settle soon
+        for _ in range(PULLS):
+            # Even spacing lets the band slide along itself; without it, it would bunch up where it began.
+            band = interpolate(band, source_indices(band, count, "arc_length"))
+            band[1:-1] = (band[:-2] + 2.0 * band[1:-1] + band[2:]) / 4.0
+            band[1:-1] = _aside(band[1:-1], bodies, up)
+    path[first : last + 1] = band
+    fixed = np.zeros(len(path), dtype=bool)
+    fixed[[0, -1]] = True
+    return _cleared(path, bodies, np.ones(len(path), dtype=bool), fixed, up)
+
+
+def _aside(points: Array, bodies: Sequence[Cuboid], up: Array | None) -> Array:
+    """Points (M, 3) moved out of bodies by the shortest way, level where `up` is given."""
+    points = points.copy()
+    for _ in range(ROUNDS // 10):
+        for body in bodies:
+            distance, normals = body.signed(points)
+            aside = normals if up is None else normals - (normals @ up)[:, None] * up
+            size = np.maximum(lengths(aside), 0.2)
+            deep = np.maximum(-distance, 0.0)
+            points += (deep / size**2)[:, None] * aside
+    return points
 
 
 def pushed_out(positions: Array, bodies: Sequence[Cuboid], selected: Mask, up: Array | None) -> Array:

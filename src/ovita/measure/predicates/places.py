@@ -102,10 +102,13 @@ def max_distance(pair: Pair, place: Any, at_most: float, *, where: Where = None)
 
 @predicate
 def passes_through(pair: Pair, place: Any, *, within: float | None = None) -> CheckResult:
-    """The path passes through a place, within some metres (5 % of the extent unless given)."""
+    """The path passes through a place, within some metres (5 % of the extent unless given), or touches the object."""
     centre, name = pair.place(place)
     allowed = EDGE * pair.extent if within is None else within
-    distance = _path_distance(pair.adapted, centre)
+    distance, item = _path_distance(pair.adapted, centre), pair.item(place)
+    if item is not None and item.dimensions is not None:
+        gap = item.cuboid.closest(pair.adapted[:, :3])[0]
+        distance = max(gap, 0.0) if gap <= pair.noticeable else distance
     return say(
         distance <= allowed,
         f"pass through {name}",
@@ -345,13 +348,13 @@ def goal_moved(
 
 @predicate
 def starts_at(pair: Pair, place: Any, *, within: float | None = None) -> CheckResult:
-    """The path starts at a place, within some metres (5 % of the extent unless given)."""
+    """The path starts at a place, within some metres (5 % of the extent unless given), or on the object's surface."""
     return _ends_at(pair, 0, "start", place, within)
 
 
 @predicate
 def ends_at(pair: Pair, place: Any, *, within: float | None = None) -> CheckResult:
-    """The path ends at a place, within some metres (5 % of the extent unless given)."""
+    """The path ends at a place, within some metres (5 % of the extent unless given), or on the object's surface."""
     return _ends_at(pair, -1, "end", place, within)
 
 
@@ -464,7 +467,11 @@ def _end_moved(pair: Pair, row: int, kind: str, words: dict[str, float | None], 
 def _ends_at(pair: Pair, row: int, kind: str, place: Any, within: float | None) -> CheckResult:
     centre, name = pair.place(place)
     allowed = EDGE * pair.extent if within is None else within
-    miss = float(np.linalg.norm(pair.adapted[row, :3] - centre))
+    end, item = pair.adapted[row, :3], pair.item(place)
+    miss = float(np.linalg.norm(end - centre))
+    if item is not None and item.dimensions is not None:
+        gap = abs(float(item.cuboid.signed(end[None])[0][0]))
+        miss = min(miss, gap) if gap <= pair.noticeable else miss
     return say(
         miss <= allowed, f"{kind} at {name}", f"the {kind} is {miss:.3f} m from {name} (at most {allowed:.3f} m)"
     )
