@@ -87,7 +87,7 @@ def test_formats_are_named():
         sinks_named(["jsonl", "tfrecord"])
     with pytest.raises(RequestError, match="choose one of them"):
         sinks_named(["lerobot", "lerobot-language"])
-    assert [sink.name for sink in sinks_named(["mcap", "jsonl", "mcap"])] == ["mcap", "jsonl"]
+    assert [sink.name for sink in sinks_named(["mcap", "jsonl", "mcap"])] == ["mcap", "jsonl", "card"]
 
 
 def test_a_folder_without_samples_is_said(tmp_path):

@@ -71,26 +71,26 @@ class RosBags:
         return []
 
 
-def read_scene_files(folder: Path) -> Iterator[AugmentedSample]:
+def read_scene_files(folder: Path, shard: str = "*") -> Iterator[AugmentedSample]:
     """The samples that `SceneFiles` wrote below a folder, in the order of their index.
 
     Raises:
         FormatError: If a file cannot be read.
     """
-    for file in sorted(folder.glob("scenes/*/*/*.json"), key=lambda path: path.name):
+    for file in sorted(folder.glob(f"scenes/*/{shard}/*.json"), key=lambda path: path.name):
         with _damage(file):
             document = json.loads(read_text(file))
             yield AugmentedSample.from_dict({"robot": None, **document, **document[AUGMENTED]})
 
 
-def read_bags(folder: Path) -> Iterator[AugmentedSample]:
+def read_bags(folder: Path, shard: str = "*") -> Iterator[AugmentedSample]:
     """The samples that `RosBags` wrote below a folder, in the order of their index.
 
     Raises:
         FormatError: If a bag cannot be read.
         MissingExtra: If rosbags is not installed.
     """
-    return in_order(folder.glob("mcap/*/*.mcap"), _samples_of_bag)
+    return in_order(folder.glob(f"mcap/*/{shard}.mcap"), _samples_of_bag)
 
 
 def _samples_of_bag(file: Path) -> Iterator[AugmentedSample]:

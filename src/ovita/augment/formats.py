@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
+from ovita.augment.card import DatasetCard
 from ovita.augment.files import RosBags, SceneFiles, read_bags, read_scene_files
 from ovita.augment.lerobot import LeRobotEpisodes
 from ovita.augment.records import ParquetRecords, arrow, read_records
@@ -36,7 +37,7 @@ _NEEDED: Mapping[str, Callable[[], object]] = {
 }
 """What loads the packages that a format needs."""
 
-_READERS: Mapping[str, Callable[[Path], Iterator[AugmentedSample]]] = {
+_READERS: Mapping[str, Callable[[Path, str], Iterator[AugmentedSample]]] = {
     "samples": read_samples,
     "parquet": read_records,
     "scenes": read_scene_files,
@@ -44,8 +45,12 @@ _READERS: Mapping[str, Callable[[Path], Iterator[AugmentedSample]]] = {
 }
 
 
-def sinks_named(names: Sequence[str]) -> tuple[Sink, ...]:
-    """The sinks of some formats, each once.
+def sinks_named(names: Sequence[str], licences: tuple[tuple[str, str], ...] = ()) -> tuple[Sink, ...]:
+    """The sinks of some formats, each once, and of the dataset's card.
+
+    Args:
+        names: Of the formats.
+        licences: Names of sources with their licences, for the card.
 
     Raises:
         RequestError: If there is no such format, or none is named.
@@ -60,11 +65,11 @@ def sinks_named(names: Sequence[str]) -> tuple[Sink, ...]:
             _NEEDED[name]()
     if {"lerobot", "lerobot-language"} <= set(names):
         raise RequestError("lerobot and lerobot-language are the same data set in two ways; choose one of them")
-    return tuple(FORMATS[name] for name in dict.fromkeys(names))
+    return (*(FORMATS[name] for name in dict.fromkeys(names)), DatasetCard(licences))
 
 
-def read(folder: Path) -> Iterator[AugmentedSample]:
-    """The samples of a folder in any format, with everything that is known of them.
+def read(folder: Path, shard: int | None = None) -> Iterator[AugmentedSample]:
+    """The samples of a folder in any format, or those of one shard, with everything that is known of them.
 
     Raises:
         FormatError: If the folder holds none, or a file cannot be read.
@@ -72,5 +77,5 @@ def read(folder: Path) -> Iterator[AugmentedSample]:
     """
     for name, reader in _READERS.items():
         if (folder / name).is_dir():
-            return reader(folder)
+            return reader(folder, "*" if shard is None else f"{shard:06d}")
     raise FormatError(file_name(folder), f"holds no augmented data; there is no folder {listed(_READERS, 'or')} in it")

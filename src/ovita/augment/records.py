@@ -73,14 +73,14 @@ def content_of(samples: Sequence[AugmentedSample]) -> bytes:
     return stream.getvalue()
 
 
-def read_records(folder: Path) -> Iterator[AugmentedSample]:
+def read_records(folder: Path, shard: str = "*") -> Iterator[AugmentedSample]:
     """The samples that `ParquetRecords` wrote below a folder, in the order of their index.
 
     Raises:
         FormatError: If a file cannot be read.
         MissingExtra: If pyarrow is not installed.
     """
-    return in_order(folder.glob(f"{FOLDER}/*/*.parquet"), lambda file: map(sample_of, rows_of([file])))
+    return in_order(folder.glob(f"{FOLDER}/*/{shard}.parquet"), lambda file: map(sample_of, rows_of([file])))
 
 
 def in_order(files: Iterable[Path], read: Callable[[Path], Iterable[AugmentedSample]]) -> Iterator[AugmentedSample]:

@@ -137,13 +137,13 @@ class JsonLines:
         return []
 
 
-def read_samples(folder: Path) -> Iterator[AugmentedSample]:
-    """The samples that `JsonLines` wrote, in the order of their index.
+def read_samples(folder: Path, shard: str = "*") -> Iterator[AugmentedSample]:
+    """The samples that `JsonLines` wrote, or those of one shard, in the order of their index.
 
     Raises:
         FormatError: If a file cannot be read.
     """
-    for file in sorted(folder.glob("samples/*.jsonl.gz")):
+    for file in sorted(folder.glob(f"samples/{shard}.jsonl.gz")):
         try:
             lines = gzip.decompress(file.read_bytes()).splitlines()
             yield from (AugmentedSample.from_dict(json.loads(line)) for line in lines)

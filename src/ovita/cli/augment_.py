@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ovita.cli.common import show_notes
+from ovita.cli.inspect_ import inspect
 from ovita.cli.main import GuessingGroup
 
 if TYPE_CHECKING:
@@ -39,6 +40,9 @@ def group() -> None:
     """
 
 
+group.add_command(inspect)
+
+
 @group.command()
 @click.argument("sources", nargs=-1, metavar="[SOURCES]...")
 @click.option("--n", type=click.IntRange(1), default=1000, show_default=True, help="Samples.")
@@ -54,6 +58,13 @@ def group() -> None:
     metavar="LIST",
     help="jsonl, parquet, lerobot, lerobot-language, scenes, mcap, or several: jsonl,lerobot.",
 )
+@click.option(
+    "--licence",
+    "licences",
+    multiple=True,
+    metavar="[SOURCE=]TEXT",
+    help="Licence of the sources, or of one, for the dataset's card; may be repeated.",
+)
 @click.option("--robot", metavar="NAME|FILE", help="Whose limits hold. [what each file names, else none]")
 @click.option("--waypoints", type=click.IntRange(8, 2000), metavar="N", help="Of random scenes. [as the scale has it]")
 @click.option(
@@ -68,6 +79,7 @@ def group() -> None:
 @click.option("--shard", type=click.IntRange(1, 1_000_000), default=1000, show_default=True, help="Samples a shard.")
 def make(sources: tuple[str, ...], out: str | None, families: str, formats: str, **options: Any) -> None:
     """Make a dataset of SOURCES. Run it again to go on after an interruption."""
+    from ovita.augment.card import licences_from
     from ovita.augment.engine import Job, run
     from ovita.augment.formats import sinks_named
     from ovita.augment.sources import open_pool
@@ -77,8 +89,10 @@ def make(sources: tuple[str, ...], out: str | None, families: str, formats: str,
     chosen = families_from(_listed(families))
     manner = Manner(options["seed"], chosen, options["paraphrases"], options["repairs"])
     pool, notes = open_pool(sources, robot=options["robot"], waypoints=options["waypoints"])
+    licences = licences_from(options["licences"], [source["name"] for source in pool.describe()])
+    sinks = sinks_named(_listed(formats), licences)
     show_notes(notes)
-    job = Job(options["n"], manner, pool, sinks_named(_listed(formats)), shard=options["shard"])
+    job = Job(options["n"], manner, pool, sinks, shard=options["shard"])
     _show(run(job, out or "ovita-augmented", jobs=options["jobs"], engine=options["engine"], progress=_progress()))
 
 
