@@ -34,7 +34,7 @@ def seen(folder: Path) -> dict:
         "last_task": last["task"],
         "first_state": first["observation.state"].tolist(),
         "last_state": last["observation.state"].tolist(),
-        "last_reference": last["observation.reference"].tolist(),
+        "last_reference": last["observation.environment_state"].tolist(),
         "last_index": [int(last[key]) for key in ("episode_index", "frame_index", "index", "task_index")],
         "last_timestamp": float(last["timestamp"]),
         "lengths": [int(n) for n in data.meta.episodes["length"]],

@@ -129,7 +129,7 @@ def test_episodes_are_the_motion_at_a_fixed_rate(made, lerobot):
         assert np.allclose(state, frames_of(sample.adapted, moments, turned=False), atol=1e-6)
         assert np.allclose(state[[0, -1], :3], sample.adapted.positions[[0, -1]], atol=1e-6), "start and goal"
         assert np.allclose(rows["action"][:-1], state[1:]) and np.allclose(rows["action"][-1], state[-1])
-        reference = np.array(rows["observation.reference"])
+        reference = np.array(rows["observation.environment_state"])
         assert np.allclose(reference[-1, :3], sample.task.trajectory.positions[-1], atol=1e-6)
         assert row["stats/observation.state/min"] == pytest.approx(state.min(axis=0), abs=1e-6)
 

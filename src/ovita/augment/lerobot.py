@@ -2,10 +2,10 @@
 
 An episode is the adapted motion, sampled in time at a fixed rate by the trajectory's own time law:
 
-observation.state      where it is: x, y, z [m], speed [m/s], with a quaternion wxyz if any sample has orientations
-observation.reference  where the original motion is after the same share of its duration
-action                 the state of the next frame; at the goal, the goal
-task                   the instruction
+observation.state               where it is: x, y, z [m], speed [m/s]; a quaternion wxyz if a sample has orientations
+observation.environment_state   where the original motion is after the same share of its duration
+action                          the state of the next frame; at the goal, the goal
+task                            the instruction
 
 Layout: lerobot 0.4 to 0.6 (`src/lerobot/datasets`). The workers write Parquet records; when all are there, `finish`
 reads them in order, so the bytes do not depend on who wrote which shard, and memory holds one batch of frames and the
@@ -51,7 +51,7 @@ BATCH = 20_000
 QUANTILES = (0.01, 0.10, 0.50, 0.90, 0.99)
 _BINS = 10_000
 _NAMES = ("x", "y", "z", "qw", "qx", "qy", "qz", "speed")
-_VECTORS = ("observation.state", "observation.reference", "action")
+_VECTORS = ("observation.state", "observation.environment_state", "action")
 _SCALARS = ("timestamp", "frame_index", "episode_index", "index", "task_index")
 _KEPT = ("index", "source", "family", "instruction", "paraphrases", "robot", "verdict", "scene", "frames", "check")
 
