@@ -52,13 +52,21 @@ def new(file: str, runs: tuple[str, ...], more_runs: tuple[str, ...], out: str, 
 @click.argument("folder", metavar="DIR")
 @click.option("--port", type=click.IntRange(0, 65535), default=8770, show_default=True, help="0 for any that is free.")
 @click.option("--host", default="127.0.0.1", show_default=True, help="0.0.0.0 lets other machines in.")
-def serve(folder: str, port: int, host: str) -> None:
+@click.option("--static", "files", metavar="FOLDER", help="Instead write one file a person, for use without a server.")
+def serve(folder: str, port: int, host: str, files: str | None) -> None:
     """Serve the study in DIR, a page for each person's link, until ctrl-c; what was answered is on disk at once."""
     from ovita.study import pages
     from ovita.study.folder import address_of, open_study
+    from ovita.study.offline import write_files
     from ovita.study.server import StudyServer
 
     study = open_study(folder)
+    if files is not None:
+        click.echo(
+            f"wrote {len(write_files(study, files))} files to {files}; give each person one, and take in what they"
+        )
+        click.echo(f"hand over by: ovita study collect {folder} answers-*.jsonl")
+        return
     pages.scripts()
     server = StudyServer(study, host, port)
     click.echo(f"Serving {study.design.title!r} at {server.url}")
@@ -69,3 +77,38 @@ def serve(folder: str, port: int, host: str) -> None:
         server.serve_forever()
     finally:
         server.server_close()
+
+
+@group.command()
+@click.argument("folder", metavar="DIR")
+@click.argument("files", metavar="FILE...", nargs=-1, required=True)
+def collect(folder: str, files: tuple[str, ...]) -> None:
+    """Take in the FILEs that people's pages handed over; the first answer to a page counts."""
+    from ovita.study import offline
+    from ovita.study.folder import open_study
+
+    study = open_study(folder)
+    for file in files:
+        done = offline.collect(study, file)
+        told = "withdrew; all was deleted" if done.withdrawn else f"{done.new} new answers, {done.known} known"
+        click.echo(f"{done.participant}: {told}")
+
+
+@group.command()
+@click.argument("folder", metavar="DIR")
+@click.argument("participant", metavar="PARTICIPANT")
+@click.option("--yes", is_flag=True, help="Do not ask.")
+def withdraw(folder: str, participant: str, yes: bool) -> None:
+    """Delete all that PARTICIPANT, such as p07, answered and said; it cannot be undone."""
+    from ovita.errors import RequestError
+    from ovita.study.answers import withdraw as delete
+    from ovita.study.folder import open_study
+
+    study = open_study(folder)
+    person = study.participants.get(participant)
+    if person is None:
+        raise RequestError(f"the study has no participant {participant!r}; they are in {Path(folder) / 'links.csv'}")
+    if not yes:
+        click.confirm(f"Delete all that {participant} answered?", abort=True)
+    delete(study, person)
+    click.echo(f"{participant} has withdrawn; all was deleted. Make reports anew.")

@@ -83,16 +83,17 @@ def document(title: str, body: str, *, pilot: bool, drawn: bool) -> str:
     return str(_macros().shell(title, Markup(body), pilot, Markup(asset("page.css")), tags))
 
 
-def offline_document(title: str, body: str, data: str, script: str, *, pilot: bool) -> str:
-    """A whole study as one page that loads nothing; `data` is HTML, `script` JavaScript."""
+def offline_document(title: str, data: str, *, pilot: bool) -> str:
+    """A whole study as one page that loads nothing; `data` is HTML, which offline.js shows part by part."""
     from markupsafe import Markup
 
     code = Markup("\n").join(
         Markup("<script>") + Markup(text.replace("</script", "<\\/script")) + Markup("</script>")
-        for text in (plotly(), asset("view.js"), script)
+        for text in (plotly(), asset("view.js"), asset("offline.js"))
     )
     style = Markup(asset("page.css"))
-    return str(_macros().shell(title, Markup(body), pilot, style, code, offline=True, data=Markup(data)))
+    empty = Markup("<noscript>This study needs a browser that runs JavaScript.</noscript>")
+    return str(_macros().shell(title, empty, pilot, style, code, offline=True, data=Markup(data)))
 
 
 def consent(study: StudyFolder, missing: bool = False) -> str:
@@ -114,6 +115,20 @@ def trouble() -> str:
 def farewell() -> str:
     """The page after the last one."""
     return message("Thank you", "All your answers are saved. You may close this page now.")
+
+
+def handing_over() -> str:
+    """The last page of a study in a file."""
+    return str(_macros().handing_over())
+
+
+def forgotten(participant: str) -> str:
+    """The page of those who withdrew, in a file."""
+    text = (
+        "Everything that this browser kept was deleted. Please hand over no file with answers; if you did so already,"
+        f" tell the people who run the study to withdraw {participant}."
+    )
+    return message("You have withdrawn", text)
 
 
 def gone() -> str:

@@ -14,6 +14,10 @@
     const plot = box.querySelector(".plot"), slider = box.querySelector("input[type=range]");
     const button = box.querySelector("button"), clock = box.querySelector("output");
     const end = given.times[given.times.length - 1];
+    if (typeof Plotly === "undefined") {
+      plot.textContent = "The picture could not be loaded. Please reload this page.";
+      return null;
+    }
     let t = 0, last = null, busy = false;
     const settings = { displaylogo: false, displayModeBar: false, responsive: true };
     const drawn = Plotly.newPlot(plot, given.figure.data, given.figure.layout, settings);
@@ -70,7 +74,7 @@
   }
 
   function mountAll(root) {
-    const plots = Array.from(root.querySelectorAll(".view")).map(mount);
+    const plots = Array.from(root.querySelectorAll(".view")).map(mount).filter(Boolean);
     if (plots.length > 1) together(plots);
     root.querySelectorAll(".slider input").forEach(function (input) {
       const told = input.parentElement.querySelector("output"), chosen = input.parentElement.querySelector("input[type=hidden]");
