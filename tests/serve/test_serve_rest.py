@@ -57,6 +57,12 @@ def test_a_mistake_is_one_sentence_with_its_status(http, path, body, status, pro
     assert "Traceback" not in answer.text and "\n" not in answer.text.strip()
 
 
+@pytest.mark.parametrize(("method", "path"), [("GET", "/v2"), ("PUT", "/v1/tasks"), ("GET", "/v1/tasks/a/adapt")])
+def test_a_path_that_is_not_there_says_where_they_are(http, method, path):
+    answer = http.request(method, path)
+    assert answer.status_code == 404 and "the page under / lists them" in answer.json()["error"]
+
+
 def test_tasks_of_another_owner_do_not_exist(http):
     task = http.post("/v1/tasks", json={"document": TASK}).json()["task"]
     other = {"Authorization": f"Bearer {OTHER}"}

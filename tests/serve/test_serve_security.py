@@ -9,6 +9,8 @@ from pathlib import Path
 import anyio
 import httpx2
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from mcp import Client
 from mcp.shared.exceptions import MCPError
 from mcp_types import ElicitResult, InputRequiredResult
@@ -398,6 +400,42 @@ def test_a_mistake_at_the_start_is_one_sentence(monkeypatch, capsys, tmp_path, o
             main()
     said = capsys.readouterr().err
     assert ended.value.code == 2 and said.startswith("error: ") and problem in said and said.count("\n") == 1
+
+
+def test_without_the_sdk_it_says_what_to_install(monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "mcp.server.lowlevel", None)
+    monkeypatch.setattr(sys, "argv", ["ovita", "serve", "mcp"])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 2 and "ovita[serve]" in capsys.readouterr().err
+
+
+_TEXT = st.text(alphabet=[*"ab./{} ", "\n", "\0", "\u202e"], max_size=8)
+ANYTHING = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | _TEXT | st.sampled_from(["TASK", "left"]),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(_TEXT, inner, max_size=3),
+    max_leaves=6,
+)
+
+
+@settings(max_examples=100, deadline=None)
+@given(tool=st.sampled_from(sorted({*OPERATIONS} - {"draw", "simulate"})), data=st.data())
+def test_whatever_is_sent_is_done_or_refused_in_one_sentence(shared, tool, data):
+    app, task = shared
+    known = [*OPERATIONS[tool].takes.model_fields, "other"]
+    arguments = data.draw(st.dictionaries(st.sampled_from(known), ANYTHING, max_size=4))
+    if data.draw(st.booleans()) and tool != "close_task":
+        arguments["task"] = task
+    try:
+        called(app, tool, **arguments)
+    except OvitaError as refusal:
+        assert 0 < len(str(refusal)) < 2_000 and "\n" not in str(refusal)
+
+
+@pytest.fixture(scope="module")
+def shared(tmp_path_factory):
+    app = application(tmp_path_factory.mktemp("shared"), tasks=10_000)
+    return app, adapted(app)
 
 
 def test_a_caller_without_a_person_cannot_send():

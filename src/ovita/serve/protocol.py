@@ -118,8 +118,8 @@ class ToolServer:
 
         arguments = params.arguments or {}
         caller = self._caller(ctx, params)
-        size = len(json.dumps(arguments))
         try:
+            size = len(json.dumps(arguments))
             outcome = await self.work(
                 lambda: perform(self.application, params.name, arguments, caller, size), asks=params.name == "send"
             )

@@ -50,8 +50,11 @@ class Door:
 
     async def __call__(self, scope: Any, receive: Any, send: Any) -> None:
         """Refuse a request or pass it on with its owner."""
-        if scope["type"] != "http":
+        if scope["type"] == "lifespan":
             await self.inner(scope, receive, send)
+            return
+        if scope["type"] != "http":
+            await send({"type": "websocket.close", "code": 1008})
             return
         headers = _headers(scope)
         refusal = self.hosts.refusal(headers.get("host", ""), headers.get("origin"))
@@ -139,6 +142,9 @@ class RestInterface:
         async def document(request: Any) -> Any:
             return JSONResponse(openapi())
 
+        async def unknown(request: Any) -> Any:
+            return _answer(404, "there is no such path for this method; the page under / lists them all")
+
         routes = [
             Route("/", page),
             Route("/openapi.json", document),
@@ -146,7 +152,7 @@ class RestInterface:
         ]
         for operation in OPERATIONS.values():
             routes.append(Route(operation.path, self._endpoint(operation), methods=[operation.method]))
-        return routes
+        return [*routes, Route("/{rest:path}", unknown, methods=["GET", "POST", "PUT", "PATCH", "DELETE"])]
 
     def _endpoint(self, operation: Operation) -> Any:
         async def endpoint(request: Any) -> Any:
