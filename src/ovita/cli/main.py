@@ -41,7 +41,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "send": ("ovita.cli.transfer_:send", "Verify a result once more and send it to a robot."),
     "serve": ("ovita.cli.serve_:group", "Serve agents and programs: MCP and REST, within rules that you set."),
     "simulate": ("ovita.cli.simulate_:command", "Let a robot follow a result or a trajectory in simulation; video."),
-    "study": ("ovita.cli.study_:group", "Let people judge results, blinded and balanced: pages, answers on disk."),
+    "study": ("ovita.cli.study_:group", "Let people judge results, blinded and balanced; analyse what they say."),
     "studio": ("ovita.cli.sessions_:studio", "See it, say it, turn the knobs, in the browser."),
     "tour": ("ovita.cli.tour_:command", "Show in five steps what ovita does."),
 }

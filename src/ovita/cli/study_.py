@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 from ovita.cli.main import GuessingGroup
+from ovita.cli.study_analysis_ import plan, report
 
 
 @click.group(cls=GuessingGroup)
@@ -15,8 +16,13 @@ def group() -> None:
     """Let people judge adapted trajectories, blinded and in balanced order.
 
     Write a STUDY.toml and a consent text (docs/study.md has both), then
-    `ovita study new STUDY.toml --runs BENCH-RUN --out DIR` and `ovita study serve DIR`.
+    `ovita study new STUDY.toml --runs BENCH-RUN --out DIR` and `ovita study serve DIR`. `ovita study plan` says
+    how many people it takes, `ovita study report DIR` what their answers amount to.
     """
+
+
+group.add_command(plan)
+group.add_command(report)
 
 
 @group.command()

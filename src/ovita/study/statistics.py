@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy.optimize import minimize
+from scipy.special import softmax
 from scipy.stats import bootstrap, friedmanchisquare, mannwhitneyu, norm
 
 from ovita.paths.trajectory import Array
@@ -95,6 +95,15 @@ def mean_of_people(values: Sequence[float], *, level: float = 0.95, seed: int = 
     return Estimate(mean, float(drawn.confidence_interval.low), float(drawn.confidence_interval.high), len(sample))
 
 
+def difference_of_groups(a: Sequence[float], b: Sequence[float], *, level: float = 0.95, seed: int = 0) -> Estimate:
+    """The mean of b minus that of a, two groups of people, with its percentile bootstrap interval."""
+    rng = np.random.default_rng(seed)
+    first, second = (np.asarray(group, dtype=float) for group in (a, b))
+    drawn = rng.choice(second, (RESAMPLES, len(second))).mean(1) - rng.choice(first, (RESAMPLES, len(first))).mean(1)
+    low, high = np.quantile(drawn, ((1 - level) / 2, (1 + level) / 2))
+    return Estimate(float(second.mean() - first.mean()), float(low), float(high), len(first) + len(second))
+
+
 def friedman(table: Sequence[Sequence[float]]) -> Friedman:
     """Friedman's test on rows of people and columns of conditions, at least three [Friedman1937], corrected for ties.
 
@@ -125,34 +134,22 @@ def krippendorff(units: Sequence[Sequence[float]], level: Level = "ordinal") -> 
     1 is perfect agreement, 0 what chance would give. Units with fewer than two values do not count; NaN where
     nothing can be compared or all values are the same.
     """
-    pairable = [np.asarray(unit, dtype=float) for unit in units if len(unit) >= 2]
-    if not pairable:
-        return math.nan
-    values = np.unique(np.concatenate(pairable))
-    counts = np.array([[np.sum(unit == v) for v in values] for unit in pairable], dtype=float)
-    weighed = counts / (counts.sum(axis=1, keepdims=True) - 1.0)
-    together = counts.T @ weighed - np.diag(weighed.sum(axis=0))
-    marginal = together.sum(axis=0)
-    distance = _METRICS[level](values, marginal)
-    expected = float((np.outer(marginal, marginal) * distance).sum()) / (marginal.sum() - 1.0)
-    return 1.0 - float((together * distance).sum()) / expected if expected > 0 else math.nan
+    values, counts = _tabulated(units)
+    return _alpha(values, counts, _METRICS[level])
 
 
 def agreement(units: Sequence[Sequence[float]], *, resamples: int = 500, seed: int = 0) -> Estimate:
     """Krippendorff's ordinal alpha with its 95 % bootstrap interval over the units."""
-    pairable = [unit for unit in units if len(unit) >= 2]
-    rng = np.random.default_rng(seed)
-    draws = [
-        krippendorff([pairable[i] for i in rng.integers(0, len(pairable), len(pairable))])
-        for _ in range(resamples if len(pairable) > 1 else 0)
-    ]
+    values, counts = _tabulated(units)
+    n, rng = len(counts), np.random.default_rng(seed)
+    draws = [_alpha(values, counts[rng.integers(0, n, n)], _ordinal) for _ in range(resamples if n > 1 else 0)]
     found = np.array([draw for draw in draws if not math.isnan(draw)])
     low, high = np.quantile(found, (0.025, 0.975)) if len(found) else (math.nan, math.nan)
-    return Estimate(krippendorff(pairable), float(low), float(high), len(pairable))
+    return Estimate(_alpha(values, counts, _ordinal), float(low), float(high), n)
 
 
 def bradley_terry(names: Sequence[str], wins: Array, ties: Array | None = None, *, pseudo: float = 0.0) -> Strengths:
-    """Fit preferences by maximum likelihood [BradleyTerry1952], with ties as in [Davidson1970].
+    """Fit preferences by maximum likelihood [BradleyTerry1952], with ties as in [Davidson1970], by Newton's method.
 
     Args:
         names: The k conditions.
@@ -161,32 +158,56 @@ def bradley_terry(names: Sequence[str], wins: Array, ties: Array | None = None, 
         pseudo: Wins and losses of each against an imaginary average condition, which keep the worth finite where one
             always wins; 0 for the likelihood alone, which then has no maximum.
     """
-    won = np.asarray(wins, dtype=float)
-    tied = np.zeros_like(won) if ties is None else np.asarray(ties, dtype=float)
-    played = won + won.T + tied
-    with_ties = bool(tied.any())
+    k = len(names)
+    tied = np.zeros((k, k)) if ties is None else np.asarray(ties, dtype=float)
+    first, second = np.triu_indices(k, 1)
+    rows, pairs = np.arange(len(first)), len(first)
+    # by comparison and outcome (the first, the second, none): what adds to its log odds, and how often it was seen
+    adds, seen = np.zeros((pairs + k, 3, k + 1)), np.zeros((pairs + k, 3))
+    adds[rows, 0, first] = adds[rows, 1, second] = adds[rows, 2, k] = 1.0
+    adds[rows, 2, first] = adds[rows, 2, second] = 0.5
+    adds[pairs + np.arange(k), 0, np.arange(k)] = 1.0
+    seen[:pairs] = np.stack([wins[first, second], wins[second, first], tied[first, second]], axis=1)
+    seen[pairs:, :2] = pseudo
+    impossible = np.zeros_like(seen)
+    impossible[pairs if tied.any() else 0 :, 2] = -np.inf
+    log_odds = _newton(adds, seen, impossible)
+    worth = softmax(log_odds[:k])
+    tie = math.exp(log_odds[k]) if tied.any() else 0.0
+    return Strengths(tuple(names), tuple(map(float, worth)), tie, round(float(seen[:pairs].sum())))
 
-    def loss(x: Array) -> tuple[float, Array]:
-        theta, nu = x[: len(won)], math.exp(x[-1]) if with_ties else 0.0
-        worth = np.exp(theta)
-        even = nu * np.sqrt(np.outer(worth, worth))
-        total = worth[:, None] + worth[None, :] + even
-        gradient = won.sum(1) + tied.sum(1) / 2 - (played * (worth[:, None] + even / 2) / total).sum(1)
-        value = float(won.sum(1) @ theta + tied.sum(1) @ theta / 2 - (played * np.log(total)).sum() / 2)
-        value += pseudo * float((theta - 2 * np.log1p(worth)).sum())
-        gradient += pseudo * (1 - 2 * worth / (1 + worth))
-        value -= 0.5 * float(theta.mean()) ** 2  # the likelihood does not tell the mean
-        gradient -= theta.mean() / len(theta)
-        if with_ties:
-            value += float(tied.sum()) / 2 * x[-1]
-            gradient = np.append(gradient, (tied - played * even / total).sum() / 2)
-        return -value, -gradient
 
-    best = minimize(loss, np.zeros(len(won) + with_ties), jac=True, method="BFGS", options={"gtol": 1e-8}).x
-    worth = np.exp(best[: len(won)] - best[: len(won)].max())
-    share = worth / worth.sum()
-    tie = math.exp(best[-1]) if with_ties else 0.0
-    return Strengths(tuple(names), tuple(map(float, share)), tie, round(float(played.sum()) / 2))
+def _newton(adds: Array, seen: Array, offset: Array) -> Array:
+    """Maximise the likelihood of a conditional logit: adds (m, 3, p), seen and offset (m, 3)."""
+    x = np.zeros(adds.shape[2])
+    n, flat = seen.sum(axis=1, keepdims=True), adds.reshape(-1, adds.shape[2])
+    for _ in range(200):
+        expected = n * softmax(adds @ x + offset, axis=1)
+        mean = np.einsum("mo,mop->mp", expected, adds)
+        information = (flat * expected.reshape(-1, 1)).T @ flat - (mean / np.maximum(n, 1e-12)).T @ mean
+        step = np.linalg.pinv(information) @ ((seen - expected).reshape(-1) @ flat)
+        x = x + step / max(1.0, float(np.abs(step).max()) / 2.0)
+        if np.abs(step).max() < 1e-9:
+            break
+    return x
+
+
+def _tabulated(units: Sequence[Sequence[float]]) -> tuple[Array, Array]:
+    """The values that occur (v,), and how often each unit with two or more was given each (units, v)."""
+    pairable = [np.asarray(unit, dtype=float) for unit in units if len(unit) >= 2]
+    values = np.unique(np.concatenate(pairable)) if pairable else np.zeros(0)
+    counts = [np.bincount(np.searchsorted(values, unit), minlength=len(values)) for unit in pairable]
+    return values, np.array(counts, dtype=float).reshape(len(pairable), len(values))
+
+
+def _alpha(values: Array, counts: Array, metric: Callable[[Array, Array], Array]) -> float:
+    weighed = counts / (counts.sum(axis=1, keepdims=True) - 1.0)
+    together = counts.T @ weighed - np.diag(weighed.sum(axis=0))
+    marginal = together.sum(axis=0)
+    distance = metric(values, marginal)
+    expected = float((np.outer(marginal, marginal) * distance).sum())
+    observed = float((together * distance).sum()) * (marginal.sum() - 1.0)
+    return 1.0 - observed / expected if expected > 0 else math.nan
 
 
 def sus(answers: Sequence[float]) -> float:
