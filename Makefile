@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check -q
 WORKERS ?= 2
 
-.PHONY: help install dev demo test test-browser check lowest release format train bench clean
+.PHONY: help install dev demo test test-browser check lowest release format train bench compare clean
 
 help: ## list the commands
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -71,6 +71,11 @@ $(VENV)/.bench: $(VENV)/.dev
 
 bench: $(VENV)/.bench ## run the benchmarks, each a table of medians and ratios
 	@for b in benchmarks/*.py; do echo "== $$b"; $(BIN)/python $$b || exit 1; done
+
+DATASET ?= $(firstword $(wildcard ../shared/data/ovita-dev ovita-dataset) ovita-dataset)
+
+compare: $(VENV)/.dev ## the paper's comparison: every system on DATASET (see docs/benchmark.md), into bench-comparison/
+	$(BIN)/ovita bench run $(DATASET) --writer all --out bench-comparison
 
 clean: ## remove the virtual environment and caches
 	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache .hypothesis ovita-demo

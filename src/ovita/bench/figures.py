@@ -7,8 +7,9 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
+from ovita.baselines.catalogue import is_baseline, labelled
 from ovita.bench.records import Record
-from ovita.bench.tables import By, Column, Interval, Tally, columns, named, rounds, tallies
+from ovita.bench.tables import By, Column, Interval, Tally, columns, named, percentile, rounds, tallies
 from ovita.errors import MissingExtra
 
 if TYPE_CHECKING:
@@ -22,19 +23,34 @@ COLORS = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#d55e00", "#56b4e9", "#99
 def panel(records: Sequence[Record], ratings: Mapping[str, Sequence[float]] | None = None) -> Figure:
     """Draw the panel: A writers, B subsets, C executability, D feedback, E interpretability, F examples, G temperature.
 
-    Bars and points carry 95 % Wilson intervals. A part that was not run says how to run it.
+    Two more show success by kind of instruction and times. Shares carry 95 % Wilson intervals. Writers come first,
+    baselines after them, in the same colour everywhere. A part that was not run says how to run it.
 
     Raises:
         MissingExtra: If matplotlib is not installed.
     """
     try:
         from matplotlib.figure import Figure
+        from matplotlib.patches import Patch
     except ImportError:
         raise MissingExtra("matplotlib", "plot") from None
-    figure = Figure(figsize=(15, 7.4), layout="constrained")
-    axes = figure.subplots(2, 4).ravel()
-    mine = [line for line in tallies(records) if line.condition == "default"]
-    color = {column[0]: COLORS[i % len(COLORS)] for i, column in enumerate(dict.fromkeys(_defaults(records)))}
+    figure = Figure(figsize=(16, 11), layout="constrained")
+    grid = figure.add_gridspec(3, 4)
+    places = (
+        grid[0, 0],
+        grid[0, 1:3],
+        grid[0, 3],
+        grid[1, 3],
+        grid[2, 0],
+        grid[2, 1],
+        grid[2, 2],
+        grid[1, :3],
+        grid[2, 3],
+    )
+    axes = [figure.add_subplot(place) for place in places]
+    writers = sorted(dict.fromkeys(writer for writer, _ in _defaults(records)), key=is_baseline)
+    color = {writer: COLORS[i % len(COLORS)] for i, writer in enumerate(writers)}
+    mine = sorted((x for x in tallies(records) if x.condition == "default"), key=lambda x: writers.index(x.writer))
     _bars(axes[0], "A  success by writer", [(x.writer, x.success, color[x.writer]) for x in mine])
     _grouped(axes[1], "B  success by subset", records, "subset", color)
     _bars(axes[2], "C  executable", [(x.writer, x.executable, color[x.writer]) for x in mine])
@@ -43,6 +59,9 @@ def panel(records: Sequence[Record], ratings: Mapping[str, Sequence[float]] | No
     _examples(axes[5], tallies(records), color)
     _temperature(axes[6], tallies(records), color)
     _grouped(axes[7], "success by kind of instruction", records, "kind", color)
+    _times(axes[8], records, color)
+    handles = [Patch(color=color[writer], label=_full(labelled(writer))) for writer in writers]
+    figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 6) or 1, fontsize=9)
     return figure
 
 
@@ -54,6 +73,7 @@ def image(figure: Figure, kind: Literal["png", "svg"]) -> bytes:
     with matplotlib.rc_context({"svg.hashsalt": "ovita", "svg.fonttype": "path"}):
         metadata: dict[str, Any] = {"Date": None} if kind == "svg" else {}
         figure.savefig(data, format=kind, dpi=130, metadata=metadata)
+        figure.set_layout_engine("none")  # laid out once, for all formats
     return data.getvalue()
 
 
@@ -65,9 +85,11 @@ def _bars(axes: Axes, title: str, bars: Sequence[tuple[str, Interval, str]]) -> 
     frame(axes, title)
     for i, (_, share, color) in enumerate(bars):
         bar(axes, i, share, 0.6, color)
-        axes.text(i, 0.02, f"{share.successes}/{share.n}", ha="center", va="bottom", fontsize=8, color="white")
+        axes.text(i, 1.09, f"{share.successes}\nof {share.n}", ha="center", va="center", fontsize=7.5, linespacing=0.95)
+    axes.set_ylim(0, 1.16)
+    axes.set_yticks([0, 0.2, 0.4, 0.6, 0.8, 1])
     axes.set_xlim(-0.8, max(len(bars), 3) - 0.2)
-    axes.set_xticks(range(len(bars)), [short(name) for name, _, _ in bars], fontsize=8)
+    label(axes, [name for name, _, _ in bars])
 
 
 def bar(axes: Axes, x: float, share: Interval, width: float, color: str) -> None:
@@ -76,43 +98,65 @@ def bar(axes: Axes, x: float, share: Interval, width: float, color: str) -> None
         return
     error = [[max(share.rate - share.low, 0.0)], [max(share.high - share.rate, 0.0)]]
     axes.bar(x, share.rate, width, color=color, yerr=error, capsize=2.5, ecolor="#333333", error_kw={"lw": 0.9})
+    axes.plot([x], [share.rate], "o", ms=4, color=color, mec="#333333", mew=0.7, clip_on=False)  # whose bar of 0 it is
+
+
+def label(axes: Axes, names: Sequence[str]) -> None:
+    """Write names below the axis at 0, 1, ..., slanted where they would run into each other."""
+    axes.set_xticks(range(len(names)), [short(name) for name in names], fontsize=8)
+    if len(names) > 1 and max(map(len, names)) * len(names) > 34:
+        axes.tick_params(axis="x", labelrotation=30)
+        for text in axes.get_xticklabels():
+            text.set_horizontalalignment("right")
+            text.set_rotation_mode("anchor")
 
 
 def _grouped(axes: Axes, title: str, records: Sequence[Record], by: By, color: Mapping[str, str]) -> None:
     frame(axes, title)
     mine = [line for line in tallies(records, by) if line.condition == "default"]
     groups = list(dict.fromkeys(line.group for line in mine))
-    width = 0.8 / max(1, len(color))
+    width = 0.84 / max(1, len(color))
     for k, writer in enumerate(color):
         for line in (x for x in mine if x.writer == writer):
-            bar(axes, groups.index(line.group) + (k - (len(color) - 1) / 2) * width, line.success, width, color[writer])
-    axes.set_xticks(range(len(groups)), [short(g) for g in groups], fontsize=7.5, rotation=30, ha="right")
+            middle = groups.index(line.group) + (k - (len(color) - 1) / 2) * width
+            bar(axes, middle, line.success, 0.9 * width, color[writer])
+    for i in range(1, len(groups)):
+        axes.axvline(i - 0.5, color="#cccccc", lw=0.7)
+    most = {group: max(line.success.n for line in mine if line.group == group) for group in groups}
+    axes.set_xlim(-0.5, len(groups) - 0.5)
+    axes.set_xticks(range(len(groups)), [f"{short(group)}\nn = {most[group]}" for group in groups], fontsize=8)
 
 
 def _feedback(axes: Axes, records: Sequence[Record], color: Mapping[str, str]) -> None:
     from matplotlib.ticker import MaxNLocator
 
     frame(axes, "D  success with feedback")
-    drawn = False
-    for column in _defaults(records):
+    drawn = [column for column in _defaults(records) if len(rounds(records, column)) > 1]
+    for k, column in enumerate(drawn):
         shares = rounds(records, column)
-        if len(shares) > 1:
-            drawn = True
-            _line(axes, range(len(shares)), shares, color[column[0]], named(column))
+        apart = 0.02 * (k - (len(drawn) - 1) / 2)
+        _line(axes, [i + apart for i in range(len(shares))], shares, color[column[0]], named(column))
     axes.set_xlabel("turns of feedback", fontsize=8)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    _legend_or(axes, drawn, "not run: --feedback 1")
+    _or_not_run(axes, bool(drawn), "not run: --feedback 1")
 
 
 def _ratings(axes: Axes, ratings: Mapping[str, Sequence[float]], color: Mapping[str, str]) -> None:
+    """Means with 95 % intervals as if all ratings were independent; the study's report has them by person."""
     frame(axes, "E  interpretability (1 to 5)", share=False)
-    axes.set_ylim(1, 5)
+    axes.set_ylim(0.9, 5.1)
+    axes.set_yticks(range(1, 6))
     for i, (writer, values) in enumerate(ratings.items()):
         mean = sum(values) / len(values)
-        spread = math.sqrt(sum((v - mean) ** 2 for v in values) / max(1, len(values) - 1))
-        axes.bar(i, mean - 1, 0.6, bottom=1, color=color.get(writer, COLORS[6]), yerr=spread, capsize=2.5)
-    axes.set_xticks(range(len(ratings)), [short(name) for name in ratings], fontsize=8)
-    _legend_or(axes, bool(ratings), "no ratings: put ratings.csv\ninto the run's folder", legend=False)
+        deviation = math.sqrt(sum((v - mean) ** 2 for v in values) / max(1, len(values) - 1))
+        own = color.get(writer, COLORS[6])
+        error = 1.96 * deviation / math.sqrt(len(values))
+        axes.errorbar([i], [mean], yerr=[error], fmt="o", ms=7, lw=1.6, capsize=4, color=own)
+    axes.set_xlim(-0.6, max(len(ratings), 2) - 0.4)
+    label(axes, list(ratings))
+    _or_not_run(
+        axes, bool(ratings), "no ratings: put ratings.csv\ninto the run's folder, or\novita bench report --ratings"
+    )
 
 
 def _examples(axes: Axes, found: Sequence[Tally], color: Mapping[str, str]) -> None:
@@ -124,8 +168,8 @@ def _examples(axes: Axes, found: Sequence[Tally], color: Mapping[str, str]) -> N
         for place, (condition, shade) in enumerate(shades.items()):
             if (writer, condition) in by:
                 bar(axes, i + 0.27 * (place - 1), by[writer, condition].success, 0.25, shade)
-    axes.set_xticks(range(len(writers)), [short(writer) for writer in writers], fontsize=8)
-    _legend_or(axes, bool(writers), "not run: --ablate examples\n(needs a model)", legend=False)
+    label(axes, writers)
+    _or_not_run(axes, bool(writers), "not run: --ablate examples\n(needs a model)")
 
 
 def _temperature(axes: Axes, found: Sequence[Tally], color: Mapping[str, str]) -> None:
@@ -142,16 +186,31 @@ def _temperature(axes: Axes, found: Sequence[Tally], color: Mapping[str, str]) -
             points.sort(key=lambda point: point[0])
             _line(axes, [t for t, _ in points], [share for _, share in points], color[writer], writer)
     axes.set_xlabel("temperature", fontsize=8)
-    _legend_or(axes, drawn, "not run:\n--ablate temperature=0,0.2,0.5,0.7\n(needs a model)")
+    _or_not_run(axes, drawn, "not run:\n--ablate temperature=0,0.2,0.5,0.7\n(needs a model)")
 
 
-def _line(axes: Axes, x: Sequence[float], shares: Sequence[Interval], color: str, label: str) -> None:
+def _times(axes: Axes, records: Sequence[Record], color: Mapping[str, str]) -> None:
+    """The middle half of the times to the first answer, with the median, and whiskers from 5 % to 95 %."""
+    frame(axes, "time to the first answer [s]", share=False)
+    axes.set_yscale("log")
+    for i, writer in enumerate(color):
+        times = [r.first.ms / 1000 for r in records if (r.writer, r.condition) == (writer, "default")]
+        low, first, middle, third, high = (max(percentile(times, q), 1e-4) for q in (0.05, 0.25, 0.5, 0.75, 0.95))
+        axes.vlines(i, low, high, color=color[writer], lw=1.4)
+        axes.bar(i, third - first, 0.5, bottom=first, color=color[writer], alpha=0.55)
+        axes.hlines(middle, i - 0.25, i + 0.25, color="black", lw=1.6)
+    axes.set_xlim(-0.6, max(len(color), 3) - 0.4)
+    axes.yaxis.set_major_formatter("{x:g}")
+    label(axes, list(color))
+
+
+def _line(axes: Axes, x: Sequence[float], shares: Sequence[Interval], color: str, name: str) -> None:
     rates = [share.rate for share in shares]
     error = [
         [max(s.rate - s.low, 0.0) for s in shares],
         [max(s.high - s.rate, 0.0) for s in shares],
     ]
-    axes.errorbar(list(x), rates, yerr=error, color=color, marker="o", ms=4, lw=1.4, capsize=2.5, label=short(label))
+    axes.errorbar(list(x), rates, yerr=error, color=color, marker="o", ms=4, lw=1.4, capsize=2.5, label=short(name))
 
 
 def frame(axes: Axes, title: str, *, share: bool = True) -> None:
@@ -164,15 +223,18 @@ def frame(axes: Axes, title: str, *, share: bool = True) -> None:
         axes.set_ylim(0, 1.02)
 
 
-def _legend_or(axes: Axes, drawn: bool, otherwise: str, *, legend: bool = True) -> None:
-    if drawn and legend:
-        axes.legend(fontsize=7, loc="lower right")
-    elif not drawn:
+def _or_not_run(axes: Axes, drawn: bool, otherwise: str) -> None:
+    if not drawn:
         axes.set_xticks([])
         axes.text(0.5, 0.5, otherwise, transform=axes.transAxes, ha="center", va="center", fontsize=8, color="#666666")
 
 
 def short(name: str) -> str:
     """A name that fits under a bar."""
+    brief = name.removeprefix("baseline:")
+    return _full(brief if len(brief) <= 20 else brief[:19] + "…")
+
+
+def _full(name: str) -> str:
     # matplotlib would read a pair of dollar signs as mathematics
-    return (name if len(name) <= 22 else name[:21] + "…").replace("$", r"\$")
+    return name.replace("$", r"\$")

@@ -32,31 +32,46 @@ def html(
     Raises:
         MissingExtra: If Jinja2 is not installed.
     """
-    template = _template()
-    from markupsafe import Markup
-
     groups: dict[tuple[str, str, str], list[Record]] = {}
     for record in sorted(records, key=lambda r: r.last.passed):
         groups.setdefault((record.writer, record.condition, record.subset), []).append(record)
     keys = dict.fromkeys((r.writer, r.condition, r.subset) for r in records)
-    return template.render(
+    return render(
+        "report.html.j2",
         title=title,
         tables=tables,
-        panel=Markup(panel[panel.index("<svg") :]) if panel else "",
+        panel=_markup(panel[panel.index("<svg") :]) if panel else "",
         groups=[(key, groups[key]) for key in keys],
         numeric=tuple("-+0123456789"),
-        sketch=lambda *arguments: Markup(sketch(*arguments)),
+        sketch=lambda *arguments: _markup(sketch(*arguments)),
     )
 
 
+def render(template: str, **values: Any) -> str:
+    """Fill a template of this package; all values that are no markup are escaped.
+
+    Raises:
+        MissingExtra: If Jinja2 is not installed.
+    """
+    return _template(template).render(**values)
+
+
+def _markup(text: str) -> str:
+    try:
+        from markupsafe import Markup
+    except ImportError:
+        raise MissingExtra("jinja2", "plot") from None
+    return Markup(text)
+
+
 @cache
-def _template() -> Template:
+def _template(name: str) -> Template:
     try:
         from jinja2 import Environment
     except ImportError:
         raise MissingExtra("jinja2", "plot") from None
     environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True)
-    return environment.from_string((files("ovita.bench") / "report.html.j2").read_text(encoding="utf-8"))
+    return environment.from_string((files("ovita.bench") / name).read_text(encoding="utf-8"))
 
 
 def sketch(original: Rows, adapted: Rows, scene: Mapping[str, Any]) -> str:

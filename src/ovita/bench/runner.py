@@ -38,6 +38,7 @@ from ovita.bench.evaluate import (
     robot_for,
     waypoints,
 )
+from ovita.bench.provenance import commit, today
 from ovita.bench.records import Record, RecordLog, ordered, read_manifest, read_records, write_manifest
 from ovita.errors import OvitaError, RequestError
 
@@ -186,7 +187,7 @@ def run(
         dataset = replace(dataset, samples=tuple(sample for sample in dataset.samples if sample.id in there))
     cells, notes = _cells(dataset, plan, recorded)
     with RecordLog(out) as log:
-        manifest = _manifest(dataset, plan, read_manifest(out))
+        manifest = _manifest(dataset, plan, read_manifest(out), read_manifest(replay) if replay is not None else {})
         write_manifest(out, manifest)
         wanted = {cell.key for cell in cells}
         todo = [cell for cell in cells if _open(log.records.get(cell.key), cell.sample)]
@@ -230,7 +231,9 @@ def _open(record: Record | None, sample: Sample) -> bool:
     return not same or record.original != waypoints(sample.task.trajectory)
 
 
-def _manifest(dataset: Dataset, plan: RunPlan, earlier: Mapping[str, Any]) -> dict[str, Any]:
+def _manifest(
+    dataset: Dataset, plan: RunPlan, earlier: Mapping[str, Any], replayed: Mapping[str, Any]
+) -> dict[str, Any]:
     protocol = plan.protocol
     fixed = {
         "ovita": ovita.__version__,
@@ -246,6 +249,10 @@ def _manifest(dataset: Dataset, plan: RunPlan, earlier: Mapping[str, Any]) -> di
                 f"the folder holds a run with {key} = {earlier[key]!r}, not {value!r}; choose another --out"
             )
     versions = {"python": platform.python_version(), "platform": f"{platform.system()} {platform.machine()}"}
+    begun = earlier.get("date") or replayed.get("date") or today()
+    # a run that code of two commits took part in is of neither
+    same = not earlier or earlier.get("commit") == commit()
+    versions |= {"date": begun, "commit": commit() if same else ""}
     return {**fixed, **versions, "dataset": dataset.name, "samples": len(dataset.samples), "digest": dataset.digest}
 
 

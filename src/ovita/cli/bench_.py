@@ -36,7 +36,7 @@ def group() -> None:
     multiple=True,
     metavar="NAME",
     help="builtin, PROVIDER:MODEL, python:MODULE:CLASS, baseline:NAME (copy, random, extract, extract-ovita,"
-    " latte-style), or exec:COMMAND; may be given again. [builtin]",
+    " latte-style), exec:COMMAND, or all: builtin, the configured model and every baseline; may be repeated. [builtin]",
 )
 @click.option("--base-url", metavar="URL", help="An OpenAI-compatible server for the writers that are models.")
 @click.option("--temperature", type=click.FloatRange(0, 2), default=0.1, show_default=True, help="Of models.")
@@ -78,6 +78,7 @@ def run(dataset: str, out: str | None, replay: str | None, parquet: bool, no_fig
     from ovita.bench import runner
     from ovita.bench.dataset import load_dataset
 
+    options["writers"] = _writers(options["writers"])
     plan = _plan(options, replay)
     samples = load_dataset(dataset, limit=options["limit"])
     folder = out or f"bench-{samples.name}{'-replay' if replay else ''}"
@@ -105,6 +106,27 @@ def report(folder: str, ratings: str | None, prices: tuple[str, ...], parquet: b
     _report(
         folder, records, manifest, (), _prices(prices), parquet=parquet, figures=not no_figures, ratings_from=ratings
     )
+
+
+@group.command()
+@click.option(
+    "--add", "runs", multiple=True, metavar="RUN", help="Enter the run in this folder first; may be repeated."
+)
+@click.option("--note", default="", metavar="TEXT", help="What else must be known of these runs.")
+@click.option("--folder", default="leaderboard", show_default=True, metavar="FOLDER", help="Where the entries lie.")
+@click.option("--out", "-o", metavar="FILE", help="Where the page goes. [FOLDER/index.html]")
+def leaderboard(runs: tuple[str, ...], note: str, folder: str, out: str | None) -> None:
+    """Show all runs that were entered, and write them as one page; --add enters a run."""
+    from ovita.bench import leaderboard as board
+    from ovita.io import atomic_write
+
+    for run in runs:
+        click.echo(f"entered {run} as {board.add(run, folder, note)}")
+    entries = board.read_leaderboard(folder)
+    page = Path(out or Path(folder) / board.PAGE)
+    atomic_write(page, board.page(entries))
+    _print(board.text(entries))
+    click.echo(f"wrote {page}")
 
 
 @group.command()
@@ -140,6 +162,18 @@ def fetch(out: str, base_url: str | None) -> None:
         fetched = source.fetch(out, base_url=base_url or source.BASE_URL)
     click.echo(f"{fetched.whole} files are in {out} and are as published ({fetched.downloaded} of them new)")
     click.echo(f"next: ovita bench run {out}")
+
+
+def _writers(given: tuple[str, ...]) -> tuple[str, ...]:
+    """The writers as given, "all" being what can run here; what cannot is said."""
+    from ovita.bench.comparison import EVERYTHING, systems_here
+
+    if EVERYTHING not in given:
+        return given
+    here = systems_here()
+    for name, reason in here.missing.items():
+        click.echo(f"note: {name} is left out: {reason}", err=True)
+    return (*here.names, *(name for name in given if name != EVERYTHING))
 
 
 def _plan(options: dict[str, Any], replay: str | None) -> RunPlan:
@@ -227,24 +261,31 @@ def _report(
     figures: bool,
     ratings_from: str | None = None,
 ) -> None:
-    from rich.console import Console
-    from rich.table import Table
-
     from ovita.bench.records import read_ratings
     from ovita.bench.report import outcome_table, success_table, write_report
-    from ovita.cli.common import plain, show_notes
+    from ovita.cli.common import show_notes
 
     ratings = read_ratings(ratings_from or folder)
     written = write_report(
         folder, records, manifest, ratings=ratings, prices=prices, notes=notes, figures=figures, parquet=parquet
     )
-    console = Console(width=None if sys.stdout.isatty() else 160)
     for rows in (success_table(records, prices), outcome_table(records)):
-        table = Table(box=None, pad_edge=False)
-        for i, cell in enumerate(rows[0]):
-            table.add_column(cell, justify="left" if i == 0 else "right")
-        for row in rows[1:]:
-            table.add_row(*(plain(cell).replace("[", "\\[") for cell in row))
-        console.print(table)
+        _print(rows)
     show_notes(notes)
     click.echo("wrote " + ", ".join(str(path) for path in written))
+
+
+def _print(rows: list[list[str]]) -> None:
+    """Print a table whose first row names the columns."""
+    from rich.console import Console
+    from rich.table import Table
+
+    from ovita.cli.common import plain
+
+    console = Console(width=None if sys.stdout.isatty() else 160)
+    table = Table(box=None, pad_edge=False)
+    for i, cell in enumerate(rows[0]):
+        table.add_column(cell, justify="left" if i == 0 else "right")
+    for row in rows[1:]:
+        table.add_row(*(plain(cell).replace("[", "\\[") for cell in row))
+    console.print(table)

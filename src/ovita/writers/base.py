@@ -288,8 +288,7 @@ def writer_named(name: str = "auto", *, base_url: str | None = None, temperature
 
 def _auto(temperature: float) -> tuple[PolicyWriter, ...]:
     """The built-in writer first, then the configured models, or else a local model that is present."""
-    configured = os.environ.get(MODEL_VARIABLE, "").strip()
-    present = "" if configured or find_spec("xllamacpp") is None else _local_model()
+    configured, present = configured_model()
     if configured:
         reason = f"{MODEL_VARIABLE} names it, for what the built-in writer does not understand"
     elif present:
@@ -302,6 +301,12 @@ def _auto(temperature: float) -> tuple[PolicyWriter, ...]:
     if not models:
         return (_Chosen(builtin, reason),)
     return (_Chosen(builtin, "it understood every clause", "no model had a better answer"), *models)
+
+
+def configured_model() -> tuple[str, str]:
+    """The model that OVITA_MODEL names, or "", and the local one that is present where it names none, or ""."""
+    configured = os.environ.get(MODEL_VARIABLE, "").strip()
+    return configured, "" if configured or find_spec("xllamacpp") is None else _local_model()
 
 
 def _model(name: str, temperature: float, reason: str) -> PolicyWriter:
