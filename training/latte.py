@@ -126,19 +126,22 @@ def tensors(given: Inputs) -> tuple[torch.Tensor, ...]:
 
 
 def ready(samples: Samples, cache: Path | None = None) -> Ready:
-    """Samples with their texts embedded, each once; a cache keeps vectors between runs."""
+    """Samples with the texts that they use embedded, each once; a cache keeps vectors between runs."""
     known: dict[str, Any] = {}
     if cache is not None and cache.is_file():
         with np.load(cache) as saved:
             known = dict(zip(saved["texts"].tolist(), saved["vectors"], strict=True))
     texts = samples.texts.tolist()
-    new = sorted({text for text in texts if text not in known}, key=lambda text: (len(text), text))
+    used = {texts[i] for i in np.unique(np.concatenate([samples.text, samples.names.ravel()]))}
+    new = sorted({text for text in used if text not in known}, key=lambda text: (len(text), text))
     for i in range(0, len(new), 64):
         part = new[i : i + 64]
         known |= dict(zip(part, minilm()([text or "." for text in part]).astype(np.float32), strict=True))
     if cache is not None and new:
         np.savez(cache, texts=np.array(list(known)), vectors=np.stack(list(known.values())))
-    return Ready(samples, np.stack([known[text] for text in texts]))
+    return Ready(
+        samples, np.stack([known[text] if text in used else np.zeros(TEXT, dtype=np.float32) for text in texts])
+    )
 
 
 def train(data: Ready, presentations: int, seed: int, report: Ready | None = None) -> Model:
