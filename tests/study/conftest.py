@@ -3,6 +3,8 @@
 import pytest
 from made_study import write_design, write_run
 
+from ovita.study import pages
+
 
 @pytest.fixture
 def make_study(tmp_path):
@@ -20,3 +22,15 @@ def make_study(tmp_path):
 def run_folder(tmp_path):
     """Writes a bench run; keywords change its records."""
     return lambda **more: write_run(tmp_path / "run", **more)
+
+
+@pytest.fixture
+def real_pictures():
+    """Asks for pictures that are really drawn."""
+
+
+@pytest.fixture(autouse=True)
+def quick_pictures(request, monkeypatch):
+    """Leaves pictures out where a test does not ask for them, since they take most of a page's time."""
+    if "real_pictures" not in request.fixturenames:
+        monkeypatch.setattr(pages, "drawing", lambda *_: {"json": "{}", "left_out": ""})

@@ -3,6 +3,7 @@
 import json
 import re
 import threading
+from dataclasses import replace
 
 import pytest
 from made_study import write_design
@@ -10,6 +11,7 @@ from visitor import Visitor, heading
 
 from command_line import ovita
 from ovita.errors import OvitaError
+from ovita.study import pages
 from ovita.study.answers import progress_of, ratings
 from ovita.study.folder import address_of, open_study
 from ovita.study.material import hidden
@@ -51,7 +53,7 @@ def test_people_go_through_a_whole_study(served):
     assert [r.condition for r in adapted] == ["builtin"] and adapted[0].item not in {r.item for r in rated}
 
 
-def test_no_page_tells_a_condition(run_folder, served, make_study):
+def test_no_page_tells_a_condition(run_folder, served, make_study, real_pictures):
     run = run_folder(explanation="Secret-Model did it; alpha:secret-model was asked.\n- It went up.")
     study = make_study(run, explanation="on")
     _, people = served(study)
@@ -61,7 +63,7 @@ def test_no_page_tells_a_condition(run_folder, served, make_study):
     assert "http://" not in page and "https://" not in page
 
 
-def test_markup_in_scenes_and_sentences_stays_text(run_folder, make_study, served):
+def test_markup_in_scenes_and_sentences_stays_text(run_folder, make_study, served, real_pictures):
     evil = '</script><script>alert(1)</script><img src=x onerror="alert(2)">'
     study = make_study(run_folder(instruction=evil, explanation=evil), explanation="on", title=evil, contact=evil)
     _, people = served(study)
@@ -103,6 +105,19 @@ def test_a_sentence_sent_twice_is_done_once(served):
     assert [turn.said for turn in progress.turns("s002")] == ["go up by 0.1"]
     visitor.post(**{**said, "turn": "2", "on": "original"})
     assert 'name="said"' not in visitor.post(**{**said, "turn": "3"}), "all sentences are used up"
+
+
+def test_all_pictures_of_an_item_look_alike(make_study, real_pictures):
+    study = make_study()
+    person, item = study.participants["p1"], study.items["tests/item_0"]
+    lifted = tuple((x, y, z + x, v) for x, y, z, v in item.original)
+    odd = replace(item.results["baseline:copy"], adapted=lifted)
+    item = replace(item, results={**item.results, "baseline:copy": odd})
+    scenes = []
+    for name in study.founded.names:
+        scene = json.loads(str(pages._side(item, name, person)["figure"]["json"]))["figure"]["layout"]["scene"]
+        scenes.append((scene["camera"], scene["aspectratio"], [scene[f"{axis}axis"]["range"] for axis in "xyz"]))
+    assert scenes[0] == scenes[1] == scenes[2], "a picture from above beside two in space would tell which one is odd"
 
 
 def test_links_are_secret(served):
@@ -161,6 +176,16 @@ def test_thirty_people_at_once(served):
         one.join(120)
     found = [r for r in ratings(study.path) if r.question == "correctness"]
     assert len(found) == 90 and len({r.participant for r in found}) == 30
+
+
+def test_the_examples_consent_is_for_pilots_only(tmp_path, run_folder):
+    design = write_design(tmp_path / "design", pilot=False)
+    text = (tmp_path / "design" / "consent.txt").read_text()
+    (tmp_path / "design" / "consent.txt").write_text(f"PLEASE REPLACE THIS TEXT\n\n{text}")
+    words = ["study", "new", design, "--runs", run_folder(), "--out"]
+    failed = ovita(*words, tmp_path / "s")
+    assert failed.returncode == 2 and "still the example's text" in failed.stderr and not (tmp_path / "s").exists()
+    assert ovita(*words, tmp_path / "s", "--pilot").returncode == 0
 
 
 def test_one_server_a_study(served):

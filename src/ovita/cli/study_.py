@@ -76,6 +76,10 @@ def serve(folder: str, port: int, host: str, files: str | None) -> None:
     pages.scripts()
     server = StudyServer(study, host, port)
     click.echo(f"Serving {study.design.title!r} at {server.url}")
+    if host in ("0.0.0.0", "::"):
+        click.echo(
+            "  Others write this machine's name in place of that address; it is plain HTTP, for trusted networks."
+        )
     for name, token in list(study.tokens.items())[:3]:
         click.echo(f"  {name}: {server.url}{address_of(token)}")
     click.echo(f"All links are in {Path(folder) / 'links.csv'}. Stop with ctrl-c; people can go on after a restart.")

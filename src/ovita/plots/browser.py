@@ -144,13 +144,16 @@ _COMPACT = 400.0 / 616.0
 """Size of the picture of `playable` against that of a whole page."""
 
 
-def playable(original: Trajectory, adapted: Trajectory, scene: Scene, *, view: View = "auto") -> dict[str, Any]:
+def playable(
+    original: Trajectory, adapted: Trajectory, scene: Scene, *, beside: Sequence[Trajectory] = (), view: View = "auto"
+) -> dict[str, Any]:
     """Return what a page needs to draw both paths in their scene, the speeds over time below, and to play them.
 
     Args:
         original: Before (blue).
         adapted: After (red).
         scene: Objects are drawn as cuboids with their names, the frame names the axes.
+        beside: Paths of other pictures of the same scene, so that all show the same part of it, the same way.
         view: First look, as in `interactive`.
 
     Returns:
@@ -159,7 +162,8 @@ def playable(original: Trajectory, adapted: Trajectory, scene: Scene, *, view: V
         scene, then in the chart. "left_out" names objects too far away to be shown.
     """
     paths = {"before": original, "after": adapted}
-    shown = geometry.extent(list(paths.values()), scene)
+    together = [*paths.values(), *beside]
+    shown = geometry.extent(together, scene)
     figure: Any = make_subplots(
         rows=2, cols=1, specs=[[{"type": "scene"}], [{"type": "xy"}]], row_heights=[0.76, 0.24], vertical_spacing=0.04
     )
@@ -170,7 +174,7 @@ def playable(original: Trajectory, adapted: Trajectory, scene: Scene, *, view: V
     times = np.linspace(0.0, max(path.duration for path in paths.values()), PLAYED)
     played = {word: _played(path, times) for word, path in paths.items()}
     dots = _add_dots(figure, {word: rows[0] for word, rows in played.items()})
-    flat = view == "top" or (view == "auto" and geometry.planar(list(paths.values())))
+    flat = view == "top" or (view == "auto" and geometry.planar(together))
     figure.update_layout(
         template="plotly_white",
         autosize=True,
@@ -290,9 +294,10 @@ def _axes(shown: Extent, frame: Frame, flat: bool, paths: Sequence[Trajectory], 
             "range": limits[::-1] if down and axis > 0 else limits,
             "visible": not (flat and axis == 2),
         }
-    ratio = shown.size / shown.size.max() * (1.0 if size == 1.0 else 0.86)  # the names of axes need room
+    ratio = shown.size / shown.size.max()
     if flat:
         ratio = ratio * min(1.55 / ratio[along], 3.6 / ratio[across])
+    ratio = ratio * (1.0 if size == 1.0 else 0.86)  # the names of axes need room in a small picture
     eye, up = np.array([0.8, -1.45, 0.75] if along == 1 else [-1.45, -0.8, 0.75]), np.array([0.0, 0.0, 1.0])
     if flat:
         eye, up = np.array([0.0, 0.0, 1.6]), np.eye(3)[along]

@@ -127,9 +127,9 @@ def note(study: StudyFolder, person: Participant, event: StudyEvent) -> None:
 
 def withdraw(study: StudyFolder, person: Participant) -> None:
     """Delete all that a person said and answered; that the link was given back stays."""
-    Journal(study.answers_of(person.id)).rewrite([StudyEvent(WITHDRAWN, now()).document()])
     for file in study.session_of(person.id, "").parent.glob(f"{person.id}-*"):
         file.unlink(missing_ok=True)
+    Journal(study.answers_of(person.id)).rewrite([StudyEvent(WITHDRAWN, now()).document()])
 
 
 def seconds_between(start: str, end: str) -> float:

@@ -21,6 +21,9 @@ Questionnaire = Literal["tlx", "umux", "sus"]
 Explaining = Literal["both", "on", "off"]
 """Whether explanations are shown: to half of the items of each person ("both", a factor), to all, or to none."""
 
+UNFINISHED = "PLEASE REPLACE THIS TEXT"
+"""What the shipped example of a consent text begins with; only a pilot may be made with it."""
+
 SHORTEST_CONSENT = 80
 """Fewest characters of a consent text; less cannot say what a person consents to."""
 

@@ -21,7 +21,16 @@ from ovita.io.documents import listing, plain, validated
 from ovita.io.files import make_folder, read_text
 from ovita.io.json_ import parse_object
 from ovita.study.assignment import Participant, assign
-from ovita.study.design import FoundedStudy, StudyDesign, consent_text, digest, read_design, read_founded, written
+from ovita.study.design import (
+    UNFINISHED,
+    FoundedStudy,
+    StudyDesign,
+    consent_text,
+    digest,
+    read_design,
+    read_founded,
+    written,
+)
 from ovita.study.material import StudyItem, gather
 
 STUDY, CONSENT, ITEMS, LAYOUT, LINKS = "study.toml", "consent.txt", "items", "layout.json", "links.csv"
@@ -101,6 +110,9 @@ def found_study(file: str, runs: Sequence[str], out: str, changes: Mapping[str, 
     """
     design = replace(read_design(file), **dict(changes or {}))  # type: ignore[arg-type]
     text = consent_text(Path(file).parent / design.consent)
+    if UNFINISHED in text and not design.pilot:
+        problem = "is still the example's text; write your own, or set pilot = true for a trial"
+        raise FormatError(str(Path(file).parent / design.consent), problem)
     items = gather(runs, design.conditions, design.items)
     names = tuple(items[0].results)
     people = assign(design, [item.sample for item in items], names)

@@ -206,20 +206,24 @@ def conversation(
         alert: What went wrong with the last sentence.
     """
     macros, item = _macros(), study.items[page.item]
-    figure = drawing(trajectory_from_rows(item.original), current, item)
+    figure = drawing(current, item)
     left = max(study.design.adapt.turns - len(turns), 0)
     body = macros.adapt(page, item.instruction, figure, turns, len(turns) + 1, left, alert, ASKED["adapt"], given,
                         missing, study.design.comments)  # fmt: skip
     return str(macros.head(page, len(person.pages)) + body)
 
 
-def drawing(original: Trajectory, adapted: Trajectory, item: StudyItem) -> dict[str, Any]:
-    """What the template's `view` takes: the picture as JSON that HTML may hold, and what is left out of it."""
+def drawing(adapted: Trajectory, item: StudyItem) -> dict[str, Any]:
+    """What the template's `view` takes: the picture as JSON that HTML may hold, and what is left out of it.
+
+    All pictures of an item show the same part of the scene the same way, so that none stands out.
+    """
     from markupsafe import Markup
 
     from ovita.plots.browser import playable
 
-    made = playable(original, adapted, scene_from_dict(item.scene))
+    beside = [trajectory_from_rows(result.adapted, key="adapted") for result in item.results.values()]
+    made = playable(trajectory_from_rows(item.original), adapted, scene_from_dict(item.scene), beside=beside)
     text = json.dumps(made, separators=(",", ":")).replace("<", "\\u003c")
     return {"json": Markup(text), "left_out": ", ".join(made["left_out"])}
 
@@ -236,5 +240,4 @@ def _side(item: StudyItem, name: str, person: Participant) -> dict[str, Any]:
 
 @lru_cache(maxsize=4000)
 def _drawn(item: StudyItem, name: str) -> dict[str, Any]:
-    adapted = trajectory_from_rows(item.results[name].adapted, key="adapted")
-    return drawing(trajectory_from_rows(item.original), adapted, item)
+    return drawing(trajectory_from_rows(item.results[name].adapted, key="adapted"), item)
