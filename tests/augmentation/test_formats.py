@@ -7,6 +7,7 @@ import json
 import os
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -187,6 +188,13 @@ def test_scene_files_are_tasks_with_checks(made, tmp_path):
     for sample, judged in zip(made, load_dataset(tmp_path / "scenes").samples, strict=False):
         assert judged.task.trajectory == sample.task.trajectory and judged.kind == sample.family
         assert judged.check.judge(sample.task.trajectory, sample.adapted, judged.task.scene).passed
+
+
+def test_a_file_with_any_check_is_read_by_the_benchmark_alone(tmp_path):
+    """Found by a stranger: `ovita bench run` knew only part of the checks that samples bear."""
+    code = "from ovita.measure.predicates import Check; Check('rests_at', {'place': 'cup'})"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
 
 
 def test_bags_hold_a_message_for_each_sample(made, tmp_path):
