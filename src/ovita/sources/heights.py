@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ovita.instruct.numbers import amount_at
-from ovita.sources.asides import CARRIERS
 
 HIGH = frozenset("height altitude high elevation".split())
 GROUND = frozenset("ground floor table surface tabletop".split())
@@ -15,7 +14,8 @@ LOWEST = frozenset("least minimum min".split())
 NO, LOWER = frozenset("no not never".split()), frozenset("lower below under".split())
 AROUND = frozenset(
     """at of the a constant steady cruise cruising stay staying keep keeping hold holding maintain maintaining remain
-    remaining level air in all times always your its travelling flying about with""".split()
+    remaining level air in all times always your its travelling flying about with go fly be it that is and please
+    by on""".split()
 )
 """Words that stand around a height and tell nothing else."""
 
@@ -43,4 +43,4 @@ def read_level(words: Sequence[str]) -> Level | None:
     least = bool(said & LOWEST or (said & NO and said & LOWER))
     bounding = LOWEST | NO | LOWER | {"than"} if least else frozenset[str]()
     others = {*words[:k], *words[k + amount.used :]}
-    return Level(amount.value, least) if others <= HIGH | GROUND | ABOVE | AROUND | CARRIERS | bounding else None
+    return Level(amount.value, least) if others <= HIGH | GROUND | ABOVE | AROUND | bounding else None

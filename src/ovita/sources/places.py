@@ -14,6 +14,7 @@ from typing import Literal
 import numpy as np
 
 from ovita.errors import RequestError
+from ovita.instruct.encoder import network
 from ovita.instruct.numbers import amount_at, unit_at
 from ovita.instruct.objects import WORD, Catalog, Mention, singular
 from ovita.instruct.spelling import respelt
@@ -23,7 +24,6 @@ from ovita.limits.problem import TOLERANCE
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array
-from ovita.sources.markers import marks
 from ovita.text import listed, number, point, the
 
 Relation = Literal["at", "over", "under", "left", "right", "front", "back", "beside", "between"]
@@ -59,7 +59,9 @@ PHRASES: dict[str, Relation] = {
     },
     "between": "between",
     "in between": "between",
-    **dict.fromkeys(("at", "the middle of", "the center of", "the centre of", "at the middle of"), "at"),
+    **dict.fromkeys(
+        ("at", "the middle of", "the center of", "the centre of", "at the middle of", "in the middle of"), "at"
+    ),
 }
 """How a place is told by an object; the longest phrase that fits is read."""
 
@@ -192,8 +194,9 @@ class Text:
         self.pieces = _cut(self.text)
         said = [piece.text.lower() for piece in self.pieces]
         right, notes = respelt(said, self.catalog)
-        self.words = [word if marks(word) else other for word, other in zip(said, right, strict=True)]
-        kept = tuple(f"read {word!r} as" for word in said if marks(word))
+        known = network().known if said != right else frozenset[str]()
+        self.words = [word if word in known else other for word, other in zip(said, right, strict=True)]
+        kept = tuple(f"read {word!r} as" for word in said if word in known)
         self.notes = [note for note in notes if not note.startswith(kept)]
 
     def __len__(self) -> int:
@@ -209,6 +212,8 @@ class Text:
 
     def place_at(self, i: int) -> tuple[Location, int] | None:
         """The place that is told from piece i on and the piece behind it, or None."""
+        if self.words[i] in ("through", "thru") and (pair := self._pair(i + 1)) is not None:
+            return pair
         at = self._after_articles(i)
         coordinates = self._point(at)
         if coordinates is not None:
@@ -222,8 +227,9 @@ class Text:
             said, used = self.phrase_at(at, AWAY)
         relation = PHRASES.get(said, "at")
         at += used
-        if relation == "between":
-            return self.between(at)
+        pair = self.between(at) if relation == "between" or said.endswith("middle of") else None
+        if relation == "between" or pair is not None:
+            return pair
         if used and distance is None and (coordinates := self._point(self._after_articles(at))) is not None:
             return coordinates
         found = self.object_at(at) or self._meant(at, bool(used))

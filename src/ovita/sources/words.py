@@ -22,13 +22,14 @@ from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.request import MAX_INSTRUCTION, Request
 from ovita.result import Adaptation, Status, explain
-from ovita.sources.parts import by_parts
-from ovita.sources.places import APPROACH, Location
+from ovita.sources.places import APPROACH, Location, Text
 from ovita.sources.planner import TIME_LIMIT, WAYPOINTS, Plan, Planner, PlanRequest, anchored, planned, planner_named
 from ovita.sources.room import around_circled, beside_sides, enlarged, leveled
-from ovita.sources.route import Route, read_route
+from ovita.sources.route import Route, Wish, read_route
 from ovita.text import number, sentence
-from ovita.writers.base import PolicyWriter, Progress
+from ovita.writers.base import PolicyWriter, Progress, Reply, WriterChain, writer_named
+from ovita.writers.builtin import BuiltinWriter, FramesWriter
+from ovita.writers.prompt import Prompt
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,7 +191,9 @@ def restated(before: str, answer: str, scene: Scene) -> str:
     told, whole = read_route(before, scene), read_route(answer, scene)
     if not before or (whole.start is not None and whole.goal is not None):
         return answer
-    if whole.start is None and whole.goal is None:  # "the box"
+    said = Text(answer, scene)
+    place = said.place_at(0) if len(said) else None
+    if place is not None and place[1] == len(said):  # "the box"
         answer = f"{'to' if told.goal is None and told.start is not None else 'from'} {answer}"
     return f"{before.rstrip(' .,?!')}, {answer}"
 
@@ -202,13 +205,46 @@ def _adapted(
     scene, robot = request.scene, request.robot
     if route.rest:
         asked = Request(route.rest, path, scene, robot, origin=f"planned {request.told}")
-        result = by_parts(adapt(asked, **stages), asked, route.parts, stages)
-        moved = _moved_ends(path, result)
-        result = to_confirm(result, doubts=moved) if result.usable and moved else result
+        result = adapt(asked, **(stages | {"writer": _with_wishes(stages["writer"], route.wishes)}))
+        doubts = (*route.doubts, *_moved_ends(path, result))
+        result = to_confirm(result, doubts=doubts) if result.usable and doubts else result
     else:
         limits = stages["constraints"] or ConstraintOptions()
         result = enforced(instruction, path, scene, robot, constraints=limits)
+        result = to_confirm(result, doubts=route.doubts) if result.usable and route.doubts else result
     return _whole(result, instruction, sentence(f"Plan the way {request.told}"), (*route.notes, *_near(route, robot)))
+
+
+@dataclass(frozen=True)
+class WishWriter:
+    """The built-in writer for wishes that were read together with the way: it realises their frames.
+
+    Args:
+        wishes: What is asked for besides the way.
+        name: How it is named.
+    """
+
+    wishes: tuple[Wish, ...]
+    name: str = "builtin"
+
+    def write(self, prompt: Prompt) -> Reply:
+        """Answer with one policy for all wishes; where one of them is not understood, as to their words."""
+        if any(wish.outcome in ("ask", "decline") for wish in self.wishes):
+            return BuiltinWriter().write(prompt)
+        frames = tuple(frame for wish in self.wishes for frame in wish.frames)
+        reply = FramesWriter(frames).write(prompt)
+        unused = tuple(word for wish in self.wishes for word in wish.unused)
+        doubts = tuple(doubt for wish in self.wishes for doubt in wish.doubts)
+        shown = any(wish.outcome == "needs_confirmation" for wish in self.wishes)
+        return replace(reply, confirm=True, unplaced=unused, doubts=doubts) if shown else reply
+
+
+def _with_wishes(writer: PolicyWriter | str, wishes: tuple[Wish, ...]) -> PolicyWriter:
+    """A writer that takes what was read of wishes where the built-in writer would be asked."""
+    named = writer_named(writer) if isinstance(writer, str) else writer
+    if isinstance(named, WriterChain):
+        return replace(named, writers=tuple(_with_wishes(one, wishes) for one in named.writers))
+    return WishWriter(wishes) if named.name == "builtin" else named
 
 
 def _moved_ends(path: Trajectory, result: Adaptation) -> tuple[str, ...]:
