@@ -107,6 +107,16 @@ def test_a_sentence_sent_twice_is_done_once(served):
     assert 'name="said"' not in visitor.post(**{**said, "turn": "3"}), "all sentences are used up"
 
 
+def test_hints_for_those_who_run_it_reach_nobody(served):
+    study, (visitor, *_) = served(adapt={"items": 1})
+    visitor.step(visitor.step(visitor.get()))
+    page = visitor.post(do="say", page="s002", turn="1", said="asdf qwer", on="current")
+    assert "I did not understand" in page and "asdf" in page
+    assert not re.search(
+        "ovita|writer|model", " ".join(progress_of(study, study.participants["p1"]).turns("s002")[0].told)
+    )
+
+
 def test_all_pictures_of_an_item_look_alike(make_study, real_pictures):
     study = make_study()
     person, item = study.participants["p1"], study.items["tests/item_0"]
@@ -220,6 +230,8 @@ def test_the_command_says_what_is_wrong(tmp_path, run_folder):
     ):
         failed = ovita(*words)
         assert failed.returncode == 2 and said in failed.stderr
+    odd = write_design(tmp_path / "odd", atention=1)
+    assert "attention" in ovita("study", "new", odd, "--runs", run, "--out", tmp_path / "t").stderr
     (tmp_path / "design" / "consent.txt").unlink()
     failed = ovita("study", "new", design, "--runs", run, "--out", tmp_path / "t")
     assert failed.returncode == 2 and "no consent text" in failed.stderr

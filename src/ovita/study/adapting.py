@@ -95,13 +95,9 @@ class Conversations:
 
     def _told(self, result: Adaptation, page: StudyPage) -> tuple[str, ...]:
         """What a person reads: questions and proposals always, the rest where explanations are shown."""
-        if result.status == "failed":
-            return (FAILED,)
-        lines = [result.message]
+        lines = _unanswered(result) or ["Done; look at the red path.", result.taken, *result.cautions]
         if page.explanation and result.usable:
-            lines += result.explanation.splitlines() or result.plan
-        elif result.usable:
-            lines = ["Done; look at the red path."]
+            lines += [result.message, *(result.explanation.splitlines() or result.plan)]
         return tuple(dict.fromkeys(hidden(line.strip(), self._secret) for line in lines if line.strip()))
 
     def _session(self, progress: StudyProgress, page: StudyPage) -> Session:
@@ -134,3 +130,17 @@ def _new(item: StudyItem, writer: str) -> Session:
     except RobotError:
         robot = Robot.preset("none")
     return Session(trajectory_from_rows(item.original), scene_from_dict(item.scene), robot, writer)
+
+
+def _unanswered(result: Adaptation) -> list[str]:
+    """What a person reads where nothing was done; hints for those who run the system are left out."""
+    if result.usable:
+        return []
+    if result.question:
+        return [result.question]
+    if result.proposal is not None:
+        return [result.message]
+    if result.status == "not_understood" and result.unplaced:
+        words = ", ".join(f"'{word}'" for word in result.unplaced)
+        return [f"I did not understand {words}. Please say it in other words."]
+    return [FAILED]
