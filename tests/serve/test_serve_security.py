@@ -98,6 +98,9 @@ def test_nothing_is_saved_outside_or_over_a_file(folders, path):
     with pytest.raises(NotAllowed):
         called(app, "save", task=task, path=path.format(folders))
     assert (folders / "out/kept.csv").read_text() == "kept" and os.listdir(folders / "secret") == ["task.json"]
+    with pytest.raises(FormatError, match="its folder does not exist") as problem:
+        called(app, "save", task=task, path="nowhere/new.csv")
+    assert str(folders) not in str(problem.value)
     assert called(app, "save", task=task, path="new.csv").path == "new.csv" and (folders / "out/new.csv").exists()
 
 
@@ -204,11 +207,12 @@ def test_who_asks_too_often_waits(tmp_path):
         transport = httpx2.ASGITransport(app=door)
         brought = {"Authorization": f"Bearer {TOKEN}"}
         async with httpx2.AsyncClient(transport=transport, base_url="http://localhost", headers=brought) as http:
-            codes.extend([await http.get("/v1/tasks/0123456789abcdef") for _ in range(3)])
+            codes.extend([await http.get("/v1/tasks/0123456789abcdef") for _ in range(6)])
 
     anyio.run(ask)
-    assert [answer.status_code for answer in codes] == [404, 404, 429] and int(codes[2].headers["Retry-After"]) > 0
-    assert [event["outcome"] for event in app.audit] == ["refused"] * 3
+    assert [answer.status_code for answer in codes] == [404, 404, *[429] * 4]
+    assert int(codes[2].headers["Retry-After"]) > 0
+    assert [event["outcome"] for event in app.audit] == ["refused"] * 3, "asking too often does not fill the log"
 
 
 def test_tasks_are_counted_and_close_by_themselves(tmp_path):
@@ -222,6 +226,17 @@ def test_tasks_are_counted_and_close_by_themselves(tmp_path):
     with pytest.raises(NoSuchTask):
         called(app, "describe", task=first)
     assert called(app, "describe", task=second).task == second
+
+
+def test_a_task_that_was_closed_meanwhile_stays_closed(tmp_path, monkeypatch):
+    app = application(tmp_path)
+    name = adapted(app)
+    found = app.tasks.find("tests", name)
+    called(app, "close_task", task=name)
+    monkeypatch.setattr(app.tasks, "find", lambda owner, name: found)
+    with pytest.raises(NoSuchTask, match="was closed"):
+        called(app, "adapt", task=name, instruction="go up by 0.1")
+    assert not list((tmp_path / "tasks/tests").iterdir())
 
 
 @pytest.mark.parametrize("name", ["../../other/x", "", "0" * 15, "g" * 16, "0123456789ABCDEF", "\0" * 16, "0" * 10**5])
@@ -280,6 +295,22 @@ def test_the_gate_stops_a_path_before_anybody_is_asked(tmp_path):
     assert answer.outcome == "refused" and "too close to 'lamp'" in " ".join(answer.why) and not place.exists()
     assert not called(app, "check", task=task).released
     assert json.loads((tmp_path / "sent").read_text().splitlines()[-1])["event"] == "refused"
+
+
+def test_a_person_sees_all_that_changed_and_not_the_last_turn_alone(tmp_path):
+    app = application(tmp_path, places=(str(tmp_path / "robot.csv"),))
+    task, questions = adapted(app, "go left by 0.3"), []
+    called(app, "adapt", task=task, instruction="go left by 0.05")
+    asking = Caller("tests", "c", "http", ask=lambda question, about: questions.append(question) or "decline")
+    called(app, "send", asking, task=task, to=str(tmp_path / "robot.csv"))
+    assert "Changes since the path was opened:\n- The whole path moved 0.35 m left." in questions[0]
+    assert "Changes by the last turn alone:\n- The whole path moved 0.05 m left." in questions[0]
+
+
+def test_a_robot_that_is_not_allowed_any_more_holds_for_open_tasks_too(tmp_path):
+    task = adapted(application(tmp_path), robot="none")
+    with pytest.raises(NotAllowed, match="not allowed here any more"):
+        called(application(tmp_path, robots={"drone": AccessRules().robots["drone"]}), "check", task=task)
 
 
 def test_an_answer_counts_once_and_for_what_was_asked(tmp_path):

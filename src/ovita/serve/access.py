@@ -32,10 +32,15 @@ class NotAllowed(OvitaError):
 
 
 class TooManyRequests(OvitaError):
-    """A client asks more often than the operator allows; `wait` says how long to pause [s]."""
+    """A client asks more often than the operator allows.
 
-    def __init__(self, wait: float) -> None:
-        self.wait = wait
+    Args:
+        wait: How long to pause [s].
+        first: Whether the last call was still allowed.
+    """
+
+    def __init__(self, wait: float, first: bool) -> None:
+        self.wait, self.first = wait, first
         super().__init__(f"too many requests; wait {wait:.0f} s and ask again")
 
 
@@ -125,6 +130,8 @@ class AccessRules:
         path = self._inside(name, self.outputs, "--save-to")
         if path.exists():
             raise NotAllowed(f"{name}: there is such a file already, and none is overwritten; choose another name")
+        if not path.parent.is_dir():
+            raise FormatError(name, "its folder does not exist; save to one that does")
         return str(path)
 
     def robot(self, name: str | None) -> Robot:
@@ -186,6 +193,7 @@ class RateLimiter:
         self._rate, self._clock = rate, clock
         self._lock = threading.Lock()
         self._buckets: dict[str, tuple[float, float]] = {}
+        self._empty: set[str] = set()
 
     def take(self, owner: str) -> None:
         """Take one call.
@@ -199,7 +207,10 @@ class RateLimiter:
             left = min(left + (now - then) * self._rate / 60.0, float(self._rate))
             if left < 1.0:
                 self._buckets[owner] = left, now
-                raise TooManyRequests(max((1.0 - left) * 60.0 / self._rate, 1.0))
+                first = owner not in self._empty
+                self._empty.add(owner)
+                raise TooManyRequests(max((1.0 - left) * 60.0 / self._rate, 1.0), first)
+            self._empty.discard(owner)
             self._buckets[owner] = left - 1.0, now
 
 

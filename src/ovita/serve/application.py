@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import tempfile
+import threading
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -92,6 +93,7 @@ class Application:
     sent: str | None = None
     tasks: OpenTasks = field(init=False)
     rate: RateLimiter = field(init=False)
+    _saving: threading.Lock = field(default_factory=threading.Lock, init=False)
 
     def __post_init__(self) -> None:
         self.tasks = OpenTasks(self.folder, self.rules.tasks, self.rules.idle, self.writer, self.isolation)
@@ -122,7 +124,8 @@ class Application:
             yield event
         except OvitaError as error:
             refused = isinstance(error, NotAllowed | TooManyRequests | NoSuchTask)
-            self.audit.add({**event, "outcome": "refused" if refused else "failed", "why": str(error)})
+            if not isinstance(error, TooManyRequests) or error.first:  # nobody fills the log by asking too often
+                self.audit.add({**event, "outcome": "refused" if refused else "failed", "why": str(error)})
             raise
         except Unanswered:
             self.audit.add({**event, "outcome": "asked"})
@@ -146,14 +149,12 @@ class Application:
 
     def describe(self, caller: Caller, given: m.TaskArguments) -> m.TaskReport:
         """Say what a task is about and what was done so far."""
-        task = self.tasks.find(caller.owner, given.task)
-        with task.lock:
+        with self._using(caller.owner, given.task) as task:
             return self._task_report(task)
 
     def adapt(self, caller: Caller, given: m.AdaptArguments) -> m.AdaptationReport:
         """Adapt to an instruction or to feedback."""
-        task = self.tasks.find(caller.owner, given.task)
-        with task.lock:
+        with self._using(caller.owner, given.task) as task:
             session = task.session
             if session.bare:
                 from ovita.sources.words import begun
@@ -165,8 +166,7 @@ class Application:
 
     def accept(self, caller: Caller, given: m.AcceptArguments) -> m.AdaptationReport:
         """Do what a shown reading proposes."""
-        task = self.tasks.find(caller.owner, given.task)
-        with task.lock:
+        with self._using(caller.owner, given.task) as task:
             waiting = task.session.pending
             if waiting is None:
                 raise RequestError("nothing waits for a yes; call adapt")
@@ -176,8 +176,7 @@ class Application:
 
     def set_knob(self, caller: Caller, given: m.KnobArguments) -> m.AdaptationReport:
         """Turn a knob of the last turn."""
-        task = self.tasks.find(caller.owner, given.task)
-        with task.lock:
+        with self._using(caller.owner, given.task) as task:
             value = given.value
             before = {p.name: p.value for p in task.result(None).parameters}.get(given.name)
             if isinstance(before, int) and not isinstance(before, bool) and isinstance(value, float):
@@ -186,30 +185,26 @@ class Application:
 
     def undo(self, caller: Caller, given: m.TaskArguments) -> m.TaskReport:
         """Take the last turn back."""
-        task = self.tasks.find(caller.owner, given.task)
-        with task.lock:
+        with self._using(caller.owner, given.task) as task:
             if not task.session.undo():
                 raise RequestError("there is nothing to undo")
             return self._task_report(task)
 
     def explain(self, caller: Caller, given: m.TurnArguments) -> m.ExplanationReport:
         """Explain a turn, with everything measured again."""
-        task = self.tasks.find(caller.owner, given.task)
-        with task.lock, _saved(task.result(given.turn)) as file:
+        with self._using(caller.owner, given.task) as task, _saved(task.result(given.turn)) as file:
             return m.ExplanationReport(task=task.id, turn=task.at(given.turn), explanation=gate.explained(file))
 
     def compare(self, caller: Caller, given: m.CompareArguments) -> m.ComparisonReport:
         """Say what differs between two turns."""
-        task = self.tasks.find(caller.owner, given.task)
-        with task.lock:
+        with self._using(caller.owner, given.task) as task:
             a, b = task.at(given.a), task.at(given.b)
             changes = sentences(compare(task.path(a), task.path(b), task.session.scene))
             return m.ComparisonReport(task=task.id, a=a, b=b, changes=tuple(map(str, changes)))
 
     def check(self, caller: Caller, given: m.TurnArguments) -> m.CheckReport:
         """Measure every limit anew, as the gate does before anything is sent."""
-        task = self.tasks.find(caller.owner, given.task)
-        with task.lock, _saved(task.result(given.turn)) as file:
+        with self._using(caller.owner, given.task) as task, _saved(task.result(given.turn)) as file:
             found = gate.review(file)
             return m.CheckReport(
                 task=task.id,
@@ -224,8 +219,7 @@ class Application:
         """Let a robot follow the path of a turn in simulation."""
         from ovita import sim
 
-        task = self.tasks.find(caller.owner, given.task)
-        with task.lock:
+        with self._using(caller.owner, given.task) as task:
             turn, path, session = task.at(given.turn), task.path(given.turn), task.session
         name = given.robot or session.robot.name
         if name not in (*sim.SHIPPED, *sim.STAND_INS):
@@ -273,8 +267,7 @@ class Application:
 
     def draw(self, caller: Caller, given: m.TurnArguments) -> m.PictureReport:
         """Draw the path of a turn, before and after."""
-        task = self.tasks.find(caller.owner, given.task)
-        with task.lock:
+        with self._using(caller.owner, given.task) as task:
             turn = task.at(given.turn)
             report = m.PictureReport(task=task.id, turn=turn, resource=address_of(task.id, turn, "picture.png"))
             report._png = _picture(task, turn)
@@ -282,30 +275,31 @@ class Application:
 
     def save(self, caller: Caller, given: m.SaveArguments) -> m.SavedReport:
         """Write a result (.json) or its trajectory to a new file."""
-        task = self.tasks.find(caller.owner, given.task)
-        file = self.rules.output(given.path)
         notes: tuple[str, ...] = ()
-        with task.lock:
+        with self._using(caller.owner, given.task) as task, self._saving:
+            file = self.rules.output(given.path)
             turn = task.at(given.turn)
             if file.lower().endswith(".json"):
-                task.result(turn).save(file)
+                with _named(given.path, file):
+                    task.result(turn).save(file)
             else:
                 said, verdict = ("", "") if turn == 0 else (task.result(turn).instruction, task.result(turn).verdict)
-                notes = save_trajectory(file, task.path(turn), task.session.scene, said, verdict=verdict)
+                with _named(given.path, file):
+                    notes = save_trajectory(file, task.path(turn), task.session.scene, said, verdict=verdict)
         return m.SavedReport(path=given.path, notes=notes)
 
     def send(self, caller: Caller, given: m.SendArguments) -> m.SendingReport:
         """Send a result to a robot: through the gate, and only after a person said yes."""
         place, log = self.rules.place(given.to), self.sent or str(gate.default_log())
-        task = self.tasks.find(caller.owner, given.task)
-        about = {"client": caller.client, "owner": caller.owner, "request": caller.request, "task": task.id}
-        with task.lock, _saved(task.result(given.turn)) as file:
+        about = {"client": caller.client, "owner": caller.owner, "request": caller.request, "task": given.task}
+        with self._using(caller.owner, given.task) as task, _saved(task.result(given.turn)) as file:
             turn, found = task.at(given.turn), gate.review(file)
+            whole = compare(task.path(0), found.result.adapted, found.result.scene)
         report = m.SendingReport(task=task.id, turn=turn, to=place, outcome="refused")
         if not found.released:
             gate.refuse(found, place, log, about)
             return report.model_copy(update={"why": found.refusals})
-        answer = caller.answer(_question(found, place), _digest(found.sha256, place))
+        answer = caller.answer(_question(found, place, sentences(whole)), _digest(found.sha256, place))
         if answer != "accept":
             why = f"the person did not agree ({answer})"
             gate.refuse(found, place, log, about, [why])
@@ -326,8 +320,7 @@ class Application:
         """
         if name not in RESOURCES:
             raise NoSuchTask(f"there is no {clean_text(name, 40)}; there are {', '.join(RESOURCES)}")
-        opened = self.tasks.find(caller.owner, task)
-        with opened.lock:
+        with self._using(caller.owner, task) as opened:
             match name:
                 case "picture.png":
                     return _picture(opened, opened.at(turn))
@@ -341,6 +334,14 @@ class Application:
                 case _:
                     path = opened.path(turn)
         return str(rendered(name, path)[0])
+
+    @contextmanager
+    def _using(self, owner: str, name: str) -> Iterator[OpenTask]:
+        """A task, held, whose robot the rules still allow."""
+        with self.tasks.using(owner, name) as task:
+            if task.session.robot not in self.rules.robots.values():
+                raise NotAllowed("the robot of this task is not allowed here any more; open it again with open_task")
+            yield task
 
     def _read(self, path: str | None, document: Mapping[str, Any] | None) -> tuple[Task, str]:
         """The task of a file or a document, and what to call it; where only a scene is, a path that stands still."""
@@ -483,10 +484,12 @@ def _proposal_id(result: Adaptation) -> str:
     return sha256(json.dumps(shown.to_document(), sort_keys=True, default=str).encode()).hexdigest()[:16]
 
 
-def _question(found: gate.Review, place: str) -> str:
+def _question(found: gate.Review, place: str, whole: Sequence[object]) -> str:
     """What a person reads before they agree to a sending, all of it measured."""
-    parts = [f"Send this path to {place}?", f'It was asked for as: "{one_line(found.result.instruction, 400)}"']
-    for title, lines in found.sections().items():
+    parts = [f"Send this path to {place}?", f'Last asked for: "{one_line(found.result.instruction, 400)}"']
+    sections = {"Changes since the path was opened": [str(text) for text in whole], **found.sections()}
+    sections["Changes by the last turn alone"] = sections.pop("Changes, measured again")
+    for title, lines in sections.items():
         if lines:
             parts.append("\n".join([f"{title}:", *(f"- {one_line(line, 400)}" for line in lines)]))
     return "\n\n".join(parts)

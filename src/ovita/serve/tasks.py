@@ -7,6 +7,7 @@ import os
 import secrets
 import threading
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -128,14 +129,26 @@ class OpenTasks:
                 task = self._open[owner, name] = OpenTask(name, session)
         return task
 
+    @contextlib.contextmanager
+    def using(self, owner: str, name: str) -> Iterator[OpenTask]:
+        """The task of a name, held so that nobody else changes it inside the block.
+
+        Raises:
+            NoSuchTask: If this owner has none of that name, or it was closed in the meantime.
+        """
+        task = self.find(owner, name)
+        with task.lock:
+            if self._open.get((owner, name)) is not task:
+                raise NoSuchTask(f"the task {name} was closed")
+            yield task
+
     def close(self, owner: str, name: str) -> None:
         """Close a task for good.
 
         Raises:
             NoSuchTask: If this owner has none of that name.
         """
-        task = self.find(owner, name)
-        with task.lock, self._lock:
+        with self.using(owner, name), self._lock:
             self._open.pop((owner, name), None)
             self._path(owner, name).unlink(missing_ok=True)
 

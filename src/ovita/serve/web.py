@@ -27,6 +27,9 @@ OPEN = ("/", "/openapi.json")
 SESSIONS = 200
 """Most MCP sessions at a time."""
 
+CONNECTIONS = 500
+"""Most connections at a time."""
+
 _WRONG_TOKEN_DELAY = 0.5
 _RESOURCE_PATH = "/v1/tasks/{task}/turns/{turn}/{name}"
 _log = logging.getLogger("ovita.serve")
