@@ -24,7 +24,7 @@ def augment(
     seed: int = 0,
     robot: str | None = None,
     waypoints: int | None = None,
-    repairs: float = 0.1,
+    repairs: float = 0.05,
     shard: int = 1000,
     sinks: Sequence[Sink] = (JsonLines(),),
     jobs: int = 1,

@@ -13,6 +13,7 @@ from ovita.augment.legal import Legality
 from ovita.bench.generate import SETTINGS, random_scene
 from ovita.instruct.scale import Scale
 from ovita.io import Task, load_robot
+from ovita.paths.geometry import closest_to_point
 from ovita.paths.robot import Robot
 from ovita.paths.trajectory import Array
 
@@ -54,9 +55,14 @@ class Ground:
 
     @cached_property
     def closest(self) -> Mapping[str, float]:
-        """How near the waypoints come to each object's surface [m]."""
+        """How near the path comes to each object's surface, or to the centre of one without dimensions [m]."""
         path = self.task.trajectory.positions
-        return {item.name: float(item.clearance(path).min()) for item in self.task.scene}
+        return {
+            item.name: item.cuboid.closest(path)[0]
+            if item.dimensions is not None
+            else closest_to_point(path, item.position)[0]
+            for item in self.task.scene
+        }
 
     @cached_property
     def legality(self) -> Legality:

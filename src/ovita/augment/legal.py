@@ -90,9 +90,14 @@ class Legality:
         bodies, centres, radii = self._bodies
         if not bodies:
             return True
-        offsets = positions[:, None, :] - centres[None]
-        nearest = np.sqrt(np.einsum("nkd,nkd->nk", offsets, offsets).min(axis=0))
-        half_step = 0.5 * float(lengths(np.diff(positions, axis=0)).max(initial=0.0))
-        close = np.flatnonzero(nearest < radii + half_step + 1e-9)
-        left = [bodies[k] for k in close if bodies[k].name not in contacts]
-        return all(float(body.along(positions[:-1], positions[1:])[0].min()) >= 1e-9 for body in left)
+        start, end = positions[:-1], positions[1:]
+        middles, half = (start + end) / 2.0, 0.5 * lengths(end - start)
+        offsets = middles[:, None, :] - centres[None]
+        reach = np.sqrt(np.einsum("nkd,nkd->nk", offsets, offsets)) - half[:, None]
+        near = reach < radii[None] + 1e-9
+        for k in np.flatnonzero(near.any(axis=0)):
+            if bodies[k].name not in contacts:
+                some = near[:, k]
+                if float(bodies[k].along(start[some], end[some])[0].min()) < 1e-9:
+                    return False
+        return True

@@ -11,6 +11,7 @@ import json
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
+from functools import lru_cache
 from random import Random
 from typing import Any
 
@@ -23,13 +24,14 @@ from ovita.augment.wording import Drawing, NotOffered, Wordings, draw, sentences
 from ovita.bench.expected import expected
 from ovita.errors import OvitaError, PolicyError
 from ovita.instruct.builder import PolicyBuilder
-from ovita.instruct.frames import SemanticFrame, to_json
+from ovita.instruct.frames import SemanticFrame, Shift, to_json
 from ovita.instruct.realise import realise
 from ovita.measure.predicates import Check
 from ovita.measure.predicates.check import CheckResult, Pair
 from ovita.paths.geometry import lengths
 from ovita.paths.trajectory import Trajectory
-from ovita.policy.direct import TooMuch, run_proven
+from ovita.policy import Parameter
+from ovita.policy.direct import Proof, TooMuch, prove, run_proof
 from ovita.policy.output import to_rows, to_trajectory
 from ovita.policy.syntax import parse_tree
 
@@ -73,7 +75,7 @@ class Manner:
     seed: int
     families: tuple[str, ...]
     paraphrases: int = 4
-    repairs: float = 0.1
+    repairs: float = 0.05
     shares: tuple[float, float, float] = (0.8, 0.1, 0.1)
 
 
@@ -132,6 +134,8 @@ def _attempt(
         raise Rejected("duplicate")
     may_repair = rng.random() < manner.repairs
     task = ground.task
+    if not may_repair and not _roomy(drawing.frames, ground):
+        raise Rejected("repair")
     policy, proposed, contacts = _proposed(drawing, ground)
     adapted, status = _within_limits(proposed, contacts, ground, may_repair)
     check = expected(drawing.frames, task.trajectory, task.scene)
@@ -168,7 +172,8 @@ def _proposed(drawing: Drawing, ground: Ground) -> tuple[PolicyBuilder, Trajecto
         if policy.question:
             raise Rejected("question")
         table = trajectory.to_array()
-        result, recorder = run_proven(parse_tree(policy.source("")), table, scene)
+        values = {name: parameter.value for name, parameter in policy.parameters.items()}
+        result, recorder = run_proof(_proof(_template(policy)), table, scene, values)
         proposed = to_trajectory(to_rows(result, table, "the policy's result"), trajectory, scene)
     except (PolicyError, TooMuch):
         raise Rejected("policy") from None
@@ -176,6 +181,37 @@ def _proposed(drawing: Drawing, ground: Ground) -> tuple[PolicyBuilder, Trajecto
         raise Rejected("question") from None
     touched = [*policy.contacts, *map(str, recorder.contacts)]
     return policy, proposed, tuple(dict.fromkeys(scene[name].name for name in touched if name in scene))
+
+
+def _roomy(frames: tuple[SemanticFrame, ...], ground: Ground) -> bool:
+    """Whether there is room for the whole path where it is shifted to by so much; True where that is not all."""
+    if not all(
+        isinstance(frame, Shift) and not frame.part and None not in dict(frame.offset).values() for frame in frames
+    ):
+        return True
+    trajectory, axes = ground.task.trajectory, ground.task.scene.frame
+    pairs = [pair for frame in frames for pair in vars(frame)["offset"]]
+    shift = sum((axes.direction(word) * q.value for word, q in pairs), np.zeros(3))
+    return ground.legality.only_speeds(trajectory.with_(positions=trajectory.positions + shift))
+
+
+def _template(policy: PolicyBuilder) -> str:
+    """A policy's source without its numbers and its words for people, which many policies have in common."""
+    bare = {name: Parameter(name, 0.0) for name in policy.parameters}
+    return replace(policy, parameters=bare).source("")
+
+
+@lru_cache(maxsize=4096)
+def _proof(source: str) -> Proof:
+    """The proof of a policy that our own writer wrote.
+
+    Raises:
+        TooMuch: If it is not proven, and so would belong into the sandbox.
+    """
+    proof = prove(parse_tree(source))
+    if proof is None:
+        raise TooMuch
+    return proof
 
 
 def _within_limits(

@@ -47,6 +47,11 @@ class Meaning:
     changes: str
     say: tuple[str, ...]
 
+    @property
+    def lifts(self) -> bool:
+        """Whether it is about up and down, in so many words."""
+        return any(word in self.means for word in (" up=", " down=", " over="))
+
 
 Slots = Mapping[str, tuple[str, tuple[str, ...]]]
 """Each slot's text in the notation, and its phrases."""
@@ -136,11 +141,19 @@ def draw(rng: Random, ground: Ground, family: str, wordings: Wordings) -> Drawin
     if family == SEVERAL:
         chosen = _several(rng, wordings)
     else:
-        chosen = [one(rng, wordings.meanings[family])]
+        chosen = [_offered(rng, wordings.meanings[family], ground)]
     filled = tuple(_filled(rng, ground, meaning, wordings) for meaning in chosen)
     objects = ground.task.scene.names
     frames = notation.parse("; ".join(clause.means for clause in filled), objects)
     return Drawing(family, filled, frames)
+
+
+def _offered(rng: Random, meanings: Sequence[Meaning], ground: Ground) -> Meaning:
+    """A meaning that does not lift a robot off its plane."""
+    offered = [m for m in meanings if not (ground.flat and m.lifts)]
+    if not offered:
+        raise NotOffered("it stays on its plane")
+    return one(rng, offered)
 
 
 _TOGETHER = (("path", "speed"), ("path", "end"))
@@ -238,7 +251,7 @@ def _gap(rng: Random, ground: Ground, slots: Slots, wordings: Wordings) -> Fille
     """A distance from the object that the path does not keep yet."""
     name = slots["obj"][0].replace("_", " ")
     closest = next((gap for item, gap in ground.closest.items() if item.replace("_", " ") == name), 0.0)
-    return _length(max(closest, 0.0) + between(rng, 0.03, 0.1) * ground.extent)
+    return _length(1.12 * max(closest, 0.0) + between(rng, 0.02, 0.09) * ground.extent)
 
 
 def _radius(rng: Random, ground: Ground, slots: Slots, wordings: Wordings) -> Filled:

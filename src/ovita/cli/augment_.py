@@ -70,7 +70,7 @@ group.add_command(inspect)
 @click.option(
     "--repairs",
     type=click.FloatRange(0, 1),
-    default=0.1,
+    default=0.05,
     show_default=True,
     help="Share of the draws that break a limit with their path which the solver repairs; the others are drawn anew.",
 )

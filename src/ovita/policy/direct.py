@@ -10,6 +10,7 @@ from __future__ import annotations
 import ast
 import operator
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
@@ -150,6 +151,31 @@ def _is_text(node: ast.stmt) -> bool:
     return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
 
 
+@dataclass(frozen=True)
+class Proof:
+    """A policy that is proven, with what running it needs to know: so that it is proven once and run often.
+
+    Args:
+        tree: The policy.
+        function: Its function.
+        arguments: How many of (traj, scene) it takes.
+        names: What it calls of the toolkit.
+    """
+
+    tree: ast.Module
+    function: ast.FunctionDef
+    arguments: int
+    names: frozenset[str]
+
+
+def prove(tree: ast.Module) -> Proof | None:
+    """The proof of a policy, or None where there is none."""
+    if not proven(tree):
+        return None
+    function = next(s for s in tree.body if isinstance(s, ast.FunctionDef))
+    return Proof(tree, function, entry_of(tree).arguments, frozenset(names_in(tree) & CATALOGUE.keys()))
+
+
 def run_proven(tree: ast.Module, given: Array, scene: Scene) -> tuple[Any, Recorder]:
     """Run a proven policy; return its unchecked result and its postconditions.
 
@@ -162,12 +188,22 @@ def run_proven(tree: ast.Module, given: Array, scene: Scene) -> tuple[Any, Recor
         TooMuch: If it is not proven, or takes more than this process gives; nothing of it is left then.
         PolicyCrashed: If it fails, with the line.
     """
-    if len(given) > MAX_WAYPOINTS or not proven(tree):
+    proof = prove(tree) if len(given) <= MAX_WAYPOINTS else None
+    if proof is None:
         raise TooMuch
-    run = _Run(tree, scene)
+    return run_proof(proof, given, scene)
+
+
+def run_proof(
+    proof: Proof, given: Array, scene: Scene, values: Mapping[str, Any] = MappingProxyType({})
+) -> tuple[Any, Recorder]:
+    """As `run_proven`, with a proof at hand and other values of some parameters."""
+    if len(given) > MAX_WAYPOINTS:
+        raise TooMuch
+    run = _Run(proof, scene)
     try:
         with np.errstate(all="ignore"):
-            return run.function(tree, given), run.recorder
+            return run.function(proof, given, values), run.recorder
     except (TooMuch, RecursionError, MemoryError):
         raise TooMuch from None
     except Exception as error:
@@ -185,25 +221,25 @@ class _Return(Exception):
 class _Run:
     """Walks the tree of one proven policy."""
 
-    def __init__(self, tree: ast.Module, scene: Scene) -> None:
+    def __init__(self, proof: Proof, scene: Scene) -> None:
         self.scene, self.recorder = scene, Recorder()
         self.calls, self.work, self.line = 0, 0, 0
-        self.toolkit = namespace(scene.frame, self.recorder, names_in(tree) & CATALOGUE.keys())
+        self.toolkit = namespace(scene.frame, self.recorder, proof.names)
         self.values: dict[str, Any] = {}
 
-    def function(self, tree: ast.Module, given: Array) -> Any:
+    def function(self, proof: Proof, given: Array, values: Mapping[str, Any]) -> Any:
         """Call the policy's function with the trajectory and the scene."""
-        function = next(s for s in tree.body if isinstance(s, ast.FunctionDef))
-        arguments = function.args
+        arguments = proof.function.args
         positional = [*arguments.posonlyargs, *arguments.args]
         first = len(positional) - len(arguments.defaults)
         defaults = {a.arg: d for a, d in zip(positional[first:], arguments.defaults, strict=True)}
         defaults |= {a.arg: d for a, d in zip(arguments.kwonlyargs, arguments.kw_defaults, strict=True) if d}
-        self.values = {name: self.bounded(literal(node)) for name, node in defaults.items()}
-        inputs = (given, self.scene)[: entry_of(tree).arguments]
+        literals = {name: literal(node) for name, node in defaults.items() if name not in values}
+        self.values = {name: self.bounded(value) for name, value in {**literals, **values}.items()}
+        inputs = (given, self.scene)[: proof.arguments]
         self.values |= {a.arg: value for a, value in zip(positional, inputs, strict=False)}
         try:
-            self.block(function.body)
+            self.block(proof.function.body)
         except _Return as ended:
             return ended.value
         return None

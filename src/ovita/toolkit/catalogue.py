@@ -280,12 +280,18 @@ def _public(function: Callable[..., Any]) -> inspect.Signature:
     return whole.replace(parameters=[p for p in whole.parameters.values() if p.name not in HIDDEN])
 
 
+@functools.cache
+def _taken(function: Callable[..., Any]) -> frozenset[str]:
+    """The names of a function's parameters."""
+    return frozenset(inspect.signature(function).parameters)
+
+
 def _plain(default: Any) -> str:
     return f"{default:g}" if isinstance(default, float) else repr(default)
 
 
 def _bound(function: Callable[..., Any], frame: Frame, recorder: Recorder) -> Callable[..., Any]:
-    available = inspect.signature(function).parameters
+    available = _taken(function)
     context = {name: value for name, value in (("frame", frame), ("recorder", recorder)) if name in available}
     public = _public(function)
 

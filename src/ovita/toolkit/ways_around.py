@@ -284,7 +284,7 @@ def _least_shift(path: Array, bodies: Sequence[Cuboid], own: Mask, along: Array,
     def clear(factor: float) -> bool:
         moved = rows + factor * steps
         return bool(
-            (_gaps(moved, bodies)[segments] >= -ROUNDING).all() and (_depth(moved[points], bodies) >= -ROUNDING).all()
+            (_depth(moved[points], bodies) >= -ROUNDING).all() and (_gaps(moved, bodies)[segments] >= -ROUNDING).all()
         )
 
     low = high = least * (1.0 + 1e-9)
