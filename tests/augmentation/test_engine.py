@@ -12,6 +12,8 @@ import pytest
 from command_line import ovita
 from ovita.augment.engine import Job, run
 from ovita.augment.ground import RandomScenes, Tasks
+from ovita.augment.planning import Machine, Rates, estimates, measure
+from ovita.augment.planning import lines as lines_of_plan
 from ovita.augment.shards import ShardRecord, read_samples
 from ovita.augment.sources import open_pool
 from ovita.augment.verified import Manner, split_of
@@ -144,6 +146,7 @@ def test_exactly_once_after_kill_9(jobs, made, tmp_path):
     assert not list(folder.rglob("*.tmp"))
 
 
+@pytest.mark.filterwarnings("ignore")
 def test_ray_makes_the_same_bytes(made, tmp_path):
     pytest.importorskip("ray", reason="Ray is not installed: pip install 'ovita[ray]'")
     run(JOB, tmp_path / "data", jobs=2, engine="ray")
@@ -178,3 +181,16 @@ def test_the_command_line(tmp_path):
     assert len(list(read_samples(out))) == 6
     wrong = ovita("augment", "random", "--families", "dance", "--out", str(tmp_path / "x"))
     assert wrong.returncode == 2 and "there is no family 'dance'" in wrong.stderr
+
+
+def test_a_plan_follows_from_what_was_measured(tmp_path):
+    rates = Rates(seconds=0.004, bytes=2000.0, share=0.99)
+    (one,) = estimates(1e8, rates, [Machine.parse("big = 64, 2.5")])
+    assert (one.hours, one.cost) == pytest.approx((1e8 * 0.004 / 64 / 3600, 1e8 * 0.004 / 64 / 3600 * 2.5))
+    assert one.bytes == pytest.approx(2e11)
+    text = "\n".join(lines_of_plan(1e8, rates, [], 1000))
+    assert "111 core-hours, 200 GB, 100000 shards" in text and "examples" in text
+    measured = measure(JOB, trial=6)
+    assert measured.seconds > 0 and 100 < measured.bytes < 20_000 and 0 < measured.share <= 1
+    wrong = ovita("augment", "random", "--plan", "1e8", "--machine", "big")
+    assert wrong.returncode == 2 and "NAME=CORES,PRICE" in wrong.stderr

@@ -9,6 +9,7 @@ from ovita.augment.engine import AugmentedDataset, Engine, Job, Progressed, run
 from ovita.augment.shards import JsonLines, Sink
 from ovita.augment.sources import Given, open_pool
 from ovita.augment.verified import Manner
+from ovita.augment.voices import with_voices
 from ovita.augment.wording import families_from
 
 __all__ = ["AugmentedDataset", "Job", "augment"]
@@ -25,6 +26,7 @@ def augment(
     robot: str | None = None,
     waypoints: int | None = None,
     repairs: float = 0.05,
+    voices: str | os.PathLike[str] | None = None,
     shard: int = 1000,
     sinks: Sequence[Sink] = (JsonLines(),),
     jobs: int = 1,
@@ -46,6 +48,7 @@ def augment(
         robot: Whose limits hold; None takes what each task names.
         waypoints: Of random scenes.
         repairs: Share of the draws whose path breaks a limit that the solver repairs; the others are rejected.
+        voices: A folder of what people wrote, whose wordings are used as well (see `voices.with_voices`).
         shard: Samples in a shard.
         sinks: Formats.
         jobs: Workers.
@@ -58,4 +61,5 @@ def augment(
     """
     manner = Manner(seed, families_from(families), paraphrases, repairs)
     pool, _ = open_pool(tasks, robot=robot, waypoints=waypoints)
-    return run(Job(n, manner, pool, tuple(sinks), shard), out, jobs=jobs, engine=engine, progress=progress)
+    job = Job(n, manner, pool, tuple(sinks), shard, wordings=None if voices is None else with_voices(voices))
+    return run(job, out, jobs=jobs, engine=engine, progress=progress)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from functools import cache
 from importlib.resources import files
 from random import Random
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from ovita.augment.ground import Ground
 from ovita.errors import RequestError
@@ -112,10 +112,11 @@ def families_from(names: Sequence[str], wordings: Wordings | None = None) -> tup
 
 @dataclass(frozen=True)
 class FilledMeaning:
-    """A meaning whose slots are filled."""
+    """A meaning whose slots are filled; `template` is what it means with its part of the path, slots left open."""
 
     meaning: Meaning
     slots: Slots
+    template: str
 
     @property
     def means(self) -> str:
@@ -203,9 +204,11 @@ def _filled(rng: Random, ground: Ground, meaning: Meaning, wordings: Wordings) -
         slots["part"] = text, wordings.parts[text]
     for name in names:
         slots[name] = _SLOTS[name](rng, ground, slots, wordings)
+    template = meaning.means
     if "part" in slots:
+        template = template.replace("{part}", slots["part"][0])
         slots["part"] = _whole(slots["part"], slots)
-    return FilledMeaning(meaning, slots)
+    return FilledMeaning(meaning, slots, template)
 
 
 def _whole(part: tuple[str, tuple[str, ...]], slots: Slots) -> tuple[str, tuple[str, ...]]:
@@ -338,7 +341,10 @@ def sentences(rng: Random, drawing: Drawing, wordings: Wordings, count: int) -> 
 
 
 def _sentence(rng: Random, drawing: Drawing, wordings: Wordings) -> str:
-    clauses = [_said(rng, clause, wordings) for clause in drawing.clauses]
+    heard = _heard(drawing, wordings)
+    if heard and rng.random() < 0.5:
+        return _inserted(rng, one(rng, heard), _by_kind(drawing.clauses[0].slots))
+    clauses = [_inserted(rng, one(rng, clause.meaning.say), clause.slots) for clause in drawing.clauses]
     text = clauses[0]
     for clause in clauses[1:]:
         text += one(rng, wordings.joins) + clause
@@ -348,25 +354,32 @@ def _sentence(rng: Random, drawing: Drawing, wordings: Wordings) -> str:
     return text[:1].upper() + text[1:] + end
 
 
-def _said(rng: Random, clause: FilledMeaning, wordings: Wordings) -> str:
-    """A clause in words of the grammar, or of a voice where one says the like."""
-    heard = wordings.voices.get(shape_of(clause), ()) if wordings.voices else ()
-    text = one(rng, heard if heard and rng.random() < 0.5 else clause.meaning.say)
+def _inserted(rng: Random, text: str, slots: Slots) -> str:
+    """A sentence with phrases in its slots; a part of the path has slots of its own."""
     while "{" in text:
-        text = text.format_map({name: one(rng, phrases) for name, (_, phrases) in clause.slots.items()})
+        text = text.format_map({name: one(rng, phrases) for name, (_, phrases) in slots.items()})
     return text
 
 
 _KIND = {"small": "m", "gap": "m", "r": "m", "share": "pc"}
-"""Slots of the same kind have one name in a shape."""
+"""Slots of the same kind have one name in the sentences of people."""
 
 
-def shape_of(clause: FilledMeaning) -> str:
-    """A clause's meaning with slots for its numbers and objects alone, by kind: "move left={m} @near={obj}"."""
-    names: dict[str, Any] = {
-        name: "{" + _KIND.get(name, name) + "}" if not name.startswith("dir") else text
-        for name, (text, _) in clause.slots.items()
-    }
-    if "part" in clause.slots:
-        names["part"] = clause.slots["part"][0]
-    return clause.meaning.means.format_map(names)
+def _heard(drawing: Drawing, wordings: Wordings) -> tuple[str, ...]:
+    """What people said who meant the like."""
+    if not wordings.voices or len(drawing.clauses) != 1:
+        return ()
+    clause = drawing.clauses[0]
+    kinds = {name: "{" + _KIND.get(name, name) + "}" for name in clause.slots}
+    words = {name: text for name, (text, _) in clause.slots.items() if name.startswith("dir")}
+    return wordings.voices.get(ordered(clause.template.format_map({**kinds, **words})), ())
+
+
+def _by_kind(slots: Slots) -> Slots:
+    return {_KIND.get(name, name): filled for name, filled in slots.items()}
+
+
+def ordered(means: str) -> str:
+    """A meaning in the notation with its slots in one order."""
+    name, *slots = means.split()
+    return " ".join([name, *sorted(slots)])

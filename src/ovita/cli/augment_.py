@@ -14,7 +14,7 @@ from ovita.cli.inspect_ import inspect
 from ovita.cli.main import GuessingGroup
 
 if TYPE_CHECKING:
-    from ovita.augment.engine import AugmentedDataset, Progressed
+    from ovita.augment.engine import AugmentedDataset, Job, Progressed
 
 EVERY = 5.0
 """Pause between two lines of progress where standard error is no terminal [s]."""
@@ -74,6 +74,13 @@ group.add_command(inspect)
     show_default=True,
     help="Share of the draws that break a limit with their path which the solver repairs; the others are drawn anew.",
 )
+@click.option(
+    "--voices", metavar="FOLDER", help="What people wrote, whose wordings are used, too; as training/corpus/voices."
+)
+@click.option("--plan", type=click.FloatRange(1), metavar="N", help="Make nothing: say what N samples would take.")
+@click.option(
+    "--machine", "machines", multiple=True, metavar="NAME=CORES,PRICE", help="For --plan; may be given again."
+)
 @click.option("--jobs", type=click.IntRange(1, 1024), default=1, show_default=True, help="Workers.")
 @click.option("--engine", type=click.Choice(["processes", "ray"]), default="processes", show_default=True)
 @click.option("--shard", type=click.IntRange(1, 1_000_000), default=1000, show_default=True, help="Samples a shard.")
@@ -84,6 +91,7 @@ def make(sources: tuple[str, ...], out: str | None, families: str, formats: str,
     from ovita.augment.formats import sinks_named
     from ovita.augment.sources import open_pool
     from ovita.augment.verified import Manner
+    from ovita.augment.voices import with_voices
     from ovita.augment.wording import families_from
 
     chosen = families_from(_listed(families))
@@ -92,8 +100,20 @@ def make(sources: tuple[str, ...], out: str | None, families: str, formats: str,
     licences = licences_from(options["licences"], [source["name"] for source in pool.describe()])
     sinks = sinks_named(_listed(formats), licences)
     show_notes(notes)
-    job = Job(options["n"], manner, pool, sinks, shard=options["shard"])
+    wordings = None if options["voices"] is None else with_voices(options["voices"])
+    job = Job(options["n"], manner, pool, sinks, options["shard"], wordings=wordings)
+    if options["plan"] is not None:
+        _plan(job, options["plan"], options["machines"])
+        return
     _show(run(job, out or "ovita-augmented", jobs=options["jobs"], engine=options["engine"], progress=_progress()))
+
+
+def _plan(job: Job, n: float, machines: tuple[str, ...]) -> None:
+    from ovita.augment.planning import Machine, lines, measure
+
+    chosen = [Machine.parse(text) for text in machines]
+    for line in lines(n, measure(job), chosen, job.shard):
+        click.echo(line)
 
 
 def _listed(text: str) -> list[str]:
