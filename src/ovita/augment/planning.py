@@ -71,7 +71,7 @@ def measure(job: Job, trial: int = TRIAL) -> Rates:
 
 
 @dataclass(frozen=True)
-class Estimate:
+class MachineTime:
     """What a dataset takes on a machine: hours of it, money, and room on disk [bytes]."""
 
     machine: Machine
@@ -80,11 +80,11 @@ class Estimate:
     bytes: float
 
 
-def estimates(n: float, rates: Rates, machines: Sequence[Machine]) -> Iterator[Estimate]:
+def estimates(n: float, rates: Rates, machines: Sequence[Machine]) -> Iterator[MachineTime]:
     """What n verified samples take on each machine, all cores busy."""
     for machine in machines:
         hours = n * rates.seconds / machine.cores / 3600.0
-        yield Estimate(machine, hours, hours * machine.price, n * rates.bytes)
+        yield MachineTime(machine, hours, hours * machine.price, n * rates.bytes)
 
 
 def lines(n: float, rates: Rates, machines: Sequence[Machine], shard: int) -> Iterator[str]:

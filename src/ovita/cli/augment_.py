@@ -144,7 +144,7 @@ def _show(done: AugmentedDataset) -> None:
     click.echo(f"{done.kept} verified samples are in {done.folder} ({done.seconds:.1f} s for {done.made} shards)")
     parts = [*manifest["shards"], manifest]
     size = sum(file["bytes"] for part in parts for file in part["files"])
-    click.echo(f"{size / 1e6:.1f} MB; every sample passed its own check after the limits")
+    click.echo(f"{size / 1e3:.0f} kB; every sample passed its own check after the limits")
     rejected: Mapping[str, int] = manifest["rejected"]
     if rejected:
         click.echo("\nDraws that were rejected")
