@@ -23,6 +23,7 @@ from ovita.errors import FormatError, RequestError
 from ovita.instruct.frames import from_json
 from ovita.io import save_task
 from ovita.limits import constrain
+from ovita.paths.trajectory import Trajectory
 
 FEW = Manner(3, families_from(("shift", "speed", "ends", "several")), paraphrases=2)
 SCENES = RandomScenes(("tabletop", "drone"), waypoints=24)
@@ -194,3 +195,15 @@ def test_a_plan_follows_from_what_was_measured(tmp_path):
     assert measured.seconds > 0 and 100 < measured.bytes < 20_000 and 0 < measured.share <= 1
     wrong = ovita("augment", "random", "--plan", "1e8", "--machine", "big")
     assert wrong.returncode == 2 and "NAME=CORES,PRICE" in wrong.stderr
+
+
+def test_what_breaks_its_limits_or_stands_still_is_left_out(tmp_path):
+    """The limits would change it where no sentence does, and a label would be wrong."""
+    still = Trajectory([[0.0, 0.0, 0.3]] * 3, [0.2] * 3)
+    far = Trajectory([[0.0, 0.0, 0.5], [0.5, 0.0, 0.5], [2.0, 0.0, 0.5]], [0.1] * 3)
+    fine = Trajectory([[0.0, 0.0, 0.5], [0.1, 0.1, 0.5], [0.2, 0.0, 0.5]], [0.1] * 3)
+    pool, notes = open_pool([still, far, fine], robot="arm")
+    assert [one["name"] for one in pool.describe()] == ["task:00002"]
+    assert "stands still" in notes[0] and "breaks limits of the robot arm (workspace)" in notes[1]
+    with pytest.raises(RequestError, match="stands still"):
+        open_pool([still])

@@ -15,6 +15,7 @@ from ovita.errors import FormatError, OvitaError, RequestError
 from ovita.io import Task, load_bare, load_robot, load_task
 from ovita.io.files import is_bag, suffix
 from ovita.io.json_ import is_skill_file
+from ovita.limits import verify
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 
@@ -62,12 +63,12 @@ def open_pool(
             found += _of_path(Path(one), notes, robot, waypoints, planner)
     if robot is not None:
         found = [(name, replace(task, robot=robot), what) for name, task, what in found]
-    for name, task, _ in found:
-        _usable(name, task)
+    found = [one for one in found if _usable(*one[:2], notes)]
     pools: list[GroundPool] = [RandomScenes(tuple(dict.fromkeys(scales)), waypoints)] if scales else []
     pools += [Tasks(tuple(found))] if found else []
     if not pools:
-        raise RequestError("none of the sources has a trajectory; name files, folders, or random for random scenes")
+        said = [*(f"{note}." for note in notes), "No source is left; name files, folders, or random"]
+        raise RequestError(" ".join(said))
     return (pools[0] if len(pools) == 1 else Mixed(tuple(pools))), tuple(notes)
 
 
@@ -81,11 +82,22 @@ def _scales(name: str) -> tuple[str, ...]:
     return (scale,) if scale else tuple(SETTINGS)
 
 
-def _usable(name: str, task: Task) -> None:
+def _usable(name: str, task: Task, notes: list[str]) -> bool:
+    """Whether a task goes somewhere and keeps the limits of its robot; a note says why not."""
     try:
-        load_robot(task.robot or "none")
+        robot = load_robot(task.robot or "none")
     except OvitaError as error:
         raise RequestError(f"{name}: {error}; give --robot") from None
+    if task.trajectory.length <= 0.0:
+        notes.append(f"left out: {name} stands still")
+        return False
+    path = task.trajectory
+    checks = verify(path, task.scene, robot, proposed=path, original=path)
+    broken = [c.name for c in checks if c.unit == "m" and not c.held]
+    if broken:
+        limits = ", ".join(dict.fromkeys(broken))
+        notes.append(f"left out: {name} itself breaks limits of the robot {robot.name} ({limits}); see --robot")
+    return not broken
 
 
 def _of_path(

@@ -24,7 +24,7 @@ from ovita.augment.wording import Drawing, NotOffered, Wordings, draw, sentences
 from ovita.bench.expected import expected
 from ovita.errors import OvitaError, PolicyError
 from ovita.instruct.builder import PolicyBuilder
-from ovita.instruct.frames import SemanticFrame, Shift, to_json
+from ovita.instruct.frames import Clearance, SemanticFrame, Shift, to_json
 from ovita.instruct.realise import realise
 from ovita.measure.predicates import Check
 from ovita.measure.predicates.check import CheckResult, Pair
@@ -47,7 +47,7 @@ REASONS = {
     "question": "it cannot be realised as it is, such as a part of the path with no waypoint",
     "policy": "the policy failed",
     "limits": "the limits cannot hold",
-    "repair": "the path would have to be bent around an obstacle, and this draw is not one of those that may be",
+    "repair": "the path leaves the workspace or comes too near to an object, and few such draws are repaired",
     "preexisting": "the limits are broken as the original breaks them",
     "idle": "doing nothing passes the check as well",
     "check": "the check does not pass after the limits",
@@ -139,7 +139,7 @@ def _attempt(
     policy, proposed, contacts = _proposed(drawing, ground)
     adapted, status = _within_limits(proposed, contacts, ground, may_repair)
     check = expected(drawing.frames, task.trajectory, task.scene)
-    judged = _judged(check, task.trajectory, adapted, ground)
+    judged = _judged(check, drawing.frames, adapted, ground)
     said, *others = sentences(rng, drawing, wordings, 1 + manner.paraphrases)
     return Made(
         AugmentedSample(
@@ -230,17 +230,27 @@ def _within_limits(
     return adapted, status
 
 
-def _judged(check: Check, original: Trajectory, adapted: Trajectory, ground: Ground) -> CheckResult:
+def _judged(check: Check, frames: tuple[SemanticFrame, ...], adapted: Trajectory, ground: Ground) -> CheckResult:
     """The check's verdict on the change; a check that doing nothing passes too says nothing."""
-    before, after = original.to_array(), adapted.to_array()
+    before, after = ground.task.trajectory.to_array(), adapted.to_array()
     if np.array_equal(before, after):
         raise Rejected("idle")
     judged = check.judge_pair(Pair(before, after, ground.task.scene))
-    if not judged.passed:
+    if not judged.passed or not _kept_clear(frames, adapted, ground):
         raise Rejected("check")
     if check.judge_pair(Pair(before, before, ground.task.scene)).passed:
         raise Rejected("idle")
     return judged
+
+
+def _kept_clear(frames: tuple[SemanticFrame, ...], adapted: Trajectory, ground: Ground) -> bool:
+    """Whether distances that are stated are kept to a hundredth; the checks leave a tenth, too much for a label."""
+    bounds = [frame for frame in frames if isinstance(frame, Clearance) and frame.distance.role == "at_least"]
+    return all(
+        ground.task.scene[name].cuboid.closest(adapted.positions)[0] >= 0.99 * bound.distance.value
+        for bound in bounds
+        for name in bound.objects
+    )
 
 
 def measured(drawing: Drawing, original: Trajectory, adapted: Trajectory, sentence: str, limits: str) -> dict[str, Any]:

@@ -253,6 +253,8 @@ def _share(low: float, high: float) -> Callable[[Random, Ground, Slots, Wordings
 def _gap(rng: Random, ground: Ground, slots: Slots, wordings: Wordings) -> Filled:
     """A distance from the object that the path does not keep yet."""
     name = slots["obj"][0].replace("_", " ")
+    if any(item.dimensions is None and item.name.replace("_", " ") == name for item in ground.task.scene):
+        raise NotOffered("its surface is not known")
     closest = next((gap for item, gap in ground.closest.items() if item.replace("_", " ") == name), 0.0)
     return _length(1.12 * max(closest, 0.0) + between(rng, 0.02, 0.09) * ground.extent)
 

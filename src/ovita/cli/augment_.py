@@ -34,7 +34,8 @@ class _MakingGroup(GuessingGroup):
 def group() -> None:
     """Make pairs of language and motion, each verified by its own check.
 
-    `ovita augment random --n 1000 --out data` makes 1000 of random scenes; SOURCES may also be files with
+    `ovita augment random --n 1000 --out data` makes 1000 of random scenes, as without
+    SOURCES; these may also be files with
     trajectories, folders, LeRobot data sets, skills, and scenes without a trajectory. `make` is understood where no
     command is named.
     """
@@ -145,6 +146,9 @@ def _show(done: AugmentedDataset) -> None:
     parts = [*manifest["shards"], manifest]
     size = sum(file["bytes"] for part in parts for file in part["files"])
     click.echo(f"{size / 1e3:.0f} kB; every sample passed its own check after the limits")
+    missing = int(manifest["n"]) - done.kept
+    if missing:
+        click.echo(f"{missing} of {manifest['n']} are missing: no draw for them passed, or they said what another says")
     rejected: Mapping[str, int] = manifest["rejected"]
     if rejected:
         click.echo("\nDraws that were rejected")
