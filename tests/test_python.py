@@ -225,3 +225,10 @@ def test_more_waypoints_than_a_policy_may_return_are_refused_before_anything_is_
 def test_what_does_not_fit_a_function_is_one_sentence(misuse, says):
     with pytest.raises(OvitaError, match=says):
         misuse()
+
+
+def test_limits_in_a_scenes_text_that_nobody_enforces_are_named():
+    """`ov.adapt` of a scene that says "z >= 0.1" went below it without a word."""
+    said = ov.Scene(constraints_text="z >= 0.1, v_max = 0.5")
+    told = [line for line in up(ov.Task(PATH, said)).assumptions if "not enforced" in line]
+    assert len(told) == 1 and "0.1" in told[0] and "0.5" in told[0]

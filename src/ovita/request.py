@@ -144,10 +144,20 @@ def requested(
     if not isinstance(about, Task):
         trajectory, assumed = trajectory_of(about, times)
         return Request(_said(instruction, ""), trajectory, scene, robot, assumed=assumed)
-    surroundings = about.scene if scene is None else scene
-    return Request(
-        _said(instruction, about.instruction), about.trajectory, surroundings, about.robot if robot is None else robot
-    )
+    surroundings = about.scene if scene is None else scene_of(scene)
+    chosen = about.robot if robot is None else robot
+    told = stated_limits(surroundings)
+    return Request(_said(instruction, about.instruction), about.trajectory, surroundings, chosen, assumed=told)
+
+
+def stated_limits(scene: Scene) -> tuple[str, ...]:
+    """What is to be told of limits in a scene's text, which the robot has not."""
+    from ovita.limits.stated import parse_text
+
+    found = parse_text(scene.constraints_text) if scene.constraints_text else None
+    stated = () if found is None else (*found.understood, *found.ignored)
+    how = "give robot=parse_text(scene.constraints_text).apply(robot), from ovita.limits"
+    return (f"limits in the scene's text are not enforced ({'; '.join(stated)}): {how}",) if stated else ()
 
 
 def trajectory_of(
