@@ -10,19 +10,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from threading import Event
 from typing import TypeAlias
 
-from ovita.chain import adapt, rerun
+from ovita.chain import adapt, rerun, to_confirm
 from ovita.dialogue.history import ROOT, History, Kind, Situation, Step, in_force
 from ovita.dialogue.parameters import called, frames_of, meant, scaled, shown, values_after, which
 from ovita.dialogue.standing import KEEP_IT, Loss, lost
 from ovita.errors import PolicyError
+from ovita.instruct.chunks import Chunk, chunks
 from ovita.instruct.editing import apply, realised_values
 from ovita.instruct.edits import Again, Also, Command, Edit, Rescale, Set
 from ovita.instruct.feedback import NOTHING, named_frames, named_objects, only_where, read_feedback
 from ovita.instruct.frames import Quantity, Reading, SemanticFrame, with_selection
 from ovita.instruct.notation import name_of
+from ovita.instruct.numbers import amount_at
 from ovita.instruct.referee import feedback
 from ovita.measure import compare
 from ovita.paths.part import WHOLE, PathPart
@@ -31,7 +34,7 @@ from ovita.paths.trajectory import Array, Trajectory
 from ovita.policy.sandbox import Isolation
 from ovita.request import MAX_INSTRUCTION, FeedbackOn, Request, Turn
 from ovita.result import Adaptation
-from ovita.text import sentence
+from ovita.text import number, sentence
 from ovita.writers.base import PolicyWriter, Progress, WriterInfo
 from ovita.writers.builtin import FramesWriter
 
@@ -46,6 +49,12 @@ PLACING = ("at", "radius", "share", "of", "other", None)
 
 Reader: TypeAlias = Callable[[str, Scene, Array | None, Sequence[SemanticFrame]], Reading]
 """Reads an instruction about a scene and a path (N, 3) [m] into frames, after those of the turns before."""
+
+FURTHER = frozenset("also n plus too besides".split())
+"""Words at the beginning with which something more is asked for."""
+
+FAR = 3.0
+"""How many times as much, or as little, a bare number among unknown words may ask for without being shown first."""
 
 TAKEN = {
     "accept": "it is right as it is; nothing is changed",
@@ -68,7 +77,7 @@ def respond(said: str, on: FeedbackOn, state: DialogueState) -> Interpretation:
     if heard is None:
         return state._instructed(said, on)
     try:
-        return state._followed(heard, on)
+        return state._shown_first(heard, state._followed(heard, on))
     except PolicyError as error:
         failed = state._said(said, state.current, f"took {said!r} as: {heard.meaning}")
         return Interpretation(replace(failed, status="failed", error=str(error), explanation=str(error)))
@@ -345,6 +354,45 @@ class DialogueState:
             return self._noted(heard, last, self._rerun(last, values or {}), "knobs")
         return self._edited(heard, rest, after, on)
 
+    def _shown_first(self, heard: Heard, found: Interpretation) -> Interpretation:
+        """What feedback comes to, as a proposal where words are left over or a number is odd."""
+        result = found.result
+        if found.kind is None or found.goto is not None or not result.usable:
+            return found
+        unread, doubt = self._left_over(heard), self._odd_number(heard, result)
+        if not (unread or doubt):
+            return found
+        asking = to_confirm(result, unread, (doubt,) if doubt else ())
+        return replace(found, result=replace(asking, adapted=self.current))
+
+    def _left_over(self, heard: Heard) -> tuple[str, ...]:
+        """The unread words of feedback, where they hold an amount or are several."""
+        words = heard.reading.unread
+        return words if len(words) > 1 or any(amount_at(w.split(), 0) is not None for w in words) else ()
+
+    def _odd_number(self, heard: Heard, result: Adaptation) -> str:
+        """Why a number that sets an amount may mean something else, as a sentence: "the cup is 4 cm tall"."""
+        edit = heard.edits[0] if len(heard.edits) == 1 else None
+        if not isinstance(edit, Set):
+            return ""
+        said, _ = chunks(heard.said, self.now.scene, self.current.positions)
+        if said and said[0].text.lower() in FURTHER:
+            return "It may be a further change."
+        before = (one.kind == "never" for one, other in pairwise(said) if _is_of(edit, other))
+        if any(before):
+            return f"{number(edit.quantity.value)} is what it should not be."
+        about = {name for frame in (*heard.frames, *result.frames) for name in frame.named}
+        if any(chunk.kind == "OBJ" and not about & set(chunk.names) for chunk in said):
+            return "It may be about the object, not about the change."
+        if heard.said.rstrip().endswith("?"):
+            return "It is a question."
+        bare = all(chunk.q is None or not chunk.q.unit for chunk in said)
+        strange = bare and any(chunk.kind == "unknown" for chunk in said)
+        values = {p.name: float(p.value) for p in self._results[-1].parameters}
+        pairs = [(values[p.name], float(p.value)) for p in result.parameters if values.get(p.name)]
+        far = [new for old, new in pairs if new and not 1 / FAR <= abs(new / old) <= FAR]
+        return f"{number(far[0])} is far from what it was." if strange and far else ""
+
     def _without(self, heard: Heard, turn: int) -> Interpretation:
         """All turns but one, on the original."""
         kept = [result for i, result in enumerate(self._results) if i != turn]
@@ -473,6 +521,11 @@ class DialogueState:
             changes=compare(self.current, after, self.now.scene),
             writer=WriterInfo("feedback", reason="it was feedback"),
         )
+
+
+def _is_of(edit: Set, chunk: Chunk) -> bool:
+    """Whether a number is the one that an edit took."""
+    return chunk.q is not None and chunk.q.value == edit.quantity.value
 
 
 def _frames(results: Sequence[Adaptation]) -> tuple[tuple[SemanticFrame, ...], dict[str, Quantity]]:

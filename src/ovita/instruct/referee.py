@@ -513,11 +513,19 @@ def _wish_left(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.Sem
         if chunk.kind not in ("and", "dot", "comma"):
             words.append(chunk)
             continue
-        if opened and any(c.kind == "unknown" for c in words) and all(c.kind in UNKNOWN | {"OBJ"} for c in words):
+        if opened and any(map(_is_wish, words)) and all(c.kind in UNKNOWN | {"OBJ", "path", "slight"} for c in words):
             return f"{' '.join(c.text for c in words)!r} has no place in it."
         opened, words = chunk.kind == "and", []
     return ""
 
+
+def _is_wish(chunk: Chunk) -> bool:
+    """Whether a word may ask for something that no frame holds: one that is unknown, or "dance"."""
+    return chunk.kind == "unknown" or (chunk.kind == "path" and chunk.text.lower().split()[-1] not in OWN_NAMES)
+
+
+OWN_NAMES = frozenset("path trajectory route way track line course motion movement it waypoints points".split())
+"""What the path is called, which asks for nothing by itself."""
 
 TURNING = frozenset("rotate turn tilt spin flip open close point".split())
 HANDLING = TURNING | frozenset(
