@@ -20,7 +20,7 @@ spec.loader.exec_module(check)
 def test_what_is_printed_is_read_back():
     """Over the whole corpus: some thousand frames and edits of many voices."""
     seen = 0
-    for path in (p for p in sorted(CORPUS.glob("*/*.txt")) if p.parent.name != "generation"):  # no frames there
+    for path in (p for p in sorted(CORPUS.glob("*/*.txt")) if p.parent.name not in ("generation", "ways")):
         for line in check.examples(path):
             assert not line.problem, f"{path.name}:{line.number}: {line.problem}"
             assert same(parse(show(line.frames), line.objects), line.frames), line.reading

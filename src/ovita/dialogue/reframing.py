@@ -388,9 +388,10 @@ class DialogueState:
             return "It is a question."
         bare = all(chunk.q is None or not chunk.q.unit for chunk in said)
         strange = bare and any(chunk.kind == "unknown" for chunk in said)
-        values = {p.name: float(p.value) for p in self._results[-1].parameters}
-        pairs = [(values[p.name], float(p.value)) for p in result.parameters if values.get(p.name)]
-        far = [new for old, new in pairs if new and not 1 / FAR <= abs(new / old) <= FAR]
+        values = {p.name: p.value for p in self._results[-1].parameters}
+        pairs = [(values.get(p.name), p.value) for p in result.parameters]
+        amounts = [(old, new) for old, new in pairs if isinstance(old, int | float) and isinstance(new, int | float)]
+        far = [new for old, new in amounts if old and new and not 1 / FAR <= abs(new / old) <= FAR]
         return f"{number(far[0])} is far from what it was." if strange and far else ""
 
     def _without(self, heard: Heard, turn: int) -> Interpretation:

@@ -159,7 +159,7 @@ class Theatre:
         if self._probe() != self.probe:
             seen.append("a later policy was poisoned")
         workers = set(POOL.pids())
-        for _ in range(40):
+        for _ in range(400):
             strangers = [pid for pid in _descendants(workers) if pid not in workers]
             if len(strangers) <= len(workers):  # each worker keeps one child ready
                 break
