@@ -8,6 +8,8 @@ from dataclasses import dataclass, field, fields, replace
 from functools import cache
 from typing import TYPE_CHECKING, Any, Literal, get_type_hints
 
+import numpy as np
+
 from ovita.errors import FormatError, MissingExtra, RequestError, TrajectoryError
 from ovita.instruct.frames import SemanticFrame, from_json, to_json
 from ovita.io import atomic_write, load_document, save_document, scene_dict, trajectory_rows
@@ -42,6 +44,9 @@ Status = Literal[
 
 PICTURES = (".png", ".svg", ".pdf", ".html")
 """Endings of the files that pictures are written to."""
+
+TOLD_SHARE = 0.2
+"""A waypoint that the limits move by this share of the path's extent is told in the first line."""
 
 _TRAJECTORIES = ("original", "adapted", "proposed")
 """Fields that documents hold as rows of numbers."""
@@ -257,11 +262,23 @@ class Adaptation:
         if self.constraints is None or self.constraints.status == "off":
             return "Done, but the limits were only measured, and not all of them are kept."
         taken = [f"{p.undone:.0%} of '{p.text}'" for p in self.postconditions if p.undone and p.undone > 0.005]
-        lost = f": they took back {', '.join(taken)}." if taken else "."
+        moved = self._moved_by_limits()
+        said = [f"they took back {', '.join(taken)}"] * bool(taken) + [f"moved the path by up to {moved:.2f} m"] * (
+            moved > 0
+        )
+        lost = f": {'they ' * (not taken)}{' and '.join(said)}." if said else "."
         if self.constraints.status == "preexisting":
-            also = f" It was changed by the limits{lost}" if taken else ""
+            also = f" It was changed by the limits{lost}" if said else ""
             return f"Done, but the path breaks a limit that the original path broke already.{also}"
         return f"Done, but changed by the limits{lost}"
+
+    def _moved_by_limits(self) -> float:
+        """How far the limits moved a waypoint at most [m]; 0 where that is little beside the path."""
+        if self.proposed is None or self.adapted is None or len(self.proposed) != len(self.adapted):
+            return 0.0
+        far = float(np.linalg.norm(self.proposed.positions - self.adapted.positions, axis=1).max())
+        size = float(np.ptp(self.proposed.positions, axis=0).max())
+        return far if far > TOLD_SHARE * size else 0.0
 
     def _understood(self, proposal: Adaptation) -> str:
         """The reading in plain words, what it leaves out, why it is not certain, and how it would come out."""
