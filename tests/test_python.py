@@ -232,3 +232,8 @@ def test_limits_in_a_scenes_text_that_nobody_enforces_are_named():
     said = ov.Scene(constraints_text="z >= 0.1, v_max = 0.5")
     told = [line for line in up(ov.Task(PATH, said)).assumptions if "not enforced" in line]
     assert len(told) == 1 and "0.1" in told[0] and "0.5" in told[0]
+
+
+def test_the_first_line_says_how_far_limits_moved_the_path():
+    result = ov.adapt([[0.3, 0, 0.3], [0.6, 0.1, 0.3], [1.0, 0.2, 0.3]], "go left by 0.1", robot="arm")
+    assert result.status == "limited" and "moved the path by up to 0.26 m" in result.message

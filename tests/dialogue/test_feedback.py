@@ -338,3 +338,37 @@ def test_a_models_knob_called_a_distance_is_still_known_by_its_direction():
     session = Session(PATH, SCENE, writer=Model(code))
     session.say("frobnicate")
     assert session.say("slightly more to the left").parameters[0].value == pytest.approx(0.25)
+
+
+@pytest.mark.parametrize(
+    ("said", "why"),
+    [
+        ("purple monkeys 1", "far from what it was"),
+        ("the cup is 4 cm tall", "about the object"),
+        ("3 knots, not 2", "should not be"),
+        ("also put the end up, 4 cm", "a further change"),
+    ],
+)
+def test_a_number_that_may_mean_something_else_is_shown_first(said, why):
+    session = after(("go left by 0.2",)).draft()
+    before = session.current
+    asked = session.say(said)
+    assert asked.status == "needs_confirmation" and why in " ".join(asked.warnings)
+    assert session.current == before == asked.adapted
+    assert session.say("no").status != "done" or session.current == before
+
+
+@pytest.mark.parametrize(
+    "said", ["no, 0.3", "make it 30 cm", "Regulations say 30 cm", "0.3 please, the cat is watching"]
+)
+def test_a_plain_number_is_taken_at_once(said):
+    session = after(("go left by 0.2",)).draft()
+    session.say(said)
+    assert session.pending is None
+    assert np.allclose(session.current.positions - PATH.positions, [-0.3, 0, 0], atol=1e-6)
+
+
+@pytest.mark.parametrize("wish", ["dance", "sing", "do a little dance"])
+def test_a_wish_that_no_frame_holds_is_not_passed_over(wish):
+    asked = Session(PATH, SCENE, writer="builtin").say(f"go left by 0.05 and {wish}")
+    assert asked.status == "needs_confirmation"
