@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from ovita.augment.shards import read_samples
+from ovita.augment import formats
 from ovita.baselines.latte import OBJECTS, WAYPOINTS, PathBox, Seen, seen
 from ovita.bench.expected import expected
 from ovita.bench.generate import SETTINGS, random_scene
@@ -340,7 +340,7 @@ def augmented(folder: Path, n: int) -> Samples:
 
 
 def _wordings_of(folder: Path) -> Iterator[dict[str, Any]]:
-    for sample in read_samples(folder):
+    for sample in formats.read(folder):
         scene = sample.task.scene
         found = changed(sample.task.trajectory, sample.adapted, scene) if len(scene) <= OBJECTS else None
         if sample.split == "train" and found is not None:
