@@ -135,31 +135,48 @@ def read_route(sentence: str, scene: Scene) -> Route:
     stops = [_said(text, phrase) for phrase in phrases if phrase.role in ("start", "via", "goal")]
     stops, sure = _completed(stops + _waited(text, phrases, stops))
     start, via, goal = _ordered(_corrected(stops))
-    wishes: list[Wish] = []
-    level: Level | None = None
-    fastest = False
-    for phrase in phrases:
-        words = _words(text, phrase)
-        if phrase.role == "wait":
-            wishes += _wait(text, phrase, stops, goal)
-        elif phrase.role == "wish" and level is None and (found := read_level(words)) is not None:
-            level = found
-        elif phrase.role == "wish" and HASTE & set(words) and FASTEST & set(words) and not _amounts(words):
-            fastest = True
-        elif phrase.role == "wish" and any(map(str.isalnum, "".join(words))):
-            wishes += _wishes(_bare(_text(text, phrase)), scene)
+    wishes, level, fastest = _asked(text, phrases, stops, goal)
     passed, left = _passed_over(text, phrases)
-    doubts = ["It is not certain what starts, what is passed and what ends the way."] if sure < SURE else []
     named = {item.name for stop in (start, *via, goal) if stop is not None for item in stop.objects}
     named |= {name for wish in wishes for frame in wish.frames for name in frame.named}
     told = " ".join((*left, *passed)).lower()
     left += [item for item in _mentioned(text) if item not in named and item.lower() not in told]
-    doubts += [f"Nothing is done about {quoted([words])}." for words in left]
-    notes = (*text.notes, *(f"took {words!r} as {why}" for words, why in passed.items()))
+    doubts = ["It is not certain what starts, what is passed and what ends the way."] if sure < SURE else []
     known: dict[Role | None, bool] = {"start": start is not None, "goal": goal is not None}
     unknown = [stop.lacking for stop in stops if stop.lacking and not known.get(stop.phrase.role, False)]
-    return Route(start, goal, via, tuple(wishes), notes, tuple(dict.fromkeys(unknown)), tuple(scene.names), fastest,
-                 level, tuple(doubts))  # fmt: skip
+    return Route(
+        start,
+        goal,
+        via,
+        wishes,
+        notes=(*text.notes, *(f"took {words!r} as {why}" for words, why in passed.items())),
+        unknown=tuple(dict.fromkeys(unknown)),
+        names=tuple(scene.names),
+        fastest=fastest,
+        level=level,
+        doubts=(*doubts, *(f"Nothing is done about {quoted([words])}." for words in left)),
+    )
+
+
+def _asked(
+    text: Text, phrases: Sequence[TaggedPhrase], stops: Sequence[_Said], goal: Location | None
+) -> tuple[tuple[Wish, ...], Level | None, bool]:
+    """What is asked for besides the places: wishes and waits, a height to plan at, and whether to go at full speed."""
+    wishes: list[Wish] = []
+    level: Level | None = None
+    fastest = False
+    for phrase in (one for one in phrases if one.role in ("wish", "wait")):
+        words = _words(text, phrase)
+        height = read_level(words) if phrase.role == "wish" and level is None else None
+        if phrase.role == "wait":
+            wishes += _wait(text, phrase, stops, goal)
+        elif height is not None:
+            level = height
+        elif HASTE & set(words) and FASTEST & set(words) and not _amounts(words):
+            fastest = True
+        elif any(map(str.isalnum, "".join(words))):
+            wishes += _wishes(_bare(_text(text, phrase)), text.scene)
+    return tuple(wishes), level, fastest
 
 
 def _mentioned(text: Text) -> list[str]:
