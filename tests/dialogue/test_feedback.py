@@ -372,3 +372,9 @@ def test_a_plain_number_is_taken_at_once(said):
 def test_a_wish_that_no_frame_holds_is_not_passed_over(wish):
     asked = Session(PATH, SCENE, writer="builtin").say(f"go left by 0.05 and {wish}")
     assert asked.status == "needs_confirmation"
+
+
+@pytest.mark.parametrize("said", ["slow down to 0 near the cup", "slow down to zero near the cup"])
+def test_a_speed_of_zero_in_a_part_is_asked_about(said):
+    asked = Session(PATH, SCENE, writer="builtin").say(said)
+    assert asked.status == "needs_clarification" and "never arrive" in asked.question

@@ -580,7 +580,10 @@ def _limits(frame: F.SemanticFrame, kinds: frozenset[str]) -> bool:
 def _values(frame: F.SemanticFrame) -> set[float]:
     """The numbers that a frame holds, in SI, also as shares, counts from 1 and means of two."""
     found = [q.value for q in frame.quantities.values()] + _of_part(frame.part)
-    found += [float(getattr(frame, "number", 0))]
+    number = getattr(frame, "number", None)
+    found += [] if number is None else [float(number)]
+    brakes = isinstance(frame, F.Pace) and frame.change == "rampdown" and not frame.part
+    found += [0.0] if brakes else []  # "slow down to zero"
     for slot in fields(frame):
         value = getattr(frame, slot.name)
         found += [value.value] if isinstance(value, F.Quantity) else []
