@@ -18,16 +18,16 @@ spec.loader.exec_module(check)
 
 
 def test_what_is_printed_is_read_back():
-    """Over the whole corpus: some thousand frames and edits of many voices."""
+    """Over every fourth voice of the corpus: some thousand frames and edits."""
     seen = 0
-    for path in (p for p in sorted(CORPUS.glob("*/*.txt")) if p.parent.name not in ("generation", "ways")):
+    for path in [p for p in sorted(CORPUS.glob("*/*.txt")) if p.parent.name not in ("generation", "ways")][::4]:
         for line in check.examples(path):
             assert not line.problem, f"{path.name}:{line.number}: {line.problem}"
             assert same(parse(show(line.frames), line.objects), line.frames), line.reading
             printed = show(line.edits)
             assert show(parse_edits(printed, line.objects)) == printed, line.reading
             seen += len(line.frames) + len(line.edits)
-    assert seen > 6000
+    assert seen > 3000
 
 
 def test_quantities_are_in_si_and_keep_what_was_said():
