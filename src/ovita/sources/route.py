@@ -26,7 +26,6 @@ SURE = 0.6
 """How likely the roles of the places have to be, among all that they might have, to be planned without asking."""
 
 BACK = frozenset("back return returning returns home again".split())
-HERE = frozenset("here current now where".split())
 FASTEST = frozenset("possible can allowed asap throttle flat top full maximum max".split())
 """With a word of haste, these ask for the robot's highest speed."""
 
