@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check -q
 WORKERS ?= 2
 
-.PHONY: help install dev demo test test-browser check lowest release format train bench compare clean
+.PHONY: help install dev demo test test-browser check lowest release docs format train bench compare clean
 
 help: ## list the commands
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -49,6 +49,13 @@ BASE ?=
 release: $(VENV)/.dev ## dry run of a release: packages, their own tests, bill of materials; uploads nothing
 	$(BIN)/python .ci/release.py --base "$(BASE)"
 
+$(VENV)/.docs: $(VENV)/.demo
+	$(PIP) install -c constraints.txt -e '.[docs]'
+	@touch $@
+
+docs: $(VENV)/.docs ## build the site of the documentation into site/, strictly; it asks no network, nor do its readers
+	$(BIN)/python .ci/docs.py
+
 format: $(VENV)/.dev ## format the code
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
@@ -78,4 +85,4 @@ compare: $(VENV)/.dev ## the paper's comparison: every system on DATASET (see do
 	$(BIN)/ovita bench run $(DATASET) --writer all --out bench-comparison
 
 clean: ## remove the virtual environment and caches
-	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache .hypothesis ovita-demo
+	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache .hypothesis ovita-demo site build/pages
