@@ -1,7 +1,7 @@
 """Build the site of the documentation into site/, strictly: a link that leads nowhere ends it.
 
-The pages are docs/, with the README as the first of them and what contributors and upgraders read beside it. The site asks
-nobody for anything: no font, script or picture comes from elsewhere, and the search runs from a folder of files, too.
+The pages are docs/, with the README as the first of them and what contributors and upgraders read beside it. The site
+asks nobody for anything: no font, script or picture comes from elsewhere, and the search runs from a folder, too.
 
     make docs
 """
@@ -65,7 +65,7 @@ class _Page(HTMLParser):
 
 
 def faults(site: Path) -> Iterator[str]:
-    """What a reader without a network would miss: links and pictures that lead nowhere, and what comes from elsewhere."""
+    """What a reader without a network misses: links and pictures that lead nowhere, and what comes from elsewhere."""
     pages = {path.resolve(): _Page(path.read_text(encoding="utf-8")) for path in site.rglob("*.html")}
     for path, shown in pages.items():
         for address in shown.loads:

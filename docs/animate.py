@@ -15,7 +15,7 @@ from ovita.plots import figure
 
 ROOT = Path(__file__).parents[1]
 SAID = ("Go left by 0.2", "Slow down near the cup", "Pass over the bottle")
-WIDTH, TYPED, MOVED, REST = 620, 5, 8, 12
+WIDTH, TYPED, MOVED, REST = 760, 5, 8, 12
 
 
 def frames(task: ov.Task) -> list[tuple[ov.Trajectory, str, int]]:
@@ -45,11 +45,21 @@ def drawn(task: ov.Task, now: ov.Trajectory, title: str) -> Image.Image:
     return Image.fromarray(np.asarray(picture.canvas.buffer_rgba())[..., :3])
 
 
+def without_blanks(pictures: list[Image.Image], kept: int = 14) -> list[Image.Image]:
+    """The pictures without the broad bands that are blank in all of them."""
+    shade = np.array([np.asarray(picture).min(axis=2).min(axis=1) for picture in pictures]).min(axis=0)
+    blank = shade > 240
+    run = np.array([np.argmax(~np.append(blank[i::-1], False)) for i in range(len(blank))])
+    return [Image.fromarray(np.asarray(picture)[run < kept]) for picture in pictures]
+
+
 def main() -> None:
+    """Do it."""
     task = ov.load(ROOT / "src" / "ovita" / "data" / "tabletop.json")
     shown = frames(task)
-    last = drawn(task, shown[-1][0], shown[-1][1]).quantize(48)
-    pictures = [drawn(task, now, title).quantize(palette=last, dither=Image.Dither.NONE) for now, title, _ in shown]
+    pictures = without_blanks([drawn(task, now, title) for now, title, _ in shown])
+    palette = pictures[-1].quantize(48)
+    pictures = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures]
     path = ROOT / "docs" / "images" / "adapt.gif"
     times = [time for *_, time in shown]
     pictures[0].save(path, save_all=True, append_images=pictures[1:], duration=times, loop=0, optimize=True)

@@ -75,6 +75,12 @@ def ros_path():
 def test_every_question_of_a_newcomer_has_an_answer():
     assert len(ANSWERS) == 14
     assert all(BLOCK.search(text) for text in ANSWERS.values())
+    tests = dict(re.findall(r"^\| \[(.*?)\]\(#.*?\) \| `(test_\w+)` \|$", PAGE, re.MULTILINE))
+    assert list(tests) == list(ANSWERS)
+    source = Path(__file__).read_text(encoding="utf-8")
+    for title, test in tests.items():
+        body = re.search(rf"^def {test}\(.*?(?=^def |\Z)", source, re.MULTILINE | re.DOTALL)
+        assert body and f'answered("{title}")' in body[0], f"{test} does not run the snippets of {title!r}"
 
 
 def test_numpy(bench):

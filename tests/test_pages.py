@@ -1,4 +1,4 @@
-"""The pages keep their word: snippets run or are at least real, links lead somewhere, figures are those that were measured."""
+"""The pages keep their word: snippets run or are at least real, links lead somewhere, figures were measured."""
 
 import ast
 import importlib
@@ -89,7 +89,11 @@ def test_every_name_that_python_on_a_page_imports_is_there(name):
             if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "ovita":
                 module = importlib.import_module(node.module)
                 assert all(hasattr(module, alias.name) for alias in node.names), f"{name}: {ast.unparse(node)}"
-            if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in ("ov", "ovita"):
+            if (
+                isinstance(node, ast.Attribute)
+                and isinstance(node.value, ast.Name)
+                and node.value.id in ("ov", "ovita")
+            ):
                 assert hasattr(ov, node.attr), f"{name}: ovita.{node.attr}"
 
 
