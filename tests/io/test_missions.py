@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from ovita.errors import FormatError, TrajectoryError
 from ovita.io import Choices, load_task, missions, save_task, save_trajectory
-from ovita.io.geodesy import Home, to_geodetic, to_local
+from ovita.io.geodesy import Home, on_earth, to_geodetic, to_local
 from ovita.io.missions import Item, Mission, mission_from, numbered
 from ovita.paths.frame import Frame
 from ovita.paths.scene import Scene, SceneObject
@@ -91,12 +91,12 @@ def items_of(path):
 
 def test_a_plan_becomes_local_metres_with_its_speeds_and_holds(task):
     path = task.trajectory
-    assert len(path) == 4 + 25 and path.timestep == 0.1
-    stations = [0, 1, 27, 28]
+    assert len(path) == 4 + 25 + 1 and path.timestep == 0.1
+    stations = [0, 1, 28, 29]
     expected = [[10, 0, 20], [40, 10, 25], [60, 40, 25], [80, 40, 20]]
     np.testing.assert_allclose(path.positions[stations], expected, atol=2e-3)
     np.testing.assert_allclose(path.positions[stations][:3, 2], [20, 25, 25], atol=1e-3)
-    assert path.speeds[stations].tolist() == [4, 6.5, 6.5, 6.5] and (path.speeds[2:27] == 0).all()
+    assert (path.speeds[[0, 1, 27, 28, 29]] == 6.5).all() and (path.speeds[2:27] == 0).all()
     assert task.scene.frame == Frame("rfu") and task.fixed_frame
     kept = next(note for note in task.notes if note.startswith("kept untouched"))
     for name in ("NAV_TAKEOFF (item 1)", "DO_MOUNT_CONTROL (item 5)", "pattern (item 8)", "NAV_RETURN_TO_LAUNCH"):
@@ -116,24 +116,24 @@ def test_an_unchanged_plan_is_written_back_to_the_letter(task, tmp_path):
 
 def test_only_what_changed_is_written_anew(task, tmp_path):
     positions, speeds = task.trajectory.positions.copy(), task.trajectory.speeds.copy()
-    positions[27] += [0, 0, 3]
-    speeds[28] = 2.25
+    positions[28] += [0, 0, 3]
+    speeds[29] = 2.25
     save_task(tmp_path / "b.plan", replace(task, trajectory=task.trajectory.with_(positions=positions, speeds=speeds)))
     items, before = items_of(tmp_path / "b.plan"), PLAN["mission"]["items"]
     assert items[:6] == before[:6] and items[7:9] == before[7:9] and items[11] == before[10]
     assert items[6]["params"][6] == pytest.approx(28, abs=1e-6) == items[6]["Altitude"]
     assert items[6]["params"][:4] == [0, 0, 0, None] and items[6]["doJumpId"] == 7
     np.testing.assert_allclose(items[6]["params"][4:6], before[6]["params"][4:6], atol=1e-9)
-    assert items[9]["command"] == 178 and items[9]["params"][:3] == [1, 2.25, -1] and items[9]["doJumpId"] == 11
+    assert items[9]["command"] == 178 and items[9]["params"][:3] == [1, (6.5 + 2.25) / 2, -1] and items[9]["doJumpId"] == 11
     assert items[10] == before[9]
     back = load_task(tmp_path / "b.plan").trajectory
     np.testing.assert_allclose(back.positions, positions, atol=1e-6)
-    assert (back.speeds == speeds).all()
+    assert back.duration == pytest.approx(task.trajectory.with_(positions=positions, speeds=speeds).duration)
 
 
 def test_speed_commands_and_holds_are_changed_in_place(task, tmp_path):
     path = task.trajectory
-    keep = np.r_[0:2, 7:29]
+    keep = np.r_[0:2, 7:30]
     shorter = Trajectory(path.positions[keep], np.where(path.speeds == 6.5, 3.0, path.speeds)[keep], None, 0.1)
     save_task(tmp_path / "b.plan", replace(task, trajectory=shorter))
     items, before = items_of(tmp_path / "b.plan"), copy.deepcopy(PLAN["mission"]["items"])
@@ -146,14 +146,14 @@ def test_speed_commands_and_holds_are_changed_in_place(task, tmp_path):
 def test_inserted_and_removed_waypoints_carry_other_items_along(task, tmp_path):
     path = task.trajectory
     middle = (path.positions[0] + path.positions[1]) / 2
-    longer = Trajectory(np.insert(path.positions, 1, middle, axis=0), np.insert(path.speeds, 1, 4.0))
+    longer = Trajectory(np.insert(path.positions, 1, middle, axis=0), np.insert(path.speeds, 1, 6.5))
     notes = save_task(tmp_path / "b.plan", replace(task, trajectory=longer))
     assert any("5 waypoints instead of 4" in note for note in notes)
     items = items_of(tmp_path / "b.plan")
-    assert [i.get("command") for i in items] == [22, 16, 16, 178, 16, 205, 2000, 16, None, 177, 16, 20]
-    assert items[:2] == PLAN["mission"]["items"][:2] and items[4:] == PLAN["mission"]["items"][3:]
-    assert items[2]["doJumpId"] == 11 and items[2]["params"][0] == 0
-    fewer = Trajectory(path.positions[[0, 27, 28]], path.speeds[[0, 27, 28]])
+    assert [i.get("command") for i in items] == [22, 16, 178, 16, 178, 16, 205, 2000, 16, None, 177, 16, 20]
+    assert items[:2] == PLAN["mission"]["items"][:2] and items[5:] == PLAN["mission"]["items"][3:]
+    assert items[3]["doJumpId"] == 12 and items[3]["params"][0] == 0
+    fewer = Trajectory(path.positions[[0, 28, 29]], path.speeds[[0, 28, 29]])
     save_task(tmp_path / "c.plan", replace(task, trajectory=fewer))
     items = items_of(tmp_path / "c.plan")
     assert [i.get("command") for i in items if i.get("command") != 178] == [22, 16, 205, 2000, 16, None, 177, 16, 20]
@@ -163,8 +163,8 @@ def test_inserted_and_removed_waypoints_carry_other_items_along(task, tmp_path):
 def test_waypoint_text_both_ways(tmp_path):
     (tmp_path / "a.waypoints").write_text(WPL)
     task = load_task(tmp_path / "a.waypoints")
-    assert len(task.trajectory) == 3 + 15 + 40
-    assert task.trajectory.speeds[[0, 16, -1]].tolist() == [5, 3.5, 3.5]
+    assert len(task.trajectory) == 3 + 15 + 40 + 2
+    assert task.trajectory.speeds[[0, 16, -1]].tolist() == [3.5, 3.5, 3.5]
     save_task(tmp_path / "b.txt", task)
     written = [[float(c) for c in line.split()] for line in (tmp_path / "b.txt").read_text().splitlines()[1:]]
     assert written == [[float(c) for c in line.split()] for line in WPL.splitlines()[1:]]
@@ -172,7 +172,7 @@ def test_waypoint_text_both_ways(tmp_path):
     save_task(tmp_path / "c.plan", task)
     assert load_task(tmp_path / "c.plan").trajectory == task.trajectory
     positions = task.trajectory.positions.copy()
-    positions[16:57] += [1, 2, 3]
+    positions[17:59] += [1, 2, 3]
     save_task(tmp_path / "d.wpl", replace(task, trajectory=task.trajectory.with_(positions=positions)))
     back = load_task(tmp_path / "d.wpl").trajectory
     np.testing.assert_allclose(back.positions, positions, atol=1e-7)
@@ -224,13 +224,14 @@ def test_a_new_mission_needs_a_home(tmp_path):
 def test_rest_is_no_speed_that_can_be_commanded(tmp_path):
     path = Trajectory([[0, 0, 5], [4, 0, 5], [8, 0, 5]], [0, 2, 0])
     notes = save_trajectory(tmp_path / "a.plan", path, choices=Choices(home=HOME))
-    assert any("no mission can command a speed of 0" in note for note in notes)
+    assert any("one speed for each leg; it got the mean" in note for note in notes)
     speeds = [item["params"][1] for item in items_of(tmp_path / "a.plan") if item["command"] == 178]
-    assert speeds == [2.0, 1.0]
+    assert speeds == [1.0]
     still = Trajectory([[0, 0, 5], [4, 0, 5], [8, 0, 5], [9, 0, 5]], [0, 0, 0, 2])
-    save_trajectory(tmp_path / "b.plan", still, choices=Choices(home=HOME))
+    notes = save_trajectory(tmp_path / "b.plan", still, choices=Choices(home=HOME))
+    assert any("no mission can command a speed of 0" in note for note in notes)
     speeds = [item["params"][1] for item in items_of(tmp_path / "b.plan") if item["command"] == 178]
-    assert speeds == [2.0]
+    assert speeds == [5.0, 1.0]
 
 
 @given(
@@ -254,8 +255,10 @@ def test_round_trips(stations, text):
         if text
         else missions.parse_plan(missions.dumps_plan(mission, "f"), "f")
     )
-    np.testing.assert_allclose(back.trajectory.positions, positions, atol=1e-6)
-    assert (back.trajectory.speeds == speeds).all()
+    before, after = missions.gathered(on_earth(path, Scene())), missions.gathered(back.trajectory)
+    np.testing.assert_allclose([w.position for w in after], [w.position for w in before], atol=1e-6)
+    np.testing.assert_allclose([w.hold for w in after], [w.hold for w in before])
+    assert back.trajectory.duration == pytest.approx(path.duration, rel=0.02)
 
 
 @given(st.data())
@@ -283,8 +286,10 @@ def test_whatever_is_edited_comes_out_and_the_rest_stays(data):
         return
     written = json.loads(missions.dumps_plan(mission_from(path, task.scene, None)[0], "f"))
     back = missions.parse_plan(json.dumps(written), "f").trajectory
-    np.testing.assert_allclose(back.positions, path.positions, atol=1e-6)
-    assert (back.speeds == path.speeds).all() and back.timestep == 0.1
+    before, after = missions.gathered(path), missions.gathered(back)
+    np.testing.assert_allclose([w.position for w in after], [w.position for w in before], atol=1e-6)
+    assert [w.hold for w in after] == pytest.approx([w.hold for w in before]) and back.timestep == 0.1
+    assert back.duration == pytest.approx(path.duration, rel=0.05)
     others = [[i for i in d["mission"]["items"] if i.get("command") not in (16, 178)] for d in (PLAN, written)]
     assert others[0] == others[1]
     jumps = [item["doJumpId"] for item in written["mission"]["items"] if "doJumpId" in item]
@@ -296,8 +301,8 @@ def test_whatever_is_edited_comes_out_and_the_rest_stays(data):
 
 def _stations(path):
     """Positions, speeds and dwell counts of the waypoints that are no dwells."""
-    dwell = np.concatenate([[False], (np.diff(path.positions, axis=0) == 0).all(axis=1) & (path.speeds[1:] == 0)])
-    starts = np.flatnonzero(~dwell)
+    stays = (np.diff(path.positions, axis=0) == 0).all(axis=1)
+    starts = np.flatnonzero(~np.concatenate([[False], stays]))
     return path.positions[starts], path.speeds[starts], np.diff([*starts, len(path)]) - 1
 
 

@@ -46,6 +46,9 @@ GLOBAL, RELATIVE = 0, 3
 DEFAULT_SPEED = 5.0
 """Speed of a mission that says none [m/s]; the default of PX4 and of QGroundControl's plans."""
 
+LEAST_SPEED = 0.2
+"""Slowest speed that a mission is made to command [m/s]: the least that ArduPilot's WPNAV_SPEED may be."""
+
 
 @dataclass(frozen=True)
 class Item:
@@ -141,6 +144,8 @@ _ABOVE_HOME = (RELATIVE, 6)
 _TERRAIN = (10, 11)
 _LOCAL_NED, _LOCAL_ENU = 1, 4
 _MOST_DWELLS = 20_000
+_HERE = 1e-9
+_SAME_SPEED = 0.005
 _AIR_OR_GROUND = (0.0, 1.0)
 
 
@@ -194,28 +199,73 @@ def task_of(mission: Mission, file: str, setting: str = "") -> Task:
 
 
 def expanded(waypoints: Sequence[MissionWaypoint]) -> tuple[Trajectory, tuple[str, ...]]:
-    """A trajectory with a dwell for every timestep of a hold, and remarks."""
+    """A trajectory that takes as long as the mission is commanded to, and remarks.
+
+    A hold is a dwell for each of its timesteps, and one more waypoint from which the path goes on at speed. Where the
+    commanded speed changes, the waypoint's speed lies between the two, so that both legs together last as long.
+    """
     holds = [waypoint.hold for waypoint in waypoints]
     timestep = _timestep(holds)
     counts = [round(hold / timestep) for hold in holds]
     off = max(abs(n * timestep - hold) for n, hold in zip(counts, holds, strict=True))
     notes = (f"holds were rounded to {timestep:g} s",) if off > 1e-6 else ()
-    repeats = [n + 1 for n in counts]
+    arrivals, departures = _speeds(waypoints, counts)
+    last = len(waypoints) - 1
+    repeats = [1 + n + (n > 0 and j < last) for j, n in enumerate(counts)]
     positions = np.repeat(np.array([waypoint.position for waypoint in waypoints]), repeats, axis=0)
-    speeds = np.concatenate([[s.speed, *[0.0] * n] for s, n in zip(waypoints, counts, strict=True)])
+    rows = zip(arrivals, counts, departures, repeats, strict=True)
+    speeds = np.concatenate([[a, *[0.0] * n, d][:rows_] for a, n, d, rows_ in rows])
     return Trajectory(positions, speeds, None, timestep), notes
 
 
+def _speeds(waypoints: Sequence[MissionWaypoint], counts: Sequence[int]) -> tuple[list[float], list[float]]:
+    """Speeds of arrival at each waypoint, and of departure [m/s]; they differ only at holds."""
+    commanded = [waypoint.speed for waypoint in waypoints[1:]]
+    lengths = np.linalg.norm(np.diff([waypoint.position for waypoint in waypoints], axis=0), axis=1).tolist()
+    arrivals, departures, owed = [commanded[0]], [commanded[0]], 0.0
+    for j, (a, b) in enumerate(zip(commanded, [*commanded[1:], commanded[-1]], strict=True), start=1):
+        before, after = lengths[j - 1], lengths[j] if j < len(lengths) else 0.0
+        together = a == b or counts[j] or before * after == 0.0
+        time = owed + before / a + after / b
+        arrivals.append(a if together else _between(departures[-1], a, b, before, after, time))
+        owed += before / a - 2.0 * before / (departures[-1] + arrivals[-1])
+        departures.append(b if together else arrivals[-1])
+    return arrivals, departures
+
+
+def _between(start: float, a: float, b: float, before: float, after: float, time: float) -> float:
+    """The speed [m/s], from a to b, between two legs that makes them last a time [s] together.
+
+    The first begins at `start`, the second ends at b; `before` and `after` are their lengths [m].
+    """
+    half = (time * (start + b) - 2.0 * (before + after)) / (2.0 * time)
+    product = start * b - 2.0 * (before * b + after * start) / time
+    return min(max(math.sqrt(max(half * half - product, 0.0)) - half, min(a, b)), max(a, b))
+
+
 def gathered(trajectory: Trajectory) -> list[MissionWaypoint]:
-    """The waypoints of a trajectory in metres east, north, up: every waypoint that is no dwell."""
-    ds = np.diff(trajectory.positions, axis=0)
-    dwell = np.concatenate([[False], (ds == 0).all(axis=1) & (trajectory.speeds[1:] == 0)])
-    starts = np.flatnonzero(~dwell)
-    counts = np.diff(np.concatenate([starts, [len(trajectory)]])) - 1
-    return [
-        MissionWaypoint(trajectory.positions[i], float(trajectory.speeds[i]), int(n) * trajectory.timestep)
-        for i, n in zip(starts, counts, strict=True)
-    ]
+    """The waypoints of a trajectory in metres east, north, up: dwells become holds, legs have their mean speeds.
+
+    The speed of a leg that asks for no time, since it is at rest at both ends, is 0.
+    """
+    here = np.linalg.norm(np.diff(trajectory.positions, axis=0), axis=1) <= _HERE
+    slow = trajectory.speeds <= _HERE
+    stays = np.concatenate([[False], here & (slow[1:] | slow[:-1])])
+    starts = np.flatnonzero(~stays)
+    ends = np.append(starts[1:], len(trajectory)) - 1
+    times, places = trajectory.times, trajectory.positions
+    found = [MissionWaypoint(places[0], 0.0, _hold(trajectory, 0, int(ends[0])))]
+    for last, i, end in zip(ends, starts[1:], ends[1:], strict=False):
+        length = float(np.linalg.norm(places[i] - places[last]))
+        rests = trajectory.speeds[last] + trajectory.speeds[i] <= _HERE
+        speed = 0.0 if rests else length / float(times[i] - times[last]) if length else float(trajectory.speeds[i])
+        found.append(MissionWaypoint(places[i], speed, _hold(trajectory, int(i), int(end))))
+    first = next((waypoint.speed for waypoint in found if waypoint.speed > 0), 0.0)
+    return [replace(found[0], speed=first), *found[1:]]
+
+
+def _hold(trajectory: Trajectory, first: int, last: int) -> float:
+    return int(np.count_nonzero(trajectory.speeds[first + 1 : last + 1] <= _HERE)) * trajectory.timestep
 
 
 def moved(item: Item, position: Array, home: Home) -> Item:
@@ -283,8 +333,10 @@ def mission_from(trajectory: Trajectory, scene: Scene, home: Home | None) -> tup
     notes = ["a mission holds no objects and no instruction"] if len(scene) else []
     if trajectory.orientations is not None:
         notes.append("a mission holds no orientations")
-    if any(s.speed == 0.0 for s in waypoints[1:]):
-        notes.append("no mission can command a speed of 0; a leg that ends at rest got its mean speed")
+    if any(s.speed == 0.0 for s in waypoints):
+        notes.append("no mission can command a speed of 0; a leg at rest from end to end keeps the speed in force")
+    if MISSION not in scene.extra and np.ptp(trajectory.speeds) > _SAME_SPEED:
+        notes.append("a mission has one speed for each leg; it got the mean, so that it lasts as long as the path says")
     if before is None:
         assert home is not None
         axes = "x of the ROS frame is east, y north" if ROS in scene.extra else "front is north, right is east"
@@ -309,9 +361,11 @@ def _merged(waypoints: Sequence[MissionWaypoint], before: Mission) -> tuple[list
     kept = {places[k]: k for k in reversed(range(len(old)))} | {places[k]: k for k in same}
     items: list[Item] = []
     in_force, frame = (before.speed, before.items[chosen[0]].frame) if chosen else (None, RELATIVE)
-    first = next((s.speed for s in waypoints if s.speed > 0), DEFAULT_SPEED)
+    speeds = _commands(waypoints, old, kept)
     for j, waypoint in enumerate(waypoints):
-        speed = _commanded(waypoints, j) or in_force or first
+        speed = speeds[j] or in_force or DEFAULT_SPEED
+        if in_force and abs(speed - in_force) <= _SAME_SPEED * in_force:
+            speed = in_force
         items += _at_speed(others[j], speed, in_force, before.speed)
         in_force = speed
         if j in kept:
@@ -384,17 +438,28 @@ def _shares(waypoints: Sequence[MissionWaypoint]) -> Array:
     return np.asarray(s / max(float(s[-1]), 1e-12))
 
 
-def _commanded(waypoints: Sequence[MissionWaypoint], j: int) -> float | None:
-    """The speed to command on the way to a waypoint [m/s]: its own, or the leg's mean where it ends at rest.
+def _commands(
+    waypoints: Sequence[MissionWaypoint], old: Sequence[MissionWaypoint], kept: Mapping[int, int]
+) -> list[float | None]:
+    """The speed to command on the way to each waypoint [m/s]; None for that in force.
 
-    None keeps the speed in force, where a leg is at rest at both ends.
+    A leg between two waypoints of the old mission scales its command as its mean speed changed.
     """
-    speed = waypoints[j].speed
-    if speed > 0.0:
-        return speed
-    if j == 0:
-        return waypoints[1].speed if len(waypoints) > 1 and waypoints[1].speed > 0.0 else None
-    return waypoints[j - 1].speed / 2.0 if waypoints[j - 1].hold == 0.0 and waypoints[j - 1].speed > 0.0 else None
+    told = gathered(expanded(old)[0]) if len(old) > 1 else []
+    found: list[float | None] = []
+    for j, waypoint in enumerate(waypoints):
+        k = kept.get(j, 0)
+        was = told[k].speed if 0 < k < len(told) and kept.get(j - 1) == k - 1 else 0.0
+        if was > 0.0 and abs(waypoint.speed - was) <= 1e-9 * was:
+            found.append(old[k].speed)
+        elif waypoint.speed > 0.0:
+            wanted = waypoint.speed * (old[k].speed / was if was > 0.0 else 1.0)
+            found.append(round(max(wanted, LEAST_SPEED), 6))
+        else:
+            found.append(None)
+    # The way to the first waypoint is no part of the path.
+    separate = bool(old) and kept.get(0) == 0 and old[0].speed != old[1].speed
+    return [old[0].speed if separate else found[1], *found[1:]]
 
 
 def _speed_item(speed: float) -> Item:
