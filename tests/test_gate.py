@@ -5,8 +5,10 @@ import os
 import stat
 
 import pytest
+from click.testing import CliRunner
 
 from ovita.chain import adapt
+from ovita.cli.gate_ import group
 from ovita.errors import FormatError
 from ovita.gate import default_log, explained, record, review
 from ovita.io.json_ import seal
@@ -170,6 +172,43 @@ def test_the_log_only_grows(tmp_path, monkeypatch):
     monkeypatch.delenv("XDG_STATE_HOME")
     monkeypatch.setenv("HOME", str(tmp_path))
     assert default_log() == tmp_path / ".local" / "state" / "ovita" / "sent.jsonl"
+
+
+@pytest.mark.parametrize(
+    ("change", "fault"),
+    [
+        (lambda lines: lines, ""),
+        (lambda lines: [lines[0], lines[1].replace(b"two", b"TWO"), *lines[2:]], "line 3 does not follow"),
+        (lambda lines: [lines[0], *lines[2:]], "line 2 does not follow"),
+        (lambda lines: lines[1:], "line 1 does not follow"),
+        (lambda lines: [*lines[:2], lines[1], *lines[2:]], "line 3 does not follow"),
+        (lambda lines: [lines[1], lines[0], *lines[2:]], "line 1 does not follow"),
+        (lambda lines: lines[:-1], "1 of 4 lines are missing at the end"),
+        (lambda lines: [*lines[:3], lines[3].replace(b"four", b"4our")], "the last line is another"),
+        (lambda lines: [*lines[:2], b"{", *lines[3:]], "line 3 does not follow"),
+    ],
+)
+def test_a_line_of_the_log_that_was_changed_removed_or_inserted_is_found(tmp_path, change, fault):
+    log = tmp_path / "sent.jsonl"
+    for word in ("one", "two", "three", "four"):
+        record(log, {"event": word})
+    log.write_bytes(b"".join(line + b"\n" for line in change(log.read_bytes().splitlines())))
+    said = CliRunner().invoke(group, ["log", "--log", str(log), "--verify"])
+    assert said.exit_code == (4 if fault else 0) and (fault or "4 lines, whole") in said.output
+
+
+def test_a_log_of_an_earlier_version_is_gone_on_with(tmp_path):
+    log = tmp_path / "sent.jsonl"
+    log.write_text('{"event":"old"}\n{"event":"older"}\n')
+    record(log, {"event": "new"})
+    said = CliRunner().invoke(group, ["log", "--log", str(log), "--verify"])
+    assert said.exit_code == 0 and "2 lines at the beginning are from an earlier version" in said.output
+    log.write_text(log.read_text().replace("older", "elder"))
+    assert CliRunner().invoke(group, ["log", "--log", str(log), "--verify"]).exit_code == 4
+    shown = CliRunner().invoke(group, ["log", "--log", str(log), "--last", "1"]).output
+    assert '"event": "new"' in shown and "previous" not in shown
+    (tmp_path / "sent.jsonl.head").unlink()
+    assert "is missing, so nobody knows" in CliRunner().invoke(group, ["log", "--log", str(log), "--verify"]).output
 
 
 def test_the_changes_shown_are_measured_not_read(good, reviewed):

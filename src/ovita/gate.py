@@ -21,8 +21,9 @@ import numpy as np
 from ovita.errors import FormatError, RequestError
 from ovita.io import Choices, is_address, load_document
 from ovita.io.documents import NONE
-from ovita.io.files import Journal, file_name
+from ovita.io.files import file_name
 from ovita.io.json_ import seal
+from ovita.io.ledger import Ledger
 from ovita.io.links import Receipt, deliver, deliver_joints
 from ovita.io.messages import JointMotion
 from ovita.limits import ConstraintCheck, ConstraintOptions, verify
@@ -160,13 +161,15 @@ def _judged_again(result: Adaptation, promise: Postcondition) -> Postcondition:
 def record(log: str | os.PathLike[str], event: Mapping[str, Any]) -> None:
     """Add an event to the log, one JSON object a line with the time (UTC) first; it is on disk when this returns.
 
+    Each line carries the SHA-256 of the one before it, see `ovita.io.ledger`.
+
     Raises:
         FormatError: If the log cannot be written; nothing may be sent then.
     """
     time = datetime.now(UTC).isoformat(timespec="milliseconds")
     try:
         Path(log).parent.mkdir(parents=True, exist_ok=True)
-        Journal(log).add({"time": time, **event})
+        Ledger(log).add({"time": time, **event})
     except (OSError, FormatError) as error:
         reason = str(getattr(error, "strerror", None) or error).lower()
         raise FormatError(file_name(log), f"the log cannot be written ({reason}), so nothing is sent") from None
@@ -218,7 +221,15 @@ def release(
             receipt = deliver_joints(place, motion, choices)
         else:
             said, verdict = found.result.instruction, found.result.verdict
-            receipt = deliver(place, path, found.result.scene, instruction=said, choices=choices, verdict=verdict)
+            receipt = deliver(
+                place,
+                path,
+                found.result.scene,
+                instruction=said,
+                choices=choices,
+                verdict=verdict,
+                robot=found.robot,
+            )
     except BaseException as error:
         record(log, {"event": "failed", **event, "why": str(error) or type(error).__name__})
         raise

@@ -23,7 +23,8 @@ from ovita.paths.trajectory import Trajectory
 HOME = Home(47.3977419, 8.5455938, 488.2)
 CHOICES = Choices(home=HOME)
 PATH = Trajectory(
-    [[0, 0, 20], [30, 10, 25], [30, 10, 25], [30, 10, 25], [60, 40.5, 25], [0, 40, 20.25]], [4, 4, 0, 0, 2.5, 2.5]
+    [[0, 0, 20], [30, 10, 25], [30, 10, 25], [30, 10, 25], [30, 10, 25], [60, 40.5, 25], [0, 40, 20.25]],
+    [4, 4, 0, 0, 2.5, 2.5, 2.5],
 )
 
 
@@ -176,7 +177,7 @@ def test_no_home_and_no_waypoints():
         ("mavlink:serial:/dev/tty", "is not WAY:HOST:PORT"),
         ("mavlink:udp:127.0.0.1", "is not WAY:HOST:PORT"),
         ("mavlink:udp:127.0.0.1:99999", "is not WAY:HOST:PORT"),
-        ("mavlink:udp:127.0.0.1:1?wait=3", "unknown option 'wait'; known are timeout"),
+        ("mavlink:udp:127.0.0.1:1?wait=3", "unknown option 'wait'; known are type, rate, end, timeout"),
         ("mavlink:udp:127.0.0.1:1?timeout=0", "is not a time > 0"),
         ("ros2:plan", "'plan' is no topic"),
         ("ros2:/plan/", "is no topic"),

@@ -118,6 +118,7 @@ def choices_from(options: dict[str, Any]) -> Choices:
         kind=options.get("kind"),
         frame_id=options.get("frame_id"),
         home=Home.parse(options["home"]) if options.get("home") else None,
+        takeoff=bool(options.get("takeoff")),
     )
 
 

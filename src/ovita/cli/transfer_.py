@@ -28,6 +28,9 @@ _FRAMES = click.Choice(["rfu", "flu", "ned"])
 _ENDINGS = f"Formats by ending: {', '.join(READ)} (ROS 1, only read); NAME/ is the folder of a ROS 2 bag."
 
 
+_TAKEOFF = click.option("--takeoff", is_flag=True, help="Begin a mission that has no takeoff with one.")
+
+
 @click.command(epilog=_ENDINGS)
 @click.argument("file", metavar="IN")
 @click.argument("out", metavar="OUT")
@@ -40,6 +43,7 @@ _ENDINGS = f"Formats by ending: {', '.join(READ)} (ROS 1, only read); NAME/ is t
 @click.option("--frame-id", metavar="NAME", help="ROS frame of OUT. [that of IN, else map]")
 @click.option("--arm", metavar="NAME|FILE", help="Kinematic model, for the joints of IN or of OUT: iiwa, or a .toml.")
 @click.option("--base", metavar="X,Y,Z,YAW", help="Where that arm stands, in metres and radians.")
+@_TAKEOFF
 def convert(
     file: str,
     out: str,
@@ -144,6 +148,7 @@ EXIT_REFUSED = 4
 @click.option("--base", metavar="X,Y,Z,YAW", help="Where that arm stands, in the scene's coordinates [m, rad].")
 @click.option("--topic", metavar="NAME", help="Topic of a bag. [that of the source, else /path]")
 @click.option("--frame-id", metavar="NAME", help="ROS frame. [that of the source, else map]")
+@_TAKEOFF
 @click.option("--yes", is_flag=True, help="Send without asking; refusals stay refusals.")
 @click.option("--dry-run", is_flag=True, help="Only show what the gate finds.")
 @click.option("--log", metavar="FILE", help="Where sendings are logged. [sent.jsonl in the user's state folder]")

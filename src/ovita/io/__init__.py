@@ -151,7 +151,7 @@ def _load(path: str | os.PathLike[str], choices: Choices) -> Task:
         return _parsed(parse, content, file)
     if ending in _PARSED:
         return _PARSED[ending](content, file)
-    from ovita.io.missions import looks_like_wpl, parse_plan, parse_wpl
+    from ovita.io.mission_files import looks_like_wpl, parse_plan, parse_wpl
 
     if ending == ".plan":
         return parse_plan(content, file, choices.home)
@@ -320,9 +320,9 @@ def rendered(
 
             return bags.dumps(path, trajectory, scene, choices, verdict)
         if ending in (".plan", *_MISSIONS) or (ending == ".txt" and MISSION in scene.extra):
-            from ovita.io import missions
+            from ovita.io import mission_files
 
-            return missions.dumps(file, trajectory, scene, choices.home, verdict, plan=ending == ".plan")
+            return mission_files.dumps(file, trajectory, scene, choices, verdict, plan=ending == ".plan")
         if ending not in WRITTEN:
             dumps = _of_a_plugin(ending, "dumps")
             if dumps is None:

@@ -566,6 +566,7 @@ class Choices:
         kind: The message to write to a bag, or None for that of the file it came from, else a path.
         frame_id: The ROS frame to write, or None for that of the file it came from, else "map".
         home: Where the local metres of a mission have their origin, or None for the file's own.
+        takeoff: Whether a mission that has no takeoff begins with one.
     """
 
     topic: str | None = None
@@ -573,6 +574,7 @@ class Choices:
     kind: Kind | None = None
     frame_id: str | None = None
     home: Home | None = None
+    takeoff: bool = False
 
 
 NONE = Choices()

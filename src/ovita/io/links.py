@@ -1,7 +1,8 @@
 """Live links to robots: ROS 2 topics over DDS, and MAVLink vehicles, by their addresses.
 
 ros2:/TOPIC[?domain=N&type=path|poses|multidof&frame_id=NAME&local=1&timeout=SECONDS]
-mavlink:udp:HOST:PORT[?timeout=SECONDS]        also udpin (the same: listen), udpout and tcp (connect)
+mavlink:udp:HOST:PORT[?type=mission|setpoints&rate=HZ&end=hold|land&timeout=SECONDS]
+                                               also udpin (the same: listen), udpout and tcp (connect)
 """
 
 from __future__ import annotations
@@ -20,18 +21,22 @@ from ovita.io import Choices, Task, atomic_write, bags, rendered
 from ovita.io.documents import NONE, listing
 from ovita.io.files import is_address
 from ovita.io.messages import JointMotion
+from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 
 _OPTIONS: Mapping[str, tuple[str, ...]] = {
     "ros2": ("domain", "type", "frame_id", "local", "timeout"),
-    "mavlink": ("timeout",),
+    "mavlink": ("type", "rate", "end", "timeout"),
 }
 _TOPIC = re.compile(r"/[A-Za-z_~{][A-Za-z0-9_/~{}]*")
 _DOMAINS = 232
 _WAYS = ("udp", "udpin", "udpout", "tcp")
 TIMEOUT = 10.0
 """Longest wait for the other side where nothing is said [s]."""
+
+RATE = 20.0
+"""Setpoints a second where nothing is said."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +67,10 @@ class Address:
                 raise RequestError(f"{self}: the type is path, poses or multidof")
             _ = self.domain
         else:
-            _ = self.endpoint
+            for key, known in (("type", ("mission", "setpoints")), ("end", ("hold", "land"))):
+                if self.options.get(key, known[0]) not in known:
+                    raise RequestError(f"{self}: the {key} is {' or '.join(known)}")
+            _ = self.endpoint, self.rate
         _ = self.timeout
 
     @classmethod
@@ -100,13 +108,21 @@ class Address:
     @property
     def timeout(self) -> float:
         """Longest wait for the other side [s]."""
-        text = self.options.get("timeout", str(TIMEOUT))
+        return self._number("timeout", TIMEOUT, 0.0, 86400.0, "a time > 0 in seconds")
+
+    @property
+    def rate(self) -> float:
+        """Setpoints a second; PX4 wants more than 2."""
+        return self._number("rate", RATE, 4.0, 100.0, "a number of setpoints a second, from 4 to 100")
+
+    def _number(self, key: str, default: float, least: float, most: float, what: str) -> float:
+        text = self.options.get(key, str(default))
         try:
             value = float(text)
         except ValueError:
-            value = 0.0
-        if not 0 < value <= 86400:
-            raise RequestError(f"{self}: the timeout {text!r} is not a time > 0 in seconds")
+            value = -1.0
+        if not (0 < value and least <= value <= most):
+            raise RequestError(f"{self}: the {key} {text!r} is not {what}")
         return value
 
     @property
@@ -151,8 +167,9 @@ def deliver(
     extra: Mapping[str, Any] | None = None,
     choices: Choices = NONE,
     verdict: str = "",
+    robot: Robot | None = None,
 ) -> Receipt:
-    """Send a trajectory to an address, or write it to a file."""
+    """Send a trajectory to an address, or write it to a file; a `robot` is needed to fly setpoints."""
     if not is_address(place):
         content, notes = rendered(place, trajectory, scene, instruction, extra, choices=choices, verdict=verdict)
         atomic_write(place, content)
@@ -163,10 +180,16 @@ def deliver(
         from ovita.io import ros2
 
         data, notes = ros2.send(address, trajectory, scene, choices, start=time.time_ns())
+    elif address.options.get("type") == "setpoints":
+        from ovita.io import setpoints
+
+        if robot is None:
+            raise RequestError(f"{place}: setpoints are flown only within the limits of a robot")
+        data, notes = setpoints.fly(address, trajectory, scene, robot, choices)
     else:
         from ovita.io import mavlink
 
-        data, notes = mavlink.upload(address, trajectory, scene, choices.home)
+        data, notes = mavlink.upload(address, trajectory, scene, choices)
     return Receipt(sha256(data).hexdigest(), len(data), notes)
 
 

@@ -19,10 +19,11 @@ from dataclasses import replace
 from typing import Any
 
 from ovita.errors import LinkError, MissingExtra
-from ovita.io.documents import Task, listing
+from ovita.io.documents import NONE, Choices, Task, listing
 from ovita.io.files import errors_of
 from ovita.io.geodesy import Home
 from ovita.io.links import Address
+from ovita.io.mission_checks import remarks
 from ovita.io.missions import CHANGE_SPEED, WAYPOINTS, Item, Mission, mission_from, numbered, task_of
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
@@ -43,11 +44,14 @@ _HOME_POSITION, _REQUEST_MESSAGE = 242, 512
 _MOST_ITEMS = 65535
 
 
-def upload(address: Address, trajectory: Trajectory, scene: Scene, home: Home | None) -> tuple[bytes, tuple[str, ...]]:
+def upload(
+    address: Address, trajectory: Trajectory, scene: Scene, choices: Choices = NONE
+) -> tuple[bytes, tuple[str, ...]]:
     """Upload a trajectory as a mission; return its items as bytes and notes on what is lost."""
     with errors_of(str(address)):
-        mission, notes = mission_from(trajectory, scene, home)
+        mission, notes = mission_from(trajectory, scene, choices.home, takeoff=choices.takeoff)
         numbered(mission, with_home=True)
+        notes += remarks(mission, trajectory.duration)
     with vehicle_at(address) as vehicle:
         items = numbered(mission, with_home=vehicle.autopilot == ARDUPILOT)
         if len(items) > _MOST_ITEMS:
@@ -253,7 +257,7 @@ class Vehicle:
         self._waiting: list[Any] = []
         self._last_beat = 0.0
         self._socket = self._connect()
-        self.system = self.component = self.autopilot = 0
+        self.system = self.component = self.autopilot = self.kind = 0
         try:
             beat = self.wait(("HEARTBEAT",), address.timeout, any_sender=True)
         except BaseException:
@@ -265,7 +269,11 @@ class Vehicle:
             problem = f"no vehicle's heartbeat came within {address.timeout:g} s ({where} {address.target})"
             raise LinkError(f"{address}: {problem}; check address, port and that the vehicle is on")
         self.system, self.component = beat.get_srcSystem(), beat.get_srcComponent()
-        self.autopilot = int(beat.autopilot)
+        self.autopilot, self.kind = int(beat.autopilot), int(beat.type)
+
+    def now(self) -> float:
+        """A clock that only goes forward [s]."""
+        return time.monotonic()
 
     def close(self) -> None:
         """Close the connection."""

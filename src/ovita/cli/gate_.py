@@ -1,0 +1,41 @@
+"""`ovita gate`: the log of what was sent."""
+
+from __future__ import annotations
+
+import json
+
+import click
+
+from ovita.cli.common import plain
+from ovita.gate import default_log
+from ovita.io.ledger import PREVIOUS, Ledger
+
+EXIT_BROKEN = 4
+
+
+@click.group()
+def group() -> None:
+    """What the gate of `ovita send` keeps."""
+
+
+@group.command()
+@click.option("--log", metavar="FILE", help="The log. [sent.jsonl in the user's state folder]")
+@click.option("--last", type=click.IntRange(min=1), default=10, show_default=True, help="How many events are shown.")
+@click.option("--verify", is_flag=True, help="Look for lines that were changed, removed or inserted.")
+def log(log: str | None, last: int, verify: bool) -> None:
+    """Show what was sent and refused; with --verify, whether the log is whole (exit code 4 if not)."""
+    ledger = Ledger(log or default_log())
+    if not verify:
+        for event in ledger.events()[-last:]:
+            shown = {key: value for key, value in event.items() if key != PREVIOUS}
+            click.echo(plain(json.dumps(shown, ensure_ascii=False)))
+        return
+    found = ledger.check()
+    earlier = found.lines - found.chained
+    for fault in found.faults:
+        click.echo(plain(f"{ledger.path}: {fault}"))
+    if earlier:
+        click.echo(f"{earlier} lines at the beginning are from an earlier version and bear no hashes")
+    if found.faults:
+        raise SystemExit(EXIT_BROKEN)
+    click.echo(plain(f"{ledger.path}: {found.chained} lines, whole; the last one's SHA-256 is {found.head}"))
