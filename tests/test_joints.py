@@ -76,7 +76,7 @@ def test_joints_go_to_topics_but_not_to_drones(motion, monkeypatch):
         sent["name"], sent["message"] = build(Maker(lambda name, **fields: (name, fields)))
         return b"bytes"
 
-    monkeypatch.setattr(ros2, "_backend", lambda: (publish, None))
+    monkeypatch.setattr(ros2, "publish", publish)
     assert deliver_joints("ros2:/arm/joint_trajectory", joints).size == 5
     assert sent["name"] == "trajectory_msgs/msg/JointTrajectory"
     assert sent["message"][1]["joint_names"] == list(joints.names)

@@ -16,7 +16,7 @@ pytest.importorskip("rosbags")
 from rosbags.typesys import Stores, get_typestore
 
 from ovita.errors import FormatError, LinkError, MissingExtra
-from ovita.io import open_task, ros2
+from ovita.io import bus, open_task, ros2
 from ovita.io.links import Address, deliver
 from ovita.io.messages import JOINTS, TYPES, JointMotion, Maker, build, build_joints, parse_joints
 from ovita.paths.frame import Frame, transformed
@@ -145,8 +145,8 @@ def test_nobody_there_and_wrong_topics(loopback, speaker):
         deliver(f"ros2:/x?domain={DOMAIN + 1}&timeout=0.3", PATH, Scene())
     with pytest.raises(LinkError, match=r"nobody publishes /x in domain \d+ within 0.3 s$"):
         open_task(f"ros2:/x?domain={DOMAIN + 1}&timeout=0.3")
-    with pytest.raises(LinkError, match="/pose carries geometry_msgs/msg/PoseStamped, not geometry_msgs/msg/PoseArr"):
-        open_task(f"ros2:/pose?domain={DOMAIN}&timeout=10")
+    with pytest.raises(LinkError, match="/pose carries geometry_msgs/msg/PoseStamped, not nav_msgs/msg/Path"):
+        open_task(f"ros2:/pose?domain={DOMAIN}&timeout=10&type=path")
     with pytest.raises(LinkError, match=r"nobody publishes /plan .*topics there: /TransientLocal, /Volatile, /pose"):
         open_task(f"ros2:/plan?domain={DOMAIN}&timeout=2")
     with pytest.raises(LinkError, match=r"those there take geometry_msgs/msg/PoseStamped, not nav_msgs/msg/Path"):
@@ -164,7 +164,7 @@ def test_a_broken_network_setting(monkeypatch):
 
 
 def test_without_the_extra(monkeypatch):
-    monkeypatch.setattr(ros2, "find_spec", lambda name: None)
+    monkeypatch.setattr(bus, "find_spec", lambda name: None)
     monkeypatch.setitem(sys.modules, "cyclonedds", None)
     with pytest.raises(MissingExtra, match=r"pip install 'ovita\[ros\]'"):
         open_task("ros2:/x")
@@ -172,8 +172,8 @@ def test_without_the_extra(monkeypatch):
 
 def test_a_ros_that_is_not_set_up_is_passed_over(monkeypatch):
     monkeypatch.setitem(sys.modules, "rclpy", None)
-    monkeypatch.setattr(ros2, "find_spec", lambda name: object())
-    assert ros2._backend() == (ros2.publish_dds, ros2.subscribe_dds)
+    monkeypatch.setattr(bus, "find_spec", lambda name: object())
+    assert not bus.has_rclpy()
 
 
 class Node:
@@ -191,10 +191,23 @@ class Node:
 
     def create_subscription(self, kind, topic, heard, profile):
         message, _ = build("poses", PATH, Maker(lambda n, **f: STORE.types[n](**f)))
-        heard(message)
+        heard(message, {"source_timestamp": 7})
 
     def get_topic_names_and_types(self):
         return self.offered
+
+    def get_publishers_info_by_topic(self, topic):
+        profile = types.SimpleNamespace(reliability=1, durability=2)
+        return [
+            types.SimpleNamespace(topic_type=kind, qos_profile=profile, node_name="other")
+            for kind in dict(self.offered).get(topic, ())
+        ]
+
+    def get_subscriptions_info_by_topic(self, topic):
+        return []
+
+    def get_name(self):
+        return "ovita"
 
     def destroy_node(self):
         pass
@@ -217,17 +230,16 @@ def rclpy(monkeypatch):
         "rclpy.qos": {
             "QoSProfile": lambda **k: k,
             "DurabilityPolicy": types.SimpleNamespace(TRANSIENT_LOCAL=1, VOLATILE=2),
-            "ReliabilityPolicy": types.SimpleNamespace(RELIABLE=1),
+            "ReliabilityPolicy": types.SimpleNamespace(RELIABLE=1, BEST_EFFORT=2),
         },
         "rclpy.serialization": {"serialize_message": lambda m: STORE.serialize_cdr(m, m.__msgtype__)},
-        "rosidl_runtime_py": {},
-        "rosidl_runtime_py.utilities": {"get_message": lambda name: STORE.types[name]},
     }
     for name, content in modules.items():
         module = types.ModuleType(name)
         module.__dict__.update(content)
         monkeypatch.setitem(sys.modules, name, module)
-    monkeypatch.setattr(ros2, "find_spec", lambda name: name == "rclpy")
+    monkeypatch.setattr(bus, "message_class", lambda name: STORE.types[name])
+    monkeypatch.setattr(bus, "find_spec", lambda name: name == "rclpy")
     return node
 
 
@@ -246,7 +258,9 @@ def test_rclpy_is_used_where_it_is_installed(rclpy):
 
 
 def test_a_message_that_is_no_path(rclpy, monkeypatch):
-    monkeypatch.setattr(Node, "create_subscription", lambda self, kind, topic, heard, profile: heard(empty()))
+    monkeypatch.setattr(
+        Node, "create_subscription", lambda self, kind, topic, heard, profile: heard(empty(), {"source_timestamp": 1})
+    )
 
     def empty():
         message, _ = build("poses", PATH, Maker(lambda n, **f: STORE.types[n](**f)))

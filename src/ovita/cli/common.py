@@ -73,6 +73,10 @@ _SOURCE = (
         help="Which message on that topic, or which episode of a LeRobot data set, from 0. [the last]",
     ),
     click.option("--home", metavar="LAT,LON,ALT", help="Home of a mission in degrees and metres. [the file's]"),
+    click.option(
+        "--frames", metavar="FIXED:MOVING", help="Whose motion is read of recorded transforms: map:base_link."
+    ),
+    click.option("--raw", is_flag=True, help="Keep every sample of a recording: neither smooth nor thin it."),
 )
 
 
@@ -119,6 +123,8 @@ def choices_from(options: dict[str, Any]) -> Choices:
         frame_id=options.get("frame_id"),
         home=Home.parse(options["home"]) if options.get("home") else None,
         takeoff=bool(options.get("takeoff")),
+        frames=options.get("frames"),
+        raw=bool(options.get("raw")),
     )
 
 

@@ -39,6 +39,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "plugins": ("ovita.cli.plugins_:command", "List what other packages add: writers, robots, formats and more."),
     "policy": ("ovita.cli.policy_:group", "Check or run policy files in the sandbox."),
     "read": ("ovita.cli.read_:command", "Show how a sentence is understood, reader by reader."),
+    "ros": ("ovita.cli.ros_:group", "Look at ROS 2's topics, with or without a ROS installation."),
     "send": ("ovita.cli.transfer_:send", "Verify a result once more and send it to a robot."),
     "serve": ("ovita.cli.serve_:group", "Serve agents and programs: MCP and REST, within rules that you set."),
     "simulate": ("ovita.cli.simulate_:command", "Let a robot follow a result or a trajectory in simulation; video."),

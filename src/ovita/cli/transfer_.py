@@ -25,7 +25,7 @@ from ovita.paths.trajectory import Trajectory
 _FRAMES = click.Choice(["rfu", "flu", "ned"])
 
 
-_ENDINGS = f"Formats by ending: {', '.join(READ)} (ROS 1, only read); NAME/ is the folder of a ROS 2 bag."
+_ENDINGS = f"Formats by ending: {', '.join(READ)} (ROS 1); NAME/ is the folder of a ROS 2 bag."
 
 
 _TAKEOFF = click.option("--takeoff", is_flag=True, help="Begin a mission that has no takeoff with one.")
@@ -126,11 +126,17 @@ def _tool_path(file: str, arm: str, base: str | None, choices: Choices, frame: s
     from ovita.sim import Base
     from ovita.sim.simulate import tool_path
 
-    motion = load_joint_motion(file, choices)
+    motion, notes = _live_joints(file) if is_address(file) else (load_joint_motion(file, choices), ())
     path = tool_path(motion, arm, base=None if base is None else Base.parse(base))
     axes = motion.frame if frame is None else Frame(frame)
     said = f"the path of the tip of {arm} through {len(motion.times)} points, in {axes.name} ({axes.describe()})"
-    return Task(path, Scene(frame=axes), path=file, notes=(said,), fixed_frame=True)
+    return Task(path, Scene(frame=axes), path=file, notes=(*notes, said), fixed_frame=True)
+
+
+def _live_joints(place: str) -> tuple[JointMotion, tuple[str, ...]]:
+    from ovita.io.ros2 import receive_joints
+
+    return receive_joints(Address.parse(place))
 
 
 EXIT_REFUSED = 4

@@ -70,10 +70,10 @@ __all__ = [
 _MISSIONS = (".waypoints", ".wpl")
 _POSES = (".pose.csv", ".poses.csv")
 
-WRITTEN = (".json", ".csv", ".pose.csv", ".tum", ".txt", ".plan", *_MISSIONS, ".mcap", ".db3")
+WRITTEN = (".json", ".csv", ".pose.csv", ".tum", ".txt", ".plan", *_MISSIONS, *BAGS)
 """Endings of the files that trajectories are written to."""
 
-READ = (*WRITTEN, ".bag")
+READ = WRITTEN
 """Endings of the files that trajectories are read from; so are folders with a ROS 2 bag or a LeRobot data set."""
 
 _PARSED: Mapping[str, Callable[[str, str], Task]] = {".json": json_.parse, ".csv": parse_csv, ".tum": parse_tum}
@@ -145,7 +145,7 @@ def _load(path: str | os.PathLike[str], choices: Choices) -> Task:
     with errors_of(path):
         parse = None if ending in READ else _of_a_plugin(ending, "parse")
     if ending not in READ and parse is None:
-        raise _unknown_suffix(path, READ)
+        raise _unknown_suffix(path, "reads")
     content = read_text(path)
     if parse is not None:
         return _parsed(parse, content, file)
@@ -326,7 +326,7 @@ def rendered(
         if ending not in WRITTEN:
             dumps = _of_a_plugin(ending, "dumps")
             if dumps is None:
-                raise _unknown_suffix(path, WRITTEN)
+                raise _unknown_suffix(path, "writes")
             content = dumps(trajectory, scene)
             if not isinstance(content, str | bytes):
                 raise FormatError(file, f"the plug-in of {ending} gave a {type(content).__name__}, no text or bytes")
@@ -371,11 +371,10 @@ def _parsed(parse: Callable[[str, str], Any], content: str, file: str) -> Task:
     return task
 
 
-def _unknown_suffix(path: str | os.PathLike[str], known: tuple[str, ...]) -> FormatError:
+def _unknown_suffix(path: str | os.PathLike[str], does: str) -> FormatError:
     ending = suffix(path)
-    if known is WRITTEN and os.fspath(path).endswith(("/", os.sep)):
+    if does == "writes" and os.fspath(path).endswith(("/", os.sep)):
         return FormatError(file_name(path), "only ovita convert writes a bag as a folder; name a .mcap or .db3 file")
     what = f"the ending {ending}" if ending else "a name without an ending"
-    does = "reads" if known is READ else "writes"
-    named = (*known, *(f".{name}" for name in plugins.entries("formats")))
+    named = (*(READ if does == "reads" else WRITTEN), *(f".{name}" for name in plugins.entries("formats")))
     return FormatError(file_name(path), f"{what} says nothing about the format; ovita {does} {', '.join(named)}")

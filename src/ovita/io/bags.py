@@ -1,10 +1,11 @@
-"""ROS 2 bags (MCAP and sqlite3, files and folders) both ways, and ROS 1 bags read, through rosbags (extra `ros`)."""
+"""ROS bags both ways, through rosbags (extra `ros`): MCAP and sqlite3 files and folders of ROS 2, `.bag` of ROS 1."""
 
 from __future__ import annotations
 
 import os
 import re
 import tempfile
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -13,10 +14,12 @@ from typing import Any
 
 import numpy as np
 
-from ovita.errors import FormatError, MissingExtra, OvitaError, RequestError
+from ovita.errors import FormatError, MissingExtra, OvitaError, RequestError, TrajectoryError
+from ovita.io.definitions import typestore
 from ovita.io.documents import NONE, Choices, Kind, Task, listing
 from ovita.io.files import BAGS, atomic_write, errors_of, file_name, is_bag, suffix
 from ovita.io.geodesy import MISSION, ROS, on_earth
+from ovita.io.mcap import rescued
 from ovita.io.messages import (
     BODY,
     FRAME_ID,
@@ -30,7 +33,9 @@ from ovita.io.messages import (
     listed_names,
     parse,
     parse_joints,
+    stamp_ns,
 )
+from ovita.io.recorded import JOINT_STATE, RECORDED, TRANSFORMS, StampedMessage, joints_of, looks_recorded, path_of
 from ovita.paths.frame import Frame, transformed
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
@@ -41,7 +46,18 @@ TOPIC, JOINT_TOPIC = "/path", "/joint_trajectory"
 VERDICT_TOPIC, STRING = "/verdict", "std_msgs/msg/String"
 """Where a bag carries the verdict on its trajectory."""
 
+ROBOT_PLAN, DISPLAYED_PLAN = "moveit_msgs/msg/RobotTrajectory", "moveit_msgs/msg/DisplayTrajectory"
+"""What MoveIt plans, and what it publishes to be seen."""
+
 _KINDS: Mapping[str, Kind] = {name: kind for kind, name in TYPES.items()}
+_JOINT_PLANS = (JOINTS, ROBOT_PLAN, DISPLAYED_PLAN)
+_PATHS = (
+    (*TYPES.values(), *_JOINT_PLANS),
+    tuple(n for n in RECORDED if n not in TRANSFORMS),
+    TRANSFORMS,
+    (JOINT_STATE,),
+)
+_JOINT_MOTIONS = (_JOINT_PLANS, (JOINT_STATE,))
 _VERSION = 8
 _STORAGE = {".mcap": "MCAP", ".db3": "SQLITE3"}
 
@@ -54,27 +70,68 @@ def load(path: str | os.PathLike[str], choices: Choices) -> Task:
         MissingExtra: If rosbags is not installed.
     """
     file = file_name(path)
-    read = read_message(path, choices, list(_KINDS))
-    topic, kind, message = read.topic, read.type, read.message
-    if kind == JOINTS:
-        joints = listing(map(str, message.joint_names))
-        raise FormatError(
-            file,
-            f"{topic} holds joint positions ({joints}), not a path; to turn them into one takes the arm's kinematic "
-            "model: ovita convert --arm NAME|FILE, or in Python load_joint_motion(...).through(forward)",
-        )
+    read = read_topic(path, choices, _PATHS)
+    topic, kind = read.topic, read.type
     with errors_of(f"{file} {topic}"):
-        task = task_of(_KINDS[kind], message, topic=topic)
+        if kind in RECORDED:
+            task = recorded_task(kind, read.samples, choices, topic=topic)
+        else:
+            message = read.samples[0].message
+            if kind == DISPLAYED_PLAN and len(message.trajectory) == 1:
+                kind, message = ROBOT_PLAN, message.trajectory[0]
+            if kind == ROBOT_PLAN and not len(message.joint_trajectory.points):
+                kind, message = TYPES["multidof"], message.multi_dof_joint_trajectory
+            if kind not in _KINDS:
+                raise FormatError(
+                    file,
+                    f"{topic} holds joint positions ({_joint_names(kind, message)}), not a path; to turn them into one "
+                    "takes the arm's kinematic model: ovita convert --arm NAME|FILE, or in Python "
+                    "load_joint_motion(...).through(forward)",
+                )
+            task = task_of(_KINDS[kind], message, topic=topic, raw=choices.raw, at=read.samples[0].logged)
     return replace(task, path=file, notes=read.notes + task.notes, verdict=read.verdict)
 
 
-def task_of(kind: Kind, message: Any, *, topic: str) -> Task:
-    """The task in a ROS message; its scene keeps topic, type and frame."""
+def _joint_names(kind: str, message: Any) -> str:
+    if kind == DISPLAYED_PLAN:
+        message = next(iter(message.trajectory), None)
+    message = getattr(message, "joint_trajectory", message)
+    names = getattr(message, "joint_names", getattr(message, "name", ()))
+    return listing(map(str, names))
+
+
+def recorded_task(kind: str, samples: Sequence[StampedMessage], choices: Choices, *, topic: str) -> Task:
+    """The task in a recording, all messages of a topic; its scene keeps topic, frame and time."""
+    trajectory, frame_id, body, notes = path_of(kind, samples, frames=choices.frames, raw=choices.raw)
+    stamp = next((stamp_ns(s.message.header.stamp) for s in samples if hasattr(s.message, "header")), samples[0].logged)
+    return _task(trajectory, "path", topic, frame_id, body, stamp, notes)
+
+
+def task_of(kind: Kind, message: Any, *, topic: str, raw: bool = False, at: int = 0) -> Task:
+    """The task in a ROS message; its scene keeps topic, type, frame and time, by default `at` [ns].
+
+    A Path whose poses were sampled at a rate and are noisy is a recording, and smoothed as one unless it is wanted raw.
+    """
+    stamp = stamp_ns(message.header.stamp) or at
+    if kind == "path" and not raw:
+        samples = [StampedMessage(stamp, pose) for pose in message.poses]
+        places = [pose.pose.position for pose in message.poses]
+        times = np.array([stamp_ns(pose.header.stamp) for pose in message.poses]) / 1e9
+        if looks_recorded(times, np.array([[p.x, p.y, p.z] for p in places])):
+            trajectory, frame_id, body, notes = path_of("geometry_msgs/msg/PoseStamped", samples)
+            return _task(trajectory, kind, topic, str(message.header.frame_id) or frame_id, body, stamp, notes)
     trajectory, frame_id, body, notes = parse(kind, message)
+    return _task(trajectory, kind, topic, frame_id, body, stamp, notes)
+
+
+def _task(
+    trajectory: Trajectory, kind: Kind, topic: str, frame_id: str, body: str, stamp: int, notes: tuple[str, ...]
+) -> Task:
     frame = frame_of(frame_id)
     kept = {"topic": topic, "type": TYPES[kind], "frame_id": frame_id} | ({"body": body} if body else {})
     said = f"its waypoints are in the ROS frame {frame_id!r}, read as {frame.name} ({frame.describe()})"
-    return Task(trajectory, Scene(frame=frame, extra={ROS: kept}), notes=(*notes, said), fixed_frame=True)
+    extra = {ROS: kept | ({"stamp": stamp} if stamp else {})}
+    return Task(trajectory, Scene(frame=frame, extra=extra), notes=(*notes, said), fixed_frame=True)
 
 
 def topic_named(text: str) -> str:
@@ -109,8 +166,21 @@ def dumps(
     path: str | os.PathLike[str], trajectory: Trajectory, scene: Scene, choices: Choices, verdict: str = ""
 ) -> tuple[bytes, tuple[str, ...]]:
     """The content of a bag with one message, by file extension, and notes on what is lost."""
-    topic, kind, message, notes = message_of(trajectory, scene, choices, bag_maker())
-    return bag_of(path, _with_verdict(LoggedMessage(topic, TYPES[kind], message), verdict)), notes
+    messages, notes = _messages(path, trajectory, scene, choices, verdict)
+    return bag_of(path, messages), notes
+
+
+def _messages(
+    path: str | os.PathLike[str], trajectory: Trajectory, scene: Scene, choices: Choices, verdict: str
+) -> tuple[list[LoggedMessage], tuple[str, ...]]:
+    """The messages of a bag, stamped as the one that the trajectory came from, else with the time of writing."""
+    maker = bag_maker(ros1=suffix(path) == ".bag")
+    kept = scene.extra.get(ROS)
+    at = kept.get("stamp") if isinstance(kept, Mapping) else None
+    at = at if isinstance(at, int) and at > 0 else time.time_ns()
+    topic, kind, message, notes = message_of(trajectory, scene, choices, maker, start=at)
+    said = [text_message(maker, VERDICT_TOPIC, verdict, at)] if verdict else []
+    return [LoggedMessage(topic, TYPES[kind], message, at), *said], notes
 
 
 def save_folder(
@@ -120,10 +190,9 @@ def save_folder(
     file, target = file_name(path), Path(os.path.abspath(path))
     if target.exists():
         raise FormatError(file, "there is something of this name already; a bag's folder must be new")
-    topic, kind, message, notes = message_of(trajectory, scene, choices, bag_maker())
+    messages, notes = _messages(os.fspath(path).rstrip("/" + os.sep), trajectory, scene, choices, verdict)
     try:
         with tempfile.TemporaryDirectory(prefix=".ovita-", dir=target.parent) as folder:
-            messages = _with_verdict(LoggedMessage(topic, TYPES[kind], message), verdict)
             os.rename(_written(Path(folder, target.name), file, messages), target)
     except OSError as error:
         raise FormatError(file, f"cannot be written: {(error.strerror or str(error)).lower()}") from None
@@ -148,57 +217,70 @@ def text_message(maker: Maker, topic: str, text: str, at: int = 0) -> LoggedMess
 def bag_of(path: str | os.PathLike[str], messages: Sequence[LoggedMessage]) -> bytes:
     """The content of a bag file that holds some messages, by file extension."""
     file = file_name(path)
-    if suffix(path) not in _STORAGE:
-        raise FormatError(file, "bags are written as .mcap or .db3; ROS 1 bags are only read")
     with tempfile.TemporaryDirectory(prefix="ovita-") as folder:
         inside = _written(Path(folder, Path(path).name), file, messages)
-        written = [entry for entry in os.listdir(inside) if entry.endswith(suffix(path))]
+        written = [entry for entry in os.listdir(inside) if entry.endswith(suffix(path))] if inside.is_dir() else [""]
         return Path(inside, written[0]).read_bytes()
 
 
-def _with_verdict(logged: LoggedMessage, verdict: str) -> list[LoggedMessage]:
-    return [logged, text_message(bag_maker(), VERDICT_TOPIC, verdict)] if verdict else [logged]
-
-
 def _written(folder: Path, file: str, messages: Sequence[LoggedMessage]) -> Path:
-    """The folder after a bag was written into it: MCAP, or sqlite3 where its name ends in .db3."""
-    rosbag2 = _import("rosbags.rosbag2")
-    store = _typestore()
-    plugin = getattr(rosbag2.StoragePlugin, _STORAGE.get(folder.suffix.lower(), "MCAP"))
-    with _damage(file, "cannot be written"), rosbag2.Writer(folder, version=_VERSION, storage_plugin=plugin) as bag:
+    """The folder after a bag was written into it: MCAP, or sqlite3 where its name ends in .db3; or a ROS 1 bag file."""
+    ros1 = folder.suffix.lower() == ".bag"
+    store = typestore(ros1)
+    if ros1:
+        opening = _import("rosbags.rosbag1").Writer(folder)
+    else:
+        rosbag2 = _import("rosbags.rosbag2")
+        plugin = getattr(rosbag2.StoragePlugin, _STORAGE.get(folder.suffix.lower(), "MCAP"))
+        opening = rosbag2.Writer(folder, version=_VERSION, storage_plugin=plugin)
+    serialized = store.serialize_ros1 if ros1 else store.serialize_cdr
+    with _damage(file, "cannot be written"), opening as bag:
         topics: dict[str, Any] = {}
         for one in messages:
             if one.topic not in topics:
                 topics[one.topic] = bag.add_connection(one.topic, one.type, typestore=store)
-            bag.write(topics[one.topic], one.at, store.serialize_cdr(one.message, one.type))
+            bag.write(topics[one.topic], one.at, serialized(one.message, one.type))
     return folder
 
 
 @dataclass(frozen=True)
-class BagMessage:
-    """A message of a bag: its topic and type, itself, what a person should know, and the verdict that comes with it."""
+class BagTopic:
+    """What is read of a bag: one message, or all of a recording; notes for a person, and the verdict beside it."""
 
     topic: str
     type: str
-    message: Any
+    samples: tuple[StampedMessage, ...]
     notes: tuple[str, ...] = ()
     verdict: str = ""
 
 
-def read_message(path: str | os.PathLike[str], choices: Choices, names: Sequence[str]) -> BagMessage:
-    """The chosen message of a bag file or folder.
+def read_topic(path: str | os.PathLike[str], choices: Choices, tiers: Sequence[Sequence[str]]) -> BagTopic:
+    """What a bag file or folder holds on the chosen topic, or on the only one of the first of these types that it has.
 
-    `names` are the types that fit; a JointTrajectory is found as well, or only that where there are none.
+    Of a recording it is every message, else the chosen one.
     """
     file = _checked(path)
     with opened(path) as bag:
-        topic, name = _topic({c.topic: c.msgtype for c in bag.connections}, choices.topic, [*names, JOINTS], file)
+        types = {c.topic: c.msgtype for c in bag.connections}
+        topic, name = _topic(types, choices.topic, tiers, file)
         raw = _raw(bag, topic, name)
-        message = bag.deserialize(raw[_index(bag, raw, topic, name, choices.message, file)], name)
-        said = [bag.deserialize(data, STRING).data for data in _raw(bag, VERDICT_TOPIC, STRING)]
-    several = choices.message is None and len(raw) > 1
-    notes = (f"{topic} holds {len(raw)} messages; read the last (--message picks another)",) if several else ()
-    return BagMessage(topic, name, message, notes, str(said[0]) if said else "")
+        if name in (*RECORDED, JOINT_STATE):
+            _index(bag, raw, topic, name, 0, file)
+            if choices.message is not None:
+                raise FormatError(
+                    file, f"{topic} is a recording of {len(raw)} messages, read as one path; leave --message out"
+                )
+            extra = [t for t, n in types.items() if n == name and t.endswith("tf_static") and t != topic]
+            raw = [pair for t in extra if name in TRANSFORMS for pair in _raw(bag, t, name)] + raw
+        else:
+            several = choices.message is None and len(raw) > 1
+            said = (f"{topic} holds {len(raw)} messages; read the last (--message picks another)",) if several else ()
+            raw = [raw[_index(bag, raw, topic, name, choices.message, file)]]
+            notes = said
+        samples = tuple(StampedMessage(at, bag.deserialize(data, name)) for at, data in raw)
+        verdicts = [bag.deserialize(data, STRING).data for _, data in _raw(bag, VERDICT_TOPIC, STRING)]
+        notes = (*getattr(bag, "rescued", ()), *(() if name in (*RECORDED, JOINT_STATE) else notes))
+    return BagTopic(topic, name, samples, notes, str(verdicts[0]) if verdicts else "")
 
 
 @contextmanager
@@ -211,7 +293,12 @@ def opened(path: str | os.PathLike[str]) -> Iterator[Any]:
     """
     file = _checked(path)
     anyreader = _import("rosbags.highlevel")
-    with _damage(file), anyreader.AnyReader([Path(path)], default_typestore=_typestore()) as bag:
+    with (
+        _damage(file),
+        rescued(path) as (whole, notes),
+        anyreader.AnyReader([whole], default_typestore=typestore()) as bag,
+    ):
+        bag.rescued = notes
         yield bag
 
 
@@ -227,45 +314,54 @@ def _checked(path: str | os.PathLike[str]) -> str:
     return file
 
 
-def _raw(bag: Any, topic: str, name: str) -> list[bytes]:
+def _raw(bag: Any, topic: str, name: str) -> list[tuple[int, bytes]]:
+    """The messages on a topic, and when they were logged [ns]."""
     connections = [c for c in bag.connections if c.topic == topic and c.msgtype == name]
-    return [data for _, _, data in bag.messages(connections=connections)] if connections else []
+    return [(at, data) for _, at, data in bag.messages(connections=connections)] if connections else []
 
 
-def _index(bag: Any, raw: Sequence[bytes], topic: str, name: str, wanted: int | None, file: str) -> int:
+def _index(bag: Any, raw: Sequence[tuple[int, bytes]], topic: str, name: str, wanted: int | None, file: str) -> int:
     """Which of the messages on a topic is read."""
     if not raw:
         raise FormatError(file, f"there is no message on {topic}; the recording may have been cut off")
     chosen = -1 if wanted is None else wanted
     if not -len(raw) <= chosen < len(raw):
         raise FormatError(file, f"there is no message {chosen} on {topic}; it holds {len(raw)}, counted from 0")
-    frames = {str(bag.deserialize(data, name).header.frame_id) for data in raw} if wanted is None else set()
+    plain = wanted is None and name not in (ROBOT_PLAN, DISPLAYED_PLAN)
+    frames = {str(bag.deserialize(data, name).header.frame_id) for _, data in raw} if plain else set()
     if len(frames) > 1:
         problem = f"the {len(raw)} messages on {topic} are in different frames ({listing(sorted(frames))})"
         raise FormatError(file, f"{problem}; choose one with --message")
     return chosen
 
 
-def bag_maker() -> Maker:
-    """How rosbags builds messages."""
-    types = _typestore().types
-    return Maker(lambda name, **fields: types[name](**fields), floats=np.ascontiguousarray)
+def bag_maker(ros1: bool = False) -> Maker:
+    """How rosbags builds messages, of ROS 2 or of ROS 1, whose headers are numbered."""
+    types = typestore(ros1).types
+
+    def new(kind: str, /, **fields: Any) -> Any:
+        return types[kind](**fields, **({"seq": 0} if ros1 and kind == "std_msgs/msg/Header" else {}))
+
+    return Maker(new, floats=np.ascontiguousarray)
 
 
-def _topic(topics: Mapping[str, str], wanted: str | None, names: Sequence[str], file: str) -> tuple[str, str]:
-    what = "a path" if len(names) > 1 else "positions of joints"
-    fits = {topic: name for topic, name in topics.items() if name in names}
+def _topic(topics: Mapping[str, str], wanted: str | None, tiers: Sequence[Sequence[str]], file: str) -> tuple[str, str]:
+    what = "positions of joints" if tiers is _JOINT_MOTIONS else "a path"
+    known = [name for names in tiers for name in names]
+    fits = {topic: name for topic, name in topics.items() if name in known and not topic.endswith("tf_static")}
     fitting = listed_names(f"{topic} ({name})" for topic, name in fits.items())
     if wanted is not None:
         topic = wanted if wanted.startswith("/") or wanted in topics else f"/{wanted}"
-        if topic in fits:
-            return topic, fits[topic]
+        if topics.get(topic) in known:
+            return topic, topics[topic]
         is_not = f"is a {topics[topic]}, not {what}" if topic in topics else "is not in this bag"
         raise FormatError(file, f"{topic} {is_not}; topics with {what}: {fitting}")
-    if len(fits) == 1:
-        return next(iter(fits.items()))
-    if fits:
-        raise FormatError(file, f"there are several topics with {what}, choose one with --topic: {fitting}")
+    for names in tiers:
+        first = {topic: name for topic, name in fits.items() if name in names}
+        if len(first) == 1:
+            return next(iter(first.items()))
+        if first:
+            raise FormatError(file, f"there are several topics with {what}, choose one with --topic: {fitting}")
     there = listed_names(f"{topic} ({name})" for topic, name in topics.items())
     raise FormatError(file, f"no topic holds {what}; its topics are {there}")
 
@@ -276,11 +372,6 @@ def _in_ros_axes(trajectory: Trajectory, scene: Scene, frame_id: str) -> tuple[T
     if MISSION in scene.extra and target == Frame("flu"):
         return on_earth(trajectory, scene), "+x east, +y north, +z up (REP-103, about home)"
     return transformed(trajectory, scene.frame, target), target.describe()
-
-
-def _typestore() -> Any:
-    typesys = _import("rosbags.typesys")
-    return typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
 
 
 def _import(name: str) -> Any:
@@ -316,19 +407,54 @@ def save_joint_motion(path: str | os.PathLike[str], motion: JointMotion, choices
 
 def dumps_joints(path: str | os.PathLike[str], motion: JointMotion, choices: Choices = NONE) -> bytes:
     """What `save_joint_motion` writes, by the ending of the file's name."""
-    message = build_joints(motion, bag_maker(), frame_id=choices.frame_id or "")
-    return bag_of(path, [LoggedMessage(topic_named(choices.topic or JOINT_TOPIC), JOINTS, message)])
+    message = build_joints(motion, bag_maker(ros1=suffix(path) == ".bag"), frame_id=choices.frame_id or "")
+    return bag_of(path, [LoggedMessage(topic_named(choices.topic or JOINT_TOPIC), JOINTS, message, time.time_ns())])
 
 
 def load_joint_motion(path: str | os.PathLike[str], choices: Choices = NONE) -> JointMotion:
-    """Read a motion of joints from a bag.
+    """Read a motion of joints from a bag: a JointTrajectory, a plan of MoveIt, or a recording of JointState.
 
     Raises:
-        FormatError: If there is no JointTrajectory or it is malformed; names topic and point.
+        FormatError: If there is none or it is malformed; names topic and point.
         MissingExtra: If rosbags is not installed.
     """
-    read = read_message(path, choices, [])
-    if read.type != JOINTS:
-        raise FormatError(file_name(path), f"{read.topic} is a {read.type}, not a JointTrajectory")
+    read = read_topic(path, choices, _JOINT_MOTIONS)
     with errors_of(f"{file_name(path)} {read.topic}"):
-        return parse_joints(read.message)
+        return motion_of(read.type, read.samples)[0]
+
+
+def motion_of(kind: str, samples: Sequence[StampedMessage]) -> tuple[JointMotion, tuple[str, ...]]:
+    """The motion of joints in a message, or in a recording of JointState, and notes."""
+    if kind == JOINT_STATE:
+        return joints_of(samples)
+    message = samples[0].message
+    if kind == JOINTS:
+        return parse_joints(message), ()
+    parts = [message] if kind == ROBOT_PLAN else list(message.trajectory)
+    motions = [parse_joints(part.joint_trajectory) for part in parts if len(part.joint_trajectory.points)]
+    if not motions:
+        raise TrajectoryError("holds no positions of joints", key="joint_trajectory")
+    joined = motions[0]
+    for motion in motions[1:]:
+        joined = _followed(joined, motion)
+    return joined, (f"a plan of {len(motions)} parts, one after the other",) if len(motions) > 1 else ()
+
+
+def _followed(first: JointMotion, then: JointMotion) -> JointMotion:
+    if set(first.names) != set(then.names):
+        problem = f"moves {listing(first.names)}, then {listing(then.names)}; send the parts one by one"
+        raise TrajectoryError(problem, key="trajectory")
+    order = [then.names.index(name) for name in first.names]
+    fresh = slice(1 if np.allclose(first.positions[-1], then.positions[0][order], atol=1e-9) else 0, None)
+    gap = max(float(np.diff(first.times).min()), 1e-6) if fresh.start == 0 else 0.0
+    times = then.times[fresh] - then.times[0] + first.times[-1] + gap
+    velocities = None
+    if first.velocities is not None and then.velocities is not None:
+        velocities = np.concatenate([first.velocities, then.velocities[fresh][:, order]])
+    return JointMotion(
+        first.names,
+        np.concatenate([first.positions, then.positions[fresh][:, order]]),
+        np.concatenate([first.times, times]),
+        velocities,
+        first.frame,
+    )

@@ -567,6 +567,8 @@ class Choices:
         frame_id: The ROS frame to write, or None for that of the file it came from, else "map".
         home: Where the local metres of a mission have their origin, or None for the file's own.
         takeoff: Whether a mission that has no takeoff begins with one.
+        frames: Of recorded transforms, which frame moves in which, as "map:base_link"; None for the only one that does.
+        raw: Whether every sample of a recording is kept as it is, neither smoothed nor thinned.
     """
 
     topic: str | None = None
@@ -575,6 +577,8 @@ class Choices:
     frame_id: str | None = None
     home: Home | None = None
     takeoff: bool = False
+    frames: str | None = None
+    raw: bool = False
 
 
 NONE = Choices()

@@ -20,7 +20,7 @@ BUSES = ("ros2", "mavlink")
 """What the addresses of live links begin with."""
 
 BAGS = (".mcap", ".db3", ".bag")
-"""Endings of bag files; the last is ROS 1, which is only read."""
+"""Endings of bag files; the last is ROS 1."""
 
 
 def is_bag(path: str | os.PathLike[str]) -> bool:

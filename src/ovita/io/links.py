@@ -1,6 +1,6 @@
 """Live links to robots: ROS 2 topics over DDS, and MAVLink vehicles, by their addresses.
 
-ros2:/TOPIC[?domain=N&type=path|poses|multidof&frame_id=NAME&local=1&timeout=SECONDS]
+ros2:/TOPIC[?domain=N&type=path|poses|multidof&frame_id=NAME&local=1&timeout=SECONDS&for=SECONDS]
 mavlink:udp:HOST:PORT[?type=mission|setpoints&rate=HZ&end=hold|land&timeout=SECONDS]
                                                also udpin (the same: listen), udpout and tcp (connect)
 """
@@ -26,7 +26,7 @@ from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 
 _OPTIONS: Mapping[str, tuple[str, ...]] = {
-    "ros2": ("domain", "type", "frame_id", "local", "timeout"),
+    "ros2": ("domain", "type", "frame_id", "local", "timeout", "for"),
     "mavlink": ("type", "rate", "end", "timeout"),
 }
 _TOPIC = re.compile(r"/[A-Za-z_~{][A-Za-z0-9_/~{}]*")
@@ -71,7 +71,7 @@ class Address:
                 if self.options.get(key, known[0]) not in known:
                     raise RequestError(f"{self}: the {key} is {' or '.join(known)}")
             _ = self.endpoint, self.rate
-        _ = self.timeout
+        _ = self.timeout, self.recording
 
     @classmethod
     def parse(cls, text: str) -> Address:
@@ -109,6 +109,11 @@ class Address:
     def timeout(self) -> float:
         """Longest wait for the other side [s]."""
         return self._number("timeout", TIMEOUT, 0.0, 86400.0, "a time > 0 in seconds")
+
+    @property
+    def recording(self) -> float:
+        """How long is recorded what a robot says of its pose or joints [s]."""
+        return self._number("for", TIMEOUT, 0.0, 86400.0, "a time > 0 in seconds")
 
     @property
     def rate(self) -> float:
@@ -152,7 +157,7 @@ def receive(address: Address, choices: Choices = NONE) -> Task:
     if address.bus == "ros2":
         from ovita.io import ros2
 
-        return ros2.receive(address)
+        return ros2.receive(address, choices)
     from ovita.io import mavlink
 
     return mavlink.download(address, choices.home)

@@ -140,7 +140,7 @@ def parse(kind: Kind, message: Any) -> tuple[Trajectory, str, str, tuple[str, ..
                 problem = f"is in the frame {brief(own)!r}, the path in {brief(frame_id)!r}; transform it to one frame"
                 raise TrajectoryError(problem, key="poses", index=i)
             frame_id = frame_id or own
-        columns, notes = _times([_nanoseconds(p.header.stamp) for p in poses])
+        columns, notes = _times([stamp_ns(p.header.stamp) for p in poses])
         poses = [stamped.pose for stamped in poses]
     built, said = _built([p.position for p in poses], [p.orientation for p in poses], columns, "poses")
     return built, frame_id, "", notes + said
@@ -181,7 +181,7 @@ def _parse_points(message: Any) -> tuple[Trajectory, str, tuple[str, ...]]:
         if len(point.transforms) != 1:
             what = f"moves {len(point.transforms)} bodies ({listing(map(str, message.joint_names))})"
             raise TrajectoryError(f"{what}; a path is the motion of one", key="points", index=i)
-    columns, notes = _times([_nanoseconds(p.time_from_start) for p in points])
+    columns, notes = _times([stamp_ns(p.time_from_start) for p in points])
     times = None
     if points and all(len(point.velocities) == 1 for point in points):
         linear = [[v.x, v.y, v.z] for v in (point.velocities[0].linear for point in points)]
@@ -231,7 +231,8 @@ def _built(
     return built, notes
 
 
-def _nanoseconds(stamp: Any) -> int:
+def stamp_ns(stamp: Any) -> int:
+    """A Time or Duration [ns]."""
     return int(stamp.sec) * _BILLION + int(stamp.nanosec)
 
 

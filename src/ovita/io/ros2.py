@@ -1,41 +1,46 @@
-"""ROS 2 topics, live: through rclpy where ROS 2 is installed, else over DDS without it (extra `ros`).
+"""ROS 2 topics, live: paths and motions of joints sent and heard, recordings taken, topics listed.
 
-ROS 2 calls the DDS topic of `/plan` `rt/plan`, and the DDS type of `nav_msgs/msg/Path` `nav_msgs::msg::dds_::Path_`;
-its structures are final and travel as plain CDR. What is published over DDS is reliable and transient-local, which fits
-every subscriber of ROS 2, late ones too; what is read is read reliably where the publisher offers it.
+What is published is reliable and latched (transient-local), which fits every subscriber of ROS 2, late ones too; what
+is read is read as each publisher offers it.
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
-from functools import cache
-from importlib import import_module
-from importlib.util import find_spec
 from typing import Any
 
-from ovita.errors import LinkError, MissingExtra
-from ovita.io.bags import message_of, task_of
-from ovita.io.documents import Choices, Kind, Task
+from ovita.errors import LinkError
+from ovita.io.bags import message_of, motion_of, recorded_task, task_of
+from ovita.io.bus import (
+    WAYS,
+    Bus,
+    BusEndpoint,
+    Take,
+    Way,
+    idl_type,
+    joined,
+    message_class,
+    plain_type,
+    ros_node,
+    ros_type,
+    wait,
+)
+from ovita.io.documents import Choices, Kind, Task, listing
 from ovita.io.files import errors_of
 from ovita.io.links import Address
 from ovita.io.messages import JOINTS, TYPES, JointMotion, Maker, build_joints, listed_names
+from ovita.io.recorded import JOINT_STATE, RECORDED, TRANSFORMS, StampedMessage
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
+
+__all__ = ["idl_type", "message_class", "plain_type", "ros_node", "ros_type"]
 
 Build = Callable[[Maker], tuple[str, Any]]
 """Builds the message to send, and the name of its type, with the library's maker."""
 
-_PAUSE = 0.02
 _SETTLE = 0.5
-_LOOPBACK = """<CycloneDDS><Domain>
-<General><Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>
-<AllowMulticast>false</AllowMulticast></General>
-<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>50</MaxAutoParticipantIndex>
-<Peers><Peer address="127.0.0.1"/></Peers></Discovery>
-</Domain></CycloneDDS>"""
 
 
 def send(
@@ -61,108 +66,114 @@ def send(
         return TYPES[chosen], message
 
     with errors_of(str(address)):
-        data = _backend()[0](address, build)
+        data = publish(address, build)
     return data, tuple(notes)
 
 
 def send_joints(address: Address, motion: JointMotion, choices: Choices) -> bytes:
     """Publish a motion of joints on a topic once a subscriber is there, to begin at once; its bytes."""
     frame_id = address.options.get("frame_id") or choices.frame_id or ""
-    return _backend()[0](address, lambda maker: (JOINTS, build_joints(motion, maker, frame_id=frame_id)))
+    return publish(address, lambda maker: (JOINTS, build_joints(motion, maker, frame_id=frame_id)))
 
 
-def receive(address: Address) -> Task:
-    """Wait for one message with a path on a topic."""
-    name, message = _backend()[1](address)
+def publish(address: Address, build: Build) -> bytes:
+    """Publish a message once a subscriber is there, and wait until it has arrived; its bytes as CDR."""
+    with joined(address) as bus:
+        name, message = build(bus.maker)
+        publisher = bus.publisher(address.target, name)
+        if not wait(publisher.matched, address.timeout, bus.rest):
+            others = _types(bus.others(publishing=False), address.target)
+            problem = f"nobody subscribed to {address.target} in domain {address.domain} within {address.timeout:g} s"
+            there = f"; those there take {listed_names(others)}, not {name}" if others else ""
+            raise LinkError(f"{address}: {problem}{there}; nothing was sent")
+        data = publisher.write(message)
+        if not publisher.acknowledged(address.timeout):
+            raise LinkError(f"{address}: it was sent, but not acknowledged within {address.timeout:g} s")
+    return data
+
+
+def receive(address: Address, choices: Choices) -> Task:
+    """Wait for one message with a path on a topic, or record what a robot says of its pose there.
+
+    The address's option `for` says how many seconds are recorded; 10 where it does not.
+    """
+    wanted = [name for kind, name in TYPES.items() if address.options.get("type") in (None, kind)]
+    if "type" not in address.options:
+        wanted += RECORDED
+    name, came = _heard(address, wanted, RECORDED)
     kinds: dict[str, Kind] = {n: kind for kind, n in TYPES.items()}
     with errors_of(str(address)):
-        return replace(task_of(kinds[name], message, topic=address.target), path=str(address))
+        if name in RECORDED:
+            task = recorded_task(name, came, choices, topic=address.target)
+        else:
+            task = task_of(kinds[name], came[0].message, topic=address.target, raw=choices.raw)
+        return replace(task, path=str(address))
 
 
-def _backend() -> tuple[Callable[[Address, Build], bytes], Callable[[Address], tuple[str, Any]]]:
-    """How to publish a message once a subscriber is there, and how to wait for the first one on a topic."""
-    if find_spec("rclpy") is not None:
-        # A ROS that is installed but not set up in this shell cannot be imported.
-        with suppress(ImportError):
-            import_module("rclpy")
-            return publish_rclpy, subscribe_rclpy
-    try:
-        import_module("cyclonedds")
-    except ImportError:
-        raise MissingExtra("cyclonedds", "ros") from None
-    return publish_dds, subscribe_dds
+def receive_joints(address: Address) -> tuple[JointMotion, tuple[str, ...]]:
+    """Wait for a motion of joints on a topic, a JointTrajectory or a plan of MoveIt, or record the joints' states."""
+    name, came = _heard(address, [JOINTS, *MOVEIT, JOINT_STATE], [JOINT_STATE])
+    with errors_of(str(address)):
+        return motion_of(name, came)
 
 
-def _check_sent(address: Address, subscribed: object, others: Iterable[str], name: str) -> None:
-    if not subscribed:
-        problem = f"nobody subscribed to {address.target} in domain {address.domain} within {address.timeout:g} s"
-        there = f"; those there take {listed_names(others)}, not {name}" if others else ""
-        raise LinkError(f"{address}: {problem}{there}; nothing was sent")
+MOVEIT = ("moveit_msgs/msg/RobotTrajectory", "moveit_msgs/msg/DisplayTrajectory")
 
 
-def _check_acknowledged(address: Address, acknowledged: object) -> None:
-    if not acknowledged:
-        raise LinkError(f"{address}: it was sent, but not acknowledged within {address.timeout:g} s")
+def _heard(address: Address, wanted: Sequence[str], series: Sequence[str]) -> tuple[str, list[StampedMessage]]:
+    """What comes on a topic: one message, or all of a while where its type is recorded as a series."""
+    with joined(address) as bus:
+        there = wait(lambda: _on(bus, address.target), address.timeout, bus.rest)
+        name = _fitting(address, _types(there, address.target), wanted, bus)
+        others = _statics(bus) if name in TRANSFORMS else ()
+        takes = [_reader(bus, address.target, name), *(_reader(bus, topic, name) for topic in others)]
+        came = list[StampedMessage]()
+
+        def more() -> bool:
+            came.extend(StampedMessage(time.time_ns(), message) for take in takes for message in take())
+            return bool(came)
+
+        if not wait(more, address.timeout, bus.rest):
+            raise LinkError(f"{address}: {address.target} is there, but no message came within {address.timeout:g} s")
+        if name in series:
+            wait(lambda: more() and False, address.recording, bus.rest)
+    return name, came
 
 
-def _fitting(address: Address, offered: list[str], topics: Iterable[str] = ()) -> str:
-    """The first type that is published on a topic and holds a path of the requested kind."""
+def _statics(bus: Bus) -> list[str]:
+    return sorted({e.topic for e in bus.others(publishing=True) if e.topic.endswith("tf_static")})
+
+
+def _on(bus: Bus, topic: str) -> list[BusEndpoint]:
+    return [endpoint for endpoint in bus.others(publishing=True) if endpoint.topic == topic]
+
+
+def _types(endpoints: Iterable[BusEndpoint], topic: str) -> list[str]:
+    return sorted({endpoint.type for endpoint in endpoints if endpoint.topic == topic})
+
+
+def _reader(bus: Bus, topic: str, kind: str) -> Take:
+    """Hear a topic in the ways in which it is offered now."""
+    ways = {endpoint.way for endpoint in _on(bus, topic)}
+    return bus.subscribe(topic, kind, _asking(ways) or WAYS)
+
+
+def _asking(ways: Iterable[Way]) -> list[Way]:
+    """Ways that hear publishers of these; one that is latched but not reliable is heard as if it were neither."""
+    return sorted({way if way in WAYS else (False, False) for way in ways})
+
+
+def _fitting(address: Address, offered: Sequence[str], wanted: Sequence[str], bus: Bus) -> str:
+    """The first type that is published on a topic and holds what is wanted."""
     if not offered:
+        topics = {endpoint.topic for endpoint in bus.others(publishing=True)}
         others = f"; topics there: {listed_names(topics)}" if topics else ""
         problem = f"nobody publishes {address.target} in domain {address.domain}"
         raise LinkError(f"{address}: {problem} within {address.timeout:g} s{others}")
-    wanted = [name for kind, name in TYPES.items() if address.options.get("type") in (None, kind)]
     fits = [name for name in offered if name in wanted]
     if not fits:
         raise LinkError(f"{address}: {address.target} carries {listed_names(offered)}, not {listed_names(wanted)}")
     return fits[0]
-
-
-def _first(address: Address, messages: list[Any]) -> Any:
-    if not messages:
-        raise LinkError(f"{address}: {address.target} is there, but no message came within {address.timeout:g} s")
-    return messages[0]
-
-
-def _wait(ready: Callable[[], Any], timeout: float, rest: Callable[[], None] = lambda: time.sleep(_PAUSE)) -> Any:
-    """Poll `ready` until it returns a true value or time is up; return its last value."""
-    end = time.monotonic() + timeout
-    while True:
-        found = ready()
-        if found or time.monotonic() > end:
-            return found
-        rest()
-
-
-def publish_dds(address: Address, build: Build) -> bytes:
-    """Publish a message over DDS and wait until it has arrived; its bytes as CDR."""
-    from cyclonedds.pub import DataWriter
-    from cyclonedds.topic import Topic
-    from cyclonedds.util import duration
-
-    name, message = build(Maker(lambda kind, **fields: idl_type(kind)(**fields)))
-    with _participant(address) as participant:
-        writer = DataWriter(participant, Topic(participant, f"rt{address.target}", type(message)), qos=_qos(True, True))
-        subscribed = _wait(lambda: writer.get_matched_subscriptions(), address.timeout)
-        _check_sent(address, subscribed, () if subscribed else _types(participant, address, publications=False), name)
-        data = bytes(message.serialize())
-        writer.write(message)
-        _check_acknowledged(address, writer.wait_for_acks(duration(seconds=address.timeout)))
-    return data
-
-
-def subscribe_dds(address: Address) -> tuple[str, Any]:
-    """The type name and the first message on a topic, over DDS."""
-    end = time.monotonic() + address.timeout
-    with _participant(address) as participant:
-        found = _wait(lambda: _types(participant, address, publications=True), address.timeout)
-        name = _fitting(address, found, () if found else _topics(participant))
-        readers = _readers(participant, address.target, name)
-        samples = _wait(
-            lambda: [sample for reader in readers for sample in reader.take(N=1) if hasattr(sample, "header")],
-            max(end - time.monotonic(), _PAUSE),
-        )
-    return name, _first(address, samples)
 
 
 @dataclass(frozen=True)
@@ -180,7 +191,7 @@ def capture(
     choose: Callable[[Mapping[str, str]], Iterable[str]],
     enough: Callable[[Sequence[LiveMessage]], bool],
 ) -> tuple[LiveMessage, ...]:
-    """Listen to several topics over DDS until there is enough, or the address's time is up.
+    """Listen to several topics until there is enough, or the address's time is up.
 
     Args:
         address: Its topic must be published; the rest are those that go with it.
@@ -189,198 +200,89 @@ def capture(
 
     Raises:
         LinkError: If nobody publishes the address's topic.
-        MissingExtra: If cyclonedds is not installed.
+        MissingExtra: If neither rclpy nor cyclonedds is installed.
     """
     end = time.monotonic() + address.timeout
-    with _participant(address) as participant:
-        there = _wait(lambda: _published(participant, address.target), address.timeout)
-        if not there:
-            _fitting(address, [], _topics(participant))
-        _wait(lambda: False, min(_SETTLE, address.timeout))  # the others become known a little later
-        there = _published(participant, address.target) or there
-        readers = {topic: (there[topic], _readers(participant, topic, there[topic])) for topic in choose(there)}
+    with joined(address) as bus:
+        if not wait(lambda: _on(bus, address.target), address.timeout, bus.rest):
+            _fitting(address, [], [], bus)
+        wait(lambda: False, min(_SETTLE, address.timeout), bus.rest)  # the others become known a little later
+        there = {endpoint.topic: endpoint.type for endpoint in bus.others(publishing=True)}
+        takes = {topic: (there[topic], _reader(bus, topic, there[topic])) for topic in choose(there)}
         came: list[LiveMessage] = []
 
         def more() -> bool:
-            for topic, (name, several) in readers.items():
-                samples = [sample for reader in several for sample in reader.take(N=10)]
-                known = [sample for sample in samples if type(sample).__name__ == name.rpartition("/")[2]]
-                came.extend(LiveMessage(topic, name, time.time_ns(), sample) for sample in known)
+            for topic, (name, take) in takes.items():
+                came.extend(LiveMessage(topic, name, time.time_ns(), message) for message in take())
             return enough(came)
 
-        _wait(more, max(end - time.monotonic(), _PAUSE))
+        wait(more, max(end - time.monotonic(), 0.0), bus.rest)
     return tuple(came)
 
 
-def _published(participant: Any, wanted: str) -> dict[str, str]:
-    """Every topic of ROS that others publish, with the name of its type; nothing while the wanted one is not there."""
-    found = _discovered(participant, True)
-    topics = {e.topic_name.removeprefix("rt"): plain_type(e.type_name) for e in found if e.topic_name.startswith("rt/")}
-    return topics if wanted in topics else {}
+@dataclass(frozen=True)
+class TopicRow:
+    """A topic as a list shows it: its types, how many publish and subscribe, and how it is offered."""
+
+    topic: str
+    types: tuple[str, ...]
+    publishers: int
+    subscribers: int
+    offered: str
 
 
-def _readers(participant: Any, topic: str, name: str) -> list[Any]:
-    """A reader for each way in which a publisher may offer a topic: it must not ask for more."""
-    from cyclonedds.sub import DataReader
-    from cyclonedds.topic import Topic
-
-    kind = Topic(participant, f"rt{topic}", idl_type(name))
-    ways = ((True, True), (True, False), (False, False))
-    return [DataReader(participant, kind, qos=_qos(reliable, latched)) for reliable, latched in ways]
-
-
-def ros_type(name: str) -> str:
-    """The DDS name of a ROS type: "nav_msgs/msg/Path" to "nav_msgs::msg::dds_::Path_"."""
-    package, _, kind = name.partition("/msg/")
-    return f"{package}::msg::dds_::{kind}_"
-
-
-def plain_type(name: str) -> str:
-    """The ROS name of a DDS type, or the name itself if it is not a ROS type."""
-    package, found, kind = name.partition("::msg::dds_::")
-    return f"{package}/msg/{kind.removesuffix('_')}" if found else name
+def topics(address: Address) -> list[TopicRow]:
+    """Every topic that others publish or subscribe to, after a look of the address's timeout."""
+    with joined(address) as bus:
+        wait(lambda: False, address.timeout, bus.rest)
+        published, heard = bus.others(publishing=True), bus.others(publishing=False)
+    names = sorted({endpoint.topic for endpoint in (*published, *heard)})
+    return [
+        TopicRow(
+            name,
+            tuple(sorted({e.type for e in (*published, *heard) if e.topic == name})),
+            sum(e.topic == name for e in published),
+            sum(e.topic == name for e in heard),
+            listing(sorted({_words(e.way) for e in published if e.topic == name})),
+        )
+        for name in names
+    ]
 
 
-@cache
-def idl_type(name: str) -> Any:
-    """The structure of a ROS message as cyclonedds describes it, from the definitions that rosbags brings."""
-    try:
-        from cyclonedds.idl import annotations, make_idl_struct, types
-        from rosbags.interfaces import Nodetype
-        from rosbags.typesys import Stores, get_typestore
-    except ImportError as error:
-        raise MissingExtra((error.name or "cyclonedds").partition(".")[0], "ros") from None
-    definitions = get_typestore(Stores.ROS2_HUMBLE).fielddefs
-
-    def kind_of(described: Any) -> Any:
-        node, what = described
-        if node == Nodetype.BASE:
-            known = {"string": str, "bool": bool, "byte": types.uint8, "char": types.uint8}
-            return known.get(what[0]) or getattr(types, what[0])
-        if node == Nodetype.NAME:
-            return idl_type(what)
-        if node == Nodetype.ARRAY:
-            fixed: Any = types.array
-            return fixed[kind_of(what[0]), what[1]]
-        sequence: Any = types.sequence
-        return sequence[kind_of(what[0])]
-
-    fields = {field: kind_of(described) for field, described in definitions[name][1]}
-    made = make_idl_struct(name.rpartition("/")[2], ros_type(name).replace("::", "."), fields)
-    return annotations.final(annotations.autoid("sequential")(made))
+def _words(way: Way) -> str:
+    return ("reliable" if way[0] else "best effort") + (" and latched" if way[1] else "")
 
 
-def _qos(reliable: bool, latched: bool) -> Any:
-    from cyclonedds.core import Policy, Qos
-    from cyclonedds.util import duration
-
-    return Qos(
-        Policy.Reliability.Reliable(duration(seconds=1)) if reliable else Policy.Reliability.BestEffort,
-        Policy.Durability.TransientLocal if latched else Policy.Durability.Volatile,
-        Policy.History.KeepLast(1),
-        Policy.DataRepresentation(use_cdrv0_representation=True, use_xcdrv2_representation=False),
-    )
-
-
-@contextmanager
-def _participant(address: Address) -> Iterator[Any]:
-    """A DDS participant in the address's domain, restricted to this machine if requested."""
-    try:
-        from cyclonedds.core import DDSException
-        from cyclonedds.domain import Domain, DomainParticipant
-    except ImportError:
-        raise MissingExtra("cyclonedds", "ros") from None
-    try:
-        domain = Domain(address.domain, _LOOPBACK) if address.local else None
-        participant = DomainParticipant(address.domain)
-    except DDSException as error:
-        what = " ".join(str(error).split())
-        raise LinkError(f"{address}: DDS cannot start here ({what}); check CYCLONEDDS_URI and the network") from None
-    try:
-        yield participant
-    except DDSException as error:
-        raise LinkError(f"{address}: DDS failed ({' '.join(str(error).split())})") from None
-    finally:
-        del participant, domain
+def echoed(address: Address, count: int) -> Iterator[dict[str, Any]]:
+    """Messages on a topic of any known type, as plain data, until there are that many or the time is up between two."""
+    with joined(address) as bus:
+        there = wait(lambda: _on(bus, address.target), address.timeout, bus.rest)
+        offered = _types(there, address.target)
+        take = _reader(bus, address.target, _fitting(address, offered, offered, bus))
+        given = 0
+        while given < count:
+            came = wait(take, address.timeout, bus.rest)
+            if not came:
+                raise LinkError(f"{address}: no message came within {address.timeout:g} s")
+            for message in came[: count - given]:
+                given += 1
+                yield plain_message(message)
 
 
-def _types(participant: Any, address: Address, *, publications: bool) -> list[str]:
-    """ROS names of the types that others publish on a topic, or subscribe to."""
-    found = {e.type_name for e in _discovered(participant, publications) if e.topic_name == f"rt{address.target}"}
-    return [plain_type(name) for name in sorted(found)]
-
-
-def _topics(participant: Any) -> set[str]:
-    """ROS names of the topics that others publish."""
-    names = (endpoint.topic_name for endpoint in _discovered(participant, True))
-    return {name.removeprefix("rt") for name in names if name.startswith("rt/")}
-
-
-def _discovered(participant: Any, publications: bool) -> list[Any]:
-    from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsPublication, BuiltinTopicDcpsSubscription
-
-    kind = BuiltinTopicDcpsPublication if publications else BuiltinTopicDcpsSubscription
-    endpoints = BuiltinDataReader(participant, kind).read(N=1000)
-    return [e for e in endpoints if getattr(e, "topic_name", None) and e.participant_key != participant.guid]
-
-
-def publish_rclpy(address: Address, build: Build) -> bytes:
-    """As `publish_dds`, with ROS's own client library."""
-    from rclpy.duration import Duration
-    from rclpy.serialization import serialize_message
-
-    name, message = build(Maker(lambda kind, **fields: _message_class(kind)(**fields)))
-    with _node(address) as (node, spin):
-        publisher = node.create_publisher(_message_class(name), address.target, _profile(latched=True))
-        subscribed = _wait(lambda: publisher.get_subscription_count() > 0, address.timeout, spin)
-        _check_sent(address, subscribed, (), name)
-        publisher.publish(message)
-        _check_acknowledged(address, publisher.wait_for_all_acked(Duration(seconds=address.timeout)))
-    return bytes(serialize_message(message))
-
-
-def subscribe_rclpy(address: Address) -> tuple[str, Any]:
-    """As `subscribe_dds`, with ROS's own client library."""
-    with _node(address) as (node, spin):
-
-        def published() -> list[str]:
-            return [
-                kind for name, kinds in node.get_topic_names_and_types() if name == address.target for kind in kinds
-            ]
-
-        name = _fitting(address, _wait(published, address.timeout, spin))
-        messages: list[Any] = []
-        for latched in (True, False):
-            node.create_subscription(_message_class(name), address.target, messages.append, _profile(latched=latched))
-        _wait(lambda: messages, address.timeout, spin)
-    return name, _first(address, messages)
-
-
-def _message_class(name: str) -> Any:
-    return import_module("rosidl_runtime_py.utilities").get_message(name)
-
-
-def _profile(*, latched: bool) -> Any:
-    from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-
-    durability = DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE
-    return QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=durability)
-
-
-@contextmanager
-def _node(address: Address) -> Iterator[tuple[Any, Callable[[], None]]]:
-    """A ROS node, and how to let it work while something is waited for."""
-    import rclpy
-    from rclpy.executors import SingleThreadedExecutor
-
-    context = rclpy.Context()
-    rclpy.init(context=context, domain_id=address.domain)
-    node = rclpy.create_node("ovita", context=context)
-    executor = SingleThreadedExecutor(context=context)
-    executor.add_node(node)
-    try:
-        yield node, lambda: executor.spin_once(timeout_sec=_PAUSE)
-    finally:
-        executor.remove_node(node)
-        node.destroy_node()
-        rclpy.shutdown(context=context)
+def plain_message(value: Any) -> Any:
+    """A message of any library as dicts, lists and scalars."""
+    if isinstance(value, str | int | float | bool) or value is None:
+        return value
+    if isinstance(value, bytes | bytearray):
+        return list(value)
+    if hasattr(value, "get_fields_and_field_types"):
+        return {name: plain_message(getattr(value, name)) for name in value.get_fields_and_field_types()}
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    if hasattr(value, "__iter__"):
+        return [plain_message(item) for item in value]
+    return {
+        name: plain_message(item)
+        for name, item in vars(value).items()
+        if not name.startswith("_") and name != "sample_info"
+    }

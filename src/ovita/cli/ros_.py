@@ -1,0 +1,72 @@
+"""`ovita ros`: what is on ROS 2's bus, with or without a ROS installation."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import click
+
+from ovita.cli.common import plain
+from ovita.io.links import Address
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+_BUS = (
+    click.option("--domain", type=click.IntRange(0, 232), help="The DDS domain. [ROS_DOMAIN_ID, else 0]"),
+    click.option("--local", is_flag=True, help="Stay on this machine."),
+)
+
+
+def on_bus(function: F) -> F:
+    """Add the options that say which bus is meant."""
+    for option in reversed(_BUS):
+        function = option(function)
+    return function
+
+
+def address_of(topic: str, domain: int | None, local: bool, **more: float) -> Address:
+    """The address of a topic on the bus that is meant."""
+    options = {key: f"{value:g}" for key, value in more.items()}
+    options |= {} if domain is None else {"domain": str(domain)}
+    options |= {"local": "1"} if local else {}
+    return Address("ros2", topic if topic.startswith("/") else f"/{topic}", options)
+
+
+@click.group()
+def group() -> None:
+    """Look at ROS 2's topics, and serve them: through rclpy where ROS 2 is set up, else without ROS ([ros])."""
+
+
+@group.command("list")
+@click.option("--wait", type=click.FloatRange(0.1, 60), default=2.0, show_default=True, help="How long to look [s].")
+@click.option("--json", "as_json", is_flag=True, help="As JSON.")
+@on_bus
+def list_(wait: float, as_json: bool, domain: int | None, local: bool) -> None:
+    """List the topics that others publish or hear, with types, numbers and quality of service."""
+    from ovita.io.ros2 import topics
+
+    rows = topics(address_of("/all", domain, local, timeout=wait))
+    if as_json:
+        click.echo(json.dumps([vars(row) for row in rows]))
+        return
+    if not rows:
+        click.echo(f"no topics within {wait:g} s; is it the right domain (--domain, ROS_DOMAIN_ID)?")
+    for row in rows:
+        offered = f", {row.offered}" if row.publishers else ""
+        counts = f"{row.publishers} publish{offered}; {row.subscribers} subscribe"
+        click.echo(plain(f"{row.topic}  {', '.join(row.types)}  ({counts})"))
+
+
+@group.command()
+@click.argument("topic")
+@click.option("--count", type=click.IntRange(1), default=1, show_default=True, help="How many messages.")
+@click.option("--timeout", type=click.FloatRange(0.1), default=10.0, show_default=True, help="For each of them [s].")
+@on_bus
+def echo(topic: str, count: int, timeout: float, domain: int | None, local: bool) -> None:
+    """Print messages on TOPIC as JSON, one a line, whatever quality of service it is published with."""
+    from ovita.io.ros2 import echoed
+
+    for message in echoed(address_of(topic, domain, local, timeout=timeout), count):
+        click.echo(plain(json.dumps(message)))

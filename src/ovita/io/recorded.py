@@ -1,0 +1,284 @@
+"""What robots record: odometry, poses, transforms and joint states, message by message, as one motion.
+
+A recording is all messages of a topic. Its samples are put in order, what cannot be used is left out with a word, and
+the rest is smoothed and thinned (`ovita.io.smoothing`), unless the poses are wanted as they are.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ovita.errors import RequestError, TrajectoryError
+from ovita.io.cameras import Transforms, named, stamp_of
+from ovita.io.documents import brief, listing
+from ovita.io.messages import JointMotion, frame_of
+from ovita.io.smoothing import FEWEST, Smoothed, noise_of, smoothed
+from ovita.io.waypoints import from_columns
+from ovita.paths.frame import quaternion
+from ovita.paths.geometry import Mask
+from ovita.paths.trajectory import Array, Trajectory
+
+JOINT_STATE = "sensor_msgs/msg/JointState"
+TRANSFORMS = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
+_PLACES: dict[str, tuple[str, ...]] = {
+    "nav_msgs/msg/Odometry": ("pose", "pose"),
+    "geometry_msgs/msg/PoseStamped": ("pose",),
+    "geometry_msgs/msg/PoseWithCovarianceStamped": ("pose", "pose"),
+    "geometry_msgs/msg/TransformStamped": ("transform",),
+    "geometry_msgs/msg/PointStamped": ("point",),
+}
+
+RECORDED = (*_PLACES, *TRANSFORMS)
+"""Messages of which a whole recording is one path."""
+
+_AS_RECORDED = 0.05
+_EVEN = 0.3
+
+
+@dataclass(frozen=True)
+class StampedMessage:
+    """A message of a recording, and when it was logged or came [ns]."""
+
+    logged: int
+    message: Any
+
+
+@dataclass(frozen=True, eq=False)
+class PoseSeries:
+    """Poses over time: stamps (N,) [ns], positions (N, 3) [m], quaternions (N, 4) wxyz or None, and their frames."""
+
+    stamps: NDArray[np.int64]
+    positions: Array
+    turns: Array | None
+    frame_id: str
+    child: str
+    notes: tuple[str, ...] = ()
+
+
+def path_of(
+    kind: str, samples: Sequence[StampedMessage], *, frames: str | None = None, raw: bool = False
+) -> tuple[Trajectory, str, str, tuple[str, ...]]:
+    """The path of a recording, its frame_id, the frame or body that moves, and notes.
+
+    Args:
+        kind: The type of the messages, of `RECORDED`.
+        samples: All messages.
+        frames: Of transforms, which frame moves in which: "map:base_link".
+        raw: Whether every pose is wanted as it was recorded.
+
+    Raises:
+        TrajectoryError: If there are too few samples, they are in different frames, or nothing moves.
+        RequestError: If several frames move, and none is chosen.
+    """
+    if kind in TRANSFORMS or kind.endswith("/TransformStamped"):
+        series = _of_transforms(samples, frames, single=kind not in TRANSFORMS)
+    else:
+        series = _of_poses(samples, _PLACES[kind])
+    series = _usable(series)
+    times = (series.stamps - series.stamps[0]) / 1e9
+    if raw or len(times) < FEWEST:
+        return _as_it_is(series, times), series.frame_id, series.child, series.notes
+    found = smoothed(times, series.positions, series.turns)
+    return found.trajectory, series.frame_id, series.child, (*series.notes, *told(found, len(times)))
+
+
+def told(found: Smoothed, count: int) -> tuple[str, ...]:
+    """What was made of a recording, for a person."""
+    said = f"smoothed a recording of {count} samples (noise {found.noise * 1e3:.2g} mm) and kept"
+    notes = [f"{said} {len(found.trajectory)} waypoints, within {found.off * 1e3:.2g} mm; --raw keeps every sample"]
+    if found.still:
+        times = listing(f"{time:.3g}" for time in found.still)
+        notes.append(f"it stands still {len(found.still)} times, for {times} s; these are kept as dwells")
+    return tuple(notes)
+
+
+def looks_recorded(times: Array, positions: Array) -> bool:
+    """Whether stamped poses were sampled at a rate and are noisy, so that they are a recording and no plan."""
+    if len(times) < FEWEST:
+        return False
+    steps = np.diff(times)
+    spacing = float(np.median(np.linalg.norm(np.diff(positions, axis=0), axis=1)))
+    even = float(steps.std()) < _EVEN * float(steps.mean())
+    return even and noise_of(positions) > _AS_RECORDED * spacing > 0.0
+
+
+def _as_it_is(series: PoseSeries, times: Array) -> Trajectory:
+    columns = dict(zip("xyz", series.positions.T, strict=True)) | {"t": times}
+    if series.turns is not None:
+        columns |= dict(zip(("qw", "qx", "qy", "qz"), series.turns.T, strict=True))
+    return from_columns(columns, key="poses", timestep=None)[0]
+
+
+def _of_poses(samples: Sequence[StampedMessage], fields: Sequence[str]) -> PoseSeries:
+    rows, turns, frames, children = [], [], Counter[str](), Counter[str]()
+    for sample in samples:
+        place = sample.message
+        for field in fields:
+            place = getattr(place, field)
+        position = getattr(place, "position", place)
+        turn = getattr(place, "orientation", None)
+        rows.append((position.x, position.y, position.z))
+        turns.append((0.0,) * 4 if turn is None else (turn.w, turn.x, turn.y, turn.z))
+        frames[named(sample.message.header.frame_id)] += 1
+        children[named(getattr(sample.message, "child_frame_id", ""))] += 1
+    for key, found in (("header.frame_id", frames), ("child_frame_id", children)):
+        if len(found) > 1:
+            problem = f"changes in the recording ({listing(sorted(found))}); record one frame, or transform it to one"
+            raise TrajectoryError(problem, key=key)
+    stamps, notes = _stamps(samples)
+    table = np.array(rows, dtype=float).reshape(-1, 3)
+    quaternions = np.array(turns, dtype=float).reshape(-1, 4) if "point" not in fields else None
+    return PoseSeries(stamps, table, quaternions, next(iter(frames), ""), next(iter(children), ""), notes)
+
+
+def _stamps(samples: Sequence[StampedMessage]) -> tuple[NDArray[np.int64], tuple[str, ...]]:
+    """The stamps [ns] of messages: their own, or when they were logged where those are not set."""
+    own = np.array([stamp_of(sample.message) for sample in samples], dtype=np.int64)
+    if len(own) > 1 and len(set(own.tolist())) == 1:
+        return np.array([s.logged for s in samples], dtype=np.int64), (
+            "the stamps are not set; the times of logging count",
+        )
+    return own, ()
+
+
+def _of_transforms(samples: Sequence[StampedMessage], frames: str | None, *, single: bool) -> PoseSeries:
+    """How one frame moves in another, by all transforms between the two, at each change of the moving one."""
+    edges: dict[tuple[str, str], set[Any]] = {}
+    flat: list[tuple[int, Any]] = []
+    for sample in samples:
+        for one in [sample.message] if single else sample.message.transforms:
+            edge = named(one.header.frame_id), named(one.child_frame_id)
+            place = one.transform.translation
+            edges.setdefault(edge, set()).add((place.x, place.y, place.z))
+            flat.append((sample.logged, one))
+    parent, child = _frames(edges, frames)
+    tree, stamps, rows, turns, logged = Transforms(), [], [], [], []
+    moves = {end for (_, end), seen in edges.items() if len(seen) > 1}
+    below = child
+    ancestors = {end: start for start, end in edges}
+    while below not in moves and below in ancestors:
+        below = ancestors[below]
+    for at, one in flat:
+        tree.add(_Transforms([one]))
+        found = tree.between(child, parent) if named(one.child_frame_id) == below else None
+        if found is not None:
+            turn = one.transform.rotation
+            unset = turn.w == turn.x == turn.y == turn.z == 0
+            rows.append(found[0][:3, 3])
+            turns.append(np.zeros(4) if unset else quaternion(found[0][:3, :3]))
+            stamps.append(stamp_of(one))
+            logged.append(at)
+    several = len(edges) > 1
+    notes = (f"the path of {child} in {parent}, by the transforms between them",) if several else ()
+    own = np.array(stamps if len(set(stamps)) > 1 else logged, dtype=np.int64)
+    return PoseSeries(own, np.array(rows).reshape(-1, 3), np.array(turns).reshape(-1, 4), parent, child, notes)
+
+
+@dataclass(frozen=True)
+class _Transforms:
+    transforms: list[Any]
+
+
+def _frames(edges: dict[tuple[str, str], set[Any]], wanted: str | None) -> tuple[str, str]:
+    """Which frame's motion in which other is read."""
+    known = {frame for edge in edges for frame in edge}
+    moving = [edge for edge, seen in edges.items() if len(seen) > 1]
+    there = listing(f"{parent}:{child}" for parent, child in sorted(moving))
+    if wanted is not None:
+        parent, _, child = wanted.partition(":")
+        if parent not in known or child not in known or parent == child:
+            frames = listing(sorted(known))
+            raise RequestError(
+                f"{wanted!r} names no two frames of this recording as FIXED:MOVING; its frames are {frames}"
+            )
+        return parent, child
+    if not moving:
+        raise TrajectoryError(f"holds no frame that moves, only {listing(sorted(known))}", key="transforms")
+    if len(moving) > 1:
+        raise RequestError(f"several frames move ({there}); choose one as FIXED:MOVING, such as --frames map:base_link")
+    return moving[0]
+
+
+def _usable(series: PoseSeries) -> PoseSeries:
+    """The samples in order of time, without those that cannot be used; the notes say which."""
+    count, notes = len(series.stamps), list(series.notes)
+    finite: Mask = np.asarray(np.isfinite(series.positions).all(axis=1))
+    if series.turns is not None:
+        finite &= np.isfinite(series.turns).all(axis=1)
+    series = _picked(series, finite, notes, "hold numbers that are not finite")
+    order = np.argsort(series.stamps, kind="stable")
+    late = int((np.diff(series.stamps) < 0).sum())
+    if late:
+        notes.append(
+            f"{late} of {count} samples are stamped before the one that came before them; put in order of time"
+        )
+        series = _taken(series, order)
+    fresh = np.concatenate([[True], np.diff(series.stamps) > 0]) if len(series.stamps) else finite[:0]
+    series = _picked(series, fresh, notes, "repeat the stamp before them")
+    turns = series.turns
+    if turns is not None and len(turns):
+        none = np.linalg.norm(turns, axis=1) < 1e-9
+        if none.all():
+            notes.append("every quaternion has length zero, so the orientations were left out")
+            series = PoseSeries(series.stamps, series.positions, None, series.frame_id, series.child)
+        else:
+            series = _picked(series, ~none, notes, "have a quaternion of length zero")
+    if len(series.stamps) < 2:
+        raise TrajectoryError(
+            f"has {len(series.stamps)} usable of {count} samples; a path needs at least 2", key="poses"
+        )
+    turns = series.turns
+    unit = None if turns is None else turns / np.linalg.norm(turns, axis=1, keepdims=True)
+    return PoseSeries(series.stamps, series.positions, unit, series.frame_id, series.child, tuple(notes))
+
+
+def _picked(series: PoseSeries, mask: Mask, notes: list[str], why: str) -> PoseSeries:
+    if mask.all():
+        return series
+    notes.append(
+        f"left out {int((~mask).sum())} of {len(mask)} samples, which {why}; the first is sample {int(np.argmin(mask))}"
+    )
+    return _taken(series, np.flatnonzero(mask))
+
+
+def _taken(series: PoseSeries, index: NDArray[np.intp]) -> PoseSeries:
+    turns = None if series.turns is None else series.turns[index]
+    return PoseSeries(series.stamps[index], series.positions[index], turns, series.frame_id, series.child, series.notes)
+
+
+def joints_of(samples: Iterable[StampedMessage]) -> tuple[JointMotion, tuple[str, ...]]:
+    """The motion of joints in a recording of JointState messages, smoothed and thinned as paths are not: as it is.
+
+    Where publishers of several robots or grippers share the topic, the set of joints with most messages counts.
+
+    Raises:
+        TrajectoryError: If there are no two usable states.
+    """
+    by_names: dict[tuple[str, ...], list[StampedMessage]] = {}
+    for sample in samples:
+        by_names.setdefault(tuple(str(name) for name in sample.message.name), []).append(sample)
+    if not by_names:
+        raise TrajectoryError("holds no joint states", key="name")
+    names, chosen = max(by_names.items(), key=lambda item: len(item[1]))
+    others = [listing(other) for other in by_names if other != names]
+    notes = [f"there are states of other joints too, left out: {brief('; '.join(others))}"] if others else []
+    stamps, said = _stamps(chosen)
+    whole = [len(sample.message.position) == len(names) for sample in chosen]
+    if not all(whole):
+        i = whole.index(False)
+        problem = f"holds {len(chosen[i].message.position)} positions for {len(names)} joints"
+        raise TrajectoryError(problem, key="position", index=i)
+    table = np.array([np.asarray(sample.message.position, dtype=float) for sample in chosen])
+    wide = np.zeros((len(table), 3))
+    kept = _usable(PoseSeries(stamps, np.where(np.isfinite(table).all(axis=1)[:, None], wide, np.nan), None, "", ""))
+    index = np.searchsorted(np.sort(stamps), kept.stamps)
+    rows = table[np.argsort(stamps, kind="stable")][index]
+    frame = frame_of(str(chosen[0].message.header.frame_id))
+    motion = JointMotion(names, rows, (kept.stamps - kept.stamps[0]) / 1e9, frame=frame)
+    return motion, (*notes, *said, *kept.notes)

@@ -1,0 +1,83 @@
+"""ovita against real ROS 2: nodes of the rclpy wheels of two distributions, each in an own virtual environment.
+
+`make ros-judges` makes them in .ros-judges/kilted and .ros-judges/jazzy; OVITA_ROS_JUDGES names another folder.
+"""
+
+import json
+import os
+import subprocess
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("cyclonedds")
+pytest.importorskip("rosbags")
+
+from ovita.errors import LinkError
+from ovita.io import open_task
+from ovita.io.links import Address, deliver
+from ovita.io.messages import JOINTS, TYPES
+from ovita.io.ros2 import receive_joints, topics
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Trajectory
+
+HERE = Path(__file__).parent
+JUDGES = Path(os.environ.get("OVITA_ROS_JUDGES", HERE.parents[1] / ".ros-judges"))
+DOMAIN = 20 + os.getpid() % 70
+PATH = Trajectory([[0, 0, 0], [1, 0.5, 0], [2, 1, 0.25]], [0.5, 0.5, 0.5])
+
+
+@pytest.fixture(params=["kilted", "jazzy"], scope="module")
+def judge(request):
+    """Starts a node of a distribution, which says that it is there."""
+    python = JUDGES / request.param / "bin" / "python"
+    if not python.exists():
+        pytest.skip(f"there is no ROS 2 {request.param} in {JUDGES}; make ros-judges")
+    running = []
+
+    def start(*words):
+        process = subprocess.Popen(
+            [str(python), str(HERE / "judge.py"), *map(str, words)],
+            stdout=subprocess.PIPE,
+            text=True,
+            env={**os.environ, "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"},
+        )
+        running.append(process)
+        assert process.stdout.readline() == "ready\n"
+        return process
+
+    yield start
+    for process in running:
+        process.kill()
+        process.communicate()
+
+
+def address(topic, **options):
+    told = "".join(f"&{key}={value}" for key, value in options.items())
+    return f"ros2:{topic}?domain={DOMAIN}&local=1&timeout=15{told}"
+
+
+def test_both_ways(judge):
+    """The review found that nothing went either way with Kilted."""
+    judge("say", TYPES["path"], "/plan", DOMAIN, "latched")
+    assert open_task(address("/plan")).trajectory.positions[-1].tolist() == [1.5, 0.0, 0.0]
+    hearing = judge("hear", TYPES["path"], "/adapted", DOMAIN)
+    deliver(address("/adapted"), PATH, Scene())
+    (heard,) = json.loads(hearing.communicate(timeout=20)[0])
+    assert len(heard["poses"]) == 3 and heard["header"]["stamp"]["sec"] > 1_700_000_000
+
+
+def test_best_effort_odometry_is_recorded(judge):
+    judge("say", "nav_msgs/msg/Odometry", "/odom", DOMAIN, "best_effort")
+    task = open_task(address("/odom", **{"for": 1.5}))
+    assert task.trajectory.speeds.mean() == pytest.approx(0.5, rel=0.5)
+    there = {row.topic: row for row in topics(Address.parse(address("/x").replace("timeout=15", "timeout=4")))}
+    assert there["/odom"].types == ("nav_msgs/msg/Odometry",) and there["/odom"].offered == "best effort"
+    with pytest.raises(LinkError, match="/odom carries nav_msgs/msg/Odometry, not nav_msgs/msg/Path"):
+        open_task(address("/odom", type="path"))
+
+
+def test_joints_are_heard(judge):
+    judge("say", JOINTS, "/arm", DOMAIN)
+    motion, _ = receive_joints(Address.parse(address("/arm")))
+    assert motion.names == ("a", "b") and motion.positions.shape == (4, 2)
