@@ -50,7 +50,43 @@ def test_people_go_through_a_whole_study(served):
     assert all(r.value == r.condition.split("|")[0] for r in preferred)
     assert [r.value for r in found if r.question == "attention"] == [1.0]
     adapted = [r for r in found if r.phase == "adapt" and r.question == "correctness"]
-    assert [r.condition for r in adapted] == ["builtin"] and adapted[0].item not in {r.item for r in rated}
+    assert [r.condition for r in adapted] == ["builtin with feedback"] and adapted[0].item not in {
+        r.item for r in rated
+    }
+
+
+def test_people_judge_what_others_adapted(served):
+    study, people = served(adapt={"items": 1}, participants=4, explanation="on")
+    seen = [page for visitor in people for page in visitor.finish() if "Result of another person" in page]
+    judged = [r for r in ratings(study.path) if r.adapter and r.question == "correctness"]
+    assert len(judged) == len(seen) >= 2, "the first had nobody to judge"
+    for rating in judged:
+        assert rating.adapter != rating.participant and rating.condition == "builtin with feedback"
+        assert {rating.item} == study.participants[rating.adapter].adapted
+        assert rating.item not in study.participants[rating.participant].adapted
+    assert len({r.adapter for r in judged}) >= 2, "those that fewest judged come first"
+    for page in seen:
+        assert "go up by 0.1" not in page and "What the system says" in page and not re.search("builtin", page)
+    first = progress_of(study, study.participants["p1"])
+    skipped = next(page for page in first.person.pages if page.kind == "judge")
+    assert first.answered[skipped.id].values == {}
+
+
+def test_what_a_person_took_back_is_judged_by_nobody(served):
+    study, people = served(adapt={"items": 1, "judged": 2}, participants=3)
+    people[0].finish()
+    for visitor in people[1:]:
+        page = visitor.get()
+        while "Result of another person" not in page and "<h1>Thank you</h1>" not in page:
+            page = visitor.step(page)
+        if "Result of another person" in page:
+            form = visitor.answers(page)
+            people[0].post(do="withdraw")
+            assert "Result of another person" not in visitor.get(), "it is gone, and there is no other"
+            visitor.post(**form)
+            assert not [r for r in ratings(study.path) if r.adapter]
+            return
+    raise AssertionError("nobody judged anything")
 
 
 def test_no_page_tells_a_condition(run_folder, served, make_study, real_pictures):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from ovita.dialogue.session import Session
 from ovita.errors import OvitaError, RobotError
@@ -25,6 +26,23 @@ FAILED = "That did not work. Please say it in other words."
 """What a person reads where the system failed; why it did is not for their eyes."""
 
 
+@dataclass(frozen=True)
+class AdaptedByPerson:
+    """What others judge of a person's adapting; the words that led there stay with that person.
+
+    Args:
+        item: The sample.
+        path: As the person left it.
+        changed: Whether it differs from the item's.
+        told: What the system says of it, a line each.
+    """
+
+    item: StudyItem
+    path: Trajectory
+    changed: bool
+    told: tuple[str, ...]
+
+
 class Conversations:
     """The conversations of a study that are open in this process; each is used under its person's lock.
 
@@ -41,6 +59,16 @@ class Conversations:
     def current(self, progress: StudyProgress, page: StudyPage) -> Trajectory:
         """The path of a page as it stands."""
         return self._session(progress, page).current
+
+    def outcome(self, progress: StudyProgress, page: StudyPage) -> AdaptedByPerson:
+        """What a person's conversation came to, as others see it."""
+        session = self._session(progress, page)
+        last = session.adaptation if session.steps else None
+        lines = (last.explanation.splitlines() or last.plan) if last is not None else ()
+        said = [turn.said for turn in progress.turns(page.id)]
+        kept = [line.strip() for line in lines if line.strip() and not any(words in line for words in said)]
+        told = dict.fromkeys(hidden(line, self._secret) for line in kept)
+        return AdaptedByPerson(self.study.items[page.item], session.current, last is not None, tuple(told))
 
     def settled(self, progress: StudyProgress, page: StudyPage) -> bool:
         """Note the answer of a turn that was done, but cut off before its answer was noted; say whether it was so."""

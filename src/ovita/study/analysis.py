@@ -209,13 +209,13 @@ def analyse(ratings: Sequence[Rating], *, attention: float = ATTENTION) -> Analy
     """Screen ratings and analyse those that count, with people as the unit."""
     screened = screen(ratings, attention=attention)
     kept = screened.kept
-    rated = [r for r in kept if r.phase == "rate"]
+    rated = [r for r in kept if r.phase == "rate" and not r.adapter]
     return Analysis(
         screened,
         tuple(_summaries(kept)),
         tuple(_omnibus(rated)),
         tuple(_contrasts(kept, rated)),
-        tuple(_agreements(rated)),
+        tuple(_agreements([r for r in kept if r.phase == "rate"])),
         _preferences([r for r in kept if r.question == "preference"]),
         tuple(_scores(kept)),
         tuple(_adapters(kept)),

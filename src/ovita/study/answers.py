@@ -34,6 +34,7 @@ class StudyEvent:
         status: How it went.
         told: What the system answered.
         steps: Turns in force afterwards.
+        of: Whose adapting is judged: a person's id and one of their pages, as "p07/s002".
     """
 
     __pydantic_config__: ClassVar = {"extra": "forbid"}
@@ -50,6 +51,7 @@ class StudyEvent:
     status: str = ""
     told: tuple[str, ...] = ()
     steps: int = 0
+    of: str = ""
 
     def document(self) -> dict[str, Any]:
         """What is written: only what differs from nothing."""
@@ -99,6 +101,10 @@ class StudyProgress:
     def first_shown(self, page: str) -> str:
         """When a page was shown first, or ""."""
         return next((e.when for e in self.events if e.event == "shown" and e.page == page), "")
+
+    def judged(self, page: str) -> str:
+        """Whose adapting was last drawn for a page, or ""."""
+        return next((e.of for e in reversed(self.events) if e.page == page and e.of), "")
 
     def turns(self, page: str, event: str = "said") -> tuple[StudyEvent, ...]:
         """The turns of the conversation on a page."""
@@ -158,14 +164,23 @@ def _of(study: StudyFolder, progress: StudyProgress) -> Iterator[Rating]:
         event = answered.get(page.id)
         for question, given in ((event.values or {}) if event else {}).items():
             assert event is not None
+            adapter, item = _judged(study, event.of) if page.kind == "judge" else ("", page.item)
             yield Rating(
-                person.id, person.group, page.phase, page.item, _condition(study, page), page.explanation, question,
-                _value(question, given, page), page.position, event.seconds, event.when, study.design.pilot,
+                person.id, person.group, page.phase, item, _condition(study, page), page.explanation, question,
+                _value(question, given, page), page.position, event.seconds, event.when, study.design.pilot, adapter,
             )  # fmt: skip
 
 
 def _condition(study: StudyFolder, page: StudyPage) -> str:
-    return study.design.adapt.writer if page.kind == "adapt" else "|".join(page.conditions)
+    if page.kind in ("adapt", "judge"):
+        return f"{study.design.adapt.writer} with feedback"
+    return "|".join(page.conditions)
+
+
+def _judged(study: StudyFolder, of: str) -> tuple[str, str]:
+    """Who adapted what was judged, and of which item."""
+    adapter, _, page = of.partition("/")
+    return adapter, next((p.item for p in study.participants[adapter].pages if p.id == page), "")
 
 
 def _value(question: str, given: int | str, page: StudyPage) -> float | str:

@@ -28,7 +28,7 @@ class StudyPage:
         kind: One of `questions.KINDS`.
         phase: Whether it belongs to the adaptation phase.
         position: Which page it is, from 1.
-        item: The sample that is shown, or "".
+        item: The sample that is shown, or ""; what is judged on a page "judge" is drawn when it is first shown.
         conditions: What is shown of it, from left to right.
         explanation: Whether what the system says is shown.
         expected: The answer that a check of attention asks for.
@@ -149,6 +149,9 @@ class _Layout:
         pages += [page for page in workload if page.phase == "adapt"]
         blocks = [self._block(item, number, shown) for item in rated]
         pages += [page for block in self._with_checks(blocks) for page in block]
+        for _ in range(design.adapt.judging):
+            told = self._even("told in judging", shown, number, "")
+            pages.append(StudyPage("", "judge", "rate", 0, explanation=told))
         pages += [page for page in workload if page.phase == "rate"]
         pages.append(StudyPage("", "closing", "rate", 0))
         numbered = tuple(

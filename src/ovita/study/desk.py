@@ -11,6 +11,7 @@ from ovita.study import pages
 from ovita.study.adapting import Conversations
 from ovita.study.answers import StudyEvent, StudyProgress, note, progress_of, seconds_between, withdraw
 from ovita.study.assignment import Participant, StudyPage
+from ovita.study.crossing import draw, whose
 from ovita.study.folder import StudyFolder, now
 from ovita.study.questions import COMMENT, read_answers
 
@@ -81,11 +82,15 @@ class StudyDesk:
         if not progress.consented:
             return self._document(pages.consent(self.study), drawn=False)
         page = progress.current
+        while page is not None and page.kind == "judge" and not self._has_lot(progress, page):
+            note(self.study, person, StudyEvent("answer", now(), page=page.id, values={}))
+            progress = progress_of(self.study, person)
+            page = progress.current
         if page is None:
             return self._document(pages.farewell() + pages.footer(self.study), drawn=False)
         if not progress.first_shown(page.id):
             note(self.study, person, StudyEvent("shown", now(), page=page.id))
-        if page.kind == "adapt" and self._conversations.settled(progress, page):
+        if page.kind == "judge" or (page.kind == "adapt" and self._conversations.settled(progress, page)):
             progress = progress_of(self.study, person)
         return self._drawn(progress, page, {}, ())
 
@@ -96,9 +101,24 @@ class StudyDesk:
         if page.kind == "adapt":
             path, turns = self._conversations.current(progress, page), progress.turns(page.id)
             body = pages.conversation(self.study, person, page, path, turns, given, missing)
+        elif page.kind == "judge":
+            adapter, theirs = whose(self.study, progress.judged(page.id))
+            outcome = self._conversations.outcome(adapter, theirs)
+            body = pages.judged(self.study, person, page, outcome, given, missing)
         else:
             body = pages.page_of(self.study, person, page, given, missing)
         return self._document(body + pages.footer(self.study), drawn=page.kind not in ("introduction", "closing"))
+
+    def _has_lot(self, progress: StudyProgress, page: StudyPage) -> bool:
+        """Whether there is a result of another person for a page; it is drawn, and noted, where none was."""
+        of = progress.judged(page.id)
+        if of and not whose(self.study, of)[0].withdrawn:
+            return True
+        with self._guard:
+            of = draw(self.study, progress.person)
+            if of:
+                note(self.study, progress.person, StudyEvent("shown", now(), page=page.id, of=of))
+        return bool(of)
 
     def _document(self, body: str, *, drawn: bool) -> str:
         return pages.document(self.study.design.title, body, pilot=self.study.design.pilot, drawn=drawn)
@@ -111,7 +131,8 @@ class StudyDesk:
 
     def _answer(self, progress: StudyProgress, form: Mapping[str, str]) -> DeskAnswer:
         page = progress.current
-        if page is None or form.get("page") != page.id:
+        of = progress.judged(page.id) if page else ""
+        if page is None or form.get("page") != page.id or (page.kind == "judge" and not of):
             return DeskAnswer()
         values, missing = read_answers(page.kind, form, self.study.design.comments)
         if missing:
@@ -119,7 +140,9 @@ class StudyDesk:
             return DeskAnswer(self._drawn(progress, page, given, missing))
         when = now()
         seconds = seconds_between(progress.first_shown(page.id), when)
-        note(self.study, progress.person, StudyEvent("answer", when, page=page.id, values=values, seconds=seconds))
+        note(
+            self.study, progress.person, StudyEvent("answer", when, page=page.id, values=values, seconds=seconds, of=of)
+        )
         return DeskAnswer()
 
     def _say(self, progress: StudyProgress, form: Mapping[str, str]) -> None:

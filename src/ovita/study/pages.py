@@ -13,6 +13,7 @@ from ovita.errors import MissingExtra
 from ovita.io import scene_from_dict
 from ovita.io.waypoints import trajectory_from_rows
 from ovita.paths.trajectory import Trajectory
+from ovita.study.adapting import AdaptedByPerson
 from ovita.study.answers import StudyEvent
 from ovita.study.assignment import Participant, StudyPage
 from ovita.study.folder import StudyFolder
@@ -161,9 +162,10 @@ def page_of(
     head = macros.head(page, len(person.pages))
     match page.kind:
         case "introduction":
-            rating = sum(p.kind == "rate" for p in person.pages)
+            rating, judging = (sum(p.kind == kind for p in person.pages) for kind in ("rate", "judge"))
             letters = sorted(person.letters.values())
-            body = macros.introduction(page, design.title, len(person.adapted), rating, design.preference, letters)
+            body = macros.introduction(page, design.title, len(person.adapted), rating, judging,
+                                       design.preference, letters)  # fmt: skip
         case "rate":
             item, (name,) = study.items[page.item], page.conditions
             shown = _side(item, name, person)
@@ -181,6 +183,21 @@ def page_of(
         case _:
             body = macros.questionnaire(page, *HEADINGS[page.kind], questions, given, missing)
     return str(head + body)
+
+
+def judged(
+    study: StudyFolder,
+    person: Participant,
+    page: StudyPage,
+    outcome: AdaptedByPerson,
+    given: Mapping[str, str] = NOTHING,
+    missing: Sequence[str] = (),
+) -> str:
+    """A page on which a person judges what another one adapted."""
+    macros, item = _macros(), outcome.item
+    body = macros.rate(page, item.instruction, "of another person", drawing(outcome.path, item), outcome.told,
+                       outcome.changed, ASKED["judge"], given, missing, study.design.comments)  # fmt: skip
+    return str(macros.head(page, len(person.pages)) + body)
 
 
 def conversation(

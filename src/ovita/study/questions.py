@@ -119,6 +119,7 @@ LONGEST_COMMENT = 4000
 ASKED: Mapping[str, tuple[Question, ...]] = {
     "adapt": (CORRECTNESS, INTERPRETABILITY),
     "rate": (CORRECTNESS, INTERPRETABILITY),
+    "judge": (CORRECTNESS, INTERPRETABILITY),
     "attention": (ATTENTION,),
     "preference": (),
     "tlx": TLX,
