@@ -34,8 +34,11 @@ CORNER = np.radians(20.0)
 FARTHER = 2.0
 """How much farther an end may go than it is deep in a body."""
 
-PULLS, COARSE = 200, 24
+PULLS, COARSE = 100, 16
 """How often a band is pulled taut, first with at most so many points."""
+
+SETTLED, TOUCHING = 2e-5, 1e-9
+"""Moves of a band below which it lies still, and depths that count as touching [m]."""
 
 SAMPLES = np.linspace(0.0, 1.0, 5)[:-1]
 """Where each segment is sampled for how far it has to go."""
@@ -107,9 +110,13 @@ def _taut(bent: Array, original: Array, bodies: Sequence[Cuboid], up: Array | No
     for count in (min(len(band), COARSE), len(band)):  # what many points would take long to settle, few settle soon
         for _ in range(PULLS):
             # Even spacing lets the band slide along itself; without it, it would bunch up where it began.
-            band = interpolate(band, source_indices(band, count, "arc_length"))
-            band[1:-1] = (band[:-2] + 2.0 * band[1:-1] + band[2:]) / 4.0
-            band[1:-1] = _aside(band[1:-1], bodies, up)
+            even = interpolate(band, source_indices(band, count, "arc_length"))
+            pulled = even.copy()
+            pulled[1:-1] = _aside((even[:-2] + 2.0 * even[1:-1] + even[2:]) / 4.0, bodies, up)
+            settled = len(band) == count and float(np.abs(pulled - band).max()) < SETTLED
+            band = pulled
+            if settled:
+                break
     path[first : last + 1] = band
     fixed = np.zeros(len(path), dtype=bool)
     fixed[[0, -1]] = True
@@ -120,12 +127,20 @@ def _aside(points: Array, bodies: Sequence[Cuboid], up: Array | None) -> Array:
     """Points (M, 3) moved out of bodies by the shortest way, level where `up` is given."""
     points = points.copy()
     for _ in range(ROUNDS // 10):
+        moved = False
         for body in bodies:
-            distance, normals = body.signed(points)
+            offset = points - body.center
+            near = np.flatnonzero(dots(offset, offset) < body.reach**2)
+            distance, normals = body.signed(points[near])
+            deep = np.maximum(-distance, 0.0)
+            if not (deep > TOUCHING).any():
+                continue
             aside = normals if up is None else normals - (normals @ up)[:, None] * up
             size = np.maximum(lengths(aside), 0.2)
-            deep = np.maximum(-distance, 0.0)
-            points += (deep / size**2)[:, None] * aside
+            points[near] += (deep / size**2)[:, None] * aside
+            moved = True
+        if not moved:
+            break
     return points
 
 
