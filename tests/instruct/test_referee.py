@@ -128,6 +128,8 @@ def test_plain_facts_of_the_words_contradict_a_reading(text, frames, doubt):
         ("keep at least 20 cm from the cup", "clearance cup at_least=20cm"),
         ("waypoints 5 to 15 up by 2 cm", "move up=2cm @range=5-15"),
         ("30 % slower in the last third", "pace slower by=30% @last=33%"),
+        ("never go higher than a metre and a half", "height at_most=1.5m"),
+        ("go at seven tenths of the usual speed", "pace to=70%"),
     ],
 )
 def test_a_right_reading_is_not_contradicted(text, frames):

@@ -79,7 +79,7 @@ def _and_a_half(found: Sequence[Chunk]) -> Chunk | None:
 
 
 def _many_thirds(found: Sequence[Chunk]) -> Chunk | None:
-    return _fraction(found) if found[-1].text.lower().endswith("s") else None
+    return _fraction(found) if found[-1].text.lower().endswith("s") or found[0].text.isalpha() else None
 
 
 def _range_of_points(found: Sequence[Chunk]) -> Chunk:

@@ -155,6 +155,8 @@ class Catalog:
             if len(self.words[item.name]) <= NAMED:
                 self.heads.setdefault((self.words[item.name] or ("",))[-1], []).append(item)
         self.names = {self.words[item.name]: item for item in scene if self.words[item.name]}
+        for words, item in list(self.names.items()):
+            self.names.setdefault(("".join(words),), item)  # "toolbox" for a tool box
         for head, items in self.heads.items():
             if len(items) == 1 and head and not concept_at((head,), 0)[0] and not is_filler(head):
                 self.names.setdefault((head,), items[0])

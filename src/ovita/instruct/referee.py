@@ -19,6 +19,7 @@ from ovita.instruct.chunks import Chunk, chunks
 from ovita.instruct.constituents import turned
 from ovita.instruct.edits import Also, Edit
 from ovita.instruct.lexicon import DETERMINERS
+from ovita.instruct.numbers import FRACTIONS
 from ovita.paths.part import WHOLE, PathPart
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
@@ -409,10 +410,18 @@ def _number_left(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.S
     held = {value for frame in frames for value in _values(frame)}
     ranged = [c for one, to, other in zip(said, said[1:], said[2:], strict=False) if to.kind in ("to", "and")
               for c in (one, other) if any(_near(v, mean) for v in held for mean in _means(one, other))]  # fmt: skip
-    for chunk in said:
-        if chunk.q is not None and not any(_near(v, chunk.q.value) for v in held) and chunk not in ranged:
+    for k, chunk in enumerate(said):
+        means = _amounts(chunk.q.value, said[k + 1 : k + 5]) if chunk.q is not None else ()
+        if means and not any(_near(v, value) for v in held for value in means) and chunk not in ranged:
             return f"{chunk.text!r} has no place in it."
     return ""
+
+
+def _amounts(value: float, behind: Sequence[Chunk]) -> tuple[float, ...]:
+    """What a number may come to with the words behind it: "a metre and a half", "three-quarter", "seven tenths"."""
+    words = " ".join(chunk.text.lower() for chunk in behind).replace("-", " ").split()
+    share = FRACTIONS.get(words[0], FRACTIONS.get(words[0].removesuffix("s"), 1.0)) if words else 1.0
+    return value, value * (1.5 if words[:3] == ["and", "a", "half"] else share)
 
 
 def _near(one: float, other: float) -> bool:

@@ -313,6 +313,8 @@ def _share(words: Sequence[str], i: int) -> tuple[Referent | None, int]:
         value, used = PLAIN_FRACTIONS[words[i]], 1
     elif words[i] in NUMBER_WORDS and behind in PLAIN_FRACTIONS and behind[-1] == "s":
         value, used = round(NUMBER_WORDS[words[i]] * FRACTIONS.get(behind[:-1], 0.5), 2), 2
+    elif words[i] in NUMBER_WORDS and behind == "-" and words[i + 2 : i + 3] and words[i + 2] in PLAIN_FRACTIONS:
+        value, used = round(NUMBER_WORDS[words[i]] * PLAIN_FRACTIONS[words[i + 2]], 2), 3
     else:
         return None, 1
     measured = amount_at(words, i)
