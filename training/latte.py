@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import time
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -202,14 +203,14 @@ def write_check(model: Model, data: Ready, to: Path) -> None:
     np.savez_compressed(to, **arrays, change=change)
 
 
-def samples_of(name: str, n: int, seed: int) -> Samples:
+def samples_of(name: str, n: int, seed: int, families: Collection[str]) -> Samples:
     """The training set of that name: "grammar", "voices", a file saved before, or a folder by `ovita augment`."""
     if name == "grammar":
         return grammar(n, seed)
     if name == "voices":
         return spoken(n, seed, corpus(held_out=False))
     if Path(name).is_dir():
-        return augmented(Path(name), n)
+        return augmented(Path(name), n, families)
     return Samples.load(Path(name)).of(slice(0, n))
 
 
@@ -219,6 +220,7 @@ def main() -> None:
     parser.add_argument(
         "--data", default="voices", help="grammar, voices, a file by --save, or a folder by `ovita augment`"
     )
+    parser.add_argument("--families", nargs="*", default=(), help="of a folder by `ovita augment`; all unless named")
     parser.add_argument("--samples", type=int, default=100_000)
     parser.add_argument("--presentations", type=int, default=400_000, help="samples shown in all, repeats counted")
     parser.add_argument("--seed", type=int, default=1)
@@ -229,7 +231,7 @@ def main() -> None:
     parser.add_argument("--check", type=Path, help="write outputs that the tests compare with")
     options = parser.parse_args()
     torch.set_num_threads(1)
-    samples = samples_of(options.data, options.samples, options.seed)
+    samples = samples_of(options.data, options.samples, options.seed, options.families)
     digest = samples.digest()
     print(f"{len(samples)} samples, {len(samples.texts)} texts, data {digest}, seed {options.seed}", flush=True)
     if options.save is not None:

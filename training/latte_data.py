@@ -9,9 +9,9 @@ from __future__ import annotations
 import hashlib
 import sys
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields
-from itertools import islice
+from itertools import chain, islice
 from pathlib import Path
 from typing import Any
 
@@ -334,18 +334,25 @@ def spoken(n: int, seed: int, lines: Sequence[Example]) -> Samples:
     return gathered(voices(n, seed, lines))
 
 
-def augmented(folder: Path, n: int) -> Samples:
-    """The first n wordings of the training split of a dataset that `ovita augment` wrote."""
-    return gathered(islice(_wordings_of(folder), n))
+def augmented(folder: Path, n: int, families: Collection[str] = ()) -> Samples:
+    """The first n wordings of the training split of a dataset that `ovita augment` wrote.
 
-
-def _wordings_of(folder: Path) -> Iterator[dict[str, Any]]:
+    All samples come with their first wording before any comes with its second, so that many motions are among a few.
+    """
+    rounds: list[list[dict[str, Any]]] = []
     for sample in formats.read(folder):
         scene = sample.task.scene
-        found = changed(sample.task.trajectory, sample.adapted, scene) if len(scene) <= OBJECTS else None
-        if sample.split == "train" and found is not None:
-            for text in (sample.instruction, *sample.paraphrases):
-                yield {"what": found[0], "change": found[1], "text": text, "names": list(scene.names)}
+        wanted = sample.split == "train" and (not families or sample.family in families) and len(scene) <= OBJECTS
+        found = changed(sample.task.trajectory, sample.adapted, scene) if wanted else None
+        if found is None:
+            continue
+        for k, text in enumerate((sample.instruction, *sample.paraphrases)):
+            if k == len(rounds):
+                rounds.append([])
+            rounds[k].append({"what": found[0], "change": found[1], "text": text, "names": list(scene.names)})
+        if rounds and len(rounds[0]) >= n:
+            break
+    return gathered(islice(chain.from_iterable(rounds), n))
 
 
 def gathered(drawn: Iterable[dict[str, Any]]) -> Samples:

@@ -92,7 +92,7 @@ def labels(line: Line, sketch: Sketch) -> list[int]:
         begin, end = piece.words or (0, 0)
         phrase = next((p for p in line.phrases if p.span[0] <= (begin + end) / 2 < p.span[1]), None)
         place = "inside" if phrase is before else "begin"
-        found.append(tagging.LABELS.index(f"{place}-{phrase.role}") if phrase else 0)
+        found.append(tagging.LABELS.index(f"{place}-{phrase.role}") if phrase and phrase.role else 0)
         before = phrase
     return found
 

@@ -23,6 +23,7 @@ LIMIT_S = 150.0
 
 def pytest_configure(config):
     config.addinivalue_line("markers", "browser: needs Chromium and playwright")
+    config.addinivalue_line("markers", "limit_s(seconds): ends the run only after so long")
 
 
 def pytest_collection_modifyitems(items):
@@ -45,9 +46,10 @@ def chromium():
 
 
 @pytest.fixture(autouse=True)
-def no_hanging():
+def no_hanging(request):
     """Ends the run, with a stack of every thread, where a test hangs in something that has no time limit."""
-    faulthandler.dump_traceback_later(LIMIT_S, exit=True, file=sys.__stderr__)
+    longer = request.node.get_closest_marker("limit_s")
+    faulthandler.dump_traceback_later(longer.args[0] if longer else LIMIT_S, exit=True, file=sys.__stderr__)
     yield
     faulthandler.cancel_dump_traceback_later()
 
