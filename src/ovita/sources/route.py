@@ -369,13 +369,18 @@ def _passed_over(text: Text, phrases: Sequence[TaggedPhrase]) -> tuple[dict[str,
             passed[said] = "what the limits see to"
             continue
         told = [k for k, word in enumerate(words) if word.isalpha() and not _carries(words, k)]
-        measured = any(a.unit for k in range(len(words)) if (a := amount_at(words, k)))
         wanted = bool(DEMANDS & set(words)) or phrase.shares["wish"] + phrase.shares["wait"] > ASKS
-        if measured or (told and wanted):
+        if _measured(words) or (told and wanted):
             left.append(said)
         elif len(words) > 2 and told:
             passed[said] = "asking for nothing"
     return passed, left
+
+
+def _measured(words: Sequence[str]) -> bool:
+    """Whether words hold an amount: with a unit, or behind a word that says of what."""
+    amounts = ((k, amount_at(words, k)) for k in range(len(words)))
+    return any(a.unit or (k > 0 and words[k - 1] in ("by", "to", "at", "of")) for k, a in amounts if a is not None)
 
 
 DENIALS = frozenset("don't not never without avoid avoiding no nor".split())
