@@ -1,12 +1,14 @@
 """Seeded scenes with instructions for robots with a body, each result checked by code of its own.
 
 No result called done may break a limit, and none may be called infeasible for which a sampler finds a legal path.
-As a script: python tests/limits/trust_scenes.py 2000
+As a script: python tests/limits/trust_scenes.py COUNT FIRST LOG, where a run that was broken off goes on from its log.
 """
 
+import json
 import sys
 import time
 from collections import Counter
+from pathlib import Path
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -265,17 +267,26 @@ def judge(seed):
     return result.status, wrong
 
 
-def main(count, first=0):
-    status, faults, began = Counter(), [], time.process_time()
+def main(count, first=0, log=None):
+    """Judge seeds one after the other; with a log, a file of one line for each, those in it are not judged again."""
+    log = Path(log) if log else None
+    known = dict(json.loads(line) for line in log.read_text().splitlines()) if log and log.exists() else {}
+    began, judged = time.process_time(), 0
     for seed in range(first, first + count):
-        name, wrong = judge(seed)
-        status[name] += 1
-        faults += [f"seed {seed}: {text}" for text in wrong]
+        if seed not in known:
+            known[seed], judged = judge(seed), judged + 1
+            if log:
+                with log.open("a") as file:
+                    file.write(json.dumps([seed, known[seed]]) + "\n")
+    results = {seed: known[seed] for seed in range(first, first + count)}
+    faults = [f"seed {seed}: {text}" for seed, (_, wrong) in results.items() for text in wrong]
     print("\n".join(faults[:40]))
-    each = (time.process_time() - began) / count * 1e3
-    print(f"{count} scenes and instructions: {dict(status)}; {len(faults)} faults; {each:.0f} ms of CPU time each")
+    each = (time.process_time() - began) / max(judged, 1) * 1e3
+    status = dict(Counter(name for name, _ in results.values()))
+    print(f"{count} scenes and instructions: {status}; {len(faults)} faults; {each:.0f} ms of CPU time each")
     return len(faults)
 
 
 if __name__ == "__main__":
-    sys.exit(bool(main(*map(int, sys.argv[1:] or ["2000"]))))
+    count, first, log = (sys.argv[1:] + ["2000", "0", ""][len(sys.argv) - 1 :])[:3]
+    sys.exit(bool(main(int(count), int(first), log)))
