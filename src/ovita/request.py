@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Sized
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypeVar
 
 import numpy as np
@@ -13,12 +13,14 @@ from numpy.typing import ArrayLike
 from ovita.errors import RequestError, TrajectoryError
 from ovita.io import Task, is_address, load_robot, load_task
 from ovita.io.waypoints import COLUMNS, from_columns
+from ovita.paths.frame import Frame
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.policy import Parameter
 from ovita.policy.wire import MAX_ROWS
 from ovita.text import sentence
+from ovita.toolkit.approach import on_the_ground
 
 MAX_INSTRUCTION = 2000
 """Longest instruction that is accepted [characters]."""
@@ -99,8 +101,12 @@ class Request:
         trajectory, assumed = trajectory_of(self.trajectory)
         object.__setattr__(self, "trajectory", trajectory)
         object.__setattr__(self, "assumed", (*self.assumed, *assumed))
-        object.__setattr__(self, "scene", scene_of(self.scene))
         object.__setattr__(self, "robot", robot_of(self.robot))
+        scene = scene_of(self.scene)
+        level = _level(self.trajectory, self.robot, scene.frame)
+        if level != scene.frame.level:
+            scene = replace(scene, frame=replace(scene.frame, level=level))
+        object.__setattr__(self, "scene", scene)
         if not self.instruction.strip():
             raise RequestError("the instruction is empty; say what should change, such as 'slow down near the cup'")
         if len(self.instruction) > MAX_INSTRUCTION:
@@ -193,6 +199,14 @@ def trajectory_of(
     if moments.shape != (len(rows),):
         raise TrajectoryError(f"times have shape {moments.shape}, expected one for each of {len(rows)} waypoints")
     return from_columns({**columns, "t": moments}, key="waypoints", timestep=None)[0], ()
+
+
+def _level(trajectory: Trajectory, robot: Robot, frame: Frame) -> float | None:
+    """The height [m] that a robot keeps, if it is a planar one, or none is known and its path lies on the ground."""
+    up = frame.direction("up")
+    heights = trajectory.positions @ up
+    rolls = robot == Robot.preset("none") and on_the_ground(trajectory.positions, up)
+    return float(np.median(heights)) if robot.planar or rolls else None
 
 
 def scene_of(scene: Scene | Iterable[SceneObject] | None) -> Scene:

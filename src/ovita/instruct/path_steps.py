@@ -246,6 +246,7 @@ def _end_aimed(d: PolicyBuilder, frame: F.MoveEnd, end: str) -> None:
     _, words, point = target(d, frame.place)
     away = frame.relation == "away"
     here = d.positions[0 if end == "start" else -1]
+    point = d.scene.frame.levelled(point)
     distance = float(np.linalg.norm(point - here))
     if frame.by is not None:
         by = d.metres(frame.by, distance, f"{frame.relation} {words}")

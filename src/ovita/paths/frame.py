@@ -6,7 +6,7 @@ The frames differ by quarter and half turns, so a transform exchanges and negate
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -30,12 +30,15 @@ class Frame:
     Args:
         name: "rfu" (+x right, +y front, +z up), "flu" (+x front, +y left, +z up; ROS REP-103) or
             "ned" (+x front (north), +y right (east), +z down).
+        level: The height that what moves in it keeps, as on a floor [m]; an object or a place between two is meant at
+            that height then. None for what can rise.
 
     Raises:
         SceneError: For any other name.
     """
 
     name: str = "rfu"
+    level: float | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
         if self.name not in _AXES:
@@ -57,6 +60,11 @@ class Frame:
     def offset(self, **amounts: float) -> Array:
         """Sum of direction words times metres: `offset(left=0.2, up=0.1)` to a vector (3,) [m]."""
         return sum((amount * self.direction(word) for word, amount in amounts.items()), np.zeros(3))
+
+    def levelled(self, point: Array) -> Array:
+        """A point (3,) [m], right above or below where it is at the height that is kept; as it is where none is."""
+        up = self.direction("up")
+        return point if self.level is None else np.asarray(point + (self.level - point @ up) * up)
 
     def words(self, vector: Array) -> dict[str, float]:
         """Split a vector (3,) [m] into the direction words that it points along, each with metres > 0."""

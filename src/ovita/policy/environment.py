@@ -42,6 +42,7 @@ def scene_to_json(scene: Scene) -> dict[str, Any]:
     """A scene as plain JSON values; what else the scene file says of an object goes along if it is plain too."""
     return {
         "frame": scene.frame.name,
+        "level": scene.frame.level,
         "environment": scene.environment,
         "objects": [
             {
@@ -61,7 +62,7 @@ def scene_from_json(value: dict[str, Any]) -> Scene:
         SceneObject(o["name"], np.array(o["position"]), _array(o["dimensions"]), np.array(o["orientation"]))
         for o in value["objects"]
     )
-    return Scene(tuple(objects), Frame(value["frame"]), value["environment"])
+    return Scene(tuple(objects), Frame(value["frame"], value["level"]), value["environment"])
 
 
 def _array(value: list[float] | None) -> Array | None:
@@ -255,6 +256,7 @@ _REHEARSAL = wire.pack_payload(
         "source": "def adapt(traj, scene, *, d=0.1):\n    traj = np.asarray(traj)[:, :4] + d\n    return f'{traj}'\n",
         "scene": {
             "frame": "rfu",
+            "level": None,
             "environment": "",
             "objects": [{"name": "cup", "position": [0, 0, 0], "dimensions": None, "orientation": [1, 0, 0, 0]}],
         },
@@ -381,6 +383,9 @@ class Environment:
 
     def toolkit(self, frame: Frame) -> tuple[Recorder, dict[str, Any]]:
         """The toolkit for a frame, and the recorder that it writes to."""
+        if frame.level is not None:
+            recorder = Recorder()
+            return recorder, namespace(frame, recorder)
         if frame.name not in self._toolkits:
             recorder = Recorder()
             self._toolkits[frame.name] = recorder, namespace(frame, recorder)

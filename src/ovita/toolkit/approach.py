@@ -75,15 +75,21 @@ def closer(
     centre, pull = arguments.point(obj), arguments.number(by, "by", low=0.0)
     space, selected = arguments.number(gap, "gap", low=0.0), arguments.mask(where, len(rows))
     away, distance = _polar(rows, centre)
-    aim = np.maximum(distance - pull * _nearness(distance, selected, reach), 0.0)
+    weights = _nearness(distance, selected, reach)
+    aim = np.maximum(distance - pull * weights, 0.0)
     up = frame.direction("up")
     across = np.abs(away @ up)
-    if isinstance(obj, SceneObject) and _on_the_ground(rows[:, :3], up):
+    if isinstance(obj, SceneObject) and (frame.level is not None or on_the_ground(rows[:, :3], up)):
         aim = np.maximum(aim, np.minimum(across, distance))
     if not is_level(rows[:, :3], up) or (aim < across).any():
         ratio = np.divide(aim, distance, out=np.ones_like(aim), where=distance > 0.0)
         shift = away * (ratio - 1.0)[:, None]
     else:
+        # Under or over the object a little of the distance is a long way in the plane: it fades as that way does.
+        flat = np.sqrt(np.maximum(distance**2 - across**2, 0.0))
+        i = int(np.argmin(np.where(selected, distance, np.inf)))
+        way = flat[i] - np.sqrt(max(aim[i] ** 2 - across[i] ** 2, 0.0))
+        aim = np.hypot(np.maximum(flat - way * weights, 0.0), across)
         shift = _level_shift(away, aim, up, rows)
     shift[aim >= distance] = 0.0
     shift = _held(shift, hold, frame)
@@ -268,7 +274,7 @@ def is_level(positions: Array, up: Array) -> bool:
     return bool(np.ptp(positions @ up) <= LEVEL * extent_of(positions))
 
 
-def _on_the_ground(positions: Array, up: Array) -> bool:
+def on_the_ground(positions: Array, up: Array) -> bool:
     """Whether a path (N, 3) [m] is level at the height of the ground, where only a robot that rolls can be."""
     return is_level(positions, up) and bool(np.abs(positions @ up).max() <= GROUND)
 
@@ -342,7 +348,7 @@ def go_through(
     """
     rows = arguments.waypoints(traj)
     shift = arguments.offset(frame, offset)
-    target = arguments.aimed(at, aim, frame, rows[:, :3], "at") + shift
+    target = arguments.aimed(at, aim, frame, rows[:, :3], shift, "at")
     window = arguments.number(width, "width", low=0.0, high=1.0)
     note_contact(recorder, at, shift)
     i, weights = _jump(rows, target, window, 0.0, "go_through")
@@ -409,7 +415,7 @@ def hover(
     """
     above = arguments.number(height, "height")
     rows = arguments.waypoints(traj)
-    place = arguments.aimed(obj, aim, frame, rows[:, :3]) + above * frame.direction("up")
+    place = arguments.aimed(obj, aim, frame, rows[:, :3], above * frame.direction("up"))
     rows = go_through(rows, obj, up=above, aim=aim, frame=frame, recorder=recorder)
     return dwell(stop_at(rows, place, brake=HOVER_BRAKE, resume=True), place, steps)
 

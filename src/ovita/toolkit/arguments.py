@@ -22,9 +22,9 @@ Place: TypeAlias = SceneObject | ArrayLike | int | float | str
 target."""
 
 
-Aim: TypeAlias = Literal["centre", "top", "surface"]
-"""What of an object is meant: its centre, its top right above the centre, or the point of its surface nearest to the
-path. Of a point, and of an object without dimensions, there is only the centre."""
+Aim: TypeAlias = Literal["centre", "top", "surface", "level"]
+"""What of an object is meant: its centre, its top right above the centre, the point of its surface nearest to the path,
+or right above or below the centre at the path's own height. Without dimensions, top and surface are the centre."""
 
 
 class Offset(TypedDict, total=False):
@@ -113,11 +113,41 @@ def point(target: Target, name: str = "obj") -> Array:
     return array
 
 
-def aimed(target: Target, aim: Aim, frame: Frame, path: Array, name: str = "obj") -> Array:
-    """The point (3,) [m] that an aim at a target means; "surface" is nearest to a path (N, 3), or to a point (1, 3)."""
+def taken(target: Target | None, aim: Aim, frame: Frame, shift: Array) -> Aim:
+    """An aim as it is meant by a robot that keeps its height: beside an object, or at one, is in the robot's plane.
+
+    Args:
+        target: Object or point.
+        aim: As stated.
+        frame: Which says whether the robot keeps its height.
+        shift: Where from the target (3,) [m]; a place above or below stays what it is.
+    """
     if aim not in get_args(Aim):
         raise ValueError(f"aim must be {', '.join(map(repr, get_args(Aim)))}, not {shortened(aim)}")
-    centre = point(target, name)
+    planar = frame.level is not None and isinstance(target, SceneObject) and not shift @ frame.direction("up")
+    return "level" if aim == "centre" and planar else aim
+
+
+def aimed(target: Target, aim: Aim, frame: Frame, path: Array, shift: Array, name: str = "obj") -> Array:
+    """The point (3,) [m] that an aim at a target means.
+
+    Args:
+        target: Object or point.
+        aim: What of it is meant.
+        frame: Which way is up, and whether the robot keeps its height.
+        path: (N, 3) [m], N >= 1, to which "surface" is nearest and "level" is level.
+        shift: Where from there (3,) [m].
+        name: Of the argument, for what is wrong with it.
+    """
+    centre, aim = point(target, name), taken(target, aim, frame, shift)
+    return _spot(target, aim, frame, path, centre) + shift
+
+
+def _spot(target: Target, aim: Aim, frame: Frame, path: Array, centre: Array) -> Array:
+    if aim == "level":
+        up = frame.direction("up")
+        beside = path[np.argmin(np.linalg.norm(path - centre, axis=1))]
+        return np.asarray(centre + ((beside - centre) @ up) * up)
     if aim == "centre" or not isinstance(target, SceneObject) or target.dimensions is None:
         return centre
     if aim == "top":

@@ -53,8 +53,8 @@ MEANINGS = {
     "obj": "Object or point (3,) [m].",
     "to": "Object or point (3,) [m], or None to move by the offset alone.",
     "at": "The place of a waypoint; an object or point (3,) [m] means the waypoint nearest to it.",
-    "aim": '"centre"; "top": right above the centre; or "surface": where it is nearest to the path. Without dimensions '
-    "there is the centre only.",
+    "aim": '"centre"; "top": right above the centre; "surface": where it is nearest to the path; or "level": at the '
+    "path's own height. Without dimensions top and surface are the centre.",
     "offset": "Direction words and metres, such as left=0.2.",
     "where": "Mask (N,), or None for all waypoints.",
     "where (Draw figures)": "Mask (N,), or None for all waypoints; the others stay as they are. It blends, as the "

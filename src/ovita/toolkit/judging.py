@@ -16,7 +16,7 @@ from ovita.paths.trajectory import Array, arc_length, interpolate, source_indice
 from ovita.toolkit.approach import SURFACE_GAP, extent, nearest, passes_at
 from ovita.toolkit.arguments import Target, aimed, point
 from ovita.toolkit.catalogue import Expectation
-from ovita.toolkit.postconditions import say
+from ovita.toolkit.postconditions import called, say
 
 TINY, RELATIVE = 1e-6, 1e-3
 """What rounding and interpolation may change: metres (or m/s), and relative to the old value."""
@@ -136,13 +136,12 @@ class _Case:
 
     def place(self, path: Array) -> Array:
         """The point (3,) [m] that is meant, where a path (N, 3) decides which of a surface is nearest."""
-        return aimed(self.target, self.values.get("aim", "centre"), self.scene.frame, path) + self.offset
+        return aimed(self.target, self.values.get("aim", "centre"), self.scene.frame, path, self.offset)
 
     @property
     def aimed(self) -> str:
         """The target and what of it is meant, in words."""
-        aim = self.values.get("aim")
-        return f"the {aim} of {self.name}" if aim else self.name
+        return called(self.name, self.values.get("aim", "centre"))
 
     @property
     def offset(self) -> Array:
@@ -387,12 +386,15 @@ def _end(case: _Case, row: int, kind: str) -> Outcome:
     ends = (rows[row, :3] for rows in (case.original, case.adapted))
     old, miss = (float(np.linalg.norm(end - (case.place(end[None]) if case.named else given))) for end in ends)
     held = miss <= max(END_SLACK, SLACK_RELATIVE * float(np.linalg.norm(case.offset)))
+    change = old - miss
+    if not held and case.named and _beyond(case, case.adapted[[row, row], :3]):
+        change = min(change, 0.0)
     offset = say(case.values["offset"]) if "offset" in case.values else ""
     if case.named:
         place = f"{offset} of {case.aimed}" if offset else case.aimed
     else:
         place = f"the place {offset} of the old {kind}" if offset else f"the old {kind}"
-    return Outcome(held, f"the {kind} is {miss:.3f} m from {place}", old - miss)
+    return Outcome(held, f"the {kind} is {miss:.3f} m from {place}", change)
 
 
 def _visits(case: _Case) -> Outcome:
@@ -400,18 +402,22 @@ def _visits(case: _Case) -> Outcome:
     old, distance = (_path_distance(rows, case.place(rows[:, :3])) for rows in (case.original, case.adapted))
     held = distance <= within + max(SLACK / 2.0, SLACK_RELATIVE * within)
     change = max(old - within, 0.0) - max(distance - within, 0.0)
-    if not held and "offset" in case.values and _beyond(case.adapted, point(case.target), case.offset):
-        change = min(change, 0.0)  # on the other side nothing is left of what was meant
+    if not held and _beyond(case, case.adapted[:, :3]):
+        change = min(change, 0.0)
     beside = f"the place {say(case.values['offset'])} of " if "offset" in case.values else ""
     return Outcome(held, f"the path comes within {distance:.3f} m of {beside}{case.aimed} (asked {within:g} m)", change)
 
 
-def _beyond(rows: Array, centre: Array, offset: Array) -> bool:
-    """Whether a path passes a centre (3,) on the other side than the place at an offset (3,) from it [m]."""
-    path = rows[:, :3]
+def _beyond(case: _Case, path: Array) -> bool:
+    """Whether a path (N, 3), or an end of it twice, is on the other side of the target than the place that is meant.
+
+    Nothing is left there of what was meant.
+    """
+    centre = point(case.target)
     _, at = closest_to_point(path, centre)
-    nearest = interpolate(path, np.array([at]))[0]
-    return bool((nearest - centre) @ offset < 0.0)
+    nearest, level = interpolate(path, np.array([at]))[0], case.values.get("aim") == "level"
+    place = case.place(path)
+    return bool((nearest - centre) @ (place - centre) < 0.0) and not level
 
 
 def _pace(case: _Case, sign: float) -> Outcome:

@@ -80,8 +80,8 @@ def move_start(
     rows = arguments.waypoints(traj)
     shift = arguments.offset(frame, offset)
     note_contact(recorder, to, shift)
-    target = None if to is None else arguments.aimed(to, aim, frame, rows[:1, :3], "to")
-    _move_first(rows, target, shift, blend)
+    target = rows[0, :3] + shift if to is None else arguments.aimed(to, aim, frame, rows[:1, :3], shift, "to")
+    _move_first(rows, target, blend)
     return rows
 
 
@@ -103,20 +103,20 @@ def move_goal(
     rows = arguments.waypoints(traj)
     shift = arguments.offset(frame, offset)
     note_contact(recorder, to, shift)
-    target = None if to is None else arguments.aimed(to, aim, frame, rows[::-1][:1, :3], "to")
-    _move_first(rows[::-1], target, shift, blend)
+    target = rows[-1, :3] + shift if to is None else arguments.aimed(to, aim, frame, rows[-1:, :3], shift, "to")
+    _move_first(rows[::-1], target, blend)
     return rows
 
 
 @operation("Shift the path and its ends")
-def midpoint(a: Target, b: Target) -> Array:
-    """Point halfway between two objects or points.
+def midpoint(a: Target, b: Target, *, frame: Frame = RFU) -> Array:
+    """Point halfway between two objects or points; for a robot on the ground, at its height.
 
     Args:
         a: Object or point (3,) [m].
         b: Object or point (3,) [m].
     """
-    return np.asarray((arguments.point(a, "a") + arguments.point(b, "b")) / 2.0)
+    return frame.levelled((arguments.point(a, "a") + arguments.point(b, "b")) / 2.0)
 
 
 @operation("Go on, or go straight")
@@ -168,7 +168,7 @@ def continue_to(
     """
     rows = arguments.waypoints(traj)
     shift = arguments.offset(frame, offset)
-    goal, target = rows[-1, :3], arguments.aimed(to, aim, frame, rows[-1:, :3], "to") + shift
+    goal, target = rows[-1, :3], arguments.aimed(to, aim, frame, rows[-1:, :3], shift, "to")
     note_contact(recorder, to, shift)
     chord = target - goal
     if not smooth or spacing(rows[:, :3]) == 0.0 or not chord.any():
@@ -204,7 +204,7 @@ def shortcut(
     rows = arguments.waypoints(traj)
     shift = arguments.offset(frame, offset)
     i = arguments.locate(rows, a, "a")
-    target = anchor(rows, b, "b") + shift
+    target = (frame.levelled(anchor(rows, b, "b")) if isinstance(b, SceneObject) else anchor(rows, b, "b")) + shift
     note_contact(recorder, b if isinstance(b, SceneObject) else None, shift)
     points = leg(rows[i, :3], target, spacing(rows[:, :3]))
     head, goal_speed = rows[: i + 1].copy(), float(rows[-1, 3])
@@ -256,9 +256,8 @@ def _turned(heading: Array, chord: Array) -> Array:
     return np.asarray(along_arcs(begin, parts, 0.0, np.pi / 90.0) @ np.stack([heading, side]))
 
 
-def _move_first(rows: Array, to: Array | None, shift: Array, blend: float) -> None:
-    """Move the first row of a view to a point plus a shift, which fades out along the path, before its end."""
-    target = (rows[0, :3] if to is None else to) + shift
+def _move_first(rows: Array, target: Array, blend: float) -> None:
+    """Move the first row of a view to a point (3,); the shift fades out along the path, before its end."""
     share = arguments.number(blend, "blend", low=0.0, high=1.0)
     fraction = fractions(rows[:, :3])
     if share == 0.0:

@@ -210,8 +210,9 @@ def expect_visits(
         offset: Direction words and metres of it, such as up=0.2.
     """
     radius = arguments.number(within, "within", low=0.0)
-    beside = frame.words(arguments.offset(frame, offset))
-    whole = _aimed(obj, aim)
+    shift = arguments.offset(frame, offset)
+    beside, aim = frame.words(shift), arguments.taken(obj, aim, frame, shift)
+    whole = called(_name(obj), aim)
     place = f"the place {say(beside)} of {whole}" if beside else whole
     values = {**_target(obj), **_aim(aim), "within": radius, **({"offset": beside} if beside else {})}
     return _note("visits", values, f"the path comes within {radius:g} m of {place}", recorder)
@@ -356,14 +357,14 @@ def _approach(
 
 
 def _end(kind: str, at: Target | None, aim: Aim, shift: Array, frame: Frame, recorder: Recorder | None) -> Expectation:
-    offset = frame.words(shift)
+    offset, aim = frame.words(shift), arguments.taken(at, aim, frame, shift)
     values: dict[str, Any] = {} if at is None else {**_target(at, "at"), **_aim(aim)}
     if offset:
         values["offset"] = offset
     if at is None:
         text = f"the {kind} moves {say(offset)}" if offset else f"the {kind} stays where it was"
     else:
-        place = _aimed(at, aim)
+        place = called(_name(at), aim)
         text = f"the {kind} is {say(offset)} of {place}" if offset else f"the {kind} is at {place}"
     return _note(kind, values, text, recorder)
 
@@ -390,10 +391,9 @@ def _aim(aim: Aim) -> dict[str, Any]:
     return {} if aim == "centre" else {"aim": aim}
 
 
-def _aimed(target: Target, aim: Aim) -> str:
+def called(name: str, aim: Aim) -> str:
     """A target and what of it is meant, in words."""
-    arguments.aimed(target, aim, RFU, np.zeros((1, 3)))
-    return _name(target) if aim == "centre" else f"the {aim} of {_name(target)}"
+    return f"the {aim} of {name}" if aim in ("top", "surface") else name
 
 
 def _where(where: ArrayLike | None) -> dict[str, Any]:

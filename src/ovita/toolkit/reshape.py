@@ -143,6 +143,7 @@ def scale(
     about: Place | None = None,
     where: ArrayLike | None = None,
     ease: float | None = None,
+    frame: Frame = RFU,
 ) -> Array:
     """Enlarge or shrink about a PLACE.
 
@@ -156,7 +157,7 @@ def scale(
     rows = arguments.waypoints(traj)
     times = positive(factor, "factor")
     selected = arguments.mask(where, len(rows))
-    centre = _pivot(rows, about, selected)
+    centre = frame.levelled(_pivot(rows, about, selected))
     if times == 1.0:
         return rows
     return blended(rows, centre + times * (rows[:, :3] - centre), selected, arguments.share(ease, "ease"))
