@@ -27,10 +27,11 @@ from ovita.instruct.lexicon import DETERMINERS, concepts, stems
 
 _LINKS = frozenset({"and", ",", "or", "both"})
 
+_ON: dict[str, Aim] = {"on": "top", "resting": "top", "touching": "surface"}
 MEANT: Mapping[type[SemanticFrame], Mapping[str, Aim]] = {
-    MoveEnd: {"on": "top", "resting": "top", "touching": "surface"},
-    Extend: {"on": "top", "resting": "top", "touching": "surface"},
-    Visit: {"resting": "top", "touching": "surface"},
+    MoveEnd: _ON | {"above": "above", "below": "below", "behind": "behind", "beside": "beside", "by": "beside"},
+    Extend: _ON,
+    Visit: {"resting": "top", "touching": "surface", "beside": "beside", "by": "beside"},
     StopAt: {"resting": "top"},
     Wait: {"resting": "top"},
 }
@@ -52,7 +53,25 @@ def aimed(frames: Sequence[SemanticFrame], words: Sequence[Word], named: Sequenc
         named: Every place where it names objects.
     """
     said = [(names, span, concept) for names, span, concept in _said(words, named) if concept]
+    if _ending([word for word, _ in words]):
+        frames = [_apart(frame, said) for frame in frames]
     return tuple(_aimed(frame, said) for frame in frames) if said else tuple(frames)
+
+
+def _ending(words: Sequence[str]) -> bool:
+    """Whether an utterance tells where to end or begin, and not where to move an end that is named."""
+    verbs = {word for phrase in concepts(folder="aiming")["ending"] for word in phrase.split()}
+    told = any(word in verbs and before not in DETERMINERS for before, word in zip(("", *words), words, strict=False))
+    return told and not {*words} & {word for phrase in concepts(folder="aiming")["amount"] for word in phrase.split()}
+
+
+def _apart(frame: SemanticFrame, said: Sequence[tuple[tuple[str, ...], Span, str]]) -> SemanticFrame:
+    """An end so far from an object, where a reader took the distance for how far the end moves."""
+    if not isinstance(frame, MoveEnd) or frame.relation not in ("away", "toward") or frame.by is None:
+        return frame
+    if any(concept == "from" and frame.place in names for names, _, concept in said):
+        return replace(frame, relation="to", aim="beside")
+    return frame
 
 
 def _aimed(frame: SemanticFrame, said: Sequence[tuple[tuple[str, ...], Span, str]]) -> SemanticFrame:

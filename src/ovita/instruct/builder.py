@@ -11,10 +11,12 @@ import numpy as np
 from ovita.errors import OvitaError
 from ovita.instruct import frames as F
 from ovita.instruct.frames import Quantity, SemanticFrame
-from ovita.instruct.scale import END_SHARE, Scale, end_share
+from ovita.instruct.scale import END_SHARE, Scale, end_share, nice
+from ovita.limits.obstacles import from_object
 from ovita.paths.frame import DIRECTIONS, OPPOSITE, Frame
 from ovita.paths.geometry import Mask, runs
 from ovita.paths.part import PathPart
+from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene, SceneObject, canonical
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.policy import Parameter
@@ -31,6 +33,10 @@ RESERVED = frozenset({"traj", "scene", "original", "given", "part", "np", "math"
 NOTHING: Mapping[str, str] = {}
 SHARES = {"first": END_SHARE, "last": END_SHARE, "middle": 1 / 3, "turns": 0.25}
 """How much of the waypoints a part of the path means where it is left open."""
+
+
+SPARE = 0.01
+"""Room beyond the least that a robot keeps from an object, for the bends on the way there [m]."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +67,7 @@ class PolicyBuilder:
     trajectory: Trajectory
     scene: Scene
     effort: int = 1
+    robot: Robot | None = None
     frames: Sequence[SemanticFrame] = ()
     steps: list[PolicyStep] = field(default_factory=list)
     parameters: dict[str, Parameter] = field(default_factory=dict)
@@ -77,6 +84,13 @@ class PolicyBuilder:
     goal_moved: bool = False
     _waiting: list[str] = field(default_factory=list)
     _rows: tuple[int, Array] | None = None
+
+    def room(self, item: SceneObject) -> float:
+        """How far beyond what is known of an object's surface the robot's centre has to stay [m]."""
+        if self.robot is None:
+            return 0.0
+        own = 0.0 if item.dimensions is not None else self.robot.object_size / 2.0
+        return nice(own + from_object(item, self.robot, "box").keep + SPARE)
 
     def has(self, *kinds: type[SemanticFrame]) -> bool:
         """Whether there are frames of some kinds."""

@@ -22,7 +22,7 @@ Role = Literal["by", "to", "at", "at_least", "at_most", "of"]
 End = Literal["start", "goal", "ends"]
 Sense = Literal["cw", "ccw"]
 Axis = Literal["left", "front", "up", "x", "y", "z"]
-Aim = Literal["", "top", "surface"]
+Aim = Literal["", "top", "surface", "beside", "above", "below", "behind"]
 """What of an object is meant where a path ends, goes or waits there: as usual, on its top, or touching it."""
 
 
@@ -420,7 +420,7 @@ _AXES: dict[str, Axis] = {"x": "front", "y": "left", "z": "up"}
 
 
 AIMED = (MoveEnd, Visit, StopAt, Wait, Extend)
-"""Frames that may aim at an object's top or surface."""
+"""Frames that may aim at an object's top or surface, or beside it."""
 
 
 def unaimed(frame: SemanticFrame) -> SemanticFrame:

@@ -176,7 +176,11 @@ def visit(d: PolicyBuilder, frame: F.Visit) -> None:
         return
     items = [d.scene[name] for name in frame.objects]
     for item in items:
-        if frame.relation == "at":
+        if frame.aim == "beside":
+            gap = max(d.scale.step("slight"), d.room(item))
+            d.assume(f'"by {item.name}" is {gap:g} m from it')
+            _come_within(d, item, gap, "at", "", "")
+        elif frame.relation == "at":
             ref = d.ref(item)
             aim, words = aiming(frame.aim), aimed_at(d, item.name, frame.aim, item)
             d.add(f"traj = go_through(traj, {ref}{aim}{_width(d)})",
@@ -199,7 +203,8 @@ def _over(d: PolicyBuilder, frame: F.Visit | F.Hop, item: SceneObject, side: str
     axis = d.scene.frame.direction(side)
     half, q = extent(item, axis), frame.by
     word, end = ("above", "top") if side == "up" else ("below", "bottom")
-    gap = nice(item.radius - half + d.scale.step("slight")) if q is None else d.metres(q, d.scale.extent, word)
+    usual = max(nice(item.radius - half + d.scale.step("slight")), d.room(item))
+    gap = usual if q is None else d.metres(q, d.scale.extent, word)
     if q is None:
         passing = interpolate(d.positions, np.array([closest_to_point(d.positions, item.position)[1]]))[0]
         above = float((passing - item.position) @ axis) - half
@@ -256,7 +261,7 @@ def hover(d: PolicyBuilder, frame: F.Hover) -> None:
     """Above an object, and wait there."""
     for item in map(d.scene.__getitem__, frame.objects):
         top = extent(item, d.scene.frame.direction("up"))
-        gap = (nice(item.radius - top + d.scale.step("slight")) if frame.by is None
+        gap = (max(nice(item.radius - top + d.scale.step("slight")), d.room(item)) if frame.by is None
                else d.metres(frame.by, d.scale.extent, f"above {item.name}"))  # fmt: skip
         if frame.by is None:
             d.assume(f'"above {item.name}" is {gap:g} m above its top')
@@ -278,7 +283,7 @@ def side(d: PolicyBuilder, frame: F.Side) -> None:
     for item in map(d.scene.__getitem__, frame.objects):
         ref, half, words = d.ref(item), extent(item, axis), f"{OF[word]} {item.name}"
         kept = [f.distance.value for f in d.frames if isinstance(f, F.Clearance) and item.name in f.objects]
-        gap = max([d.scale.step("slight"), *(nice(item.radius - half + metres) for metres in kept)])
+        gap = max([d.scale.step("slight"), d.room(item), *(nice(item.radius - half + metres) for metres in kept)])
         d.assume(f"the distance kept {words} is {gap:g} m")
         reach = (d.positions - item.position) @ axis
         name = d.knob("gap", gap, "at_least", f"distance {words}", "by", about=item.name, direction=word)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -24,6 +24,9 @@ SIZE: dict[Degree, float] = {"slight": 0.06, "moderate": 0.12, "large": 0.22}
 
 MARGIN = 0.05
 """Least distance from the surface of an object at which a path ends beside or on it [m]."""
+
+BESIDE: Mapping[str, str] = {"above": "up", "below": "down", "behind": "back", "beside": ""}
+"""Where beside an object an end is, by a frame's aim; "" for the side that is nearest."""
 
 TURNED = (F.Mirror, F.Rotate, F.Tilt, F.Resize, F.Quadrant, F.Reverse, F.Trim, F.Height)
 """Frames after which an end is no longer where shifts alone would take it."""
@@ -219,15 +222,26 @@ def _end_level(d: PolicyBuilder, q: F.Quantity, end: str) -> None:
           ends={end: "" if d.has(*TURNED) else f"expect_{end}(up={name} - {given})"})  # fmt: skip
 
 
+def nearest_side(d: PolicyBuilder, item: SceneObject, positions: Array) -> str:
+    """The level side of an object that a path (N, 3) is on where it is nearest to it."""
+    away = positions[int(np.argmin(np.linalg.norm(positions - item.position, axis=1)))] - item.position
+    axes = {word: d.scene.frame.direction(word) for word in ("left", "right", "front", "back")}
+    return max(axes, key=lambda word: float(away @ axes[word]) - extent(item, axes[word]))
+
+
 def _end_to(d: PolicyBuilder, frame: F.MoveEnd, end: str) -> None:
     code, words, _ = target(d, frame.place)
     item = d.scene[frame.place] if isinstance(frame.place, str) and frame.place not in F.SPOTS else None
+    if frame.aim in BESIDE and item is not None:
+        side = BESIDE[frame.aim] or nearest_side(d, item, d.positions[:1] if end == "start" else d.positions[-1:])
+        frame = replace(frame, aim="", offset=((side, frame.by),))
     code, words = code + aiming(frame.aim), aimed_at(d, words, frame.aim, item)
     beside: dict[str, str] = {}
     for said, q in frame.offset:
         direction = d.word(said)
         half = extent(item, d.scene.frame.direction(direction)) if item is not None else 0.0
-        value = half + (nice(max(MARGIN, 0.3 * d.scale.step("slight"))) if q is None else d.metres(q, 1.0, direction))
+        usual = max(nice(max(MARGIN, 0.3 * d.scale.step("slight"))), d.room(item) if item is not None else 0.0)
+        value = half + (usual if q is None else d.metres(q, 1.0, direction))
         value = float(f"{value:.6g}")
         surface = "" if q is None or not half else f", counted from its surface, {value:g} m from its centre"
         d.assume(f'"{direction}" is {value:g} m {OF[direction]} the centre of {words}' if not surface else

@@ -15,6 +15,7 @@ from ovita.instruct.pace_steps import PACE_STEPS
 from ovita.instruct.path_steps import PATH_STEPS
 from ovita.paths.frame import OPPOSITE, Frame
 from ovita.paths.part import WHOLE, PathPart, both, outside
+from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 
@@ -38,7 +39,12 @@ BLENDED = (F.Keep, F.Shift, F.Pace, F.Mirror, F.Rotate, F.Resize)
 
 
 def realise(
-    frames: Sequence[F.SemanticFrame], trajectory: Trajectory, scene: Scene, *, effort: int = 1
+    frames: Sequence[F.SemanticFrame],
+    trajectory: Trajectory,
+    scene: Scene,
+    *,
+    effort: int = 1,
+    robot: Robot | None = None,
 ) -> PolicyBuilder:
     """Compose the policy for some frames.
 
@@ -47,6 +53,7 @@ def realise(
         trajectory: The trajectory to change.
         scene: Its surroundings.
         effort: How much to exceed the usual amounts where none is stated; 1 is as usual.
+        robot: Whose body needs room beside objects where no distance is stated.
 
     Returns:
         The policy with its plan, parameters and assumptions; or `question`, where it cannot be done as it is said.
@@ -56,7 +63,7 @@ def realise(
     """
     once = _once(frames)
     many = sum(isinstance(frame, F.Approach) for frame in once) > 2
-    d = PolicyBuilder(trajectory, scene, 1 if many else effort, once)
+    d = PolicyBuilder(trajectory, scene, 1 if many else effort, robot, once)
     for question in conflicts(once, scene.frame):
         d.ask(question)
     if once and all(isinstance(frame, F.Keep) for frame in once):

@@ -101,7 +101,7 @@ def reply_for(
     """
     from ovita.instruct.realise import realise
 
-    draft = realise(frames, request.trajectory, request.scene, effort=effort)
+    draft = realise(frames, request.trajectory, request.scene, effort=effort, robot=request.robot)
     question = question or draft.question
     plan, info = tuple(draft.plan), WriterInfo("builtin")
     if unplaced or question:
