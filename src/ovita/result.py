@@ -473,6 +473,9 @@ def accept(result: Adaptation) -> Adaptation:
 NEGLIGIBLE = 1e-3
 """What the limits may take back without a change that anybody would call one [m, m/s, m/s^2]."""
 
+UNSEEN, UNMISSED = 0.01, 0.1
+"""Up to here nobody sees what the limits changed: metres and m/s, and the share of a promise that they took back."""
+
 
 def judged_status(verdict: Verdict | None, postconditions: Sequence[Postcondition], *, vain: bool = False) -> Status:
     """The status of a result, from best to worst: done, limited, not as meant, infeasible.
@@ -488,8 +491,15 @@ def judged_status(verdict: Verdict | None, postconditions: Sequence[Postconditio
         return "not_as_meant"
     kept = verdict is None or verdict.status == "satisfied" or (verdict.status == "off" and verdict.ok)
     if verdict is not None and verdict.status == "repaired":
-        kept = all(check.violation_before <= NEGLIGIBLE for check in verdict.checks)
+        kept = all(check.violation_before <= NEGLIGIBLE for check in verdict.checks) or _unseen(verdict, postconditions)
     return "done" if kept else "limited"
+
+
+def _unseen(verdict: Verdict, postconditions: Sequence[Postcondition]) -> bool:
+    """Whether every promise is kept, nearly in full, and the path was moved and slowed by less than anybody sees."""
+    seen = [check for check in verdict.checks if check.unit not in ("m", "m/s") or check.violation_before > UNSEEN]
+    least = all(check.violation_before <= NEGLIGIBLE for check in seen) and verdict.max_shift <= UNSEEN
+    return least and all(p.held and (p.undone or 0.0) <= UNMISSED for p in postconditions)
 
 
 _HEADINGS = {

@@ -35,7 +35,7 @@ SHARES = {"first": END_SHARE, "last": END_SHARE, "middle": 1 / 3, "turns": 0.25}
 """How much of the waypoints a part of the path means where it is left open."""
 
 
-SPARE = 0.01
+SPARE = 0.02
 """Room beyond the least that a robot keeps from an object, for the bends on the way there [m]."""
 
 

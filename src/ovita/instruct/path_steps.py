@@ -222,9 +222,9 @@ def _end_level(d: PolicyBuilder, q: F.Quantity, end: str) -> None:
           ends={end: "" if d.has(*TURNED) else f"expect_{end}(up={name} - {given})"})  # fmt: skip
 
 
-def nearest_side(d: PolicyBuilder, item: SceneObject, positions: Array) -> str:
-    """The level side of an object that a path (N, 3) is on where it is nearest to it."""
-    away = positions[int(np.argmin(np.linalg.norm(positions - item.position, axis=1)))] - item.position
+def _facing(d: PolicyBuilder, item: SceneObject) -> str:
+    """The level side of an object that faces the middle of the path, from where an end that moves is reached."""
+    away = d.positions[len(d.positions) // 2] - item.position
     axes = {word: d.scene.frame.direction(word) for word in ("left", "right", "front", "back")}
     return max(axes, key=lambda word: float(away @ axes[word]) - extent(item, axes[word]))
 
@@ -233,7 +233,7 @@ def _end_to(d: PolicyBuilder, frame: F.MoveEnd, end: str) -> None:
     code, words, _ = target(d, frame.place)
     item = d.scene[frame.place] if isinstance(frame.place, str) and frame.place not in F.SPOTS else None
     if frame.aim in BESIDE and item is not None:
-        side = BESIDE[frame.aim] or nearest_side(d, item, d.positions[:1] if end == "start" else d.positions[-1:])
+        side = BESIDE[frame.aim] or _facing(d, item)
         frame = replace(frame, aim="", offset=((side, frame.by),))
     code, words = code + aiming(frame.aim), aimed_at(d, words, frame.aim, item)
     beside: dict[str, str] = {}

@@ -160,6 +160,8 @@ def _opposed(one: F.SemanticFrame, other: F.SemanticFrame, axes: Frame) -> bool:
             return _against(axes, ways, others)
         case F.MoveEnd(offset=ways, relation=""), F.MoveEnd(offset=others, relation="") if one.end == other.end:
             return _against(axes, ways, others)
+        case F.MoveEnd(relation="to"), F.MoveEnd(relation="to") if one.end == other.end and not one.part:
+            return one.place != other.place
         case F.Approach(), F.Approach():
             return one.sense != other.sense and bool({*one.objects} & {*other.objects})
         case F.Clearance(), F.Clearance():

@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cache, lru_cache
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Literal
 
 from ovita.errors import OvitaError
@@ -465,7 +466,11 @@ def _two_waypoints(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F
 
 
 def _by_for_to(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.SemanticFrame, ...]) -> str:
-    """A "to 10 cm" that is read as so much more or less."""
+    """A "to 10 cm" that is read as so much more or less, or a "by 10 cm" that is read as a height."""
+    heights = [f.level.value for f in frames if isinstance(f, F.Height) and f.level.role == "to"]
+    for by, chunk in pairwise(said):
+        if by.text.lower() == "by" and chunk.q is not None and any(_near(one, chunk.q.value) for one in heights):
+            return f"'by {chunk.text}' is read as a height."
     steps = [f.by.value for f in frames if isinstance(f, F.Approach) and f.by is not None and f.by.unit == "m"]
     for before, to, chunk in zip([None, *said], said, said[1:], strict=False):
         after_number = before is not None and before.q is not None  # "5 to 10 cm"
@@ -533,6 +538,27 @@ def _is_wish(chunk: Chunk) -> bool:
     return chunk.kind == "unknown" or (chunk.kind == "path" and chunk.text.lower().split()[-1] not in OWN_NAMES)
 
 
+def _end_lost(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.SemanticFrame, ...]) -> str:
+    """An end that is to be where it was, on a path that is reversed: "and end where it ended"."""
+    row = [chunk for chunk in said if chunk.kind != "filler"]
+    for end, where in pairwise(row):
+        if end.kind in ("goal", "start", "stop") and where.text.lower().startswith("where"):
+            if any(isinstance(frame, F.Reverse) for frame in frames):
+                return f"A path that is reversed cannot {end.text} {where.text} before."
+    return ""
+
+
+def _above_lost(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.SemanticFrame, ...]) -> str:
+    """A place above or below something, where what is read is about the thing itself."""
+    row = [chunk for chunk in said if chunk.kind != "filler"]
+    for word, thing in pairwise(row):
+        about = [frame for frame in frames if {*thing.names} & {*frame.named}]
+        level = about and all(isinstance(frame, F.Figure | F.Clearance) for frame in about)
+        if word.kind in ("over", "under") and thing.kind == "OBJ" and level:
+            return f"{word.text!r} {thing.text} has no place in it."
+    return ""
+
+
 OWN_NAMES = frozenset("path trajectory route way track line course motion movement it waypoints points".split())
 """What the path is called, which asks for nothing by itself."""
 
@@ -557,9 +583,11 @@ CHECKS = (
     _anywhere,
     _thing_moved,
     _wish_left,
+    _end_lost,
+    _above_lost,
 )
 
-NEVER = (_conditional, _thing_moved, _wish_left)
+NEVER = (_conditional, _thing_moved, _wish_left, _end_lost, _above_lost)
 """What is never done at once, however likely its reading is."""
 
 
