@@ -25,8 +25,8 @@ SIZE: dict[Degree, float] = {"slight": 0.06, "moderate": 0.12, "large": 0.22}
 MARGIN = 0.05
 """Least distance from the surface of an object at which a path ends beside or on it [m]."""
 
-BESIDE: Mapping[str, str] = {"above": "up", "below": "down", "behind": "back", "beside": ""}
-"""Where beside an object an end is, by a frame's aim; "" for the side that is nearest."""
+BESIDE: Mapping[str, F.Direction | None] = {"above": "up", "below": "down", "behind": "back", "beside": None}
+"""Where beside an object an end is, by a frame's aim; None for the side that is nearest."""
 
 TURNED = (F.Mirror, F.Rotate, F.Tilt, F.Resize, F.Quadrant, F.Reverse, F.Trim, F.Height)
 """Frames after which an end is no longer where shifts alone would take it."""
@@ -222,10 +222,11 @@ def _end_level(d: PolicyBuilder, q: F.Quantity, end: str) -> None:
           ends={end: "" if d.has(*TURNED) else f"expect_{end}(up={name} - {given})"})  # fmt: skip
 
 
-def _facing(d: PolicyBuilder, item: SceneObject) -> str:
+def _facing(d: PolicyBuilder, item: SceneObject) -> F.Direction:
     """The level side of an object that faces the middle of the path, from where an end that moves is reached."""
     away = d.positions[len(d.positions) // 2] - item.position
-    axes = {word: d.scene.frame.direction(word) for word in ("left", "right", "front", "back")}
+    sides: tuple[F.Direction, ...] = ("left", "right", "front", "back")
+    axes = {word: d.scene.frame.direction(word) for word in sides}
     return max(axes, key=lambda word: float(away @ axes[word]) - extent(item, axes[word]))
 
 

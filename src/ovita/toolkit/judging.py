@@ -39,8 +39,9 @@ SPEED_CHANGE = 0.005
 LONGER = 0.002
 """A path is longer or shorter from this share of its length on: what resampling cuts off corners is mostly less."""
 
-SMOOTHED, SHARPER = 0.05, np.radians(5.0)
-"""A path is smoother where its squared bends sum up to that share less, its sharpest turn at most so much sharper."""
+SMOOTHED, OUTER = 0.05, 0.7
+"""A path is smoother where its squared bends sum up to that share less,
+and its farthest corner out at most so much more."""
 
 MOSTLY = 0.7
 """The share of a part on which an acceleration is what was asked for: limits cut off its ends."""
@@ -523,22 +524,33 @@ def _length(case: _Case) -> Outcome:
 
 
 def _smoother(case: _Case) -> Outcome:
-    """The bends squared and summed, and the sharpest one; of paths of different numbers of waypoints, spread alike."""
+    """The bends squared and summed, and how far out the farthest corner stands; waypoints are spread alike first.
+
+    A corner between two short segments may be sharp and is no kink, so that angles do not decide of the sharpest.
+    """
     paths = [(case.original, case.old), (case.adapted, case.new)]
     if len(case.original) != len(case.adapted):
         count = len(case.original)
         paths = [(interpolate(rows, source_indices(rows[:, :3], count, "arc_length")), part) for rows, part in paths]
         paths = [(rows, case.old) for rows, _ in paths]
     (old, was), (new, now) = (_bent(rows[:, :3], part) for rows, part in paths)
-    held = new <= (1.0 - SMOOTHED) * old + TINY and now <= was + SHARPER
-    said = f"the sum of squared bends went from {old:.3g} to {new:.3g}, the sharpest from {np.degrees(was):.0f} to "
-    return Outcome(bool(held), f"{said}{np.degrees(now):.0f} degrees")
+    held = new <= (1.0 - SMOOTHED) * old + TINY and now <= (1.0 + OUTER) * was + TINY
+    said = f"the sum of squared bends went from {old:.3g} to {new:.3g}, the farthest corner stands out by {now:.3f} m"
+    return Outcome(bool(held), f"{said}, and {was:.3f} m before")
 
 
 def _bent(path: Array, part: Mask) -> tuple[float, float]:
-    """The sum of the squared bends of a part of a path (N, 3) [rad^2], and the sharpest one [rad]."""
+    """The sum of the squared bends of a part of a path (N, 3) [rad^2], and how far a corner stands out at most [m].
+
+    That is the distance of a waypoint to the line between its neighbours.
+    """
     angles = turning_angles(path)[part]
-    return float((angles**2).sum()), float(angles.max(initial=0.0))
+    fresh = np.concatenate([[True], np.diff(path, axis=0).any(axis=1)])
+    points, inside = path[fresh], part[fresh][1:-1]
+    a, b, c = points[:-2][inside], points[1:-1][inside], points[2:][inside]
+    chord = c - a
+    share = np.clip(((b - a) * chord).sum(axis=1) / np.maximum((chord**2).sum(axis=1), 1e-300), 0.0, 1.0)
+    return float((angles**2).sum()), float(lengths(b - a - share[:, None] * chord).max(initial=0.0))
 
 
 def _waypoints(case: _Case) -> Outcome:

@@ -301,7 +301,7 @@ def expect_length(
 
 @operation("State what is meant")
 def expect_smoother(where: ArrayLike | None = None, *, recorder: Recorder | None = None) -> Expectation:
-    """The path has fewer bends: squared and summed by a twentieth at least; its sharpest turn is no sharper."""
+    """The path has fewer bends: squared and summed by a twentieth at least; no corner stands out far more."""
     return _note("smoother", _where(where), f"the path is smoother{_part(where)}", recorder)
 
 
