@@ -173,3 +173,21 @@ def test_what_nobody_sees_of_the_limits_is_done(by, undone, status):
     verdict = replace(result.constraints, status="repaired", checks=checks, max_shift=by)
     promise = Postcondition("the path moves", True, True, "it moved", 0.02, 0.02 * (1 - undone))
     assert judged_status(verdict, [promise]) == status
+
+
+@pytest.mark.parametrize("low", [0.2, 0.55])
+def test_a_height_between_two_is_no_height_in_the_middle(low):
+    result = shown(f"keep the height between {100 * low:g} and 90 cm")
+    heights = result.adapted.positions[:, 2]
+    assert result.status == "done" and heights.min() > low - 0.01 and np.ptp(heights) > 0.04
+
+
+def test_a_distance_between_two_holds_both():
+    result = shown("stay between 10 and 90 cm from the cup")
+    away = np.linalg.norm(result.adapted.positions - CUP.position, axis=1)
+    assert result.status in ("done", "limited") and away.max() < 0.92 and gap(CUP, result.adapted.positions).min() > 0.1
+
+
+def test_a_way_that_is_denied_is_not_even_shown():
+    result = adapt(Request("do not fly over the cup", FLIGHT, ROOM), writer="builtin")
+    assert result.status == "not_understood" and result.proposal is None

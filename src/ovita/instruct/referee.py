@@ -21,6 +21,7 @@ from ovita.instruct.constituents import turned
 from ovita.instruct.edits import Also, Edit
 from ovita.instruct.lexicon import DETERMINERS
 from ovita.instruct.numbers import FRACTIONS
+from ovita.instruct.together import spread
 from ovita.paths.part import WHOLE, PathPart
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
@@ -129,6 +130,7 @@ def understand(
     rules = by_rules(text, scene, before, positions)
     said, _ = chunks(text, scene, positions)
     if quick and len(said) <= SHORT and len(rules.frames) == 1 and _whole(said, rules) and not rules.aside:
+        rules = replace(rules, frames=spread(rules.frames, said))
         return Understanding("do", rules, "rules", confidence=DO, rules=rules)
     reader = learned_reader()
     if reader is None:
@@ -211,16 +213,27 @@ def judged(
     rated = [(likelihood(grounds(said, by, rules, learned, weighed)), by, one) for by, one in candidates]
     whole = _whole(said, rules)
     over = whole and learned is not None and _gives_way(said, learned, rules)
-    confidence, best, reading = rated[0] if over else max(rated, key=lambda one: one[0])
+    confidence, best, chosen = rated[0] if over else max(rated, key=lambda one: one[0])
     by: By = "both" if agreed else best
-    left = [word for one in (rules, learned) if one is not None and (agreed or one is reading) for word in one.unread]
+    left = [word for one in (rules, learned) if one is not None and (agreed or one is chosen) for word in one.unread]
+    reading = replace(chosen, frames=spread(chosen.frames, said))
     differ = whole and by == "learned"
     enough = DO if not whole or differ else WHOLE_READ if _reads(learned) and not over else UNOPPOSED
     left += rules.aside if rules is not None and by == "learned" and len(said) <= CURT else ()
     sure = confidence >= enough and not (differ or _shown_first(said, reading, left))
     outcome: Outcome = "do" if sure else "needs_confirmation" if confidence >= SHOW else "decline"
     doubts = contradictions(said, _frames(reading))
+    if _denied(said, _frames(reading)):
+        outcome = "decline"  # the opposite of what is said is not even shown
     return Understanding(outcome, reading, by, tuple(dict.fromkeys(left)), doubts, confidence, **known)
+
+
+def _denied(said: Sequence[Chunk], frames: tuple[F.SemanticFrame, ...]) -> bool:
+    """Whether a way past, over or through something is read where it is denied: "do not fly over the cup"."""
+    ways = [frame for frame in frames if isinstance(frame, F.Visit | F.Hop | F.Hover)]
+    row = [chunk for chunk in said if chunk.kind not in ("filler", "over", "under", "through", "touch", "to", "at")]
+    pairs = [(no, thing) for no, thing in pairwise(row) if no.kind == "never" and thing.kind == "OBJ"]
+    return any({*thing.names} & {*frame.named} for _, thing in pairs for frame in ways)
 
 
 def _shown_first(said: Sequence[Chunk], reading: F.Reading, left: Sequence[str]) -> bool:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import fields, replace
 
 from ovita.instruct import frames as F
+from ovita.instruct.chunks import Chunk
 from ovita.instruct.fillers import REST, THERE
 from ovita.paths.part import WHOLE, PathPart, outside
 
@@ -137,6 +138,37 @@ def _covers(full: F.SemanticFrame, bare: F.SemanticFrame) -> bool:
         return False
     slots = [(getattr(bare, s.name), getattr(full, s.name), s.default) for s in fields(bare) if s.compare]
     return full != bare and all(one in (other, default) for one, other, default in slots)
+
+
+def spread(frames: Sequence[F.SemanticFrame], said: Sequence[Chunk]) -> tuple[F.SemanticFrame, ...]:
+    """Frames in which "between 20 and 60 cm" is two bounds, and not what lies in the middle.
+
+    Args:
+        frames: As read; a height, a distance or a speed that is the mean of the two becomes a pair.
+        said: The utterance in chunks.
+    """
+    found = tuple(frames)
+    for word, one, link, other in zip(said, said[1:], said[2:], said[3:], strict=False):
+        if word.kind == "between" and link.kind in ("and", "to") and one.q is not None and other.q is not None:
+            scales = (1.0,) if one.q.unit else (1.0, 0.01, 0.001)
+            pairs = [sorted((one.q.value * scale, other.q.value)) for scale in scales]
+            read = (tuple(two for frame in found for two in _pair(frame, *pair)) for pair in pairs)
+            found = next((frames for frames in read if frames != found), found)
+    return found
+
+
+def _pair(frame: F.SemanticFrame, low: float, high: float) -> tuple[F.SemanticFrame, ...]:
+    """A frame about the middle of two values as the two bounds; any other as it is."""
+    slot = {F.Height: "level", F.Clearance: "distance", F.Pace: "amount"}.get(type(frame), "")
+    q = getattr(frame, slot) if slot else None
+    if q is None or abs(q.value - (low + high) / 2.0) > 0.02 * high or not high > low > 0.0:
+        return (frame,)
+    least, most = replace(q, value=low, role="at_least", said=""), replace(q, value=high, role="at_most", said="")
+    if isinstance(frame, F.Pace):
+        return replace(frame, change="floor", amount=least), replace(frame, change="cap", amount=most)
+    if isinstance(frame, F.Clearance):
+        return replace(frame, distance=least, along=False), replace(frame, distance=most, along=True)
+    return replace(frame, level=least), replace(frame, level=most)  # type: ignore[call-arg]
 
 
 def improper(frames: Sequence[F.SemanticFrame]) -> str:
