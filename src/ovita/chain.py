@@ -22,6 +22,7 @@ from ovita.errors import InputError, PolicyError, PolicyRejected, RequestError, 
 from ovita.instruct.editing import by_hand
 from ovita.limits import ConstraintOptions, Solution, Verdict, constrain
 from ovita.measure import compare, shape_warnings
+from ovita.paths.part import WHOLE, PathPart
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
@@ -72,6 +73,7 @@ def adapt(
     scene: Scene | Iterable[SceneObject] | None = None,
     robot: Robot | str | None = None,
     times: ArrayLike | None = None,
+    selection: PathPart = WHOLE,
     writer: PolicyWriter | str = "auto",
     constraints: ConstraintOptions | None = None,
     isolation: Isolation = "auto",
@@ -91,6 +93,7 @@ def adapt(
         scene: What surrounds the trajectory, or its objects; None takes that of the task or file.
         robot: Whose limits are enforced, or its name or file; None takes the one that the task names, else none.
         times: When the waypoints of an array (N, 3) are reached (N,) [s]; without, it gets a speed of 0.1 m/s.
+        selection: The part of the path that "here" and "this part" mean, such as `between("cup", "box")`.
         writer: A policy writer or its name, see `writer_named`.
         constraints: How limits are enforced.
         isolation: How a policy must be isolated while it runs.
@@ -113,7 +116,7 @@ def adapt(
     known_isolation(isolation)
     clock = _Clock()
     chosen = _chosen(writer)
-    request = requested(request, instruction, scene=scene, robot=robot, times=times)
+    request = requested(request, instruction, scene=scene, robot=robot, times=times, selection=selection)
     budget = WritingBudget.lasting(time_limit, progress, cancel)
     prompt = replace(ground(request, examples=examples), budget=budget)
     clock.lap("ground")

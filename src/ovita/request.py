@@ -14,6 +14,7 @@ from ovita.errors import RequestError, TrajectoryError
 from ovita.io import Task, is_address, load_robot, load_task
 from ovita.io.waypoints import COLUMNS, from_columns
 from ovita.paths.frame import Frame
+from ovita.paths.part import WHOLE, PathPart
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
@@ -65,6 +66,7 @@ class Request:
         history: Earlier turns, oldest first.
         origin: How the trajectory came about, such as "planned from above the box to above the plate", or "".
         assumed: What had to be assumed of the trajectory, each a sentence.
+        selection: The part of the path that is marked by hand, which "here" and "this part" mean.
 
     An array stands for a trajectory, objects for a scene, and a name or a file for a robot.
 
@@ -81,6 +83,7 @@ class Request:
     history: tuple[Turn, ...] = ()
     origin: str = ""
     assumed: tuple[str, ...] = ()
+    selection: PathPart = WHOLE
 
     if TYPE_CHECKING:  # what may be given is wider than what is held
 
@@ -93,6 +96,7 @@ class Request:
             history: tuple[Turn, ...] = (),
             origin: str = "",
             assumed: tuple[str, ...] = (),
+            selection: PathPart = WHOLE,
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -126,6 +130,7 @@ def requested(
     scene: Scene | Iterable[SceneObject] | None = None,
     robot: Robot | str | None = None,
     times: ArrayLike | None = None,
+    selection: PathPart = WHOLE,
 ) -> Request:
     """The request that a caller means.
 
@@ -135,12 +140,13 @@ def requested(
         scene: None takes that of the task or file.
         robot: Or its name or file; None takes the one that the task or file names, else none.
         times: When the waypoints of an array are reached (N,) [s], in place of speeds.
+        selection: The part of the path that "here" and "this part" mean.
 
     Raises:
         InputError: If any of these cannot be used; says which, and what to give.
     """
     if isinstance(about, Request):
-        if any(given is not None for given in (instruction, scene, robot, times)):
+        if any(given is not None for given in (instruction, scene, robot, times)) or selection:
             raise RequestError("a Request holds instruction, scene, robot and speeds itself; change it with replace()")
         return about
     if times is not None and isinstance(about, str | os.PathLike | Task | Trajectory):
@@ -149,11 +155,12 @@ def requested(
         about = _read(about)
     if not isinstance(about, Task):
         trajectory, assumed = trajectory_of(about, times)
-        return Request(_said(instruction, ""), trajectory, scene, robot, assumed=assumed)
+        return Request(_said(instruction, ""), trajectory, scene, robot, assumed=assumed, selection=selection)
     surroundings = about.scene if scene is None else scene_of(scene)
     chosen = about.robot if robot is None else robot
     told = stated_limits(surroundings)
-    return Request(_said(instruction, about.instruction), about.trajectory, surroundings, chosen, assumed=told)
+    said = _said(instruction, about.instruction)
+    return Request(said, about.trajectory, surroundings, chosen, assumed=told, selection=selection)
 
 
 def stated_limits(scene: Scene) -> tuple[str, ...]:

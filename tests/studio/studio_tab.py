@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 import struct
 import threading
 import time
@@ -37,8 +39,11 @@ class Tab:
         self._names: dict[str, str] = {}
         self.seen = 0
         self._changed = threading.Condition()
+        self.heard: dict[str, dict[str, Any]] = {}
+        self._timeline: Any = None
+        self._address = f"ws://{parts.netloc}/"
         self._socket = connect(
-            f"ws://{parts.netloc}/",
+            self._address,
             subprotocols=[f"viser-v{viser.__version__}"],  # type: ignore[list-item]
             additional_headers=headers,
             max_size=None,
@@ -54,8 +59,19 @@ class Tab:
         """Send a message of the browser."""
         self._socket.send(msgspec.msgpack.encode({"type": kind, **fields}))
 
+    def point(self, kind: str, **fields: Any) -> None:
+        """Send what a person does in the timeline."""
+        if self._timeline is None:
+            name = re.search(r'data-timeline="(\w+)"', self.text())
+            assert name, "there is no timeline"
+            self._timeline = connect(f"{self._address}timeline/{name[1]}", open_timeout=10)
+            threading.Thread(target=self._hear, daemon=True).start()
+        self._timeline.send(json.dumps({"kind": kind, **fields}))
+
     def close(self) -> None:
         """Leave."""
+        if self._timeline is not None:
+            self._timeline.close()
         self._socket.close()
 
     def wait(self, condition: Callable[[], Any], seconds: float = 10.0) -> Any:
@@ -123,6 +139,16 @@ class Tab:
         if node not in self.nodes or not self.visible.get(node, True):
             return None
         return np.frombuffer(self.nodes[node]["props"]["points"], dtype=np.float32).reshape(-1, 2, 3)
+
+    def _hear(self) -> None:
+        try:
+            for raw in self._timeline:  # type: ignore[union-attr]
+                message = json.loads(raw)
+                with self._changed:
+                    self.heard[message["kind"]] = message
+                    self._changed.notify_all()
+        except Exception as error:  # as below
+            del error
 
     def _listen(self) -> None:
         try:

@@ -21,9 +21,12 @@ from ovita.result import Adaptation
 SCHEMA = "ovita.session/1"
 """Value of `schema` in a session file and in the first event of a journal."""
 
-Kind = Literal["said", "knobs", "reworded", "code", "hand", "limits", "opened"]
-"""How a turn came about: words, knobs, the last turn in other words, edited code, a hand edit, changed limits, or a
-result that was opened."""
+Kind = Literal["said", "knobs", "reworded", "code", "hand", "drawn", "limits", "opened"]
+"""How a turn came about: words, knobs, the last turn in other words, edited code, a hand edit of what the turns
+began with, a hand edit of what they came to, changed limits, or a result that was opened."""
+
+OWN: frozenset[Kind] = frozenset({"said", "drawn", "opened"})
+"""Kinds that are turns of their own; the others correct the turn before."""
 
 ROOT = -1
 """The place before the first turn."""
@@ -144,7 +147,7 @@ def in_force(steps: Sequence[Step]) -> list[tuple[Step, int]]:
     """
     turns: list[tuple[Step, int]] = []
     for step in steps:
-        if step.kind in ("said", "opened"):
+        if step.kind in OWN:
             alone = step.feedback_on == "original"
             turns = [(step, sum(count for _, count in turns) + 1)] if alone else [*turns, (step, 1)]
         elif turns:

@@ -18,7 +18,7 @@ from ovita.chain import adapt, rerun, to_confirm
 from ovita.dialogue.history import ROOT, History, Kind, Situation, Step, in_force
 from ovita.dialogue.parameters import called, frames_of, meant, scaled, shown, values_after, which
 from ovita.dialogue.standing import KEEP_IT, Loss, lost
-from ovita.errors import PolicyError
+from ovita.errors import PolicyError, RequestError
 from ovita.instruct.chunks import Chunk, chunks
 from ovita.instruct.editing import apply, realised_values
 from ovita.instruct.edits import Again, Also, Command, Edit, Rescale, Set
@@ -303,15 +303,18 @@ class DialogueState:
         words = f"{self.asked.rstrip('.')}: {said}" if frames else said
         before, results = self.current, self._results
         if on == "original":
+            drawn = [step.said for step, _ in in_force(self.steps) if step.kind == "drawn"]
+            if drawn:
+                raise RequestError(
+                    f"{drawn[0]!r} was done by hand on the path as it was then, and cannot be said again"
+                    " on the original; choose feedback on current, or undo it"
+                )
             found = self._with_earlier(words, frames, results)
             if found is not None:
                 return Interpretation(found, on=on)
             if results and not all(result.frames for result in results) and not frames:
                 words = _joined([*(result.instruction for result in results), said])
                 before = self.now.original
-        if not frames and self.selection:
-            reading = self._read(said)
-            frames = reading.frames if not (reading.unread or reading.question) else ()
         result = self._adapt(words, before, frames)
         on = "original" if before is self.now.original and on == "original" else "current"
         return Interpretation(result, on=on, asked=said if result.status == "needs_clarification" else "")
@@ -452,7 +455,7 @@ class DialogueState:
         unplaced: tuple[str, ...] = (),
     ) -> Adaptation:
         return adapt(
-            Request(instruction, start, self.now.scene, self.now.robot, tuple(self.turns)),
+            Request(instruction, start, self.now.scene, self.now.robot, tuple(self.turns), selection=self.selection),
             writer=FramesWriter(tuple(frames), unplaced) if frames or unplaced else self.writer,
             constraints=self.now.constraints,
             isolation=self.isolation,

@@ -8,7 +8,18 @@ from threading import Event
 from typing import Any
 
 from ovita.chain import UNCHANGED, enforced, rerun
-from ovita.dialogue.history import ROOT, History, Kind, Situation, Step, in_force, read_session, replayed, write_session
+from ovita.dialogue.history import (
+    OWN,
+    ROOT,
+    History,
+    Kind,
+    Situation,
+    Step,
+    in_force,
+    read_session,
+    replayed,
+    write_session,
+)
 from ovita.dialogue.reframing import DialogueState, Interpretation, Reader, respond
 from ovita.dialogue.standing import answered, lost
 from ovita.errors import RequestError
@@ -294,6 +305,26 @@ class Session:
         self._add("edited the code", last.feedback_on if last else "current", result, "code")
         return result
 
+    def draw(self, said: str, code: str, plan: str) -> Adaptation:
+        """Edit the current trajectory by hand: run a policy of what the hand did, as a turn of its own.
+
+        Args:
+            said: What was done, for the history, such as "moved waypoint 5 0.10 m up".
+            code: The policy.
+            plan: What it does, as a sentence.
+
+        Raises:
+            PolicyError: If the policy is refused or fails; nothing changes then.
+        """
+        policy = parse(code)
+        start = replace(
+            self._blank(said), original=self.current, code=policy.source, parameters=policy.parameters, plan=(plan,)
+        )
+        result = rerun(start, {}, constraints=self.constraints, isolation=self.isolation)
+        result = self._against_earlier(result, "drawn", "current")
+        self._add(said, "current", result, "drawn")
+        return result
+
     def change(
         self,
         said: str,
@@ -472,7 +503,7 @@ class Session:
         if on == "original" and kind in ("said", "opened"):
             return result  # it holds everything that was said before
         turns = [step.adaptation for step, _ in in_force(self.steps)]
-        earlier = turns if kind in ("said", "opened") else turns[:-1]
+        earlier = turns if kind in OWN else turns[:-1]
         losses = lost(earlier, self.current, result)
         return replace(result, lost=tuple(loss.report for loss in losses)) if losses else result
 

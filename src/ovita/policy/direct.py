@@ -8,6 +8,7 @@ is bounded in number, size and work; where a policy needs more, the sandbox runs
 from __future__ import annotations
 
 import ast
+import contextlib
 import operator
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -15,6 +16,7 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ovita.errors import PolicyCrashed
 from ovita.paths.scene import Scene, SceneObject
@@ -398,8 +400,42 @@ def _is_array(value: Any) -> bool:
     return type(value) is np.ndarray
 
 
+def _is_rows(value: Any) -> bool:
+    return _is_array(value) and value.ndim == 2
+
+
 def _is_number(value: Any) -> bool:
     return isinstance(value, int | float | np.number | np.bool_)
+
+
+class _Watched(_Run):
+    """A run that notes which waypoints each toolkit call changes."""
+
+    def __init__(self, proof: Proof, scene: Scene) -> None:
+        super().__init__(proof, scene)
+        self.found: list[tuple[int, NDArray[np.bool_]]] = []
+
+    def call(self, node: ast.Call) -> Any:
+        result = super().call(node)
+        if not (node.args and isinstance(node.args[0], ast.Name) and _is_rows(result)):
+            return result
+        before = self.value(node.args[0])
+        if _is_rows(before):
+            same = before.shape == result.shape
+            changed = (np.abs(before - result) > 1e-9).any(axis=1) if same else np.ones(len(result), dtype=bool)
+            self.found.append((node.lineno, changed))
+        return result
+
+
+def changed_by_line(tree: ast.Module, given: Array, scene: Scene) -> list[tuple[int, NDArray[np.bool_]]]:
+    """Which rows (M,) of its result each toolkit call of a proven policy changes, with its line; [] of any other."""
+    proof = prove(tree)
+    if proof is None:
+        return []
+    run = _Watched(proof, scene)
+    with contextlib.suppress(Exception), np.errstate(all="ignore"):
+        run.function(proof, given, {})
+    return run.found
 
 
 def carries_columns(tree: ast.Module) -> bool:

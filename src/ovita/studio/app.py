@@ -22,6 +22,7 @@ from ovita.studio.look import lookable
 from ovita.studio.security import Gate, gate_for, guarded, is_local, limit_uploads
 from ovita.studio.sessions import SessionController, Sessions, default_folder
 from ovita.studio.tab import Tab
+from ovita.studio.wire import PLACE, Wires
 
 PORT = 8765
 """Where the studio listens unless another port is named."""
@@ -78,7 +79,8 @@ class Studio:
         self._key = f"ovita-session-{_digest(self._first)}"
         self._views: dict[int, tuple[Tab, list[str]]] = {}
         self._lock, self._stopped = threading.Lock(), False
-        with _quiet(), guarded(self.gate):
+        self.wires = Wires()
+        with _quiet(), guarded(self.gate, {PLACE: self.wires.serve}):
             self.server: Any = viser.ViserServer(settings.host, port, label="ovita studio", verbose=False)
         # viser's client may ask its server to open a tunnel to the outside; this one never does
         setattr(self.server, "request_share_url", lambda verbose=True: None)  # noqa: B010
@@ -161,6 +163,7 @@ class Studio:
             limits=self._template.robot,
             local=self._local,
             lookable=self._lookable,
+            wire=self.wires.open(),
         )
         if note:
             view.tell(note)
@@ -180,6 +183,7 @@ class Studio:
 
     def _put_away(self, view: Tab, used: list[str]) -> None:
         view.close()
+        self.wires.close(view.timeline.wire)
         view.controller.close()
         for name in used:
             self.controllers.leave(name)

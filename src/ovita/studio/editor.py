@@ -1,4 +1,4 @@
-"""Editing by hand: drag an object, the start or the goal; pin a waypoint. Each becomes a turn of the session."""
+"""Dragging by hand: an object, the start, the goal or a waypoint; pinning. Each becomes a turn of the session."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from ovita.paths.frame import Frame
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.studio import html
+from ovita.studio.hands import drawn, pulled
 from ovita.studio.scene_view import SceneView
 from ovita.studio.sessions import SessionController
 from ovita.toolkit import CATALOGUE
@@ -31,6 +32,7 @@ class DragEditor:
     ) -> None:
         self._space, self._controller, self._peek = space, controller, peek
         self._wanted: tuple[str, Array] | None = None
+        self._waypoint: int | None = None
         self._peeking, self.dragging = False, False
         self._lock = threading.Lock()
         self._gizmo: Any = None
@@ -59,7 +61,9 @@ class DragEditor:
     def refresh(self) -> None:
         """Fit the controls to the session."""
         session = self._controller().session
-        names = (_NOTHING, _START, _GOAL, *session.scene.names)
+        if self._waypoint is not None and self._waypoint >= len(session.current):
+            self._waypoint = None
+        names = (_NOTHING, _START, _GOAL, *self._picked, *session.scene.names)
         if self.what.options != names:
             self.what.options = names
             self._grip()
@@ -79,14 +83,28 @@ class DragEditor:
         self.what.value = _NOTHING
         self._grip()
 
+    @property
+    def _picked(self) -> tuple[str, ...]:
+        return () if self._waypoint is None else (f"waypoint {self._waypoint + 1}",)
+
+    def pick(self, waypoint: int | None) -> None:
+        """Put the arrows to a waypoint of the current path, counted from 0; None takes them away."""
+        self._waypoint = waypoint
+        self.what.value = _NOTHING
+        self.refresh()
+        self.what.value = self._picked[0] if self._picked else _NOTHING
+        self._grip()
+
     def move(self, what: str, place: Array) -> bool:
-        """Move an object, the start or the goal to a place (3,) [m], as one turn."""
+        """Move an object, the start, the goal or the picked waypoint to a place (3,) [m], as one turn."""
         return self._controller().act(lambda session: self._moved(session, what, place))
 
     def _moved(self, session: Session, what: str, place: Array) -> None:
         by = np.asarray(place, dtype=float) - self._place(session, what)
         said = f"moved {what} {_words(by, session.scene.frame)}"
-        if what in (_START, _GOAL):
+        if what in self._picked and self._waypoint is not None:
+            drawn(session, pulled(self._waypoint, by, session.scene.frame, len(session.current)))
+        elif what in (_START, _GOAL):
             session.change(said, original=with_end(session.original, place, goal=what == _GOAL))
         else:
             session.change(said, scene=with_object_at(session.scene, what, place))
@@ -163,6 +181,8 @@ class DragEditor:
     def _place(self, session: Session, what: str) -> Array:
         if what == _NOTHING:
             return np.zeros(3)
+        if what in self._picked and self._waypoint is not None:
+            return np.array(session.current.positions[self._waypoint])
         if what in (_START, _GOAL):
             return np.array(session.original.positions[0 if what == _START else -1])
         return np.array(session.scene[what].position)

@@ -40,6 +40,7 @@ _KINDS = {
     "reworded": "corrected",
     "code": "code",
     "hand": "by hand",
+    "drawn": "by hand",
     "limits": "limits",
     "opened": "opened",
 }
@@ -156,7 +157,7 @@ def turn_name(session: Session, turn: int, limit: int = 46) -> str:
         return "0. the beginning"
     step = session.history.steps[turn]
     extra = _KINDS[step.kind]
-    said = step.said if not extra or step.kind in ("hand", "limits", "code") else f"{step.said} ({extra})"
+    said = step.said if not extra or step.kind in ("hand", "drawn", "limits", "code") else f"{step.said} ({extra})"
     return f"{turn + 1}. {clipped(said, limit)}"
 
 
@@ -375,5 +376,5 @@ def page() -> bytes:
         if tag in head:
             first = head.index(tag)
             head = head[:first] + head[head.index(close, first) + len(close) :]
-    own = (files("ovita.studio") / "head.html").read_text(encoding="utf-8")
+    own = "".join((files("ovita.studio") / name).read_text(encoding="utf-8") for name in ("head.html", "timeline.html"))
     return (plain[:start] + head + own + plain[end:]).encode()

@@ -1,10 +1,10 @@
-"""Playing trajectories in true time: the playheads, the bar with play and pause, and a simulated robot that follows."""
+"""Playing trajectories in true time: the playheads, the clock, and a simulated robot that follows."""
 
 from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from ovita.errors import OvitaError
@@ -14,8 +14,7 @@ from ovita.paths.trajectory import Array, Trajectory
 from ovita.plots.geometry import COLOURS
 from ovita.studio.scene_view import SceneView, rgb
 
-_PACES = {"0.25x": 0.25, "0.5x": 0.5, "1x": 1.0, "2x": 2.0, "4x": 4.0}
-_TICK_S = 1 / 25
+_TICK_S, _TELL_S = 1 / 25, 0.5
 
 
 class Playheads:
@@ -41,70 +40,70 @@ class Playheads:
 
 
 class Player:
-    """The bar below the scene; it calls `show` with the moment [s] to show."""
+    """The clock of a tab; it calls `show` with the moment [s] to show, and tells the page, which runs along by itself.
 
-    def __init__(self, gui: Any, show: Callable[[float], None]) -> None:
-        self.gui, self._show = gui, show
-        self.duration, self.moment = 1.0, 0.0
+    The page draws between two messages with a clock of its own, so neither a slow line nor a slow picture slows time.
+    """
+
+    def __init__(self, send: Callable[[str, Mapping[str, Any]], None], show: Callable[[float], None]) -> None:
+        self._send, self._show = send, show
+        self.duration, self.moment, self.pace = 1.0, 0.0, 1.0
         self._playing = threading.Event()
         self._closed = False
-        self.button = gui.add_button("Play", icon="player-play", hint="Play both in true time (key: space)")
-        self.slider = gui.add_slider("time [s]", 0.0, 1.0, 0.01, 0.0)
-        self.pace = gui.add_dropdown("pace", tuple(_PACES), initial_value="1x")
-        self.button.on_click(lambda _: self.toggle())
-        self.slider.on_update(self._scrubbed)
 
     def set_duration(self, seconds: float) -> None:
         """Set how long the longer of the two trajectories takes [s]."""
         self.duration = max(seconds, 0.01)
-        self.slider.max = round(self.duration, 3)
-        self.slider.step = round(max(self.duration / 1000.0, 0.001), 4)
-        if self.moment > self.duration:
-            self.moment = self.duration
-            self.slider.value = self.slider.max
+        self.moment = min(self.moment, self.duration)
         self._show(self.moment)
+        self._tell()
 
     def toggle(self) -> None:
         """Play or pause; at the end it begins again."""
         if self._playing.is_set():
-            self._stop()
+            self._playing.clear()
+            self._tell()
             return
         if self.moment >= self.duration - 1e-6:
             self.moment = 0.0
         self._playing.set()
-        self.button.label, self.button.icon = "Pause", "player-pause"
         threading.Thread(target=self._run, name="ovita-player", daemon=True).start()
+
+    def heard(self, kind: str, message: Mapping[str, Any]) -> None:
+        """Do what the page asks for: play or pause, another pace, another moment, or a look at one in passing."""
+        if kind == "play":
+            self.toggle()
+        elif kind == "pace":
+            self.pace = min(max(float(message["pace"]), 0.1), 10.0)
+            self._tell()
+        elif kind in ("moment", "glance") and not self._playing.is_set():
+            at = min(max(float(message["at"]), 0.0), self.duration)
+            self.moment = at if kind == "moment" else self.moment
+            self._show(at)
 
     def close(self) -> None:
         """Stop for good."""
         self._closed = True
         self._playing.clear()
 
-    def _stop(self) -> None:
-        self._playing.clear()
-        if not self._closed:
-            self.button.label, self.button.icon = "Play", "player-play"
+    def _tell(self) -> None:
+        self._send("clock", {"at": self.moment, "playing": self._playing.is_set(), "pace": self.pace})
 
     def _run(self) -> None:
-        last, shown = time.monotonic(), 0.0
+        last, told = time.monotonic(), -1.0
         while self._playing.is_set() and not self._closed:
             now = time.monotonic()
-            self.moment = min(self.moment + (now - last) * _PACES.get(self.pace.value, 1.0), self.duration)
+            self.moment = min(self.moment + (now - last) * self.pace, self.duration)
             last = now
+            if now - told > _TELL_S:
+                told = now
+                self._tell()
             self._show(self.moment)
-            if now - shown > 0.12 or self.moment >= self.duration:
-                shown = now
-                self.slider.value = self.moment
             if self.moment >= self.duration:
+                self._playing.clear()
                 break
             time.sleep(_TICK_S)
-        self._stop()
-
-    async def _scrubbed(self, event: Any) -> None:
-        if event.client is None or self._playing.is_set():
-            return
-        self.moment = float(self.slider.value)
-        self._show(self.moment)
+        self._tell()
 
 
 if TYPE_CHECKING:

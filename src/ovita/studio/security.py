@@ -8,11 +8,12 @@ import http
 import inspect
 import ipaddress
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Awaitable, Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from http.cookies import CookieError, SimpleCookie
 from importlib.resources import files
+from types import MappingProxyType
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
@@ -157,17 +158,31 @@ def is_local(host: str) -> bool:
         return False
 
 
+Socket = Callable[[Any], Awaitable[None]]
+"""Serves the connection of one web socket."""
+
+
 @contextmanager
-def guarded(gate: Gate) -> Iterator[None]:
-    """Put a gate before every server that viser starts inside the block."""
+def guarded(gate: Gate, beside: Mapping[str, Socket] = MappingProxyType({})) -> Iterator[None]:
+    """Put a gate before every server that viser starts inside the block, and web sockets of our own beside viser's.
+
+    Args:
+        gate: The checks.
+        beside: What serves a web socket, by the beginning of its path.
+    """
     import websockets.asyncio.server as sockets
 
     genuine = sockets.serve
     gates = []
 
-    def serve(*args: Any, process_request: Any = None, **options: Any) -> Any:
+    def serve(handler: Any, *args: Any, process_request: Any = None, **options: Any) -> Any:
+        async def handle(connection: Any) -> None:
+            found = next((ours for path, ours in beside.items() if connection.request.path.startswith(path)), handler)
+            await found(connection)
+
         gates.append(gate)
-        return genuine(*args, process_request=gate.wrap(process_request), **{**options, "max_size": MAX_MESSAGE})
+        options["max_size"] = MAX_MESSAGE
+        return genuine(handle, *args, process_request=gate.wrap(process_request), **options)
 
     sockets.serve = serve  # type: ignore[assignment,misc]
     try:

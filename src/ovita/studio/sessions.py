@@ -17,6 +17,7 @@ from ovita.dialogue.session import Session
 from ovita.errors import OvitaError, RequestError
 from ovita.instruct.feedback import named_objects
 from ovita.io.files import make_folder, state_folder
+from ovita.paths.part import WHOLE, PathPart
 from ovita.policy.sandbox import Isolation
 from ovita.request import FeedbackOn
 from ovita.result import Adaptation
@@ -36,6 +37,7 @@ class PendingTurn:
 
     said: str
     on: FeedbackOn
+    selection: PathPart = WHOLE
     cancel: threading.Event = field(default_factory=threading.Event)
     started: float = field(default_factory=time.monotonic)
     stage: str = "reading the instruction"
@@ -67,13 +69,17 @@ class LastUtterance:
 
 
 class SessionController:
-    """A session and what happens to it; from now on only the controller changes the session."""
+    """A session and what happens to it; from now on only the controller changes the session.
+
+    `selected` are the first and the last waypoint of the part of the current path that a person selected, or None.
+    """
 
     def __init__(self, session: Session, title: str = "") -> None:
         self.session, self.title = session, title
         self.busy: PendingTurn | None = None
         self.said: LastUtterance | None = None
         self.error = ""
+        self.selected: tuple[int, int] | None = None
         self.lock = threading.RLock()
         self._watchers: list[Callable[[News], None]] = []
         self._knobs = threading.Condition()
@@ -93,6 +99,11 @@ class SessionController:
         return leave
 
     @property
+    def selection(self) -> PathPart:
+        """The part that is selected, which "here" and "this part" mean."""
+        return WHOLE if self.selected is None else PathPart("range", amount=self.selected[0], until=self.selected[1])
+
+    @property
     def watched(self) -> bool:
         """Whether a tab shows this session."""
         return bool(self._watchers)
@@ -110,7 +121,7 @@ class SessionController:
             if not text:
                 raise RequestError("say what should change, such as 'slow down near the cup'")
             self._rest()
-            busy = self.busy = PendingTurn(text, on)
+            busy = self.busy = PendingTurn(text, on, self.selection)
             self.said = None
             draft = self.session.draft()
         worker = threading.Thread(target=self._write, args=(draft, busy), name="ovita-writer", daemon=True)
@@ -192,7 +203,7 @@ class SessionController:
             if draft.bare:
                 result = begun(draft, busy.said, progress=stage, cancel=busy.cancel)
             else:
-                result = draft.say(busy.said, on=busy.on, progress=stage, cancel=busy.cancel)
+                result = draft.say(busy.said, on=busy.on, selection=busy.selection, progress=stage, cancel=busy.cancel)
             said = LastUtterance(busy.said, busy.on, result)
         except OvitaError as error:
             said = LastUtterance(busy.said, busy.on, error=str(error))

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
+
+import numpy as np
 
 from ovita.dialogue.session import Session
 from ovita.errors import OvitaError
@@ -14,6 +16,7 @@ from ovita.studio import html, playback, scene_view
 from ovita.studio.conversation import Conversation
 from ovita.studio.editor import DragEditor
 from ovita.studio.files import FilesPanel, Opened
+from ovita.studio.hands import HandEdit, deleted, drawn, inserted, sketched
 from ovita.studio.html import BRAND
 from ovita.studio.look import LookPanel
 from ovita.studio.panels import (
@@ -28,9 +31,11 @@ from ovita.studio.panels import (
 from ovita.studio.recording import PenRecorder
 from ovita.studio.scene_view import SceneView
 from ovita.studio.sessions import News, SessionController
+from ovita.studio.timeline import Timeline
+from ovita.studio.wire import Wire
 
 _LEFT, _RIGHT, _RIGHT_NARROW = 350.0, 392.0, 320.0
-_NARROW = 400.0  # of the scene between the panels [pixels]; less has no room for the player
+_NARROW = 400.0  # of the scene between the panels [pixels]; less is too little
 
 
 class Tab:
@@ -54,6 +59,7 @@ class Tab:
         limits: Robot,
         local: bool,
         lookable: dict[str, str] | None = None,
+        wire: Wire,
     ) -> None:
         self.client, self.controller = client, controller
         self._opened, self._again, self._returned = opened, again, returned
@@ -64,6 +70,13 @@ class Tab:
         self.space = SceneView(client, _LEFT + _RIGHT)
         self.heads = playback.Playheads(self.space)
         self.puppet = playback.RobotView(client.scene, self.complain)
+        self.timeline = Timeline(
+            wire,
+            self._controller,
+            self._show_moment,
+            {"pick": self._pick, "insert": self._insert, "delete": self._delete, "sketch": self._sketch},
+        )
+        self.player = self.timeline.player
         with client.atomic():
             self._build(client.gui, offered, earlier, local, lookable or {})
         self._leave = controller.watch(self.refresh)
@@ -83,6 +96,7 @@ class Tab:
         gui.set_panel_label("ovita studio")
         gui.main_panel.dock_left()
         gui.main_panel.set_width(_LEFT)
+        gui.add_html(f'<i data-timeline="{self.timeline.wire.name}"></i>')
         self.header = gui.add_html("")
         tabs = gui.add_tab_group()
         with tabs.add_tab("Say", "message"):
@@ -121,10 +135,6 @@ class Tab:
         with below.add_tab("Code", "code"):
             self.code = CodePanel(gui, self._controller, self.complain)
         below.dock_below(top)
-        bar = gui.add_panel()
-        with bar.add_tab("Play", "player-play"):
-            self.player = playback.Player(gui, self._show_moment)
-        bar.float(x=12, y=-12, width=330)
         for name, key, held, work in (
             ("Play or pause", "space", None, self.player.toggle),
             ("Undo", "Z", "cmd/ctrl", lambda: self.conversation.step("Undo")),
@@ -139,6 +149,7 @@ class Tab:
             self._narrow = True
             self._right.set_width(_RIGHT_NARROW)
         self.space.look_again(self.controller.session)
+        self.timeline.see(self.client.camera)
 
     def _build_view(self, gui: Any) -> None:
         shown = self.space.shown
@@ -204,7 +215,7 @@ class Tab:
             self.hand.refresh()
             self.space.look_again(session)
         self.puppet.follow(session.current, session.scene, session.robot)
-        self.player.set_duration(max(session.original.duration, session.current.duration))
+        self.timeline.refresh(lines=news == "turn")
         self._show_ramp()
 
     def _take_robot(self, name: str) -> None:
@@ -250,6 +261,29 @@ class Tab:
             if not self._closed and (self.hand.dragging or session is self.controller.session):
                 with self.client.atomic():
                     self.space.draw_lines(session)
+
+    def _aside(self, work: Callable[[], object]) -> None:
+        """Do what the timeline asks for on a thread of its own, since its line must not wait."""
+        threading.Thread(target=work, name="ovita-hands", daemon=True).start()
+
+    def _pick(self, said: Mapping[str, Any]) -> None:
+        index = None if said["index"] is None else int(said["index"])
+        self._aside(lambda: self.hand.pick(index))
+
+    def _insert(self, said: Mapping[str, Any]) -> None:
+        after = int(said["after"])
+        self._draw(lambda: inserted(after))
+
+    def _delete(self, said: Mapping[str, Any]) -> None:
+        first, last = sorted(map(int, said["range"]))
+        self._draw(lambda: deleted(first, last))
+
+    def _sketch(self, said: Mapping[str, Any]) -> None:
+        line, (first, last) = np.array(said["line"], dtype=float), sorted(map(int, said["range"]))
+        self._draw(lambda: sketched(line, first, last))
+
+    def _draw(self, edit: Callable[[], HandEdit]) -> None:
+        self._aside(lambda: self.controller.act(lambda session: drawn(session, edit())))
 
     def _controller(self) -> SessionController:
         return self.controller

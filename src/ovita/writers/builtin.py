@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from ovita.errors import OvitaError
-from ovita.instruct.frames import Reading, SemanticFrame
+from ovita.instruct.frames import Reading, SemanticFrame, with_selection
 from ovita.policy import Policy
 from ovita.request import Request
 from ovita.text import quoted
@@ -45,6 +45,9 @@ def _decided(request: Request, effort: int) -> Reply:
     from ovita.instruct.referee import understand
 
     verdict = understand(request.instruction, request.scene, request.trajectory, quick=True)
+    if request.selection:
+        marked = replace(verdict.reading, frames=with_selection(verdict.reading.frames, request.selection))
+        verdict = replace(verdict, reading=marked)
     if verdict.outcome == "ask":
         return _asked(verdict.reading)
     against = bool(verdict.reading.improper)  # what contradicts itself may be asked about

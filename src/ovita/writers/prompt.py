@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from ovita.paths.part import PathPart
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.request import Request, Turn
@@ -241,6 +242,7 @@ def _scene_lines(request: Request) -> list[str]:
         f"Frame: {scene.frame.describe()}.",
         _trajectory_line(request.trajectory),
         *([f"It was {one_line(request.origin)}, so it goes that way already."] if request.origin else []),
+        *([f"'Here' and 'this part' mean {_marked(request.selection)}."] if request.selection else []),
         *_object_lines(scene, request.trajectory, scale),
         _limits_line(request),
         f"Sizes: {scale.describe()}",
@@ -252,6 +254,13 @@ def _scene_lines(request: Request) -> list[str]:
         if text.strip():
             lines.append(f"{title} (data): {as_data(text, limit)}")
     return lines
+
+
+def _marked(part: PathPart) -> str:
+    """A part that is marked by hand, in words and as a mask that a policy can make."""
+    ends = (part.amount, part.until) if part.kind == "range" and part.unit == "waypoints" else (None, None)
+    mask = "" if None in ends else f": where=between(traj, {ends[0]:g}, {ends[1]:g})"
+    return f"the part of the path that is marked by hand, {part.words()}{mask}"
 
 
 def _in_units(instruction: str) -> str:

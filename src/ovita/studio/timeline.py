@@ -1,0 +1,158 @@
+"""The timeline below the scene: what it draws, as numbers, and what a person points at in it.
+
+The page draws it itself (`timeline.html`), since the cursor has to be in the scene, in every chart and in the code at
+once, which viser's charts, closed boxes inside panels, cannot do.
+"""
+
+from __future__ import annotations
+
+import ast
+import base64
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from ovita.dialogue.session import Session
+from ovita.paths.geometry import runs
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Array, Trajectory
+from ovita.plots.geometry import corners
+from ovita.policy.direct import changed_by_line
+from ovita.studio.playback import Player
+from ovita.studio.sessions import SessionController
+from ovita.studio.wire import Wire
+
+POINTS = 400
+"""At most about so many waypoints of a path are drawn; the extremes of every signal are among them."""
+
+
+def signals(path: Trajectory, scene: Scene) -> Array:
+    """What the charts show of a path, one row a signal.
+
+    Returns:
+        (8 + K, N): waypoint, time [s], x, y, z [m], speed [m/s], acceleration along the path [m/s^2], curvature [1/m],
+        and the distance to the surface of each of K objects [m].
+    """
+    durations = path.durations
+    rate = np.divide(np.diff(path.speeds), durations, out=np.zeros_like(durations), where=durations > 0)
+    near = [item.clearance(path.positions) for item in scene]
+    return np.stack(
+        [np.arange(len(path)), path.times, *path.positions.T, path.speeds, np.append(rate, rate[-1]),
+         curvature(path.positions), *near]
+    )  # fmt: skip
+
+
+def curvature(positions: Array) -> Array:
+    """Of the circle through each waypoint and its neighbours (N,) [1/m]; 0 at the ends and where the path stands."""
+    a, b = positions[1:-1] - positions[:-2], positions[2:] - positions[1:-1]
+    sides = np.linalg.norm(a, axis=1) * np.linalg.norm(b, axis=1) * np.linalg.norm(a + b, axis=1)
+    twice = np.linalg.norm(np.cross(a, b), axis=1)
+    inner = np.divide(2.0 * twice, sides, out=np.zeros_like(sides), where=sides > 1e-15)
+    return np.concatenate([[0.0], inner, [0.0]])
+
+
+def thinned(rows: Array, most: int = POINTS) -> Array:
+    """Columns of (K, N) for a drawing: evenly chosen, with the lowest and the highest value of every row."""
+    count = rows.shape[1]
+    if count <= most:
+        return rows
+    even = np.linspace(0, count - 1, most).round().astype(int)
+    return rows[:, np.unique(np.concatenate([even, rows.argmin(axis=1), rows.argmax(axis=1)]))]
+
+
+def packed(rows: Array) -> dict[str, Any]:
+    """An array (K, N) as the page unpacks it: how many rows, and float32 in base64."""
+    return {"rows": len(rows), "data": base64.b64encode(np.ascontiguousarray(rows, dtype="<f4").tobytes()).decode()}
+
+
+def picture(session: Session) -> dict[str, Any]:
+    """All that the timeline shows of a session, as JSON values."""
+    paths = [session.original, *([session.current] if session.steps else [])]
+    up = session.scene.frame.direction("up")
+    return {
+        "paths": [
+            packed(thinned(signals(path, session.scene))) | {"count": len(path), "duration": path.duration}
+            for path in paths
+        ],
+        "objects": [item.name for item in session.scene],
+        "boxes": [corners(item).round(4).tolist() for item in session.scene],
+        "up": up.tolist(),
+        "bare": session.bare,
+    }
+
+
+def acting(session: Session) -> list[tuple[int, float, float]]:
+    """When which line of the program in force acts: line, from and to [s] of the adapted path."""
+    result = session.adaptation
+    if result is None or not result.code or len(result.original) > POINTS * 5:
+        return []
+    times = result.adapted.times
+    last = len(times) - 1
+    found = changed_by_line(ast.parse(result.code), result.original.to_array(), result.scene)
+    spans = []
+    for line, mask in found:
+        share = last / max(len(mask) - 1, 1)
+        spans += [(line, float(times[round(a * share)]), float(times[round(b * share)])) for a, b in runs(mask)]
+    return spans
+
+
+class Timeline:
+    """The timeline of one tab.
+
+    Args:
+        wire: To the page.
+        controller: Gives the tab's controller.
+        show: Shows a moment [s] in the scene.
+        hands: What else the page may ask for, by the message's kind.
+    """
+
+    def __init__(
+        self,
+        wire: Wire,
+        controller: Callable[[], SessionController],
+        show: Callable[[float], None],
+        hands: Mapping[str, Callable[[Mapping[str, Any]], None]],
+    ) -> None:
+        self.wire, self._controller = wire, controller
+        self.player = Player(wire.send, show)
+        self._hands = hands
+        wire.heard = self._heard
+
+    def refresh(self, *, lines: bool) -> None:
+        """Show the session; `lines`: and look anew when which line of its program acts."""
+        session = self._controller().session
+        self.wire.send("paths", picture(session))
+        self.player.set_duration(max(session.original.duration, session.current.duration))
+        self.show_selection()
+        if lines:
+            self.wire.send("acting", {"spans": acting(session)})
+
+    def show_selection(self) -> None:
+        """Show which part is selected; a selection on a path of another length is gone."""
+        controller = self._controller()
+        if controller.selected is not None and controller.selected[1] >= len(controller.session.current):
+            controller.selected = None
+        self.wire.send("selected", {"range": controller.selected})
+
+    def see(self, camera: Any) -> None:
+        """Tell the page from where the scene is seen, so that it finds the line under the pointer."""
+        self.wire.send(
+            "camera", {"position": list(camera.position), "wxyz": list(camera.wxyz), "fov": float(camera.fov)}
+        )
+
+    def _heard(self, message: Mapping[str, Any]) -> None:
+        kind = message["kind"]
+        if kind == "select":
+            self._select(message["range"])
+        elif kind in self._hands:
+            self._hands[kind](message)
+        else:
+            self.player.heard(kind, message)
+
+    def _select(self, ends: Any) -> None:
+        controller = self._controller()
+        last = len(controller.session.current) - 1
+        first, end = (None, None) if ends is None else sorted(min(max(int(i), 0), last) for i in ends)
+        controller.selected = None if first is None or end is None else (first, end)
+        self.show_selection()
