@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check -q
 WORKERS ?= 2
 
-.PHONY: help install dev demo test test-browser ros-judges check lowest release docs format train bench compare clean
+.PHONY: help install dev demo test test-browser ros-judges check lowest release docs film format train bench compare clean
 
 help: ## list the commands
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -56,6 +56,9 @@ lowest: $(VENV)/.dev ## run a set of tests with the lowest versions that pyproje
 BASE ?=
 release: $(VENV)/.dev ## dry run of a release: packages, their own tests, bill of materials; uploads nothing
 	$(BIN)/python .ci/release.py --base "$(BASE)"
+
+film: $(VENV)/.dev ## take the film of the README anew, from the studio's own page
+	$(BIN)/python docs/film.py
 
 $(VENV)/.docs: $(VENV)/.demo
 	$(PIP) install -c constraints.txt -e '.[docs]'

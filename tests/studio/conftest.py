@@ -44,7 +44,9 @@ def visit():
     def come(studio, storage=None, **options):
         tab = Tab(studio.url, storage, **options)
         tabs.append(tab)
-        return tab.ready()
+        tab.ready()
+        tab.wait(lambda: studio.views)
+        return tab
 
     yield come
     for tab in tabs:

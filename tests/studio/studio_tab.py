@@ -74,7 +74,7 @@ class Tab:
             self._timeline.close()
         self._socket.close()
 
-    def wait(self, condition: Callable[[], Any], seconds: float = 10.0) -> Any:
+    def wait(self, condition: Callable[[], Any], seconds: float = 40.0) -> Any:
         """Wait until a condition on this tab holds, and return its value."""
         ends = time.monotonic() + seconds
         with self._changed:

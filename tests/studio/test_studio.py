@@ -38,8 +38,13 @@ def test_say_tune_undo(start, visit):
     tab.wait(lambda: adapted(tab) is None)
     tab.set("history", "Redo")
     tab.wait(lambda: adapted(tab) is not None)
-    tab.set("go on from", "0. the beginning")
+    assert "left 0.2 \u2192 0.4" in tab.text()
+    tab.set("page", "1 go 0")
     tab.wait(lambda: adapted(tab) is None)
+    tab.set("page", "2 go 7")
+    tab.set("page", "3 nonsense")
+    tab.set("page", "4 go 1")
+    tab.wait(lambda: adapted(tab) is not None)
 
 
 def test_feedback_on_the_original_and_on_the_current(start, visit):
@@ -77,7 +82,7 @@ class Unsure:
 def test_a_proposal_is_amber_until_it_is_accepted(start, visit):
     studio = start()
     tab = visit(studio)
-    (view,) = studio.views
+    (view,) = tab.wait(lambda: studio.views)
     view.controller.session.writer = Unsure()
 
     def proposed():
@@ -86,7 +91,7 @@ def test_a_proposal_is_amber_until_it_is_accepted(start, visit):
     tab.say("left 20 cm, feed 0.7")
     tab.wait(lambda: proposed() and "Not used: &#x27;feed&#x27;" in tab.text())
     assert adapted(tab) is None and "is that meant?" in tab.text() and "card waiting" in tab.text()
-    tab.click("No")
+    tab.click("Not this")
     tab.wait(lambda: not proposed())
     assert adapted(tab) is None
     tab.say("left 20 cm, feed 0.7")
@@ -144,6 +149,9 @@ def test_limits_are_applied_and_judged(start, visit):
     tab.wait(lambda: "The speed limit" in tab.text())
     assert "repaired" in tab.text()
     tab.set("robot", "drone")
+    tab.wait(lambda: tab.value("top speed [m/s]") != 0.05)
+    assert "limits: drone" not in tab.text()
+    tab.click("Apply the limits below")
     tab.wait(lambda: "limits: drone" in tab.text())
 
 
@@ -264,18 +272,18 @@ def test_downloads_open_again(start, visit):
     tab.say(SAY)
     tab.wait(lambda: adapted(tab) is not None)
     names = {
-        "Result (JSON)": "adaptation.json",
-        "Trajectory (JSON)": "trajectory.json",
-        "Trajectory (CSV)": "trajectory.csv",
-        "Whole session": "session.json",
-        "Interactive page (HTML)": "ovita.html",
+        "Result (JSON)": "tabletop-adaptation.json",
+        "Trajectory (JSON)": "tabletop-trajectory.json",
+        "Trajectory (CSV)": "tabletop-trajectory.csv",
+        "Whole session": "tabletop-session.json",
+        "Interactive page (HTML)": "tabletop-page.html",
     }
     for button, name in names.items():
         tab.click(button)
         tab.wait(lambda name=name: name in tab.downloads)
     time.sleep(0.2)
-    assert b"<html" in tab.downloads["ovita.html"][:200]
-    for name in ("adaptation.json", "session.json"):
+    assert b"<html" in tab.downloads["tabletop-page.html"][:200]
+    for name in ("tabletop-adaptation.json", "tabletop-session.json"):
         tab.notices.clear()
         tab.upload(name, tab.downloads[name])
         tab.wait(lambda name=name: f">{name} <" in tab.text() and adapted(tab) is not None)
@@ -306,19 +314,25 @@ def test_a_key_is_neither_shown_nor_kept(start, visit, tmp_path):
     key = "sk-not-a-real-key-0123456789"
     tab.set("API key", key)
     time.sleep(0.1)
-    tab.set("writer", "openai:some-model")
+    tab.set("writer", "OpenAI")
+    tab.set("model", "some-model")
     time.sleep(0.1)
     tab.click("Use this writer")
     tab.wait(lambda: "writer: openai:some-model" in tab.text())
     assert tab.value("API key") == "" and key not in tab.text() and key not in str(tab.notices)
     tab.click("Whole session")
-    tab.wait(lambda: "session.json" in tab.downloads)
-    assert key.encode() not in tab.downloads["session.json"]
+    tab.wait(lambda: "tabletop-session.json" in tab.downloads)
+    assert key.encode() not in tab.downloads["tabletop-session.json"]
     assert all(key.encode() not in file.read_bytes() for file in (tmp_path / "sessions").iterdir())
-    tab.set("writer", "nonsense")
+    tab.set("model", "")
     time.sleep(0.1)
     tab.click("Use this writer")
-    tab.wait(lambda: any("nonsense" in note for note in tab.notices))
+    tab.wait(lambda: any("name the model, such as" in note for note in tab.notices))
+    tab.set("writer", "built-in: no model")
+    time.sleep(0.1)
+    tab.click("Try it")
+    tab.wait(lambda: "move at half the speed near the cup&rdquo;" in tab.text())
+    assert "writer: openai:some-model" in tab.text()
 
 
 def test_the_playhead_moves_in_true_time(start, visit):
@@ -334,13 +348,12 @@ def test_the_playhead_moves_in_true_time(start, visit):
 def test_a_simulated_robot_follows_the_playhead(start, visit):
     pytest.importorskip("mujoco", reason="a simulated robot needs the extra sim")
     tab = visit(start())
-    robot = next(u for u, p in tab.parts.items() if "rover" in (p["props"].get("options") or ()))
-    tab.send("GuiUpdateMessage", uuid=robot, updates={"value": "rover"})
+    tab.set("robot model", "ground")
     tab.wait(lambda: "/robot/0" in tab.poses, 30)
     before = tab.poses["/robot/0"]
     tab.point("moment", at=3.0)
     tab.wait(lambda: tab.poses["/robot/0"] != before)
-    tab.send("GuiUpdateMessage", uuid=robot, updates={"value": "none"})
+    tab.set("robot model", "none")
     tab.wait(lambda: "/robot/0" not in tab.nodes)
 
 

@@ -17,7 +17,7 @@ from typing import Any
 from ovita.dialogue.session import Session
 from ovita.errors import FormatError, MissingExtra, OvitaError, RequestError
 from ovita.studio.files import offered_files, open_file
-from ovita.studio.html import page
+from ovita.studio.guide import page
 from ovita.studio.look import lookable
 from ovita.studio.security import Gate, gate_for, guarded, is_local, limit_uploads
 from ovita.studio.sessions import SessionController, Sessions, default_folder
@@ -28,6 +28,7 @@ PORT = 8765
 """Where the studio listens unless another port is named."""
 
 _PLACES_S = 6.0
+_EVERY = "ovita-sessions"  # under which a browser keeps the sessions of every file
 
 
 @dataclass(frozen=True)
@@ -125,6 +126,7 @@ class Studio:
         note, had = "", self._remembered(client)
         if self._gone(client):
             return
+        before = self._remembered(client, _EVERY)
         used, controller = [had[0][0]] if had else [], None
         try:
             controller = self.controllers.find(*had[0]) if had else None
@@ -142,7 +144,7 @@ class Studio:
             return fresh
 
         def returned(name: str) -> SessionController:
-            found = self.controllers.find(name, dict(self._remembered(client)).get(name, ""))
+            found = self.controllers.find(name, dict([*before, *self._remembered(client)]).get(name, ""))
             if found is None:
                 raise RequestError("that session is not on this machine any more")
             used.append(name)
@@ -158,7 +160,7 @@ class Studio:
             offered=self._offered,
             opened=lambda opened: new(opened.session, opened.title),
             again=new,
-            earlier=lambda: {f"{i}. {title}": name for i, (name, title) in enumerate(had[1:], start=1)},
+            earlier=lambda: _listed(used, [*had, *before]),
             returned=returned,
             limits=self._template.robot,
             local=self._local,
@@ -188,19 +190,30 @@ class Studio:
         for name in used:
             self.controllers.leave(name)
 
-    def _remembered(self, client: Any) -> list[tuple[str, str]]:
-        """Name and title of the sessions that a browser had, the last first; its own storage keeps them."""
+    def _remembered(self, client: Any, key: str = "") -> list[tuple[str, str]]:
+        """Name and title of the sessions that a browser had, the last first; its own storage keeps them.
+
+        They are those of the file that the studio was started with, unless another `key` names those of all.
+        """
         with contextlib.suppress(RuntimeError, TimeoutError, ValueError, TypeError):
-            kept = json.loads(client.local_storage.get_item(self._key, timeout=_PLACES_S) or "[]")
+            kept = json.loads(client.local_storage.get_item(key or self._key, timeout=_PLACES_S) or "[]")
             return [(str(name), str(title)[:80]) for name, title in kept]
         return []
 
     def _remember(self, client: Any, name: str, title: str) -> list[tuple[str, str]]:
         """Put a session at the front of those that a browser had, and return them."""
-        others = [(other, told) for other, told in self._remembered(client) if other != name]
-        had = [(name, title), *others][:10]
-        client.local_storage.set_item(self._key, json.dumps(had))
-        return had
+        found = []
+        for key in (_EVERY, self._key):
+            others = [(other, told) for other, told in self._remembered(client, key) if other != name]
+            found = [(name, title), *others][:10]
+            client.local_storage.set_item(key, json.dumps(found))
+        return found
+
+
+def _listed(used: list[str], had: list[tuple[str, str]]) -> dict[str, str]:
+    """The sessions that are not the one in use, each once, by a numbered title."""
+    others = {name: title for name, title in had if name != used[-1]}
+    return {f"{i}. {title}": name for i, (name, title) in enumerate(others.items(), start=1)}
 
 
 def _free_port(host: str, port: int) -> int:

@@ -6,14 +6,15 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-from ovita.dialogue.history import ROOT
 from ovita.errors import OvitaError
 from ovita.request import FeedbackOn
-from ovita.studio import html
+from ovita.studio import html, turns
 from ovita.studio.sessions import News, SessionController
+from ovita.studio.writing import writer_name
 
 _ON = {"current: what there is now": "current", "original: everything on the blue line": "original"}
 _TICK_S = 0.5
+_SPEAK = '<button class="link" data-voice hidden title="The browser writes down what you say">speak</button>'
 _ASK, _ASK_WAY = "What should change?", "From where to where?"
 
 
@@ -26,6 +27,7 @@ class Conversation:
         self._tries: list[Any] = []
         self._clock: threading.Thread | None = None
         self._closed = False
+        self._helped = False
         self.ask = gui.add_html("")
         with gui.add_form(None) as self.form:
             self.text = gui.add_text("", "")
@@ -34,16 +36,13 @@ class Conversation:
         self.meaning = gui.add_html("")
         self.stage = gui.add_html("", visible=False)
         self.bar = gui.add_progress_bar(100.0, animated=True, visible=False)
-        self.cancel = gui.add_button("Cancel", color="gray", icon="x", visible=False)
+        self.cancel = gui.add_button("Cancel", color=html.QUIET, icon="x", visible=False)
         self.outcome = gui.add_html("")
         self.accept = gui.add_button("Accept", color=(255, 179, 0), icon="check", visible=False)
-        self.dismiss = gui.add_button("No", color="gray", icon="x", visible=False)
+        self.dismiss = gui.add_button("Not this", color=html.QUIET, icon="x", visible=False)
         self.tries = gui.add_folder(None)
         self.back = gui.add_button_group("history", ("Undo", "Redo"), visible=False)
         self.past = gui.add_html("")
-        self.branch = gui.add_dropdown(
-            "go on from", ("0. the beginning",), hint="Any turn; later ones stay in the history", visible=False
-        )
         self.form.on_submit(lambda _: self._say())
         self.send.on_click(lambda _: self.form.submit())
         self.on.on_update(lambda _: self._explain())
@@ -51,7 +50,6 @@ class Conversation:
         self.accept.on_click(lambda _: self._controller().act(lambda s: s.accept()))
         self.dismiss.on_click(lambda _: self._controller().act(lambda s: s.dismiss()))
         self.back.on_click(lambda _: self.step(self.back.value))
-        self.branch.on_update(self._branch)
         self._explain()
 
     def refresh(self, news: News) -> None:
@@ -71,13 +69,15 @@ class Conversation:
         self.accept.visible = self.dismiss.visible = proposed
         idle = _ASK_WAY if controller.session.bare else _ASK
         title = "Your answer" if asked else "Is that meant? Accept, or say what is different" if proposed else idle
-        self.ask.content = html.block(f"<h4>{title}</h4>")
-        self.outcome.content = html.outcome(controller)
+        self.ask.content = html.block(f"<h4>{title} {_SPEAK}</h4>")
+        self._helped = self._helped and news not in ("turn", "busy", "said")
+        helped = turns.helping(controller.session, self._suggested, writer_name(controller.session.writer))
+        self.outcome.content = (helped if self._helped else "") + turns.outcome(controller)
         if news in ("turn", "said", "knobs"):
             self._suggest(controller)
         if news == "turn" or news == "knobs":
-            self.past.content = html.history(controller.session)
-            self._list_turns(controller)
+            self.past.content = turns.history(controller.session)
+            self.back.visible = bool(controller.session.history.steps)
 
     def close(self) -> None:
         """Stop the clock."""
@@ -89,6 +89,10 @@ class Conversation:
     def send_words(self, text: str, *, answering: bool) -> None:
         """Send an utterance, or the answer to a pending question."""
         controller = self._controller()
+        if turns.is_help(text):
+            self.text.value, self._helped = "", True
+            self.refresh("error")
+            return
         try:
             if answering and controller.said is not None and controller.said.question:
                 controller.answer(text)
@@ -112,22 +116,10 @@ class Conversation:
         if controller.act(lambda s: did.append(s.undo() if which == "Undo" else s.redo())) and not did[0]:
             self._complain(f"There is nothing to {which.lower()}.")
 
-    async def _branch(self, event: Any) -> None:
-        if event.client is None:
-            return
-        number = str(self.branch.value).partition(".")[0]
-        turn = int(number) - 1 if number.isdecimal() else ROOT
-        threading.Thread(target=lambda: self._controller().act(lambda s: s.branch(turn)), daemon=True).start()
-
-    def _list_turns(self, controller: SessionController) -> None:
-        history = controller.session.history
-        names = tuple(html.turn_name(controller.session, i) for i in (ROOT, *range(len(history.steps))))
-        if self.branch.options != names:
-            self.branch.options = names
-        now = html.turn_name(controller.session, history.head)
-        if self.branch.value != now:
-            self.branch.value = now
-        self.branch.visible = self.back.visible = len(names) > 1
+    def go(self, turn: int) -> None:
+        """Go on from a turn, or from the beginning (`ROOT`); the turns after it stay in the history."""
+        if -1 <= turn < len(self._controller().session.history.steps):
+            self._controller().act(lambda session: session.branch(turn))
 
     def _suggest(self, controller: SessionController) -> None:
         session = controller.session

@@ -51,7 +51,7 @@ class DragEditor:
         )
         self.index = gui.add_slider("waypoint", 1, 2, 1, 1)
         self.pin = gui.add_button("Pin this waypoint", icon="pin")
-        self.unpin = gui.add_button("Take all pins out", color="gray", icon="pinned-off")
+        self.unpin = gui.add_button("Take all pins out", color=html.QUIET, icon="pinned-off")
         space.picked = self._choose
         self.what.on_update(self._chosen)
         self.index.on_update(self._ring)

@@ -157,18 +157,18 @@ def in_folder(folder: str) -> list[str]:
     return names
 
 
-def exported(kind: str, session: Session) -> tuple[str, bytes]:
+def exported(kind: str, session: Session, title: str = "") -> tuple[str, bytes]:
     """The name and content of a file to download: "adaptation", "json", "csv", "html" or "session".
 
-    A result that is not simply done bears its verdict in the file's name.
+    The name begins with that of the scene, and a result that is not simply done bears its verdict in it.
     """
     if kind == "html":
-        return "ovita.html", _page(session).encode()
+        return export_name("page", ".html", session, title), _page(session).encode()
     if kind == "adaptation" and session.adaptation is None:
         raise FormatError("adaptation", "there is no result yet; say what should change first")
-    mark, verdict = ("", "") if session.adaptation is None else (session.adaptation.mark, session.adaptation.verdict)
-    names = {"adaptation": f"adaptation{mark}.json", "json": f"trajectory{mark}.json", "csv": f"trajectory{mark}.csv"}
-    name = names.get(kind, "session.json")
+    verdict = "" if session.adaptation is None else session.adaptation.verdict
+    what, ending = {"json": ("trajectory", ".json"), "csv": ("trajectory", ".csv")}.get(kind, (kind, ".json"))
+    name = export_name(what, ending, session, title)
     with tempfile.TemporaryDirectory(prefix="ovita-export-") as folder:
         path = str(Path(folder) / name)
         if kind == "adaptation" and session.adaptation is not None:
@@ -181,6 +181,17 @@ def exported(kind: str, session: Session) -> tuple[str, bytes]:
         return name, Path(path).read_bytes()
 
 
+def export_name(what: str, ending: str, session: Session, title: str) -> str:
+    """Such as "tabletop-trajectory-limited.csv": scene, what it is, and the verdict where it is not simply done."""
+    scene = (
+        "".join(c if c.isalnum() or c in "-_" else "-" for c in Path(title).stem)
+        .strip("-")[:40]
+        .removesuffix(f"-{what}")
+    )
+    mark = session.adaptation.mark if session.adaptation is not None and what != "session" else ""
+    return "-".join(part for part in (scene, what) if part) + mark + ending
+
+
 def _page(session: Session) -> str:
     from ovita import plots
 
@@ -191,7 +202,7 @@ def _page(session: Session) -> str:
         session.scene,
         robot=session.robot,
         title="; ".join(step.said for step in session.steps) or "Trajectory",
-        notes=_lines(result),
+        notes=([result.verdict] if result is not None and result.verdict else []) + [*_lines(result)],
     )
 
 
@@ -261,9 +272,9 @@ class FilesPanel:
             gui.add_button("Open", icon="folder-open").on_click(
                 lambda _: self._open(self._offered.get(self.which.value, ""))
             )
-        gui.add_button("Begin again", color="gray", icon="refresh").on_click(lambda _: again())
+        gui.add_button("Begin again", color=html.QUIET, icon="refresh").on_click(lambda _: again())
         self.before = gui.add_dropdown("earlier", ("",), hint="Sessions that this browser had before")
-        self.back = gui.add_button("Go back to it", color="gray", icon="history")
+        self.back = gui.add_button("Go back to it", color=html.QUIET, icon="history")
         self.back.on_click(lambda _: returned(earlier().get(self.before.value, "")))
         self.refresh()
         gui.add_html(html.block("<h4>Save</h4>"))
@@ -306,7 +317,7 @@ class FilesPanel:
 
     def _export(self, kind: str) -> None:
         try:
-            name, content = exported(kind, self._controller().session)
+            name, content = exported(kind, self._controller().session, self._controller().title)
         except OvitaError as error:
             self._complain(str(error))
             return
@@ -318,6 +329,7 @@ class FilesPanel:
     def _picture(self) -> None:
         import imageio.v3 as images
 
+        name = export_name("picture", ".png", self._controller().session, self._controller().title)
         try:
             height, width = self._client.camera.image_height, self._client.camera.image_width
             seen = self._client.get_render(height, width, transport_format="png", timeout=20.0)
@@ -328,7 +340,7 @@ class FilesPanel:
         flat = (seen[..., :3] * alpha + 255.0 * (1.0 - alpha)).astype("uint8")
         stream = io.BytesIO()
         images.imwrite(stream, flat, extension=".png")
-        self._client.send_file_download("ovita.png", stream.getvalue(), save_immediately=True)
+        self._client.send_file_download(name, stream.getvalue(), save_immediately=True)
 
 
 def offered_files(paths: Sequence[str]) -> dict[str, str]:

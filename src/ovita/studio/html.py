@@ -1,19 +1,15 @@
-"""Text, pictures and the page: suggestions, escaped HTML, small charts as SVG, and the head of viser's client."""
+"""Text and pictures: suggestions, escaped HTML, small charts as SVG."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
 from html import escape
-from importlib.resources import files
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ovita.dialogue.history import ROOT, Step
 from ovita.dialogue.session import Session
 from ovita.measure import compare, sentences
 from ovita.paths.robot import Robot
@@ -21,29 +17,6 @@ from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.plots.geometry import COLOURS
 from ovita.result import Adaptation
-from ovita.studio.sessions import LastUtterance, SessionController
-
-_CHIPS = {
-    "done": ("good", "done"),
-    "limited": ("warn", "changed by the limits"),
-    "not_as_meant": ("warn", "not as meant"),
-    "infeasible": ("bad", "best effort"),
-    "needs_confirmation": ("warn", "is that meant?"),
-    "not_understood": ("bad", "not understood"),
-    "needs_clarification": ("warn", "question"),
-    "failed": ("bad", "failed"),
-}
-_LOST = ("warn", "an earlier wish is lost")
-_KINDS = {
-    "said": "",
-    "knobs": "knobs",
-    "reworded": "corrected",
-    "code": "code",
-    "hand": "by hand",
-    "drawn": "by hand",
-    "limits": "limits",
-    "opened": "opened",
-}
 
 _SHORT = 20
 
@@ -93,86 +66,6 @@ def suggestions(trajectory: Trajectory, scene: Scene) -> list[str]:
     if not flat and len(said) < 4:
         said.append(f"Go up by {amount / 2:g} in the middle")
     return said[:3]
-
-
-def header(controller: SessionController, writer: str) -> str:
-    """Name of the studio, the open session and its writer."""
-    session = controller.session
-    told = (
-        "no trajectory yet" if session.bare else f"{len(session.current)} waypoints, {session.current.duration:.1f} s"
-    )
-    return block(
-        f'<div class="brand">{e(controller.title)} <small>{told}</small></div>'
-        f'<div class="soft"><span class="key" style="background:var(--blue)"></span>original'
-        f' &nbsp;<span class="key" style="background:var(--red)"></span>adapted &nbsp;&middot;&nbsp;'
-        f" writer: {e(writer)}</div>"
-    )
-
-
-def welcome(scene: Scene) -> str:
-    """The introduction for a first-time user."""
-    objects = ", ".join(f"<b>{e(name)}</b>" for name in scene.names[:6]) or "no objects"
-    return block(
-        '<div class="card"><b>Change how the robot moves by saying so.</b><ol>'
-        "<li>Type what should change and press <b>Enter</b>, or click a suggestion.</li>"
-        "<li>Compare the <b style='color:var(--red)'>red</b> line with the "
-        "<b style='color:var(--blue)'>blue</b> one, and play both below the scene.</li>"
-        "<li>Turn the <b>Parameters</b> on the right, say more, or undo.</li></ol>"
-        f'<div class="soft">In this scene: {objects}.</div></div>'
-    )
-
-
-def outcome(controller: SessionController) -> str:
-    """How the last words went; "" before any."""
-    if controller.busy is not None:
-        return ""
-    waiting = controller.session.pending
-    said = controller.said
-    if said is None and waiting is not None:
-        said = LastUtterance(waiting.instruction, "current", waiting)
-    if said is not None:
-        kind, word = _chip(said.result) if said.result else ("bad", "not done")
-        card = "card waiting" if waiting is not None else "card"
-        return block(
-            f'<div class="{card}">&ldquo;{e(clipped(said.text))}&rdquo; <span class="chip {kind}">{word}</span>'
-            f"<p>{e(said.message)}</p></div>"
-        )
-    result = controller.session.adaptation
-    if result is None:
-        return welcome(controller.session.scene)
-    kind, word = _chip(result)
-    clean = result.status == "done" and not result.lost
-    text = " ".join(result.plan[-4:]) or "Done." if clean else result.message
-    warnings = listed(result.warnings[:2]) if result.warnings and result.status == "done" else ""
-    return block(f'<div class="card"><span class="chip {kind}">{word}</span> {e(text)}{warnings}</div>')
-
-
-def _chip(result: Adaptation) -> tuple[str, str]:
-    return _LOST if result.status == "done" and result.lost else _CHIPS[result.status]
-
-
-def turn_name(session: Session, turn: int, limit: int = 46) -> str:
-    """A turn in one short line, such as "2. go up by 0.1"."""
-    if turn == ROOT:
-        return "0. the beginning"
-    step = session.history.steps[turn]
-    extra = _KINDS[step.kind]
-    said = step.said if not extra or step.kind in ("hand", "drawn", "limits", "code") else f"{step.said} ({extra})"
-    return f"{turn + 1}. {clipped(said, limit)}"
-
-
-def history(session: Session) -> str:
-    """Every turn, those in force marked; the ones that were undone or branched away from are pale."""
-    in_force = set(session.history.path())
-    lines = []
-    for i, step in enumerate(session.history.steps):
-        state = "now" if i == session.history.head else "" if i in in_force else "gone"
-        parent = session.history.parents[i]
-        after = "" if parent == i - 1 else " from the beginning" if parent == ROOT else f" after {parent + 1}"
-        lines.append(
-            f'<div class="turn {state}"><b>{i + 1}</b><div>{_turn(step)}<span class="soft">{after}</span></div></div>'
-        )
-    return block(f'<div class="card">{"".join(lines)}</div>') if lines else ""
 
 
 def plan(result: Adaptation | None) -> str:
@@ -239,18 +132,8 @@ def code(source: str, bad_line: int | None = None) -> str:
     return block("<pre>" + "\n".join(lines) + "</pre>")
 
 
-def _turn(step: Step) -> str:
-    kind, word = _chip(step.adaptation)
-    label = _KINDS[step.kind]
-    chip = f' <span class="chip">{label}</span>' if label else ""
-    if kind != "good":
-        chip += f' <span class="chip {kind}">{word}</span>'
-    on = ' <span class="soft">on the original</span>' if step.feedback_on == "original" else ""
-    return f"{e(clipped(step.said))}{chip}{on}"
-
-
-_WIDTH, _HEIGHT = 360.0, 126.0
-_LEFT, _RIGHT, _TOP, _BOTTOM = 38.0, 8.0, 8.0, 30.0
+_WIDTH, _HEIGHT = 360.0, 136.0
+_LEFT, _RIGHT, _TOP, _BOTTOM = 40.0, 8.0, 8.0, 36.0
 _POINTS = 300
 
 
@@ -307,16 +190,16 @@ def chart(lines: Sequence[Series], x_label: str, y_label: str, *, floor: float |
         )
 
     parts = [f'<svg viewBox="0 0 {_WIDTH:g} {_HEIGHT:g}" role="img" aria-label="{escape(y_label)}">']
-    style = 'font-size="9.5" fill="#5b6b7a" font-family="system-ui,sans-serif"'
+    style = 'font-size="12" fill="var(--soft)" font-family="system-ui,sans-serif"'
     for value in ticks(y_low, y_high, 4):
         y = float(place(np.zeros(1), np.array([value]))[0, 1])
-        parts.append(f'<path d="M{_LEFT:g} {y:.1f}H{_WIDTH - _RIGHT:g}" stroke="#e3e9ee"/>')
+        parts.append(f'<path d="M{_LEFT:g} {y:.1f}H{_WIDTH - _RIGHT:g}" stroke="var(--line)"/>')
         parts.append(f'<text x="{_LEFT - 5:g}" y="{y + 3:.1f}" text-anchor="end" {style}>{_short(value)}</text>')
     base = _HEIGHT - _BOTTOM
     for value in ticks(0.0, x_high, 6):
         x = float(place(np.array([value]), np.zeros(1))[0, 0])
-        parts.append(f'<text x="{x:.1f}" y="{base + 12:g}" text-anchor="middle" {style}>{_short(value)}</text>')
-    parts.append(f'<path d="M{_LEFT:g} {base:g}H{_WIDTH - _RIGHT:g}" stroke="#b9c5cf"/>')
+        parts.append(f'<text x="{x:.1f}" y="{base + 14:g}" text-anchor="middle" {style}>{_short(value)}</text>')
+    parts.append(f'<path d="M{_LEFT:g} {base:g}H{_WIDTH - _RIGHT:g}" stroke="var(--soft)"/>')
     for i, line in enumerate(lines):
         kept = thinned(line.y)
         points = place(line.x[kept], line.y[kept])
@@ -333,7 +216,7 @@ def chart(lines: Sequence[Series], x_label: str, y_label: str, *, floor: float |
     for line in lines:
         parts.append(f'<path d="M{at:g} {middle - 3:g}h12" stroke="{line.colour}" stroke-width="2"/>')
         parts.append(f'<text x="{at + 16:g}" y="{middle:g}" {style}>{escape(line.name)}</text>')
-        at += 26 + 5.2 * len(line.name)
+        at += 28 + 6.4 * len(line.name)
     return "".join(parts) + "</svg>"
 
 
@@ -363,18 +246,5 @@ def _short(value: float) -> str:
 BRAND = (39, 84, 125)
 """Colour of buttons and sliders (RGB)."""
 
-
-@cache
-def page() -> bytes:
-    """The page that every browser gets first."""
-    import viser
-
-    plain = (Path(viser.__file__).parent / "client" / "build" / "index.html").read_text(encoding="utf-8")
-    start, end = plain.index("<head>") + len("<head>"), plain.index("</head>")
-    head = plain[start:end]
-    for tag, close in (("<title>", "</title>"), ("<link", "/>")):
-        if tag in head:
-            first = head.index(tag)
-            head = head[:first] + head[head.index(close, first) + len(close) :]
-    own = "".join((files("ovita.studio") / name).read_text(encoding="utf-8") for name in ("head.html", "timeline.html"))
-    return (plain[:start] + head + own + plain[end:]).encode()
+QUIET = (84, 98, 112)
+"""Colour of buttons that take something back (RGB), dark enough for white letters."""

@@ -1,4 +1,4 @@
-"""The panels on the right: parameters, plan, explanation, changes, code, limits and writers.
+"""The panels on the right: parameters, plan, explanation, changes, code and limits.
 
 Every panel takes viser's GUI of its tab, and adds its controls to the container that is open; a function that gives the
 tab's controller, which changes when another file is opened; and, where it can fail, one that shows a sentence to the
@@ -8,7 +8,6 @@ person.
 from __future__ import annotations
 
 import ast
-import threading
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -20,11 +19,10 @@ from ovita.errors import OvitaError, PolicyError, RequestError
 from ovita.limits import ConstraintOptions, parse_text
 from ovita.paths.robot import PRESETS, Box, Robot, Shell
 from ovita.paths.scene import Scene
-from ovita.policy import Parameter, sandbox
+from ovita.policy import Parameter
 from ovita.result import Adaptation
 from ovita.studio import html
 from ovita.studio.sessions import SessionController
-from ovita.writers.base import PROVIDERS, PolicyWriter, writer_named
 
 _RUN = "Run in the sandbox"
 _AGAINST = ("the original", "the turn before")
@@ -80,7 +78,7 @@ class CodePanel:
         with gui.add_folder("Edit", expand_by_default=False):
             self.text = gui.add_text("", "", multiline=True)
             self.run = gui.add_button(_RUN, icon="player-play")
-            self.reset = gui.add_button("Discard edits", color="gray", icon="arrow-back-up")
+            self.reset = gui.add_button("Discard edits", color=html.QUIET, icon="arrow-back-up")
         self.run.on_click(lambda _: self._run())
         self.reset.on_click(lambda _: self._fill())
 
@@ -208,6 +206,7 @@ class KnobsPanel:
 
         async def turned(event: Any, name: str = knob.name, like: Any = value) -> None:
             if event.client is not None:
+                _widen(handle_of(name))
                 self._controller().turn(name, _read(handle_of(name).value, like))
 
         def handle_of(name: str) -> Any:
@@ -215,6 +214,15 @@ class KnobsPanel:
 
         handle.on_update(turned)
         self.handles[knob.name] = handle
+
+
+def _widen(slider: Any) -> None:
+    """Have a slider reach a value that was typed beyond its end, which the page would set back to the end."""
+    high, low = getattr(slider, "max", None), getattr(slider, "min", None)
+    if high is None or low is None or low <= slider.value <= high:
+        return
+    lowest, highest, _ = reach(float(slider.value), "m")
+    slider.min, slider.max = min(low, lowest), max(high, highest)
 
 
 def _shown(value: Any) -> Any:
@@ -231,78 +239,6 @@ def _read(value: Any, like: Any) -> Any:
         return value
 
 
-class WritersPanel:
-    """The choice of the writer.
-
-    `chosen` is called when another was chosen. Only where `local`, that is, only this machine can reach the studio, may
-    a person name servers, which would be sent the owner's key, or model files.
-    """
-
-    def __init__(
-        self,
-        gui: Any,
-        controller: Callable[[], SessionController],
-        *,
-        complain: Callable[[str], None],
-        chosen: Callable[[], None],
-        local: bool,
-    ) -> None:
-        self._controller, self._complain, self._chosen, self._local = controller, complain, chosen, local
-        self.note = gui.add_html("")
-        self.name = gui.add_text(
-            "writer", writer_name(controller().session.writer), hint="builtin, auto or PROVIDER:MODEL"
-        )
-        self.address = gui.add_text("server", "", hint="Address of an OpenAI-compatible server", visible=local)
-        gui.add_html('<div class="secret"></div>')
-        self.key = gui.add_text(
-            "API key", "", hint="Kept in memory until the studio ends; never shown again, never saved"
-        )
-        self.use = gui.add_button("Use this writer", icon="check")
-        self.use.on_click(lambda _: self._use())
-        missing = sandbox.missing()
-        level = "strict" if not missing else f"degraded, because this machine lacks {', '.join(missing)}"
-        providers = ", ".join(PROVIDERS)
-        self.note.content = html.block(
-            "<h4>Writer</h4><p class='soft'>The built-in writer needs no model. A model is named as PROVIDER:MODEL with"
-            f" {html.e(providers)}. What you say, the scene and a summary of the path are sent to it.</p>"
-        )
-        wanted = html.e(controller().session.isolation)
-        gui.add_html(html.block(
-            f"<h4>Isolation</h4><p class='soft'>Programs run in a sandbox: <b>{wanted}</b>"
-            f" is asked for; this machine offers <b>{html.e(level)}</b>.</p>"
-        ))  # fmt: skip
-
-    def _use(self) -> None:
-        key = self.key.value.strip()
-        self.key.value = ""
-        name, address = self.name.value.strip() or "builtin", self.address.value.strip()
-        try:
-            if not self._local and (address or "llamacpp" in name):
-                raise RequestError("only on the studio's own machine can a server or a model file be named")
-            writer = keyed_writer(name, key, address)
-        except OvitaError as error:
-            self._complain(str(error))
-            return
-        controller = self._controller()
-        with controller.lock:
-            controller.session.writer = writer
-        self._chosen()
-
-
-def keyed_writer(name: str, key: str, address: str) -> PolicyWriter:
-    """The writer of that name, as on the command line, with a key and a server's address of its own; "" for none."""
-    if not key:
-        return writer_named(name, base_url=address or None)
-    from ovita.writers.models.chat import LLMWriter
-
-    return LLMWriter(name, base_url=address or None, api_key=key)
-
-
-def writer_name(writer: PolicyWriter | str) -> str:
-    """How a writer is named."""
-    return writer if isinstance(writer, str) else writer.name
-
-
 _SPACES = ("anywhere", "box", "reach")
 _STATED = "as the scene states"
 
@@ -313,9 +249,10 @@ class LimitsPanel:
     def __init__(self, gui: Any, controller: Callable[[], SessionController], complain: Callable[[str], None]) -> None:
         self._controller, self._complain = controller, complain
         self._filled: tuple[Robot, ConstraintOptions] | None = None
+        self._base = controller().session.robot  # whose limits the fields change
         self.verdict = gui.add_html("")
         self.apply = gui.add_button("Apply the limits below", icon="check")
-        self.preset = gui.add_dropdown("robot", tuple(PRESETS), hint="Takes over all limits of a robot")
+        self.preset = gui.add_dropdown("robot", tuple(PRESETS), hint="Fills in all limits of a robot, to be applied")
         self.on = gui.add_checkbox("enforce", True, hint="Off only measures the limits")
         self.objects = gui.add_checkbox("objects", True, hint="Objects are obstacles")
         self.margin = gui.add_number("from objects [m]", 0.01, min=0.0, step=0.005)
@@ -341,7 +278,7 @@ class LimitsPanel:
         self.verdict.content = html.verdict(session)
         if self._filled == (session.robot, session.constraints):
             return
-        self._filled = (session.robot, session.constraints)
+        self._filled, self._base = (session.robot, session.constraints), session.robot
         stated = (_STATED,) if parse_text(session.scene.constraints_text).understood else ()
         names = (*PRESETS, *stated)
         own = () if session.robot.name in names else (session.robot.name,)
@@ -373,17 +310,10 @@ class LimitsPanel:
         self.speed.visible = self.speed_on.value
 
     async def _preset(self, event: Any) -> None:
-        if event.client is None:
-            return
-        name = str(self.preset.value)
-        threading.Thread(target=self._take, args=(name,), daemon=True).start()
-
-    def _take(self, name: str) -> None:
-        session = self._controller().session
-        if name == session.robot.name:
-            return
-        self._filled = None
-        self._controller().act(lambda s: s.change(f"limits: {name}", robot=_limits(name, s.scene)))
+        session, name = self._controller().session, str(self.preset.value)
+        if event.client is not None:
+            self._base = session.robot if name == session.robot.name else _limits(name, session.scene)
+            self._fill(self._base, session.constraints)
 
     def _apply(self) -> None:
         try:
@@ -391,7 +321,9 @@ class LimitsPanel:
         except OvitaError as error:
             self._complain(str(error))
             return
-        self._controller().act(lambda s: s.change("changed the limits", robot=robot, constraints=options))
+        known = robot.name != self._controller().session.robot.name
+        said = f"limits: {robot.name}" if known else "changed the limits"
+        self._controller().act(lambda s: s.change(said, robot=robot, constraints=options))
 
     def _read(self, session: Session) -> tuple[Robot, ConstraintOptions]:
         space: Box | Shell | None = None
@@ -400,7 +332,7 @@ class LimitsPanel:
         elif self.space.value == "reach":
             space = Shell(self.centre.value, *self.radii.value)
         robot = replace(
-            session.robot,
+            self._base,
             workspace=space,
             margin=float(self.edge.value),
             obstacle_margin=float(self.margin.value),

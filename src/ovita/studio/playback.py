@@ -12,7 +12,7 @@ from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.plots.geometry import COLOURS
-from ovita.studio.scene_view import SceneView, rgb
+from ovita.studio.scene_view import SceneView, ViewBounds, rgb
 
 _TICK_S, _TELL_S = 1 / 25, 0.5
 
@@ -110,8 +110,13 @@ if TYPE_CHECKING:
     from ovita.sim import Motion
 
 NOBODY = "none"
-ROBOTS = {NOBODY: "", "arm": "iiwa", "rover": "jackal", "drone": "crazyflie"}
-"""Robots to choose from, and how `ovita.sim` names them."""
+ROBOTS = {NOBODY: "", "arm": "iiwa", "ground": "jackal", "drone": "crazyflie"}
+"""Robots to choose from, named as their limits are, and how `ovita.sim` names them."""
+
+
+def floor(trajectory: Trajectory, scene: Scene) -> float:
+    """Height of the floor that is drawn [m]."""
+    return ViewBounds.of([trajectory], scene).ground
 
 
 class RobotView:
@@ -172,6 +177,10 @@ class RobotView:
             from ovita import sim
 
             trajectory, scene, limits = wanted
+            if name == "jackal":  # a rover stays on the floor, however high the line is
+                places = trajectory.positions.copy()
+                places[:, 2] = floor(trajectory, scene)
+                trajectory = trajectory.with_(positions=places)
             try:
                 motion = sim.preview(trajectory, scene, name, limits=limits)
             except OvitaError as error:

@@ -21,8 +21,18 @@ from ovita.result import Adaptation
 
 GHOST = "#eeb1ab"
 STROKE = "#7b1fa2"
+RULER = "#00897b"
+VIOLATION = "#7a3cff"  # the crimson of printed figures is too close to the red line
 _WIDE, _THIN = 4.5, 2.0
 _FOV = 0.75
+VIEW_DIRECTIONS = {
+    "fit": (-1.0, 0.36, 0.68),
+    "top": (-0.02, 0.0, 1.0),
+    "front": (1.0, 0.0, 0.12),
+    "side": (0.0, 1.0, 0.12),
+}
+"""From where the camera looks: shares of front, right and up."""
+
 _NO_SEGMENTS = np.zeros((1, 2, 3), dtype=np.float32)
 
 
@@ -36,6 +46,7 @@ class SceneView:
     def __init__(self, client: Any, covered: float = 0.0) -> None:
         self.client, self.api, self.covered = client, client.scene, covered
         self.shown = Shown()
+        self.dark, self.following, self._view = False, False, "fit"
         self.stage: ViewBounds | None = None
         self.objects: dict[str, Any] = {}
         self._drawn: tuple[Any, ...] = ()
@@ -62,9 +73,9 @@ class SceneView:
     def reset(self) -> None:
         """Forget everything, for a session of another size."""
         self.api.reset()
-        shown, picked = self.shown, self.picked
+        shown, picked, dark = self.shown, self.picked, self.dark
         self.__init__(self.client, self.covered)  # type: ignore[misc]
-        self.shown, self.picked = shown, picked
+        self.shown, self.picked, self.dark = shown, picked, dark
 
     def draw_lines(self, session: Session) -> None:
         """Show the lines as they are now."""
@@ -83,7 +94,7 @@ class SceneView:
         waiting = session.pending.proposal if session.pending is not None else None
         self._line("proposal", waiting.adapted if waiting is not None else None, COLOURS["waiting"], None)
         bad = violated(result) if result is not None else _NO_SEGMENTS[:0]
-        self._segments("violated", bad, plain_colours(len(bad), COLOURS["violation"]), 7.0)
+        self._segments("violated", bad, plain_colours(len(bad), VIOLATION), 7.0)
         self._arrows("original", original, COLOURS["before"])
         self._arrows("adapted", current if changed else None, COLOURS["after"])
         self._points("waypoints", current.positions if self.shown.waypoints else None)
@@ -95,13 +106,33 @@ class SceneView:
         speeds = np.concatenate([session.original.speeds, session.current.speeds])
         return float(speeds.min()), float(speeds.max())
 
-    def look(self, session: Session) -> None:
-        """Frame everything with the camera."""
+    def redraw(self, session: Session) -> None:
+        """Draw objects, floor and lines anew, such as for another background."""
+        with self.client.atomic():
+            self._build([session.original, session.current], session.scene, session.robot, fresh=False)
+            self.draw_lines(session)
+
+    def follow(self, on: bool) -> None:
+        """Have the camera go along with what moves, or stay."""
+        self.following = on
+
+    def keep_in_view(self, place: Array) -> None:
+        """Move the camera so that it looks at a place (3,) [m] from where it is to that, if it follows."""
+        camera = self.client.camera
+        if self.following and self.stage is not None:
+            by = place - camera.look_at
+            if float(np.linalg.norm(by)) > 0.01 * self.stage.size:
+                self._looked = None
+                camera.position, camera.look_at = camera.position + by, place
+
+    def look(self, session: Session, view: str = "fit") -> None:
+        """Frame everything with the camera, from one of `VIEW_DIRECTIONS`."""
+        self._view = view
         self._seen = stage = ViewBounds.of([session.original, session.current], session.scene)
         camera = self.client.camera
         frame = session.scene.frame
         aspect = self._aspect()
-        position, target = stage.camera(frame, aspect, _FOV)
+        position, target = stage.camera(frame, aspect, _FOV, view)
         self._looked, self._arrived = (position, aspect), False
         camera.fov = _FOV
         camera.position, camera.look_at = position, target
@@ -120,7 +151,7 @@ class SceneView:
         now = ViewBounds.of([session.original, session.current], session.scene)
         grown = np.abs(np.stack([now.lower - self._seen.lower, now.upper - self._seen.upper])).max()
         if abs(self._aspect() / aspect - 1.0) > 0.02 or grown > 0.08 * self._seen.size:
-            self.look(session)
+            self.look(session, self._view)
 
     def mark(self, place: Array | None) -> None:
         """Ring a waypoint, such as the one that is going to be pinned."""
@@ -140,6 +171,11 @@ class SceneView:
         """Show a line (N, 3) [m] that is drawn by hand; none where it has no segment."""
         pairs = segments(path) if len(path) > 1 else _NO_SEGMENTS[:0]
         self._segments("pen", pairs, plain_colours(len(pairs), STROKE), _WIDE)
+
+    def draw_ruler(self, ends: Array | None) -> None:
+        """Show a line between two places (2, 3) [m]; None takes it away."""
+        pairs = _NO_SEGMENTS[:0] if ends is None else segments(ends)
+        self._segments("ruler", pairs, plain_colours(len(pairs), RULER), _WIDE)
 
     def draw_tube(self, path: Array, covariance: Array | None) -> None:
         """Show two standard deviations around a path (N, 3) [m]; covariance as in `geometry.tube`, None for none."""
@@ -182,9 +218,10 @@ class SceneView:
         step = grid_step(stage.size)
         middle, extent = stage.middle, stage.size * 2.4
         self.api.add_grid(
-            "/grid", extent, extent, plane="xy", cell_size=step, section_size=5 * step, cell_color=(226, 231, 236),
-            section_color=(203, 211, 219), position=(middle[0], middle[1], stage.ground - 0.002 * stage.size * up[2]),
-            shadow_opacity=0.12,
+            "/grid", extent, extent, plane="xy", cell_size=step, section_size=5 * step,
+            cell_color=(48, 56, 64) if self.dark else (226, 231, 236),
+            section_color=(74, 86, 97) if self.dark else (203, 211, 219),
+            position=(middle[0], middle[1], stage.ground - 0.002 * stage.size * up[2]), shadow_opacity=0.12,
         )  # fmt: skip
         self._axes(scene, stage)
         for i, item in enumerate(scene):
@@ -230,6 +267,9 @@ class SceneView:
             )  # fmt: skip
             beyond = tip + 0.03 * stage.size * scene.frame.direction(word)
             self._labels.append(self._label(f"/axis-names/{word}", word, beyond, 0.8))
+        told = f"grid {grid_step(stage.size):g} m"
+        aside = corner - 0.6 * length * scene.frame.direction("front")
+        self._labels.append(self._label("/grid-scale", told, aside, 0.8))
 
     def _workspace(self, robot: Robot, stage: ViewBounds) -> None:
         reach = 8.0 * stage.size
@@ -446,28 +486,29 @@ class ViewBounds:
         front, right = frame.direction("front"), frame.direction("right")
         back = min(float(self.lower @ front), float(self.upper @ front))
         left = min(float(self.lower @ right), float(self.upper @ right))
-        place = (back - 0.1 * self.size) * front + (left - 0.1 * self.size) * right
+        place = (back - 0.16 * self.size) * front + (left - 0.16 * self.size) * right
         place[2] = self.ground
         return np.asarray(place)
 
-    def camera(self, frame: Frame, aspect: float, fov: float) -> tuple[Array, Array]:
-        """Position and target of a camera that sees everything from behind, right and above.
+    def camera(self, frame: Frame, aspect: float, fov: float, view: str = "fit") -> tuple[Array, Array]:
+        """Position and target of a camera that sees everything from one of `VIEW_DIRECTIONS`.
 
         `aspect` is width by height of the free part of the picture, `fov` the vertical field of view [rad].
         """
         up = frame.direction("up")
-        view = -1.0 * frame.direction("front") + 0.36 * frame.direction("right") + 0.68 * up
-        view = view / np.linalg.norm(view)
-        right = np.cross(up, view) / np.linalg.norm(np.cross(up, view))
+        words = ("front", "right", "up")
+        towards = sum(a * frame.direction(word) for a, word in zip(VIEW_DIRECTIONS[view], words, strict=True))
+        away = np.asarray(towards / np.linalg.norm(towards))
+        right = np.cross(up, away) / np.linalg.norm(np.cross(up, away))
         lower, upper = np.minimum(self.lower, self.corner(frame)), np.maximum(self.upper, self.corner(frame))
         middle = (lower + upper) / 2.0
         signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
         points = signs * np.maximum(upper - lower, 0.1 * self.size) / 2.0
-        across, high, near = points @ right, points @ np.cross(view, right), points @ view
+        across, high, near = points @ right, points @ np.cross(away, right), points @ away
         tall = float(np.tan(fov / 2.0))
         wide = tall * aspect * _FILL
         needed = near + np.maximum(np.abs(across) / wide, np.where(high > 0, high / 0.85, -high / 0.6) / tall)
-        return middle + view * float(needed.max()), middle
+        return middle + away * float(needed.max()), middle
 
 
 def mesh(rings: Array) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:

@@ -7,6 +7,7 @@ import hmac
 import http
 import inspect
 import ipaddress
+import logging
 import re
 from collections.abc import Awaitable, Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -28,6 +29,10 @@ LOCAL = frozenset({"localhost", "127.0.0.1", "::1", "[::1]"})
 
 MAX_MESSAGE = 16 * 1024 * 1024
 """Largest message that a browser may send [bytes]."""
+
+_log = logging.getLogger("ovita.studio.connections")  # for those who ask: a visitor's bad request is no news otherwise
+_log.addHandler(logging.NullHandler())
+_log.propagate = False
 
 _WRONG_TOKEN_DELAY = 0.5
 _TOKEN = re.compile(rf"[A-Za-z0-9._-]{{{SHORTEST_TOKEN},200}}")
@@ -75,6 +80,8 @@ class Gate:
             if request.headers.get("Upgrade", "").lower() == "websocket":
                 return None
             path = urlsplit(request.path).path
+            if path == "/alive":  # the page asks now and then whether the studio is still there
+                return self._answer(connection, http.HTTPStatus.OK, b"")
             if path in ("/", "/index.html"):
                 return self._answer(connection, http.HTTPStatus.OK, self.page(), request)
             found = inner(connection, request) if inner is not None else None
@@ -181,7 +188,7 @@ def guarded(gate: Gate, beside: Mapping[str, Socket] = MappingProxyType({})) -> 
             await found(connection)
 
         gates.append(gate)
-        options["max_size"] = MAX_MESSAGE
+        options |= {"max_size": MAX_MESSAGE, "logger": _log}
         return genuine(handle, *args, process_request=gate.wrap(process_request), **options)
 
     sockets.serve = serve  # type: ignore[assignment,misc]

@@ -19,7 +19,7 @@ from ovita.instruct.feedback import named_objects
 from ovita.io.files import make_folder, state_folder
 from ovita.paths.part import WHOLE, PathPart
 from ovita.policy.sandbox import Isolation
-from ovita.request import FeedbackOn
+from ovita.request import MAX_INSTRUCTION, FeedbackOn
 from ovita.result import Adaptation
 from ovita.sources.words import begun
 from ovita.writers.base import PolicyWriter
@@ -112,7 +112,7 @@ class SessionController:
         """Adapt to an instruction on a thread of its own.
 
         Raises:
-            RequestError: If the instruction is empty, or another is being written.
+            RequestError: If the instruction is empty or too long, or another is being written.
         """
         text = text.strip()
         with self.lock:
@@ -120,6 +120,8 @@ class SessionController:
                 raise RequestError("the last instruction is still being worked on; wait for it or cancel it")
             if not text:
                 raise RequestError("say what should change, such as 'slow down near the cup'")
+            if len(text) > MAX_INSTRUCTION:
+                raise RequestError(f"that is {len(text)} letters; an instruction has at most {MAX_INSTRUCTION}")
             self._rest()
             busy = self.busy = PendingTurn(text, on, self.selection)
             self.said = None

@@ -12,10 +12,11 @@ from ovita.dialogue.session import Session
 from ovita.errors import OvitaError
 from ovita.paths.robot import Robot
 from ovita.paths.trajectory import Trajectory
-from ovita.studio import html, playback, scene_view
+from ovita.studio import html, playback, scene_view, turns
 from ovita.studio.conversation import Conversation
 from ovita.studio.editor import DragEditor
 from ovita.studio.files import FilesPanel, Opened
+from ovita.studio.guide import KEYS
 from ovita.studio.hands import HandEdit, deleted, drawn, inserted, sketched
 from ovita.studio.html import BRAND
 from ovita.studio.look import LookPanel
@@ -25,16 +26,19 @@ from ovita.studio.panels import (
     KnobsPanel,
     LimitsPanel,
     TextPanel,
-    WritersPanel,
-    writer_name,
 )
 from ovita.studio.recording import PenRecorder
+from ovita.studio.robots import RobotPanel
+from ovita.studio.ruler import Ruler
 from ovita.studio.scene_view import SceneView
 from ovita.studio.sessions import News, SessionController
 from ovita.studio.timeline import Timeline
+from ovita.studio.turns import VIEWS
 from ovita.studio.wire import Wire
+from ovita.studio.writing import WritersPanel, writer_name
 
-_LEFT, _RIGHT, _RIGHT_NARROW = 350.0, 392.0, 320.0
+_LEFT, _RIGHT = 350.0, 392.0
+_LEFT_NARROW, _RIGHT_NARROW = 310.0, 310.0
 _NARROW = 400.0  # of the scene between the panels [pixels]; less is too little
 
 
@@ -92,11 +96,15 @@ class Tab:
         local: bool,
         lookable: dict[str, str],
     ) -> None:
-        gui.configure_theme(control_width="medium", show_logo=False, show_share_button=False, brand_color=BRAND)
+        self._theme(gui)
         gui.set_panel_label("ovita studio")
         gui.main_panel.dock_left()
         gui.main_panel.set_width(_LEFT)
         gui.add_html(f'<i data-timeline="{self.timeline.wire.name}"></i>')
+        # our own HTML asks for things through this field, which no one sees
+        gui.add_html('<i class="bridge"></i>')
+        self.bridge = gui.add_text("page", "")
+        self.bridge.on_update(lambda _: self.do(str(self.bridge.value).partition(" ")[2]))
         self.header = gui.add_html("")
         tabs = gui.add_tab_group()
         with tabs.add_tab("Say", "message"):
@@ -132,22 +140,53 @@ class Tab:
             self.changes = ChangesPanel(gui, self._controller)
         with below.add_tab("Constraints", "shield-check"):
             self.limits = LimitsPanel(gui, self._controller, self.complain)
+        with below.add_tab("Robot", "robot"):
+            self.robots = RobotPanel(gui, self._controller, self.puppet, complain=self.complain, local=local)
         with below.add_tab("Code", "code"):
             self.code = CodePanel(gui, self._controller, self.complain)
         below.dock_below(top)
-        for name, key, held, work in (
-            ("Play or pause", "space", None, self.player.toggle),
-            ("Undo", "Z", "cmd/ctrl", lambda: self.conversation.step("Undo")),
-            ("Redo", "Z", "cmd/ctrl+shift", lambda: self.conversation.step("Redo")),
-            ("Look at everything", "H", None, lambda: self.space.look(self.controller.session)),
-        ):
-            gui.add_command(name, hotkey=key, modifier=held).on_trigger(lambda _, work=work: work())
+        for key in KEYS:
+            if key.hotkey:
+                command = gui.add_command(key.does.strip().capitalize(), hotkey=key.hotkey, modifier=key.held)
+                command.on_trigger(lambda _, wish=key.wish: self.do(wish))
+
+    def do(self, wish: str) -> None:
+        """Do what a key or our own HTML asks for, such as "undo", "look top" or "go 3"; anything else is ignored."""
+        verb, _, what = wish.partition(" ")
+        if verb in ("undo", "redo"):
+            self.conversation.step(verb.capitalize())
+        elif verb == "play":
+            self.player.toggle()
+        elif verb == "go" and what.isdecimal():
+            self.conversation.go(int(what) - 1)
+        elif verb == "look" and what in VIEWS:
+            self._look(what)
+        elif verb == "dark":
+            self._darken(what == "1")
+
+    def _look(self, view: str) -> None:
+        self.space.follow(not self.space.following if view == "follow" else False)
+        if view != "follow":
+            self.space.look(self.controller.session, view)
+
+    def _darken(self, dark: bool) -> None:
+        self.space.dark = dark
+        self._theme(self.client.gui)
+        with self._lock, self.controller.lock:
+            self.space.redraw(self.controller.session)
+
+    def _theme(self, gui: Any) -> None:
+        gui.configure_theme(
+            control_width="medium", show_logo=False, show_share_button=False, brand_color=BRAND,
+            dark_mode=self.space.dark,
+        )  # fmt: skip
 
     def _camera_moved(self) -> None:
         self.space.covered = 0.0
         if not self._narrow and float(self.client.camera.image_width) < _NARROW:
             self._narrow = True
             self._right.set_width(_RIGHT_NARROW)
+            self.client.gui.main_panel.set_width(_LEFT_NARROW)
         self.space.look_again(self.controller.session)
         self.timeline.see(self.client.camera)
 
@@ -163,9 +202,6 @@ class Tab:
             "labels": gui.add_checkbox("names", shown.labels),
         }
         self.ramp = gui.add_html("", visible=False)
-        self.robot = gui.add_dropdown(
-            "moving robot", tuple(playback.ROBOTS), hint="A simulated robot that follows the red line"
-        )
 
         def switched(_: Any) -> None:
             for name, box in boxes.items():
@@ -176,16 +212,17 @@ class Tab:
 
         for box in boxes.values():
             box.on_update(switched)
-        self.robot.on_update(lambda _: self._take_robot(str(self.robot.value)))
-        look = gui.add_button("Look at everything", icon="camera", hint="Puts the camera back (key H)")
-        look.on_click(lambda _: self.space.look(self.controller.session))
+        self.ruler = Ruler(gui, self.space, self._controller)
         gui.add_html(html.block(
+            "<h4>Voice</h4><p><label><input type='checkbox' data-keep='voice'> a button to speak what should change"
+            "</label></p><p class='soft'>The browser's own service writes it down, where it has one; what you say may"
+            " leave this machine for it.</p>"
             "<h4>Colours</h4><p><span class='key' style='background:var(--blue)'></span>original<br>"
             "<span class='key' style='background:var(--red)'></span>adapted<br>"
             "<span class='key' style='background:#ffb300'></span>what was understood, until you accept it<br>"
             "<span class='key' style='background:#eeb1ab'></span>one turn ago<br>"
             "<span class='key' style='background:#8a8a8a'></span>as the program proposed it<br>"
-            "<span class='key' style='background:#c2185b'></span>where the proposal broke a limit</p>"
+            "<span class='key' style='background:#7a3cff'></span>where the proposal broke a limit</p>"
             "<p class='soft'>Left mouse button turns the view, right one shifts it, wheel zooms.</p>"
         ))  # fmt: skip
 
@@ -206,7 +243,7 @@ class Tab:
             self.space.draw_lines(session)
         if news not in ("turn", "knobs"):
             return
-        self.header.content = html.header(self.controller, writer_name(session.writer))
+        self.header.content = turns.header(self.controller, writer_name(session.writer))
         self.space.draw(session)
         self.knobs.refresh(turned=news == "knobs")
         for part in (self.plan, self.explanation, self.changes, self.code, self.limits):
@@ -214,14 +251,10 @@ class Tab:
         if news == "turn":
             self.hand.refresh()
             self.space.look_again(session)
-        self.puppet.follow(session.current, session.scene, session.robot)
+        self.robots.refresh()
+        self.ruler.refresh()
         self.timeline.refresh(lines=news == "turn")
         self._show_ramp()
-
-    def _take_robot(self, name: str) -> None:
-        session = self.controller.session
-        self.puppet.choose(name)
-        self.puppet.follow(session.current, session.scene, session.robot)
 
     def open(self, opened: Opened) -> None:
         """Show a session that was opened."""
@@ -303,7 +336,7 @@ class Tab:
             self.hand.let_go()
             self.pen.let_go()
             self.heads.place([])
-            self.puppet.choose(str(self.robot.value))
+            self.puppet.choose(str(self.robots.which.value))
             self.space.reset()
             self._leave = controller.watch(self.refresh)
             self.refresh("turn")
@@ -320,7 +353,10 @@ class Tab:
     def _show_moment(self, at: float) -> None:
         session = self.controller.session
         paths: list[Trajectory] = [session.original, *([session.current] if session.steps else [])]
-        self.heads.place([path.at(at).positions[0] for path in paths] if at > 0.0 else [])
+        places = [path.at(at).positions[0] for path in paths] if at > 0.0 else []
+        self.heads.place(places)
+        if places:
+            self.space.keep_in_view(places[-1])
         self.puppet.show(at)
 
     def _show_ramp(self) -> None:

@@ -1,0 +1,172 @@
+"""The robot that follows the line: shown in the scene, reported on after a simulation, and sent to through the gate."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from ovita.dialogue.session import Session
+from ovita.errors import OvitaError, RequestError
+from ovita.gate import Review, default_log, refuse, release, review
+from ovita.io import is_address, rendered
+from ovita.paths.trajectory import Trajectory
+from ovita.studio import html
+from ovita.studio.playback import NOBODY, ROBOTS, RobotView, floor
+from ovita.studio.sessions import SessionController
+from ovita.text import length
+
+_CHECK, _GATE = "Let it follow, and report", "Show what the gate says"
+_HIGH = 0.05  # above the floor [m]; what is less is level for a rover
+
+
+class RobotPanel:
+    """The robot of one tab; made as panels are, see `panels`. Only where `local` may anything be sent."""
+
+    def __init__(
+        self,
+        gui: Any,
+        controller: Callable[[], SessionController],
+        puppet: RobotView,
+        *,
+        complain: Callable[[str], None],
+        local: bool,
+    ) -> None:
+        self._controller, self._puppet, self._complain = controller, puppet, complain
+        self._about: tuple[Any, ...] = ()
+        self._found: Review | None = None
+        self.which = gui.add_dropdown("robot model", tuple(ROBOTS), hint="A simulated robot that follows the line")
+        self.note = gui.add_html("")
+        self.check = gui.add_button(_CHECK, icon="robot", disabled=True)
+        self.report = gui.add_html("")
+        gui.add_html(html.block("<h4>Send</h4>"), visible=local)
+        self.to = gui.add_text("to", "", hint="ros2:/topic, mavlink:udp:HOST:PORT, or a file", visible=local)
+        self.ask = gui.add_button(_GATE, color=html.QUIET, icon="shield-check", visible=local)
+        self.gate = gui.add_html("")
+        self.send = gui.add_button("Send it", icon="send", visible=False)
+        self.which.on_update(lambda _: self._take())
+        self.check.on_click(lambda _: self._simulate())
+        self.ask.on_click(lambda _: self._review())
+        self.send.on_click(lambda _: self._send())
+
+    def refresh(self) -> None:
+        """Have the robot follow the line as it is; what was said of another line is taken away."""
+        session = self._controller().session
+        about = (session.current, session.scene, session.robot, self.which.value)
+        if about == self._about:
+            return
+        self._about = about
+        self._puppet.follow(session.current, session.scene, session.robot)
+        self.note.content = html.block(f'<p class="soft">{html.e(_remark(session, str(self.which.value)))}</p>')
+        self.check.disabled = self.which.value == NOBODY
+        self._found, self.send.visible = None, False
+        self.report.content = self.gate.content = ""
+
+    def _take(self) -> None:
+        self._puppet.choose(str(self.which.value))
+        self.refresh()
+
+    def _simulate(self) -> None:
+        about = self._about
+        self.check.disabled, self.check.label = True, "It follows\u2026"
+        try:
+            told = reported(self._controller().session, ROBOTS[str(self.which.value)])
+        except OvitaError as error:
+            self._complain(str(error))
+        else:
+            if about == self._about:
+                self.report.content = told
+        finally:
+            self.check.disabled, self.check.label = self.which.value == NOBODY, _CHECK
+
+    def _review(self) -> None:
+        session = self._controller().session
+        try:
+            self._found = reviewed(session)
+        except OvitaError as error:
+            self._complain(str(error))
+            return
+        self.gate.content = gate_said(self._found)
+        self.send.visible = self._found.released
+
+    def _send(self) -> None:
+        found, place = self._found, self.to.value.strip()
+        try:
+            if found is None or found.result is not self._controller().session.adaptation:
+                found = self._found = reviewed(self._controller().session)
+            self.gate.content = sent(found, place, self._controller().title)
+        except OvitaError as error:
+            self._complain(str(error))
+
+
+def reviewed(session: Session) -> Review:
+    """What the gate says of the line in force.
+
+    Raises:
+        RequestError: If nothing was adapted yet.
+    """
+    if session.adaptation is None:
+        raise RequestError("there is no result to send; say what should change first")
+    with tempfile.TemporaryDirectory(prefix="ovita-gate-") as folder:
+        path = str(Path(folder) / "result.json")
+        session.adaptation.save(path)
+        return review(path)
+
+
+def gate_said(found: Review) -> str:
+    """What the gate measured, and whether the result may be sent."""
+    state = '<span class="chip good">may be sent</span>' if found.released else '<span class="chip bad">refused</span>'
+    parts = [f"<p>{state}</p>", html.listed(found.refusals)]
+    parts += [f"<h4>{html.e(title)}</h4>{html.listed(lines)}" for title, lines in found.sections().items() if lines]
+    return html.block("".join(parts))
+
+
+def sent(found: Review, place: str, title: str) -> str:
+    """Send what the gate released to an address or a file, log that, and say so.
+
+    Raises:
+        OvitaError: If no place is given, the gate refuses, or the other side does not answer.
+    """
+    if not place:
+        raise RequestError("say where to send it: ros2:/topic, mavlink:udp:HOST:PORT, or a file such as path.csv")
+    about = {"result": f"studio: {title}"}
+    if not found.released:
+        refuse(found, place, str(default_log()), about)
+    elif not is_address(place):
+        rendered(place, found.result.adapted, found.result.scene, found.result.instruction)  # refuses unknown endings
+    receipt = release(found, place, str(default_log()), about)
+    told = f"Sent to {place}: {receipt.size} bytes, SHA-256 {receipt.sha256[:16]}\u2026; logged in {default_log()}."
+    return html.block(f'<p><span class="chip good">sent</span> {html.e(told)}</p>')
+
+
+def reported(session: Session, model: str) -> str:
+    """Let a robot follow the line in physical simulation, and tell reach, tracking, limits and contacts.
+
+    Raises:
+        OvitaError: If the simulator is not installed, or the robot reaches nothing of the line.
+    """
+    from ovita import sim
+
+    sim.require()
+    contacts = session.adaptation.contacts if session.adaptation is not None else ()
+    report = sim.simulate(session.current, session.scene, model, limits=session.robot, contacts=contacts).report
+    colour = "bad" if report.status in sim.FAILED else "warn" if report.status == "slowed" else "good"
+    chip = f'<span class="chip {colour}">{html.e(report.status)}</span>'
+    return html.block(f"<p>{chip} {html.e(model)}, simulated</p>{html.listed(report.sentences())}")
+
+
+def _remark(session: Session, robot: str) -> str:
+    if robot == NOBODY:
+        return "Choose a robot: it follows the line as you play, and a simulation reports reach, tracking and contact."
+    high = _above(session.current, session)
+    if ROBOTS[robot] == "jackal" and high > _HIGH:
+        return f"The line is up to {length(high)} above the floor; a rover stays on the floor and drives below it."
+    if session.robot.name not in (robot, "none"):
+        return f"The limits in force are those of {session.robot.name!r}, see Constraints."
+    return ""
+
+
+def _above(path: Trajectory, session: Session) -> float:
+    up = session.scene.frame.direction("up")
+    return float(((path.positions - floor(path, session.scene) * abs(up)) @ up).max())
