@@ -206,7 +206,7 @@ def test_a_tab_that_is_closed_while_it_plays_is_no_news(start, visit, capfd):
 
 def test_charts_have_units_and_an_empty_program_is_not_run(start, visit):
     tab = visit(start())
-    assert "<h4>Speed [m/s]</h4>" in tab.text() and "nearest object [m]" in tab.text()
+    tab.wait(lambda: "<h4>Speed [m/s]</h4>" in tab.text() and "nearest object [m]" in tab.text())
     tab.click("Run in the sandbox")
     tab.wait(lambda: any("no code to run" in note for note in tab.notices))
 

@@ -183,7 +183,9 @@ def test_sending_passes_the_gate_and_shows_its_checks(tmp_path, monkeypatch):
 def test_strangers_cannot_send(start, visit):
     studio = start(host="0.0.0.0", token="a-token-for-tests")
     tab = visit(studio, headers={"Cookie": f"{studio.gate.cookie}=a-token-for-tests"})
-    hidden = [tab.parts[tab.find(name)]["props"]["visible"] for name in ("to", "Show what the gate says", "Send it")]
+    hidden = [
+        tab.parts[tab.find(name)]["props"]["visible"] for name in ("send to", "Show what the gate says", "Send it")
+    ]
     assert hidden == [False] * 3
 
 

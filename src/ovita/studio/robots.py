@@ -41,7 +41,7 @@ class RobotPanel:
         self.check = gui.add_button(_CHECK, icon="robot", disabled=True)
         self.report = gui.add_html("")
         gui.add_html(html.block("<h4>Send</h4>"), visible=local)
-        self.to = gui.add_text("to", "", hint="ros2:/topic, mavlink:udp:HOST:PORT, or a file", visible=local)
+        self.to = gui.add_text("send to", "", hint="ros2:/topic, mavlink:udp:HOST:PORT, or a file", visible=local)
         self.ask = gui.add_button(_GATE, color=html.QUIET, icon="shield-check", visible=local)
         self.gate = gui.add_html("")
         self.send = gui.add_button("Send it", icon="send", visible=False)
