@@ -87,7 +87,7 @@ class Tab:
 
     def ready(self) -> Tab:
         """Wait until the page is built."""
-        self.wait(lambda: self.find("Send") and "/lines/original" in self.nodes and "waypoints" in self.text(), 20.0)
+        self.wait(lambda: self.find("Send") and "/lines/original" in self.nodes and "waypoints" in self.text(), 60.0)
         return self
 
     def find(self, label: str) -> str:

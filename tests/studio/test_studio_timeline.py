@@ -216,3 +216,16 @@ class Immediate:
 
     def __init__(self, target, **_):
         self.start = target
+
+
+def test_a_tab_waits_for_no_symbol_that_was_not_read_before(start, visit):
+    """Each that is missing in `ICONS`, and all once they are more than viser keeps, cost every tab 50 ms of work."""
+    from viser._icons import svg_from_icon
+
+    from ovita.studio.app import ICONS, warm_icons
+
+    studio = start()
+    warm_icons()
+    before = svg_from_icon.cache_info().misses
+    visit(studio)
+    assert svg_from_icon.cache_info().misses == before and len(set(ICONS)) <= 32

@@ -89,6 +89,7 @@ class Studio:
         self.server.scene.world_axes.visible = False
         self.server.on_client_connect(self._came)
         self.server.on_client_disconnect(self._left)
+        threading.Thread(target=warm_icons, name="ovita-icons", daemon=True).start()
         self.port: int = self.server.get_port()
         shown = "127.0.0.1" if settings.host in ("0.0.0.0", "::") else settings.host
         self.url = f"http://{shown}:{self.port}/" + (f"?token={self.gate.token}" if self.gate.token else "")
@@ -214,6 +215,22 @@ def _listed(used: list[str], had: list[tuple[str, str]]) -> dict[str, str]:
     """The sessions that are not the one in use, each once, by a numbered title."""
     others = {name: title for name, title in had if name != used[-1]}
     return {f"{i}. {title}": name for i, (name, title) in enumerate(others.items(), start=1)}
+
+
+ICONS = (
+    "adjustments arrow-back-up bulb camera chart-line check code download eraser eye folder folder-open hand-move"
+    " history list-numbers message pencil photo pin pinned-off player-play refresh robot school send settings"
+    " shield-check upload x"
+).split()
+"""The symbols on the page; viser keeps 32 of them."""
+
+
+def warm_icons() -> None:
+    """Read the symbols before anyone comes: viser finds each in an archive of thousands, which takes 50 ms of work."""
+    from viser._icons import svg_from_icon
+
+    for name in ICONS:
+        svg_from_icon(name)
 
 
 def _free_port(host: str, port: int) -> int:

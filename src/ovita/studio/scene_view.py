@@ -23,6 +23,7 @@ GHOST = "#eeb1ab"
 STROKE = "#7b1fa2"
 RULER = "#00897b"
 VIOLATION = "#7a3cff"  # the crimson of printed figures is too close to the red line
+SELECTED = "#ffb300"
 _WIDE, _THIN = 4.5, 2.0
 _FOV = 0.75
 VIEW_DIRECTIONS = {
@@ -166,6 +167,11 @@ class SceneView:
     def pins(self, places: Array) -> None:
         """Show where waypoints are pinned, (K, 3) [m]."""
         self._points("pins", places if len(places) else None, colour=(255, 140, 0), scale=2.4)
+
+    def draw_selected(self, path: Array) -> None:
+        """Mark a part (N, 3) [m] of the line that a person selected; none where it has no segment."""
+        pairs = segments(path) if len(path) > 1 else _NO_SEGMENTS[:0]
+        self._segments("selected", pairs, plain_colours(len(pairs), SELECTED), 2.2 * _WIDE)
 
     def draw_stroke(self, path: Array) -> None:
         """Show a line (N, 3) [m] that is drawn by hand; none where it has no segment."""

@@ -78,6 +78,7 @@ class Tab:
             wire,
             self._controller,
             self._show_moment,
+            self.space.draw_selected,
             {"pick": self._pick, "insert": self._insert, "delete": self._delete, "sketch": self._sketch},
         )
         self.player = self.timeline.player

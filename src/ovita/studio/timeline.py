@@ -104,6 +104,7 @@ class Timeline:
         wire: To the page.
         controller: Gives the tab's controller.
         show: Shows a moment [s] in the scene.
+        mark: Marks the part (N, 3) [m] of the current path that is selected in the scene.
         hands: What else the page may ask for, by the message's kind.
     """
 
@@ -112,11 +113,12 @@ class Timeline:
         wire: Wire,
         controller: Callable[[], SessionController],
         show: Callable[[float], None],
+        mark: Callable[[Array], None],
         hands: Mapping[str, Callable[[Mapping[str, Any]], None]],
     ) -> None:
         self.wire, self._controller = wire, controller
         self.player = Player(wire.send, show)
-        self._hands = hands
+        self._mark, self._hands = mark, hands
         wire.heard = self._heard
 
     def refresh(self, *, lines: bool) -> None:
@@ -131,8 +133,11 @@ class Timeline:
     def show_selection(self) -> None:
         """Show which part is selected; a selection on a path of another length is gone."""
         controller = self._controller()
-        if controller.selected is not None and controller.selected[1] >= len(controller.session.current):
+        path = controller.session.current.positions
+        if controller.selected is not None and controller.selected[1] >= len(path):
             controller.selected = None
+        first, last = controller.selected or (0, -1)
+        self._mark(path[first : last + 1])
         self.wire.send("selected", {"range": controller.selected})
 
     def see(self, camera: Any) -> None:
