@@ -18,7 +18,7 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from ovita.errors import InputError, PolicyError, PolicyRejected, RequestError, WriterError
+from ovita.errors import InputError, PolicyError, PolicyRejected, RequestError, WriterError, called_as
 from ovita.instruct.editing import by_hand
 from ovita.limits import ConstraintOptions, Solution, Verdict, constrain
 from ovita.measure import compare, shape_warnings
@@ -66,6 +66,7 @@ class _Clock:
         self.started = now
 
 
+@called_as('adapt(trajectory, "go left by 0.1", robot="drone")')
 def adapt(
     request: Request | Adaptable,
     instruction: str | None = None,
@@ -134,6 +135,7 @@ def adapt(
     return result
 
 
+@called_as('batch(files, "go left by 0.1")')
 def batch(
     tasks: Iterable[Request | Adaptable],
     instructions: str | Sequence[str] | None = None,
@@ -196,6 +198,7 @@ def _chosen(writer: PolicyWriter | str) -> PolicyWriter:
     return writer
 
 
+@called_as('rerun(result, {"left": 0.2})')
 def rerun(
     adaptation: Adaptation,
     parameters: Mapping[str, Any],

@@ -31,8 +31,11 @@ from __future__ import annotations
 
 import functools
 import re
+import sys
 from collections.abc import Callable, Sequence
-from typing import Literal, ParamSpec, TypeVar
+from numbers import Real
+from types import UnionType
+from typing import Any, Literal, ParamSpec, TypeVar, Union, get_args, get_origin
 
 
 class OvitaError(Exception):
@@ -118,14 +121,51 @@ def called_as(example: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
         @functools.wraps(function)
         def call(*args: P.args, **kwargs: P.kwargs) -> R:
             try:
-                signature.bind(*args, **kwargs)
+                given = signature.bind(*args, **kwargs).arguments
             except TypeError as error:
                 raise RequestError(f"{function.__name__}: {error}; call it like this: {example}") from None
-            return function(*args, **kwargs)
+            try:
+                return function(*args, **kwargs)
+            except (TypeError, AttributeError, ValueError, LookupError):
+                names = sys.modules[function.__module__].__dict__
+                for name, value in given.items():
+                    hint = signature.parameters[name].annotation
+                    if not _fits(value, hint, names):
+                        wrong = f"{name} is to be {hint}, not {_short(value)}"
+                        raise RequestError(f"{function.__name__}: {wrong}; call it like this: {example}") from None
+                raise  # what fits is a fault of ours
 
         return call
 
     return decorate
+
+
+def _fits(value: object, annotation: object, names: dict[str, Any]) -> bool:
+    """Whether a value may be of a type; True where that cannot be told."""
+    try:
+        hint = eval(annotation, names) if isinstance(annotation, str) else annotation
+    except NameError:  # of a type checker alone
+        return True
+    parts = get_args(hint)
+    kind = get_origin(hint) or hint
+    if kind in (Union, UnionType):
+        return any(_fits(value, part, names) for part in parts)
+    if kind is Literal:
+        return isinstance(value, str | int) and value in parts
+    if hint is None or hint is float or kind is Callable:
+        return value is None if hint is None else callable(value) if kind is Callable else isinstance(value, Real)
+    if not isinstance(kind, type):
+        return True
+    if getattr(kind, "_is_protocol", False):
+        return all(hasattr(value, name) for name in vars(kind) if not name.startswith("_"))
+    if kind in (tuple, Sequence) and isinstance(value, list | tuple):
+        return all(_fits(item, parts[0], names) for item in value) if parts else True
+    return isinstance(value, kind) and not (kind is Sequence and isinstance(value, str | bytes))
+
+
+def _short(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= 40 and "\n" not in text else f"a {type(value).__name__}"
 
 
 class PolicyError(OvitaError):

@@ -104,6 +104,8 @@ class Request:
             raise RequestError(f"an instruction is a text such as 'go left by 0.1', not {_kind(self.instruction)}")
         trajectory, assumed = trajectory_of(self.trajectory)
         object.__setattr__(self, "trajectory", trajectory)
+        if not isinstance(self.assumed, list | tuple):
+            raise RequestError(f"what was assumed is a list of sentences, not {_kind(self.assumed)}")
         object.__setattr__(self, "assumed", (*self.assumed, *assumed))
         object.__setattr__(self, "robot", robot_of(self.robot))
         scene = scene_of(self.scene)

@@ -12,10 +12,11 @@ import numpy as np
 
 from ovita.errors import FormatError, MissingExtra, RequestError, TrajectoryError
 from ovita.instruct.frames import SemanticFrame, from_json, to_json
-from ovita.io import atomic_write, load_document, save_document, scene_dict, trajectory_rows
+from ovita.io import atomic_write, load_document, save_document, scene_dict
 from ovita.io.documents import SceneField, plain, validated
 from ovita.io.json_ import ADAPTATION_SCHEMA as SCHEMA
 from ovita.io.json_ import seal
+from ovita.io.waypoints import trajectory_table
 from ovita.limits import ConstraintOptions, Verdict
 from ovita.measure import Changes, compare, sentences
 from ovita.paths.robot import Robot
@@ -361,15 +362,23 @@ class Adaptation:
 
     def to_document(self) -> dict[str, Any]:
         """The adaptation as JSON values; `from_document` reads it back to an equal adaptation."""
+        document = self._document()
+        own = {key: None if document[key] is None else document[key].rows.tolist() for key in _TRAJECTORIES}
+        return {**document, **own, "proposal": None if self.proposal is None else self.proposal.to_document()}
+
+    def _document(self) -> dict[str, Any]:
+        """As `to_document`, with trajectories as tables, one for those that are the same."""
+        paths = {id(path): path for path in (self.original, self.adapted, self.proposed)}
+        tables = {key: None if path is None else trajectory_table(path) for key, path in paths.items()}
         saved = replace(self, options=replace(self.options, custom=()))
         document: dict[str, Any] = {
             "schema": SCHEMA,
             **{key: plain(getattr(saved, key)) for key in _kinds() if key not in ("scene", "frames")},
             "message": self.message,
-            **{key: _rows(getattr(self, key)) for key in _TRAJECTORIES},
+            **{key: tables[id(getattr(self, key))] for key in _TRAJECTORIES},
             "timestep": self.original.timestep,
             "scene": scene_dict(self.scene),
-            "proposal": None if self.proposal is None else self.proposal.to_document(),
+            "proposal": None if self.proposal is None else self.proposal._document(),
             "frames": to_json(self.frames),
         }
         document["writer"]["attempts"] = document.pop("attempts")
@@ -434,7 +443,7 @@ class Adaptation:
         Raises:
             FormatError: If the file cannot be written.
         """
-        save_document(path, self.to_document())
+        save_document(path, self._document())
 
     @classmethod
     def load(cls, path: str) -> Adaptation:
@@ -543,7 +552,3 @@ def _kinds() -> dict[str, Any]:
     own = (*_TRAJECTORIES, "proposal")
     kept = {item.name: kinds[item.name] for item in fields(Adaptation) if item.name not in own}
     return {**kept, "scene": SceneField}
-
-
-def _rows(trajectory: Trajectory | None) -> list[list[float]] | None:
-    return None if trajectory is None else trajectory_rows(trajectory)

@@ -105,7 +105,7 @@ def test_the_input_is_not_shared(line, table):
         ("traj[9, 3] = -0.5\nreturn traj", PolicyOutputInvalid, "waypoint 9 of the result has the negative speed -0.5"),
         ("traj[9, 3] = 1e4\nreturn traj", PolicyOutputInvalid, "waypoint 9 of the result has the speed 10000 m/s; 400"),
         ("traj[9, 0] = 1e4\nreturn traj", PolicyOutputInvalid, "waypoint 9 of the result is 9999.5 m from the middle"),
-        ("return np.zeros((200001, 4))", PolicyOutputInvalid, "the result of adapt has 200001 waypoints; 200000 are"),
+        ("return np.zeros((1000001, 4))", PolicyOutputInvalid, "the result of adapt has 1000001 waypoints; 1000000"),
         ("return [{'x': 1, 'y': 2}]", PolicyOutputInvalid, "waypoint 0 of the result of adapt has no 'z'"),
         ("return [{'x': 1, 'y': 2, 'z': 3}] * 2", PolicyOutputInvalid, "waypoint 0 of the result of adapt has no"),
         ("x = [1] * (1 << 40)", PolicyTimeout, "line 2: it used too much memory"),

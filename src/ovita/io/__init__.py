@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any
 
 import ovita.plugins as plugins
-from ovita.errors import FormatError, RequestError
+from ovita.errors import FormatError, RequestError, called_as
 from ovita.io import json_
 from ovita.io.documents import NONE, VERDICT, Choices, Task, load_robot, scene_dict, scene_from_dict
 from ovita.io.files import BAGS, atomic_write, errors_of, examine, file_name, is_address, is_bag, read_text, suffix
@@ -79,6 +79,7 @@ READ = WRITTEN
 _PARSED: Mapping[str, Callable[[str, str], Task]] = {".json": json_.parse, ".csv": parse_csv, ".tum": parse_tum}
 
 
+@called_as('load_task("scene.json")')
 def load_task(path: str | os.PathLike[str], choices: Choices = NONE) -> Task:
     """Read a trajectory, with scene and instruction if present, from a file of any known format.
 
@@ -97,6 +98,7 @@ def load_task(path: str | os.PathLike[str], choices: Choices = NONE) -> Task:
     return replace(task, notes=(*task.notes, *said)) if said else task
 
 
+@called_as('load("scene.json")')
 def load(
     place: str | os.PathLike[str],
     scene: Scene | str | os.PathLike[str] | None = None,
@@ -237,6 +239,7 @@ def load_bare(path: str | os.PathLike[str]) -> tuple[Scene, str | None, str] | N
     return json_.parse_bare(read_text(path), file_name(path))
 
 
+@called_as('save_task("scene.json", Task(trajectory, scene))')
 def save_task(path: str | os.PathLike[str], task: Task, choices: Choices = NONE) -> tuple[str, ...]:
     """Write a task so that `load_task` reads it back, and return notes on what the format cannot hold.
 
@@ -251,6 +254,7 @@ def save_task(path: str | os.PathLike[str], task: Task, choices: Choices = NONE)
     )
 
 
+@called_as('save_trajectory("path.csv", trajectory)')
 def save_trajectory(
     path: str | os.PathLike[str],
     trajectory: Trajectory,

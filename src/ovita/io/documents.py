@@ -12,12 +12,13 @@ import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from difflib import get_close_matches
-from functools import cache
+from functools import cache, cached_property
 from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar, overload
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import (
     AfterValidator,
     BaseModel,
@@ -29,9 +30,9 @@ from pydantic import (
     ValidationError,
     model_validator,
 )
-from pydantic_core import ErrorDetails, PydanticCustomError
+from pydantic_core import ErrorDetails, PydanticCustomError, to_json
 
-from ovita.errors import FormatError, OvitaError, RobotError, SceneError, TrajectoryError
+from ovita.errors import FormatError, OvitaError, RobotError, SceneError, TrajectoryError, called_as
 from ovita.io.files import errors_of, examine, file_name, read_text, suffix
 from ovita.io.geodesy import Home
 from ovita.paths.frame import RFU, Frame
@@ -85,6 +86,8 @@ def plain(value: Any) -> Any:
         return value
     if isinstance(value, int | float):
         return float(value) if isinstance(value, float) else int(value)
+    if isinstance(value, Table):
+        return value
     if isinstance(value, Mapping):
         for key in value:
             if not isinstance(key, str):
@@ -99,6 +102,35 @@ def plain(value: Any) -> Any:
     if hasattr(value, "tolist"):
         return plain(value.tolist())
     raise TypeError(f"a {type(value).__name__} cannot be written to JSON")
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """Rows of finite numbers (N, D), such as a trajectory's, on their way into a file: written once, and fast."""
+
+    rows: NDArray[np.float64]
+
+    @cached_property
+    def text(self) -> str:
+        """As JSON, to the letter what Python's own encoder writes."""
+        parts = (_rows_text(self.rows[i : i + _AT_ONCE]) for i in range(0, len(self.rows), _AT_ONCE))
+        return f"[{', '.join(parts)}]"
+
+
+_AT_ONCE = 4096
+"""Rows that are lists at a time; a million of them would keep the garbage collector busy."""
+
+
+def _rows_text(rows: NDArray[np.float64]) -> str:
+    text = to_json(rows.tolist())[2:-2].decode().replace(",", ", ")
+    sizes = np.abs(rows)
+    odd = ((sizes < 1e-4) & (sizes > 0.0)) | (sizes >= 1e16)  # their exponents are written in two ways
+    if odd.any():
+        lines = text.split("], [")
+        for i in np.flatnonzero(odd.any(axis=1)).tolist():
+            lines[i] = json.dumps(rows[i].tolist())[1:-1]
+        text = "], [".join(lines)
+    return f"[{text}]"
 
 
 def is_table(value: list[Any]) -> bool:
@@ -317,6 +349,7 @@ def scene_dict(scene: Scene) -> dict[str, Any]:
     return document | others
 
 
+@called_as('load_robot("arm")')
 def load_robot(name_or_path: str | os.PathLike[str]) -> Robot:
     """A shipped robot by its name, or a robot from a .toml or .json file (see `docs/formats.md`).
 

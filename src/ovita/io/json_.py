@@ -15,6 +15,7 @@ from ovita.errors import FormatError
 from ovita.io.documents import (
     SCENE_KEYS,
     VERDICT,
+    Table,
     Task,
     brief,
     is_table,
@@ -299,6 +300,8 @@ def _no_trajectory(document: Mapping[str, Any], key: str) -> str:
 
 
 def _layout(value: Any, indent: str) -> str:
+    if isinstance(value, Table):
+        return _lines(value.text, indent)
     if not isinstance(value, (list, dict)) or not value or _is_flat(value):
         return _compact(value)
     if isinstance(value, dict) and indent and len(value) <= 12 and all(map(_is_flat, value.values())):
@@ -307,16 +310,21 @@ def _layout(value: Any, indent: str) -> str:
             return line
     deeper = indent + " "
     if isinstance(value, list) and is_table(value):
-        return "[\n" + deeper + _compact(value)[1:-1].replace("], [", f"],\n{deeper}[") + f"\n{indent}]"
+        return _lines(_compact(value), indent)
     if isinstance(value, list):
         return "[\n" + ",\n".join(deeper + _layout(item, deeper) for item in value) + f"\n{indent}]"
     lines = (f"{deeper}{_compact(key)}: {_layout(item, deeper)}" for key, item in value.items())
     return "{\n" + ",\n".join(lines) + f"\n{indent}}}"
 
 
+def _lines(table: str, indent: str) -> str:
+    """The text of a table with a row a line."""
+    return f"[\n{indent} " + table[1:-1].replace("], [", f"],\n{indent} [") + f"\n{indent}]"
+
+
 def _is_flat(value: Any) -> bool:
     """Whether a value is a scalar or a list of scalars."""
-    return not isinstance(value, (list, dict)) or (
+    return not isinstance(value, (list, dict, Table)) or (
         isinstance(value, list) and not any(isinstance(item, (list, dict)) for item in value)
     )
 
@@ -336,8 +344,12 @@ def seal(document: Mapping[str, Any]) -> str:
 
     It tells whether a saved adaptation was edited; it is no signature, since anyone can compute it.
     """
-    content = {key: plain(document.get(key)) for key in _SEALED}
-    return sha256(json.dumps(content, sort_keys=True, allow_nan=False).encode()).hexdigest()
+    content = (f'"{key}": {_sorted(plain(document.get(key)))}' for key in sorted(_SEALED))
+    return sha256(f"{{{', '.join(content)}}}".encode()).hexdigest()
+
+
+def _sorted(value: Any) -> str:
+    return value.text if isinstance(value, Table) else json.dumps(value, sort_keys=True, allow_nan=False)
 
 
 def save_document(path: str | os.PathLike[str], document: Mapping[str, Any]) -> None:

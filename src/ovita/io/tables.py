@@ -13,7 +13,7 @@ import numpy as np
 from ovita.errors import FormatError
 from ovita.io.documents import LARGEST, Task, brief, cell_number, listing, number_problem, show, timestep_of
 from ovita.io.files import errors_of
-from ovita.io.waypoints import COLUMNS, column_name, from_columns, poses_of, timed, trajectory_rows
+from ovita.io.waypoints import COLUMNS, column_name, from_columns, poses_of, timed, trajectory_table
 from ovita.paths.trajectory import TIMESTEP, Array, Trajectory
 
 _DELIMITERS = ",;\t"
@@ -65,7 +65,7 @@ def dumps_csv(trajectory: Trajectory, verdict: str = "") -> tuple[str, tuple[str
     lines = _comment(verdict)
     lines += [] if trajectory.timestep == TIMESTEP else [f"# timestep: {float(trajectory.timestep)!r}"]
     lines.append(",".join(COLUMNS[:width]))
-    lines.extend(",".join(map(repr, row)) for row in trajectory_rows(trajectory))
+    lines.append(trajectory_table(trajectory).text[2:-2].replace("], [", "\n").replace(", ", ","))
     return "\n".join(lines) + "\n", ()
 
 

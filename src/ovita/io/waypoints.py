@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ovita.errors import FormatError, TrajectoryError
-from ovita.io.documents import LARGEST, Number, listing, number_problem, show, validated
+from ovita.io.documents import LARGEST, Number, Table, listing, number_problem, show, validated
 from ovita.paths.trajectory import TIMESTEP, Array, Trajectory, first_bad
 
 DEFAULT_SPEED = 0.1
@@ -27,9 +27,13 @@ _WIDTHS = {3: COLUMNS[:3], 4: COLUMNS[:4], 8: COLUMNS}
 
 def trajectory_rows(trajectory: Trajectory) -> list[list[float]]:
     """Rows [x, y, z, speed] or, with orientations, [x, y, z, speed, qw, qx, qy, qz]; floats are kept exactly."""
-    if trajectory.orientations is None:
-        return trajectory.to_array().tolist()  # type: ignore[no-any-return]
-    return np.column_stack([trajectory.to_array(), trajectory.orientations]).tolist()  # type: ignore[no-any-return]
+    return trajectory_table(trajectory).rows.tolist()  # type: ignore[no-any-return]
+
+
+def trajectory_table(trajectory: Trajectory) -> Table:
+    """The same rows, on their way into a file."""
+    turned = [] if trajectory.orientations is None else [trajectory.orientations]
+    return Table(np.column_stack([trajectory.to_array(), *turned]))
 
 
 def trajectory_from_rows(rows: object, *, key: str = "trajectory", timestep: float = TIMESTEP) -> Trajectory:

@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ovita.errors import called_as
 from ovita.limits import custom, diagnosis, paper
 from ovita.limits.custom import ConvexSet, KeepOut
 from ovita.limits.obstacles import Obstacle, build, in_the_way
@@ -35,6 +36,7 @@ RANGE = (1e-3, 1e1)
 """Of the ratio lambda_smooth / lambda_dev; the paper's range."""
 
 
+@called_as("constrain(proposed, scene, robot, original=before)")
 def constrain(
     proposed: Trajectory,
     scene: Scene,

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ovita.errors import called_as
 from ovita.limits.obstacles import Obstacle, counted, from_object, in_the_way, is_support
 from ovita.limits.problem import TOLERANCE, ConstraintCheck, ConstraintOptions, Place, Violation, about_path
 from ovita.limits.speed import dynamics, too_bent, too_quick, too_slow
@@ -62,6 +63,7 @@ class Measure:
         return Violation(amount, where, self.place) if amount > 0 else Violation(place=self.place)
 
 
+@called_as("verify(result, scene, robot, proposed=result, original=before)")
 def verify(
     result: Trajectory,
     scene: Scene,

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ovita.errors import called_as
 from ovita.paths.correspondence import Correspondence, Method, correspond
 from ovita.paths.frame import Frame
 from ovita.paths.geometry import (
@@ -279,6 +280,7 @@ JUMP = 4.0
 _MANY_RANGES = 12
 
 
+@called_as("compare(before, after, scene)")
 def compare(original: Trajectory, adapted: Trajectory, scene: Scene) -> Changes:
     """Measure what changed from one trajectory to another.
 

@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from ovita.paths.geometry import Mask, extent, fractions, project, repeats, runs
+from ovita.paths.geometry import Mask, extent, fractions, lengths, project, repeats, runs
 from ovita.paths.trajectory import Array, arc_length, interpolate
 
 Method = Literal["index", "index without dwells", "kept waypoints", "arc length"]
@@ -150,7 +150,7 @@ def _through(places: Array, here: Mask, there: Mask) -> Array:
 def _spread_anew(old: Array, new: Array) -> bool:
     """Whether equally many waypoints match well by length and badly by index."""
     small = SMALL * extent(old)
-    if np.linalg.norm(new - old, axis=1).max() <= 2 * small:
+    if lengths(new[[0, -1]] - old[[0, -1]]).max() > small or lengths(new - old).max() <= 2 * small:
         return False
     there = _by_length(old, new)
     return bool(np.linalg.norm(interpolate(new, there) - old, axis=1).max() <= small)

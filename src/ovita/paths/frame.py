@@ -41,7 +41,7 @@ class Frame:
     level: float | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
-        if self.name not in _AXES:
+        if not isinstance(self.name, str) or self.name not in _AXES:
             raise SceneError(f"unknown frame {self.name!r}; known frames are {', '.join(_AXES)}", key="frame")
 
     def direction(self, word: str) -> Array:

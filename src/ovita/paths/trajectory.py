@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from numbers import Real
 from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
@@ -97,7 +98,7 @@ class Trajectory:
             if off.any():
                 quaternions = np.where(off[:, None], quaternions / norms[:, None], quaternions)
             object.__setattr__(self, "orientations", _frozen(quaternions))
-        if not (np.isfinite(self.timestep) and self.timestep > 0):
+        if not (isinstance(self.timestep, Real) and np.isfinite(self.timestep) and self.timestep > 0):
             raise TrajectoryError(f"timestep {self.timestep!r} is not a positive time in seconds", key="timestep")
         object.__setattr__(self, "positions", _frozen(positions))
         object.__setattr__(self, "speeds", _frozen(speeds))
@@ -320,6 +321,8 @@ def source_indices(positions: Array, n: int, by: Literal["arc_length", "index"])
 
 def interpolate(rows: Array, source: Array) -> Array:
     """Rows (N, D) at fractional indices (M,), linearly; integer indices return the rows bit by bit."""
+    if len(source) == len(rows) and np.array_equal(source, np.arange(len(rows))):
+        return np.array(rows)
     low = np.clip(np.floor(source).astype(int), 0, len(rows) - 1)
     high = np.minimum(low + 1, len(rows) - 1)
     t = (source - low)[:, None]

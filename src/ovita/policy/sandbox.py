@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal, cast, get_args
 
 import numpy as np
@@ -48,7 +48,7 @@ class SandboxLimits:
     """What a policy may use up.
 
     Args:
-        wall_s: Time [s], ended by a signal that cannot be caught.
+        wall_s: Time [s], ended by a signal that cannot be caught; longer for more than 200,000 waypoints.
         memory_mb: Memory beyond what Python and numpy take [MiB].
 
     Raises:
@@ -89,6 +89,8 @@ class Rollout:
 
 
 LIMITS = SandboxLimits()
+
+_USUAL_ROWS = 200_000
 
 
 def known_isolation(isolation: object) -> Isolation:
@@ -178,6 +180,7 @@ def _run(
         )
     if not checked and (where != "strict" or not locked):
         raise RequestError("the allowlist check can be left out only where the kernel holds")
+    limits = replace(limits, wall_s=limits.wall_s * max(1.0, len(table) / _USUAL_ROWS))
     rows, stated = _in_a_process(policy, table, scene, limits, where, CHECKED * checked | LOCKED * locked)
     return _rollout(rows, stated, trajectory, scene, where, started)
 

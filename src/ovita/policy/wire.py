@@ -11,10 +11,10 @@ import numpy as np
 
 from ovita.paths.trajectory import Array
 
-MAX_ROWS = 200_000
+MAX_ROWS = 1_000_000
 """Most waypoints that a policy may return."""
 
-MAX_RESULT = 16 << 20
+MAX_RESULT = 72 << 20
 """Most bytes that the sandbox takes from a policy."""
 
 MAX_JSON = 1 << 20

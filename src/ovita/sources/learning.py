@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ovita.errors import RequestError
+from ovita.errors import RequestError, called_as
 from ovita.io import Task
 from ovita.paths.geometry import extent
 from ovita.paths.trajectory import Array, Trajectory
@@ -30,6 +30,7 @@ from ovita.sources.taskframes import (
 from ovita.sources.tpgmm import COMPONENTS, Mixture
 
 
+@called_as('learn(["a.csv", "b.csv"], "promp")')
 def learn(
     demos: Sequence[Task | Trajectory | str | os.PathLike[str]],
     kind: SkillKind = "kmp",

@@ -303,7 +303,10 @@ def _said(place: str | Location | SceneObject | ArrayLike, scene: Scene) -> Loca
         return Location(objects=(place,))
     if isinstance(place, str):
         return read_place(place, scene)
-    values = np.asarray(place, dtype=float)
+    try:
+        values = np.asarray(place, dtype=float)
+    except (TypeError, ValueError):
+        values = np.zeros(0)
     if values.shape != (3,) or not np.isfinite(values).all():
         raise RequestError(f"{place!r} is no position: give x, y, z in metres")
     return Location(point=(float(values[0]), float(values[1]), float(values[2])))

@@ -15,7 +15,7 @@ import numpy as np
 
 from ovita.chain import adapt, enforced, to_confirm
 from ovita.dialogue.session import Session
-from ovita.errors import RequestError
+from ovita.errors import RequestError, called_as
 from ovita.limits import ConstraintOptions, verify
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
@@ -65,6 +65,7 @@ class Generation:
         return self.question or " ".join(self.plan.sentences() if self.plan else ())
 
 
+@called_as('from_words("from the box to the plate", scene, robot)')
 def from_words(
     instruction: str,
     scene: Scene,

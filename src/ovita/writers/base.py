@@ -16,7 +16,7 @@ from threading import Event, Thread
 from typing import TYPE_CHECKING, Literal, Protocol, TypeVar, runtime_checkable
 
 import ovita.plugins as plugins
-from ovita.errors import MissingExtra, RequestError, WriterError, WriterFailure
+from ovita.errors import MissingExtra, RequestError, WriterError, WriterFailure, called_as
 from ovita.instruct.frames import SemanticFrame
 from ovita.policy import Policy
 from ovita.policy.sandbox import Rollout
@@ -263,6 +263,7 @@ def with_hint(prompt: Prompt, reply: Reply) -> Prompt:
     return replace(prompt, hints=(*prompt.hints, hint))
 
 
+@called_as('writer_named("builtin")')
 def writer_named(name: str = "auto", *, base_url: str | None = None, temperature: float = 0.1) -> PolicyWriter:
     """Return the writer of that name.
 

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from ovita.errors import called_as
 from ovita.paths.part import PathPart
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
@@ -159,6 +160,7 @@ class Prompt:
         return follows
 
 
+@called_as('ground(Request("go left by 0.1", trajectory))')
 def ground(
     request: Request, *, examples: ExampleMode | bool = "retrieved", toolkit: bool = True, scene: bool = True
 ) -> Prompt:
