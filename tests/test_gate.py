@@ -10,8 +10,9 @@ from click.testing import CliRunner
 from ovita.chain import adapt
 from ovita.cli.gate_ import group
 from ovita.errors import FormatError
-from ovita.gate import default_log, explained, record, review
+from ovita.gate import default_log, explained, record, review, simulated
 from ovita.io.json_ import seal
+from ovita.io.signatures import make_keys
 from ovita.limits import ConstraintOptions
 from ovita.measure import sentences
 from ovita.paths.robot import Box, Robot
@@ -228,6 +229,110 @@ def test_the_changes_shown_are_measured_not_read(good, reviewed):
 def test_coordinates_are_numbers(good, reviewed, value):
     with pytest.raises(FormatError, match="adapted"):
         reviewed(sealed(good, adapted=moved(good, 4, [value, 0.2, 0.0, 0.3])))
+
+
+def put(document, path, value):
+    changed = json.loads(json.dumps(document))
+    place = changed
+    for key in path[:-1]:
+        place = place[key]
+    place[path[-1]] = value
+    return sealed(changed)
+
+
+@pytest.mark.parametrize("value", ["0.4", True])
+@pytest.mark.parametrize(
+    "path",
+    [
+        ("original", 3, 1),
+        ("timestep",),
+        ("robot", "max_speed"),
+        ("robot", "workspace", "lower", 0),
+        ("robot", "margin"),
+        ("scene", "objects", 0, "x"),
+        ("scene", "objects", 0, "dimensions", 1),
+    ],
+)
+def test_every_number_that_is_measured_is_a_number(good, reviewed, path, value):
+    with pytest.raises(FormatError):
+        reviewed(put(good, path, value))
+
+
+def test_it_says_of_each_check_whether_it_could_be_made(good, reviewed):
+    said = {check.what: check for check in reviewed(good).looked}
+    assert said["the seal"].held and said["the workspace"].held and said["the speed"].held and said["the objects"].held
+    for what in ("the signature", "across the path", "the body", "where the robot is now", "the dynamics"):
+        assert said[what].held is None, what
+    assert str(said["the speed"]) == "the speed: holds (at most 0.6 m/s)"
+    assert "the body: not checked (the robot counted as a point)" in reviewed(good).sections()["Checked"]
+    near = {check.what: check.held for check in reviewed(sealed(good, adapted=moved(good, 5, [0.5, 0.6, 0, 9]))).looked}
+    assert near["the objects"] is False and near["the speed"] is False
+    touched = reviewed(result("go through the cup").to_document())
+    assert any(check.what == "contact with 'cup'" and check.held is None for check in touched.looked)
+
+
+def test_a_start_elsewhere_is_told(good, reviewed):
+    assert not any("It starts" in text for text in reviewed(good).cautions) or good["adapted"][0] != good["original"][0]
+    elsewhere = reviewed(sealed(good, adapted=moved(good, 0, [0.0, 0.3, 0.0, 0.3])))
+    assert any("It starts 0.3 m from where the original starts" in text for text in elsewhere.cautions)
+    assert next(check for check in elsewhere.looked if check.what == "the start").held is None
+
+
+@pytest.fixture
+def keys(tmp_path):
+    pytest.importorskip("cryptography")
+    for name in ("mine", "other"):
+        assert CliRunner().invoke(group, ["key", str(tmp_path / name)]).exit_code == 0
+    return tmp_path
+
+
+def test_signed_results_are_verified_where_a_key_is_trusted(keys, good, monkeypatch):
+    file, public = str(keys / "r.json"), str(keys / "mine.pub")
+    Adaptation.from_document(good).save(file)
+    assert any("only signed results are trusted" in text for text in review(file, trusted=[public]).refusals)
+    assert stat.S_IMODE(os.stat(keys / "mine.key").st_mode) == 0o600
+    said = CliRunner().invoke(group, ["sign", file, "--key", str(keys / "mine.key")])
+    assert said.exit_code == 0, said.output
+    found = review(file, trusted=[str(keys / "other.pub"), public])
+    assert found.released and next(check for check in found.looked if check.what == "the signature").held
+    assert review(file).released
+    others = review(file, trusted=[str(keys / "other.pub")])
+    assert others.refusals == ("None of the trusted keys signed it as it is now.",)
+    document = json.loads((keys / "r.json").read_text())
+    edited = sealed(document, adapted=moved(document, 4, [0.4, 0.2, 0.001, 0.3]))
+    (keys / "e.json").write_text(json.dumps(edited))
+    monkeypatch.setenv("OVITA_TRUSTED_KEYS", public)
+    assert any("None of the trusted keys" in text for text in review(str(keys / "e.json")).refusals)
+    (keys / "s.json").write_text(json.dumps({**document, "signature": {"ed25519": "%"}}))
+    assert any("cannot be read" in text for text in review(str(keys / "s.json")).refusals)
+
+
+def test_a_key_that_cannot_be_read_trusts_nothing(keys, good, reviewed, monkeypatch):
+    for file in (keys / "none.pub", keys / "mine.key", keys / "text"):
+        (keys / "text").write_text("no key")
+        with pytest.raises(FormatError):
+            reviewed(good, trusted=[str(file)])
+    monkeypatch.setenv("OVITA_TRUSTED_KEYS", str(keys / "none.pub"))
+    with pytest.raises(FormatError, match="no such file"):
+        reviewed(good)
+    with pytest.raises(FormatError, match="is there already"):
+        make_keys(str(keys / "mine"))
+
+
+def test_only_what_the_gate_lets_through_is_signed(keys, good):
+    (keys / "r.json").write_text(json.dumps(sealed(good, adapted=moved(good, 5, [0.5, 0.6, 0.0, 0.3]))))
+    said = CliRunner().invoke(group, ["sign", str(keys / "r.json"), "--key", str(keys / "mine.key")])
+    assert said.exit_code == 4 and "too close to 'cup'" in said.output
+    assert "signature" not in (keys / "r.json").read_text()
+        said.exit_code == 4 and "too close to 'cup'" in said.output and "signature" not in (keys / "r.json").read_text()
+    )
+
+
+def test_a_motion_that_fails_in_simulation_is_refused(good, reviewed):
+    found = simulated(reviewed(good), ["Contact with cup: waypoint 3."], failed=True)
+    assert not found.released and "Simulated, the robot does not follow it: Contact with cup" in found.refusals[-1]
+    fine = simulated(reviewed(good), ["Tracking error 1 mm rms."], failed=False)
+    assert fine.released and fine.looked[-1].held
 
 
 def test_absurd_coordinates_are_refused(good, reviewed):

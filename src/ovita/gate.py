@@ -26,6 +26,7 @@ from ovita.io.json_ import seal
 from ovita.io.ledger import Ledger
 from ovita.io.links import Receipt, deliver, deliver_joints
 from ovita.io.messages import JointMotion
+from ovita.io.signatures import TRUSTED, SignatureCheck, checked, trusted_keys
 from ovita.limits import ConstraintCheck, ConstraintOptions, verify
 from ovita.limits.problem import at
 from ovita.measure import Changes, compare, sentences
@@ -36,8 +37,30 @@ from ovita.result import Adaptation, Postcondition, explain
 from ovita.text import listed, quoted, sentence
 from ovita.toolkit import Expectation, judge
 
+START = 0.01
+"""How far from the original's start a result may start without a word [m]."""
+
 FARTHEST = 1e6
 """Coordinates beyond this are no path of a robot [m]."""
+
+
+@dataclass(frozen=True)
+class GateCheck:
+    """One thing that the gate looks at.
+
+    Args:
+        what: Such as "the speed".
+        held: Whether it is as it must be; None where it could not be checked.
+        why: The limit in words, or why it could not be checked.
+    """
+
+    what: str
+    held: bool | None
+    why: str
+
+    def __str__(self) -> str:
+        verdict = {True: "holds", False: "BROKEN", None: "not checked"}[self.held]
+        return f"{self.what}: {verdict} ({self.why})"
 
 
 @dataclass(frozen=True)
@@ -52,6 +75,7 @@ class Review:
         refusals: Why it may not be sent, each a sentence; none if it may.
         cautions: What a person should know before sending it, each a sentence.
         sha256: Of the result's content.
+        looked: Everything that the gate looks at, and whether it could.
     """
 
     result: Adaptation
@@ -61,6 +85,7 @@ class Review:
     refusals: tuple[str, ...]
     cautions: tuple[str, ...]
     sha256: str
+    looked: tuple[GateCheck, ...] = ()
 
     @property
     def released(self) -> bool:
@@ -78,17 +103,20 @@ class Review:
             "Path": [size],
             "Limits": limits_in_words(self.robot),
             "Verdict": [f"Measured again just now: {held} of {len(self.checks)} limits hold."],
+            "Checked": [str(check) for check in self.looked],
             "Changes, measured again": [str(text) for text in sentences(self.changes)],
             "Mind": [*self.cautions],
         }
 
 
-def review(path: str, *, robot: Robot | None = None) -> Review:
+def review(path: str, *, robot: Robot | None = None, trusted: Sequence[str] | None = None) -> Review:
     """Judge a saved result of `ovita adapt`.
 
     Args:
         path: The file.
         robot: Whose limits to measure, or None for those of the result.
+        trusted: Files of public keys, one of which must have signed it; None for those of OVITA_TRUSTED_KEYS. None
+            there, and no signature is asked for.
 
     Raises:
         FormatError: If the file holds no readable result.
@@ -104,7 +132,10 @@ def review(path: str, *, robot: Robot | None = None) -> Review:
         if np.abs(path_.to_array()).max() > FARTHEST:
             raise FormatError(path, f"holds a number beyond {FARTHEST:g}, which is no path of a robot", key=name)
     checks = _checks(result, limits)
-    refusals = [*_by_record(result), *_by_seal(document), *_by_measure(result.adapted, limits, checks)]
+    keys = trusted_keys() if trusted is None else tuple(trusted)
+    signature = checked(document, keys) if keys else None
+    by_signature = [signature.problem] if signature and signature.problem else []
+    refusals = [*_by_record(result), *_by_seal(document), *by_signature, *_by_measure(result.adapted, limits, checks)]
     cautions = [f"'{name}' is meant to be touched and was not measured as an obstacle." for name in result.contacts]
     cautions += [text for text in result.warnings if text not in refusals]
     if result.robot != limits:
@@ -112,8 +143,71 @@ def review(path: str, *, robot: Robot | None = None) -> Review:
             f"Measured against the limits of {limits.name!r} instead of the result's {result.robot.name!r}."
         )
     cautions += _unchecked(limits, result)
+    away = _start_gap(result)
+    if away > START:
+        cautions.append(f"It starts {away:.3g} m from where the original starts; bring the robot there first.")
     changes = compare(result.original, result.adapted, result.scene)
-    return Review(result, limits, checks, changes, tuple(dict.fromkeys(refusals)), tuple(cautions), _digest(document))
+    looked = (*_of_file(document, signature), *_of_limits(limits, result, checks), *_of_world(result, limits, checks))
+    found = tuple(dict.fromkeys(refusals)), tuple(cautions), _digest(document)
+    return Review(result, limits, checks, changes, *found, looked)
+
+
+def _start_gap(result: Adaptation) -> float:
+    return float(np.linalg.norm(result.adapted.positions[0] - result.original.positions[0]))
+
+
+def _of_file(document: Mapping[str, Any], signature: SignatureCheck | None) -> list[GateCheck]:
+    """What was looked at in the file itself."""
+    broken = _by_seal(document)
+    found = [GateCheck("the seal", not broken, "the content is as it was saved" if not broken else "it is not")]
+    if signature is None:
+        return [*found, GateCheck("the signature", None, f"no key is trusted: --trust FILE, or {TRUSTED}")]
+    return [*found, GateCheck("the signature", not signature.problem, f"key {signature.signer or 'unknown'}")]
+
+
+def _of_limits(robot: Robot, result: Adaptation, checks: Sequence[ConstraintCheck]) -> list[GateCheck]:
+    """What was looked at of the robot's limits on its motion."""
+    names = {"the workspace": "workspace", "the speed": "speed", "the least speed": "least speed"}
+    names |= {"the acceleration along the path": "acceleration", "across the path": "lateral acceleration"}
+    found = []
+    for what, name in names.items():
+        made = [check for check in checks if check.name == name]
+        if made:
+            found.append(GateCheck(what, all(check.held for check in made), made[0].limit))
+        elif name != "least speed":
+            found.append(GateCheck(what, None, f"robot {robot.name!r} states no limit on it"))
+    if result.adapted.orientations is not None:
+        found.append(GateCheck("the orientations", None, "no limit on turning can be stated"))
+    return found
+
+
+def _of_world(result: Adaptation, robot: Robot, checks: Sequence[ConstraintCheck]) -> list[GateCheck]:
+    """What was looked at of objects, the robot's body, its start and its motion."""
+    bodies = [check for check in checks if check.name == "obstacle"]
+    count = f"{len(bodies)} of {len(result.scene)} objects measured"
+    found = [GateCheck("the objects", all(check.held for check in bodies) if bodies else None, count)]
+    found += [GateCheck(f"contact with {name!r}", None, "it is meant to be touched") for name in result.contacts]
+    size = f"{robot.radius:g} m around the path" if robot.radius else "the robot counted as a point"
+    found.append(GateCheck("the body", all(check.held for check in bodies) if robot.radius else None, size))
+    away = _start_gap(result)
+    held = away <= START
+    found.append(GateCheck("the start", held or None, "as the original's" if held else f"{away:.3g} m from it"))
+    found.append(GateCheck("where the robot is now", None, "nobody asked it; setpoints do, before they start"))
+    return [*found, GateCheck("the dynamics", None, "not simulated: --simulate")]
+
+
+def simulated(found: Review, sentences: Sequence[str], *, failed: bool) -> Review:
+    """The review after the motion was simulated, which refuses it where that failed.
+
+    Args:
+        found: What the gate found before.
+        sentences: What the simulation said.
+        failed: Whether the robot was off course, could not reach it, or touched what it should not.
+    """
+    said = ("Simulated, the robot does not follow it: " + " ".join(sentences),) if failed else ()
+    looked = [check for check in found.looked if check.what != "the dynamics"]
+    looked.append(GateCheck("the dynamics", not failed, "simulated; " + sentences[0] if sentences else "simulated"))
+    return replace(found, refusals=(*found.refusals, *said), looked=tuple(looked))
 
 
 def explained(path: str) -> str:

@@ -1,4 +1,4 @@
-"""`ovita gate`: the log of what was sent."""
+"""`ovita gate`: the log of what was sent, and signed results."""
 
 from __future__ import annotations
 
@@ -6,9 +6,11 @@ import json
 
 import click
 
-from ovita.cli.common import plain
-from ovita.gate import default_log
+from ovita.cli.common import plain, section
+from ovita.gate import default_log, review
+from ovita.io.json_ import load_document, save_document
 from ovita.io.ledger import PREVIOUS, Ledger
+from ovita.io.signatures import SIGNATURE, TRUSTED, make_keys, signed
 
 EXIT_BROKEN = 4
 
@@ -39,3 +41,25 @@ def log(log: str | None, last: int, verify: bool) -> None:
     if found.faults:
         raise SystemExit(EXIT_BROKEN)
     click.echo(plain(f"{ledger.path}: {found.chained} lines, whole; the last one's SHA-256 is {found.head}"))
+
+
+@group.command()
+@click.argument("name", metavar="NAME")
+def key(name: str) -> None:
+    """Make a key pair: NAME.key, which signs and stays with you, and NAME.pub, which the gate verifies with."""
+    secret, public = make_keys(name)
+    click.echo(plain(f"wrote {secret} (keep it to yourself) and {public} (for --trust, or {TRUSTED})"))
+
+
+@group.command()
+@click.argument("file", metavar="RESULT.json")
+@click.option("--key", "key_file", required=True, metavar="FILE", help="The private key: NAME.key of ovita gate key.")
+def sign(file: str, key_file: str) -> None:
+    """Sign RESULT.json, a result that the gate lets through (exit code 4 if it does not)."""
+    found = review(file, trusted=())
+    if not found.released:
+        section("Refused, it is not signed", found.refusals)
+        raise SystemExit(EXIT_BROKEN)
+    document = signed(load_document(file), key_file)
+    save_document(file, document)
+    click.echo(plain(f"signed {file} with the key {document[SIGNATURE]['signer']}"))

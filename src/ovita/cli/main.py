@@ -26,7 +26,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "convert": ("ovita.cli.transfer_:convert", "Convert a trajectory: ROS bags, drone missions, TUM, CSV, JSON."),
     "demo": ("ovita.cli.adapt_:demo", "Adapt a shipped scene three times and save the pictures."),
     "explain": ("ovita.cli.adapt_:explain", "Explain a result in plain words."),
-    "gate": ("ovita.cli.gate_:group", "Show and verify the log of what was sent to robots."),
+    "gate": ("ovita.cli.gate_:group", "The log of what was sent, and keys that sign results."),
     "generate": (
         "ovita.cli.skills_:generate",
         "Generate a trajectory of a skill: other ends, via-points, moved objects.",

@@ -12,9 +12,10 @@ import click
 
 from ovita.cli.common import choices_from, plain, section, show_notes, source, waiting
 from ovita.errors import RequestError
-from ovita.gate import Review, against, default_log, refuse, release, review
+from ovita.gate import Review, against, default_log, refuse, release, review, simulated
 from ovita.io import READ, Choices, Task, is_address, load_robot, open_task, rendered, save_task
 from ovita.io.bags import load_joint_motion, save_joint_motion
+from ovita.io.json_ import is_adaptation_file
 from ovita.io.links import Address
 from ovita.io.messages import TYPES, JointMotion
 from ovita.paths.frame import Frame, transformed
@@ -81,7 +82,7 @@ def convert(
         moved = transformed(task.trajectory, task.scene.frame, target)
         task = replace(task, trajectory=moved, scene=task.scene.in_frame(target))
     lost = save_task(out, task, replace(choices, topic=to_topic))
-    show_notes((*task.notes, *lost, *_refusable(task)))
+    show_notes((*task.notes, *lost, *_refusable(file, task)))
     path, frame = task.trajectory, task.scene.frame
     # A bag or a mission has axes of its own, which a note has told.
     axes = f", frame {frame.name} ({frame.describe()})" if out.lower().endswith((".json", ".csv", ".tum")) else ""
@@ -115,10 +116,13 @@ def joints_of(
     return joint_motion(path, scene, arm, base=Base.parse(base), limits=limits, contacts=contacts)
 
 
-def _refusable(task: Task) -> list[str]:
-    """What the gate would say against the trajectory, as far as the file names the robot to judge it by."""
-    robot = None if task.robot is None else Robot.preset(task.robot) if preset_name(task.robot) in PRESETS else None
-    found = against(task.trajectory, task.scene, robot)
+def _refusable(file: str, task: Task) -> list[str]:
+    """What the gate would say: of a result all, of another file as far as it names the robot to judge it by."""
+    if not is_address(file) and file.lower().endswith(".json") and is_adaptation_file(file):
+        found = list(review(file).refusals)
+    else:
+        known = task.robot is not None and preset_name(task.robot) in PRESETS
+        found = against(task.trajectory, task.scene, Robot.preset(task.robot) if known and task.robot else None)
     return [f"ovita send would refuse it: {text}" for text in found]
 
 
@@ -157,21 +161,28 @@ EXIT_REFUSED = 4
 @_TAKEOFF
 @click.option("--yes", is_flag=True, help="Send without asking; refusals stay refusals.")
 @click.option("--dry-run", is_flag=True, help="Only show what the gate finds.")
+@click.option("--trust", multiple=True, metavar="FILE", help="Public key that must have signed it, or one of several.")
+@click.option("--simulate", is_flag=True, help="Let the robot follow it in simulation first; refuse what it cannot.")
 @click.option("--log", metavar="FILE", help="Where sendings are logged. [sent.jsonl in the user's state folder]")
-def send(file: str, place: str, robot: str | None, log: str | None, **options: Any) -> None:
+def send(
+    file: str, place: str, robot: str | None, log: str | None, trust: tuple[str, ...], simulate: bool, **options: Any
+) -> None:
     """Verify RESULT.json, a result of `ovita adapt --out`, once more; show it, ask, send it, and log that.
 
     A result that is infeasible, unverified, edited or in collision is refused (exit code 4), with --yes too.
 
     PLACE: ros2:/topic[?domain=N&type=path|poses|multidof&local=1&timeout=S], mavlink:udp:HOST:PORT (listen; also
-    udpout, tcp), or a file in any format that ovita convert writes.
+    udpout, tcp; ?type=setpoints&rate=20&end=hold|land flies it point by point), or a file in any format that ovita
+    convert writes.
     """
     in_joints = options["kind"] == "joints"
     choices = choices_from(options | {"kind": None if in_joints else options["kind"]})
     if is_address(place):
         Address.parse(place)
     only_for_ros(place, kind=options["kind"], topic=options["topic"], frame_id=options["frame_id"])
-    found = review(file, robot=load_robot(robot) if robot else None)
+    found = review(file, robot=load_robot(robot) if robot else None, trusted=trust or None)
+    if simulate and found.released:
+        found = _simulated(found, options["arm"], options["base"])
     _show(found, place)
     journal = log or str(default_log())
     about = {"result": os.path.abspath(file)}
@@ -209,6 +220,22 @@ def _as_joints(
         raise SystemExit(EXIT_REFUSED) from None
     section(f"Simulated with {arm}", said)
     return motion
+
+
+def _simulated(found: Review, arm: str | None, base: str | None) -> Review:
+    """The review after the robot followed the path in simulation."""
+    from ovita import sim
+
+    name = arm or sim.STAND_INS.get(found.robot.name)
+    if name is None:
+        raise RequestError(
+            f"--simulate needs a model of {found.robot.name!r}: --arm NAME|FILE, one of {', '.join(sim.STAND_INS)}"
+        )
+    result, stood = found.result, None if base is None else sim.Base.parse(base)
+    with waiting("simulating"):
+        path, limits = result.adapted, found.robot
+        done = sim.simulate(path, result.scene, name, base=stood, limits=limits, contacts=result.contacts)
+    return simulated(found, done.report.sentences(), failed=done.report.status in sim.FAILED)
 
 
 def _confirm(place: str) -> None:
