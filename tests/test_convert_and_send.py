@@ -183,6 +183,37 @@ def test_send_refuses_and_says_why(ovita, result):
     assert events()[-1]["event"] == "refused" and "seal" in events()[-1]["why"][0]
 
 
+def test_convert_says_what_the_gate_would_refuse(ovita, result):
+    code, _, err = ovita("convert", result, "fine.csv")
+    assert code == 0 and "would refuse" not in err
+    document = json.loads(Path(result).read_text())
+    document["adapted"][3][3] = 9.0
+    Path("fast.json").write_text(json.dumps(document))
+    code, _, err = ovita("convert", "fast.json", "fast.csv")
+    assert code == 0 and Path("fast.csv").exists()
+    for text in ("its seal does not fit", "the speed limit is broken", "the acceleration limit is broken"):
+        assert any("ovita send would refuse it" in line and text in line for line in err.splitlines()), (text, err)
+
+
+def test_send_lets_the_robot_follow_it_in_simulation_first(ovita):
+    pytest.importorskip("mujoco")
+    Path("wild.toml").write_text('name = "wild"\nmax_speed = 90.0')
+    for name, gap in (("near", 0.03), ("far", 0.5)):
+        box = {"name": "box", "x": 0.15, "y": 0.1 + gap, "z": 0.55, "dimensions": [0.2, 0.2, 0.2]}
+        rows = [[0.1 * i, 0.0, 0.5, 0.3] for i in range(4)]
+        Path("s.json").write_text(json.dumps({"trajectory": rows, "objects": [box]}))
+        assert ovita("adapt", "s.json", "go up by 0.05", "--robot", "wild.toml", "--out", f"{name}.json")[0] == 0
+    code, out, err = ovita("send", "far.json", "--to", "x.csv", "--yes", "--simulate", "--arm", "crazyflie")
+    assert code == 0 and "the dynamics: holds (simulated; Tracking error" in out, out + err
+    # 3 cm beside the box there is room for a point, and none for the drone.
+    assert ovita("send", "near.json", "--to", "y.csv", "--yes")[0] == 0
+    code, out, err = ovita("send", "near.json", "--to", "w.csv", "--yes", "--simulate", "--arm", "crazyflie")
+    assert code == 4 and "Simulated, the robot does not follow it" in out and "Contact with box" in out, out + err
+    assert not Path("w.csv").exists() and "Simulated" in events()[-1]["why"][0]
+    code, out, err = ovita("send", "near.json", "--to", "w.csv", "--yes", "--simulate")
+    assert code == 2 and "--simulate needs a model of 'wild'" in err
+
+
 def test_send_fails_cleanly(ovita, result):
     pytest.importorskip("pymavlink")
     code, _, err = ovita("send", result, "--to", "mavlink:tcp:127.0.0.1:1", "--home", HOME, "--yes")

@@ -196,18 +196,22 @@ def _of_world(result: Adaptation, robot: Robot, checks: Sequence[ConstraintCheck
     return [*found, GateCheck("the dynamics", None, "not simulated: --simulate")]
 
 
-def simulated(found: Review, sentences: Sequence[str], *, failed: bool) -> Review:
+def simulated(found: Review, said: Sequence[str], *, failed: bool, slowed: bool = False) -> Review:
     """The review after the motion was simulated, which refuses it where that failed.
 
     Args:
         found: What the gate found before.
-        sentences: What the simulation said.
+        said: What the simulation said, each a sentence.
         failed: Whether the robot was off course, could not reach it, or touched what it should not.
+        slowed: Whether it followed, but later than asked.
     """
-    said = ("Simulated, the robot does not follow it: " + " ".join(sentences),) if failed else ()
+    why = " ".join(said)
+    refused = (f"Simulated, the robot does not follow it: {why}",) if failed else ()
+    late = (f"Simulated, the robot follows it later than asked: {why}",) if slowed else ()
     looked = [check for check in found.looked if check.what != "the dynamics"]
-    looked.append(GateCheck("the dynamics", not failed, "simulated; " + sentences[0] if sentences else "simulated"))
-    return replace(found, refusals=(*found.refusals, *said), looked=tuple(looked))
+    looked.append(GateCheck("the dynamics", not failed, f"simulated; {said[0]}"))
+    cautions = (*found.cautions, *late)
+    return replace(found, refusals=(*found.refusals, *refused), cautions=cautions, looked=tuple(looked))
 
 
 def explained(path: str) -> str:

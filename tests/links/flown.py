@@ -5,6 +5,7 @@ What it is sent and what it says are packed and parsed by pymavlink, and may be 
 
 import heapq
 import random
+import time
 
 import numpy as np
 from pymavlink.dialects.v20 import common as d
@@ -34,8 +35,8 @@ class Copter:
         self.ear, self.station_ear = d.MAVLink(None), d.MAVLink(None)
         self.up, self.down, self.waiting = [], [], []
         self.setpoint, self.setpoint_at, self.accepted = None, -9.0, []
-        self.track, self.states, self.at = [], ["hold"], []
-        self.wind = np.zeros(3)
+        self.track, self.states, self.at, self.raw = [], ["hold"], [], []
+        self.wind, self.beats = np.zeros(3), 1
 
     # What the station sees.
     def now(self):
@@ -55,6 +56,22 @@ class Copter:
                 return None
             self.step(min(STEP, max(end - self.t, 1e-6)))
 
+    def serve(self, link, stop):
+        """Be there in real time, behind a UDP socket that is bound, until told to stop."""
+        peer, link_time = None, time.monotonic()
+        link.settimeout(0.005)
+        while not stop.is_set():
+            try:
+                data, peer = link.recvfrom(65536)
+                self.count += 1
+                heapq.heappush(self.up, (self.t, self.count, data))
+            except TimeoutError:
+                pass
+            while self.t < time.monotonic() - link_time:
+                self.step(STEP)
+            while self.raw and peer:
+                link.sendto(self.raw.pop(0), peer)
+
     # The world.
     def run(self, seconds):
         """Go on without the station, as after it was killed."""
@@ -73,7 +90,7 @@ class Copter:
         if self.state == "fly" and self.t - self.setpoint_at > (1.0 if self.px4 else 3.0):
             self._become("hold")
         self._move(dt)
-        if int(before) != int(self.t):
+        if int(before * self.beats) != int(self.t * self.beats):
             self._say(d.MAVLink_heartbeat_message(self.kind, self.autopilot, 1 | 128 * self.armed, self._mode(), 4, 3))
         if self.reports and int(before * 20) != int(self.t * 20):
             self._say(d.MAVLink_local_position_ned_message(int(self.t * 1e3), *self.place, *self.velocity))
@@ -125,7 +142,9 @@ class Copter:
         return next(number for number, state in (PX4 if self.px4 else COPTER).items() if state == self.state)
 
     def _say(self, message):
-        self._post(self.down, message.pack(self.codec))
+        data = bytes(message.pack(self.codec))
+        self.raw.append(data)
+        self._post(self.down, data)
 
     def _post(self, way, data):
         if self.chance.random() >= self.loss:

@@ -1,12 +1,19 @@
 """Paths flown by setpoints: what is sent, what is refused, and where the vehicle is left when something goes wrong."""
 
+import socket
+import threading
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 pytest.importorskip("pymavlink")
 
 from flown import Copter
 
+from ovita.chain import adapt
+from ovita.cli.transfer_ import send
 from ovita.errors import LinkError, RequestError
 from ovita.io import Choices
 from ovita.io.links import Address, deliver
@@ -15,6 +22,7 @@ from ovita.paths.frame import Frame
 from ovita.paths.robot import Box, Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
+from ovita.request import Request
 
 ROOM = Robot("room", Box((-3, -3, 0), (3, 3, 3)), max_speed=2.0)
 # 2 m to the north (front), a stop of half a second, 1 m to the east (right), half a metre up.
@@ -171,3 +179,26 @@ def test_addresses_of_setpoints():
             Address.parse(f"mavlink:udp:127.0.0.1:14540{text}")
     with pytest.raises(RequestError, match="only within the limits of a robot"):
         deliver(str(address), PATH, Scene(), choices=Choices())
+
+
+def test_a_result_is_flown_over_udp_through_the_gate(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    short = Trajectory([[0, 0, 1], [0, 0.3, 1], [0, 0.6, 1]], [0.0, 1.0, 0.0])
+    room = replace(ROOM, max_acceleration=4.0)
+    result = adapt(Request("go slower", short, Scene(), room), writer="builtin")
+    result.save(str(tmp_path / "r.json"))
+    copter, stop = Copter(armed=False), threading.Event()
+    copter.beats = 10
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as link:
+        link.bind(("127.0.0.1", 0))
+        place = f"mavlink:udpout:127.0.0.1:{link.getsockname()[1]}?type=setpoints"
+        thread = threading.Thread(target=copter.serve, args=(link, stop), daemon=True)
+        thread.start()
+        try:
+            done = CliRunner().invoke(send, [str(tmp_path / "r.json"), "--to", place, "--yes"])
+        finally:
+            stop.set()
+            thread.join(5)
+    assert done.exit_code == 0, done.output + str(done.exception)
+    assert "the vehicle holds" in done.output and copter.state == "hold" and copter.states.count("fly") == 1
+    np.testing.assert_allclose(copter.place, [0.6, 0, -1], atol=0.4)

@@ -235,7 +235,9 @@ def _simulated(found: Review, arm: str | None, base: str | None) -> Review:
     with waiting("simulating"):
         path, limits = result.adapted, found.robot
         done = sim.simulate(path, result.scene, name, base=stood, limits=limits, contacts=result.contacts)
-    return simulated(found, done.report.sentences(), failed=done.report.status in sim.FAILED)
+    # The first sentence says where the robot stood.
+    status, said = done.report.status, done.report.sentences()[1:]
+    return simulated(found, said, failed=status in sim.FAILED, slowed=status == "slowed")
 
 
 def _confirm(place: str) -> None:
