@@ -23,7 +23,7 @@ class Copter:
     def __init__(
         self, place=(0.0, 0.0, -1.0), *, px4=True, loss=0.0, delay=0.02, jitter=0.0, seed=0, armed=True, deaf=(), kind=2
     ):
-        self.address = Address.parse("mavlink:udp:127.0.0.1:14550?timeout=3&type=setpoints")
+        self.address = Address.parse("mavlink:udp:127.0.0.1:14550?type=setpoints")
         self.dialect, self.system, self.component = d, 1, 1
         self.autopilot, self.kind = (12 if px4 else 3), kind
         self.place, self.velocity, self.armed = np.array(place, dtype=float), np.zeros(3), armed

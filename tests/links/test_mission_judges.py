@@ -1,0 +1,101 @@
+"""Missions before judges that ovita did not write: pymavlink's mavwp, MAVProxy and MAVSDK.
+
+OVITA_MAVLINK_JUDGES names the Python of a virtual environment with `pip install MAVProxy mavsdk`; they do not share one
+with everything else.
+"""
+
+import json
+import os
+import socket
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("pymavlink")
+
+from ovita.io import Choices, load_task, save_trajectory
+from ovita.io.geodesy import Home
+from ovita.io.links import deliver
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Trajectory
+
+JUDGES = os.environ.get("OVITA_MAVLINK_JUDGES", "")
+needs_judges = pytest.mark.skipif(not JUDGES, reason="OVITA_MAVLINK_JUDGES names no Python with MAVProxy and mavsdk")
+HOME = Home(47.3977419, 8.5455938, 488.2)
+PATH = Trajectory([[0, 0, 20], [0, 30, 22], [0, 30, 22], [0, 30, 22], [20, 30, 25], [20, 60, 25]], [5, 5, 0, 0, 3, 6])
+
+
+def written(tmp_path, ending):
+    file = tmp_path / f"a{ending}"
+    save_trajectory(file, PATH, choices=Choices(home=HOME, takeoff=True))
+    return file
+
+
+def test_mavwp_loads_it(tmp_path):
+    mavwp = pytest.importorskip("pymavlink.mavwp")
+    file = written(tmp_path, ".waypoints")
+    loader = mavwp.MAVWPLoader()
+    assert loader.load(str(file)) == 9
+    commands = [loader.wp(i).command for i in range(loader.count())]
+    assert commands == [16, 22, 178, 16, 16, 178, 16, 178, 16]
+    assert loader.wp(4).param1 == pytest.approx(0.2) and loader.wp(4).z == pytest.approx(22.0, abs=1e-3)
+    loader.save(str(tmp_path / "b.waypoints"))
+    again = load_task(tmp_path / "b.waypoints").trajectory
+    np.testing.assert_allclose(again.positions, load_task(file).trajectory.positions, atol=0.1)
+    assert again.duration == pytest.approx(PATH.duration, rel=0.01)
+
+
+@needs_judges
+def test_mavproxy_loads_it(tmp_path):
+    file = written(tmp_path, ".waypoints")
+    script = Path(JUDGES).parent / "mavproxy.py"
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        master = f"--master=udpin:127.0.0.1:{free.getsockname()[1]}"
+    commands = f"--cmd=wp load {file}; wp savelocal {tmp_path / 'b.waypoints'}"
+    process = subprocess.Popen(
+        [JUDGES, str(script), master, "--non-interactive", commands, f"--state-basedir={tmp_path}"],
+        cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL, text=True,
+    )  # fmt: skip
+    try:
+        process.communicate(timeout=12)
+    except subprocess.TimeoutExpired:
+        process.terminate()
+    assert "Loaded 9 waypoints" in process.communicate()[0]
+    again = load_task(tmp_path / "b.waypoints").trajectory
+    np.testing.assert_allclose(again.positions, load_task(file).trajectory.positions, atol=0.1)
+    assert again.duration == pytest.approx(PATH.duration, rel=0.01)
+
+
+def judged(*arguments):
+    judge = str(Path(__file__).parent / "mavsdk_judge.py")
+    return subprocess.Popen([JUDGES, judge, *map(str, arguments)], stdout=subprocess.PIPE, text=True)
+
+
+@needs_judges
+def test_mavsdk_takes_it_as_a_vehicle():
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    process = judged("vehicle", port)
+    try:
+        receipt = deliver(
+            f"mavlink:udp:127.0.0.1:{port}?timeout=20", PATH, Scene(), choices=Choices(home=HOME, takeoff=True)
+        )
+        items = json.loads(process.stdout.readline())
+    finally:
+        process.terminate()
+        process.communicate()
+    assert "read back from the vehicle and compared" in receipt.notes[-1]
+    assert [item["command"] for item in items] == [22, 178, 16, 16, 178, 16, 178, 16]
+    assert [item["param2"] for item in items if item["command"] == 178] == pytest.approx([5.0, 1.5, 4.5], abs=0.01)
+
+
+@needs_judges
+def test_mavsdk_reads_the_plan(tmp_path):
+    process = judged("plan", written(tmp_path, ".plan"))
+    items = json.loads(process.communicate(timeout=60)[0].splitlines()[-1])
+    assert [item["command"] for item in items] == [22, 178, 16, 16, 178, 16, 178, 16]
+    assert items[3]["param1"] == pytest.approx(0.2) and items[3]["z"] == pytest.approx(22.0, abs=1e-3)
