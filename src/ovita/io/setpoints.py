@@ -152,6 +152,7 @@ class Pilot:
         self._mode = self._armed = -1
         self._place: Array | None = None
         self._acks: dict[int, int] = {}
+        self._asked = self._led = False
         self._target = (np.zeros(3), np.zeros(3))
         if vehicle.autopilot not in _MODES or vehicle.kind not in _COPTERS:
             problem = f"autopilot {vehicle.autopilot}, type {vehicle.kind}"
@@ -169,7 +170,7 @@ class Pilot:
             self._follow()
             self._switch("land" if land else "hold")
         except _TakenOverError:
-            raise self._error("a pilot changed the mode and is in command; nothing more was sent") from None
+            raise self._error("the mode was changed, by a pilot or a failsafe; nothing more was sent") from None
         except KeyboardInterrupt:
             raise self._error(f"stopped by Ctrl-C; {self._leave()}") from None
         except (_StoppedError, LinkError) as error:
@@ -211,7 +212,9 @@ class Pilot:
         end = self.vehicle.now() + _WARM_UP  # PX4 takes the mode only while setpoints come
         while self.vehicle.now() < end:
             self._turn()
+        self._asked = True
         self._switch("fly")
+        self._led = True
         self._command(self._command_long(_ARM, 1.0), lambda: self._armed > 0, "arming")
         if takeoff:
             self._climb()
@@ -299,9 +302,11 @@ class Pilot:
 
     def _leave(self) -> str:
         """Command the vehicle to hold, and say what is known of it then."""
+        if not self._asked:
+            return "nothing was commanded"
+        if self._led and self._mode not in (self._number("fly"), self._number("hold")):
+            return "a pilot changed the mode and is in command"
         try:
-            if self._mode != self._number("fly"):
-                return "it was not yet under command" if self._mode != self._number("hold") else "the vehicle holds"
             self._switch("hold")
         except (LinkError, _StoppedError):
             return "HOLD was commanded, not acknowledged; the vehicle's own failsafe now stops it"
@@ -323,13 +328,14 @@ class Pilot:
         for _ in range(RETRIES + 1):
             self._acks.pop(message.command, None)
             self.vehicle.send(message)
-            end = self.vehicle.now() + RESEND
-            while self.vehicle.now() < end:
+            began = self.vehicle.now()
+            while self.vehicle.now() < began + RESEND:
                 self._turn()
-                if done():
+                result = self._acks.get(message.command)
+                # A heartbeat alone counts where it cannot be from before the command.
+                if done() and (result == 0 or self._beat_at > began + LAG):
                     return
-                result = self._acks.get(message.command, 0)
-                if result not in (0, 1, 5):
+                if result not in (None, 0, 1, 5):
                     entry = self.vehicle.dialect.enums["MAV_RESULT"].get(result)
                     raise LinkError(f"the vehicle refused {what} ({entry.name if entry else result})")
         raise LinkError(f"the vehicle did not take {what}")
