@@ -11,6 +11,7 @@ from ovita.io.geodesy import Home
 from ovita.io.mission_checks import commanded_duration
 from ovita.io.mission_files import dumps_plan, parse_plan
 from ovita.io.missions import Item, Mission, mission_from, moved
+from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
@@ -78,6 +79,13 @@ def test_a_hold_stays_one_item_when_its_part_is_slowed(words, tmp_path):
     assert [i["params"][0] for i in items] == [0, 0, 2.5, 0]
     again = load_task(tmp_path / "b.plan").trajectory
     assert again.duration == pytest.approx(result.adapted.duration, rel=0.05)
+
+
+def test_a_hold_before_a_limit_on_acceleration_is_no_warning_of_numpy():
+    task = parse_plan(dumps_plan(mission_of((0, 20, 0), (80, 20, 2.5), (120, 20, 0)), "f"), "f")
+    field = Robot("field", max_speed=10.0, max_acceleration=3.0)
+    result = adapt(Request("go higher by 2", task.trajectory, task.scene, field), writer="builtin")
+    assert "already breaks the acceleration limit" in " ".join(result.warnings)
 
 
 def notes_on(path, **choices):

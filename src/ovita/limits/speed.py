@@ -101,6 +101,8 @@ def too_slow(trajectory: Trajectory, limits: Dynamics) -> Array:
 
 def too_quick(trajectory: Trajectory, limit: float) -> Array:
     """Excess of the faster end's speed of each segment over what the slower end allows (N-1,) [m/s]."""
+    if not np.isfinite(limit):
+        return np.full(len(trajectory) - 1, -np.inf)
     reachable = 2.0 * limit * np.diff(arc_length(trajectory.positions))
     v = trajectory.speeds
     return np.maximum(v[1:] - np.sqrt(v[:-1] ** 2 + reachable), v[:-1] - np.sqrt(v[1:] ** 2 + reachable))
