@@ -11,7 +11,7 @@ from typing import Any
 import click
 
 from ovita.cli.common import choices_from, plain, section, show_notes, source, waiting
-from ovita.errors import RequestError
+from ovita.errors import FormatError, RequestError
 from ovita.gate import Review, against, default_log, refuse, release, review, simulated
 from ovita.io import READ, Choices, Task, is_address, load_robot, open_task, rendered, save_task
 from ovita.io.bags import load_joint_motion, save_joint_motion
@@ -119,11 +119,14 @@ def joints_of(
 def _refusable(file: str, task: Task) -> list[str]:
     """What the gate would say: of a result all, of another file as far as it names the robot to judge it by."""
     if not is_address(file) and file.lower().endswith(".json") and is_adaptation_file(file):
-        found = list(review(file).refusals)
+        try:
+            found = list(review(file).refusals)
+        except FormatError as error:
+            found = [f"{error}."]
     else:
         known = task.robot is not None and preset_name(task.robot) in PRESETS
         found = against(task.trajectory, task.scene, Robot.preset(task.robot) if known and task.robot else None)
-    return [f"ovita send would refuse it: {text}" for text in found]
+    return [f"ovita send would refuse it: {' '.join(found)}"] if found else []
 
 
 def _tool_path(file: str, arm: str, base: str | None, choices: Choices, frame: str | None) -> Task:
