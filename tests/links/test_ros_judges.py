@@ -6,6 +6,7 @@
 import json
 import os
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -46,6 +47,7 @@ def judge(request):
         assert process.stdout.readline() == "ready\n"
         return process
 
+    start.python = python
     yield start
     for process in running:
         process.kill()
@@ -81,3 +83,29 @@ def test_joints_are_heard(judge):
     judge("say", JOINTS, "/arm", DOMAIN)
     motion, _ = receive_joints(Address.parse(address("/arm")))
     assert motion.names == ("a", "b") and motion.positions.shape == (4, 2)
+
+
+@pytest.mark.parametrize("backend", ["dds", "rclpy"])
+def test_a_node_of_ros_asks_ours(judge, backend, tmp_path):
+    """The example of the documentation, as a node of the distribution, against `ovita ros serve` on either backend."""
+    asking = judge.python
+    running = sys.executable if backend == "dds" else asking
+    root = HERE.parents[1]
+    environment = {
+        **os.environ,
+        "ROS_DOMAIN_ID": str(DOMAIN + 1),
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+        "PYTHONPATH": str(root / "src"),
+    }
+    command = [str(running), "-m", "ovita", "ros", "serve", "--robot", "drone", "--writer", "builtin"]
+    node = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
+    try:
+        assert ("services /ovita/accept" in node.stdout.readline()) == (backend == "rclpy")
+        ask = [str(asking), str(root / "examples" / "ros" / "ask_ovita.py"), "go left by 0.2"]
+        said = subprocess.run(ask, capture_output=True, text=True, timeout=40, env=environment)
+        assert said.stdout.startswith("done"), said.stdout + said.stderr
+        assert "40 poses, to 1.95 0.20 0.50" in said.stdout
+        assert node.poll() is None
+    finally:
+        node.kill()
+        node.communicate()

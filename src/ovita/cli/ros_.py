@@ -8,7 +8,8 @@ from typing import Any, TypeVar
 
 import click
 
-from ovita.cli.common import plain
+from ovita.cli.common import BASE_URL, ISOLATION, WRITER, plain
+from ovita.io import load_robot, load_scene
 from ovita.io.links import Address
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -70,3 +71,34 @@ def echo(topic: str, count: int, timeout: float, domain: int | None, local: bool
 
     for message in echoed(address_of(topic, domain, local, timeout=timeout), count):
         click.echo(plain(json.dumps(message)))
+
+
+@group.command()
+@click.option("--name", default="ovita", show_default=True, help="Of the node; its topics are below it.")
+@click.option("--scene", "scene_file", metavar="FILE", help="Scene file with the objects. [none]")
+@click.option("--robot", default="none", show_default=True, metavar="NAME|FILE", help="Whose limits hold.")
+@WRITER
+@BASE_URL
+@ISOLATION
+@on_bus
+def serve(
+    name: str,
+    scene_file: str | None,
+    robot: str,
+    writer: str,
+    base_url: str | None,
+    isolation: Any,
+    domain: int | None,
+    local: bool,
+) -> None:
+    """Adapt paths as a node: /NAME/path and /NAME/instruction in, /NAME/adapted and /NAME/status out.
+
+    With --robot only what the gate releases is published as adapted. A reading that needs confirmation is offered in
+    the status, and taken when the next instruction says yes. docs/howto.md shows a node that asks.
+    """
+    from ovita.serve.ros import PathNode, serve
+    from ovita.writers.base import writer_named
+
+    scene = load_scene(scene_file) if scene_file else None
+    node = PathNode(scene, load_robot(robot), writer_named(writer, base_url=base_url, temperature=0.1), isolation)
+    serve(address_of(name, domain, local), node, lambda text: click.echo(f"{text}; Ctrl-C ends it"))

@@ -86,6 +86,9 @@ class Bus(Protocol):
     def subscribe(self, topic: str, kind: str, ways: Iterable[Way] = WAYS) -> Take:
         """Hear what is published on a topic in these ways."""
 
+    def offer(self, name: str, action: Callable[[], tuple[bool, str]]) -> bool:
+        """Offer a std_srvs/Trigger that answers with success and message; whether this bus has services."""
+
     def rest(self) -> None:
         """Let the bus work for a moment."""
 
@@ -306,6 +309,9 @@ class _DdsBus:
 
         return take
 
+    def offer(self, name: str, action: Callable[[], tuple[bool, str]]) -> bool:
+        return False
+
     def rest(self) -> None:
         time.sleep(PAUSE)
 
@@ -438,3 +444,11 @@ class _RclpyBus:
         for way in ways:
             self.node.create_subscription(message_class(kind), topic, came, _profile(way, _DEPTH))
         return heard.take
+
+    def offer(self, name: str, action: Callable[[], tuple[bool, str]]) -> bool:
+        def answer(_: Any, response: Any) -> Any:
+            response.success, response.message = action()
+            return response
+
+        self.node.create_service(message_class("std_srvs/srv/Trigger"), name, answer)
+        return True

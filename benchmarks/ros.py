@@ -1,0 +1,165 @@
+"""ovita against real ROS 2: every message type, distribution and direction, and a soak of the node.
+
+make ros-judges; python benchmarks/ros.py [--soak 1000]     OVITA_ROS_JUDGES names another folder of environments
+"""
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import time
+from collections import Counter
+from pathlib import Path
+
+from ovita.errors import OvitaError
+from ovita.io import open_task
+from ovita.io.bus import joined
+from ovita.io.links import Address, deliver, deliver_joints
+from ovita.io.messages import JOINTS, TYPES, JointMotion, build
+from ovita.io.ros2 import receive_joints
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Trajectory
+
+ROOT = Path(__file__).parents[1]
+JUDGE = ROOT / "tests" / "links" / "judge.py"
+JUDGES = Path(os.environ.get("OVITA_ROS_JUDGES", ROOT / ".ros-judges"))
+KINDS = {name: kind for kind, name in TYPES.items()}
+STATES = "sensor_msgs/msg/JointState"
+BOTH = [*TYPES.values(), JOINTS]
+HEARD = [
+    "nav_msgs/msg/Odometry",
+    "geometry_msgs/msg/PoseStamped",
+    "geometry_msgs/msg/PoseWithCovarianceStamped",
+    "geometry_msgs/msg/PointStamped",
+    "geometry_msgs/msg/TransformStamped",
+    STATES,
+]
+PATH = Trajectory([[0, 0, 0], [1, 0, 0], [2, 1, 0]], [0.5, 0.5, 0.5])
+MOTION = JointMotion(("a", "b"), [[0, 0], [0.1, 0.2]], [0, 1])
+STRING = "std_msgs/msg/String"
+
+
+def started(python, *words):
+    process = subprocess.Popen(
+        [str(python), str(JUDGE), *map(str, words)], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+    )
+    process.stdout.readline()
+    return process
+
+
+def heard(python, kind, quality, domain):
+    """Whether ovita hears what a node says."""
+    process = started(python, "say", kind, "/x", domain, quality)
+    address = f"ros2:/x?domain={domain}&local=1&timeout=15&for=1"
+    try:
+        if kind in (JOINTS, STATES):
+            receive_joints(Address.parse(address))
+        else:
+            open_task(address)
+        return "yes"
+    except OvitaError as error:
+        return f"no: {error}"
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def told(python, kind, domain):
+    """Whether a node hears what ovita says."""
+    process = started(python, "hear", kind, "/y", domain)
+    place = f"ros2:/y?domain={domain}&local=1&timeout=15"
+    try:
+        if kind == JOINTS:
+            deliver_joints(place, MOTION)
+        else:
+            deliver(f"{place}&type={KINDS[kind]}", PATH, Scene())
+        (message,) = json.loads(process.communicate(timeout=15)[0])
+        return "yes" if message.get("poses") or message.get("points") else "no: empty"
+    except (OvitaError, subprocess.TimeoutExpired) as error:
+        return f"no: {error}"
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def soak(count, domain, python=sys.executable):
+    """Instructions to the node, each with a number; how many answers and paths came back, lost and doubled."""
+    environment = {**os.environ, "PYTHONPATH": str(ROOT / "src"), "OPENBLAS_NUM_THREADS": "1"}
+    options = ["--domain", str(domain), "--local", "--writer", "builtin"]
+    node = subprocess.Popen(
+        [str(python), "-m", "ovita", "ros", "serve", *options],
+        stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, env=environment,
+    )  # fmt: skip
+    try:
+        assert "serving" in node.stdout.readline()
+        with joined(Address.parse(f"ros2:/ovita?domain={domain}&local=1")) as bus:
+            path = bus.publisher("/ovita/path", TYPES["path"])
+            words = bus.publisher("/ovita/instruction", STRING, latched=False)
+            statuses = bus.subscribe("/ovita/status", STRING, [(True, False)])
+            adapted = bus.subscribe("/ovita/adapted", TYPES["path"], [(True, False)])
+            end = time.monotonic() + 60
+            while not (path.matched() and words.matched()) and time.monotonic() < end:
+                bus.rest()
+            time.sleep(2.0)
+            line = Trajectory([[0.1 * i, 0, 0] for i in range(20)], [0.5] * 20)
+            path.write(build("path", line, bus.maker, start=time.time_ns())[0])
+            came, paths, sent, ready, begun = Counter(), 0, 0, False, time.monotonic()
+            quiet = 0.0
+            while quiet < 2.0 and time.monotonic() < begun + 60 + count:
+                news = [json.loads(message.data) for message in statuses()]
+                ready = ready or any(status["status"] == "ready" for status in news)
+                came.update(status["id"] for status in news if "id" in status)
+                paths += len(adapted())
+                if ready and sent < count and sent - sum(came.values()) < 10:
+                    said = {
+                        "id": str(sent),
+                        "instruction": f"go {'left' if sent % 2 else 'right'} by 0.1",
+                        "on": "current",
+                    }
+                    words.write(bus.maker.new(STRING, data=json.dumps(said)))
+                    words.acknowledged(1.0)
+                    sent += 1
+                else:
+                    bus.rest()
+                quiet = quiet + 0.02 if sum(came.values()) >= count else 0.0
+            seconds = time.monotonic() - begun
+        alive = node.poll() is None
+    finally:
+        node.terminate()
+        node.communicate()
+    lost = sum(str(i) not in came for i in range(count))
+    doubled = sum(n - 1 for n in came.values())
+    return (
+        f"{sent} sent, {sum(came.values())} answers, {paths} paths, {lost} lost, {doubled} doubled, {seconds:.0f} s"
+        + ("" if alive else ", the node died")
+    )
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--soak", type=int, default=1000, help="instructions to send to the node; 0 for none")
+    given = parser.parse_args()
+    distributions = [d for d in ("kilted", "jazzy") if (JUDGES / d / "bin" / "python").exists()]
+    if not distributions:
+        print(f"no ROS 2 in {JUDGES}; make ros-judges")
+        return
+    if given.soak:
+        print("node over DDS:", soak(given.soak, 205), flush=True)
+        for i, name in enumerate(distributions):
+            print(f"node on rclpy, {name}:", soak(given.soak, 206 + i, JUDGES / name / "bin" / "python"), flush=True)
+    print("| message | distribution | ROS to ovita: reliable, best effort, latched | ovita to ROS |")
+    print("|---|---|---|---|")
+    domain = 110
+    for kind in [*BOTH, *HEARD]:
+        for name in distributions:
+            domain += 1
+            python = JUDGES / name / "bin" / "python"
+            qualities = ("default", "best_effort", "latched") if kind in BOTH else ("default", "best_effort")
+            ways = [heard(python, kind, quality, domain) for quality in qualities]
+            back = told(python, kind, domain) if kind in BOTH else "not sent"
+            print(f"| {kind} | {name} | {', '.join(ways)} | {back} |", flush=True)
+
+
+if __name__ == "__main__":
+    main()
