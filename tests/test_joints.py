@@ -24,7 +24,7 @@ from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
 from ovita.sim import Base
-from ovita.sim.simulate import joint_motion, tool_path
+from ovita.sim.joints import joint_motion, tool_path
 
 PATH = Trajectory([[0.45, 0.1 * i - 0.2, 0.5] for i in range(5)], [0.1, 0.2, 0.2, 0.2, 0.1])
 FLU = Frame("flu")

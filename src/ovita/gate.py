@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from hashlib import sha256
@@ -294,6 +294,7 @@ def release(
     *,
     choices: Choices = NONE,
     motion: JointMotion | None = None,
+    told: Callable[[str], None] | None = None,
 ) -> Receipt:
     """Send a result that the gate let through, and log that before and after.
 
@@ -304,6 +305,7 @@ def release(
         about: What else the log says, such as the file and who asked.
         choices: Of topic, message and home.
         motion: Of an arm's joints, to send in place of the path.
+        told: Told how far a controller is that follows that motion.
 
     Raises:
         RequestError: If the gate refused it.
@@ -316,7 +318,7 @@ def release(
     record(log, {"event": "sending", **event})
     try:
         if motion is not None:
-            receipt = deliver_joints(place, motion, choices)
+            receipt = deliver_joints(place, motion, choices, told)
         else:
             said, verdict = found.result.instruction, found.result.verdict
             receipt = deliver(

@@ -113,7 +113,7 @@ def test_an_unknown_robot_names_those_that_there_are():
 )
 def test_a_malformed_model_is_one_sentence(tmp_path, xml, said):
     (tmp_path / "own.xml").write_text(xml, encoding="utf-8")
-    text = 'model = "own.xml"\ncontroller = "arm"\ntip = "tip"\nvelocity = [1]\nacceleration = [1]\npostures = [[0]]\n'
+    text = 'model = "own.xml"\ncontroller = "arm"\ntip = "b"\nvelocity = [1]\nacceleration = [1]\npostures = [[0]]\n'
     (tmp_path / "own.toml").write_text(text, encoding="utf-8")
     with pytest.raises(RobotError, match=said):
         stage(tmp_path / "own.toml")

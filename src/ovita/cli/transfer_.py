@@ -4,24 +4,23 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
 import click
 
 from ovita.cli.common import choices_from, plain, section, show_notes, source, waiting
+from ovita.cli.joints_ import ArmChoice, arm_options, joints_of, still_there, tool_task
 from ovita.errors import FormatError, RequestError
 from ovita.gate import Review, against, default_log, refuse, release, review, simulated
-from ovita.io import READ, Choices, Task, is_address, load_robot, open_task, rendered, save_task
-from ovita.io.bags import load_joint_motion, save_joint_motion
+from ovita.io import READ, Task, is_address, load_robot, open_task, rendered, save_task
+from ovita.io.bags import save_joint_motion
 from ovita.io.json_ import is_adaptation_file
 from ovita.io.links import Address
 from ovita.io.messages import TYPES, JointMotion
 from ovita.paths.frame import Frame, transformed
 from ovita.paths.robot import PRESETS, Robot, preset_name
-from ovita.paths.scene import Scene
-from ovita.paths.trajectory import Trajectory
 
 _FRAMES = click.Choice(["rfu", "flu", "ned"])
 
@@ -42,8 +41,7 @@ _TAKEOFF = click.option("--takeoff", is_flag=True, help="Begin a mission that ha
 )
 @click.option("--to-topic", metavar="NAME", help="Topic of OUT. [that of IN, else /path]")
 @click.option("--frame-id", metavar="NAME", help="ROS frame of OUT. [that of IN, else map]")
-@click.option("--arm", metavar="NAME|FILE", help="Kinematic model, for the joints of IN or of OUT: iiwa, or a .toml.")
-@click.option("--base", metavar="X,Y,Z,YAW", help="Where that arm stands, in metres and radians.")
+@arm_options
 @_TAKEOFF
 def convert(
     file: str,
@@ -51,8 +49,6 @@ def convert(
     to_frame: str | None,
     to_topic: str | None,
     kind: str | None,
-    arm: str | None,
-    base: str | None,
     **options: Any,
 ) -> None:
     """Convert the trajectory in IN to the format of OUT's file extension; notes say what it cannot hold.
@@ -62,17 +58,16 @@ def convert(
     if is_address(out):
         raise RequestError(f"{out}: nothing is sent to a robot unverified; use ovita send RESULT.json --to {out}")
     only_for_ros(out, kind=kind, to_topic=to_topic, frame_id=options["frame_id"])
-    if base is not None and arm is None:
-        raise RequestError(f"--base {base} says where an arm stands; name the arm as well: --arm iiwa")
+    arm = ArmChoice.taken(options)
     if to_frame is not None and not out.lower().endswith((".json", ".csv", ".tum", ".txt")):
         raise RequestError(f"--to-frame {to_frame}: {out} has axes of its own; only JSON, CSV and TUM can be turned")
     choices = choices_from(options | {"kind": None if kind == "joints" else kind})
-    if arm is not None and kind != "joints":
-        task = _tool_path(file, arm, base, choices, options["frame"])
+    if arm.arm is not None and kind != "joints":
+        task = tool_task(file, arm, choices, options["frame"])
     else:
         task = open_task(file, scene_file=options["scene_file"], frame=options["frame"], choices=choices)
     if kind == "joints":
-        motion, said = joints_of(task.trajectory, task.scene, arm, base)
+        motion, said = joints_of(task.trajectory, task.scene, arm)
         save_joint_motion(out, motion, replace(choices, topic=to_topic))
         show_notes((*task.notes, *said))
         click.echo(plain(f"wrote {out}: {len(motion.times)} points of the joints {', '.join(motion.names)}"))
@@ -99,23 +94,6 @@ def only_for_ros(place: str, **options: str | None) -> None:
             raise RequestError(f"{flag} {value} is about ROS messages, and {place} is no ROS 2 topic or bag")
 
 
-def joints_of(
-    path: Trajectory,
-    scene: Scene,
-    arm: str | None,
-    base: str | None,
-    limits: Robot | None = None,
-    contacts: Sequence[str] = (),
-) -> tuple[JointMotion, tuple[str, ...]]:
-    """The joints' motion of an arm along a path, and how well it follows, in sentences."""
-    if arm is None or base is None:
-        raise RequestError("joints need an arm and its place: --arm iiwa --base x,y,z,yaw, in the scene's coordinates")
-    from ovita.sim import Base
-    from ovita.sim.simulate import joint_motion
-
-    return joint_motion(path, scene, arm, base=Base.parse(base), limits=limits, contacts=contacts)
-
-
 def _refusable(file: str, task: Task) -> list[str]:
     """What the gate would say: of a result all, of another file as far as it names the robot to judge it by."""
     if not is_address(file) and file.lower().endswith(".json") and is_adaptation_file(file):
@@ -129,23 +107,6 @@ def _refusable(file: str, task: Task) -> list[str]:
     return [f"ovita send would refuse it: {' '.join(found)}"] if found else []
 
 
-def _tool_path(file: str, arm: str, base: str | None, choices: Choices, frame: str | None) -> Task:
-    from ovita.sim import Base
-    from ovita.sim.simulate import tool_path
-
-    motion, notes = _live_joints(file) if is_address(file) else (load_joint_motion(file, choices), ())
-    path = tool_path(motion, arm, base=None if base is None else Base.parse(base))
-    axes = motion.frame if frame is None else Frame(frame)
-    said = f"the path of the tip of {arm} through {len(motion.times)} points, in {axes.name} ({axes.describe()})"
-    return Task(path, Scene(frame=axes), path=file, notes=(*notes, said), fixed_frame=True)
-
-
-def _live_joints(place: str) -> tuple[JointMotion, tuple[str, ...]]:
-    from ovita.io.ros2 import receive_joints
-
-    return receive_joints(Address.parse(place))
-
-
 EXIT_REFUSED = 4
 
 
@@ -157,8 +118,7 @@ EXIT_REFUSED = 4
 @click.option(
     "--type", "kind", type=click.Choice([*TYPES, "joints"]), help="ROS message. [that of the source, else path]"
 )
-@click.option("--arm", metavar="NAME|FILE", help="Whose joints, with --type joints: iiwa, or a .toml file.")
-@click.option("--base", metavar="X,Y,Z,YAW", help="Where that arm stands, in the scene's coordinates [m, rad].")
+@arm_options
 @click.option("--topic", metavar="NAME", help="Topic of a bag. [that of the source, else /path]")
 @click.option("--frame-id", metavar="NAME", help="ROS frame. [that of the source, else map]")
 @_TAKEOFF
@@ -176,16 +136,17 @@ def send(
 
     PLACE: ros2:/topic[?domain=N&type=path|poses|multidof&local=1&timeout=S], mavlink:udp:HOST:PORT (listen; also
     udpout, tcp; ?type=setpoints&rate=20&end=hold|land flies it point by point), or a file in any format that ovita
-    convert writes.
+    convert writes. With --type joints, a topic takes a JointTrajectory, and an action
+    ros2:/CONTROLLER/follow_joint_trajectory is followed to its end; Ctrl-C cancels it.
     """
-    in_joints = options["kind"] == "joints"
+    in_joints, arm = options["kind"] == "joints", ArmChoice.taken(options)
     choices = choices_from(options | {"kind": None if in_joints else options["kind"]})
     if is_address(place):
         Address.parse(place)
     only_for_ros(place, kind=options["kind"], topic=options["topic"], frame_id=options["frame_id"])
     found = review(file, robot=load_robot(robot) if robot else None, trusted=trust or None)
     if simulate and found.released:
-        found = _simulated(found, options["arm"], options["base"])
+        found = _simulated(found, arm.arm, arm.base)
     _show(found, place)
     journal = log or str(default_log())
     about = {"result": os.path.abspath(file)}
@@ -194,7 +155,7 @@ def send(
         raise SystemExit(EXIT_REFUSED)
     result, motion = found.result, None
     if in_joints:
-        motion = _as_joints(found, place, options["arm"], options["base"], journal, about)
+        motion = _as_joints(found, place, arm, journal, about)
     elif not is_address(place):
         rendered(place, result.adapted, result.scene, result.instruction, choices=choices)
     if options["dry_run"]:
@@ -202,26 +163,28 @@ def send(
         return
     if not options["yes"]:
         _confirm(place)
+    if motion is not None:
+        still_there(motion, arm, place)
     with waiting(f"sending to {place}"):
-        receipt = release(found, place, journal, about, choices=choices, motion=motion)
+        receipt = release(found, place, journal, about, choices=choices, motion=motion, told=_progress)
     show_notes(receipt.notes)
     click.echo(plain(f"\nSent to {place}: {receipt.size} bytes, SHA-256 {receipt.sha256}; logged in {journal}"))
 
 
-def _as_joints(
-    found: Review, place: str, arm: str | None, base: str | None, journal: str, about: Mapping[str, Any]
-) -> JointMotion:
+def _as_joints(found: Review, place: str, arm: ArmChoice, journal: str, about: Mapping[str, Any]) -> JointMotion:
     """A result as a motion of an arm's joints, simulated; a refusal is logged and ends the command."""
     result = found.result
     try:
-        motion, said = joints_of(result.adapted, result.scene, arm, base, found.robot, result.contacts)
+        motion, said = joints_of(
+            result.adapted, result.scene, arm, place=place, limits=found.robot, contacts=result.contacts
+        )
     except RequestError as error:
-        if arm is None or base is None:
+        if arm.arm is None or arm.base is None:
             raise
         refuse(found, place, journal, about, [str(error)])
         section(f"Refused, it does not go to {place}", [str(error)])
         raise SystemExit(EXIT_REFUSED) from None
-    section(f"Simulated with {arm}", said)
+    section(f"Simulated with {arm.arm}", said)
     return motion
 
 
@@ -241,6 +204,11 @@ def _simulated(found: Review, arm: str | None, base: str | None) -> Review:
     # The first sentence says where the robot stood.
     status, said = done.report.status, done.report.sentences()[1:]
     return simulated(found, said, failed=status in sim.FAILED, slowed=status == "slowed")
+
+
+def _progress(text: str) -> None:
+    """Tell of a motion that is under way."""
+    click.echo(plain(f"  {text}"), err=True)
 
 
 def _confirm(place: str) -> None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 import re
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from hashlib import sha256
 from typing import Any
@@ -198,16 +198,25 @@ def deliver(
     return Receipt(sha256(data).hexdigest(), len(data), notes)
 
 
-def deliver_joints(place: str, motion: JointMotion, choices: Choices = NONE) -> Receipt:
-    """Send a motion of joints to a ROS 2 topic, or write it to a bag."""
+def deliver_joints(
+    place: str, motion: JointMotion, choices: Choices = NONE, told: Callable[[str], None] | None = None
+) -> Receipt:
+    """Send a motion of joints to a controller's action or topic in ROS 2, or write it to a bag.
+
+    A name that ends in follow_joint_trajectory is an action, which is waited for; `told` hears how far it is.
+    """
     if not is_address(place):
         data = bags.dumps_joints(place, motion, choices)
         atomic_write(place, data)
-    else:
-        address = Address.parse(place)
-        if address.bus != "ros2":
-            raise RequestError(f"{place}: motions of joints go to ROS 2 topics or bags only")
-        from ovita.io import ros2
+        return Receipt(sha256(data).hexdigest(), len(data))
+    address = Address.parse(place)
+    if address.bus != "ros2":
+        raise RequestError(f"{place}: motions of joints go to ROS 2 topics or bags only")
+    from ovita.io import controllers, ros2
 
+    if address.target.endswith("follow_joint_trajectory"):
+        frame_id = address.options.get("frame_id") or choices.frame_id or ""
+        data = controllers.follow(address, motion, told, frame_id)
+    else:
         data = ros2.send_joints(address, motion, choices)
     return Receipt(sha256(data).hexdigest(), len(data))

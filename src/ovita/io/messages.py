@@ -7,7 +7,7 @@ of REP-103 (x forward, y left, z up: `flu`), or what the frame's name ends in: `
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
@@ -252,6 +252,7 @@ class JointMotion:
         times: (N,) [s], increasing strictly.
         velocities: (N, J) [rad/s or m/s], or None.
         frame: The axes in which the place of the arm's base is given.
+        accelerations: (N, J) [rad/s^2 or m/s^2], or None.
 
     Raises:
         TrajectoryError: On shapes that do not fit, a value that is not finite, or times that do not increase.
@@ -262,10 +263,11 @@ class JointMotion:
     times: Array
     velocities: Array | None = None
     frame: Frame = _FLU
+    accelerations: Array | None = None
 
     def __post_init__(self) -> None:
         shape = (len(self.times), len(self.names))
-        for key in ("positions", "velocities", "times"):
+        for key in ("positions", "velocities", "accelerations", "times"):
             if getattr(self, key) is None:
                 continue
             array = np.array(getattr(self, key), dtype=np.float64)
@@ -281,6 +283,22 @@ class JointMotion:
         if (np.diff(self.times) <= 0).any():
             i = int(np.argmax(np.diff(self.times) <= 0)) + 1
             raise TrajectoryError("is not after the time before it; times must increase strictly", key="times", index=i)
+
+    @property
+    def duration(self) -> float:
+        """[s]."""
+        return float(self.times[-1] - self.times[0])
+
+    def after(self, first: JointMotion) -> JointMotion:
+        """This motion once another, of the same joints and to where this one starts, has ended; at rest between."""
+        together = {
+            key: None if a is None or b is None else np.concatenate([a, b[1:]])
+            for key in ("velocities", "accelerations")
+            for a, b in [(getattr(first, key), getattr(self, key))]
+        }
+        positions = np.concatenate([first.positions, self.positions[1:]])
+        times = np.concatenate([first.times, first.times[-1] + self.times[1:] - self.times[0]])
+        return replace(self, positions=positions, times=times, **together)
 
     def through(self, forward: Forward) -> Trajectory:
         """The path of the tool by a kinematic model; its speeds follow from the times."""
@@ -299,7 +317,7 @@ def build_joints(motion: JointMotion, maker: Maker, *, frame_id: str = "") -> An
             "trajectory_msgs/msg/JointTrajectoryPoint",
             positions=maker.floats(motion.positions[i]),
             velocities=none if motion.velocities is None else maker.floats(motion.velocities[i]),
-            accelerations=none,
+            accelerations=none if motion.accelerations is None else maker.floats(motion.accelerations[i]),
             effort=none,
             time_from_start=maker.stamp(round((time - motion.times[0]) * 1e9), "Duration"),
         )
@@ -315,11 +333,16 @@ def parse_joints(message: Any) -> JointMotion:
         if len(point.positions) != len(names):
             problem = f"holds {len(point.positions)} positions for {len(names)} joints"
             raise TrajectoryError(problem, key="points", index=i)
-    moving = bool(points) and all(len(point.velocities) == len(names) for point in points)
+
+    def column(key: str) -> Array | None:
+        rows = [getattr(point, key) for point in points]
+        return np.array(rows, dtype=float) if rows and all(len(row) == len(names) for row in rows) else None
+
     return JointMotion(
         names,
         np.array([point.positions for point in points], dtype=float).reshape(len(points), len(names)),
         np.array([int(p.time_from_start.sec) + int(p.time_from_start.nanosec) / 1e9 for p in points]),
-        np.array([point.velocities for point in points], dtype=float) if moving else None,
+        column("velocities"),
         frame_of(str(message.header.frame_id)),
+        column("accelerations"),
     )

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -94,6 +94,11 @@ class RobotModel:
         corner: The path may cut a corner by this [m].
         tolerance: Tracking error, root mean square over time, that counts as followed [m].
         peak_tolerance: Largest tracking error at any moment that counts as followed [m].
+        joint_names: Of an arm, the names under which its controller knows the joints: a pattern with N for the joint's
+            number or * for its name in the model, or all of them with commas.
+        aliases: More such patterns, which are understood in what is read.
+        ignore_contacts: Pairs of an arm's links that may touch each other.
+        notes: What every report says of the robot.
     """
 
     name: str
@@ -105,6 +110,10 @@ class RobotModel:
     corner: float = 0.005
     tolerance: float = 0.05
     peak_tolerance: float = 0.1
+    joint_names: tuple[str, ...] = ()
+    aliases: tuple[str, ...] = ()
+    ignore_contacts: tuple[tuple[str, str], ...] = ()
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -118,6 +127,9 @@ class _Common:
     corner: _Positive = 0.005
     tolerance: _Positive = 0.05
     peak_tolerance: _Positive | None = None
+    joint_names: str | tuple[str, ...] = ()
+    aliases: tuple[str, ...] = ()
+    ignore_contacts: tuple[tuple[str, str], ...] = ()
 
 
 _LIMITS: Mapping[str, type[ArmLimits | RoverLimits | DroneLimits]] = {
@@ -127,22 +139,42 @@ _LIMITS: Mapping[str, type[ArmLimits | RoverLimits | DroneLimits]] = {
 }
 
 
-def load_model(name: str | os.PathLike[str]) -> RobotModel:
-    """Read a shipped robot by its name, or a robot of one's own from a .toml file.
+def load_model(
+    name: str | os.PathLike[str], *, tip: str | None = None, ignore_contacts: Iterable[str] = ()
+) -> RobotModel:
+    """Read a shipped robot by its name, a robot of one's own from a .toml file, or a model file or folder as it is.
+
+    Args:
+        name: Of the robot, or its file or folder.
+        tip: The site or body that follows trajectories, in place of the file's.
+        ignore_contacts: More pairs of links that may touch each other, each as "LINK,LINK".
 
     Raises:
         RobotError: If there is no such robot or its file is malformed; names the file and the key.
     """
-    text = os.fspath(name)
+    model = _loaded(os.fspath(name), tip)
+    pairs = [tuple(part.strip() for part in text.split(",")) for text in ignore_contacts]
+    for pair in pairs:
+        if len(pair) != 2 or not all(pair):
+            raise RobotError(f"--ignore-contact {','.join(pair)!r} does not name two links; write LINK,LINK")
+    more = tuple((pair[0], pair[1]) for pair in pairs)
+    return replace(model, tip=tip or model.tip, ignore_contacts=(*model.ignore_contacts, *more))
+
+
+def _loaded(text: str, tip: str | None) -> RobotModel:
     shipped = STAND_INS.get(preset_name(text))
     if shipped is not None:
         path = FOLDER / f"{shipped}.toml"
     elif text.endswith(".toml"):
         path = Path(text)
+    elif Path(text).is_dir() or Path(text).is_file():
+        from ovita.sim.model_files import model_file, model_of
+
+        return model_of(model_file(Path(text)) if Path(text).is_dir() else Path(text), tip)
     else:
         raise RobotError(
             f"unknown robot {text!r}; robots that can be simulated are {', '.join(STAND_INS)} "
-            f"(or {', '.join(ALIASES)}), or give a .toml file"
+            f"(or {', '.join(ALIASES)}), or give a .toml file, a .urdf or .xml model, or a folder with one"
         )
     try:
         return _model(path, parse_toml(read_text(path), str(path)))
@@ -173,4 +205,11 @@ def _model(path: Path, document: dict[str, Any]) -> RobotModel:
         common.corner,
         common.tolerance,
         common.peak_tolerance or 2.0 * common.tolerance,
+        _pattern(common.joint_names),
+        common.aliases,
+        common.ignore_contacts,
     )
+
+
+def _pattern(names: str | tuple[str, ...]) -> tuple[str, ...]:
+    return (names if isinstance(names, str) else ",".join(names),) if names else ()

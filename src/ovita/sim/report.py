@@ -11,6 +11,7 @@ from ovita.paths.trajectory import Array, Trajectory, interpolate
 from ovita.sim.models import RobotModel
 from ovita.sim.placement import Base
 from ovita.sim.timing import ControlPlan, Touched, Unreachable, stretches
+from ovita.text import listed
 
 Status = Literal["followed", "slowed", "contact", "off course", "unreachable"]
 FAILED: tuple[Status, ...] = ("contact", "off course", "unreachable")
@@ -37,6 +38,7 @@ class Contact:
         start: Of the first contact [s].
         depth: Deepest penetration [m].
         meant: Whether the adaptation means to touch it.
+        links: The two links, where the robot touches itself.
     """
 
     name: str
@@ -45,6 +47,12 @@ class Contact:
     start: float
     depth: float
     meant: bool = False
+    links: tuple[str, ...] = ()
+
+    @property
+    def told(self) -> str:
+        """What is touched, in words."""
+        return f"{self.name} ({listed(self.links)})" if self.links else self.name
 
 
 @dataclass(frozen=True)
@@ -113,7 +121,7 @@ class Report:
         for c in self.contacts:
             meant = ", as meant" if c.meant else ""
             said.append(
-                f"Contact with {c.name}{meant}: {_waypoints(c.first, c.last)}, from {c.start:.2f} s, "
+                f"Contact with {c.told}{meant}: {_waypoints(c.first, c.last)}, from {c.start:.2f} s, "
                 f"{_length(c.depth)} deep."
             )
         return (*said, *self.notes)
@@ -170,7 +178,7 @@ class Log:
 
     At each of K steps: the tip (K, 3) [m], its rotation matrix (K, 9), whether the actuators were too weak (K,). At the
     recorded frames: the step, MuJoCo's positions, positions (B, 3) and quaternions (B, 4) of the robot's bodies. By
-    name of what was touched: first step, last step and depth [m].
+    name of what was touched, and the robot's links where that is itself: first step, last step and depth [m].
     """
 
     tips: Array
@@ -179,7 +187,7 @@ class Log:
     frames: list[int] = field(default_factory=list)
     states: list[Array] = field(default_factory=list)
     poses: list[tuple[Array, Array]] = field(default_factory=list)
-    contacts: dict[str, tuple[int, int, float]] = field(default_factory=dict)
+    contacts: dict[tuple[str, ...], tuple[int, int, float]] = field(default_factory=dict)
 
 
 def assess(
@@ -225,8 +233,9 @@ def assess(
             float(plan.times[first]),
             depth,
             name in meant,
+            tuple(links),
         )
-        for name, (first, last, depth) in log.contacts.items()
+        for (name, *links), (first, last, depth) in log.contacts.items()
     )
     return Report(
         robot=model.name,
@@ -241,7 +250,7 @@ def assess(
         contacts=contacts,
         asked=asked,
         achieved=achieved,
-        notes=intent.notes,
+        notes=(*model.notes, *intent.notes),
     )
 
 

@@ -1,4 +1,4 @@
-"""Running a robot along a trajectory, and the motion of an arm's joints that comes of it."""
+"""Running a robot along a trajectory."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ovita.errors import MissingExtra, RequestError, RobotError, TrajectoryError
-from ovita.io.messages import JointMotion
+from ovita.errors import MissingExtra, RequestError, TrajectoryError
 from ovita.paths.robot import Box, Robot, Shell
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
@@ -18,9 +17,9 @@ from ovita.sim.arm import Arm, Orientation
 from ovita.sim.models import RobotModel, load_model
 from ovita.sim.placement import Base, WorldTransform, arm_base, floor_under, start_base
 from ovita.sim.report import Log, Report, assess
-from ovita.sim.timing import Controller
+from ovita.sim.timing import Controller, MotionPlan
 from ovita.sim.vehicles import Drone, Rover
-from ovita.sim.world import PREFIX, Motion, SimWorld, build
+from ovita.sim.world import Motion, SimWorld, build
 
 FRAME_RATE = 50.0
 FRAMES = 10_000
@@ -47,12 +46,16 @@ class Simulation:
         report: The numbers.
         stage: The simulator's world, for rendering.
         states: (T, Q) MuJoCo's positions at the motion's times.
+        plan: What the controller tracked.
+        frames: (T,) the plan's steps at the motion's times.
     """
 
     motion: Motion
     report: Report
     stage: SimWorld
     states: Array
+    plan: MotionPlan
+    frames: Array
 
 
 @dataclass(frozen=True)
@@ -112,7 +115,8 @@ def simulate(
         oriented=ready.model.controller == "arm" and orientation == "auto" and trajectory.orientations is not None,
         meant={scene[name].name for name in contacts if name in scene},
     )
-    return Simulation(_motion(ready, log), report, ready.stage, np.array(log.states))
+    plan = ready.controller.intent.plan
+    return Simulation(_motion(ready, log), report, ready.stage, np.array(log.states), plan, np.array(log.frames))
 
 
 def preview(
@@ -289,15 +293,16 @@ def _record(log: Log, data: Any, step: int, stage: SimWorld) -> None:
     log.tips[step] = data.site_xpos[stage.tip]
 
 
-def _touches(stage: SimWorld, data: Any, step: int, found: dict[str, tuple[int, int, float]]) -> None:
+def _touches(stage: SimWorld, data: Any, step: int, found: dict[tuple[str, ...], tuple[int, int, float]]) -> None:
     """Note contacts of the robot with objects, its own links, or the floor (which wheels are meant to touch)."""
     for (a, b), distance in zip(data.contact.geom.tolist(), data.contact.dist.tolist(), strict=True):
         on_floor = stage.floor in (a, b)
         if on_floor and stage.rolls:
             continue
-        name = stage.objects.get(a) or stage.objects.get(b) or ("floor" if on_floor else "itself")
-        first, _, depth = found.get(name, (step, step, 0.0))
-        found[name] = (first, step, max(depth, -distance))
+        name = stage.objects.get(a) or stage.objects.get(b) or ("floor" if on_floor else "")
+        key = (name,) if name else ("itself", *sorted((stage.link(a), stage.link(b))))
+        first, _, depth = found.get(key, (step, step, 0.0))
+        found[key] = (first, step, max(depth, -distance))
 
 
 def _motion(ready: _Ready, log: Log) -> Motion:
@@ -312,84 +317,3 @@ def _motion(ready: _Ready, log: Log) -> Motion:
         log.tips[frames] * world.signs,
         ready.stage.shapes(),
     )
-
-
-def joint_motion(
-    trajectory: Trajectory,
-    scene: Scene,
-    arm: str = "iiwa",
-    *,
-    base: Base | None = None,
-    limits: Robot | None = None,
-    contacts: Sequence[str] = (),
-) -> tuple[JointMotion, tuple[str, ...]]:
-    """The joints' motion with which a simulated arm follows a trajectory, and how well it does, in sentences.
-
-    The arm is a shipped one's name or a .toml file; the rest is as in `simulate`.
-
-    Raises:
-        RequestError: If a waypoint is out of reach, the arm strays from the path, or it touches what it must not.
-        RobotError: If there is no such arm.
-        MissingExtra: If the simulation is not installed.
-    """
-    model = _arm(arm)
-    done = simulate(trajectory, scene, model, base=base, limits=limits, contacts=contacts)
-    report = done.report
-    if report.status in ("unreachable", "off course"):
-        problem = next((s for s in report.sentences()[1:] if report.status == "off course" or "reached" in s), "")
-        raise RequestError(f"the {model.title} cannot follow this trajectory: {problem} Say where it stands: --base")
-    struck = [contact.name for contact in report.contacts if not contact.meant]
-    if struck:
-        raise RequestError(f"the {model.title} would touch {', '.join(struck)}; say where it stands: --base")
-    names = _names(done.stage)
-    positions = done.states[:, [_address(done.stage, name) for name in names]]
-    velocities = np.gradient(positions, done.motion.times, axis=0)
-    velocities[[0, -1]] = 0.0
-    return JointMotion(names, positions, done.motion.times, velocities, scene.frame), report.sentences()
-
-
-def tool_path(motion: JointMotion, arm: str = "iiwa", *, base: Base | None = None) -> Trajectory:
-    """The path of an arm's tip through a motion of all its joints, in the axes of the base (`motion.frame`).
-
-    Raises:
-        RobotError: If there is no such arm, or it has other joints.
-        MissingExtra: If the simulation is not installed.
-    """
-    model = _arm(arm)
-    stage = build(model, Scene(), base or Base(), 0.0)
-    names = _names(stage)
-    if set(motion.names) != set(names):
-        raise RobotError(
-            f"the joints {', '.join(motion.names)} are not those of the {model.title}, which are {', '.join(names)}"
-        )
-    addresses = [_address(stage, name) for name in motion.names]
-    import mujoco
-
-    data = mujoco.MjData(stage.model)
-
-    def forward(joints: Array) -> tuple[Array, Array]:
-        data.qpos[addresses] = joints
-        mujoco.mj_kinematics(stage.model, data)
-        turn = np.zeros(4)
-        mujoco.mju_mat2Quat(turn, data.site_xmat[stage.tip])
-        return data.site_xpos[stage.tip].copy(), turn
-
-    return motion.through(forward)
-
-
-def _arm(name: str) -> RobotModel:
-    require()
-    model = load_model(name)
-    if model.controller != "arm":
-        raise RobotError(f"{name!r} is no arm, so it has no joints to move; name one: --arm iiwa")
-    return model
-
-
-def _names(stage: SimWorld) -> tuple[str, ...]:
-    model: Any = stage.model
-    return tuple(model.joint(j).name.removeprefix(PREFIX) for j in range(model.njnt))
-
-
-def _address(stage: SimWorld, name: str) -> int:
-    model: Any = stage.model
-    return int(model.joint(PREFIX + name).qposadr[0])

@@ -14,6 +14,7 @@ from ovita.limits.obstacles import is_support
 from ovita.paths.robot import Box, Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, nlerp
+from ovita.sim.model_files import make_arm, read_spec
 from ovita.sim.models import ArmLimits, RobotModel, Tip
 from ovita.sim.placement import Base
 
@@ -173,6 +174,10 @@ class SimWorld:
         except KeyError:
             raise RobotError(f"{robot.model}: has no actuator {name!r}") from None
 
+    def link(self, geom: int) -> str:
+        """The name of the robot's body that a geom belongs to."""
+        return str(self.model.body(int(self.model.geom_bodyid[geom])).name).removeprefix(PREFIX)
+
     def shapes(self) -> tuple[Shape, ...]:
         """The robot's visual shapes; meshes become bounding boxes."""
         return tuple(
@@ -240,28 +245,14 @@ def build(
 
 
 def _load(robot: RobotModel) -> Any:
-    import mujoco
-
-    try:
-        spec = mujoco.MjSpec.from_file(str(robot.model))
-    except ValueError as error:
-        raise RobotError(f"{robot.model}: cannot be read: {str(error).splitlines()[0]}") from None
-    if isinstance(robot.tip, Tip):
+    spec = read_spec(robot.model)
+    if isinstance(robot.limits, ArmLimits):
+        make_arm(spec, robot)
+    elif isinstance(robot.tip, Tip):
         body = spec.body(robot.tip.body)
         if body is None:
             raise RobotError(f"{robot.model}: has no body {robot.tip.body!r} for the tip")
         body.add_site(name="tip", pos=robot.tip.position)
-    if isinstance(robot.limits, ArmLimits) and not list(spec.actuators):
-        hinges = [j for j in spec.joints if j.type == mujoco.mjtJoint.mjJNT_HINGE]
-        if len(robot.limits.torque) != len(hinges):
-            raise RobotError(
-                f"{robot.model}: has no actuators; give the torque of each of its {len(hinges)} joints in the .toml"
-            )
-        for joint, torque in zip(hinges, robot.limits.torque, strict=True):
-            actuator = spec.add_actuator(target=joint.name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
-            actuator.set_to_motor()
-            actuator.ctrlrange = [-torque, torque]
-            actuator.ctrllimited = 1
     return spec
 
 

@@ -214,7 +214,7 @@ def _grown(item: SceneObject, margin: float) -> SceneObject:
 
 def _timed(name: str, request: PlanRequest, cell: Cell, corners: Array, started: float) -> Plan:
     """The way as a motion of the joints and a path of the tip, within the limits, verified."""
-    joints = _rounded(cell, corners)
+    joints = rounded(cell, corners)
     arc = arc_length(joints)
     tips = np.array([cell.tip(row) for row in joints])
     steps = np.gradient(arc_length(tips), arc)
@@ -243,7 +243,7 @@ def _timed(name: str, request: PlanRequest, cell: Cell, corners: Array, started:
     return Plan(name, request, path, checks, problems, (where, *by), seconds, motion)
 
 
-def _rounded(cell: Cell, corners: Array) -> Array:
+def rounded(cell: Cell, corners: Array) -> Array:
     """Samples (M, J) along a way with rounded corners, as far as that touches nothing."""
     arc = arc_length(corners)
     even = np.linspace(0.0, arc[-1], max(int(np.ceil(arc[-1] / FINE)), 8) + 1)

@@ -1,0 +1,203 @@
+"""The joints of an arm in `ovita convert` and `ovita send`: options, the motion, and the check of its start."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+import click
+
+from ovita.errors import RequestError
+from ovita.io import Choices, Task, is_address
+from ovita.io.bags import load_joint_motion
+from ovita.io.joint_states import STATE_TOPIC, joint_state
+from ovita.io.links import Address
+from ovita.io.messages import JointMotion
+from ovita.paths.frame import Frame
+from ovita.paths.robot import Robot
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Trajectory
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+TIP = click.option("--tip", metavar="NAME", help="Site or link of the arm that follows the path. [the robot file's]")
+IGNORED = click.option(
+    "--ignore-contact",
+    "ignored",
+    multiple=True,
+    metavar="LINK,LINK",
+    help="Two links of the arm that may touch each other; may be repeated. Neighbours may anyway.",
+)
+_OPTIONS = (
+    click.option("--arm", metavar="NAME|FILE", help="Kinematic model for joints: iiwa, or a .toml, .urdf or .xml."),
+    click.option("--base", metavar="X,Y,Z,YAW", help="Where that arm stands, in the scene's coordinates [m, rad]."),
+    TIP,
+    IGNORED,
+    click.option(
+        "--joint-names",
+        metavar="PATTERN|NAMES",
+        help="What the controller calls the joints: lbr_iiwa_joint_N (N: number), left_* (*: name), or all names.",
+    ),
+    click.option(
+        "--joint-state",
+        metavar="PLACE",
+        help="Where the arm is now: .json, .yaml, a bag, or ros2:/joint_states. [live for a live arm]",
+    ),
+    click.option(
+        "--start-tolerance",
+        type=click.FloatRange(0, min_open=True),
+        metavar="RAD",
+        help="Largest gap of a joint to the start. [0.01]",
+    ),
+    click.option(
+        "--approach", is_flag=True, help="Plan a slow way from where the arm is to the start, and put it first."
+    ),
+)
+
+
+def arm_options(function: F) -> F:
+    """Add the options on an arm and its joints to a command."""
+    for option in reversed(_OPTIONS):
+        function = option(function)
+    return function
+
+
+@dataclass(frozen=True)
+class ArmChoice:
+    """What was chosen of an arm: its model, its place, its joints' names, and how its start is checked."""
+
+    arm: str | None
+    base: str | None
+    tip: str | None = None
+    ignored: tuple[str, ...] = ()
+    joint_names: str | None = None
+    joint_state: str | None = None
+    start_tolerance: float | None = None
+    approach: bool = False
+
+    @classmethod
+    def taken(cls, options: dict[str, Any]) -> ArmChoice:
+        """The choice in a command's options, which are taken out of them.
+
+        Raises:
+            RequestError: If one of them says something of an arm that is not named.
+        """
+        names = ("arm", "base", "tip", "ignored", "joint_names", "joint_state", "start_tolerance", "approach")
+        chosen = cls(**{name: options.pop(name) for name in names})
+        if chosen.arm is None:
+            for name in names[1:]:
+                if getattr(chosen, name):
+                    flag = "--ignore-contact" if name == "ignored" else f"--{name.replace('_', '-')}"
+                    what = "says where an arm stands" if name == "base" else "is about an arm"
+                    said = "" if getattr(chosen, name) is True else f" {getattr(chosen, name)}"
+                    raise RequestError(f"{flag}{said} {what}; name the arm as well: --arm iiwa")
+        return chosen
+
+    def model(self) -> Any:
+        """The arm's model, with the tip and the links that were named."""
+        from ovita.sim import load_model
+
+        assert self.arm is not None
+        return load_model(self.arm, tip=self.tip, ignore_contacts=self.ignored)
+
+    def state(self, place: str = "") -> dict[str, float] | None:
+        """Where the joints are now: as was said, else of a live arm at the place that is sent to, else unknown."""
+        if self.joint_state:
+            return joint_state(self.joint_state)
+        return joint_state(str(beside(Address.parse(place)))) if place.startswith("ros2:") else None
+
+
+def beside(address: Address) -> Address:
+    """Where a robot that takes motions at an address publishes its joint states."""
+    kept = {key: value for key, value in address.options.items() if key in ("domain", "local", "timeout")}
+    return Address("ros2", STATE_TOPIC, kept)
+
+
+def joints_of(
+    path: Trajectory,
+    scene: Scene,
+    chosen: ArmChoice,
+    *,
+    place: str = "",
+    limits: Robot | None = None,
+    contacts: Sequence[str] = (),
+) -> tuple[JointMotion, tuple[str, ...]]:
+    """The joints' motion of an arm along a path from where it is, and how well it follows, in sentences.
+
+    Raises:
+        RequestError: If the arm cannot follow, or would jump at the start.
+    """
+    if chosen.arm is None or chosen.base is None:
+        raise RequestError("joints need an arm and its place: --arm iiwa --base x,y,z,yaw, in the scene's coordinates")
+    from ovita.sim import Base
+    from ovita.sim.joints import joint_motion
+
+    base, model, state = Base.parse(chosen.base), chosen.model(), chosen.state(place)
+    motion, said = joint_motion(
+        path, scene, model, base=base, limits=limits, contacts=contacts, names=chosen.joint_names, state=state
+    )
+    if state is None:
+        return motion, (
+            *said,
+            "Start not checked: nobody said where the arm is (--joint-state FILE or ros2:/joint_states).",
+        )
+    motion, more = _started(motion, state, chosen, model, scene, base, limits)
+    return motion, (*said, more)
+
+
+def _started(
+    motion: JointMotion,
+    state: Mapping[str, float],
+    chosen: ArmChoice,
+    model: Any,
+    scene: Scene,
+    base: Any,
+    limits: Robot | None,
+) -> tuple[JointMotion, str]:
+    """The motion, with an approach before it where that was asked for and is needed, and what was found."""
+    from ovita.sim.joints import START_TOLERANCE, arm_joints, gaps, start_problem
+
+    now = arm_joints(model, chosen.joint_names).state(state)
+    tolerance = chosen.start_tolerance or START_TOLERANCE
+    problem, worst = start_problem(motion, now, tolerance), max(gaps(motion, now).values())
+    if problem is None:
+        return motion, f"Start checked: every joint is within {worst:.4f} rad of it (tolerance {tolerance:g})."
+    if not chosen.approach:
+        raise RequestError(f"start: {problem}")
+    from ovita.sources.approach import approach
+
+    whole = approach(motion, now, model, scene, base, limits)
+    lasts = whole.duration - motion.duration
+    return whole, f"Approach: {lasts:.2f} s from where the arm is, {worst:.3f} rad away, clear of all that is known."
+
+
+def still_there(motion: JointMotion, chosen: ArmChoice, place: str) -> None:
+    """Check a live arm's start once more, since a person may have taken time to confirm.
+
+    Raises:
+        RequestError: If it has moved away.
+    """
+    source = chosen.joint_state or place
+    if not is_address(source):
+        return
+    from ovita.sim.joints import START_TOLERANCE, arm_joints, start_problem
+
+    state = chosen.state(place) or {}
+    now = arm_joints(chosen.model(), chosen.joint_names).state(state)
+    problem = start_problem(motion, now, chosen.start_tolerance or START_TOLERANCE)
+    if problem is not None:
+        raise RequestError(f"the arm has moved since it was asked: {problem}")
+
+
+def tool_task(file: str, chosen: ArmChoice, choices: Choices, frame: str | None) -> Task:
+    """The path of an arm's tip through the motion of joints in a bag."""
+    from ovita.sim import Base
+    from ovita.sim.joints import tool_path
+
+    motion = load_joint_motion(file, choices)
+    base = None if chosen.base is None else Base.parse(chosen.base)
+    path = tool_path(motion, chosen.model(), base=base, names=chosen.joint_names)
+    axes = motion.frame if frame is None else Frame(frame)
+    said = f"the path of the tip of {chosen.arm} through {len(motion.times)} points, in {axes.name} ({axes.describe()})"
+    return Task(path, Scene(frame=axes), path=file, notes=(said,), fixed_frame=True)

@@ -1,0 +1,282 @@
+"""Model files of robots, MJCF and URDF, made ready for the simulator, and robots known by such a file alone."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+
+from ovita.errors import FormatError, RobotError
+from ovita.io.files import read_text
+from ovita.sim.models import ArmLimits, DroneLimits, RobotModel, Tip
+from ovita.text import listed
+
+MODELS = (".xml", ".mjcf", ".urdf")
+"""Endings of model files."""
+
+TIPS = ("attachment_site", "tip", "tcp", "tool0", "flange", "ee_link", "right_hand", "gripper")
+"""Sites and bodies that are taken for an arm's tip, the first that there is; else the last body of the chain."""
+
+SPEED, PICKUP = 1.0, 4.0
+"""Of joints whose file states no speed: this one [rad/s]; and every joint reaches its speed in 1 / PICKUP [s]."""
+
+POSTURES = 7
+"""Postures from which inverse kinematics starts where the file has none of its own."""
+
+_URDF_COMPILER = '<mujoco><compiler strippath="false" discardvisual="true" fusestatic="false"/></mujoco>'
+
+
+def read_spec(path: Path) -> Any:
+    """A model file as MuJoCo edits it; meshes of a URDF are looked for beside it and in the folders above.
+
+    Raises:
+        RobotError: If it cannot be read.
+    """
+    import mujoco
+
+    try:
+        if path.suffix.lower() != ".urdf":
+            return mujoco.MjSpec.from_file(str(path))
+        text = re.sub(r'(?<=filename=")[^"]+', lambda found: _located(path, found[0]), read_text(path))
+        return mujoco.MjSpec.from_string(re.sub(r"<robot\b[^>]*>", rf"\g<0>{_URDF_COMPILER}", text, count=1))
+    except FormatError as error:
+        raise RobotError(str(error)) from None
+    except ValueError as error:
+        raise RobotError(f"{path}: cannot be read: {str(error).splitlines()[0]}") from None
+
+
+def _located(path: Path, name: str) -> str:
+    """The file that a URDF means by package://PACKAGE/REST or by a relative path; the text itself if there is none."""
+    rest = name.partition("://")[2] or name
+    for folder in path.resolve().parents:
+        for tail in (rest, rest.partition("/")[2]):
+            if tail and (folder / tail).is_file():
+                return str(folder / tail)
+    return name
+
+
+def make_arm(spec: Any, robot: RobotModel) -> None:
+    """Make a model an arm as its controller wants it.
+
+    Only the joints between base and tip move; each has a motor; neighbouring links and the pairs that the robot names
+    do not touch each other.
+
+    Raises:
+        RobotError: If there is no such tip or link, or a joint's torque is not known.
+    """
+    joints = _keep_chain(spec, robot)
+    limits = robot.limits
+    assert isinstance(limits, ArmLimits)
+    if limits.torque and len(limits.torque) != len(joints):
+        raise RobotError(f"{robot.model}: torque has {len(limits.torque)} values, the arm has {len(joints)} joints")
+    torques = limits.torque or [_torque(spec, joint) for joint in joints]
+    if not all(torques):
+        raise RobotError(
+            f"{robot.model}: has no actuators; give the torque of each of its {len(joints)} joints in the .toml"
+        )
+    _drive(spec, joints, torques)
+    _part(spec, robot)
+
+
+def _keep_chain(spec: Any, robot: RobotModel) -> list[Any]:
+    """The joints between base and tip; all others are fixed where they are, with what depends on them removed."""
+    import mujoco
+
+    chain, body = [], _tip_body(spec, robot)
+    while body is not None and body.name != "world":
+        chain.append(body)
+        body = body.parent
+    joints = [joint for link in reversed(chain) for joint in link.joints]
+    turning = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
+    if not joints or any(joint.type not in turning for joint in joints):
+        raise RobotError(f"{robot.model}: no chain of hinges leads from its base to the tip; name the tip: --tip NAME")
+    kept = {joint.name for joint in joints}
+    for key in list(spec.keys):
+        spec.delete(key)
+    if len(kept) < len(list(spec.joints)):
+        for things in (spec.equalities, spec.sensors, spec.actuators, spec.tendons):
+            for thing in list(things):
+                if getattr(thing, "target", None) not in kept:
+                    spec.delete(thing)
+        for joint in [joint for joint in spec.joints if joint.name not in kept]:
+            spec.delete(joint)
+    return joints
+
+
+def _tip_body(spec: Any, robot: RobotModel) -> Any:
+    """The body that the tip is on; a site is made for it where there is none."""
+    if isinstance(robot.tip, Tip):
+        body = spec.body(robot.tip.body)
+        if body is None:
+            raise RobotError(f"{robot.model}: has no body {robot.tip.body!r} for the tip")
+        body.add_site(name="tip", pos=robot.tip.position)
+        return body
+    site = spec.site(robot.tip)
+    if site is not None:
+        return site.parent
+    body = spec.body(robot.tip)
+    if body is None:
+        names = listed(
+            sorted(thing.name for thing in (*spec.sites, *spec.bodies) if thing.name and thing.name != "world")
+        )
+        raise RobotError(
+            f"{robot.model}: has no site {robot.tip!r} for the tip, and no body of that name; it has {names}"
+        )
+    body.add_site(name=robot.tip)
+    return body
+
+
+def _torque(spec: Any, joint: Any) -> float:
+    """The largest torque of a joint [Nm], or force [N], by its actuator or by itself; 0 where none is stated."""
+    for actuator in spec.actuators:
+        if actuator.target == joint.name:
+            ranges = [actuator.forcerange * abs(actuator.gear[0])]
+            if not actuator.biasprm.any():  # a motor: what it is told is its force
+                ranges.append(actuator.ctrlrange * abs(actuator.gainprm[0] * actuator.gear[0]))
+            stated = [float(np.abs(pair).min()) for pair in ranges if np.abs(pair).min() > 0]
+            if stated:
+                return min(stated)
+    return float(np.abs(joint.actfrcrange).min())
+
+
+def _drive(spec: Any, joints: Sequence[Any], torques: Sequence[float]) -> None:
+    """A motor at each joint in place of what drove it."""
+    import mujoco
+
+    for actuator in list(spec.actuators):
+        spec.delete(actuator)
+    for i, (joint, torque) in enumerate(zip(joints, torques, strict=True)):
+        joint.name = joint.name or f"joint{i + 1}"
+        actuator = spec.add_actuator(target=joint.name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+        actuator.set_to_motor()
+        actuator.ctrlrange = [-torque, torque]
+        actuator.ctrllimited = 1
+
+
+def _part(spec: Any, robot: RobotModel) -> None:
+    """Exclude contacts of the base with the first moving links, and of the pairs that the robot names.
+
+    MuJoCo itself excludes other neighbours, but not those of a body that is fixed to the world.
+    """
+    bodies = {body.name: body for body in spec.bodies if body.name != "world"}
+    fixed = [body for body in bodies.values() if not any(link.joints for link in _to_base(body))]
+    first = [b for b in bodies.values() if sum(bool(link.joints) for link in _to_base(b)) == 1]
+    pairs = {(a.name, b.name) for a in fixed for b in first}
+    for pair in robot.ignore_contacts:
+        for name in pair:
+            if name not in bodies:
+                raise RobotError(f"{robot.model}: has no link {name!r}; its links are {listed(sorted(bodies))}")
+        pairs.add((pair[0], pair[1]))
+    there = {frozenset((e.bodyname1, e.bodyname2)) for e in spec.excludes}
+    for a, b in sorted(pairs):
+        if a and b and frozenset((a, b)) not in there:
+            spec.add_exclude(bodyname1=a, bodyname2=b)
+
+
+def _to_base(body: Any) -> Iterator[Any]:
+    while body is not None and body.name != "world":
+        yield body
+        body = body.parent
+
+
+def model_file(folder: Path) -> Path:
+    """The one robot in a folder, such as one of the MuJoCo Menagerie; scenes do not count.
+
+    Raises:
+        RobotError: If there is none, or several.
+    """
+    files = [p for p in sorted(folder.iterdir()) if p.suffix.lower() in MODELS and not p.stem.startswith("scene")]
+    named = [p for p in files if folder.name.endswith(p.stem)]
+    if len(named) != 1 and len(files) != 1:
+        found = f"several robots ({listed([p.name for p in files[:8]])}); name one" if files else "no .xml and no .urdf"
+        raise RobotError(f"{folder}: holds {found}")
+    return (named or files)[0] if len(named) == 1 else files[0]
+
+
+def model_of(path: Path, tip: str | None = None) -> RobotModel:
+    """A robot by its model file alone: an arm, or a drone whose rotors act at sites.
+
+    What the file does not state is assumed, and told in the notes of every report.
+
+    Raises:
+        RobotError: If it can be neither.
+    """
+    import mujoco
+
+    spec = read_spec(path)
+    free = [joint for joint in spec.joints if joint.type == mujoco.mjtJoint.mjJNT_FREE]
+    if not free:
+        return _arm_of(path, spec, tip or _guessed_tip(spec))
+    if list(spec.actuators) and all(a.trntype == mujoco.mjtTrn.mjTRN_SITE for a in spec.actuators):
+        return _drone_of(path, spec)
+    raise RobotError(f"{path}: it moves about, but not on rotors; describe a rover in a .toml (docs/robots.md)")
+
+
+def _arm_of(path: Path, spec: Any, tip: str) -> RobotModel:
+    wide = RobotModel(path.stem, path.stem, path, "arm", tip, ArmLimits((), (), ()))
+    home = next((np.array(key.qpos) for key in spec.keys if len(key.qpos)), None)
+    every = [joint.name for joint in spec.joints]
+    kept = [(joint.name, np.array(joint.range)) for joint in _keep_chain(spec, wide)]
+    stated = _urdf_speeds(path)
+    speeds = tuple(stated.get(name, SPEED) for name, _ in kept)
+    low = np.array([r[0] if r[1] > r[0] else -np.pi for _, r in kept])
+    high = np.array([r[1] if r[1] > r[0] else np.pi for _, r in kept])
+    if spec.compiler.degree and path.suffix.lower() != ".urdf":
+        low, high = (np.where([r[1] > r[0] for _, r in kept], np.radians(x), x) for x in (low, high))
+    middle, half = 0.5 * (low + high), 0.5 * (high - low)
+    rows = [middle + half * 0.5 * (2.0 * _halton(k, len(kept)) - 1.0) for k in range(1, POSTURES + 1)]
+    if home is not None and len(home) == len(every):
+        rows.insert(0, home[[every.index(name) for name, _ in kept]])
+    postures = tuple(tuple(float(q) for q in np.clip(row, low, high)) for row in rows)
+    unknown = [name for name, _ in kept if name not in stated]
+    notes = [f"The tip is {tip!r}; accelerations are assumed: every joint reaches its speed in {1 / PICKUP:g} s."]
+    if unknown:
+        notes.append(f"The model states no speed of {len(unknown)} joints; {SPEED:g} rad/s is assumed.")
+    limits = ArmLimits(speeds, tuple(PICKUP * v for v in speeds), postures)
+    return RobotModel(path.stem, path.stem, path, "arm", tip, limits, 0.001, 0.002, 0.004, notes=tuple(notes))
+
+
+def _guessed_tip(spec: Any) -> str:
+    names = {thing.name for thing in (*spec.sites, *spec.bodies)}
+    deepest = max((b for b in spec.bodies if b.name), key=lambda b: sum(len(list(link.joints)) for link in _to_base(b)))
+    return next((name for name in TIPS if name in names), str(deepest.name))
+
+
+def _urdf_speeds(path: Path) -> dict[str, float]:
+    """The speeds of joints that a URDF states [rad/s], which MuJoCo does not read."""
+    if path.suffix.lower() != ".urdf":
+        return {}
+    found = {}
+    for joint in ElementTree.fromstring(read_text(path)).iter("joint"):
+        limit = joint.find("limit")
+        if limit is not None and float(limit.get("velocity", 0)) > 0:
+            found[str(joint.get("name"))] = float(limit.get("velocity", 0))
+    return found
+
+
+def _halton(k: int, dimensions: int) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """Point k of the Halton sequence, (dimensions,) in 0..1."""
+    from scipy.stats import qmc
+
+    return np.asarray(qmc.Halton(dimensions, scramble=False).random(k + 1)[k])
+
+
+def _drone_of(path: Path, spec: Any) -> RobotModel:
+    model = spec.compile()
+    body = int(model.jnt_bodyid[0])
+    mass, thrust = (
+        float(model.body_subtreemass[body]),
+        float((model.actuator_ctrlrange[:, 1] * model.actuator_gear[:, 2]).sum()),
+    )
+    spare = thrust / mass - abs(float(model.opt.gravity[2]))
+    if spare <= 0:
+        raise RobotError(f"{path}: its rotors lift at most {thrust:.3g} N, and it weighs {mass:.3g} kg")
+    limits = DroneLimits(2.0, min(3.0, 0.5 * spare), 6.0, 4.0, 120.0, 20.0)
+    note = (
+        f"Speed (2 m/s), acceleration ({limits.acceleration:.3g} m/s^2) and gains are assumed; give a .toml for others."
+    )
+    return RobotModel(path.stem, path.stem, path, "drone", Tip(str(model.body(body).name)), limits, notes=(note,))
