@@ -12,6 +12,7 @@ import click
 
 from ovita import sim
 from ovita.cli.common import EXIT_OF, choices_from, plain, show_notes, source
+from ovita.cli.joints_ import IGNORED, TIP
 from ovita.errors import FormatError
 from ovita.io import is_adaptation, is_address, open_task
 from ovita.paths.robot import Robot, preset_name
@@ -25,7 +26,7 @@ from ovita.result import Adaptation
 @click.option(
     "--robot",
     metavar="NAME|FILE",
-    help="arm (iiwa), drone (crazyflie), ground (jackal, rover), or .toml. [FILE's]",
+    help="arm (iiwa), drone (crazyflie), ground (jackal, rover), or a .toml, model or folder. [FILE's]",
 )
 @click.option(
     "--which",
@@ -45,6 +46,8 @@ from ovita.result import Adaptation
     show_default=True,
     help="Of an arm's tip: as the trajectory says if it does, free, or kept as at the start.",
 )
+@TIP
+@IGNORED
 @click.option("--solid", is_flag=True, help="Objects push back; otherwise contact is only reported.")
 @click.option("--json", "as_json", is_flag=True, help="Print the reports as JSON.")
 @source
@@ -55,6 +58,8 @@ def command(
     video: str | None,
     base: str | None,
     orientation: Any,
+    tip: str | None,
+    ignored: tuple[str, ...],
     solid: bool,
     as_json: bool,
     **options: Any,
@@ -69,7 +74,7 @@ def command(
     stood = None if base is None else sim.Base.parse(base)
     paths, scene, limits, title, contacts = _read(file, which, options)
     sim.require()
-    model = sim.load_model(robot or _robot_for(limits, file))
+    model = sim.load_model(robot or _robot_for(limits, file), tip=tip, ignore_contacts=ignored)
     if stood is None:
         stood = sim.place([path for _, path in paths], scene, model, limits)
     panes = []

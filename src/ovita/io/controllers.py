@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from importlib import import_module
 from typing import Any
 
@@ -113,7 +114,10 @@ def _await(address: Address, goal: Any, patience: float, spin: Callable[[], None
     except KeyboardInterrupt:
         why = "cancelled by Ctrl-C"
     stopped = goal.cancel_goal_async()
-    if _until(stopped.done, address.timeout, spin) and _until(ended.done, address.timeout, spin):
+    confirmed = False
+    with suppress(KeyboardInterrupt):  # a second Ctrl-C ends the wait, not the cancelling
+        confirmed = _until(stopped.done, address.timeout, spin) and _until(ended.done, address.timeout, spin)
+    if confirmed:
         if ended.result().status == SUCCEEDED:
             raise LinkError(f"{address}: {why}, but the controller had ended before: the arm is at the last point")
         raise LinkError(f"{address}: {why}; the controller confirmed it and holds the arm where it is")

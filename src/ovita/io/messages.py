@@ -291,14 +291,17 @@ class JointMotion:
 
     def after(self, first: JointMotion) -> JointMotion:
         """This motion once another, of the same joints and to where this one starts, has ended; at rest between."""
-        together = {
-            key: None if a is None or b is None else np.concatenate([a, b[1:]])
-            for key in ("velocities", "accelerations")
-            for a, b in [(getattr(first, key), getattr(self, key))]
-        }
-        positions = np.concatenate([first.positions, self.positions[1:]])
-        times = np.concatenate([first.times, first.times[-1] + self.times[1:] - self.times[0]])
-        return replace(self, positions=positions, times=times, **together)
+
+        def together(a: Array | None, b: Array | None) -> Array | None:
+            return None if a is None or b is None else np.concatenate([a, b[1:]])
+
+        return replace(
+            self,
+            positions=np.concatenate([first.positions, self.positions[1:]]),
+            times=np.concatenate([first.times, first.times[-1] + self.times[1:] - self.times[0]]),
+            velocities=together(first.velocities, self.velocities),
+            accelerations=together(first.accelerations, self.accelerations),
+        )
 
     def through(self, forward: Forward) -> Trajectory:
         """The path of the tool by a kinematic model; its speeds follow from the times."""

@@ -14,7 +14,7 @@ from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.sim.models import ArmLimits, RobotModel, load_model
-from ovita.sim.placement import Base
+from ovita.sim.placement import Base, WorldTransform
 from ovita.sim.report import FAILED, Report
 from ovita.sim.simulate import require, simulate
 from ovita.sim.world import PREFIX, SimWorld, build
@@ -161,7 +161,8 @@ def tool_path(
         MissingExtra: If the simulation is not installed.
     """
     model = _arm(arm)
-    stage = build(model, Scene(), base or Base(), 0.0)
+    world = WorldTransform(motion.frame)
+    stage = build(model, Scene(), world.base(base or Base()), 0.0)
     joints = joints_of_arm(model, stage, names)
     order = joints.order(motion.names)
     if len(order) != len(motion.names):
@@ -177,7 +178,7 @@ def tool_path(
         mujoco.mj_kinematics(stage.model, data)
         turn = np.zeros(4)
         mujoco.mju_mat2Quat(turn, data.site_xmat[stage.tip])
-        return data.site_xpos[stage.tip].copy(), turn
+        return data.site_xpos[stage.tip] * world.signs, world.turned(turn)
 
     return motion.through(forward)
 
