@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -27,7 +26,8 @@ SPEED, PICKUP = 1.0, 4.0
 POSTURES = 7
 """Postures from which inverse kinematics starts where the file has none of its own."""
 
-_URDF_COMPILER = '<mujoco><compiler strippath="false" discardvisual="true" fusestatic="false"/></mujoco>'
+_AS_IT_IS = {"strippath": "false", "discardvisual": "true", "fusestatic": "false"}
+"""How MuJoCo is to compile a URDF: its meshes where they are, links without joints kept, as they may be tools."""
 
 
 def read_spec(path: Path) -> Any:
@@ -41,12 +41,22 @@ def read_spec(path: Path) -> Any:
     try:
         if path.suffix.lower() != ".urdf":
             return mujoco.MjSpec.from_file(str(path))
-        text = re.sub(r'(?<=filename=")[^"]+', lambda found: _located(path, found[0]), read_text(path))
-        return mujoco.MjSpec.from_string(re.sub(r"<robot\b[^>]*>", rf"\g<0>{_URDF_COMPILER}", text, count=1))
+        root = _urdf(path)
+        for mesh in root.iter("mesh"):
+            mesh.set("filename", _located(path, mesh.get("filename", "")))
+        ElementTree.SubElement(ElementTree.SubElement(root, "mujoco"), "compiler", _AS_IT_IS)
+        return mujoco.MjSpec.from_string(ElementTree.tostring(root, encoding="unicode"))
     except FormatError as error:
         raise RobotError(str(error)) from None
     except ValueError as error:
         raise RobotError(f"{path}: cannot be read: {str(error).splitlines()[0]}") from None
+
+
+def _urdf(path: Path) -> ElementTree.Element:
+    try:
+        return ElementTree.fromstring(read_text(path))
+    except ElementTree.ParseError as error:
+        raise RobotError(f"{path}: cannot be read: {error}") from None
 
 
 def _located(path: Path, name: str) -> str:
@@ -251,7 +261,7 @@ def _urdf_speeds(path: Path) -> dict[str, float]:
     if path.suffix.lower() != ".urdf":
         return {}
     found = {}
-    for joint in ElementTree.fromstring(read_text(path)).iter("joint"):
+    for joint in _urdf(path).iter("joint"):
         limit = joint.find("limit")
         if limit is not None and float(limit.get("velocity", 0)) > 0:
             found[str(joint.get("name"))] = float(limit.get("velocity", 0))
