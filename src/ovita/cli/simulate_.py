@@ -20,6 +20,35 @@ from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 from ovita.result import Adaptation
 
+_DISTURBED = (
+    click.option("--noise", type=float, default=0.0, metavar="M|RAD", help="Of measured places, standard deviation."),
+    click.option("--rate-noise", type=float, default=0.0, metavar="M/S", help="Of measured speeds; rad/s of joints."),
+    click.option("--delay", type=float, default=0.0, metavar="S", help="From the sensors to the actuators."),
+    click.option("--lag", type=float, default=0.0, metavar="S", help="Time constant of rotors and motors."),
+    click.option("--payload", type=float, default=0.0, metavar="KG", help="At the tip, unknown to the controller."),
+    click.option("--wind", metavar="X,Y,Z", help="Velocity of the air in the scene's coordinates, in m/s."),
+    click.option("--gust", type=float, default=0.0, metavar="M/S", help="Standard deviation of the wind's changes."),
+    click.option("--seed", type=int, default=0, metavar="N", help="Of noise and gusts."),
+)
+
+
+def disturbed(function: Any) -> Any:
+    """Add the options on what disturbs a simulated robot."""
+    for option in reversed(_DISTURBED):
+        function = option(function)
+    return function
+
+
+def disturbances_of(options: dict[str, Any]) -> sim.Disturbances:
+    """What disturbs a robot by a command's options."""
+    text = options["wind"] or "0,0,0"
+    try:
+        x, y, z = (float(part) for part in text.split(","))
+    except ValueError:
+        raise click.UsageError(f"--wind {text!r} is not x,y,z; give metres per second, such as --wind 2,0,0") from None
+    named = ("noise", "rate_noise", "delay", "lag", "payload", "gust", "seed")
+    return sim.Disturbances(wind=(x, y, z), **{name: options[name] for name in named})
+
 
 @click.command()
 @click.argument("file", metavar="FILE")
@@ -49,49 +78,28 @@ from ovita.result import Adaptation
 @TIP
 @IGNORED
 @click.option("--solid", is_flag=True, help="Objects push back; otherwise contact is only reported.")
+@disturbed
 @click.option("--json", "as_json", is_flag=True, help="Print the reports as JSON.")
+@click.option("--report", metavar="FILE", help="FILE is a folder: a table of all in it, as .csv, .md or .json.")
+@click.option("--jobs", type=click.IntRange(1), default=1, show_default=True, help="Processes, with --report.")
 @source
-def command(
-    file: str,
-    robot: str | None,
-    which: str,
-    video: str | None,
-    base: str | None,
-    orientation: Any,
-    tip: str | None,
-    ignored: tuple[str, ...],
-    solid: bool,
-    as_json: bool,
-    **options: Any,
-) -> None:
+def command(file: str, video: str | None, as_json: bool, report: str | None, jobs: int, **options: Any) -> None:
     """Let a robot follow FILE in physical simulation: a result of `ovita adapt --out`, or a trajectory in any format.
 
     Reports how well and how fast the robot follows, what it cannot reach and what it touches. Exit code 4 where it is
     off course, cannot reach a waypoint, or touches something that it is not meant to touch.
+
+    With --report, FILE is a folder; every trajectory and result in it is simulated, and the table says how each went.
     """
+    if report is not None:
+        from ovita.cli.simulate_batch_ import simulate_all
+
+        if video is not None or as_json:
+            raise click.UsageError("--report simulates a whole folder; leave --video and --json out")
+        sys.exit(simulate_all(file, report, jobs, options))
     if video is not None:
         sim.check_video(video)
-    stood = None if base is None else sim.Base.parse(base)
-    paths, scene, limits, title, contacts = _read(file, which, options)
-    sim.require()
-    model = sim.load_model(robot or _robot_for(limits, file), tip=tip, ignore_contacts=ignored)
-    if stood is None:
-        stood = sim.place([path for _, path in paths], scene, model, limits)
-    panes = []
-    for label, path in paths:
-        with _bar(f"simulating {label}", quiet=as_json) as progress:
-            done = sim.simulate(
-                path,
-                scene,
-                model,
-                base=stood,
-                limits=limits,
-                orientation=orientation,
-                solid=solid,
-                contacts=contacts,
-                progress=progress,
-            )
-        panes.append(sim.Pane(label, path, done))
+    panes, scene, title, model = simulated(file, options, quiet=as_json)
     if as_json:
         click.echo(json.dumps({pane.label: pane.simulation.report.to_dict() for pane in panes}, indent=2))
     else:
@@ -108,6 +116,37 @@ def command(
             click.echo(f"\nwrote {video}")
     if any(pane.simulation.report.status in sim.FAILED for pane in panes):
         sys.exit(EXIT_OF["infeasible"])
+
+
+def simulated(
+    file: str, options: dict[str, Any], *, quiet: bool = True
+) -> tuple[list[sim.Pane], Scene, str, sim.RobotModel]:
+    """The simulations of a file's trajectories by a command's options, the scene, a title, and the robot."""
+    disturbances = disturbances_of(options)
+    stood = None if options["base"] is None else sim.Base.parse(options["base"])
+    paths, scene, limits, title, contacts = _read(file, options["which"], options)
+    sim.require()
+    name = options["robot"] or _robot_for(limits, file)
+    model = sim.load_model(name, tip=options["tip"], ignore_contacts=options["ignored"])
+    if stood is None:
+        stood = sim.place([path for _, path in paths], scene, model, limits)
+    panes = []
+    for label, path in paths:
+        with _bar(f"simulating {label}", quiet=quiet) as progress:
+            done = sim.simulate(
+                path,
+                scene,
+                model,
+                base=stood,
+                limits=limits,
+                orientation=options["orientation"],
+                solid=options["solid"],
+                contacts=contacts,
+                disturbances=disturbances,
+                progress=progress,
+            )
+        panes.append(sim.Pane(label, path, done))
+    return panes, scene, title, model
 
 
 def _read(

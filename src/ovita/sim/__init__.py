@@ -26,6 +26,7 @@ to add a robot.
 
 from __future__ import annotations
 
+from ovita.sim.disturbances import Disturbances
 from ovita.sim.models import SHIPPED, STAND_INS, RobotModel, load_model
 from ovita.sim.placement import Base, WorldTransform
 from ovita.sim.report import FAILED, Contact, Report, Tracking
@@ -40,6 +41,7 @@ __all__ = [
     "STAND_INS",
     "Base",
     "Contact",
+    "Disturbances",
     "Motion",
     "Pane",
     "Report",

@@ -137,7 +137,7 @@ class Kinematics:
 
     def choose(self) -> tuple[Array, tuple[Unreachable, ...]]:
         """Joints (J,) [rad] at the start of the best posture, and the waypoints that it cannot reach."""
-        best: tuple[int, float, Array, Array, Array] | None = None
+        best: tuple[int, int, float, Array, Array, Array] | None = None
         for posture in self.postures:
             self._rest = posture
             self._posture.set_target(posture)
@@ -148,14 +148,14 @@ class Kinematics:
                 self._held = self._turn()
             path = self.follow(self.trajectory.positions, self.trajectory.orientations, first)
             left = np.array([self._miss(q, p) for q, p in zip(path, self.trajectory.positions, strict=True)])
-            missed = int((left > NEAR).sum())
+            missed, struck = int((left > NEAR).sum()), sum(self._struck(q) for q in path)
             travel = float(np.abs(np.diff(path, axis=0)).max(axis=1).sum())
-            if best is None or (missed, travel) < best[:2]:
-                best = (missed, travel, path, left, posture)
-            if missed == 0:
+            if best is None or (missed, struck, travel) < best[:3]:
+                best = (missed, struck, travel, path, left, posture)
+            if missed == struck == 0:
                 break
         assert best is not None
-        _, _, path, left, posture = best
+        *_, path, left, posture = best
         self._rest = posture
         if self.keep:
             self.configuration.update(path[0])
@@ -222,6 +222,15 @@ class Kinematics:
         out = np.zeros(4)
         mujoco.mju_mat2Quat(out, self.configuration.data.site_xmat[self.stage.tip])
         return out
+
+    def _struck(self, joints: Array) -> bool:
+        """Whether the arm touches the floor or itself."""
+        import mujoco
+
+        self.configuration.update(joints)
+        mujoco.mj_collision(self.stage.model, self.configuration.data)
+        geoms = self.configuration.data.contact.geom.tolist()
+        return any(a not in self.stage.objects and b not in self.stage.objects for a, b in geoms)
 
     def _miss(self, joints: Array, point: Array) -> float:
         self.configuration.update(joints)

@@ -17,13 +17,13 @@ from ovita.text import listed
 MODELS = (".xml", ".mjcf", ".urdf")
 """Endings of model files."""
 
-TIPS = ("attachment_site", "tip", "tcp", "tool0", "flange", "ee_link", "right_hand", "gripper")
-"""Sites and bodies that are taken for an arm's tip, the first that there is; else the last body of the chain."""
+TIPS = ("attachment_site", "tip", "tcp", "tool0", "flange", "ee_link", "hand")
+"""Sites and bodies of these names, or ending in _NAME, are taken for an arm's tip; else the last body of the chain."""
 
 SPEED, PICKUP = 1.0, 4.0
 """Of joints whose file states no speed: this one [rad/s]; and every joint reaches its speed in 1 / PICKUP [s]."""
 
-POSTURES = 7
+POSTURES = 16
 """Postures from which inverse kinematics starts where the file has none of its own."""
 
 _AS_IT_IS = {"strippath": "false", "discardvisual": "true", "fusestatic": "false"}
@@ -237,6 +237,7 @@ def _arm_of(path: Path, spec: Any, tip: str) -> RobotModel:
     high = np.array([r[1] if r[1] > r[0] else np.pi for _, r in kept])
     if spec.compiler.degree and path.suffix.lower() != ".urdf":
         low, high = (np.where([r[1] > r[0] for _, r in kept], np.radians(x), x) for x in (low, high))
+    low, high = np.maximum(low, -np.pi), np.minimum(high, np.pi)
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     rows = [middle + half * 0.5 * (2.0 * _halton(k, len(kept)) - 1.0) for k in range(1, POSTURES + 1)]
     if home is not None and len(home) == len(every):
@@ -251,9 +252,15 @@ def _arm_of(path: Path, spec: Any, tip: str) -> RobotModel:
 
 
 def _guessed_tip(spec: Any) -> str:
-    names = {thing.name for thing in (*spec.sites, *spec.bodies)}
-    deepest = max((b for b in spec.bodies if b.name), key=lambda b: sum(len(list(link.joints)) for link in _to_base(b)))
-    return next((name for name in TIPS if name in names), str(deepest.name))
+    import mujoco
+
+    names = sorted(thing.name for thing in (*spec.sites, *spec.bodies) if thing.name)
+
+    def hinges(body: Any) -> int:
+        return sum(joint.type == mujoco.mjtJoint.mjJNT_HINGE for link in _to_base(body) for joint in link.joints)
+
+    deepest = max((body for body in spec.bodies if body.name), key=hinges)
+    return next((name for tip in TIPS for name in names if f"_{name}".endswith(f"_{tip}")), str(deepest.name))
 
 
 def _urdf_speeds(path: Path) -> dict[str, float]:

@@ -14,6 +14,7 @@ from ovita.paths.robot import Box, Robot, Shell
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.sim.arm import Arm, Orientation
+from ovita.sim.disturbances import CALM, Disturbances, Plant
 from ovita.sim.models import RobotModel, load_model
 from ovita.sim.placement import Base, WorldTransform, arm_base, floor_under, start_base
 from ovita.sim.report import Log, Report, assess
@@ -80,6 +81,7 @@ def simulate(
     orientation: Orientation = "auto",
     solid: bool = False,
     contacts: Sequence[str] = (),
+    disturbances: Disturbances = CALM,
     progress: Callable[[float], None] | None = None,
 ) -> Simulation:
     """Let a robot follow a trajectory in MuJoCo.
@@ -95,6 +97,7 @@ def simulate(
             open, "keep" holds it as at the start.
         solid: Whether objects push back. Otherwise contact is detected and reported, but not felt.
         contacts: Objects that are meant to be touched.
+        disturbances: Noise, delay, lag, payload and wind, which the robot's controller knows nothing of.
         progress: Called with the share done, 0..1.
 
     Raises:
@@ -105,7 +108,9 @@ def simulate(
     """
     scene = scene or Scene()
     ready = _ready(trajectory, scene, robot, base, limits, orientation, solid)
-    log = _run(ready.stage, ready.controller, progress)
+    free = ready.model.controller != "arm"
+    plant = None if disturbances.calm else Plant(ready.stage, disturbances, ready.world.signs, free)
+    log = _run(ready.stage, ready.controller, plant, progress)
     report = assess(
         ready.model,
         ready.controller.intent,
@@ -115,6 +120,8 @@ def simulate(
         oriented=ready.model.controller == "arm" and orientation == "auto" and trajectory.orientations is not None,
         meant={scene[name].name for name in contacts if name in scene},
     )
+    if plant is not None:
+        report = replace(report, notes=(disturbances.told, *report.notes))
     plan = ready.controller.intent.plan
     return Simulation(_motion(ready, log), report, ready.stage, np.array(log.states), plan, np.array(log.frames))
 
@@ -260,10 +267,10 @@ def _every(timestep: float, steps: int) -> int:
     return max(1, round(1.0 / FRAME_RATE / timestep), int(np.ceil(steps / FRAMES)))
 
 
-def _run(stage: SimWorld, controller: Controller, progress: Callable[[float], None] | None) -> Log:
+def _run(stage: SimWorld, controller: Controller, plant: Plant | None, progress: Callable[[float], None] | None) -> Log:
     import mujoco
 
-    model, data = stage.model, mujoco.MjData(stage.model)
+    model, data = (stage.model, mujoco.MjData(stage.model)) if plant is None else (plant.model, plant.data)
     controller.pose(data, 0)
     if stage.rolls:
         mujoco.mj_step(model, data, int(SETTLE / model.opt.timestep))
@@ -272,7 +279,9 @@ def _run(stage: SimWorld, controller: Controller, progress: Callable[[float], No
     log = Log(np.empty((steps, 3)), np.empty((steps, 9)), np.zeros(steps, dtype=bool))
     for step in range(steps):
         mujoco.mj_step1(model, data)
-        log.weak[step] = not controller.act(data, step)
+        log.weak[step] = not controller.act(data if plant is None else plant.sense(), step)
+        if plant is not None:
+            plant.drive()
         log.tips[step] = data.site_xpos[stage.tip]
         log.turns[step] = data.site_xmat[stage.tip]
         if step % every == 0 or step == steps - 1:
