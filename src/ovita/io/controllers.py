@@ -1,15 +1,14 @@
-"""An arm's controller in ROS 2: the joint states that it publishes, and FollowJointTrajectory goals (rclpy)."""
+"""An arm's controller in ROS 2: goals of FollowJointTrajectory, through rclpy."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from importlib import import_module
 from typing import Any
 
 from ovita.errors import LinkError
-from ovita.io import ros2
+from ovita.io.bus import message_class, ros_node, wait
 from ovita.io.links import Address
 from ovita.io.messages import JointMotion, Maker, build_joints
 
@@ -58,16 +57,16 @@ def follow(address: Address, motion: JointMotion, told: Told | None = None, fram
             "or send a JointTrajectory to the controller's topic: ros2:/CONTROLLER/joint_trajectory"
         ) from None
     kind = message_class(ACTION)
-    maker = Maker(lambda name, **fields: message_class(name)(**fields))
+    maker = Maker(lambda name, /, **fields: message_class(name)(**fields))
     message = build_joints(motion, maker, frame_id=frame_id)
-    with ros2.ros_node(address) as (node, spin):
+    with ros_node(address) as (node, spin):
         client = ActionClient(node, kind, address.target)
-        if not _until(client.server_is_ready, address.timeout, spin):
+        if not wait(client.server_is_ready, address.timeout, spin):
             what = f"no controller offers {ACTION} as {address.target} in domain {address.domain}"
             raise LinkError(f"{address}: {what} within {address.timeout:g} s; nothing was sent")
         progress = _Progress(motion, told)
         sent = client.send_goal_async(kind.Goal(trajectory=message), feedback_callback=progress)
-        if not _until(sent.done, address.timeout, spin):
+        if not wait(sent.done, address.timeout, spin):
             raise LinkError(f"{address}: the controller did not answer the goal within {address.timeout:g} s")
         goal = sent.result()
         if not goal.accepted:
@@ -108,7 +107,7 @@ def _await(address: Address, goal: Any, patience: float, spin: Callable[[], None
     ended = goal.get_result_async()
     why = f"it had not ended after {patience:.0f} s, so it was cancelled"
     try:
-        if _until(ended.done, patience, spin):
+        if wait(ended.done, patience, spin):
             _check(address, ended.result())
             return
     except KeyboardInterrupt:
@@ -116,7 +115,7 @@ def _await(address: Address, goal: Any, patience: float, spin: Callable[[], None
     stopped = goal.cancel_goal_async()
     confirmed = False
     with suppress(KeyboardInterrupt):  # a second Ctrl-C ends the wait, not the cancelling
-        confirmed = _until(stopped.done, address.timeout, spin) and _until(ended.done, address.timeout, spin)
+        confirmed = wait(stopped.done, address.timeout, spin) and wait(ended.done, address.timeout, spin)
     if confirmed:
         if ended.result().status == SUCCEEDED:
             raise LinkError(f"{address}: {why}, but the controller had ended before: the arm is at the last point")
@@ -133,50 +132,6 @@ def _check(address: Address, response: Any) -> None:
     meaning = RESULTS.get(code, f"error code {code}, which the action does not define")
     also = f" ({text})" if text else ""
     raise LinkError(f"{address}: the motion {how or f'ended with status {response.status}'}: {meaning}{also}")
-
-
-def joint_state_message(address: Address, kind: str) -> Any:
-    """The first JointState that comes on a topic, through rclpy where it is, else over DDS.
-
-    Raises:
-        LinkError: If none comes within the address's time.
-    """
-    try:
-        import rclpy  # noqa: F401
-        from rclpy.qos import qos_profile_sensor_data
-    except ImportError:
-        came = ros2.capture(address, lambda there: [address.target], bool)
-        fitting = [one.message for one in came if one.type == kind]
-    else:
-        fitting = []
-        with ros2.ros_node(address) as (node, spin):
-            node.create_subscription(message_class(kind), address.target, fitting.append, qos_profile_sensor_data)
-            _until(lambda: fitting, address.timeout, spin)
-    if not fitting:
-        where = f"on {address.target} in domain {address.domain} within {address.timeout:g} s"
-        raise LinkError(f"{address}: no {kind} came {where}; so nobody knows where the arm is")
-    return fitting[-1]
-
-
-def message_class(name: str) -> Any:
-    """ROS's class of a message or action, such as control_msgs/action/FollowJointTrajectory.
-
-    Raises:
-        LinkError: If its package is not installed.
-    """
-    package, part, kind = name.split("/")
-    try:
-        return getattr(import_module(f"{package}.{part}"), kind)
-    except ImportError:
-        raise LinkError(f"{name} is not installed beside rclpy; install the ROS package {package}") from None
-
-
-def _until(ready: Callable[[], Any], timeout: float, spin: Callable[[], None]) -> Any:
-    """Let ROS work until something is ready or time is up; whether it is."""
-    end = time.monotonic() + timeout
-    while not ready() and time.monotonic() < end:
-        spin()
-    return ready()
 
 
 def _seconds(duration: Any) -> float:

@@ -12,8 +12,8 @@ from ovita.io import bags
 from ovita.io.documents import NONE, Choices, number_problem
 from ovita.io.files import file_name, is_address, is_bag, read_text, suffix
 from ovita.io.links import Address
+from ovita.io.recorded import JOINT_STATE
 
-JOINT_STATE = "sensor_msgs/msg/JointState"
 STATE_TOPIC = "/joint_states"
 
 
@@ -95,7 +95,11 @@ def _recorded(place: str | os.PathLike[str], choices: Choices) -> dict[str, floa
 def _live(address: Address) -> dict[str, float]:
     if address.bus != "ros2":
         raise LinkError(f"{address}: joint states come from ROS 2 topics, such as ros2:{STATE_TOPIC}")
-    from ovita.io import controllers
+    from ovita.io import ros2
 
-    message = controllers.joint_state_message(address, JOINT_STATE)
-    return _paired(message.name, message.position, str(address))
+    came = ros2.capture(address, lambda there: [address.target], bool)
+    fitting = [one.message for one in came if one.type == JOINT_STATE]
+    if not fitting:
+        where = f"on {address.target} in domain {address.domain} within {address.timeout:g} s"
+        raise LinkError(f"{address}: no {JOINT_STATE} came {where}; so nobody knows where the arm is")
+    return _paired(fitting[-1].name, fitting[-1].position, str(address))
