@@ -71,7 +71,7 @@ class Film:
     def save(self, path: Path) -> None:
         """Write the film, in one table of colours so that what stands still costs nothing."""
         sample = Image.fromarray(
-            np.concatenate([np.asarray(p)[::3] for p, _ in self.pictures[:: max(len(self.pictures) // 8, 1)]])
+            np.concatenate([np.asarray(p)[::2] for p, _ in self.pictures[:: max(len(self.pictures) // 10, 1)]])
         )
         table = sample.quantize(COLOURS, method=Image.Quantize.MEDIANCUT)
         frames = [picture.quantize(palette=table, dither=Image.Dither.NONE) for picture, _ in self.pictures]
@@ -99,7 +99,8 @@ def play(film: Film, view: Any, caption: str) -> None:
     """Both trajectories in motion."""
     film.take(0.3, caption)
     for moment in np.linspace(0.2, view.player.duration, 18):
-        view._show_moment(float(moment))
+        view.player.heard("moment", {"at": float(moment)})
+        view.player._tell()
         time.sleep(0.5)
         film.take(0.3)
 
