@@ -76,13 +76,15 @@ def knobs(folder: Path, n: int, count: int) -> bool:
         turn(tab, float(value))
     gc.collect()
     before, opened, threads = memory(), descriptors(), threading.active_count()
+    begun = time.process_time()
     took = [turn(tab, float(value)) for value in values]
+    spent = (time.process_time() - begun) / count * 1e3
     gc.collect()
     grown, more = memory() - before, descriptors() - opened
     p50, p95 = np.percentile(took, [50, 95])
     limit = 150 if n <= 100 else 500
     print(
-        f"N={n:5d}  {count} changes: median {p50:6.1f} ms  p95 {p95:6.1f} ms (limit {limit})  memory {grown:+.1f} MiB"
+        f"N={n:5d}  {count} changes: median {p50:6.1f} ms  p95 {p95:6.1f} ms (limit {limit})  CPU {spent:.1f} ms  memory {grown:+.1f} MiB"
         f"  descriptors {more:+d}  threads {threading.active_count() - threads:+d}"
         f"  turns kept {len(studio.views[0].controller.session.history.steps)}"
     )

@@ -232,8 +232,16 @@ class Tab:
         with self._lock:
             if self._closed:
                 return
-            with self.controller.lock, self.client.atomic():
-                self._refresh(news)
+            with self.controller.lock:
+                if news in ("turn", "knobs"):
+                    self._redraw(news)  # sent before the texts are made: who drags a knob looks at the line
+                with self.client.atomic():
+                    self._refresh(news)
+
+    def _redraw(self, news: News) -> None:
+        with self.client.atomic():
+            self.space.draw(self.controller.session)
+        self.timeline.refresh(lines=news == "turn")
 
     def _refresh(self, news: News) -> None:
         session = self.controller.session
@@ -245,7 +253,8 @@ class Tab:
         if news not in ("turn", "knobs"):
             return
         self.header.content = turns.header(self.controller, writer_name(session.writer))
-        self.space.draw(session)
+        if news == "turn":
+            self._redraw(news)
         self.knobs.refresh(turned=news == "knobs")
         for part in (self.plan, self.explanation, self.changes, self.code, self.limits):
             part.refresh()
@@ -254,7 +263,6 @@ class Tab:
             self.space.look_again(session)
         self.robots.refresh()
         self.ruler.refresh()
-        self.timeline.refresh(lines=news == "turn")
         self._show_ramp()
 
     def open(self, opened: Opened) -> None:
