@@ -84,7 +84,8 @@ def knobs(folder: Path, n: int, count: int) -> bool:
     p50, p95 = np.percentile(took, [50, 95])
     limit = 150 if n <= 100 else 500
     print(
-        f"N={n:5d}  {count} changes: median {p50:6.1f} ms  p95 {p95:6.1f} ms (limit {limit})  CPU {spent:.1f} ms  memory {grown:+.1f} MiB"
+        f"N={n:5d}  {count} changes: median {p50:6.1f} ms  p95 {p95:6.1f} ms (limit {limit})  CPU {spent:.1f} ms"
+        f"  memory {grown:+.1f} MiB"
         f"  descriptors {more:+d}  threads {threading.active_count() - threads:+d}"
         f"  turns kept {len(studio.views[0].controller.session.history.steps)}"
     )

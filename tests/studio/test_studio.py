@@ -31,7 +31,7 @@ def test_say_tune_undo(start, visit):
     for value in np.linspace(0.2, 0.4, 21):
         tab.set("left [m]", float(value))
     tab.wait(lambda: abs(offset(tab) - 0.4) < 1e-6)
-    assert "after" in tab.text() and "0.40 m left" in tab.text()
+    tab.wait(lambda: "after" in tab.text() and "0.40 m left" in tab.text())
     tab.set("history", "Undo")
     tab.wait(lambda: abs(offset(tab) - 0.2) < 1e-6)
     tab.set("history", "Undo")

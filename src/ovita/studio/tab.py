@@ -233,7 +233,7 @@ class Tab:
             if self._closed:
                 return
             with self.controller.lock:
-                if news in ("turn", "knobs"):
+                if news == "knobs":
                     self._redraw(news)  # sent before the texts are made: who drags a knob looks at the line
                 with self.client.atomic():
                     self._refresh(news)
