@@ -25,7 +25,7 @@ def opened(start, visit):
     studio = start()
     tab = visit(studio)
     tab.point("moment", at=0.0)
-    tab.wait(lambda: {"paths", "clock", "selected"} <= tab.heard.keys())
+    tab.wait(lambda: {"paths", "clock", "selected"} <= tab.heard.keys() and studio.views)
     return studio, tab
 
 
