@@ -35,7 +35,7 @@ import sys
 from collections.abc import Callable, Sequence
 from numbers import Real
 from types import UnionType
-from typing import Any, Literal, ParamSpec, TypeVar, Union, get_args, get_origin
+from typing import Any, Literal, ParamSpec, TypeVar, Union, get_args, get_origin, get_type_hints
 
 
 class OvitaError(Exception):
@@ -143,7 +143,8 @@ def called_as(example: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
 def _fits(value: object, annotation: object, names: dict[str, Any]) -> bool:
     """Whether a value may be of a type; True where that cannot be told."""
     try:
-        hint = eval(annotation, names) if isinstance(annotation, str) else annotation
+        named = type("Named", (), {"__annotations__": {"hint": annotation}})
+        hint = get_type_hints(named, names)["hint"]
     except NameError:  # of a type checker alone
         return True
     parts = get_args(hint)
@@ -152,8 +153,8 @@ def _fits(value: object, annotation: object, names: dict[str, Any]) -> bool:
         return any(_fits(value, part, names) for part in parts)
     if kind is Literal:
         return isinstance(value, str | int) and value in parts
-    if hint is None or hint is float or kind is Callable:
-        return value is None if hint is None else callable(value) if kind is Callable else isinstance(value, Real)
+    if kind is Callable or hint is float:
+        return callable(value) if kind is Callable else isinstance(value, Real)
     if not isinstance(kind, type):
         return True
     if getattr(kind, "_is_protocol", False):

@@ -73,7 +73,7 @@ def test_feedback_is_on_the_current_skill_or_on_what_was_shown():
 
 
 def test_a_path_that_is_drawn_anew_is_followed_as_far_as_phases_hold_it():
-    edited = adapt_skill(skill_of("kmp"), "make a small circle over the cup", writer="builtin")
+    edited = adapt_skill(skill_of("kmp"), "make a small circle around the cup", writer="builtin")
     assert edited.result.usable
     wanted, got = edited.result.adapted, edited.skill.generate().trajectory
     assert abs(got.length - wanted.length) < 0.1 * wanted.length or edited.notes

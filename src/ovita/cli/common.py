@@ -74,7 +74,7 @@ _SOURCE = (
     ),
     click.option("--home", metavar="LAT,LON,ALT", help="Home of a mission in degrees and metres. [the file's]"),
     click.option(
-        "--frames", metavar="FIXED:MOVING", help="Whose motion is read of recorded transforms: map:base_link."
+        "--moving", "frames", metavar="FIXED:MOVING", help="Whose motion is read of recorded transforms: map:base_link."
     ),
     click.option("--raw", is_flag=True, help="Keep every sample of a recording: neither smooth nor thin it."),
 )

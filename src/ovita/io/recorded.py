@@ -201,7 +201,7 @@ def _frames(edges: dict[tuple[str, str], set[Any]], wanted: str | None) -> tuple
     if not moving:
         raise TrajectoryError(f"holds no frame that moves, only {listing(sorted(known))}", key="transforms")
     if len(moving) > 1:
-        raise RequestError(f"several frames move ({there}); choose one as FIXED:MOVING, such as --frames map:base_link")
+        raise RequestError(f"several frames move ({there}); choose one as FIXED:MOVING, such as --moving map:base_link")
     return moving[0]
 
 
