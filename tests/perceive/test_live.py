@@ -29,35 +29,30 @@ PUBLISH = """
     import numpy as np
     from camera_bags import Camera, millimetres
     from depth_pictures import Thing, picture
-    from cyclonedds.pub import DataWriter
-    from cyclonedds.topic import Topic
-    from ovita.io import ros2
+    from ovita.io.bus import _DdsBus
     from ovita.io.links import Address
 
     class Live(Camera):
         def new(self, name, /, **fields):
             plain = {k: v.ravel().tolist() if isinstance(v, np.ndarray) else v for k, v in fields.items()}
-            return ros2.idl_type(name)(**plain)
+            return bus.maker.new(name, **plain)
 
-    cam = Live()
     view = picture([Thing("box", (0.0, 0.1, 0.06), (0.08, 0.08, 0.12), colour="red")])
     depth, rgb = "/camera/depth/image_rect_raw", "/camera/color/image_raw"
-    said = {
-        depth: ("sensor_msgs/msg/Image", cam.image(millimetres(view), "16UC1"), False),
-        rgb: ("sensor_msgs/msg/Image", cam.image(view.rgb, "rgb8"), False),
-        "/camera/depth/camera_info": ("sensor_msgs/msg/CameraInfo", cam.info(view.intrinsics, view.shape), False),
-        "/tf_static": ("tf2_msgs/msg/TFMessage", cam.tf(("world", "cam_optical", view.pose)), True),
-    }
-    with ros2._participant(Address.parse("ros2:/x?domain=DOMAIN&local=1")) as participant:
-        writers = {}
-        for topic, (name, message, latched) in said.items():
-            writers[topic] = DataWriter(participant, Topic(participant, "rt" + topic, ros2.idl_type(name)),
-                                        qos=ros2._qos(latched, latched))
+    with _DdsBus.joined(Address.parse("ros2:/x?domain=DOMAIN&local=1")) as bus:
+        cam = Live()
+        said = {
+            depth: ("sensor_msgs/msg/Image", cam.image(millimetres(view), "16UC1"), False),
+            rgb: ("sensor_msgs/msg/Image", cam.image(view.rgb, "rgb8"), False),
+            "/camera/depth/camera_info": ("sensor_msgs/msg/CameraInfo", cam.info(view.intrinsics, view.shape), False),
+            "/tf_static": ("tf2_msgs/msg/TFMessage", cam.tf(("world", "cam_optical", view.pose)), True),
+        }
+        writers = {topic: bus.publisher(topic, name, latched=latched) for topic, (name, _, latched) in said.items()}
         writers["/tf_static"].write(said["/tf_static"][1])
         while True:
-            for topic in said:
-                if topic != "/tf_static":
-                    writers[topic].write(said[topic][1])
+            for topic, (_, message, latched) in said.items():
+                if not latched:
+                    writers[topic].write(message)
             time.sleep(0.1)
 """
 
