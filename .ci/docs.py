@@ -6,6 +6,7 @@ asks nobody for anything: no font, script or picture comes from elsewhere, and t
     make docs
 """
 
+import html
 import re
 import shutil
 import subprocess
@@ -20,6 +21,8 @@ PAGES, SITE = ROOT / "build" / "pages", ROOT / "site"
 TOP = {"README.md": "index.md", "CONTRIBUTING.md": "contributing.md", "CHANGELOG.md": "changelog.md"}
 WORKER = "https://unpkg.com/iframe-worker/shim"
 _LINK = re.compile(r"(?<!!)\[([^\]]*)\]\((?!\w+:|#)([^)\s#]+)(#[^)\s]*)?\)")
+_BARS = re.compile(r"`([^`\n]*\\\|[^`\n]*)`")
+"""Code in tables whose bars are escaped, as GitHub wants them."""
 
 
 def page(text: str, folder: Path) -> str:
@@ -32,7 +35,8 @@ def page(text: str, folder: Path) -> str:
             return f"[{words}]({path.relative_to('docs')}{anchor or ''})"
         return f"[{words}]({TOP[str(path)]}{anchor or ''})" if str(path) in TOP else words
 
-    return _LINK.sub(there, text).replace("](docs/images/", "](images/")
+    linked = _LINK.sub(there, text).replace("](docs/images/", "](images/")
+    return _BARS.sub(lambda code: f"<code>{html.escape(code[1]).replace(chr(92) + '|', '&#124;')}</code>", linked)
 
 
 def lay_out() -> None:

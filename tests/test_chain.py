@@ -122,6 +122,13 @@ def test_an_end_that_is_to_stay_is_brought_back_from_where_a_policy_moved_it(end
     assert result.status == "done" and any("it was brought back" in text for text in result.warnings)
 
 
+@pytest.mark.parametrize("said", ["stay away from the kettle", "avoid the kettle", "end at the kettle"])
+def test_what_the_scene_lacks_is_named_in_the_question(said):
+    result = adapt(Request(said, PATH, SCENE), writer="builtin")
+    assert result.status == "needs_clarification"
+    assert "'kettle'" in result.question and "'cup'" in result.question
+
+
 def test_a_question_and_a_refusal_are_statuses():
     asked = adapt(request(), writer=Scripted(Reply("question", question="Which one?")))
     assert (asked.status, asked.message) == ("needs_clarification", "Which one?")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
@@ -68,7 +69,7 @@ def sinks_named(names: Sequence[str], licences: tuple[tuple[str, str], ...] = ()
     return (*(FORMATS[name] for name in dict.fromkeys(names)), DatasetCard(licences))
 
 
-def read(folder: Path, shard: int | None = None) -> Iterator[AugmentedSample]:
+def read(folder: str | os.PathLike[str], shard: int | None = None) -> Iterator[AugmentedSample]:
     """The samples of a folder in any format, or those of one shard, with everything that is known of them.
 
     Raises:
@@ -76,6 +77,6 @@ def read(folder: Path, shard: int | None = None) -> Iterator[AugmentedSample]:
         MissingExtra: If the format needs a package that is not installed.
     """
     for name, reader in _READERS.items():
-        if (folder / name).is_dir():
-            return reader(folder, "*" if shard is None else f"{shard:06d}")
+        if Path(folder, name).is_dir():
+            return reader(Path(folder), "*" if shard is None else f"{shard:06d}")
     raise FormatError(file_name(folder), f"holds no augmented data; there is no folder {listed(_READERS, 'or')} in it")

@@ -9,7 +9,7 @@ from ovita.errors import OvitaError
 from ovita.instruct.frames import Reading, SemanticFrame, with_selection
 from ovita.policy import Policy
 from ovita.request import Request
-from ovita.text import quoted
+from ovita.text import listed, quoted
 from ovita.units import ambiguous
 from ovita.writers.base import Reply, WriterInfo
 from ovita.writers.prompt import Prompt
@@ -49,7 +49,7 @@ def _decided(request: Request, effort: int) -> Reply:
         marked = replace(verdict.reading, frames=with_selection(verdict.reading.frames, request.selection))
         verdict = replace(verdict, reading=marked)
     if verdict.outcome == "ask":
-        return _asked(verdict.reading)
+        return _asked(verdict.reading, verdict.unused, request)
     against = bool(verdict.reading.improper)  # what contradicts itself may be asked about
     reply = _of(verdict.reading, request, effort) if verdict.outcome != "decline" or against else None
     if reply is None or (against and not reply.question):
@@ -75,8 +75,18 @@ def _of(reading: Reading, request: Request, effort: int) -> Reply | None:
     return reply if reply.kind == "policy" or reply.question else None
 
 
-def _asked(reading: Reading) -> Reply:
-    return Reply("question", question=reading.question, unplaced=reading.unread, writer=WriterInfo("builtin"))
+def _asked(reading: Reading, unused: tuple[str, ...], request: Request) -> Reply:
+    """The question, behind what is said of words that may name what the scene does not have."""
+    question = reading.question
+    if 0 < len(unused) <= FEW and question:
+        names = listed(map(repr, request.scene.names))
+        known = f"the scene holds {names or 'no objects'}"
+        question = f"I do not know {quoted(unused)}; {known}. {question}"
+    return Reply("question", question=question, unplaced=reading.unread, writer=WriterInfo("builtin"))
+
+
+FEW = 3
+"""Up to so many words that nothing was read from are named in a question."""
 
 
 def _declined(unplaced: tuple[str, ...]) -> Reply:
