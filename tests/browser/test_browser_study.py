@@ -82,7 +82,11 @@ FILL = """() => {
   for (const box of document.querySelectorAll('main fieldset')) {
     const radios = box.querySelectorAll('[type=radio]');
     if (radios.length) radios[1].click();
-    else box.querySelector('[type=range]').stepUp();
+    else {
+      const range = box.querySelector('[type=range]');
+      range.stepUp();
+      range.dispatchEvent(new Event('input', {bubbles: true}));
+    }
   }
   document.querySelector('[name=agree]')?.click();
 }"""
