@@ -49,8 +49,8 @@ def test_the_controllers_names_are_written_and_read(motion):
 
 def test_states_with_more_joints_are_read_by_name():
     joints = arm_joints("iiwa")
-    state = {"gripper": 9.0} | {name: float(i) for i, name in reversed(list(enumerate(KUKA)))}
-    assert joints.state(state).tolist() == [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
+    state = {"gripper": 9.0} | {name: i / 10 for i, name in reversed(list(enumerate(KUKA)))}
+    assert joints.state(state).tolist() == [i / 10 for i in range(7)]
     with pytest.raises(RobotError, match="say how they are named: --joint-names"):
         joints.state({"gripper": 1.0})
 
@@ -63,6 +63,12 @@ def test_accelerations_are_those_of_the_motion_and_within_the_limits(motion):
     assert (np.abs(motion.velocities) <= np.array(limits.velocity) * 1.01).all()
     assert (np.abs(motion.accelerations) <= np.array(limits.acceleration) * 1.05).all()
     assert not motion.accelerations[[0, -1]].any() and not motion.velocities[[0, -1]].any()
+
+
+@pytest.mark.parametrize(("q", "said"), [(57.6, "is it in degrees"), (2.2, "goes from -2.094 to 2.094")])
+def test_a_state_that_the_joint_cannot_be_in_is_one_sentence(q, said):
+    with pytest.raises(RobotError, match=f"a2 is {q:.3f} rad, .*{said}"):
+        arm_joints("iiwa").state(dict(zip((f"a{i}" for i in range(1, 8)), (0, q, 0, 0, 0, 0, 0), strict=True)))
 
 
 def test_accelerations_survive_a_bag(motion, tmp_path):

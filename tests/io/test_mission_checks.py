@@ -115,7 +115,9 @@ def test_a_takeoff_is_offered():
     path = Trajectory([[0, 0, 20], [0, 30, 20], [0, 60, 20]], [5, 5, 5])
     text, notes = notes_on(path, takeoff=True)
     items = json.loads(text)["mission"]["items"]
-    assert [i["command"] for i in items] == [22, 178, 16, 16, 16] and items[0]["params"][6] == 20
+    assert [i["command"] for i in items] == [22, 178, 16, 16, 16] and items[0]["params"][6] == pytest.approx(20)
+    home = json.loads(text)["mission"]["plannedHomePosition"]
+    assert items[0]["params"][4:6] == pytest.approx(home[:2], abs=1e-7), "not at latitude 0"
     assert any("add landing in" in note for note in notes)
     task = parse_plan(text, "f")
     mission, _ = mission_from(task.trajectory, task.scene, None, takeoff=True)

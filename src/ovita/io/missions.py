@@ -350,14 +350,17 @@ def mission_from(
         notes.append(f"home was moved to {home.describe()}, and the waypoints with it; other items stay where they are")
     merged, said_too = _merged(waypoints, before)
     if takeoff and not any(item.command in TAKEOFFS for item in merged):
-        merged.insert(0, _takeoff(waypoints[0]))
+        merged.insert(0, _takeoff(waypoints[0], before.home))
     return replace(before, items=tuple(merged)), (*notes, *said_too)
 
 
-def _takeoff(first: MissionWaypoint) -> Item:
-    """A takeoff where the vehicle stands, to the height of the first waypoint, at least `_LEAST_TAKEOFF`."""
+def _takeoff(first: MissionWaypoint, home: Home) -> Item:
+    """A takeoff at home, to the height of the first waypoint, at least `_LEAST_TAKEOFF`.
+
+    PX4 flies to a takeoff's latitude and longitude where it has them, so 0, 0 will not do; ArduPilot ignores them.
+    """
     height = max(float(first.position[2]), _LEAST_TAKEOFF)
-    return Item(TAKEOFF, RELATIVE, (0.0, 0.0, 0.0, None, 0.0, 0.0, height))
+    return moved(Item(TAKEOFF, RELATIVE, (0.0, 0.0, 0.0, None, 0.0, 0.0, 0.0)), np.array([0.0, 0.0, height]), home)
 
 
 def _merged(waypoints: Sequence[MissionWaypoint], before: Mission) -> tuple[list[Item], list[str]]:

@@ -24,6 +24,10 @@ START_TOLERANCE = 0.01
 """Largest gap of a joint [rad or m] between where it is and where a motion starts; MoveIt's allowed_start_tolerance."""
 
 
+BEYOND = 0.01
+"""How far beyond its range a joint may be measured [rad or m]."""
+
+
 @dataclass(frozen=True)
 class ArmJoints:
     """An arm's joints and how others call them.
@@ -33,12 +37,14 @@ class ArmJoints:
         own: Names in its model, J of them.
         sent: Names under which its controller knows them.
         known: Every set of names that is understood, each in the model's order.
+        ranges: How far each joint goes, (low, high) [rad or m].
     """
 
     title: str
     own: tuple[str, ...]
     sent: tuple[str, ...]
     known: tuple[tuple[str, ...], ...]
+    ranges: tuple[tuple[float, float], ...]
 
     def order(self, names: Sequence[str]) -> list[int]:
         """Where each of the model's joints is among other names, which may have more.
@@ -56,9 +62,18 @@ class ArmJoints:
         )
 
     def state(self, values: Mapping[str, float]) -> Array:
-        """The positions (J,) of the model's joints among named ones [rad or m]."""
+        """The positions (J,) of the model's joints among named ones [rad or m].
+
+        Raises:
+            RobotError: If no set of known names is among them, or a joint would be where it cannot be.
+        """
         here = list(values.values())
-        return np.array([here[i] for i in self.order(list(values))], dtype=float)
+        state = np.array([here[i] for i in self.order(list(values))], dtype=float)
+        for name, q, (low, high) in zip(self.sent, state.tolist(), self.ranges, strict=True):
+            if not low - BEYOND <= q <= high + BEYOND:
+                unit = "; is it in degrees?" if abs(q) > 2.0 * np.pi else ""
+                raise RobotError(f"joint state: {name} is {q:.3f} rad, but goes from {low:.3f} to {high:.3f} rad{unit}")
+        return state
 
 
 def joints_of_arm(model: RobotModel, stage: SimWorld, asked: str | None = None) -> ArmJoints:
@@ -72,7 +87,9 @@ def joints_of_arm(model: RobotModel, stage: SimWorld, asked: str | None = None) 
     own = tuple(stage.model.joint(j).name.removeprefix(PREFIX) for j in range(stage.model.njnt))
     others = [spelled(own, text) for text in (*model.joint_names, *model.aliases)]
     sent = spelled(own, asked) if asked else others[0] if model.joint_names else own
-    return ArmJoints(model.title, own, sent, tuple(dict.fromkeys((sent, own, *others))))
+    limited = zip(stage.model.jnt_limited, stage.model.jnt_range.tolist(), strict=True)
+    ranges = tuple((low, high) if bound else (-np.inf, np.inf) for bound, (low, high) in limited)
+    return ArmJoints(model.title, own, sent, tuple(dict.fromkeys((sent, own, *others))), ranges)
 
 
 def spelled(own: Sequence[str], text: str) -> tuple[str, ...]:
