@@ -77,11 +77,11 @@ def _of(reading: Reading, request: Request, effort: int) -> Reply | None:
 
 def _asked(reading: Reading, unused: tuple[str, ...], request: Request) -> Reply:
     """The question, behind what is said of words that may name what the scene does not have."""
-    question = reading.question
-    if 0 < len(unused) <= FEW and question:
-        names = listed(map(repr, request.scene.names))
-        known = f"the scene holds {names or 'no objects'}"
-        question = f"I do not know {quoted(unused)}; {known}. {question}"
+    question, named = reading.question, " ".join(request.scene.names).lower().split()
+    strange = [word for word in unused if not {*word.lower().split()} & {*named}]
+    if 0 < len(strange) <= FEW and question:
+        known = f"the scene holds {listed(map(repr, request.scene.names)) or 'no objects'}"
+        question = f"I do not know {quoted(strange)}; {known}. {question}"
     return Reply("question", question=question, unplaced=reading.unread, writer=WriterInfo("builtin"))
 
 
