@@ -253,7 +253,7 @@ def _taken(series: PoseSeries, index: NDArray[np.intp]) -> PoseSeries:
 
 
 def joints_of(samples: Iterable[StampedMessage]) -> tuple[JointMotion, tuple[str, ...]]:
-    """The motion of joints in a recording of JointState messages, smoothed and thinned as paths are not: as it is.
+    """The motion of joints in a recording of JointState messages as it is: neither smoothed nor thinned.
 
     Where publishers of several robots or grippers share the topic, the set of joints with most messages counts.
 

@@ -117,14 +117,23 @@ def _keep_chain(spec: Any, robot: RobotModel) -> list[Any]:
     return joints
 
 
+def add_tip(spec: Any, model: object, tip: Tip) -> Any:
+    """Make a site for the tip on its body, and return the body.
+
+    Raises:
+        RobotError: If the model has no such body.
+    """
+    body = spec.body(tip.body)
+    if body is None:
+        raise RobotError(f"{model}: has no body {tip.body!r} for the tip")
+    body.add_site(name="tip", pos=tip.position)
+    return body
+
+
 def _tip_body(spec: Any, robot: RobotModel) -> Any:
     """The body that the tip is on; a site is made for it where there is none."""
     if isinstance(robot.tip, Tip):
-        body = spec.body(robot.tip.body)
-        if body is None:
-            raise RobotError(f"{robot.model}: has no body {robot.tip.body!r} for the tip")
-        body.add_site(name="tip", pos=robot.tip.position)
-        return body
+        return add_tip(spec, robot.model, robot.tip)
     site = spec.site(robot.tip)
     if site is not None:
         return site.parent

@@ -14,7 +14,7 @@ from ovita.limits.obstacles import is_support
 from ovita.paths.robot import Box, Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, nlerp
-from ovita.sim.model_files import make_arm, read_spec
+from ovita.sim.model_files import add_tip, make_arm, read_spec
 from ovita.sim.models import ArmLimits, RobotModel, Tip
 from ovita.sim.placement import Base
 
@@ -249,10 +249,7 @@ def _load(robot: RobotModel) -> Any:
     if isinstance(robot.limits, ArmLimits):
         make_arm(spec, robot)
     elif isinstance(robot.tip, Tip):
-        body = spec.body(robot.tip.body)
-        if body is None:
-            raise RobotError(f"{robot.model}: has no body {robot.tip.body!r} for the tip")
-        body.add_site(name="tip", pos=robot.tip.position)
+        add_tip(spec, robot.model, robot.tip)
     return spec
 
 

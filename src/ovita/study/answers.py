@@ -164,7 +164,10 @@ def _of(study: StudyFolder, progress: StudyProgress) -> Iterator[Rating]:
         event = answered.get(page.id)
         for question, given in ((event.values or {}) if event else {}).items():
             assert event is not None
-            adapter, item = _judged(study, event.of) if page.kind == "judge" else ("", page.item)
+            adapter, item = "", page.item
+            if page.kind == "judge":
+                other, theirs = work_of(study, event.of)
+                adapter, item = other.id, theirs.item
             yield Rating(
                 person.id, person.group, page.phase, item, _condition(study, page), page.explanation, question,
                 _value(question, given, page), page.position, event.seconds, event.when, study.design.pilot, adapter,
@@ -177,10 +180,11 @@ def _condition(study: StudyFolder, page: StudyPage) -> str:
     return "|".join(page.conditions)
 
 
-def _judged(study: StudyFolder, of: str) -> tuple[str, str]:
-    """Who adapted what was judged, and of which item."""
-    adapter, _, page = of.partition("/")
-    return adapter, next((p.item for p in study.participants[adapter].pages if p.id == page), "")
+def work_of(study: StudyFolder, of: str) -> tuple[Participant, StudyPage]:
+    """Who adapted what is judged, and on which page; `of` is "p07/s002"."""
+    name, _, page_id = of.partition("/")
+    person = study.participants[name]
+    return person, next(page for page in person.pages if page.id == page_id)
 
 
 def _value(question: str, given: int | str, page: StudyPage) -> float | str:

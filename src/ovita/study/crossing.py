@@ -5,7 +5,7 @@ from __future__ import annotations
 import random
 from collections import Counter
 
-from ovita.study.answers import StudyProgress, progress_of
+from ovita.study.answers import StudyProgress, progress_of, work_of
 from ovita.study.assignment import Participant, StudyPage
 from ovita.study.folder import StudyFolder
 
@@ -36,6 +36,5 @@ def draw(study: StudyFolder, person: Participant) -> str:
 
 def whose(study: StudyFolder, of: str) -> tuple[StudyProgress, StudyPage]:
     """The person whose result it is, as far as they are, and the page on which they adapted."""
-    name, _, page_id = of.partition("/")
-    person = study.participants[name]
-    return progress_of(study, person), next(page for page in person.pages if page.id == page_id)
+    person, page = work_of(study, of)
+    return progress_of(study, person), page
