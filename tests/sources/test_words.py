@@ -104,6 +104,42 @@ def test_the_way_and_the_rest_are_told_apart(text, start, via, goal, rest):
     assert (route.rest, route.question) == (rest, "")
 
 
+@pytest.mark.parametrize(
+    ("text", "start", "via", "goal"),
+    [
+        ("From the box, sorry, from the bottle to the plate", "the bottle", [], "the plate"),
+        ("bottle => box => plate", "the bottle", ["the box"], "the plate"),
+        ("From the box past the bottle", "the box", ["the bottle"], None),
+        ("Pass the bottle, end at the plate. Do not start from the box", None, ["the bottle"], "the plate"),
+        ("From the box to the teapot", "the box", [], None),
+        ("from point 0.3 -0.3 0.5 to the plate", "[0.3, -0.3, 0.5]", [], "the plate"),
+    ],
+)
+def test_arrows_repairs_and_denials_decide_what_the_places_are(text, start, via, goal):
+    route = read_route(text, TABLE)
+    assert [place and place.label for place in (route.start, route.goal)] == [start, goal]
+    assert [place.label for place in route.via] == via
+    assert bool(route.question) == (start is None or goal is None)
+
+
+def test_it_in_a_wish_is_what_was_named_last():
+    route = read_route("Box to plate, pass over the bottle, minimum 12 cm clearance from it", TABLE)
+    (frame,) = (frame for wish in route.wishes for frame in wish.frames)
+    assert frame.named == ("bottle",)
+
+
+def test_a_wish_that_is_not_understood_is_not_passed_over():
+    made = from_words("From the box to the plate, flimflammy, slowly", TABLE, ARM, writer="builtin")
+    assert made.status == "needs_confirmation" and "flimflammy" in made.message
+
+
+def test_a_height_not_to_exceed_is_that_of_the_ends_too():
+    scene = generation.scene_of("lamp -1.6 -1.6 1.0 0.2 0.2 2.0; bench 1.6 -1.4 0.25 0.5 0.9 0.5")
+    made = from_words("Lamp to bench, never higher than 80 cm", scene, Robot.preset("drone"), writer="builtin")
+    assert made.status in ("done", "limited") and made.adaptation is not None
+    assert made.adaptation.adapted.positions[:, 2].max() < 0.8 + 1e-6
+
+
 def test_what_would_move_an_end_that_was_said_is_shown_first():
     made = from_words("from the box to the plate, shift everything left by 0.2", TABLE, ARM, writer="builtin")
     assert made.status == "needs_confirmation"

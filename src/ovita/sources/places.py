@@ -21,7 +21,7 @@ from ovita.instruct.spelling import respelt
 from ovita.limits.obstacles import Obstacle, build, from_object, is_support
 from ovita.limits.path import bounds, flatten, keep_out
 from ovita.limits.problem import TOLERANCE
-from ovita.paths.robot import Robot
+from ovita.paths.robot import Box, Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array
 from ovita.text import listed, number, point, the
@@ -115,7 +115,8 @@ _NUMBER = r"-?(?:\d+(?:\.\d+)?|\.\d+)(?:e[+-]?\d+)?"
 _AXES = r"[,;\s]*".join(rf"{axis}\s*[=:]?\s*{_NUMBER}" for axis in "xyz")
 _SNIPPET = re.compile(
     rf"(?<![\w.])(?P<triple>[(\[]?\s*{_NUMBER}\s*,\s*{_NUMBER}\s*,\s*{_NUMBER}\s*[)\]]?"
-    rf"|[(\[]\s*{_NUMBER}[\s,;]+{_NUMBER}[\s,;]+{_NUMBER}\s*[)\]]|[(\[]?{_AXES}[)\]]?(?![\w.]))"
+    rf"|(?:[(\[]|(?<=point ))\s*{_NUMBER}[\s,;]+{_NUMBER}[\s,;]+{_NUMBER}(?:\s*[)\]]|(?![\w.]))"
+    rf"|[(\[]?{_AXES}[)\]]?(?![\w.]))"
     rf"|(?P<arrow>-+>|=>|→|>(?!=))|{WORD.pattern}",
     re.IGNORECASE,
 )
@@ -241,11 +242,16 @@ class Text:
     def _meant(self, i: int, related: bool) -> tuple[Location, int] | None:
         """What "above it" and "from there" mean: the object that was named last before."""
         said = self.words[i] if 0 < i < len(self) else ""
-        if not (said == "there" and self.words[i - 1] in ("from", "to")) and not (said == "it" and related):
+        there = said == "there" and self.words[i - 1] in ("from", "to") and "where" not in self.words[i : i + 6]
+        if not there and not (said == "it" and related):
             return None
+        place = self.meant_at(i)
+        return (place, i + 1) if place is not None else None
+
+    def meant_at(self, i: int) -> Location | None:
+        """The object that was named last before piece i."""
         before = (self.object_at(k) for k in range(i - 1, -1, -1) if self._mention(k) is not None)
-        place = next((place for place in before if place is not None and not place[0].unclear), None)
-        return (place[0], i + 1) if place is not None else None
+        return next((place[0] for place in before if place is not None and not place[0].unclear), None)
 
     def _point(self, i: int) -> tuple[Location, int] | None:
         """The coordinates at piece i, with their unit."""
@@ -342,13 +348,14 @@ _DRAWN = re.compile(r"([^\W\d_])\1{2,}")
 _ITS = re.compile(
     r"\b((?:when|while|if|because|cos|since|as) )its(?= (?:near|close|at|by|on|over|going|past|in)\b)", re.I
 )
+_THE = re.compile(r"\bt'(?=[a-z]{3})", re.I)
 SHORTHAND = {"frm": "from", "thru": "through", "b4": "before", "til": "until"}
 _SHORT = re.compile(rf"(?<![\w/])({'|'.join(SHORTHAND)})(?=\s)", re.IGNORECASE)
 
 
 def _settled(text: str) -> str:
     """A text without drawn-out letters and the shorthand of messages: "pleeease", "frm"."""
-    text = _ITS.sub(r"\1it's", _DRAWN.sub(r"\1", text))
+    text = _THE.sub("the ", _ITS.sub(r"\1it's", _DRAWN.sub(r"\1", text)))
     return _SHORT.sub(lambda found: SHORTHAND[found[0].lower()], text)
 
 
@@ -452,10 +459,17 @@ def _sides(said: Location, item: SceneObject, scene: Scene, robot: Robot, toward
     """Places around an object, the nearest to where the path comes from first."""
     right, front = (scene.frame.direction(word) for word in ("right", "front"))
     angles = np.linspace(0.0, 2.0 * np.pi, AROUND, endpoint=False)
-    sides = [_beside(item, robot, np.cos(a) * right + np.sin(a) * front, said.distance) for a in angles]
+    directions = np.cos(angles)[:, None] * right + np.sin(angles)[:, None] * front
+    sides = [_low_enough(_beside(item, robot, direction, said.distance), robot) for direction in directions]
     if toward is not None:
         sides.sort(key=lambda place: round(float(np.linalg.norm(place - toward)), 9))
     return sides
+
+
+def _low_enough(position: Array, robot: Robot) -> Array:
+    """A place beside the middle of something tall, lower where a workspace ends below that."""
+    top = robot.workspace.upper[2] - robot.margin if isinstance(robot.workspace, Box) else np.inf
+    return np.array([*position[:2], min(position[2], top)])
 
 
 def troubles(position: Array, scene: Scene, robot: Robot) -> list[str]:

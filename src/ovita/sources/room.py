@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ovita.paths.robot import Robot
+from ovita.paths.robot import Box, Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array
 from ovita.sources.heights import Level
@@ -63,6 +63,14 @@ def _enlarged(item: SceneObject, robot: Robot, room: Mapping[str, Array]) -> Sce
         return item
     size = np.full(3, robot.object_size) if item.dimensions is None else item.dimensions
     return replace(item, dimensions=size + 2.0 * room[item.name])
+
+
+def capped(robot: Robot, ceiling: float | None) -> Robot:
+    """A robot whose workspace ends at a height that a way is not to exceed [m]; as it is where that leaves nothing."""
+    box = robot.workspace
+    if ceiling is None or not isinstance(box, Box) or not box.lower[2] + 2.0 * robot.margin < ceiling < box.upper[2]:
+        return robot
+    return replace(robot, workspace=Box(box.lower, (box.upper[0], box.upper[1], ceiling + robot.margin)))
 
 
 def leveled(anchors: Sequence[Anchor], level: Level | None, scene: Scene) -> list[Anchor]:

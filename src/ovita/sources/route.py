@@ -10,17 +10,17 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import product
+from itertools import pairwise, product
 
-from ovita.instruct.frames import Quantity, Reading, SemanticFrame, Wait
-from ovita.instruct.lexicon import concept_at, is_filler
+from ovita.instruct.frames import WHOLE, Height, Quantity, Reading, SemanticFrame, Wait
+from ovita.instruct.lexicon import DETERMINERS, concept_at, is_filler, term_at
 from ovita.instruct.numbers import amount_at
-from ovita.instruct.referee import Outcome, understand
+from ovita.instruct.referee import DO, Outcome, understand
 from ovita.paths.scene import Scene
 from ovita.sources.heights import Level, read_level
 from ovita.sources.places import Location, Text
 from ovita.sources.tagging import Role, TaggedPhrase, seen_with_points, tagger
-from ovita.text import listed, quoted
+from ovita.text import listed, quoted, the
 
 SURE = 0.6
 """How likely the roles of the places have to be, among all that they might have, to be planned without asking."""
@@ -96,6 +96,13 @@ class Route:
         return tuple(name for f in frames if getattr(f, "shape", "") == "circle" for name in f.named)
 
     @property
+    def ceiling(self) -> float | None:
+        """The height above the ground that the whole way is not to exceed [m], or None."""
+        frames = (frame for wish in self.wishes for frame in wish.frames if frame.part == WHOLE)
+        levels = [f.level.value for f in frames if isinstance(f, Height) and f.level.role == "at_most"]
+        return min(levels, default=None)
+
+    @property
     def question(self) -> str:
         """What is not known of the way, as a question, or ""."""
         said = (place for place in (self.start, *self.via, self.goal) if place is not None)
@@ -124,6 +131,7 @@ class _Said:
     place: Location | None
     lacking: str = ""
     waits: bool = False
+    back: bool = False
 
 
 def read_route(sentence: str, scene: Scene) -> Route:
@@ -131,15 +139,22 @@ def read_route(sentence: str, scene: Scene) -> Route:
     text = Text(sentence, scene)
     points = [piece.span for piece in text.pieces if piece.point is not None]
     phrases = tagger().read(seen_with_points(text.text, scene, points))
-    stops = [_said(text, phrase) for phrase in phrases if phrase.role in ("start", "via", "goal")]
-    stops, sure = _completed(stops + _waited(text, phrases, stops))
+    told = [_said(text, phrase) for phrase in phrases if phrase.role in ("start", "via", "goal")]
+    denied = [stop for stop in told if stop.place is not None and _denied(text, stop)]
+    mentioned = [stop for stop in told if stop not in denied]
+    told = _repaired(text, mentioned)
+    stops, sure = _completed(text, told + _waited(text, phrases, told))
     start, via, goal = _ordered(_corrected(stops))
-    wishes, level, fastest = _asked(text, phrases, stops, goal)
+    heard, level, fastest = _asked(text, phrases, stops, goal)
+    wishes = tuple(wish for wish in heard if wish.outcome != "decline")
     passed, left = _passed_over(text, phrases)
-    named = {item.name for stop in (start, *via, goal) if stop is not None for item in stop.objects}
+    left += [wish.text for wish in heard if wish.outcome == "decline"]
+    named = {item.name for stop in mentioned if stop.place is not None for item in stop.place.objects}
     named |= {name for wish in wishes for frame in wish.frames for name in frame.named}
-    told = " ".join((*left, *passed)).lower()
-    left += [item for item in _mentioned(text) if item not in named and item.lower() not in told]
+    unplaced = [s for s in told if s.place is None and not (s.back or s.lacking) and _measured(_words(text, s.phrase))]
+    left += [_text(text, stop.phrase) for stop in (*denied, *unplaced)]
+    said = " ".join((*left, *passed)).lower()
+    left += [item for item in _mentioned(text) if item not in named and item.lower() not in said]
     doubts = ["It is not certain what starts, what is passed and what ends the way."] if sure < SURE else []
     known: dict[Role | None, bool] = {"start": start is not None, "goal": goal is not None}
     unknown = [stop.lacking for stop in stops if stop.lacking and not known.get(stop.phrase.role, False)]
@@ -173,15 +188,20 @@ def _asked(
             level = height
         elif HASTE & set(words) and FASTEST & set(words) and not _amounts(words):
             fastest = True
-        elif any(map(str.isalnum, "".join(words))):
-            wishes += _wishes(_bare(_text(text, phrase)), text.scene)
+        elif any(map(str.isalnum, "".join(words))) and not _careful(words):
+            wishes += _wishes(_bare(_resolved(text, phrase)), text.scene)
     return tuple(wishes), level, fastest
 
 
 def _mentioned(text: Text) -> list[str]:
     """The objects that a sentence names, each on its own."""
-    places = (text.object_at(k) for k in range(len(text)))
-    return list(dict.fromkeys(item.name for place in places if place is not None for item in place[0].objects))
+    names, k = list[str](), 0
+    while k < len(text):
+        found = text.object_at(k)
+        if found is not None and not found[0].unclear:
+            names += [item.name for item in found[0].objects]
+        k = k + 1 if found is None else found[1]
+    return list(dict.fromkeys(names))
 
 
 def _pieces(text: Text, phrase: TaggedPhrase) -> range:
@@ -198,6 +218,21 @@ def _text(text: Text, phrase: TaggedPhrase) -> str:
     return text.text[slice(*phrase.span)].strip()
 
 
+def _resolved(text: Text, phrase: TaggedPhrase) -> str:
+    """The words of a phrase, with the object that was named last before for "it": "30 cm clearance from it"."""
+    said = ""
+    for k in _pieces(text, phrase):
+        begin, end = text.pieces[k].span
+        meant = text.words[k] == "it" and k > 0 and text.words[k - 1] in POINTING and text.meant_at(k)
+        gap = text.text[text.pieces[k - 1].span[1] : begin] if said else ""
+        said += gap + (the(meant.objects[0].name) if meant else text.text[begin:end])
+    return said.strip()
+
+
+POINTING = frozenset("from of near to around round over above by at behind past under below beside".split())
+"""Words behind which "it" is the object that was named last."""
+
+
 def _amounts(words: Sequence[str]) -> bool:
     return any(amount_at(words, k) is not None for k in range(len(words)))
 
@@ -209,10 +244,12 @@ def _said(text: Text, phrase: TaggedPhrase) -> _Said:
     if found:
         return _Said(phrase, _told(text, [place for place, _ in found], range(found[0][1], inside[-1] + 1)))
     if BACK & set(_words(text, phrase)):
-        return _Said(phrase, None)
+        return _Said(phrase, None, back=True)
     named = [k for k in inside if text.words[k].isalpha() and not _carries(text.words, k)]
     named = [k for k in named if len(text.words[k]) > 2 and text.words[k] not in TIES]
     last = [k for k in named if k == named[-1] or all(n in named for n in range(k, named[-1]))]
+    if phrase.role == "via" and last and text.words[max(last[0] - 1, 0)] not in DETERMINERS:
+        return _Said(phrase, None)  # "sittin right there" is no thing that is lacking
     return _Said(phrase, None, " ".join(text.words[k] for k in last))
 
 
@@ -280,16 +317,65 @@ MOST = 7
 """Places whose roles are weighed together."""
 
 
-def _completed(stops: Sequence[_Said]) -> tuple[list[_Said], float]:
+def _denied(text: Text, stop: _Said) -> bool:
+    """Whether a place is said to be none of the way: "do not start from the box"."""
+    inside = _pieces(text, stop.phrase)
+    before = next((k + 1 for k in range(inside[0] - 1, -1, -1) if not text.words[k][0].isalnum()), 0)
+    first = next(k for k in inside if text.place_at(k) is not None)
+    return any(term_at(text.words, k)[0] == "never" for k in range(max(before, first - 6), first))
+
+
+def _repaired(text: Text, stops: Sequence[_Said]) -> list[_Said]:
+    """The stops without those that were taken back at once: "from the box, sorry, from the cup"."""
+    found, gone = sorted(stops, key=lambda stop: stop.phrase.span), set[_Said]()
+    for k, (one, other) in enumerate(pairwise(found)):
+        between = range(_pieces(text, one.phrase)[-1] + 1, _pieces(text, other.phrase)[0])
+        role = one.phrase.role
+        taken = any(term_at(text.words, n)[0] == "correct" for n in between) and role is not None
+        if taken and role is not None and other.place is not None and other.phrase.shares[role] > MEANT:
+            gone.add(one)
+            found[k + 1] = replace(other, phrase=replace(other.phrase, role=role))
+    return [stop for stop in found if stop not in gone]
+
+
+MEANT = 0.3
+"""How likely a place behind a word that takes back what was said has to have the role of the one before it."""
+
+PASSED = frozenset(("past", "thru"))
+"""Classes of words with which a place is passed, and neither start nor goal."""
+
+UNLIKELY = 0.02
+"""How likely a role is against what arrows and such words tell."""
+
+
+def _against(text: Text, stops: Sequence[_Said]) -> list[set[Role]]:
+    """The roles that each place cannot well have: "past the cup" is no goal, and what an arrow leads to no start."""
+    found: list[set[Role]] = []
+    at = [next((k for k in _pieces(text, stop.phrase) if text.place_at(k) is not None), 0) for stop in stops]
+    for stop, place in zip(stops, at, strict=True):
+        cues = range(_pieces(text, stop.phrase)[0], place + 1)
+        passed = any(term_at(text.words, k)[0] in PASSED for k in cues)
+        found.append({"start", "goal"} if passed else set())
+    for (one, first), (other, second) in pairwise(zip(at, found, strict=True)):
+        if "->" in text.words[one:other]:
+            first.add("goal")
+            second.add("start")
+    return found
+
+
+def _completed(text: Text, stops: Sequence[_Said]) -> tuple[list[_Said], float]:
     """The stops in order with the likeliest roles together, and how likely these are."""
     found = sorted(stops, key=lambda stop: stop.phrase.span)
     placed = [stop for stop in found if stop.place is not None and not stop.waits][:MOST]
-    told = [stop.phrase.role for stop in found if stop not in placed and not stop.lacking]
+    told = [stop.phrase.role for stop in found if stop.back]
+    against = _against(text, placed)
 
     def likely(roles: Sequence[Role]) -> float:
         starts, goals = (sum(role == end for role in (*roles, *told)) for end in ("start", "goal"))
         prior = STARTS[min(starts, 2)] * GOALS[min(goals, 3)]
-        return prior * math.prod(max(s.phrase.shares[r], 1e-3) for s, r in zip(placed, roles, strict=True))
+        shares = (max(s.phrase.shares[r], 1e-3) for s, r in zip(placed, roles, strict=True))
+        odd = sum(role in unlike for role, unlike in zip(roles, against, strict=True))
+        return prior * UNLIKELY**odd * math.prod(shares)
 
     ways: tuple[Role, ...] = ("start", "via", "goal")
     weighed = {roles: likely(roles) for roles in product(ways, repeat=len(placed))}
@@ -302,9 +388,9 @@ def _completed(stops: Sequence[_Said]) -> tuple[list[_Said], float]:
 def _ordered(stops: Sequence[_Said]) -> tuple[Location | None, tuple[Location, ...], Location | None]:
     """The start, what is passed in order, and the goal; a goal before the last one is passed."""
     start = next((s.place for s in stops if s.phrase.role == "start" and s.place is not None), None)
-    goals = [s for s in stops if s.phrase.role == "goal" and (s.place is not None or not s.lacking)]
+    goals = [s for s in stops if s.phrase.role == "goal" and (s.place is not None or s.back)]
     last = goals[-1] if goals else None
-    goal = None if last is None else last.place or start
+    goal = None if last is None else start if last.back else last.place
     passed = [s.place for s in stops if s.phrase.role in ("via", "goal") and s is not last and s.place is not None]
     if goal is not None and passed and _same(passed[-1], goal) and passed[-1].relation == "at":
         passed = passed[:-1]
@@ -318,10 +404,12 @@ def _wait(text: Text, phrase: TaggedPhrase, stops: Sequence[_Said], goal: Locati
     duration = next((amount for amount in amounts if amount is not None and amount.unit == "s"), None)
     own = _said(text, phrase).place
     before = [s.place for s in stops if s.phrase.span[0] < phrase.span[0] and s.phrase.role != "start"]
-    behind = [s.place for s in stops if s.phrase.span[0] > phrase.span[0] and s.phrase.role == "via"]
-    place = own or next((p for p in (*before[::-1], *behind, goal) if p is not None), None)
+    behind = [s for s in stops if s.phrase.span[0] > phrase.span[0] and s.phrase.role == "via"]
+    at_once = [s.place for s in behind if not text.text[phrase.span[1] : s.phrase.span[0]].strip()]
+    likely = (own, *at_once, *before[::-1], *(s.place for s in behind), goal)
+    place = next((p for p in likely if p is not None and p.objects), None)
     said = _text(text, phrase)
-    if duration is None or place is None or not place.objects:
+    if duration is None or place is None:
         return _wishes(said, text.scene)
     at_end = goal is not None and _same(place, goal) and [_same(s.place, goal) for s in stops].count(True) == 1
     where = "goal" if at_end else place.objects[0].name
@@ -337,7 +425,7 @@ def _bare(said: str) -> str:
     return _bare(rest) if first.lower().strip(",") in TIES and rest else said
 
 
-TIES = frozenset("and but then also so please or having been".split())
+TIES = frozenset("and n but then also so please or having been".split())
 
 
 def _wishes(said: str, scene: Scene) -> list[Wish]:
@@ -349,12 +437,25 @@ def _wishes(said: str, scene: Scene) -> list[Wish]:
         if (part := _bare(text))
     ]
     certain = len(parts) > 1 and all(part.outcome == "do" for part in parts)
-    return parts if certain and (whole.outcome != "do" or len(whole.frames) < len(parts)) else [whole]
+    if certain and (whole.outcome != "do" or len(whole.frames) < len(parts)):
+        return parts
+    kinds = {type(frame) for frame in whole.frames}
+    lost = (part for part in parts if part.outcome == "do" and not kinds & {type(frame) for frame in part.frames})
+    return [whole, *(lost if kinds else ())]
 
 
 def _wish(said: str, scene: Scene) -> Wish:
+    """What a phrase comes to: within a sentence, a word too many that asks for nothing does not put it in doubt."""
     verdict = understand(said, scene)
-    return Wish(said, verdict.outcome, verdict.reading, verdict.unused, verdict.doubts)
+    enough = {"both": DO, "rules": PLAIN, "learned": 2.0}[verdict.by]
+    plain = verdict.by == "both" or not verdict.unused
+    sure = verdict.confidence >= enough and plain and not verdict.doubts
+    outcome: Outcome = "do" if sure and verdict.outcome == "needs_confirmation" else verdict.outcome
+    return Wish(said, outcome, verdict.reading, verdict.unused, verdict.doubts)
+
+
+PLAIN = 0.55
+"""How likely a phrase of which the rules read every word has to be meant to be done without asking."""
 
 
 def _passed_over(text: Text, phrases: Sequence[TaggedPhrase]) -> tuple[dict[str, str], list[str]]:
@@ -365,10 +466,10 @@ def _passed_over(text: Text, phrases: Sequence[TaggedPhrase]) -> tuple[dict[str,
         if phrase.role is not None or not any(map(str.isalnum, "".join(words))):
             continue
         said = _text(text, phrase).strip(" ,;.:")
-        if DENIALS & set(words) and TOUCHING & set(words):
+        if _careful(words):
             passed[said] = "what the limits see to"
             continue
-        told = [k for k, word in enumerate(words) if word.isalpha() and not _carries(words, k)]
+        told = [k for k, word in enumerate(words) if word.isalpha() and word not in TIES and not _carries(words, k)]
         wanted = bool(DEMANDS & set(words)) or phrase.shares["wish"] + phrase.shares["wait"] > ASKS
         if _measured(words) or (told and wanted):
             left.append(said)
@@ -377,13 +478,18 @@ def _passed_over(text: Text, phrases: Sequence[TaggedPhrase]) -> tuple[dict[str,
     return passed, left
 
 
+def _careful(words: Sequence[str]) -> bool:
+    """Whether words ask for nothing but what the limits see to: "without hitting the cup"."""
+    denied = any(term_at(words, k)[0] == "never" for k in range(len(words)))
+    return denied and bool(TOUCHING & set(words)) and not _amounts(words)
+
+
 def _measured(words: Sequence[str]) -> bool:
     """Whether words hold an amount: with a unit, or behind a word that says of what."""
     amounts = ((k, amount_at(words, k)) for k in range(len(words)))
     return any(a.unit or (k > 0 and words[k - 1] in ("by", "to", "at", "of")) for k, a in amounts if a is not None)
 
 
-DENIALS = frozenset("don't not never without avoid avoiding no nor".split())
 TOUCHING = frozenset("hit hitting knock knocking touch touching bump bumping crash crashing collide colliding".split())
 """Words that ask not to touch something, which the limits see to."""
 

@@ -24,7 +24,7 @@ from ovita.request import MAX_INSTRUCTION, Request
 from ovita.result import Adaptation, Status, explain
 from ovita.sources.places import APPROACH, Location, Text
 from ovita.sources.planner import TIME_LIMIT, WAYPOINTS, Plan, Planner, PlanRequest, anchored, planned, planner_named
-from ovita.sources.room import around_circled, beside_sides, enlarged, leveled
+from ovita.sources.room import around_circled, beside_sides, capped, enlarged, leveled
 from ovita.sources.route import Route, Wish, read_route
 from ovita.text import number, sentence
 from ovita.writers.base import PolicyWriter, Progress, Reply, WriterChain, writer_named
@@ -109,13 +109,17 @@ def from_words(
     route = replace(route, start=route.start or here)
     if route.question or route.start is None or route.goal is None:
         return Generation(instruction, route, route.question)
-    first, *passed, last = leveled(anchored([route.start, *route.via, route.goal], scene, robot), route.level, scene)
     wanted = robot.max_speed if speed is None and route.fastest else speed
-    request = PlanRequest(scene, robot, first, last, tuple(passed), waypoints, wanted, seed, search_limit)
     chosen = planner_named(planner) if isinstance(planner, str) else planner
-    found = _roomy(request, chosen, beside_sides(route, scene) | around_circled(route, scene), progress) or planned(
-        request, chosen, progress
-    )
+    room = beside_sides(route, scene) | around_circled(route, scene)
+    for body in dict.fromkeys((capped(robot, route.ceiling), robot)):
+        places = leveled(anchored([route.start, *route.via, route.goal], scene, body), route.level, scene)
+        request = PlanRequest(scene, body, places[0], places[-1], tuple(places[1:-1]), waypoints, wanted, seed,
+                              search_limit)  # fmt: skip
+        found = _roomy(request, chosen, room, progress) or planned(request, chosen, progress)
+        if found.ok:
+            break
+    request = replace(request, robot=robot)
     made = Generation(instruction, route, plan=found)
     if found.trajectory is None or not found.ok:
         return made
@@ -230,7 +234,7 @@ class WishWriter:
 
     def write(self, prompt: Prompt) -> Reply:
         """Answer with one policy for all wishes; where one of them is not understood, as to their words."""
-        if any(wish.outcome in ("ask", "decline") for wish in self.wishes):
+        if any(wish.outcome == "ask" for wish in self.wishes):
             return BuiltinWriter().write(prompt)
         frames = tuple(frame for wish in self.wishes for frame in wish.frames)
         reply = FramesWriter(frames).write(prompt)
