@@ -5,12 +5,13 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Sequence
 
-from ovita.augment.engine import AugmentedDataset, Engine, Job, Progressed, run
+from ovita.augment.engine import AugmentedDataset, Job, Progressed, run
 from ovita.augment.shards import JsonLines, Sink
 from ovita.augment.sources import Given, open_pool
 from ovita.augment.verified import Manner
 from ovita.augment.voices import with_voices
 from ovita.augment.wording import families_from
+from ovita.workers import Engine
 
 __all__ = ["AugmentedDataset", "Job", "augment"]
 

@@ -12,11 +12,10 @@ import os
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
 from dataclasses import asdict, dataclass, field
+from functools import partial
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import ovita
 from ovita.augment.ground import GroundPool, RandomScenes
@@ -24,12 +23,10 @@ from ovita.augment.shards import JsonLines, ShardFile, ShardRecord, Sink
 from ovita.augment.verified import Made, Manner, make
 from ovita.augment.wording import Wordings, grammar
 from ovita.bench.records import lock
-from ovita.bench.runner import end_with_parent
-from ovita.errors import OvitaError, RequestError
+from ovita.errors import RequestError
 from ovita.io import atomic_write
 from ovita.io.files import make_folder, read_text
-
-Engine = Literal["processes", "ray"]
+from ovita.workers import Engine, shared
 
 JOB, MANIFEST = "job.json", "manifest.json"
 
@@ -37,9 +34,6 @@ SCHEMA = "ovita.augmented/1"
 
 BLOCK = 16
 """Samples of one scene that follow each other."""
-
-RESTARTS = 3
-"""Workers that were killed are replaced so often in a run."""
 
 
 @dataclass(frozen=True)
@@ -237,7 +231,8 @@ def run(
         records = {k: record for k in range(job.shards) for record in (ShardRecord.load(root, k),) if record}
         todo = [k for k in range(job.shards) if k not in records]
         kept = sum(record.kept for record in records.values())
-        for record in _work(job, root, todo, jobs, engine):
+        work = partial(_written, job=job, root=root.resolve())
+        for record in shared(work, todo, jobs=min(jobs, len(todo)), engine=engine):
             records[record.shard] = record
             kept += record.kept
             if progress is not None:
@@ -261,61 +256,8 @@ def _claim(job: Job, root: Path) -> None:
     atomic_write(file, described)
 
 
-def _work(job: Job, root: Path, todo: Sequence[int], jobs: int, engine: Engine) -> Iterator[ShardRecord]:
-    if engine == "ray":
-        from ovita.augment.on_ray import shards_by_ray
-
-        return shards_by_ray(job, root, todo, jobs)
-    if engine != "processes":
-        raise RequestError(f"there is no engine {engine!r}; choose processes or ray")
-    if jobs <= 1 or len(todo) <= 1:
-        return (write_shard(job, root, k) for k in todo)
-    return _by_processes(job, root, todo, jobs)
-
-
-def _by_processes(job: Job, root: Path, todo: Sequence[int], jobs: int) -> Iterator[ShardRecord]:
-    """Shards by worker processes, two a worker at hand; if one is killed they begin anew, with what is left."""
-    left = list(todo)
-    for restart in range(RESTARTS + 1):
-        try:
-            for record in _by_pool(job, root, left, jobs):
-                left.remove(record.shard)
-                yield record
-            return
-        except BrokenProcessPool:
-            if restart == RESTARTS:
-                raise OvitaError(
-                    "worker processes were ended from outside again and again, perhaps for want of memory; run the"
-                    " same command again to go on, with fewer --jobs"
-                ) from None
-
-
-def _by_pool(job: Job, root: Path, todo: Sequence[int], jobs: int) -> Iterator[ShardRecord]:
-    import multiprocessing
-
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(jobs, mp_context=context, initializer=_begin, initargs=(job, str(root))) as pool:
-        queue, running = iter(todo), set[Future[ShardRecord]]()
-        while True:
-            running |= {pool.submit(_made_here, k) for _, k in zip(range(2 * jobs - len(running)), queue, strict=False)}
-            if not running:
-                return
-            done, running = wait(running, return_when=FIRST_COMPLETED)
-            for future in done:
-                yield future.result()
-
-
-_HERE: dict[str, Any] = {}
-"""The job of a worker process, which is sent once."""
-
-
-def _begin(job: Job, root: str) -> None:
-    end_with_parent()
-    _HERE.update(job=job, root=Path(root))
-
-
-def _made_here(shard: int) -> ShardRecord:
-    return write_shard(_HERE["job"], _HERE["root"], shard)
+def _written(shard: int, job: Job, root: Path) -> ShardRecord:
+    return write_shard(job, root, shard)
 
 
 def _repeated(job: Job, records: Iterable[ShardRecord]) -> Iterator[tuple[int, frozenset[int]]]:

@@ -2,22 +2,12 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import os
 import platform
-import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import (
-    FIRST_COMPLETED,
-    BrokenExecutor,
-    Executor,
-    Future,
-    ProcessPoolExecutor,
-    ThreadPoolExecutor,
-    wait,
-)
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import product
 from typing import Any
 
@@ -40,7 +30,8 @@ from ovita.bench.evaluate import (
 )
 from ovita.bench.provenance import commit, today
 from ovita.bench.records import Record, RecordLog, ordered, read_manifest, read_records, write_manifest
-from ovita.errors import OvitaError, RequestError
+from ovita.errors import RequestError
+from ovita.workers import Engine, shared
 
 UNREACHED = 5
 """A writer that could not be reached so many times in a row is not asked any further."""
@@ -77,6 +68,7 @@ class RunPlan:
         prices: Writer to money for a million tokens read and written.
         budget_cost: No sample is begun once so much money was used, or None.
         timeout: Longest time for an answer of a command [s].
+        engine: Who does local work: "processes", or "ray" on a machine or a cluster.
     """
 
     writers: tuple[str, ...] = ("builtin",)
@@ -91,6 +83,7 @@ class RunPlan:
     prices: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     budget_cost: float | None = None
     timeout: float = TIMEOUT
+    engine: Engine = "processes"
 
 
 class Meter:
@@ -261,65 +254,33 @@ def _work(todo: Sequence[_Cell], plan: RunPlan, log: RecordLog, meter: Meter, *,
     notes: list[str] = []
     in_row: dict[str, int] = {}
     closed: set[str] = set()
-    queue = iter(todo)
-    running: set[Future[Record]] = set()
-    submit, executor = _executor(todo, plan, replaying)
-    try:
-        while True:
-            _fill(running, queue, closed, submit, meter, 2 * plan.jobs)
-            if not running:
-                break
-            done, running = wait(running, return_when=FIRST_COMPLETED)
-            for future in done:
-                record = _result(future)
-                log.append(record)
-                meter.count(record)
-                in_row[record.writer] = in_row.get(record.writer, 0) + 1 if record.unreached else 0
-                if in_row[record.writer] == UNREACHED:
-                    closed.add(record.writer)
-                    notes.append(
-                        f"{record.writer} could not be reached {UNREACHED} times in a row and was not asked any"
-                        f" further ({record.last.error}); run the same command again to go on."
-                    )
-    finally:
-        executor.shutdown(wait=True, cancel_futures=True)
+
+    def open_cells() -> Iterator[_Cell]:
+        for cell in todo:
+            if meter.spent:
+                return
+            if cell.writer not in closed:
+                yield cell
+
+    work, engine = _workers(todo, plan, replaying)
+    for record in shared(work, open_cells(), jobs=plan.jobs, engine=engine):
+        log.append(record)
+        meter.count(record)
+        in_row[record.writer] = in_row.get(record.writer, 0) + 1 if record.unreached else 0
+        if in_row[record.writer] == UNREACHED:
+            closed.add(record.writer)
+            notes.append(
+                f"{record.writer} could not be reached {UNREACHED} times in a row and was not asked any"
+                f" further ({record.last.error}); run the same command again to go on."
+            )
     return [*notes, *meter.notes]
 
 
-def _result(future: Future[Record]) -> Record:
-    try:
-        return future.result()
-    except BrokenExecutor:
-        raise OvitaError(
-            "a worker process was ended from outside, perhaps for want of memory; run the same command again to go on,"
-            " with fewer --jobs"
-        ) from None
-
-
-def _fill(
-    running: set[Future[Record]],
-    queue: Iterator[_Cell],
-    closed: set[str],
-    submit: Callable[[_Cell], Future[Record]],
-    meter: Meter,
-    most: int,
-) -> None:
-    while len(running) < most and not meter.spent:
-        cell = next((cell for cell in queue if cell.writer not in closed), None)
-        if cell is None:
-            return
-        running.add(submit(cell))
-
-
-def _executor(
-    todo: Sequence[_Cell], plan: RunPlan, replaying: bool
-) -> tuple[Callable[[_Cell], Future[Record]], Executor]:
-    """Processes for local work, threads for remote writers."""
+def _workers(todo: Sequence[_Cell], plan: RunPlan, replaying: bool) -> tuple[Callable[[_Cell], Record], Engine]:
+    """Processes or Ray for local work, threads for remote writers."""
     local = replaying or all(is_local(cell.writer) for cell in todo)
-    if local and plan.jobs > 1 and len(todo) > 2 * plan.jobs:
-        context = multiprocessing.get_context("spawn")
-        executor: Executor = ProcessPoolExecutor(plan.jobs, mp_context=context, initializer=end_with_parent)
-        return (lambda cell: executor.submit(_run_cell, cell, plan, None, None)), executor
+    if local and (plan.engine == "ray" or len(todo) > 2 * plan.jobs):
+        return partial(_run_cell, plan=plan), plan.engine
 
     def heat(cell: _Cell) -> float:
         return plan.temperature if cell.condition.temperature is None else cell.condition.temperature
@@ -333,15 +294,13 @@ def _executor(
             writers[cell.writer, temperature] = made
             limiters.setdefault(cell.writer, Limiter(None if is_local(cell.writer) else plan.per_minute))
 
-    def submit(cell: _Cell) -> Future[Record]:
-        writer = writers.get((cell.writer, heat(cell)))
-        return executor.submit(_run_cell, cell, plan, writer, limiters.get(cell.writer))
+    def work(cell: _Cell) -> Record:
+        return _run_cell(cell, plan, writers.get((cell.writer, heat(cell))), limiters.get(cell.writer))
 
-    executor = ThreadPoolExecutor(plan.jobs, thread_name_prefix="ovita-bench")
-    return submit, executor
+    return work, "threads"
 
 
-def _run_cell(cell: _Cell, plan: RunPlan, inner: System | None, limiter: Limiter | None) -> Record:
+def _run_cell(cell: _Cell, plan: RunPlan, inner: System | None = None, limiter: Limiter | None = None) -> Record:
     """Evaluate a cell; a recorded one keeps its recorded times, so that a replay reports the same."""
     try:
         return _asked(cell, plan, inner, limiter)
@@ -360,18 +319,6 @@ def _asked(cell: _Cell, plan: RunPlan, inner: System | None, limiter: Limiter | 
     writer = recording(inner or open_system(cell.writer), cell.condition, limiter, retries=plan.retries)
     record = evaluate(cell.sample, writer, cell.condition, plan.protocol)
     return replace(record, writer=cell.writer)
-
-
-def end_with_parent() -> None:
-    """End a worker process if its parent was killed, instead of waiting forever."""
-    parent = multiprocessing.parent_process()
-
-    def watch() -> None:
-        if parent is not None:
-            parent.join()
-        os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()
 
 
 def default_jobs() -> int:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ovita.cli.common import show_notes
+from ovita.cli.common import ENGINE, show_notes
 from ovita.cli.inspect_ import inspect
 from ovita.cli.main import GuessingGroup
 
@@ -83,7 +83,7 @@ group.add_command(inspect)
     "--machine", "machines", multiple=True, metavar="NAME=CORES,PRICE", help="For --plan; may be given again."
 )
 @click.option("--jobs", type=click.IntRange(1, 1024), default=1, show_default=True, help="Workers.")
-@click.option("--engine", type=click.Choice(["processes", "ray"]), default="processes", show_default=True)
+@ENGINE
 @click.option("--shard", type=click.IntRange(1, 1_000_000), default=1000, show_default=True, help="Samples a shard.")
 def make(sources: tuple[str, ...], out: str | None, families: str, formats: str, **options: Any) -> None:
     """Make a dataset of SOURCES. Run it again to go on after an interruption."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ovita.cli.common import ISOLATION, waiting
+from ovita.cli.common import ENGINE, ISOLATION, waiting
 from ovita.cli.main import GuessingGroup
 from ovita.errors import RequestError
 
@@ -54,6 +54,7 @@ def group() -> None:
 @ISOLATION
 @click.option("--limit", type=click.IntRange(1), metavar="N", help="At most N samples, spread over all.")
 @click.option("--jobs", type=click.IntRange(1, 64), metavar="N", help="Samples at a time. [one a core, at most 4]")
+@ENGINE
 @click.option("--rate", type=click.FloatRange(0, min_open=True), metavar="N", help="Requests a minute to each model.")
 @click.option("--retries", type=click.IntRange(0, 20), default=2, show_default=True, help="Of failed requests.")
 @click.option(
@@ -210,6 +211,7 @@ def _plan(options: dict[str, Any], replay: str | None) -> RunPlan:
         prices=_prices(options["prices"]),
         budget_cost=options["budget_cost"],
         timeout=options["timeout"],
+        engine=options["engine"],
     )
 
 

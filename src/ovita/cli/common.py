@@ -60,6 +60,14 @@ ISOLATION = click.option(
     help="How policies are isolated.",
 )
 
+ENGINE = click.option(
+    "--engine",
+    type=click.Choice(["processes", "ray"]),
+    default="processes",
+    show_default=True,
+    help="Who works where there are several jobs; ray also on a cluster (extra ray).",
+)
+
 _SOURCE = (
     click.option("--scene", "scene_file", metavar="FILE", help="Scene file with the objects, for a bare trajectory."),
     click.option(

@@ -11,7 +11,7 @@ from typing import Any
 import click
 
 from ovita import sim
-from ovita.cli.common import EXIT_OF, choices_from, plain, show_notes, source
+from ovita.cli.common import ENGINE, EXIT_OF, choices_from, plain, show_notes, source
 from ovita.cli.joints_ import IGNORED, TIP
 from ovita.errors import FormatError
 from ovita.io import is_adaptation, is_address, open_task
@@ -19,6 +19,7 @@ from ovita.paths.robot import Robot, preset_name
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 from ovita.result import Adaptation
+from ovita.workers import Engine
 
 _DISTURBED = (
     click.option("--noise", type=float, default=0.0, metavar="M|RAD", help="Of measured places, standard deviation."),
@@ -81,9 +82,12 @@ def disturbances_of(options: dict[str, Any]) -> sim.Disturbances:
 @disturbed
 @click.option("--json", "as_json", is_flag=True, help="Print the reports as JSON.")
 @click.option("--report", metavar="FILE", help="FILE is a folder: a table of all in it, as .csv, .md or .json.")
-@click.option("--jobs", type=click.IntRange(1), default=1, show_default=True, help="Processes, with --report.")
+@click.option("--jobs", type=click.IntRange(1), default=1, show_default=True, help="Workers, with --report.")
+@ENGINE
 @source
-def command(file: str, video: str | None, as_json: bool, report: str | None, jobs: int, **options: Any) -> None:
+def command(
+    file: str, video: str | None, as_json: bool, report: str | None, jobs: int, engine: Engine, **options: Any
+) -> None:
     """Let a robot follow FILE in physical simulation: a result of `ovita adapt --out`, or a trajectory in any format.
 
     Reports how well and how fast the robot follows, what it cannot reach and what it touches. Exit code 4 where it is
@@ -96,7 +100,7 @@ def command(file: str, video: str | None, as_json: bool, report: str | None, job
 
         if video is not None or as_json:
             raise click.UsageError("--report simulates a whole folder; leave --video and --json out")
-        sys.exit(simulate_all(file, report, jobs, options))
+        sys.exit(simulate_all(file, report, jobs, engine, options))
     if video is not None:
         sim.check_video(video)
     panes, scene, title, model = simulated(file, options, quiet=as_json)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import csv
 import io
 import json
-from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,7 @@ from ovita.cli.common import EXIT_OF, plain
 from ovita.errors import OvitaError, RequestError
 from ovita.io import READ, atomic_write
 from ovita.io.files import suffix
+from ovita.workers import Engine, shared
 
 FORMATS = (".csv", ".md", ".json")
 
@@ -44,7 +45,7 @@ class Simulated:
         return self.status in (*sim.FAILED, "not simulated")
 
 
-def simulate_all(folder: str, report: str, jobs: int, options: dict[str, Any]) -> int:
+def simulate_all(folder: str, report: str, jobs: int, engine: Engine, options: dict[str, Any]) -> int:
     """Simulate what a folder holds, print a line for each, write the table; the exit code.
 
     Raises:
@@ -60,27 +61,16 @@ def simulate_all(folder: str, report: str, jobs: int, options: dict[str, Any]) -
     if not files:
         raise RequestError(f"{folder} holds no file of a known format ({', '.join(READ)})")
     rows: list[Simulated] = []
-    for several in _each([str(p) for p in files], options, jobs):
+    work = partial(rows_of, options=options)
+    for several in shared(work, map(str, files), jobs=min(jobs, len(files)), engine=engine):
         rows += several
         for row in several:
             click.echo(plain(_line(row)))
+    rows.sort(key=lambda row: row.file)
     atomic_write(report, table(rows, suffix(report)))
     failed = sum(row.failed for row in rows)
     click.echo(plain(f"\n{len(rows)} simulations of {len(files)} files, {failed} failed; wrote {report}"))
     return EXIT_OF["infeasible"] if failed else 0
-
-
-def _each(files: Sequence[str], options: dict[str, Any], jobs: int) -> Iterator[list[Simulated]]:
-    if jobs == 1 or len(files) == 1:
-        yield from (rows_of(file, options) for file in files)
-        return
-    import multiprocessing
-
-    from ovita.bench.runner import end_with_parent
-
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(min(jobs, len(files)), mp_context=context, initializer=end_with_parent) as pool:
-        yield from pool.map(rows_of, files, [options] * len(files))
 
 
 def rows_of(file: str, options: dict[str, Any]) -> list[Simulated]:

@@ -79,6 +79,9 @@ BEHIND: dict[str, Relation] = {
                 "on its {}",
                 "on the {} side",
                 "on its {} side",
+                "on {} side",
+                "on the {} of it",
+                "to the {} of it",
                 "to the {} side",
                 "to its {}",
                 "to its {} side",
@@ -88,8 +91,22 @@ BEHIND: dict[str, Relation] = {
             *("on the {} hand side", "on its {} hand side", "at the {} side", "at its {} side", "{} side"),
         )
     },
-    **dict.fromkeys(("on its far side", "from behind", "on its back side", "at its back", "at the back"), "back"),
-    **dict.fromkeys(("at its front", "at the front", "on its front side", "from the front"), "front"),
+    **dict.fromkeys(
+        (
+            "on its far side",
+            "from behind",
+            "on its back side",
+            "on back side",
+            "on the back side",
+            "at its back",
+            "at the back",
+        ),
+        "back",
+    ),
+    **dict.fromkeys(
+        ("at its front", "at the front", "on its front side", "on front side", "on the front side", "from the front"),
+        "front",
+    ),
 }
 """How a side is told behind the object."""
 
@@ -323,7 +340,7 @@ class Text:
         if both is not None:
             return both
         first = self.object_at(i)
-        joined = first is not None and self.words[first[1] : first[1] + 1] == ["and"]
+        joined = first is not None and self.words[first[1] : first[1] + 1] in (["and"], ["n"], ["&"])
         second = self.object_at(first[1] + 1) if first is not None and joined else None
         if first is None or second is None:
             return None
@@ -349,7 +366,7 @@ _ITS = re.compile(
     r"\b((?:when|while|if|because|cos|since|as) )its(?= (?:near|close|at|by|on|over|going|past|in)\b)", re.I
 )
 _THE = re.compile(r"\bt'(?=[a-z]{3})", re.I)
-SHORTHAND = {"frm": "from", "thru": "through", "b4": "before", "til": "until"}
+SHORTHAND = {"frm": "from", "o'": "of", "thru": "through", "b4": "before", "til": "until"}
 _SHORT = re.compile(rf"(?<![\w/])({'|'.join(SHORTHAND)})(?=\s)", re.IGNORECASE)
 
 

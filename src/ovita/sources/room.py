@@ -9,11 +9,11 @@ import numpy as np
 
 from ovita.paths.robot import Box, Robot
 from ovita.paths.scene import Scene, SceneObject
-from ovita.paths.trajectory import Array
+from ovita.paths.trajectory import Array, Trajectory
 from ovita.sources.heights import Level
 from ovita.sources.places import APPROACH, Anchor
 from ovita.sources.route import Route
-from ovita.text import number
+from ovita.text import number, the
 
 SIDES = {"left": "left", "right": "right", "front": "front", "back": "back"}
 """Relations that are a side, as the frame names them."""
@@ -48,9 +48,28 @@ def _across(item: SceneObject, side: Array, scene: Scene) -> Array:
     along = int(np.argmax(np.abs(item.rotation.T @ side)))
     half = item.size / 2.0
     room = np.maximum(half[along] - half, 0.0) + 2.0 * APPROACH
-    room[int(np.argmax(np.abs(item.rotation.T @ scene.frame.direction("up"))))] = 2.0 * APPROACH
+    room[int(np.argmax(np.abs(item.rotation.T @ scene.frame.direction("up"))))] = OVER
     room[along] = 0.0
     return np.asarray(room)
+
+
+OVER = 1.0
+"""Room above an object that is to be passed on a side, so that the path does not lead over it [m]."""
+
+
+def other_sides(route: Route, path: Trajectory, scene: Scene) -> tuple[str, ...]:
+    """What a path passes on another side than was said, as sentences."""
+    level = path.resample(500, by="arc_length").positions
+    level = level - np.outer(level @ (up := scene.frame.direction("up")), up)
+    found = []
+    for place in (place for place in route.via if place.relation in SIDES):
+        item = place.objects[0]
+        away = level - (item.position - (item.position @ up) * up)
+        nearest = away[int(np.linalg.norm(away, axis=1).argmin())]
+        beside = float(nearest @ scene.frame.direction(SIDES[place.relation]))
+        if beside < 0.5 * float(np.linalg.norm(nearest)) or beside <= 0.0:
+            found.append(f"It would also pass {the(item.name)} on another side.")
+    return tuple(found)
 
 
 def enlarged(scene: Scene, robot: Robot, room: Mapping[str, Array]) -> Scene:

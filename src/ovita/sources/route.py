@@ -12,10 +12,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise, product
 
-from ovita.instruct.frames import WHOLE, Height, Quantity, Reading, SemanticFrame, Wait
+from ovita.instruct.frames import Height, Quantity, Reading, SemanticFrame, Wait
 from ovita.instruct.lexicon import DETERMINERS, concept_at, is_filler, term_at
 from ovita.instruct.numbers import amount_at
 from ovita.instruct.referee import DO, Outcome, understand
+from ovita.paths.part import WHOLE
 from ovita.paths.scene import Scene
 from ovita.sources.heights import Level, read_level
 from ovita.sources.places import Location, Text
@@ -141,18 +142,18 @@ def read_route(sentence: str, scene: Scene) -> Route:
     phrases = tagger().read(seen_with_points(text.text, scene, points))
     told = [_said(text, phrase) for phrase in phrases if phrase.role in ("start", "via", "goal")]
     denied = [stop for stop in told if stop.place is not None and _denied(text, stop)]
-    mentioned = [stop for stop in told if stop not in denied]
-    told = _repaired(text, mentioned)
-    stops, sure = _completed(text, told + _waited(text, phrases, told))
+    kept = _repaired(text, [stop for stop in told if stop not in denied])
+    stops, sure = _completed(text, kept + _waited(text, phrases, kept))
     start, via, goal = _ordered(_corrected(stops))
     heard, level, fastest = _asked(text, phrases, stops, goal)
     wishes = tuple(wish for wish in heard if wish.outcome != "decline")
     passed, left = _passed_over(text, phrases)
     left += [wish.text for wish in heard if wish.outcome == "decline"]
-    named = {item.name for stop in mentioned if stop.place is not None for item in stop.place.objects}
+    named = {item.name for stop in told if stop.place is not None for item in stop.place.objects}
     named |= {name for wish in wishes for frame in wish.frames for name in frame.named}
-    unplaced = [s for s in told if s.place is None and not (s.back or s.lacking) and _measured(_words(text, s.phrase))]
-    left += [_text(text, stop.phrase) for stop in (*denied, *unplaced)]
+    unplaced = [s for s in kept if s.place is None and not (s.back or s.lacking) and _measured(_words(text, s.phrase))]
+    roles = {stop.phrase.role for stop in kept if stop.place is not None}
+    left += [_text(text, stop.phrase) for stop in (*unplaced, *(s for s in denied if s.phrase.role not in roles))]
     said = " ".join((*left, *passed)).lower()
     left += [item for item in _mentioned(text) if item not in named and item.lower() not in said]
     doubts = ["It is not certain what starts, what is passed and what ends the way."] if sure < SURE else []
@@ -470,8 +471,10 @@ def _passed_over(text: Text, phrases: Sequence[TaggedPhrase]) -> tuple[dict[str,
             passed[said] = "what the limits see to"
             continue
         told = [k for k, word in enumerate(words) if word.isalpha() and word not in TIES and not _carries(words, k)]
+        terms = {term_at(words, k)[0] for k in range(len(words))}
+        turned = bool(terms & {"never", "correct"} and terms & {"left", "right", "front", "back", "over", "under"})
         wanted = bool(DEMANDS & set(words)) or phrase.shares["wish"] + phrase.shares["wait"] > ASKS
-        if _measured(words) or (told and wanted):
+        if _measured(words) or turned or (told and wanted):
             left.append(said)
         elif len(words) > 2 and told:
             passed[said] = "asking for nothing"

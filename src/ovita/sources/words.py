@@ -24,7 +24,7 @@ from ovita.request import MAX_INSTRUCTION, Request
 from ovita.result import Adaptation, Status, explain
 from ovita.sources.places import APPROACH, Location, Text
 from ovita.sources.planner import TIME_LIMIT, WAYPOINTS, Plan, Planner, PlanRequest, anchored, planned, planner_named
-from ovita.sources.room import around_circled, beside_sides, capped, enlarged, leveled
+from ovita.sources.room import around_circled, beside_sides, capped, enlarged, leveled, other_sides
 from ovita.sources.route import Route, Wish, read_route
 from ovita.text import number, sentence
 from ovita.writers.base import PolicyWriter, Progress, Reply, WriterChain, writer_named
@@ -212,11 +212,11 @@ def _adapted(
         asked = Request(route.rest, path, scene, robot, origin=f"planned {request.told}")
         result = adapt(asked, **(stages | {"writer": _with_wishes(stages["writer"], route.wishes)}))
         doubts = (*route.doubts, *_moved_ends(path, result))
-        result = to_confirm(result, doubts=doubts) if result.usable and doubts else result
     else:
         limits = stages["constraints"] or ConstraintOptions()
-        result = enforced(instruction, path, scene, robot, constraints=limits)
-        result = to_confirm(result, doubts=route.doubts) if result.usable and route.doubts else result
+        result, doubts = enforced(instruction, path, scene, robot, constraints=limits), route.doubts
+    doubts = (*doubts, *other_sides(route, result.adapted or path, scene))
+    result = to_confirm(result, doubts=doubts) if result.usable and doubts else result
     return _whole(result, instruction, sentence(f"Plan the way {request.told}"), (*route.notes, *_near(route, robot)))
 
 
