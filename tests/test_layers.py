@@ -14,7 +14,7 @@ def modules() -> dict[str, ast.Module]:
 
 LAYERS = (
     ("errors", "units", "text"),
-    ("plugins",),
+    ("plugins", "workers"),
     ("paths",),
     ("toolkit", "limits", "io"),
     ("measure", "policy"),
