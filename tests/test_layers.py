@@ -70,6 +70,7 @@ MAY_MATCH_TEXT = {
     "augment/voices.py",
     "bench/generate.py",
     "instruct/chunks.py",
+    "instruct/bare_numbers.py",
     "instruct/constituents.py",
     "dialogue/parameters.py",
     "instruct/notation.py",

@@ -23,6 +23,7 @@ from ovita.toolkit import (
     pass_at,
     resample,
     smooth,
+    stop_before,
 )
 from ovita.toolkit.approach import is_level, passes_at
 
@@ -420,3 +421,32 @@ def test_approach_can_hold_a_direction(line, operation):
     assert (np.sign((after - before).round(12)) == np.sign((distances(toward, above) - before).round(12))).all()
     with pytest.raises(ValueError, match="direction"):
         operation(line, above, hold="sideways")
+
+
+@given(paths(), st.floats(0.05, 0.4))
+def test_stop_before_ends_where_the_path_first_comes_so_near(rows, distance):
+    thing = SceneObject("thing", rows[-1, :3] + [0.3, 0.1, 0.0], [0.1, 0.1, 0.1])
+    assume(np.linalg.norm(rows[0, :3] - thing.position) > distance + 0.1)
+    stopped = stop_before(rows, thing, distance)
+    everywhere = np.ones(len(stopped), dtype=bool)
+    assert passes_at(thing, stopped[:, :3], everywhere) == pytest.approx(distance, abs=1e-3)
+    assert passes_at(thing, stopped[-1:, :3], np.ones(1, dtype=bool)) == pytest.approx(distance, abs=1e-3)
+    assert stopped[-1, 3] == 0.0
+
+
+def test_stop_before_a_thing_that_the_path_leads_to_keeps_the_path(line):
+    thing = SceneObject("thing", line[-1, :3], [0.1, 0.1, 0.1])
+    stopped = stop_before(line, thing, 0.2)
+    np.testing.assert_allclose(stopped[:-1, :3], line[: len(stopped) - 1, :3])
+    with pytest.raises(ValueError, match="starts within"):
+        stop_before(line, SceneObject("here", line[0, :3], [0.1, 0.1, 0.1]), 0.2)
+
+
+@given(st.floats(0.01, 0.5))
+def test_extend_by_less_than_nothing_goes_back_along_the_path(share):
+    bend = np.array([[0, 0, 0, 1], [1, 0, 0, 1], [1, 1, 0, 1]], dtype=float)
+    back = extend(resample(bend, 21), -2.0 * share)
+    ends = [1.0, 1.0 - 2.0 * share, 0.0] if share <= 0.5 else None
+    np.testing.assert_allclose(back[-1, :3], ends, atol=1e-9)
+    np.testing.assert_allclose(back[20, :], [1, 1, 0, 0], atol=1e-9)
+    assert back[-1, 3] == 0.0

@@ -265,6 +265,8 @@ def _stop(case: _Asked, frame: F.StopAt) -> Check:
     if frame.place in ("", "goal"):
         return P.stops()
     place = _place(frame.place, case)
+    if frame.by is not None:
+        return P.all_of(P.stops(), asked.passes_at(place, at_most=frame.by.value, at_least=frame.by.value))
     stopped = asked.rests_at(place, ends=True)
     return P.all_of(stopped, P.same_path(partly=True)) if case.alone(frame) else stopped
 
@@ -364,7 +366,7 @@ def _extend(case: _Asked, frame: F.Extend) -> Check:
         return P.all_of(P.ends_at(_place(frame.place, case)), P.extended())
     words, _ = _sorted(case.offset(frame.offset))
     by = case.metres(frame.by, case.trajectory.length)
-    return P.extended(by=by, **words) if case.alone(frame) else P.extended()
+    return P.extended(by=by if by is None else abs(by), **words) if case.alone(frame) else P.extended()
 
 
 def _return(case: _Asked, frame: F.Return) -> Check:
@@ -472,10 +474,11 @@ def _resize(case: _Asked, frame: F.Resize) -> Check:
 
 def _height(case: _Asked, frame: F.Height) -> Check:
     level, where, alone = frame.level.value, case.where(frame), case.alone(frame)
+    of = _place(frame.of, case) if frame.of else None
     if frame.level.role == "at_least":
-        return asked.within_bound("down", -level, where=where, otherwise=alone)
+        return asked.within_bound("down", -level, of=of, where=where, otherwise=alone)
     exactly = frame.level.role != "at_most"
-    return asked.within_bound("up", level, where=where, exactly=exactly, otherwise=alone)
+    return asked.within_bound("up", level, of=of, where=where, exactly=exactly, otherwise=alone)
 
 
 def _bound(case: _Asked, frame: F.Bound) -> Check:

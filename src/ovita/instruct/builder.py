@@ -217,6 +217,8 @@ class PolicyBuilder:
             return q.value * whole
         if q.unit not in ("m", ""):
             self.ask(f"How many metres are {q.said or f'{q.value:g} {q.unit}'}, {what}?")
+        elif not q.unit and abs(q.value) > max(2.0 * float(np.abs(self.positions).max()), 4.0 * self.scale.extent):
+            self.ask(f"{q.value:g} m {what} is far beyond this path: in which unit is it?")
         elif not q.unit:
             self.assume(f"{q.value:g} is in metres")
         return q.value

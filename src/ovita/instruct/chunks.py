@@ -13,7 +13,7 @@ from typing import Any
 
 from ovita.instruct.frames import Quantity, Span
 from ovita.instruct.lexicon import DETERMINERS, term_at, terms
-from ovita.instruct.numbers import amount_at, is_digits
+from ovita.instruct.numbers import amount_at, is_digits, unit_at
 from ovita.instruct.objects import Catalog
 from ovita.instruct.spelling import respelt
 from ovita.paths.scene import Scene
@@ -110,7 +110,7 @@ UNIT_KIND = {"m": "Qm", "m/s": "Qv", "m/s2": "Qa", "s": "Qs", "deg": "Qdeg", "%"
 
 def chunks(text: str, scene: Scene, positions: Array | None = None) -> tuple[tuple[Chunk, ...], tuple[str, ...]]:
     """Cut an utterance into chunks; also the spellings that were corrected, as notes."""
-    words = _pieces(text)
+    words = _more_of_them(_pieces(text))
     catalog = Catalog(scene, positions)
     _nicknames(catalog)
     lowered, notes = respelt([w.text.lower() for w in words], catalog)
@@ -122,6 +122,20 @@ def chunks(text: str, scene: Scene, positions: Array | None = None) -> tuple[tup
         i += used
     return tuple(_forbidden(chunk, found[i + 1 :]) for i, chunk in enumerate(found)), tuple(notes)
 
+
+def _more_of_them(words: list[_Word]) -> list[_Word]:
+    """The words with "ten more centimetres" as "more ten centimetres"."""
+    lowered = [w.text.lower() for w in words]
+    for at, word in enumerate(lowered):
+        before = next((i for i in range(max(at - 3, 0), at) if (a := amount_at(lowered, i)) and a.used == at - i), None)
+        if word in MORE and before is not None and at + 1 < len(words) and unit_at(lowered, at + 1)[2]:
+            order = [at, *range(before, at)]
+            spans = [w.span for w in words[before : at + 1]]
+            words[before : at + 1] = [_Word(words[i].text, span) for i, span in zip(order, spans, strict=True)]
+    return words
+
+
+MORE = frozenset("more extra additional further".split())
 
 MANNERS = frozenset(
     "faster slower farther closer near toward left right front back up down raise lower over under thru".split()
@@ -161,6 +175,8 @@ def _term(lowered: Sequence[str], i: int) -> tuple[str, int]:
     if word in ("after", "before", "while", "whilst") and behind.endswith("ing") and length == 1:
         if term_at(lowered, i + 1)[0] in ("plain", "path", "speed", "keep", "faster", "slower"):
             return "join", 1  # "while going faster"
+    if (settled := _settled(lowered, i, kind, length, counted)) is not None:
+        return settled
     if word == "then" and counted:
         return "than", 1
     if (
@@ -185,6 +201,21 @@ def _term(lowered: Sequence[str], i: int) -> tuple[str, int]:
     ):
         return "wait", 1
     return kind, length
+
+
+def _settled(lowered: Sequence[str], i: int, kind: str, length: int, counted: bool) -> tuple[str, int] | None:
+    """The class of words of which what stands behind them settles the sense, or None."""
+    word, before, behind = lowered[i], lowered[i - 1] if i else "", lowered[i + 1 : i + 2]
+    if kind == "level" and counted:
+        return term_at(lowered[: i + length - 1], i)  # "at a height of" 50 cm
+    if word == "another" and counted and "of" in lowered[i + 2 : i + 4]:
+        return "inc", 1  # "another 5 cm of room"
+    if word == "that" and before in ("not", "quite", "be") and behind and term_at(lowered, i + 1)[0] in COMPARED:
+        return "so", 1  # "not quite that slow"
+    if word in ("bend", "curve") and length == 1 and behind in (["the"], ["it"]):
+        sideways = any(term_at(lowered, j)[0] in SIDEWAYS for j in range(i + 1, len(lowered)))
+        return ("plain", 1) if sideways else None  # "bend the second half to the right"
+    return None
 
 
 def _goes_on(lowered: Sequence[str], i: int) -> bool:

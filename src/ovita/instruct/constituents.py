@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, cast
 
+from ovita.instruct.bare_numbers import with_units
 from ovita.instruct.chunks import COUNTED, Chunk
 from ovita.instruct.frames import Quantity, Role
 from ovita.paths.part import PathPart, outside
@@ -32,6 +33,7 @@ FLIPPED = {
     "raise": "lower", "more_curve": "less_curve", "inc": "dec",
 }  # fmt: skip
 FLIPPED |= {b: a for a, b in FLIPPED.items() if a not in ("near", "touch", "avoid")}
+OTHER_SIDE = {way: FLIPPED[way] for way in GROUPS["DIR"].split("|")} | {"over": "under", "under": "over"}
 FRACTION = {"half": 0.5, "third": 1 / 3, "quarter": 0.25, "tenth": 0.1, "fifth": 0.2}
 QUANTITIES = frozenset("Qm Qv Qa Qs Qdeg Qpc Qx Qstep Qn".split())
 
@@ -209,6 +211,33 @@ def _other_side(found: Sequence[Chunk]) -> list[Chunk]:
     return [merged(found[: k + 1], FLIPPED[found[k].kind], value="flipped"), *found[k + 1 :]]
 
 
+def _one_side(found: Sequence[Chunk]) -> list[Chunk] | None:
+    """Left of it, not right of it: the other side that is denied says nothing more."""
+    never = next(i for i, c in enumerate(found) if c.kind == "never")
+    sides = [c for c in found if c.kind in OTHER_SIDE]
+    denied = merged(sides[:1], sides[0].kind, span=found[-1].span, value="flipped")
+    return [*found[:never], denied] if OTHER_SIDE[sides[0].kind] == sides[1].kind else None
+
+
+def _two_speeds(found: Sequence[Chunk]) -> list[Chunk]:
+    """Speed above this and below that."""
+    ways = [HOW[c.kind] for c in found if c.kind in HOW]
+    speeds = [replace(c, kind="Qv", q=replace(c.number, unit="m/s")) for c in found if c.q is not None]
+    low, high = (cast(Chunk, _role(way)([speed])) for way, speed in zip(ways, speeds, strict=True))
+    return [found[0], low, Chunk("and", "", found[0].span), found[0], high]
+
+
+HOW = dict.fromkeys("over up faster".split(), "at_least") | dict.fromkeys("under down lower slower".split(), "at_most")
+
+
+def _back_along(found: Sequence[Chunk]) -> list[Chunk] | None:
+    """Back up by 30 cm at the end: back along the path."""
+    back = next(c for c in found if c.kind in ("back", "reverse"))
+    q = numbers(found)[0]
+    meant = back.text.lower().startswith(("back up", "backing up", "back off", "back out", "reverse"))
+    return [merged([back], "extend"), merged(found, "Qm", q=replace(q, value=-q.value, said=""))] if meant else None
+
+
 def _role(role: str) -> Build:
     def build(found: Sequence[Chunk]) -> Chunk:
         chunk = next(c for c in found if c.q is not None)
@@ -281,7 +310,7 @@ def _counted(label: str, times: float | None = None) -> Build:
 
 def _flip(found: Sequence[Chunk]) -> Chunk:
     last = found[-1]
-    sure = last.kind in ("touch", "closer") or any(c.kind in ("too", "so", "as", "less", "dec") for c in found)
+    sure = last.kind in ("touch", "closer", "near") or any(c.kind in ("too", "so", "as", "less", "dec") for c in found)
     return merged(found, FLIPPED.get(last.kind, last.kind), value="flipped" if sure else "denied")
 
 
@@ -395,6 +424,19 @@ PATTERNS: tuple[Pattern, ...] = tuple(
     _pattern(classes, build)
     for classes, build in (
         ("comma|dot never comma", lambda f: merged(f, "correct")),
+        ("speed keep? over|under|up|down|lower|faster|slower than? Qn|Qv and|comma keep|speed? over|under|up|down|lower|faster|slower than? Qn|Qv", _two_speeds),
+        ("DIR|over|under of|to|from? OBJ comma|and? never pass? on|to|at|in? DIR|over|under of|to|from? OBJ?", _one_side),
+        ("OBJ on|to|at DIR comma|and? never pass? on|to|at? DIR of|to|from? OBJ?", _one_side),
+        ("pass DIR comma|and? never pass? on|to|at? DIR", _one_side),
+        ("back|reverse by? Qm once? at|on|in|near|after goal", _back_along),
+        ("at|on|in|near|after goal comma? back|reverse by? Qm", _back_along),
+        ("stop|endup|goal Qm before pass|touch? to|of? OBJ", lambda f: [merged(f[:1], "stop"), merged(f[1:], "short")]),
+        ("stop Qm from|in? front? of|to? OBJ", lambda f: [f[0], merged(f[1:], "short")]),
+        ("level of|with|to? OBJ", lambda f: merged(f, "Hof")),
+        ("height of OBJ", lambda f: merged(f, "Hof")),
+        ("never|avoid touch|collide to|on|at|by|with|over? OBJ", lambda f: [merged(f[:2], "clear", value="flipped"), merged(f[-1:], "obj", value="")]),
+        ("never dec|inc|path|speed over? OBJ", lambda f: [merged(f[:2], "clear", value="flipped"), merged(f[-1:], "obj", value="")] if f[1].text.lower() in ("knock", "knocking", "bump", "bumping", "run", "running", "drive", "driving") else None),
+        ("keep OBJ", lambda f: [merged(f[:1], "clear", value="flipped"), merged(f[1:], "obj", value="")] if "touch" in f[0].text.lower() else None),
         ("where (?=(?:start|goal|ends|speed|height) keep )", lambda f: merged(f, "and")),
         ("dec|lower|drop|limit faster (?=to )", lambda f: [f[0], merged(f[1:], "vmax")] if "speed" in f[1].text else None),
         ("keep near (?=(?:to |of )*OBJ )", lambda f: merged(f, "closer")),
@@ -506,7 +548,10 @@ PATTERNS: tuple[Pattern, ...] = tuple(
         ("rotate path? by? Qdeg to? left|right", lambda f: [*f[:-1], replace(f[-1], kind="anticlockwise" if f[-1].kind == "left" else "clockwise")]),
         ("rotate path? to? left|right by? Qdeg", lambda f: [replace(c, kind={"left": "anticlockwise", "right": "clockwise"}.get(c.kind, c.kind)) for c in f]),
         ("never LOWER+ than|on|by? Qm|Qn ground?", _height("at_least")),
+        ("keep? up|raise than Qm|Qn ground?", _height("at_least")),
+        ("keep? LOWER than Qm|Qn ground?", _height("at_most")),
         ("never faster|inc|slower|dec than? Qv|Qn", lambda f: _role("at_most" if f[1].kind in ("faster", "inc") else "at_least")(f)),
+        ("faster|slower than Qv", lambda f: _role("at_least" if f[0].kind == "faster" else "at_most")(f)),
         ("never closer|near of|to|from|at? OBJ than|by? Qm", _never_near),
         ("never farther|closer|near|within|side than|to? Qm", lambda f: _role("at_least" if f[1].kind in ("closer", "near", "within") else "at_most")(f)),
         ("never at_least|limit|at_most|after ANYQ", lambda f: _role("at_least" if f[1].kind == "at_most" else "at_most")(f)),
@@ -534,8 +579,8 @@ PATTERNS: tuple[Pattern, ...] = tuple(
         ("never slower|faster", _no_slower),
         # what is turned round
         ("stop faster|slower", lambda f: _flip(f) if f[-1].text.lower().endswith("ing") else None),
-        ("never keep? slight? so|too|of|as slight|large? FLIPS", _flip),
-        ("never slight? slight|large? FLIPS", _flip),
+        ("never keep|pass? slight? so|too|of|as slight|large? FLIPS", _flip),
+        ("never pass? slight? slight|large? FLIPS", _flip),
         ("too so? FLIPS", _flip),
         ("less|dec so? FLIPS", lambda f: _flip(f) if f[0].text.lower().endswith("less") else None),
         # ends and objects with their prepositions
@@ -545,7 +590,6 @@ PATTERNS: tuple[Pattern, ...] = tuple(
         ("before turns", lambda f: f[1]),
         ("AT|to|toward|from|of|before|after|where|than? END", _end),
         ("BEFORE_OBJ* OBJ", _object),
-        ("keep obj", lambda f: [merged(f[:1], "avoid"), f[1]] if "touch" in f[0].text.lower() else None),
         ("keep Qm obj and Qm obj", lambda f: [*f[:4], Chunk("keep", "", f[3].span), *f[4:]]),
         ("from here|there", lambda f: merged(f, f[1].kind)),
         ("AT|over here", _plain("indices")),
@@ -570,7 +614,7 @@ def constituents(found: Sequence[Chunk], reach: float = 1.0) -> list[Chunk]:
         found: The chunks of an utterance.
         reach: The longest length [m] that a number without a unit may be.
     """
-    row = _with_units([c for c in found if c.kind not in ("filler", "approx")], reach)
+    row = with_units([c for c in found if c.kind not in ("filler", "approx")], reach)
     row = [replace(c, kind=_past(row[:i])) if c.kind == "past" else c for i, c in enumerate(row)]
     for pattern in PATTERNS:
         row = _rewritten(row, pattern)
@@ -582,49 +626,10 @@ def turned(found: Sequence[Chunk]) -> list[Chunk]:
     return [c for c in constituents(found) if c.value == "flipped"]
 
 
-LENGTHS = "within|left|right|front|back|up|down|raise|lower|closer|farther|distance|gap|threshold|extend|hop|hover|height|radius|size|plus|minus"
-NO_COUNT = "(?!waypoints|times|turns|laps|waves|double)"
-COUNTED_UNITS = tuple(
-    (kind, re.compile(rf"(?:.* )?(?:{before}) $"), re.compile(after))
-    for kind, before, after in (
-        ("Qn", r"first|1st|last|nth|every|waypoints|(?:waypoints|from|between) Qn (?:to|and|thru|before)", ""),
-        ("Qx", r"(?:multiply|resize)(?: \S+){0,4} by", ""),
-        ("Qm", r"(?:keep|never|wait) (?:over|under|up|down)", NO_COUNT),
-        ("Qv", r"(?:speed|vmax|vmin|constant)(?: (?:of|to|at|max|min|at_most|at_least|limit))*", NO_COUNT),
-        ("Qm", rf"(?:{LENGTHS})(?: (?:of|by|to|at|with|in|path|whole|max|min|at_most|at_least|distance))*", NO_COUNT),
-        ("Qv", ".*", "speed"),
-        ("Qm", ".*", rf"(?:from|off|ground|{LENGTHS})"),
-    )
-)
-"""What a number without a unit counts, by what stands before and behind it: "left by 0.2", "0.3 away from it"."""
-
-
 def _past(before: Sequence[Chunk]) -> str:
     """Hurrying past something is done beside it, left past it is a side of it; what comes past it comes after it."""
     sided = bool(before) and before[-1].kind in ("left", "right") and all(c.kind != "path" for c in before)
     return "by" if any(c.kind in ("faster", "slower", "pass") for c in before[-2:]) else "pass" if sided else "after"
-
-
-def _with_units(row: list[Chunk], reach: float) -> list[Chunk]:
-    """Give bare numbers the unit that what stands beside them calls for: that of the other lengths, or metres."""
-    known = next((c for c in row if c.kind == "Qm" and c.text[0].isdigit() and c.number.value), None)
-    factor = known.number.value / float(known.text.split()[0].replace(",", ".")) if known is not None else 1.0
-    made = list(row)
-    for i, item in enumerate(row):
-        if item.kind != "Qn" or item.q is None or not (item.q.said or known):
-            continue
-        before, behind = (" ".join(["", *(c.kind for c in part), ""]) for part in (made[:i], row[i + 1 :]))
-        kind = next((k for k, b, a in COUNTED_UNITS if b.match(before) and a.match(behind.lstrip())), "Qn")
-        if kind in ("Qm", "Qv") and item.q.value * factor > reach:
-            continue
-        said = "" if known else item.q.said + "m"
-        q = {
-            "Qm": Quantity(item.q.value * factor, "m", "by", said),
-            "Qv": replace(item.q, unit="m/s", said=item.q.said + "m/s"),
-            "Qx": replace(item.q, unit="x", said=item.q.said + "x"),
-        }
-        made[i] = replace(item, kind=kind, q=q.get(kind, item.q))
-    return made
 
 
 def _rewritten(row: list[Chunk], pattern: Pattern) -> list[Chunk]:

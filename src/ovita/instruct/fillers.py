@@ -72,6 +72,9 @@ class Constituents:
         return [c for i, c in enumerate(self.items) if i not in self.used]
 
 
+CLEAR = F.Quantity(0.0, "m", "at_least")
+"""Passing clear of something, by no distance that is stated."""
+
 REST = PathPart("every", amount=-1.0)
 """Stands for "the rest" until the sentence has been read."""
 

@@ -140,7 +140,7 @@ class Approach(SemanticFrame):
 
 @dataclass(frozen=True, kw_only=True)
 class Clearance(SemanticFrame):
-    """Keep a distance to objects; its role is at_least, at_most or at.
+    """Keep a distance to objects; its role is at_least, at_most or at. At least 0 m is to pass clear of them.
 
     `along` says that "at most" holds all along, and not only where the path comes nearest.
     """
@@ -153,7 +153,7 @@ class Clearance(SemanticFrame):
 
 @dataclass(frozen=True, kw_only=True)
 class Visit(SemanticFrame):
-    """Visit objects in their order, pass between two, over one or under one (by so much)."""
+    """Visit objects in their order, pass between two, over one (closely, if slight) or under one (by so much)."""
 
     NAME = "via"
     objects: tuple[str, ...]
@@ -206,10 +206,11 @@ class Keep(SemanticFrame):
 
 @dataclass(frozen=True, kw_only=True)
 class StopAt(SemanticFrame):
-    """Come to rest at a place and end there."""
+    """Come to rest at a place, or so far before an object, and end there."""
 
     NAME = "stop"
     place: Place = ""
+    by: Quantity | None = None
     aim: Aim = ""
 
 
@@ -225,7 +226,7 @@ class Wait(SemanticFrame):
 
 @dataclass(frozen=True, kw_only=True)
 class Extend(SemanticFrame):
-    """Go on beyond the goal: by a length, in a direction, or to a place."""
+    """Go on beyond the goal: by a length (back along the path if < 0), in a direction, or to a place."""
 
     NAME = "extend"
     by: Quantity | None = None
@@ -339,10 +340,11 @@ class Straighten(SemanticFrame):
 
 @dataclass(frozen=True, kw_only=True)
 class Height(SemanticFrame):
-    """Come to a height above the ground, or stay above or below one (role to, at_least, at_most)."""
+    """Come to a height above the ground or an object's centre, or stay above or below one (to, at_least, at_most)."""
 
     NAME = "height"
     level: Quantity
+    of: Place = ""
 
 
 @dataclass(frozen=True, kw_only=True)

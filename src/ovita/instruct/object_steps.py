@@ -8,7 +8,7 @@ import numpy as np
 
 from ovita.instruct import frames as F
 from ovita.instruct.builder import PolicyBuilder, aiming, argument
-from ovita.instruct.path_steps import APPROACH, OF, aimed_at, degree, size, steps, tolerance
+from ovita.instruct.path_steps import APPROACH, OF, aimed_at, degree, size, steps, tolerance, usual_gap
 from ovita.instruct.scale import nice
 from ovita.paths.geometry import closest_to_point
 from ovita.paths.scene import SceneObject
@@ -120,8 +120,12 @@ def _push_needed(d: PolicyBuilder, item: SceneObject, gain: float) -> float:
 def clearance(d: PolicyBuilder, frame: F.Clearance) -> None:
     """At least so far from objects, or at most so far all along; else so near at the closest approach to each."""
     q = frame.distance
-    metres = d.metres(q, 1.0, "from " + " and ".join(frame.objects))
     items = [d.scene[name] for name in frame.objects]
+    if q.role == "at_least" and q.value == 0:
+        metres = max(usual_gap(d), *(d.room(item) for item in items))
+        d.assume(f"clear of {' and '.join(frame.objects)} is at least {metres:g} m from the surface")
+    else:
+        metres = d.metres(q, 1.0, "from " + " and ".join(frame.objects))
     bound = q.role if q.role in ("at_most", "at") else "at_least"
     where, part = d.part(frame.part)
     names = " and ".join(item.name for item in items)
@@ -203,9 +207,12 @@ def _over(d: PolicyBuilder, frame: F.Visit | F.Hop, item: SceneObject, side: str
     axis = d.scene.frame.direction(side)
     half, q = extent(item, axis), frame.by
     word, end = ("above", "top") if side == "up" else ("below", "bottom")
-    usual = max(nice(item.radius - half + d.scale.step("slight")), d.room(item))
-    gap = usual if q is None else d.metres(q, d.scale.extent, word)
-    if q is None:
+    close = frame.degree == "slight"
+    usual = usual_gap(d) if close else nice(item.radius - half + d.scale.step("slight"))
+    gap = max(usual, d.room(item)) if q is None else d.metres(q, d.scale.extent, word)
+    if close:
+        d.assume(f"close {word} {item.name} is {gap:g} m {word} its {end}")
+    elif q is None:
         passing = interpolate(d.positions, np.array([closest_to_point(d.positions, item.position)[1]]))[0]
         above = float((passing - item.position) @ axis) - half
         gap = max(gap, float(f"{above - 0.005 * abs(above):.3g}"))  # never nearer than it is
@@ -217,7 +224,7 @@ def _over(d: PolicyBuilder, frame: F.Visit | F.Hop, item: SceneObject, side: str
     centre = f"{name} + {float(f'{half:.6g}')!r}" if half else name
     within = tolerance(d) / 2
     promise = f"expect_side({word!r}, {name}, of={ref}, within={within})"
-    loose = q is None or q.role == "at_least"
+    loose = (q is None and not close) or (q is not None and q.role == "at_least")
     if passed >= half + gap - 1e-6 and (loose or passed <= half + gap + within):
         said = f"The path already passes {passed - half:.3g} m {word} the {end} of {item.name}."
         d.add("", said, promise, holds=True)

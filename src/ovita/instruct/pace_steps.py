@@ -8,8 +8,10 @@ import numpy as np
 
 from ovita.instruct import frames as F
 from ovita.instruct.builder import PolicyBuilder, aiming, argument
+from ovita.instruct.object_steps import surface_distance
 from ovita.instruct.path_steps import aimed_at, degree, spot, steps, tolerance
 from ovita.instruct.scale import FASTER, SLOWER
+from ovita.paths.scene import SceneObject
 from ovita.toolkit.speed import slow_turns
 
 STANDSTILL = "A speed of 0 would never arrive: how slow should it be, or where should it stop, and for how long?"
@@ -194,6 +196,9 @@ def stop(d: PolicyBuilder, frame: F.StopAt) -> None:
     at, words = spot(d, frame.place)
     item = isinstance(frame.place, str) and frame.place not in ("", *F.SPOTS)
     d.assume("to stop means to end there; say 'wait' to go on afterwards")
+    if item and frame.by is not None:
+        _stop_short(d, d.scene[str(frame.place)], frame.by)
+        return
     if item and frame.aim:
         thing = d.scene[str(frame.place)]
         place, words = at + aiming(frame.aim), aimed_at(d, thing.name, frame.aim, thing)
@@ -203,6 +208,21 @@ def stop(d: PolicyBuilder, frame: F.StopAt) -> None:
         return
     d.add(f"traj = stop_at(traj, {at})", f"Slow down and stop {words}; the trajectory ends there.",
           f"expect_stop(near={at})" if item else "expect_stop()")  # fmt: skip
+
+
+def _stop_short(d: PolicyBuilder, thing: SceneObject, q: F.Quantity) -> None:
+    """Come to rest so far from an object's surface, where the path first comes so near."""
+    by = d.metres(q, 1.0, f"before {thing.name}")
+    first = surface_distance(thing, d.positions[:2])
+    if first <= by:
+        d.ask(f"The path starts {first:.3g} m from {thing.name}: how far before it should it stop?")
+    ref = d.ref(thing)
+    name = d.knob("short", by, "at", f"distance at which to stop before {thing.name}", "by", about=thing.name,
+                  direction="away")  # fmt: skip
+    d.goal_moved = True
+    d.add(f"traj = stop_before(traj, {ref}, {name})",
+          f"Slow down and stop {by:g} m before {thing.name}; the path ends there.",
+          f"expect_distance({ref}, nearest={name})", "expect_stop()")  # fmt: skip
 
 
 def wait(d: PolicyBuilder, frame: F.Wait) -> None:

@@ -71,6 +71,11 @@ def tolerance(d: PolicyBuilder) -> float:
     return nice(0.02 * d.scale.extent)
 
 
+def usual_gap(d: PolicyBuilder) -> float:
+    """How far beside or above a thing is close to it [m]."""
+    return nice(max(MARGIN, 0.3 * d.scale.step("slight")))
+
+
 def spot(d: PolicyBuilder, place: F.Place, default: str = "goal") -> tuple[str, str]:
     """Code of the place of a waypoint, and words for it."""
     if isinstance(place, tuple):
@@ -200,7 +205,7 @@ def move_end(d: PolicyBuilder, frame: F.MoveEnd) -> None:
         elif frame.relation:
             _end_aimed(d, frame, end)
         elif frame.level is not None:
-            _end_level(d, frame.level, end)
+            _end_level(d, frame, frame.level, end)
         elif frame.offset:
             own = _offset(d, frame, frame.offset, f"{end}_")
             undone = {direction: name + _negated(d.shifted(direction)) for direction, name in own.knobs.items()}
@@ -211,10 +216,21 @@ def move_end(d: PolicyBuilder, frame: F.MoveEnd) -> None:
             d.ask(f"Where should the {end} go?")
 
 
-def _end_level(d: PolicyBuilder, q: F.Quantity, end: str) -> None:
+def _level(d: PolicyBuilder, q: F.Quantity, of: F.Place) -> float:
+    """A height above the ground [m], or that of an object's centre plus so much."""
+    value = d.metres(q, 1.0, "above the ground")
+    if not of:
+        return value
+    _, words, point = target(d, of)
+    value += float(point @ d.scene.frame.direction("up"))
+    d.assume(f"the height of {words} is that of its centre, {value:.4g} m above the ground")
+    return float(f"{value:.6g}")
+
+
+def _end_level(d: PolicyBuilder, frame: F.MoveEnd, q: F.Quantity, end: str) -> None:
     """Bring an end to a height above the ground."""
     up, row = d.scene.frame.direction("up"), 0 if end == "start" else -1
-    value = d.metres(q, 1.0, "above the ground")
+    value = _level(d, q, frame.place)
     name = d.knob(f"{end}_height", value, "to", f"height of the {end} above the ground, z = 0", "level", direction="up")
     now, given = (f"{float(rows[row] @ up):.6g}" for rows in (d.positions, d.trajectory.positions))
     d.add(f"traj = move_{end}(traj, up={name} - {now})",
@@ -241,7 +257,7 @@ def _end_to(d: PolicyBuilder, frame: F.MoveEnd, end: str) -> None:
     for said, q in frame.offset:
         direction = d.word(said)
         half = extent(item, d.scene.frame.direction(direction)) if item is not None else 0.0
-        usual = max(nice(max(MARGIN, 0.3 * d.scale.step("slight"))), d.room(item) if item is not None else 0.0)
+        usual = max(usual_gap(d), d.room(item) if item is not None else 0.0)
         value = half + (usual if q is None else d.metres(q, 1.0, direction))
         value = float(f"{value:.6g}")
         surface = "" if q is None or not half else f", counted from its surface, {value:g} m from its centre"
@@ -315,11 +331,13 @@ def extend(d: PolicyBuilder, frame: F.Extend) -> None:
         by = d.scale.step(degree(frame)) if frame.by is None else d.metres(frame.by, d.trajectory.length, "beyond")
         if frame.by is None:
             d.assume(f"going on after the goal is {by:g} m in the direction of arrival")
-        name = d.knob("further", by, "by", "how far to go on after the goal", "by", direction="farther")
+        way = "in the same direction" if by >= 0 else "back along the path"
+        name = d.knob("further", abs(by), "by", f"how far to go {'on' if by >= 0 else 'back'} after the goal", "by",
+                      direction="farther")  # fmt: skip
         old = "" if d.goal_moved or d.shifts else f"expect_visits(original[-1, :3], within={tolerance(d)})"
         d.add(
-            f"traj = extend(traj, {name})",
-            f"After the goal, go on for {by:g} m in the same direction.",
+            f"traj = extend(traj, {name if by >= 0 else f'-{name}'})",
+            f"After the goal, go on for {abs(by):g} m {way}.",
             f"expect_length(longer_by={name})" if d.alone else "",
             ends={"goal": old},
         )
@@ -335,7 +353,7 @@ def come_back(d: PolicyBuilder, frame: F.Return) -> None:
 def height(d: PolicyBuilder, frame: F.Height) -> None:
     """At a height above the ground, or above or below one."""
     q = frame.level
-    value = d.metres(q, 1.0, "above the ground")
+    value = _level(d, q, frame.of)
     where, part = d.part(frame.part)
     bounded = q.role in ("at_least", "at_most")
     words = {"at_least": "at or above", "at_most": "at or below"}.get(q.role, "at")

@@ -166,7 +166,7 @@ def _opposed(one: F.SemanticFrame, other: F.SemanticFrame, axes: Frame) -> bool:
             return one.sense != other.sense and bool({*one.objects} & {*other.objects})
         case F.Clearance(), F.Clearance():
             return bool({*one.objects} & {*other.objects}) and _no_room(one.distance, other.distance)
-        case F.Height(), F.Height():
+        case F.Height(), F.Height() if one.of == other.of:
             return _no_room(one.level, other.level)
         case F.Pace(), F.Pace():
             if one.amount is not None and other.amount is not None and _no_room(one.amount, other.amount):

@@ -397,8 +397,9 @@ def _negated(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.Seman
     held = {sense for frame in frames for sense in _senses(frame)}
     if any(OPPOSED.get(sense, set()) & {chunk.kind for chunk in _flipped(tuple(said))} for sense in held):
         return ""
-    if "never" in kinds and not any(_limits(frame, kinds) for frame in frames):
-        return f"{_said(said, frozenset(['never']))} turns round what it belongs to."
+    plain = frozenset(chunk.kind for chunk in said)  # "too fast" counts as fast
+    if kinds & {"never", "clear"} and not any(_limits(frame, plain) for frame in frames):
+        return f"{_said(said, {'never'} & kinds or {'keep'})} turns round what it belongs to."
     return ""
 
 
@@ -637,7 +638,8 @@ def _values(frame: F.SemanticFrame) -> set[float]:
     for slot in fields(frame):
         value = getattr(frame, slot.name)
         found += [value.value] if isinstance(value, F.Quantity) else []
-    return {v for value in found for v in (value, -value, 1 - value, 1 + value, 1 / value if value else 0.0)}
+    shares = [1.0 / q.value for q in frame.quantities.values() if q.unit in ("x", "%") and q.value]
+    return {v for value in found for v in (value, -value, 1 - value, 1 + value)} | {*shares}
 
 
 def _of_part(part: PathPart) -> list[float]:

@@ -71,7 +71,7 @@ def read(text: str, scene: Scene, positions: Array | None = None, earlier: Seque
         earlier: Frames of the turns before, for "there" and for what the utterance leaves open.
     """
     found, notes = chunks(text, scene, positions)
-    row = _corrected(constituents(_with_pauses(found), _reach(positions)))
+    row = _corrected(constituents(_arriving(_with_pauses(found)), _reach(positions)))
     pieces = _pieces(row, found)
     said = _cut(pieces)
     if not any(s.match for s in said):
@@ -81,6 +81,18 @@ def read(text: str, scene: Scene, positions: Array | None = None, earlier: Seque
     reading = _reading(said, notes, earlier)
     named = [(c.names, c.span) for c in found if c.kind == "OBJ"]
     return replace(reading, frames=aimed(reading.frames, spoken(text), named))
+
+
+def _arriving(found: list[Chunk]) -> list[Chunk]:
+    """Get to the shelf without coming near the dog: where to end, and what to keep away from on the way."""
+    row = [c for c in found if c.kind not in ("filler", "approx", "path")]
+    if len(row) < 4 or row[1].kind != "OBJ":
+        return found
+    going = row[0].kind == "to" or row[0].text.lower().startswith(("reach", "arrive"))
+    behind = [c for c in row[2:] if c.kind not in ("and", "comma", "where")]
+    if going and behind[0].kind in ("never", "avoid", "farther", "clear", "keep"):
+        return [replace(row[0], kind="endup"), row[1], Chunk("and", "", row[1].span), *behind]
+    return found
 
 
 def _reach(positions: Array | None) -> float:
@@ -161,7 +173,8 @@ def _pieces(row: Sequence[Chunk], spoken: Sequence[Chunk]) -> list[Stretch]:
 
     for chunk in row:
         pause = chunk.kind in PAUSES
-        if items and (pause or (chunk.kind == "keep" and chunk.text.lower().startswith(("without", "not ")))):
+        apart = chunk.kind in ("keep", "clear", "farther") and chunk.text.lower().startswith(("without", "not "))
+        if items and (pause or apart):
             found.append(piece(chunk.span[0]))
             begin = chunk.span[0]
             opening, items = "", []
@@ -420,7 +433,7 @@ def _frame(match: Match, slots: Mapping[str, Any], items: Sequence[Chunk]) -> F.
         and "amount" not in given
     ):
         given |= {"change": "turns", "part": WHOLE}
-    if kind not in GRADED:
+    if kind not in GRADED and "degree" not in match.row.fixed:
         given.pop("degree", None)
     if not given.get("place", ""):
         given.pop("place", None)

@@ -11,6 +11,7 @@ from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk
 from ovita.instruct.constituents import QUANTITIES
 from ovita.instruct.fillers import (
+    CLEAR,
     CONTENT,
     FREE,
     MILD,
@@ -327,6 +328,7 @@ ROWS: tuple[Row, ...] = (
     Row(F.Approach, ("obj:toward",), {"objects": objects("toward"), "by": amount("Qm")}, {"sense": "closer"}, ("objects",), "path whole creep toward advance keep", 0.3),
     Row(F.Approach, ("farther|avoid", "inc|more|larger distance|gap", "inc farther", "double|triple distance|farther", "Qx distance|farther", "farther around", "withdraw obj", "keep large obj:from"),
         {"objects": objects(), "by": lambda c: amount("Qm", "Qx")(c) or share(c)}, {"sense": "farther"}, ("objects",), "distance path pass farther avoid times inc keep gap than", 0.25),
+    Row(F.Approach, ("inc|more Qm:by distance|gap obj", "inc|more Qm:by farther obj", "inc|more Qm:by obj:from"), {"objects": objects(), "by": LENGTH}, {"sense": "farther"}, ("objects", "by"), "inc more distance gap farther keep", -0.1),
     Row(F.Approach, ("large distance|gap !Qm|dec|less|smaller|keep",), {"objects": objects()}, {"sense": "farther", "degree": "large"}, ("objects",), "distance path pass keep gap", 0.25),
     Row(F.Approach, ("distance obj !Qm|dec|less|smaller|keep|constant|halve|half",), {"objects": objects()}, {"sense": "farther"}, ("objects",), "distance", 0.4),
     Row(F.Approach, ("halve|half farther", "farther Qx|Qpc:to"), {"objects": objects(), "by": share}, {"sense": "closer"}, ("objects",), "farther keep pass", 0.2),
@@ -334,6 +336,8 @@ ROWS: tuple[Row, ...] = (
     Row(F.Clearance, ("Qm:at_least,at_most obj|within_of", "min|at_least|max|at_most|keep|distance Qm", "keep within_of", "distance Qm", "min|max distance Qn", "keep Qm obj:from", "within_of !speed|faster|slower",
                       "Qm:at_least,at_most distance|farther|near|closer", "Qm:at_least,at_most !left|right|front|back|height|up|ground|axis|over|under"),
         {"distance": bounded("Qm", "within_of", "Qn"), "objects": lambda c: objects()(c) or tuple(n for i in c.items if i.kind == "within_of" for n in i.names)}, {}, ("objects", "distance"), "distance keep farther near closer at_least at_most min max pass whole gap dec inc", 0.2),
+    Row(F.Clearance, ("clear obj",), {"objects": objects(), "distance": lambda c: bounded("Qm")(c) or CLEAR}, {}, ("objects",), "clear whole path", 0.0, where=False),
+    Row(F.Visit, ("skim obj:over,along,by, !never",), {"objects": objects("over", "along", "by", "")}, {"relation": "over", "degree": "slight"}, ("objects",), "skim over pass", 0.0, where=False),
     Row(F.Visit, ("touch obj", "thru obj"), {"objects": objects("", "to", "at", "on", "by", "thru", "with", "in", "touch", "of")}, {}, ("objects",), "touch pass", 0.1, where=False),
     Row(F.Visit, ("obj:thru,touch",), {"objects": objects("thru", "touch", "", "at")}, {}, ("objects",), "touch pass", 0.3, where=False),
     Row(F.Visit, ("obj:thru,touch",), {}, {}, ("objects",), "touch pass", 0.3, where=False),
@@ -376,6 +380,7 @@ ROWS: tuple[Row, ...] = (
     Row(F.Keep, ("keep !within_of",), {}, {}, (), "keep whole path never", 0.15, check=_keep),
     # standing still
     Row(F.MoveEnd, ("stop obj:to",), {"place": place("to")}, {"end": "goal", "relation": "to"}, ("place",), "stop end there", 0.1, where=False),
+    Row(F.StopAt, ("short",), {"place": lambda c: next(i.names[0] for i in c.items if i.kind == "short"), "by": lambda c: next(i.number for i in c.items if i.kind == "short")}, {}, (), "short stop end there", -0.1, where=False),
     Row(F.StopAt, ("stop",), {"place": lambda c: place()(c)}, {}, (), "stop end touch there whole path", 0.2, where=False),
     Row(F.Wait, ("wait", "hover !obj", "stop|keep Qs|Qstep", "obj:at,by,near Qs", "Qs point|end"), {"duration": amount("Qs", "Qstep"), "place": _waiting}, {}, ("place",), "wait hover stop keep duration for there then_on slight", 0.1, where=False),
     Row(F.Wait, ("wait there",), {"duration": amount("Qs", "Qstep")}, {}, ("place",), "wait stop there then_on", 0.2, where=False),
@@ -413,6 +418,8 @@ ROWS: tuple[Row, ...] = (
         ("zigzag", ("zigzag",), _swing, labelled("radius"), ALONG), ("wave", ("wave",), _swing, labelled("radius"), ALONG),
         ("shake", ("shake",), _swing, labelled("radius"), AROUND))),
     # bounds
+    Row(F.Height, ("Hof !never",), {"of": lambda c: next(i.names[0] for i in c.items if i.kind == "Hof")}, {"level": F.Quantity(0.0, "m", "to")}, (), "Hof height keep raise lower up down drop path whole", 0.0),
+    Row(F.MoveEnd, ("end Hof", "endup Hof"), {"end": lambda c: end()(c) or (c.has("endup") and "goal") or None, "place": lambda c: next(i.names[0] for i in c.items if i.kind == "Hof")}, {"level": F.Quantity(0.0, "m", "to")}, ("end",), "Hof endup height at up", -0.1, where=False),
     Row(F.Height, ("Hq", "Qm:at_least,at_most height|up|ground|axis", "height Qm:at_least,at_most", "ceiling|floorlimit Qm", "height min|max|limit|at_least|at_most Qm", "up|ground max|min|at_most|at_least Qm"),
         {"level": level}, {}, ("level",), "height ground axis up keep wait whole path limit max min at_most at_least raise lower down touch", 0.2),
     Row(F.Height, ("raise|lower|up|down|drop Qm:to",), {"level": amount("Qm", role="to")}, {}, ("level",), "height ground keep raise lower up down drop path whole", 0.15),

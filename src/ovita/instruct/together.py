@@ -7,7 +7,7 @@ from dataclasses import fields, replace
 
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk
-from ovita.instruct.fillers import REST, THERE
+from ovita.instruct.fillers import CLEAR, REST, THERE
 from ovita.paths.part import WHOLE, PathPart, outside
 
 
@@ -119,6 +119,8 @@ def settled(made: Sequence[F.SemanticFrame]) -> list[F.SemanticFrame]:
     """Without frames that another one says in full; a speed that alone is to stay is to be constant."""
     if len(made) == 1 and isinstance(made[0], F.Keep) and made[0].what == "speed":
         return [F.Pace(change="constant", part=made[0].part, words=made[0].words)]  # to ask for nothing else
+    if len(made) == 1 and isinstance(made[0], F.Clearance) and made[0].distance == CLEAR:
+        return [F.Approach(sense="farther", objects=made[0].objects, words=made[0].words)]
     once = [f for f, after in zip(made, [*made[1:], None], strict=False) if not _repeated(f, after)]
     once = list(dict.fromkeys(once))
     return [f for f in once if not any(f is not other and _covers(other, f) for other in once)]
@@ -200,8 +202,8 @@ def _claims(frame: F.SemanticFrame) -> list[tuple[object, float, float]]:
             return [(("near", name), *_sign(1 if sense == "closer" else -1)) for name in objects]
         case F.Clearance(objects=objects, distance=q):
             return [(("clearance", name), *_limits(q)) for name in objects]
-        case F.Height(level=q):
-            return [(("height", frame.part), *_limits(q))]
+        case F.Height(level=q, of=of):
+            return [(("height", of, frame.part), *_limits(q))]
     return []
 
 

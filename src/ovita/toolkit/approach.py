@@ -13,7 +13,7 @@ from ovita.paths.frame import RFU, Frame
 from ovita.paths.geometry import Cuboid, Mask, closest_to_point, fractions, lengths, runs
 from ovita.paths.geometry import extent as extent_of
 from ovita.paths.scene import SceneObject
-from ovita.paths.trajectory import Array, arc_length
+from ovita.paths.trajectory import Array, arc_length, interpolate
 from ovita.toolkit import arguments
 from ovita.toolkit.arguments import Aim, Offset, Target
 from ovita.toolkit.catalogue import Recorder, note_contact, operation
@@ -241,6 +241,39 @@ def pass_at(
         enough = (passes_at(obj, passed(middle)[:, :3], selected) - asked) * (now - asked) <= 0.0
         low, high = (low, middle) if enough else (middle, high)
     return passed(high)
+
+
+@operation("Objects: come closer, stay away, pass")
+def stop_before(traj: ArrayLike, obj: Target, distance: float, *, brake: float = 0.15, frame: Frame = RFU) -> Array:
+    """Stop so many metres before an object; the path ends there.
+
+    It is where the path first comes so near; one that passes farther off is pulled so near before, as by pass_at.
+    Promise it by expect_distance with the same number as nearest, and expect_stop.
+
+    Args:
+        traj: (N, 4); what comes after the stop is left out.
+        distance: [m], > 0, from the surface of an object with dimensions, else from the centre.
+        brake: Braking distance as a fraction (0..1) of the path's length.
+    """
+    rows, asked = arguments.waypoints(traj), arguments.positive(distance, "distance")
+
+    def until(at: float) -> Array:
+        whole = int(at)
+        return np.concatenate([rows[: whole + 1], interpolate(rows, np.array([at]))[: int(at > whole)]])
+
+    def near(at: float) -> bool:
+        path = until(at)[:, :3]
+        return passes_at(obj, path, np.ones(len(path), dtype=bool)) <= asked + ROUNDING
+
+    if near(0.0):
+        raise ValueError(f"the path starts within {asked:g} m already: it cannot stop before that")
+    low, high = 0.0, float(len(rows) - 1)
+    if not near(high):
+        rows = pass_at(rows, obj, asked, frame=frame)
+    for _ in range(40):
+        middle = (low + high) / 2.0
+        low, high = (low, middle) if near(middle) else (middle, high)
+    return stop_at(until(high), "goal", brake=brake)
 
 
 def passes_at(target: Target, positions: Array, selected: Mask) -> float:

@@ -15,6 +15,7 @@ from ovita.toolkit import arguments
 from ovita.toolkit.arguments import Aim, Offset, Place, Target
 from ovita.toolkit.catalogue import Recorder, note_contact, operation
 from ovita.toolkit.insertion import along_arcs, anchor, distinct, dubins, leg, speeds_between, usual_speed
+from ovita.toolkit.speed import stop_at
 from ovita.toolkit.weights import eased, final_heading, perpendicular, smoothstep
 
 SMOOTH = np.radians(15.0)
@@ -133,14 +134,16 @@ def extend(
 
     Args:
         traj: (N, 4); the result is (N + M, 4) with new waypoints at the mean spacing.
-        by: [m], >= 0; None if an offset is given.
+        by: [m]; < 0 goes back along the path, as a vehicle that reverses; None if an offset is given.
     """
     rows = arguments.waypoints(traj)
     shift = arguments.offset(frame, offset)
     if (by is None) == (not shift.any()):
         raise ValueError("give either by (metres along the final heading) or an offset such as left=0.2")
+    if by is not None and arguments.number(by, "by") < 0.0:
+        return _backed_up(rows, -by)
     if by is not None:
-        shift = arguments.number(by, "by", low=0.0) * final_heading(rows[:, :3])
+        shift = arguments.number(by, "by") * final_heading(rows[:, :3])
     return _appended(rows, rows[-1, :3] + np.array([[0.0], [1.0]]) * shift)
 
 
@@ -268,6 +271,15 @@ def _move_first(rows: Array, target: Array, blend: float) -> None:
     touched = (weights > 0.0) & (fraction > 0.0)
     rows[touched, :3] += weights[touched, None] * (target - rows[0, :3])
     rows[fraction == 0.0, :3] = target
+
+
+def _backed_up(rows: Array, by: float) -> Array:
+    """Rows that stop at the goal and then go back along the path for some metres."""
+    rows = stop_at(rows, "goal")
+    ahead = arc_length(rows[:, :3])
+    back = max(float(ahead[-1]) - by, 0.0)
+    end = np.array([[np.interp(back, ahead, rows[:, k]) for k in range(3)]])
+    return _appended(rows, np.concatenate([rows[ahead > back, :3][::-1], end]))
 
 
 def _appended(rows: Array, curve: Array) -> Array:
