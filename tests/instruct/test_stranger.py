@@ -286,3 +286,10 @@ def test_a_part_that_is_bent_to_a_side_is_all_of_it(verb):
     result = understood(f"{verb} the second half to the right by 10 cm")
     moved = (result.adapted.positions - result.original.positions)[:, 0]
     assert np.median(moved[N // 2 + 5 : -3]) == pytest.approx(0.1, abs=0.01)
+
+
+def test_everything_but_the_goal_leaves_the_goal_alone():
+    result = understood("move everything except the goal 4 cm up")
+    moved = (result.adapted.positions - result.original.positions)[:, 2]
+    assert moved[-1] == pytest.approx(0, abs=1e-9) and moved[: N // 2] == pytest.approx(0.04, abs=1e-6)
+    assert max(result.adapted.positions[:, 2].tolist()) < 0.4 and not any("jump" in w for w in result.warnings)

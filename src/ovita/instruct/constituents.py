@@ -381,8 +381,9 @@ def as_part(chunk: Chunk, *, any_preposition: bool = False) -> PathPart | None:
         case "within_of" if chunk.names:
             return _either(chunk.names, chunk.q.value if chunk.q else None)
         case "end":
-            of = chunk.value[0]
-            return None if of == "ends" else PathPart("first" if of == "start" else "last")
+            of, point = chunk.value[0], {"goal", "point", "target", "destination"} & {*chunk.text.lower().split()}
+            amount = 1 if any_preposition and not chunk.value[1] and point else None  # "all but the goal"
+            return None if of == "ends" else PathPart("first" if of == "start" else "last", amount=amount)
         case "obj" if chunk.text.lower().startswith("up to "):
             return PathPart("before", chunk.names[:1])
         case "obj" if any_preposition or chunk.value in NEARBY:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import combinations
+from typing import Literal
 
 from ovita.instruct import frames as F
 from ovita.instruct.builder import PolicyBuilder, direction_word
@@ -85,6 +86,7 @@ def realise(
 
 
 _FIRST, _LAST = PathPart("first", amount=1), PathPart("last", amount=1)
+_ALL_BUT: dict[PathPart, Literal["start", "goal"]] = {outside(_FIRST): "start", outside(_LAST): "goal"}
 _KEPT_ENDS = {"start": (_FIRST,), "goal": (_LAST,), "ends": (_FIRST, _LAST)}
 
 
@@ -113,6 +115,10 @@ def _once(frames: Sequence[F.SemanticFrame]) -> list[F.SemanticFrame]:
     set_to = [f.part for f in frames if isinstance(f, F.Pace) and f.change == "set" and f.factor is None]
     kept: list[F.SemanticFrame] = []
     for frame in frames:
+        end = _ALL_BUT.get(frame.part) if isinstance(frame, F.Shift) else None
+        if end:  # everything but the goal goes there
+            kept.append(F.Keep(what=end))
+            frame = replace(frame, part=WHOLE)
         again = isinstance(frame, F.Smooth) and any(isinstance(k, F.Smooth) for k in kept)
         stated = isinstance(frame, F.Pace) and frame.change == "constant" and frame.part in set_to
         if not again and not (stated and not frame.quantities):
