@@ -293,3 +293,7 @@ def test_everything_but_the_goal_leaves_the_goal_alone():
     moved = (result.adapted.positions - result.original.positions)[:, 2]
     assert moved[-1] == pytest.approx(0, abs=1e-9) and moved[: N // 2] == pytest.approx(0.04, abs=1e-6)
     assert max(result.adapted.positions[:, 2].tolist()) < 0.4 and not any("jump" in w for w in result.warnings)
+
+
+def test_a_place_that_is_left_out_is_not_kept_away_from():
+    assert show(understood("slow down, just not near the plate").frames) == "pace slower @!near=plate"

@@ -213,10 +213,9 @@ def _other_side(found: Sequence[Chunk]) -> list[Chunk]:
 
 def _one_side(found: Sequence[Chunk]) -> list[Chunk] | None:
     """Left of it, not right of it: the other side that is denied says nothing more."""
-    never = next(i for i, c in enumerate(found) if c.kind == "never")
     sides = [c for c in found if c.kind in OTHER_SIDE]
     denied = merged(sides[:1], sides[0].kind, span=found[-1].span, value="flipped")
-    return [*found[:never], denied] if OTHER_SIDE[sides[0].kind] == sides[1].kind else None
+    return [*found[: kinds(found).index("never")], denied] if OTHER_SIDE[sides[0].kind] == sides[1].kind else None
 
 
 def _two_speeds(found: Sequence[Chunk]) -> list[Chunk]:
@@ -310,7 +309,8 @@ def _counted(label: str, times: float | None = None) -> Build:
 
 def _flip(found: Sequence[Chunk]) -> Chunk:
     last = found[-1]
-    sure = last.kind in ("touch", "closer", "near") or any(c.kind in ("too", "so", "as", "less", "dec") for c in found)
+    said = {c.kind for c in found} | {found[0].text.lower()}
+    sure = last.kind in ("touch", "closer") or not said.isdisjoint("too so as less dec pass without".split())
     return merged(found, FLIPPED.get(last.kind, last.kind), value="flipped" if sure else "denied")
 
 
@@ -433,8 +433,8 @@ PATTERNS: tuple[Pattern, ...] = tuple(
         ("at|on|in|near|after goal comma? back|reverse by? Qm", _back_along),
         ("stop|endup|goal Qm before pass|touch? to|of? OBJ", lambda f: [merged(f[:1], "stop"), merged(f[1:], "short")]),
         ("stop Qm from|in? front? of|to? OBJ", lambda f: [f[0], merged(f[1:], "short")]),
-        ("level of|with|to? OBJ", lambda f: merged(f, "Hof")),
-        ("height of OBJ", lambda f: merged(f, "Hof")),
+        ("level|height of|with|to? OBJ", lambda f: merged(f, "Hof")),
+        ("comma only? never near to|of? OBJ", lambda f: part(f, outside(_either(f[-1].names, None))) if "not" in [c.text.lower() for c in f] else None),
         ("never|avoid touch|collide to|on|at|by|with|over? OBJ", lambda f: [merged(f[:2], "clear", value="flipped"), merged(f[-1:], "obj", value="")]),
         ("never dec|inc|path|speed over? OBJ", lambda f: [merged(f[:2], "clear", value="flipped"), merged(f[-1:], "obj", value="")] if f[1].text.lower() in ("knock", "knocking", "bump", "bumping", "run", "running", "drive", "driving") else None),
         ("keep OBJ", lambda f: [merged(f[:1], "clear", value="flipped"), merged(f[1:], "obj", value="")] if "touch" in f[0].text.lower() else None),
