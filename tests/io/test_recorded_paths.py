@@ -13,6 +13,7 @@ from ovita.errors import FormatError
 from ovita.io import Choices, load_task, save_trajectory
 from ovita.io.bags import bag_maker, load_joint_motion
 from ovita.io.definitions import typestore
+from ovita.io.geodesy import Home
 from ovita.io.messages import TYPES, JointMotion, build, build_joints
 from ovita.io.smoothing import smoothed
 from ovita.paths.trajectory import Trajectory
@@ -393,3 +394,56 @@ def test_a_recording_that_was_cut_off(tmp_path, compression):
         assert (task.trajectory.positions == places[: len(task.trajectory)]).all()
         sizes.append(len(task.trajectory))
     assert sizes == sorted(sizes) and 100 < sizes[0] < 595 <= sizes[-1]
+
+
+def test_a_part_of_a_recording(tmp_path):
+    """Seconds count from the first sample; what lies outside is neither smoothed nor kept."""
+    times, speeds, places = drive()
+    bag = recording(tmp_path / "a", KINDS[0], places, times)
+    task = load_task(bag, Choices(span=(6.0, 11.0)))
+    assert task.trajectory.duration == pytest.approx(5.0, abs=0.3)
+    assert (task.trajectory.positions[[0, -1]] == places[[300, 550]]).all()
+    assert np.median(speed_errors(task.trajectory, times[300:551] - 6.0, speeds[300:551])) < 0.02
+    assert any("left out 350 of 601 samples, which lie outside the time" in note for note in task.notes)
+    raw = load_task(bag, Choices(raw=True, span=(11.0, np.inf))).trajectory
+    assert (raw.positions == places[550:]).all()
+    with pytest.raises(FormatError, match=r"lasts 12.0 s and has 0 samples after 13 s"):
+        load_task(bag, Choices(span=(13.0, np.inf)))
+
+
+def test_a_part_of_joint_states(tmp_path):
+    times, _, places = drive()
+    bag = recording(tmp_path / "a", "sensor_msgs/msg/JointState", places, times)
+    motion = load_joint_motion(bag, Choices(span=(2.0, 4.0)))
+    assert (motion.positions == places[100:201, :2]).all() and motion.times[-1] == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize("ending", [".csv", ".tum", ".mcap"])
+def test_a_part_of_a_path_with_times(tmp_path, ending):
+    whole = Trajectory([[0, 0, 0], [1, 0, 0], [1, 0, 0], [2, 1, 0], [4, 1, 0]], [0.5, 0, 0, 0.5, 1.0], timestep=1.0)
+    save_trajectory(tmp_path / f"a{ending}", whole)
+    read = load_task(tmp_path / f"a{ending}").trajectory
+    part = load_task(tmp_path / f"a{ending}", Choices(span=(1.0, 6.0))).trajectory
+    moments = np.linspace(0, 5, 40)
+    assert np.allclose(part.at(moments).positions, read.at(moments + 1.0).positions, atol=1e-6)
+    assert part.duration == pytest.approx(5.0)
+
+
+def test_a_mission_has_no_seconds(tmp_path):
+    home = Choices(home=Home(47.4, 8.5, 400.0))
+    save_trajectory(tmp_path / "a.plan", Trajectory([[0, 0, 5], [9, 0, 5]], [1, 1]), choices=home)
+    with pytest.raises(FormatError, match="a mission records no times; leave --from and --to out"):
+        load_task(tmp_path / "a.plan", Choices(span=(1.0, 2.0)))
+
+
+def test_convert_takes_seconds(tmp_path):
+    from click.testing import CliRunner
+
+    from ovita.cli.main import cli
+
+    save_trajectory(tmp_path / "a.csv", Trajectory([[0, 0, 0], [10, 0, 0]], [1, 1]))
+    command = ["convert", str(tmp_path / "a.csv"), str(tmp_path / "b.csv"), "--from", "2", "--to"]
+    done = CliRunner().invoke(cli, [*command, "6"])
+    assert "2 waypoints, 4.000 m in 4.000 s" in done.output
+    swapped = CliRunner().invoke(cli, [*command, "1"])
+    assert "--from 2 --to 1: the first second must come before the last" in str(swapped.output) + str(swapped.exception)

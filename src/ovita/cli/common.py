@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import math
 import os
 import re
 import shlex
@@ -84,6 +85,10 @@ _SOURCE = (
     click.option(
         "--moving", "frames", metavar="FIXED:MOVING", help="Whose motion is read of recorded transforms: map:base_link."
     ),
+    click.option(
+        "--from", "first", type=click.FloatRange(0), metavar="S", help="First second of a recording that is read. [0]"
+    ),
+    click.option("--to", "last", type=click.FloatRange(0), metavar="S", help="Last second of it. [its end]"),
     click.option("--raw", is_flag=True, help="Keep every sample of a recording: neither smooth nor thin it."),
 )
 
@@ -133,7 +138,18 @@ def choices_from(options: dict[str, Any]) -> Choices:
         takeoff=bool(options.get("takeoff")),
         frames=options.get("frames"),
         raw=bool(options.get("raw")),
+        span=_span(options.get("first"), options.get("last")),
     )
+
+
+def _span(first: float | None, last: float | None) -> tuple[float, float] | None:
+    """The seconds of a recording that are wanted."""
+    if first is None and last is None:
+        return None
+    begin, end = first or 0.0, math.inf if last is None else last
+    if begin >= end:
+        raise RequestError(f"--from {begin:g} --to {end:g}: the first second must come before the last")
+    return begin, end
 
 
 def robot_from(task: Task, robot: str | None, max_speed: float | None) -> Robot:

@@ -195,7 +195,7 @@ def tool_task(file: str, chosen: ArmChoice, choices: Choices, frame: str | None)
     from ovita.sim import Base
     from ovita.sim.joints import tool_path
 
-    motion, notes = _live_joints(file) if is_address(file) else (load_joint_motion(file, choices), ())
+    motion, notes = _live_joints(file, choices) if is_address(file) else (load_joint_motion(file, choices), ())
     base = None if chosen.base is None else Base.parse(chosen.base)
     path = tool_path(motion, chosen.model(), base=base, names=chosen.joint_names)
     axes = motion.frame if frame is None else Frame(frame)
@@ -203,7 +203,7 @@ def tool_task(file: str, chosen: ArmChoice, choices: Choices, frame: str | None)
     return Task(path, Scene(frame=axes), path=file, notes=(*notes, said), fixed_frame=True)
 
 
-def _live_joints(place: str) -> tuple[JointMotion, tuple[str, ...]]:
+def _live_joints(place: str, choices: Choices) -> tuple[JointMotion, tuple[str, ...]]:
     from ovita.io.ros2 import receive_joints
 
-    return receive_joints(Address.parse(place))
+    return receive_joints(Address.parse(place), choices)

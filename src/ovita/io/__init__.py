@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any
 
 import ovita.plugins as plugins
-from ovita.errors import FormatError, RequestError, called_as
+from ovita.errors import FormatError, RequestError, TrajectoryError, called_as
 from ovita.io import json_
 from ovita.io.documents import NONE, VERDICT, Choices, Task, load_robot, scene_dict, scene_from_dict
 from ovita.io.files import BAGS, atomic_write, errors_of, examine, file_name, is_address, is_bag, read_text, suffix
@@ -33,7 +33,7 @@ from ovita.io.json_ import is_skill_file as is_skill
 from ovita.io.json_ import load_document, save_document
 from ovita.io.lerobot import episode, is_data_set
 from ovita.io.tables import START, dumps_csv, dumps_poses, dumps_tum, looks_like_tum, parse_csv, parse_tum
-from ovita.io.waypoints import trajectory_from_rows, trajectory_rows
+from ovita.io.waypoints import excerpt, trajectory_from_rows, trajectory_rows
 from ovita.paths.frame import Frame, transformed
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
@@ -94,6 +94,7 @@ def load_task(path: str | os.PathLike[str], choices: Choices = NONE) -> Task:
         MissingExtra: If the format needs a package that is not installed.
     """
     task = _load(_named(path, "load_task"), choices)
+    task = task if is_bag(path) else _excerpt(task, choices)
     said = (f"the file says of its trajectory: {task.verdict}",) if task.verdict else ()
     return replace(task, notes=(*task.notes, *said)) if said else task
 
@@ -190,7 +191,17 @@ def open_task(place: str, *, scene_file: str | None = None, frame: str | None = 
 def _receive(place: str, choices: Choices) -> Task:
     from ovita.io.links import Address, receive
 
-    return receive(Address.parse(place), choices)
+    task = receive(Address.parse(place), choices)
+    return task if place.startswith("ros2:") else _excerpt(task, choices)
+
+
+def _excerpt(task: Task, choices: Choices) -> Task:
+    if choices.span is None:
+        return task
+    with errors_of(task.path):
+        if MISSION in task.scene.extra:
+            raise TrajectoryError("a mission records no times; leave --from and --to out")
+        return replace(task, trajectory=excerpt(task.trajectory, choices))
 
 
 def with_scene(task: Task, scene: Scene, stated: bool = True, frame: str | None = None) -> Task:

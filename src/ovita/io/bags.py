@@ -36,6 +36,7 @@ from ovita.io.messages import (
     stamp_ns,
 )
 from ovita.io.recorded import JOINT_STATE, RECORDED, TRANSFORMS, StampedMessage, joints_of, looks_recorded, path_of
+from ovita.io.waypoints import excerpt
 from ovita.paths.frame import Frame, transformed
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
@@ -88,7 +89,7 @@ def load(path: str | os.PathLike[str], choices: Choices) -> Task:
                     "takes the arm's kinematic model: ovita convert --arm NAME|FILE, or in Python "
                     "load_joint_motion(...).through(forward)",
                 )
-            task = task_of(_KINDS[kind], message, topic=topic, raw=choices.raw, at=read.samples[0].logged)
+            task = task_of(_KINDS[kind], message, choices, topic=topic, at=read.samples[0].logged)
     return replace(task, path=file, notes=read.notes + task.notes, verdict=read.verdict)
 
 
@@ -102,26 +103,26 @@ def _joint_names(kind: str, message: Any) -> str:
 
 def recorded_task(kind: str, samples: Sequence[StampedMessage], choices: Choices, *, topic: str) -> Task:
     """The task in a recording, all messages of a topic; its scene keeps topic, frame and time."""
-    trajectory, frame_id, body, notes = path_of(kind, samples, frames=choices.frames, raw=choices.raw)
+    trajectory, frame_id, body, notes = path_of(kind, samples, choices)
     stamp = next((stamp_ns(s.message.header.stamp) for s in samples if hasattr(s.message, "header")), samples[0].logged)
     return _task(trajectory, "path", topic, frame_id, body, stamp, notes)
 
 
-def task_of(kind: Kind, message: Any, *, topic: str, raw: bool = False, at: int = 0) -> Task:
+def task_of(kind: Kind, message: Any, choices: Choices = NONE, *, topic: str, at: int = 0) -> Task:
     """The task in a ROS message; its scene keeps topic, type, frame and time, by default `at` [ns].
 
     A Path whose poses were sampled at a rate and are noisy is a recording, and smoothed as one unless it is wanted raw.
     """
     stamp = stamp_ns(message.header.stamp) or at
-    if kind == "path" and not raw:
+    if kind == "path" and not choices.raw:
         samples = [StampedMessage(stamp, pose) for pose in message.poses]
         places = [pose.pose.position for pose in message.poses]
         times = np.array([stamp_ns(pose.header.stamp) for pose in message.poses]) / 1e9
         if looks_recorded(times, np.array([[p.x, p.y, p.z] for p in places])):
-            trajectory, frame_id, body, notes = path_of("geometry_msgs/msg/PoseStamped", samples)
+            trajectory, frame_id, body, notes = path_of("geometry_msgs/msg/PoseStamped", samples, choices)
             return _task(trajectory, kind, topic, str(message.header.frame_id) or frame_id, body, stamp, notes)
     trajectory, frame_id, body, notes = parse(kind, message)
-    return _task(trajectory, kind, topic, frame_id, body, stamp, notes)
+    return _task(excerpt(trajectory, choices), kind, topic, frame_id, body, stamp, notes)
 
 
 def _task(
@@ -420,13 +421,17 @@ def load_joint_motion(path: str | os.PathLike[str], choices: Choices = NONE) -> 
     """
     read = read_topic(path, choices, _JOINT_MOTIONS)
     with errors_of(f"{file_name(path)} {read.topic}"):
-        return motion_of(read.type, read.samples)[0]
+        return motion_of(read.type, read.samples, choices)[0]
 
 
-def motion_of(kind: str, samples: Sequence[StampedMessage]) -> tuple[JointMotion, tuple[str, ...]]:
+def motion_of(
+    kind: str, samples: Sequence[StampedMessage], choices: Choices = NONE
+) -> tuple[JointMotion, tuple[str, ...]]:
     """The motion of joints in a message, or in a recording of JointState, and notes."""
     if kind == JOINT_STATE:
-        return joints_of(samples)
+        return joints_of(samples, choices)
+    if choices.span is not None:
+        raise TrajectoryError("is a plan, not a recording; leave --from and --to out")
     message = samples[0].message
     if kind == JOINTS:
         return parse_joints(message), ()

@@ -36,9 +36,10 @@ from ovita.errors import FormatError, OvitaError, RobotError, SceneError, Trajec
 from ovita.io.files import errors_of, examine, file_name, read_text, suffix
 from ovita.io.geodesy import Home
 from ovita.paths.frame import RFU, Frame
+from ovita.paths.geometry import Mask
 from ovita.paths.robot import Box, Robot, Shell
 from ovita.paths.scene import Scene, SceneObject
-from ovita.paths.trajectory import Trajectory
+from ovita.paths.trajectory import Array, Trajectory
 
 T = TypeVar("T")
 
@@ -602,6 +603,7 @@ class Choices:
         takeoff: Whether a mission that has no takeoff begins with one.
         frames: Of recorded transforms, which frame moves in which, as "map:base_link"; None for the only one that does.
         raw: Whether every sample of a recording is kept as it is, neither smoothed nor thinned.
+        span: The first and last second that are read of a recording, or of any path with times; None for all.
     """
 
     topic: str | None = None
@@ -612,6 +614,22 @@ class Choices:
     takeoff: bool = False
     frames: str | None = None
     raw: bool = False
+    span: tuple[float, float] | None = None
+
+    def during(self, times: Array) -> Mask:
+        """Which of some times (N,) [s], counted from the first, are to be read.
+
+        Raises:
+            TrajectoryError: If fewer than two are.
+        """
+        if self.span is None:
+            return np.ones(len(times), dtype=bool)
+        first, last = self.span
+        inside = np.asarray((times >= first) & (times <= last))
+        if inside.sum() < 2:
+            asked = f"after {first:g} s" if np.isinf(last) else f"from {first:g} to {last:g} s"
+            raise TrajectoryError(f"lasts {times[-1]:.1f} s and has {inside.sum()} samples {asked}", key="time")
+        return inside
 
 
 NONE = Choices()

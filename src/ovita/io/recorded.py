@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ovita.errors import RequestError, TrajectoryError
 from ovita.io.cameras import Transforms, named, stamp_of
-from ovita.io.documents import brief, listing
+from ovita.io.documents import NONE, Choices, brief, listing
 from ovita.io.messages import JointMotion, frame_of
 from ovita.io.smoothing import FEWEST, Smoothed, noise_of, smoothed
 from ovita.io.waypoints import from_columns
@@ -62,30 +62,32 @@ class PoseSeries:
 
 
 def path_of(
-    kind: str, samples: Sequence[StampedMessage], *, frames: str | None = None, raw: bool = False
+    kind: str, samples: Sequence[StampedMessage], choices: Choices = NONE
 ) -> tuple[Trajectory, str, str, tuple[str, ...]]:
     """The path of a recording, its frame_id, the frame or body that moves, and notes.
 
     Args:
         kind: The type of the messages, of `RECORDED`.
         samples: All messages.
-        frames: Of transforms, which frame moves in which: "map:base_link".
-        raw: Whether every pose is wanted as it was recorded.
+        choices: Which transforms are meant, which part is wanted, and whether every pose is, as it was recorded.
 
     Raises:
         TrajectoryError: If there are too few samples, they are in different frames, or nothing moves.
         RequestError: If several frames move, and none is chosen.
     """
     if kind in TRANSFORMS or kind.endswith("/TransformStamped"):
-        series = _of_transforms(samples, frames, single=kind not in TRANSFORMS)
+        series = _of_transforms(samples, choices.frames, single=kind not in TRANSFORMS)
     else:
         series = _of_poses(samples, _PLACES[kind])
     series = _usable(series)
+    notes = list(series.notes)
+    inside = choices.during((series.stamps - series.stamps[0]) / 1e9)
+    series = _picked(series, inside, notes, "lie outside the time that was asked for")
     times = (series.stamps - series.stamps[0]) / 1e9
-    if raw or len(times) < FEWEST:
-        return _as_it_is(series, times), series.frame_id, series.child, series.notes
+    if choices.raw or len(times) < FEWEST:
+        return _as_it_is(series, times), series.frame_id, series.child, tuple(notes)
     found = smoothed(times, series.positions, series.turns)
-    return found.trajectory, series.frame_id, series.child, (*series.notes, *told(found, len(times)))
+    return found.trajectory, series.frame_id, series.child, (*notes, *told(found, len(times)))
 
 
 def told(found: Smoothed, count: int) -> tuple[str, ...]:
@@ -252,7 +254,7 @@ def _taken(series: PoseSeries, index: NDArray[np.intp]) -> PoseSeries:
     return PoseSeries(series.stamps[index], series.positions[index], turns, series.frame_id, series.child, series.notes)
 
 
-def joints_of(samples: Iterable[StampedMessage]) -> tuple[JointMotion, tuple[str, ...]]:
+def joints_of(samples: Iterable[StampedMessage], choices: Choices = NONE) -> tuple[JointMotion, tuple[str, ...]]:
     """The motion of joints in a recording of JointState messages as it is: neither smoothed nor thinned.
 
     Where publishers of several robots or grippers share the topic, the set of joints with most messages counts.
@@ -277,6 +279,7 @@ def joints_of(samples: Iterable[StampedMessage]) -> tuple[JointMotion, tuple[str
     table = np.array([np.asarray(sample.message.position, dtype=float) for sample in chosen])
     wide = np.zeros((len(table), 3))
     kept = _usable(PoseSeries(stamps, np.where(np.isfinite(table).all(axis=1)[:, None], wide, np.nan), None, "", ""))
+    kept = _taken(kept, np.flatnonzero(choices.during((kept.stamps - kept.stamps[0]) / 1e9)))
     index = np.searchsorted(np.sort(stamps), kept.stamps)
     rows = table[np.argsort(stamps, kind="stable")][index]
     frame = frame_of(str(chosen[0].message.header.frame_id))

@@ -27,7 +27,7 @@ from ovita.io.bus import (
     ros_type,
     wait,
 )
-from ovita.io.documents import Choices, Kind, Task, listing
+from ovita.io.documents import NONE, Choices, Kind, Task, listing
 from ovita.io.files import errors_of
 from ovita.io.links import Address
 from ovita.io.messages import JOINTS, TYPES, JointMotion, Maker, build_joints, listed_names
@@ -106,15 +106,15 @@ def receive(address: Address, choices: Choices) -> Task:
         if name in RECORDED:
             task = recorded_task(name, came, choices, topic=address.target)
         else:
-            task = task_of(kinds[name], came[0].message, topic=address.target, raw=choices.raw)
+            task = task_of(kinds[name], came[0].message, choices, topic=address.target)
         return replace(task, path=str(address))
 
 
-def receive_joints(address: Address) -> tuple[JointMotion, tuple[str, ...]]:
+def receive_joints(address: Address, choices: Choices = NONE) -> tuple[JointMotion, tuple[str, ...]]:
     """Wait for a motion of joints on a topic, a JointTrajectory or a plan of MoveIt, or record the joints' states."""
     name, came = _heard(address, [JOINTS, *MOVEIT, JOINT_STATE], [JOINT_STATE])
     with errors_of(str(address)):
-        return motion_of(name, came)
+        return motion_of(name, came, choices)
 
 
 MOVEIT = ("moveit_msgs/msg/RobotTrajectory", "moveit_msgs/msg/DisplayTrajectory")

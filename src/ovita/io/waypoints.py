@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ovita.errors import FormatError, TrajectoryError
-from ovita.io.documents import LARGEST, Number, Table, listing, number_problem, show, validated
-from ovita.paths.trajectory import TIMESTEP, Array, Trajectory, first_bad
+from ovita.io.documents import LARGEST, Choices, Number, Table, listing, number_problem, show, validated
+from ovita.paths.trajectory import TIMESTEP, Array, Trajectory, first_bad, interpolate
 
 DEFAULT_SPEED = 0.1
 """Speed of every waypoint of a file that gives neither speeds nor times [m/s]."""
@@ -148,6 +148,18 @@ def poses_of(trajectory: Trajectory) -> tuple[Array, bool]:
     own = turns is not None
     turns = np.tile([1.0, 0.0, 0.0, 0.0], (len(trajectory), 1)) if turns is None else turns
     return np.column_stack([trajectory.positions, turns[:, [1, 2, 3, 0]]]), own
+
+
+def excerpt(path: Trajectory, choices: Choices) -> Trajectory:
+    """The part of a path that is to be read, by the times at which it passes its waypoints."""
+    if choices.span is None:
+        return path
+    choices.during(np.linspace(0.0, path.duration, 1000))
+    ends = path.at(np.clip(choices.span, 0.0, path.duration))
+    inner = np.flatnonzero((ends.where[0] < np.arange(len(path))) & (np.arange(len(path)) < ends.where[1]))
+    where = np.concatenate([ends.where[:1], inner, ends.where[1:]])
+    speeds = np.concatenate([ends.speeds[:1], path.speeds[inner], ends.speeds[1:]])
+    return Trajectory(interpolate(path.positions, where), speeds, path.orientations_at(where), path.timestep)
 
 
 def _of_lists(rows: Sequence[Any], key: str | None) -> tuple[tuple[str, ...], Iterable[Sequence[object]]]:
