@@ -17,7 +17,7 @@ from ovita.io import open_task
 from ovita.io.bus import joined
 from ovita.io.links import Address, deliver, deliver_joints
 from ovita.io.messages import JOINTS, TYPES, JointMotion, build
-from ovita.io.ros2 import receive_joints
+from ovita.io.ros2 import MOVEIT, receive_joints
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 
@@ -27,7 +27,9 @@ JUDGES = Path(os.environ.get("OVITA_ROS_JUDGES", ROOT / ".ros-judges"))
 KINDS = {name: kind for kind, name in TYPES.items()}
 STATES = "sensor_msgs/msg/JointState"
 BOTH = [*TYPES.values(), JOINTS]
+JOINT_KINDS = (JOINTS, *MOVEIT, STATES)
 HEARD = [
+    *MOVEIT,
     "nav_msgs/msg/Odometry",
     "geometry_msgs/msg/PoseStamped",
     "geometry_msgs/msg/PoseWithCovarianceStamped",
@@ -50,36 +52,48 @@ def started(python, *words):
     return process
 
 
-def heard(python, kind, quality, domain):
-    """Whether ovita hears what a node says."""
-    process = started(python, "say", kind, "/x", domain, quality)
-    address = f"ros2:/x?domain={domain}&local=1&timeout=15&for=1"
+def ovita(own, what, kind, domain):
+    """What ovita says to "hear" or "tell" in a process of its own, over DDS or on a distribution's rclpy."""
+    environment = {**os.environ, "PYTHONPATH": str(ROOT / "src"), "OPENBLAS_NUM_THREADS": "1"}
+    command = [str(own), __file__, "--one", what, kind, str(domain)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=90, env=environment)
+    return done.stdout.strip() or f"no: {done.stderr.strip()[-200:]}"
+
+
+def one(what, kind, domain):
+    """Hear or tell one message, here; "yes", or why not."""
     try:
-        if kind in (JOINTS, STATES):
-            receive_joints(Address.parse(address))
+        if what == "hear":
+            address = f"ros2:/x?domain={domain}&local=1&timeout=15&for=1"
+            receive_joints(Address.parse(address)) if kind in JOINT_KINDS else open_task(address)
+        elif kind == JOINTS:
+            deliver_joints(f"ros2:/y?domain={domain}&local=1&timeout=15", MOTION)
         else:
-            open_task(address)
+            deliver(f"ros2:/y?domain={domain}&local=1&timeout=15&type={KINDS[kind]}", PATH, Scene())
         return "yes"
     except OvitaError as error:
         return f"no: {error}"
+
+
+def heard(python, own, kind, quality, domain):
+    """Whether ovita hears what a node says."""
+    process = started(python, "say", kind, "/x", domain, quality)
+    try:
+        return ovita(own, "hear", kind, domain)
     finally:
         process.kill()
         process.communicate()
 
 
-def told(python, kind, domain):
+def told(python, own, kind, domain):
     """Whether a node hears what ovita says."""
     process = started(python, "hear", kind, "/y", domain)
-    place = f"ros2:/y?domain={domain}&local=1&timeout=15"
     try:
-        if kind == JOINTS:
-            deliver_joints(place, MOTION)
-        else:
-            deliver(f"{place}&type={KINDS[kind]}", PATH, Scene())
+        said = ovita(own, "tell", kind, domain)
         (message,) = json.loads(process.communicate(timeout=15)[0])
-        return "yes" if message.get("poses") or message.get("points") else "no: empty"
-    except (OvitaError, subprocess.TimeoutExpired) as error:
-        return f"no: {error}"
+        return said if message.get("poses") or message.get("points") else "no: empty"
+    except subprocess.TimeoutExpired:
+        return f"{said}, but nothing was heard"
     finally:
         process.kill()
         process.communicate()
@@ -144,7 +158,11 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--no-table", action="store_true", help="only the soak")
     parser.add_argument("--soak", type=int, default=1000, help="instructions to send to the node; 0 for none")
+    parser.add_argument("--one", nargs=3, help=argparse.SUPPRESS)
     given = parser.parse_args()
+    if given.one:
+        print(one(*given.one))
+        return
     distributions = [d for d in ("kilted", "jazzy") if (JUDGES / d / "bin" / "python").exists()]
     if not distributions:
         print(f"no ROS 2 in {JUDGES}; make ros-judges")
@@ -155,17 +173,18 @@ def main():
             print(f"node on rclpy, {name}:", soak(given.soak, 206 + i, JUDGES / name / "bin" / "python"), flush=True)
     if given.no_table:
         return
-    print("| message | distribution | ROS to ovita: reliable, best effort, latched | ovita to ROS |")
-    print("|---|---|---|---|")
-    domain = 110
+    print("| message | distribution | ovita | ROS to ovita: reliable, best effort, latched | ovita to ROS |")
+    print("|---|---|---|---|---|")
+    domain = 100
     for kind in [*BOTH, *HEARD]:
         for name in distributions:
-            domain += 1
             python = JUDGES / name / "bin" / "python"
-            qualities = ("default", "best_effort", "latched") if kind in BOTH else ("default", "best_effort")
-            ways = [heard(python, kind, quality, domain) for quality in qualities]
-            back = told(python, kind, domain) if kind in BOTH else "not sent"
-            print(f"| {kind} | {name} | {', '.join(ways)} | {back} |", flush=True)
+            for backend, own in (("DDS", sys.executable), ("rclpy", python)):
+                domain += 1
+                qualities = ("default", "best_effort", "latched") if kind in BOTH else ("default", "best_effort")
+                ways = [heard(python, own, kind, quality, domain) for quality in qualities]
+                back = told(python, own, kind, domain) if kind in BOTH else "not sent"
+                print(f"| {kind} | {name} | {backend} | {', '.join(ways)} | {back} |", flush=True)
 
 
 if __name__ == "__main__":

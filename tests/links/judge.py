@@ -27,6 +27,15 @@ def as_dict(value):
     return [as_dict(item) for item in value]
 
 
+def planned(name, message, i):
+    """A plan of MoveIt around a trajectory of joints."""
+    plan = message if name.endswith("/RobotTrajectory") else kind_of("moveit_msgs/msg/RobotTrajectory")()
+    plan.joint_trajectory = filled("trajectory_msgs/msg/JointTrajectory", i)
+    if plan is not message:
+        message.trajectory = [plan]
+    return message
+
+
 def filled(name, i):
     """Message i of a robot that drives at 0.5 m/s along x, at 50 Hz."""
     message = kind_of(name)()
@@ -39,6 +48,8 @@ def filled(name, i):
         header.frame_id = "map"
         header.stamp.sec, header.stamp.nanosec = divmod(at, 1_000_000_000)
 
+    if name.startswith("moveit"):
+        return planned(name, message, i)
     stamped(message.header)
     if name.endswith("/Path"):
         for k in range(4):

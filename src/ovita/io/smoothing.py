@@ -4,12 +4,15 @@ The method, for N samples at times t (on an even grid, onto which they are inter
 
 1. The noise is the median magnitude of the third differences over 0.6745 sqrt(20): a motion that is sampled often
    enough has hardly any of its own.
-2. The robot stands still where the slope of a straight line over 0.4 s is below the larger of 4 standard errors and 3 %
-   of the recording's usual speed, for 0.3 s at least. It stands at the mean of those samples.
+2. The robot stands still where the slope of a straight line is below the larger of 4 standard errors and 3 % of the
+   recording's usual speed, for 0.3 s at least. The line spans 0.4 s, up to 2 s where the noise would hide the motion.
+   It has stood until the time, and starts with the power of time (1 to 3), that explain what follows best, and stands
+   at the mean of those samples.
 3. Between, positions and velocities are those of cubics fitted to a moving window (Savitzky and Golay 1964). The window
    is the widest of a fixed list whose expected squared error, Mallows's C_p, is within a tenth of the least.
 4. Kept are the samples without which the polyline would be off by the noise (at least 1 mm), or the speed between two,
-   which changes evenly in time, by 1 % of the highest; and one for each hundredth of the length.
+   which changes evenly in time, by 1 % of the highest; and one for each hundredth of the length. They are moved along
+   the path to where their speeds bring the robot by then, so that each is passed in time.
 5. The first and last position stay as they were recorded.
 """
 
@@ -17,26 +20,28 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ovita.errors import TrajectoryError
 from ovita.paths.geometry import Mask, runs
-from ovita.paths.trajectory import TIMESTEP, Array, Trajectory
+from ovita.paths.trajectory import TIMESTEP, Array, Trajectory, arc_length, interpolate
 
 FEWEST = 30
 """Samples below which nothing is smoothed: there is too little to tell noise from motion."""
 
 _WINDOWS = (5, 7, 9, 11, 15, 19, 25, 31, 41, 51, 65, 81, 101)
 _SLACK = 0.1
-_STILL_OVER, _STILL_FOR = 0.4, 0.3
+_STILL_OVER, _STILL_FOR = (0.4, 0.6, 0.9, 1.4, 2.0), 0.3
 _STILL_SHARE = 0.03
 _LONGEST_DWELL = 200
 _FINEST = 0.001
 _SPEED_SHARE = 0.01
 _SPANS = 100
 _SLOWEST = 0.02
+_PASSES = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,6 +88,10 @@ def smoothed(times: Array, positions: Array, turns: Array | None = None) -> Smoo
     if float(np.ptp(even, axis=0).max()) <= max(8.0 * noise, 1e-9):
         raise TrajectoryError(f"stands still: it moves by no more than its noise of {noise * 1e3:.2g} mm", key="poses")
     still = _still(even, step, noise)
+    if still.all():
+        raise TrajectoryError(
+            f"moves too little or too slowly to be told from its noise of {noise * 1e3:.2g} mm", key="poses"
+        )
     pieces = list(_pieces(even, still, step, noise))
     pieces[0].places[0], pieces[-1].places[-1] = positions[0], positions[-1]
     return _assembled(pieces, grid, step, noise, _mean_turns(times, turns, grid))
@@ -114,23 +123,42 @@ def _slopes(values: Array, half: int, step: float) -> Array:
 
 def _still(even: Array, step: float, noise: float) -> Mask:
     """Which samples (N,) stand still."""
-    half = max(round(_STILL_OVER / step / 2), 1)
-    speeds = np.linalg.norm(_slopes(even, half, step), axis=1)
-    error = noise * np.sqrt(12.0 / (2 * half + 1) ** 3) / step
-    usual = float(np.median(speeds[speeds >= np.median(speeds)]))
+    for over in _STILL_OVER:  # longer where the noise would hide the motion
+        half = max(round(over / step / 2), 1)
+        speeds = np.linalg.norm(_slopes(even, half, step), axis=1)
+        error = noise * np.sqrt(12.0 / (2 * half + 1) ** 3) / step
+        usual = float(np.median(speeds[speeds >= np.median(speeds)]))
+        if 12.0 * error <= usual:
+            break
     still = speeds < max(4.0 * error, _STILL_SHARE * usual)
+    for (_, first), (end, _) in pairwise(_stretches(still)):
+        apart = even[max(first - half, 0) : first].mean(axis=0) - even[end : end + half].mean(axis=0)
+        still[first:end] |= bool((end - first) * step < _STILL_FOR and np.linalg.norm(apart) < 2.0 * noise)
     for first, end in _stretches(still):
         if (end - first) * step < _STILL_FOR:
             still[first:end] = False
             continue
-        # The line over the edge of a standstill slopes already; what lies where the robot stands belongs to it.
-        near = np.linalg.norm(even - even[first:end].mean(axis=0), axis=1) <= 4.0 * noise + 1e-9
-        reach = slice(max(first - half, 0), first), slice(end, end + half)
-        before, after = near[reach[0]][::-1], near[reach[1]]
-        first -= len(before) if before.all() else int(np.argmin(before))
-        end += len(after) if after.all() else int(np.argmin(after))
-        still[first:end] = True
+        # The line over the edge of a standstill slopes already, that of a gentle start hardly.
+        middle, reach = (first + end) // 2, 2 * half
+        begin = middle - _start(even[max(first - reach, 0) : middle + 1][::-1], noise) if first else 0
+        stop = middle + _start(even[middle : end + reach], noise) + 1 if end < len(even) else end
+        still[first:end] = False
+        if (stop - begin) * step >= _STILL_FOR / 2.0:
+            still[begin:stop] = True
     return np.asarray(still)
+
+
+def _start(values: Array, noise: float) -> int:
+    """The last of some samples (K, 3) at which what stands at first has not begun to move, by a power of time."""
+    since = np.maximum(np.arange(len(values)) - np.arange(max(len(values) - 3, 1))[:, None], 0.0)
+    best, found = 25.0 * noise**2, len(values) - 1
+    place = values[: len(values) // 3 + 1].mean(axis=0)
+    for power in (1, 2, 3):
+        shape = since**power
+        explained = ((shape @ (values - place)) ** 2).sum(axis=1) / (shape**2).sum(axis=1)
+        if explained.max() > best:
+            best, found = float(explained.max()), int(np.argmax(explained))
+    return found
 
 
 def _stretches(mask: Mask) -> list[tuple[int, int]]:
@@ -167,6 +195,7 @@ def _fitted(values: Array, step: float, noise: float) -> tuple[Array, Array]:
     """Positions and velocities (M, 3) of cubics in a moving window, as wide as the motion allows."""
     from scipy.signal import savgol_coeffs, savgol_filter
 
+    noise = max(noise, noise_of(values))  # a recording that mostly stands hardly shows the noise of its stamps
     widths = [width for width in _WINDOWS if width <= len(values)]
     if not widths or noise <= 0.0:
         if len(values) < 3:
@@ -220,11 +249,10 @@ def _kept(places: Array, speeds: Array, near: float, apart: float) -> tuple[NDAr
 
 def _assembled(pieces: list[_Piece], grid: Array, step: float, noise: float, turns: Array | None) -> Smoothed:
     """The waypoints of all pieces; a dwell is as many of them as fit its time."""
-    moves = {piece.first: _Move.of(piece, step, noise, pieces) for piece in pieces if not piece.rest}
-    rests = {p.first: _rest(p, i, pieces, moves, step) for i, p in enumerate(pieces) if p.rest}
-    unit = max(TIMESTEP, max(rests.values(), default=0.0) / _LONGEST_DWELL)
-    shortest = min(rests.values(), default=0.0)
-    timestep = shortest / max(round(shortest / unit), 1) if rests else TIMESTEP
+    total = sum(float(arc_length(piece.places)[-1]) for piece in pieces)
+    moves = {piece.first: _Move.of(piece, step, noise, total) for piece in pieces if not piece.rest}
+    rests = {piece.first: (len(piece.places) - 1) * step for piece in pieces if piece.rest}
+    timestep = _timestep(np.array(list(rests.values())))
     rows: list[Array] = []
     for piece in pieces:
         if piece.rest:
@@ -234,7 +262,7 @@ def _assembled(pieces: list[_Piece], grid: Array, step: float, noise: float, tur
             rows.append(np.column_stack([np.tile([*place, 0.0], (count, 1)), np.full(count, middle)]))
         else:
             move = moves[piece.first]
-            chosen = np.column_stack([piece.places[move.at], move.speeds, piece.first + move.at])
+            chosen = np.column_stack([move.places, move.speeds, piece.first + move.at])
             rows.append(chosen[1:] if rows else chosen)
     table = np.concatenate(rows)
     index = np.clip(table[:, 4].astype(int), 0, len(grid) - 1)
@@ -242,46 +270,46 @@ def _assembled(pieces: list[_Piece], grid: Array, step: float, noise: float, tur
     return Smoothed(built, noise, max(move.off for move in moves.values()), tuple(rests.values()))
 
 
+def _timestep(rests: Array) -> float:
+    """The longest timestep, a part of the shortest rest, that fits all rests (K,) [s] within half a sample's time."""
+    if not len(rests):
+        return TIMESTEP
+    least = max(rests.max() / _LONGEST_DWELL, 0.01)
+    parts = np.arange(max(np.ceil(rests.min() / TIMESTEP), 1), max(np.floor(rests.min() / least), 1) + 1)
+    steps = rests.min() / (parts if len(parts) else np.ones(1))
+    off = np.abs(np.round(rests / steps[:, None]) * steps[:, None] - rests).max(axis=1)
+    return float(steps[int(np.argmax(off <= max(0.01, off.min())))])
+
+
 @dataclass(frozen=True, eq=False)
 class _Move:
-    """What is kept of a motion: indices and speeds, and how far the polyline is off [m].
-
-    `late` is how much longer than recorded its first and last segment take [s], which standing still makes up for.
-    """
+    """What is kept of a motion: indices, places (K, 3), speeds (K,), and how far the polyline is off [m]."""
 
     at: NDArray[np.intp]
+    places: Array
     speeds: Array
     off: float
-    late: tuple[float, float]
 
     @classmethod
-    def of(cls, piece: _Piece, step: float, noise: float, pieces: list[_Piece]) -> _Move:
-        total = sum(float(np.linalg.norm(np.diff(p.places, axis=0), axis=1).sum()) for p in pieces)
+    def of(cls, piece: _Piece, step: float, noise: float, total: float) -> _Move:
+        """Thin a motion of a recording that is `total` [m] long.
+
+        Waypoints go along the path to where their speeds bring the robot by then, so that each is passed in time.
+        """
         at, off = _kept(piece.places, piece.speeds, max(noise, _FINEST), total / _SPANS)
-        ds = np.linalg.norm(np.diff(piece.places[at], axis=0), axis=1)
         dt = np.diff(at) * step
-        top = float(piece.speeds.max()) or float(ds.sum() / dt.sum())
-        speeds = np.maximum(piece.speeds[at], _SLOWEST * top)
-        if len(at) > 3:
-            speeds[1:-1] *= (2.0 * ds / (speeds[:-1] + speeds[1:]))[1:-1].sum() / dt[1:-1].sum()
-        late = [0.0, 0.0]
-        for k, end, beside in ((0, 0, 1), (1, -1, -2)):
-            if piece.speeds[end] == 0.0:
-                speeds[end] = 0.0
-                late[k] = float(2.0 * ds[end] / max(speeds[beside], 1e-9) - dt[end])
-            else:
-                speeds[end] = np.clip(2.0 * ds[end] / dt[end] - speeds[beside], 0.0, top)
-        if len(at) == 2 and not speeds.any():
-            speeds[:] = ds[0] / dt[0]
-        return cls(at, speeds, off, (late[0], late[1]))
-
-
-def _rest(piece: _Piece, i: int, pieces: list[_Piece], moves: dict[int, _Move], step: float) -> float:
-    """How long the robot stands [s]; a motion that starts gently has begun before the slope shows it."""
-    time = (len(piece.places) - 1) * step
-    time -= moves[pieces[i - 1].first].late[1] if i else 0.0
-    time -= moves[pieces[i + 1].first].late[0] if i + 1 < len(pieces) else 0.0
-    return max(time, step)
+        places = piece.places[at]
+        along = arc_length(places)
+        speeds = np.maximum(piece.speeds[at], _SLOWEST * (float(piece.speeds.max()) or along[-1] / dt.sum()))
+        for side in (0, -1):
+            if len(at) > 2 and piece.speeds[side] == 0.0:
+                speeds[side] = 0.0
+        due = np.concatenate([[0.0], np.cumsum((speeds[1:] + speeds[:-1]) / 2.0 * dt)])
+        for _ in range(_PASSES):  # each cuts corners of the polyline a little
+            along = arc_length(places)
+            places = interpolate(places, np.interp(due * (along[-1] / due[-1]), along, np.arange(len(along))))
+        places[[0, -1]] = piece.places[[0, -1]]
+        return cls(at, places, speeds * (arc_length(places)[-1] / due[-1]), off)
 
 
 def _mean_turns(times: Array, turns: Array | None, grid: Array) -> Array | None:
