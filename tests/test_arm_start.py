@@ -162,8 +162,29 @@ def test_an_approach_through_an_object_goes_around_it_or_is_refused(motion):
     tips = tool_path(around, model, base=Base()).positions
     assert wall["post"].clearance(tips).min() >= 0.01 - 1e-6 and around.duration > free.duration
     inside = Scene((SceneObject("box", between[0], [0.1, 0.1, 0.1]),), SCENE.frame)
-    with pytest.raises(RequestError, match="no approach: at where the arm is the arm is out of its workspace, or near"):
+    with pytest.raises(
+        RequestError, match=r"no approach: at where the arm is, its tip at \[.*\] is .*too near to box \("
+    ):
         approach(motion, now, model, inside, Base(), robot)
+
+
+def test_an_approach_that_fails_names_what_is_in_the_way(motion, monkeypatch):
+    """A link against an object where the arm is, and what blocks the straight way where no other is found in time."""
+    from ovita.sources.approach import approach
+
+    model, robot = load_model("iiwa"), Robot("cell", Box((-2, -2, -2), (2, 2, 2)), max_speed=0.5)
+    now = motion.positions[0].copy()
+    now[0] -= 0.9
+    post = Scene((SceneObject("post", [0.0, 0.0, 0.7], [0.2, 0.2, 0.2]),), SCENE.frame)
+    with pytest.raises(
+        RequestError, match=r"where the arm is, (post and \w+|\w+ and post) are too near to each other at \["
+    ):
+        approach(motion, now, model, post, Base(), robot)
+    path = tool_path(approach(motion, now, model, SCENE, Base(), robot), model, base=Base()).positions
+    wall = Scene((SceneObject("wall", path[len(path) // 4], [0.04, 0.04, 0.6]),), SCENE.frame)
+    monkeypatch.setattr("ovita.sources.joints.solve", lambda *_, **__: None)
+    with pytest.raises(RequestError, match=r"found in 20 s; on the straight way .* wall"):
+        approach(motion, now, model, wall, Base(), robot)
 
 
 def test_joint_states_come_from_files_and_bags(tmp_path):
@@ -289,3 +310,22 @@ def test_an_action_needs_rclpy(motion, monkeypatch):
     monkeypatch.setitem(sys.modules, "rclpy", None)
     with pytest.raises(LinkError, match="or send a JointTrajectory to the controller's topic"):
         controllers.follow(Address.parse("ros2:/arm/follow_joint_trajectory"), motion)
+
+
+def test_a_base_in_degrees_is_refused():
+    with pytest.raises(RequestError, match=r"the yaw 90 is more than a turn; give radians \(90 degrees are 1.571\)"):
+        Base.parse("0.5,0,0,90")
+    with pytest.raises(RequestError, match="is not x,y,z,yaw"):
+        Base.parse("nan,0,0,0")
+
+
+def test_joints_without_a_base_are_told_to_be_in_the_arms_own_axes(files, capsys):
+    from ovita.cli.transfer_ import convert
+
+    folder, sent = files
+    send.main([*sent, "--to", str(folder / "j.mcap")], standalone_mode=False)
+    command = [str(folder / "j.mcap"), str(folder / "back.csv"), "--arm", "iiwa", "--joint-names", "lbr_iiwa_joint_N"]
+    convert.main(command, standalone_mode=False)
+    assert "they begin at the arm's own base, since --base does not say" in capsys.readouterr().err
+    convert.main([*command, "--base", "0,0,0,0"], standalone_mode=False)
+    assert "own base" not in capsys.readouterr().err

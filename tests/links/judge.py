@@ -36,6 +36,16 @@ def planned(name, message, i):
     return message
 
 
+def put(message, x):
+    """Move a pose, point or transform to x, whatever it is wrapped in."""
+    place = message
+    for field in ("pose", "pose", "point", "transform"):
+        place = getattr(place, field, place)
+    getattr(place, "position", getattr(place, "translation", place)).x = x
+    if hasattr(message, "child_frame_id"):
+        message.child_frame_id = "base_link"
+
+
 def filled(name, i):
     """Message i of a robot that drives at 0.5 m/s along x, at 50 Hz."""
     message = kind_of(name)()
@@ -79,13 +89,7 @@ def filled(name, i):
     elif name.endswith("/JointState"):
         message.name, message.position = ["a", "b"], [0.01 * i, 0.02 * i]
     else:
-        place = message
-        for field in ("pose", "pose", "point", "transform"):
-            place = getattr(place, field, place)
-        place = getattr(place, "position", getattr(place, "translation", place))
-        place.x = 0.01 * i
-        if hasattr(message, "child_frame_id"):
-            message.child_frame_id = "base_link"
+        put(message, 0.01 * i)
     return message
 
 

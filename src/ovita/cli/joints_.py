@@ -31,7 +31,11 @@ IGNORED = click.option(
 )
 _OPTIONS = (
     click.option("--arm", metavar="NAME|FILE", help="Kinematic model for joints: iiwa, or a .toml, .urdf or .xml."),
-    click.option("--base", metavar="X,Y,Z,YAW", help="Where that arm stands, in the scene's coordinates [m, rad]."),
+    click.option(
+        "--base",
+        metavar="X,Y,Z,YAW",
+        help="Where that arm stands, in the scene's coordinates: metres, and radians (1.5708 is 90 degrees).",
+    ),
     TIP,
     IGNORED,
     click.option(
@@ -200,6 +204,8 @@ def tool_task(file: str, chosen: ArmChoice, choices: Choices, frame: str | None)
     path = tool_path(motion, chosen.model(), base=base, names=chosen.joint_names)
     axes = motion.frame if frame is None else Frame(frame)
     said = f"the path of the tip of {chosen.arm} through {len(motion.times)} points, in {axes.name} ({axes.describe()})"
+    if base is None:
+        said += "; they begin at the arm's own base, since --base does not say where it stands"
     return Task(path, Scene(frame=axes), path=file, notes=(*notes, said), fixed_frame=True)
 
 

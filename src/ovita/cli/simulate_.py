@@ -11,7 +11,7 @@ from typing import Any
 import click
 
 from ovita import sim
-from ovita.cli.common import ENGINE, EXIT_OF, choices_from, plain, show_notes, source
+from ovita.cli.common import ENGINE, EXIT_OF, choices_from, plain, show_notes, source, waiting
 from ovita.cli.joints_ import IGNORED, TIP
 from ovita.errors import FormatError
 from ovita.io import is_adaptation, is_address, open_task
@@ -129,11 +129,12 @@ def simulated(
     disturbances = disturbances_of(options)
     stood = None if options["base"] is None else sim.Base.parse(options["base"])
     paths, scene, limits, title, contacts = _read(file, options["which"], options)
-    sim.require()
     name = options["robot"] or _robot_for(limits, file)
-    model = sim.load_model(name, tip=options["tip"], ignore_contacts=options["ignored"])
-    if stood is None:
-        stood = sim.place([path for _, path in paths], scene, model, limits)
+    with waiting("loading the simulator and placing the robot", quiet=quiet):
+        sim.require()
+        model = sim.load_model(name, tip=options["tip"], ignore_contacts=options["ignored"])
+        if stood is None:
+            stood = sim.place([path for _, path in paths], scene, model, limits)
     panes = []
     for label, path in paths:
         with _bar(f"simulating {label}", quiet=quiet) as progress:

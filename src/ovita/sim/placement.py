@@ -53,11 +53,15 @@ class Base:
             values = [float(part) for part in text.split(",")]
         except ValueError:
             values = []
-        if len(values) not in (3, 4):
+        if len(values) not in (3, 4) or not np.isfinite(values).all():
             raise RequestError(
                 f"--base {text!r} is not x,y,z,yaw; give metres and radians, such as --base 0.5,0,0,1.57"
             )
-        return cls(values[0], values[1], values[2], values[3] if len(values) == 4 else 0.0)
+        yaw = values[3] if len(values) == 4 else 0.0
+        if abs(yaw) > 2.0 * np.pi:
+            meant = f"{yaw:g} degrees are {np.radians(yaw):.4g}"
+            raise RequestError(f"--base {text!r}: the yaw {yaw:g} is more than a turn; give radians ({meant})")
+        return cls(values[0], values[1], values[2], yaw)
 
     @property
     def position(self) -> Array:

@@ -57,15 +57,15 @@ def approach(
     )
     cell = Cell.of(request, model, base)
     for joints, anchor in ((state, request.start), (goal, request.goal)):
-        if not cell.free(joints.tolist()):
-            raise RequestError(
-                f"no approach: at {anchor.label} the arm is out of its workspace, or nearer to an object, the floor or "
-                f"itself than {limits.obstacle_margin:g} m; move it by hand"
-            )
+        problem = cell.problem(joints.tolist())
+        if problem is not None:
+            margin = f"with the margin of {limits.obstacle_margin:g} m to objects"
+            raise RequestError(f"no approach: at {anchor.label}, {problem} ({margin}); move it by hand")
     way = cell.way(state, [goal], seed=seed + 1, seconds=seconds, progress=None)
     if way is None:
         raise RequestError(
-            f"no approach from where the arm is to the start was found in {seconds:g} s; move it by hand"
+            f"no approach from where the arm is to the start was found in {seconds:g} s; on the straight way "
+            f"{cell.blocked(state, goal)}; move the arm by hand, or the objects"
         )
     return motion.after(_slow(cell, rounded(cell, way), motion))
 

@@ -33,7 +33,7 @@ from ovita.sim.timing import timed
 from ovita.sim.world import PREFIX, SimWorld, build
 from ovita.sources.planner import Plan, PlanRequest, Progress
 from ovita.sources.sampling import clearance_of, shortened, solve
-from ovita.text import length, number
+from ovita.text import length, number, point
 
 STARTS = 24
 """Postures from which inverse kinematics tries to reach a place."""
@@ -153,6 +153,32 @@ class Cell:
         mujoco.mj_comPos(self.stage.model, self.data)
         mujoco.mj_collision(self.stage.model, self.data)
         return not self.data.ncon
+
+    def problem(self, joints: Sequence[float]) -> str | None:
+        """What speaks against a posture, in words: where the tip is, or which link is too near to what, and where."""
+        if self.free(joints):
+            return None
+        tip = self.tip(joints)
+        here = f"its tip at {point(np.round(tip, 2))}"
+        if (tip < self.lower - 1e-6).any() or (tip > self.upper + 1e-6).any():
+            return f"{here} is out of the workspace"
+        if self.clearance(tip.tolist()) < 0.0:
+            near = min(self.request.scene, key=lambda item: float(item.clearance(tip[None])[0]), default=None)
+            return f"{here} is out of the workspace{f' or too near to {near.name}' if near else ''}"
+        contact = self.data.contact[int(np.argmin(self.data.contact.dist))]
+        first, second = (self._named(int(geom)) for geom in contact.geom)
+        where = point(np.round(contact.pos * self.world.signs, 2))
+        return f"{first} and {second} are too near to each other at {where}"
+
+    def _named(self, geom: int) -> str:
+        stage = self.stage
+        return stage.objects.get(geom) or ("the floor" if geom == stage.floor else stage.link(geom))
+
+    def blocked(self, a: Array, b: Array) -> str | None:
+        """What speaks against a straight motion of the joints first."""
+        count = int(np.ceil(np.abs(b - a).max() / STEP)) + 1
+        rows = (a + share * (b - a) for share in np.linspace(0.0, 1.0, count))
+        return next((told for told in (self.problem(row.tolist()) for row in rows) if told), None)
 
     def passable(self, a: Sequence[float], b: Sequence[float]) -> bool:
         """Whether a straight motion of the joints is free, checked every `STEP`."""
