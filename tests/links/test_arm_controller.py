@@ -1,7 +1,7 @@
 """ovita follows, is refused, aborted and cancelled by an action server of the real rclpy, as Ctrl-C would.
 
-`make ros-judges` brings ROS 2 Kilted's and Jazzy's rclpy with control_msgs, which is on no package index and is built by
-`judge_messages.py`; OVITA_ROS_JUDGES names another folder.
+`make ros-judges` brings ROS 2 Kilted's and Jazzy's rclpy with control_msgs, which is on no package index and which
+`judge_messages.py` builds; OVITA_ROS_JUDGES names another folder.
 """
 
 import os
