@@ -1,12 +1,16 @@
 """The robot of docs/robots.md works as written."""
 
+import os
 import re
+import shlex
 from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 from ovita import sim
+from ovita.cli.main import cli
 from ovita.paths.trajectory import Trajectory
 
 pytest.importorskip("mujoco", reason="the extra sim is not installed")
@@ -40,3 +44,18 @@ def test_every_file_that_the_page_names_exists():
     root = Path(__file__).parents[2] / "src"
     for name in re.findall(r"`(ovita/sim/[\w/.]+)`", TEXT):
         assert (root / name).exists(), name
+
+
+MODELS = os.environ.get("OVITA_ROBOT_MODELS", "")
+
+
+@pytest.mark.skipif(not MODELS, reason="OVITA_ROBOT_MODELS names no folder with the robots of PyPI's packages")
+def test_robots_from_packages_follow_as_written(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("path.csv").write_text(re.search(r"`path.csv`\n\n```csv\n(.*?)```", TEXT, re.DOTALL)[1])
+    Path("robots").symlink_to(MODELS)
+    commands = re.findall(r"^ovita (simulate path\.csv (?:.*\\\n)?.*)$", TEXT, re.MULTILINE)
+    for command in commands:
+        done = CliRunner().invoke(cli, shlex.split(command.replace("\\\n", " ")))
+        assert done.exit_code == 0 and "original: followed" in done.output, done.output
+    assert len(commands) == 3
