@@ -21,7 +21,7 @@ from ovita.errors import LinkError
 from ovita.io import Choices, mavlink
 from ovita.io.geodesy import Home
 from ovita.io.links import deliver
-from ovita.io.mission_checks import commanded_duration
+from ovita.io.mission_checks import Flight
 from ovita.io.mission_files import dumps_plan, parse_plan
 from ovita.io.missions import mission_from, numbered
 from ovita.io.setpoints import Course, Pilot
@@ -48,7 +48,7 @@ def durations(count: int) -> None:
     for seed in range(count):
         path = generated(seed)
         mission, _ = mission_from(path, Scene(), HOME)
-        commanded = commanded_duration(mission)
+        commanded = Flight.of(mission, path.duration).duration
         written.append(abs(commanded / path.duration - 1.0))
         read.append(abs(parse_plan(dumps_plan(mission, "f"), "f").trajectory.duration / commanded - 1.0))
     for name, errors in (("written", written), ("read", read)):

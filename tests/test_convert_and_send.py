@@ -194,6 +194,30 @@ def test_convert_says_what_the_gate_would_refuse(ovita, result):
         assert any("ovita send would refuse it" in line and text in line for line in err.splitlines()), (text, err)
 
 
+def test_a_mission_that_would_not_fly_as_verified_is_told_and_refused(ovita, result):
+    code, out, err = ovita("convert", result, "a.plan", "--home", HOME)
+    flown, told = load_task("a.plan").trajectory.duration, load_task(result).trajectory.duration
+    assert code == 0 and flown < 0.9 * told
+    assert f"m in {flown:.3f} s" in out and f"it flies {flown:.1f} s" in err and f"NOT the path's {told:.1f} s" in err
+    assert len(err.splitlines()) == 4 and "ovita send would refuse it: As a mission it flies" in err
+    code, out, _ = ovita("send", result, "--to", "b.plan", "--home", HOME, "--yes")
+    assert code == 4 and f"As a mission it flies {flown:.1f} s, not {told:.1f} s" in out and not Path("b.plan").exists()
+    assert "the mission: BROKEN (it flies" in out and events()[-1]["event"] == "refused"
+
+
+def test_the_speeds_of_a_mission_are_judged_by_the_robots(ovita):
+    Path("slow.toml").write_text('name = "slow"\nmax_speed = 0.15\n')
+    rows = [[0.0, 3.0 * i, 20.0, 0.15] for i in range(3)]
+    Path("s.json").write_text(json.dumps({"trajectory": rows}))
+    assert ovita("adapt", "s.json", "go up by 1", "--robot", "slow.toml", "--out", "r.json")[0] == 0
+    assert ovita("send", "r.json", "--to", "fine.csv", "--yes")[0] == 0
+    code, out, _ = ovita("send", "r.json", "--to", "a.plan", "--home", HOME, "--yes")
+    assert code == 4 and "The mission commands 0.2 m/s to waypoint 1, 2, 3 (at most 0.15 m/s)" in out
+    Path("s.json").write_text(json.dumps({"trajectory": [[0, 9.0 * i, 20, 3.0] for i in range(3)], "robot": "drone"}))
+    err = ovita("convert", "s.json", "b.plan", "--home", HOME)[2]
+    assert "would refuse it" in err and "The mission commands 3 m/s to waypoint 1, 2, 3 (at most 1 m/s)" in err
+
+
 def test_send_lets_the_robot_follow_it_in_simulation_first(ovita):
     pytest.importorskip("mujoco")
     Path("wild.toml").write_text('name = "wild"\nmax_speed = 90.0')
@@ -215,7 +239,7 @@ def test_send_lets_the_robot_follow_it_in_simulation_first(ovita):
 
 def test_send_fails_cleanly(ovita, result):
     pytest.importorskip("pymavlink")
-    code, _, err = ovita("send", result, "--to", "mavlink:tcp:127.0.0.1:1", "--home", HOME, "--yes")
+    code, _, err = ovita("send", result, "--to", "mavlink:tcp:127.0.0.1:1?type=setpoints", "--yes")
     assert code == 2 and "cannot be connected to: connection refused" in err
     assert [event["event"] for event in events()] == ["sending", "failed"]
     Path("state/ovita").rename("elsewhere")

@@ -18,14 +18,15 @@ from typing import Any
 
 import numpy as np
 
-from ovita.errors import FormatError, RequestError
-from ovita.io import Choices, is_address, load_document
+from ovita.errors import FormatError, RequestError, TrajectoryError
+from ovita.io import Choices, is_address, is_mission, load_document
 from ovita.io.documents import NONE
 from ovita.io.files import file_name
 from ovita.io.json_ import seal
 from ovita.io.ledger import Ledger
 from ovita.io.links import Receipt, deliver, deliver_joints
 from ovita.io.messages import JointMotion
+from ovita.io.mission_checks import flight_of
 from ovita.io.signatures import TRUSTED, SignatureCheck, checked, trusted_keys
 from ovita.limits import ConstraintCheck, ConstraintOptions, verify
 from ovita.limits.problem import at
@@ -109,7 +110,14 @@ class Review:
         }
 
 
-def review(path: str, *, robot: Robot | None = None, trusted: Sequence[str] | None = None) -> Review:
+def review(
+    path: str,
+    *,
+    robot: Robot | None = None,
+    trusted: Sequence[str] | None = None,
+    place: str = "",
+    choices: Choices = NONE,
+) -> Review:
     """Judge a saved result of `ovita adapt`.
 
     Args:
@@ -117,6 +125,8 @@ def review(path: str, *, robot: Robot | None = None, trusted: Sequence[str] | No
         robot: Whose limits to measure, or None for those of the result.
         trusted: Files of public keys, one of which must have signed it; None for those of OVITA_TRUSTED_KEYS. None
             there, and no signature is asked for.
+        place: Where it is to go, if that is known: of a mission, what it commands is judged, too.
+        choices: Of home and heading.
 
     Raises:
         FormatError: If the file holds no readable result.
@@ -148,8 +158,24 @@ def review(path: str, *, robot: Robot | None = None, trusted: Sequence[str] | No
         cautions.append(f"It starts {away:.3g} m from where the original starts; bring the robot there first.")
     changes = compare(result.original, result.adapted, result.scene)
     looked = (*_of_file(document, signature), *_of_limits(limits, result, checks), *_of_world(result, limits, checks))
+    flown, against_flight = _of_mission(place, result.adapted, result.scene, limits, choices)
+    refusals, looked = [*refusals, *against_flight], (*looked, *flown)
     found = tuple(dict.fromkeys(refusals)), tuple(cautions), _digest(document)
     return Review(result, limits, checks, changes, *found, looked)
+
+
+def _of_mission(
+    place: str, trajectory: Trajectory, scene: Scene, robot: Robot | None, choices: Choices
+) -> tuple[list[GateCheck], list[str]]:
+    """What was looked at of the mission that goes to a place, and what speaks against it; nothing for other places."""
+    if not place or not is_mission(place, scene):
+        return [], []
+    try:
+        flight = flight_of(trajectory, scene, choices)
+    except TrajectoryError as error:
+        return [GateCheck("the mission", None, error.problem)], []
+    against = flight.against(robot)
+    return [GateCheck("the mission", not against, f"it flies {flight}")], against
 
 
 def _start_gap(result: Adaptation) -> float:
@@ -314,6 +340,9 @@ def release(
     if not found.released:
         raise RequestError(f"it does not go to {place}: {' '.join(found.refusals)}")
     path = found.result.adapted
+    _, against_flight = _of_mission(place, path, found.result.scene, found.robot, choices)
+    if against_flight:
+        raise RequestError(f"it does not go to {place}: {' '.join(against_flight)}")
     event = _event(found, place, about) | {"waypoints": len(path), "duration_s": round(path.duration, 3)}
     record(log, {"event": "sending", **event})
     try:
@@ -348,18 +377,23 @@ def default_log() -> Path:
     return Path(state, "ovita", "sent.jsonl")
 
 
-def against(trajectory: Trajectory, scene: Scene, robot: Robot | None) -> list[str]:
+def against(
+    trajectory: Trajectory, scene: Scene, robot: Robot | None, place: str = "", choices: Choices = NONE
+) -> list[str]:
     """What measuring says against a trajectory that no result vouches for, each a sentence.
 
     Args:
         trajectory: In the scene's frame.
         scene: The obstacles.
         robot: Whose limits to measure, or None to look only for what no robot can follow.
+        place: Where it is to go, if that is known.
+        choices: Of home and heading.
     """
+    _, against_flight = _of_mission(place, trajectory, scene, robot, choices)
     if robot is None:
-        return _standstill(trajectory)
+        return [*_standstill(trajectory), *against_flight]
     checks = verify(trajectory, scene, robot, proposed=trajectory, original=trajectory)
-    return _by_measure(trajectory, robot, checks)
+    return [*_by_measure(trajectory, robot, checks), *against_flight]
 
 
 def limits_in_words(robot: Robot) -> list[str]:

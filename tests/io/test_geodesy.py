@@ -85,4 +85,4 @@ def test_what_is_no_home():
     for text in ("47,8,400,1", "here", "47", ""):
         with pytest.raises(RequestError, match="is not latitude,longitude,altitude"):
             Home.parse(text)
-    assert Home.parse("47.5, -8.25") == Home(47.5, -8.25, 0.0)
+    assert Home.parse("47.5, -8.25") == Home(47.5, -8.25, None)

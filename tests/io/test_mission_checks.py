@@ -1,22 +1,30 @@
 """What a mission is commanded to do against what the path says, and what is pointed out before it is flown."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from ovita.chain import adapt
+from ovita.errors import FormatError, TrajectoryError
 from ovita.io import Choices, load_task, save_trajectory
-from ovita.io.geodesy import Home
-from ovita.io.mission_checks import commanded_duration
-from ovita.io.mission_files import dumps_plan, parse_plan
+from ovita.io.geodesy import Home, on_earth
+from ovita.io.mission_checks import Flight
+from ovita.io.mission_files import dumps, dumps_plan, parse_plan
 from ovita.io.missions import Item, Mission, mission_from, moved
+from ovita.io.setpoints import Course
+from ovita.paths.frame import Frame
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
 
 HOME = Home(47.3977419, 8.5455938, 488.2)
+
+
+def commanded(mission):
+    return Flight.of(mission, 1.0).duration
 
 
 def generated(seed):
@@ -38,9 +46,9 @@ def generated(seed):
 def test_told_and_commanded_durations_agree(seed):
     path = generated(seed)
     mission, _ = mission_from(path, Scene(), HOME)
-    assert commanded_duration(mission) == pytest.approx(path.duration, rel=0.05)
+    assert commanded(mission) == pytest.approx(path.duration, rel=0.05)
     back = parse_plan(dumps_plan(mission, "f"), "f")
-    assert back.trajectory.duration == pytest.approx(commanded_duration(mission), rel=0.05)
+    assert back.trajectory.duration == pytest.approx(commanded(mission), rel=0.05)
     assert back.trajectory.speeds.max() <= path.speeds.max() * 1.01
 
 
@@ -65,7 +73,7 @@ def mission_of(*stops, speeds=(4.0,)):
 )
 def test_a_mission_is_read_as_lasting_what_it_commands(mission):
     task = parse_plan(dumps_plan(mission, "f"), "f")
-    assert task.trajectory.duration == pytest.approx(commanded_duration(mission), rel=0.01)
+    assert task.trajectory.duration == pytest.approx(commanded(mission), rel=0.01)
 
 
 @pytest.mark.parametrize(
@@ -88,9 +96,10 @@ def test_a_hold_before_a_limit_on_acceleration_is_no_warning_of_numpy():
     assert "already breaks the acceleration limit" in " ".join(result.warnings)
 
 
-def notes_on(path, **choices):
-    from ovita.io.mission_files import dumps
+PATH_OF_TWO = Trajectory([[0, 0, 20], [0, 30, 20]], [5, 5])
 
+
+def notes_on(path, **choices):
     return dumps("f.plan", path, Scene(), Choices(home=HOME, **choices), plan=True)
 
 
@@ -100,15 +109,16 @@ def test_what_an_autopilot_makes_of_it_is_said_in_a_sentence_each():
     speeds = [i["params"][1] for i in json.loads(text)["mission"]["items"] if i["command"] == 178]
     assert min(speeds) == 0.2
     said = " ".join(notes)
-    assert "the path says" in said and "the way to waypoint 3 is commanded at 0.2 m/s" in said
+    assert "NOT the path's" in said and "or less is commanded on 1 leg (to waypoint 3)" in said
+    assert len(notes) == 3, "how it flies, what is otherwise, what is to do"
     low = " ".join(notes_on(Trajectory([[0, 0, 0], [0, 30, 0.2], [0, 60, 20]], [5, 5, 5]))[1])
-    assert "waypoint 1, 2 is lower than 1 m (0.00 m above home)" in low and "fly it as setpoints" in low
+    assert "as low as 0.00 m above home (waypoint 1, 2)" in low and "to do: fly a small path as setpoints" in low
     close = " ".join(notes_on(Trajectory([[0, i, 20] for i in range(8)], [1] * 8))[1])
     assert "7 of 7 legs are shorter than the 2 m" in close
     quick = " ".join(notes_on(Trajectory([[0, 0, 20], [0, 20, 20], [0, 40, 20]], [8, 8, 8]))[1])
-    assert "commanded: 5.0 s" in quick and "at 2.5 m/s^2 adds about 3.2 s" in quick
+    assert "it flies 5.0 s at 8 m/s (and about 3.2 s for speeding up" in quick
     calm = notes_on(Trajectory([[0, 0, 20], [0, 400, 20], [0, 800, 20]], [5, 5, 5]))[1]
-    assert not any(word in " ".join(calm) for word in ("the path says", "shorter", "slowest", "coarse", "speeding up"))
+    assert not any(word in " ".join(calm) for word in ("the path", "shorter", "slowest", "coarse", "speeding up"))
 
 
 def test_a_takeoff_is_offered():
@@ -122,3 +132,41 @@ def test_a_takeoff_is_offered():
     task = parse_plan(text, "f")
     mission, _ = mission_from(task.trajectory, task.scene, None, takeoff=True)
     assert [item.command for item in mission.items].count(22) == 1
+
+
+def test_front_points_where_the_heading_says():
+    path = Trajectory([[0, 0, 20], [0, 30, 20], [10, 30, 25]], [5, 5, 5])
+    text, notes = notes_on(path, heading=90.0)
+    assert "front is 90 degrees clockwise from north" in notes[0]
+    places = parse_plan(text, "f").trajectory.positions
+    np.testing.assert_allclose(places, [[0, 0, 20], [30, 0, 20], [30, -10, 25]], atol=1e-6)
+    task = parse_plan(text, "f", heading=90.0)
+    np.testing.assert_allclose(task.trajectory.positions, path.positions, atol=1e-6)
+    assert dumps_plan(mission_from(task.trajectory, task.scene, None)[0], "f") == text, "unchanged, to the letter"
+    with pytest.raises(TrajectoryError, match="where front points is said in the mission it came from"):
+        mission_from(task.trajectory, task.scene, None, heading=10.0)
+    np.testing.assert_allclose(on_earth(task.trajectory, task.scene).positions, places, atol=1e-6)
+    course = Course.of(path, Scene(), Robot("any"), 20.0, heading=90.0)
+    np.testing.assert_allclose(course.path.positions, [[0, 0, -20], [0, 30, -20], [-10, 30, -25]], atol=1e-9)
+
+
+def test_x_of_a_ros_frame_is_east_unless_a_heading_says_where_front_is():
+    path, scene = Trajectory([[0, 0, 20], [30, 0, 20]], [5, 5]), Scene(frame=Frame("flu"), extra={"ros": {}})
+    for heading, there in ((None, [30, 0, 20]), (0.0, [0, 30, 20]), (90.0, [30, 0, 20])):
+        np.testing.assert_allclose(on_earth(path, scene, heading).positions[1], there, atol=1e-9)
+        mission, _ = mission_from(path, scene, HOME, heading=heading)
+        text = dumps_plan(mission, "f")
+        np.testing.assert_allclose(parse_plan(text, "f").trajectory.positions[1], there, atol=1e-6)
+
+
+def test_a_home_without_altitude_serves_heights_above_home_only():
+    home = Home.parse("47.3977,8.5456")
+    text, notes = dumps("f.plan", PATH_OF_TWO, Scene(), Choices(home=home), plan=True)
+    assert "nobody said home's altitude, so the file says 0 m" in notes[-1] and "no altitude given" in notes[0]
+    assert json.loads(text)["mission"]["plannedHomePosition"] == [47.3977, 8.5456, 0]
+    task = parse_plan(text, "f", home)
+    np.testing.assert_allclose(task.trajectory.positions, PATH_OF_TWO.positions, atol=1e-6)
+    above_sea = text.replace('"frame":3', '"frame":0').replace('"frame": 3', '"frame": 0')
+    assert above_sea != text and parse_plan(above_sea, "f", replace(home, altitude=5.0))
+    with pytest.raises(FormatError, match=r"the home has no altitude; .*--home latitude,longitude,altitude"):
+        parse_plan(above_sea, "f", home)

@@ -214,7 +214,7 @@ def test_a_new_mission_needs_a_home(tmp_path):
     assert not (tmp_path / "a.plan").exists()
     notes = save_trajectory(tmp_path / "a.plan", path, scene, choices=Choices(home=HOME))
     said = " ".join(notes)
-    assert "takeoff (or say --takeoff) and landing" in said and "no objects" in said
+    assert "takeoff (or say --takeoff) and landing" in said and "it holds no objects" in said
     items = items_of(tmp_path / "a.plan")
     assert [item["command"] for item in items] == [178, 16, 16, 178, 16] and items[2]["params"][0] == 1.0
     back = load_task(tmp_path / "a.plan").trajectory
@@ -229,7 +229,7 @@ def test_a_new_mission_needs_a_home(tmp_path):
 def test_rest_is_no_speed_that_can_be_commanded(tmp_path):
     path = Trajectory([[0, 0, 5], [4, 0, 5], [8, 0, 5]], [0, 2, 0])
     notes = save_trajectory(tmp_path / "a.plan", path, choices=Choices(home=HOME))
-    assert any("one speed for each leg; it got the mean" in note for note in notes)
+    assert any("each leg has its mean speed" in note for note in notes)
     speeds = [item["params"][1] for item in items_of(tmp_path / "a.plan") if item["command"] == 178]
     assert speeds == [1.0]
     still = Trajectory([[0, 0, 5], [4, 0, 5], [8, 0, 5], [9, 0, 5]], [0, 0, 0, 2])

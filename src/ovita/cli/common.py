@@ -69,6 +69,13 @@ ENGINE = click.option(
     help="Who works where there are several jobs; ray also on a cluster (extra ray).",
 )
 
+HEADING = click.option(
+    "--heading",
+    type=click.FloatRange(-360, 360),
+    metavar="DEGREES",
+    help="Where the front of a mission or of setpoints points, clockwise from north. [0; of a ROS path, x is east]",
+)
+
 _SOURCE = (
     click.option("--scene", "scene_file", metavar="FILE", help="Scene file with the objects, for a bare trajectory."),
     click.option(
@@ -82,6 +89,7 @@ _SOURCE = (
         help="Which message on that topic, or which episode of a LeRobot data set, from 0. [the last]",
     ),
     click.option("--home", metavar="LAT,LON,ALT", help="Home of a mission in degrees and metres. [the file's]"),
+    HEADING,
     click.option(
         "--moving", "frames", metavar="FIXED:MOVING", help="Whose motion is read of recorded transforms: map:base_link."
     ),
@@ -135,6 +143,7 @@ def choices_from(options: dict[str, Any]) -> Choices:
         kind=options.get("kind"),
         frame_id=options.get("frame_id"),
         home=Home.parse(options["home"]) if options.get("home") else None,
+        heading=options.get("heading"),
         takeoff=bool(options.get("takeoff")),
         frames=options.get("frames"),
         raw=bool(options.get("raw")),

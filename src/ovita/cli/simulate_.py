@@ -159,7 +159,7 @@ def _read(
 ) -> tuple[list[tuple[str, Trajectory]], Scene, Robot | None, str, tuple[str, ...]]:
     """The labelled trajectories, the scene, the limits, a title, and the objects that are meant to be touched."""
     if not is_address(file) and is_adaptation(file):
-        for name in ("scene_file", "frame", "topic", "message", "home"):
+        for name in ("scene_file", "frame", "topic", "message", "home", "heading"):
             if options[name] is not None:
                 flag = name.removesuffix("_file")
                 raise FormatError(file, f"is a result, which has its own scene; leave --{flag} out")

@@ -10,15 +10,16 @@ from typing import Any
 
 import click
 
-from ovita.cli.common import choices_from, plain, section, show_notes, source, waiting
+from ovita.cli.common import HEADING, choices_from, plain, section, show_notes, source, waiting
 from ovita.cli.joints_ import ArmChoice, arm_options, joints_of, still_there, tool_task
 from ovita.errors import FormatError, RequestError
 from ovita.gate import Review, against, default_log, refuse, release, review, simulated
-from ovita.io import READ, Task, is_address, load_robot, open_task, rendered, save_task
+from ovita.io import READ, Choices, Task, is_address, is_mission, load_robot, open_task, rendered, save_task
 from ovita.io.bags import save_joint_motion
 from ovita.io.json_ import is_adaptation_file
 from ovita.io.links import Address
 from ovita.io.messages import TYPES, JointMotion
+from ovita.io.mission_checks import flight_of
 from ovita.paths.frame import Frame, transformed
 from ovita.paths.robot import PRESETS, Robot, preset_name
 
@@ -77,11 +78,13 @@ def convert(
         moved = transformed(task.trajectory, task.scene.frame, target)
         task = replace(task, trajectory=moved, scene=task.scene.in_frame(target))
     lost = save_task(out, task, replace(choices, topic=to_topic))
-    show_notes((*task.notes, *lost, *_refusable(file, task)))
+    show_notes((*task.notes, *lost, *_refusable(file, task, out, choices)))
     path, frame = task.trajectory, task.scene.frame
+    in_mission = is_mission(out, task.scene)
+    duration = flight_of(path, task.scene, choices).duration if in_mission else path.duration
     # A bag or a mission has axes of its own, which a note has told.
     axes = f", frame {frame.name} ({frame.describe()})" if out.lower().endswith((".json", ".csv", ".tum")) else ""
-    click.echo(plain(f"wrote {out}: {len(path)} waypoints, {path.length:.3f} m in {path.duration:.3f} s{axes}"))
+    click.echo(plain(f"wrote {out}: {len(path)} waypoints, {path.length:.3f} m in {duration:.3f} s{axes}"))
 
 
 def only_for_ros(place: str, **options: str | None) -> None:
@@ -94,16 +97,17 @@ def only_for_ros(place: str, **options: str | None) -> None:
             raise RequestError(f"{flag} {value} is about ROS messages, and {place} is no ROS 2 topic or bag")
 
 
-def _refusable(file: str, task: Task) -> list[str]:
+def _refusable(file: str, task: Task, out: str, choices: Choices) -> list[str]:
     """What the gate would say: of a result all, of another file as far as it names the robot to judge it by."""
     if not is_address(file) and file.lower().endswith(".json") and is_adaptation_file(file):
         try:
-            found = list(review(file).refusals)
+            found = list(review(file, place=out, choices=choices).refusals)
         except FormatError as error:
             found = [f"{error}."]
     else:
         known = task.robot is not None and preset_name(task.robot) in PRESETS
-        found = against(task.trajectory, task.scene, Robot.preset(task.robot) if known and task.robot else None)
+        robot = Robot.preset(task.robot) if known and task.robot else None
+        found = against(task.trajectory, task.scene, robot, out, choices)
     return [f"ovita send would refuse it: {' '.join(found)}"] if found else []
 
 
@@ -115,6 +119,7 @@ EXIT_REFUSED = 4
 @click.option("--to", "place", required=True, metavar="PLACE", help="ros2:/topic, mavlink:udp:HOST:PORT, or a file.")
 @click.option("--robot", metavar="NAME|FILE", help="Whose limits to verify against. [the result's]")
 @click.option("--home", metavar="LAT,LON,ALT", help="Home of a mission in degrees and metres. [the result's]")
+@HEADING
 @click.option(
     "--type", "kind", type=click.Choice([*TYPES, "joints"]), help="ROS message. [that of the source, else path]"
 )
@@ -144,7 +149,8 @@ def send(
     if is_address(place):
         Address.parse(place)
     only_for_ros(place, kind=options["kind"], topic=options["topic"], frame_id=options["frame_id"])
-    found = review(file, robot=load_robot(robot) if robot else None, trusted=trust or None)
+    limits = load_robot(robot) if robot else None
+    found = review(file, robot=limits, trusted=trust or None, place=place, choices=choices)
     if simulate and found.released:
         found = _simulated(found, arm.arm, arm.base)
     _show(found, place)

@@ -47,6 +47,7 @@ __all__ = [
     "atomic_write",
     "is_adaptation",
     "is_address",
+    "is_mission",
     "is_skill",
     "load",
     "load_bare",
@@ -157,9 +158,9 @@ def _load(path: str | os.PathLike[str], choices: Choices) -> Task:
     from ovita.io.mission_files import looks_like_wpl, parse_plan, parse_wpl
 
     if ending == ".plan":
-        return parse_plan(content, file, choices.home)
+        return parse_plan(content, file, choices.home, choices.heading)
     if ending != ".txt" or looks_like_wpl(content):
-        return parse_wpl(content, file, choices.home)
+        return parse_wpl(content, file, choices.home, choices.heading)
     if not looks_like_tum(content):
         raise FormatError(file, "this is neither TUM text (time x y z qx qy qz qw) nor a QGC WPL 110 mission")
     return parse_tum(content, file)
@@ -334,7 +335,7 @@ def rendered(
             from ovita.io import bags
 
             return bags.dumps(path, trajectory, scene, choices, verdict)
-        if ending in (".plan", *_MISSIONS) or (ending == ".txt" and MISSION in scene.extra):
+        if is_mission(os.fspath(path), scene):
             from ovita.io import mission_files
 
             return mission_files.dumps(file, trajectory, scene, choices, verdict, plan=ending == ".plan")
@@ -363,6 +364,16 @@ def _table(
     if len(scene):
         notes += (f"{Path(file).name} holds no objects; keep them in a scene file (--scene)",)
     return content, notes
+
+
+def is_mission(place: str, scene: Scene) -> bool:
+    """Whether what is written to a file or sent to an address there is a drone's mission."""
+    if is_address(place):
+        from ovita.io.links import Address
+
+        return place.startswith("mavlink:") and Address.parse(place).options.get("type") != "setpoints"
+    ending = suffix(place)
+    return ending in (".plan", *_MISSIONS) or (ending == ".txt" and MISSION in scene.extra)
 
 
 def writable(path: str | os.PathLike[str]) -> bool:

@@ -600,6 +600,7 @@ class Choices:
         kind: The message to write to a bag, or None for that of the file it came from, else a path.
         frame_id: The ROS frame to write, or None for that of the file it came from, else "map".
         home: Where the local metres of a mission have their origin, or None for the file's own.
+        heading: Where the front of a mission or of setpoints points, clockwise from north [degrees]; None for north.
         takeoff: Whether a mission that has no takeoff begins with one.
         frames: Of recorded transforms, which frame moves in which, as "map:base_link"; None for the only one that does.
         raw: Whether every sample of a recording is kept as it is, neither smoothed nor thinned.
@@ -611,6 +612,7 @@ class Choices:
     kind: Kind | None = None
     frame_id: str | None = None
     home: Home | None = None
+    heading: float | None = None
     takeoff: bool = False
     frames: str | None = None
     raw: bool = False

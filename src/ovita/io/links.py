@@ -160,7 +160,7 @@ def receive(address: Address, choices: Choices = NONE) -> Task:
         return ros2.receive(address, choices)
     from ovita.io import mavlink
 
-    return mavlink.download(address, choices.home)
+    return mavlink.download(address, choices.home, choices.heading)
 
 
 def deliver(

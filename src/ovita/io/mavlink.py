@@ -49,9 +49,9 @@ def upload(
 ) -> tuple[bytes, tuple[str, ...]]:
     """Upload a trajectory as a mission; return its items as bytes and notes on what is lost."""
     with errors_of(str(address)):
-        mission, notes = mission_from(trajectory, scene, choices.home, takeoff=choices.takeoff)
+        mission, lost = mission_from(trajectory, scene, choices.home, heading=choices.heading, takeoff=choices.takeoff)
         numbered(mission, with_home=True)
-        notes += remarks(mission, trajectory.duration)
+        notes = remarks(mission, trajectory.duration, lost, scene)
     with vehicle_at(address) as vehicle:
         items = numbered(mission, with_home=vehicle.autopilot == ARDUPILOT)
         if len(items) > _MOST_ITEMS:
@@ -64,8 +64,8 @@ def upload(
     return b"".join(_content(message) for message in messages), notes
 
 
-def download(address: Address, home: Home | None) -> Task:
-    """Read a vehicle's mission; `home` replaces the vehicle's own."""
+def download(address: Address, home: Home | None, heading: float | None = None) -> Task:
+    """Read a vehicle's mission; `home` replaces the vehicle's own, and front points to the `heading`."""
     with vehicle_at(address) as vehicle:
         items = [_item(message) for message in _fetch_all(vehicle)]
         listed = items.pop(0) if items and vehicle.autopilot == ARDUPILOT else None
@@ -76,7 +76,7 @@ def download(address: Address, home: Home | None) -> Task:
     if home is None:
         raise LinkError(f"{address}: the vehicle knows no home position; say --home latitude,longitude,altitude")
     with errors_of(str(address)):
-        return task_of(Mission(home, tuple(items), listed), str(address))
+        return task_of(Mission(replace(home, heading=heading), tuple(items), listed), str(address))
 
 
 def _send_all(vehicle: Vehicle, messages: Sequence[Any]) -> None:

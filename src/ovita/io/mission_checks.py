@@ -1,4 +1,4 @@
-"""What a vehicle makes of a mission: how long it is commanded to take, and what its autopilot does otherwise.
+"""What a vehicle makes of a mission: how it is commanded to fly, and what its autopilot does otherwise.
 
 Sources: ArduPilot Copter's parameters WPNAV_RADIUS, WPNAV_SPEED and WPNAV_ACCEL; PX4's NAV_ACC_RAD and MPC_ACC_HOR.
 """
@@ -6,12 +6,17 @@ Sources: ArduPilot Copter's parameters WPNAV_RADIUS, WPNAV_SPEED and WPNAV_ACCEL
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from ovita.io.documents import listing
-from ovita.io.missions import LEAST_SPEED, Mission, MissionWaypoint, waypoints_of
-from ovita.paths.trajectory import Array
+from ovita.io.documents import Choices, listing
+from ovita.io.geodesy import MISSION, ROS, Home
+from ovita.io.missions import LEAST_SPEED, TAKEOFFS, Mission, mission_from, waypoints_of
+from ovita.paths.robot import Robot
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Array, Trajectory
+from ovita.text import counted
 
 RADIUS = 2.0
 """Distance at which ArduPilot counts a waypoint as reached [m]; PX4 takes 10 m where an item does not say."""
@@ -25,82 +30,145 @@ ACCELERATION = 2.5
 AGREEMENT = 0.05
 """Durations that differ by a smaller share agree."""
 
-
-def commanded_duration(mission: Mission) -> float:
-    """Time from the first waypoint to the last at the commanded speeds, with holds [s]."""
-    lengths, speeds, holds = _legs(waypoints_of(mission)[0])
-    return float((lengths / speeds).sum() + holds.sum())
+_SAME = 1e-6
 
 
-def remarks(mission: Mission, told: float) -> tuple[str, ...]:
-    """What a person should know of a mission before it is flown, each a sentence.
+@dataclass(frozen=True, eq=False)
+class Flight:
+    """How a mission is commanded to be flown, from its first waypoint to its last.
+
+    Args:
+        told: Duration of the path that it stands for [s].
+        lengths: Of each leg (N-1,) [m].
+        speeds: Commanded on the way to each waypoint (N,) [m/s].
+        holds: At each waypoint (N,) [s].
+        heights: Of each waypoint above home (N,) [m].
+        home: Where it is flown.
+    """
+
+    told: float
+    lengths: Array
+    speeds: Array
+    holds: Array
+    heights: Array
+    home: Home
+
+    @classmethod
+    def of(cls, mission: Mission, told: float) -> Flight:
+        """The flight of a mission that stands for a path of a duration [s]."""
+        waypoints, _ = waypoints_of(mission)
+        places = np.array([waypoint.position for waypoint in waypoints]).reshape(-1, 3)
+        speeds, holds = np.array([w.speed for w in waypoints]), np.array([w.hold for w in waypoints])
+        lengths = np.linalg.norm(np.diff(places, axis=0), axis=1)
+        return cls(told, lengths, speeds, holds, places[:, 2], mission.home)
+
+    @property
+    def duration(self) -> float:
+        """Time at the commanded speeds, with holds [s]."""
+        return float((self.lengths / self.speeds[1:]).sum() + self.holds.sum())
+
+    @property
+    def agrees(self) -> bool:
+        """Whether it lasts as long as the path says."""
+        return abs(self.duration - self.told) <= AGREEMENT * max(self.told, 1e-9)
+
+    @property
+    def ramps(self) -> float:
+        """Time that a vehicle loses by changing its speed no faster than `ACCELERATION` [s].
+
+        From speed a to b it takes |b - a| / acc at their mean, where b is commanded: (b - a) |b - a| / (2 acc b) more.
+        """
+        speeds = self.speeds[1:]
+        rest = np.concatenate([[True], self.holds[1:-1] > 0])
+        before = np.where(rest, 0.0, np.concatenate([[0.0], speeds[:-1]]))
+        stops = speeds[np.concatenate([rest[1:], [True]])]
+        change = speeds - before
+        return float((change * np.abs(change) / speeds).sum() + stops.sum()) / (2.0 * ACCELERATION)
+
+    def __str__(self) -> str:
+        slow, fast = self.speeds[1:].min(), self.speeds[1:].max()
+        pace = f"{fast:.3g}" if fast - slow < 0.005 * fast else f"{slow:.3g} to {fast:.3g}"
+        return f"{self.duration:.1f} s at {pace} m/s" + ("" if self.agrees else f", NOT the path's {self.told:.1f} s")
+
+    def against(self, robot: Robot | None) -> list[str]:
+        """Why it is not what was verified, or beyond a robot's speeds, each a sentence."""
+        said = []
+        if not self.agrees:
+            why = f"none commands less than {LEAST_SPEED:g} m/s"
+            hint = "fly it as setpoints, or speed up its slowest part"
+            said.append(f"As a mission it flies {self.duration:.1f} s, not {self.told:.1f} s, for {why}: {hint}.")
+        if robot is not None and robot.max_speed is not None:
+            fast = np.flatnonzero(~(self.speeds <= robot.max_speed * (1.0 + _SAME)))
+            if len(fast):
+                where, most = listing(str(i + 1) for i in fast), f"at most {robot.max_speed:g} m/s"
+                said.append(f"The mission commands {self.speeds[fast].max():.3g} m/s to waypoint {where} ({most}).")
+        return said
+
+
+def flight_of(trajectory: Trajectory, scene: Scene, choices: Choices) -> Flight:
+    """How the mission for a trajectory is commanded to be flown.
+
+    Raises:
+        TrajectoryError: If there is no mission for it, such as without a home.
+    """
+    mission, _ = mission_from(trajectory, scene, choices.home, heading=choices.heading, takeoff=choices.takeoff)
+    return Flight.of(mission, trajectory.duration)
+
+
+def remarks(mission: Mission, told: float, lost: Sequence[str], scene: Scene) -> tuple[str, ...]:
+    """What a person should know of a mission before it is flown: how it flies, what is otherwise, what is to do.
 
     Args:
         mission: As it is written or uploaded.
         told: Duration of the path that it stands for [s].
+        lost: What else is not as the path says, each a clause.
+        scene: Of the path.
     """
-    waypoints, _ = waypoints_of(mission)
-    if len(waypoints) < 2:
+    flight = Flight.of(mission, told)
+    if len(flight.speeds) < 2:
         return ()
-    lengths, speeds, holds = _legs(waypoints)
-    commanded = float((lengths / speeds).sum() + holds.sum())
-    ramps = _ramps(speeds, holds)
-    said = [f"commanded: {commanded:.1f} s from the first waypoint to the last, holds included"]
-    if abs(commanded - told) > AGREEMENT * max(told, 1e-9):
-        said[0] += f"; the path says {told:.1f} s"
-    if ramps > AGREEMENT * commanded:
-        said.append(
-            f"speeding up and slowing down at {ACCELERATION:g} m/s^2 adds about {ramps:.1f} s; turning adds more"
-        )
-    return (*said, *_slow(speeds), *_low(waypoints), *_close(lengths))
+    said = f"it flies {flight}"
+    if flight.ramps > AGREEMENT * flight.duration:
+        said += f" (and about {flight.ramps:.1f} s for speeding up and slowing down at {ACCELERATION:g} m/s^2)"
+    axes = flight.home.axes(ros=ROS in scene.extra and MISSION not in scene.extra)
+    said += f", about home ({flight.home.describe()}): {axes}"
+    indoors = [*_slow(flight), *_low(flight), *_close(flight)]
+    otherwise, to_do = [*indoors, *lost], _to_do(mission, scene, bool(indoors))
+    notes = [said, f"not as the path: {'; '.join(otherwise)}" if otherwise else "", f"to do: {to_do}" if to_do else ""]
+    return tuple(note for note in notes if note)
 
 
-def _legs(waypoints: Sequence[MissionWaypoint]) -> tuple[Array, Array, Array]:
-    """Length [m] and commanded speed [m/s] of each leg (N-1,), and the hold at each waypoint (N,) [s]."""
-    places = np.array([waypoint.position for waypoint in waypoints])
-    speeds = np.array([waypoint.speed for waypoint in waypoints[1:]])
-    return np.linalg.norm(np.diff(places, axis=0), axis=1), speeds, np.array([w.hold for w in waypoints])
+def _to_do(mission: Mission, scene: Scene, indoors: bool) -> str:
+    """What is left to a person."""
+    commands = {item.command for item in mission.items}
+    takeoff = "landing" if commands & set(TAKEOFFS) else "takeoff (or say --takeoff) and landing"
+    said = [] if MISSION in scene.extra else [f"add {takeoff} in the ground station"]
+    if mission.home.altitude is None:
+        said.append("nobody said home's altitude, so the file says 0 m; heights are above home, wherever that is")
+    if indoors:
+        said.insert(0, "fly a small path as setpoints instead (mavlink:...?type=setpoints)")
+    return "; ".join(said)
 
 
-def _ramps(speeds: Array, holds: Array) -> float:
-    """Time that a vehicle loses by changing its speed no faster than `ACCELERATION` [s].
-
-    From speed a to b it takes |b - a| / acc at their mean, where b is commanded: (b - a) |b - a| / (2 acc b) longer.
-    """
-    rest = np.concatenate([[True], holds[1:-1] > 0])
-    before = np.where(rest, 0.0, np.concatenate([[0.0], speeds[:-1]]))
-    stops = speeds[np.concatenate([rest[1:], [True]])]
-    change = speeds - before
-    return float((change * np.abs(change) / speeds).sum() + stops.sum()) / (2.0 * ACCELERATION)
-
-
-def _slow(speeds: Array) -> list[str]:
-    slow = np.flatnonzero(speeds <= LEAST_SPEED)
+def _slow(flight: Flight) -> list[str]:
+    slow = np.flatnonzero(flight.speeds[1:] <= LEAST_SPEED) + 2
     if not len(slow):
         return []
-    legs = listing(str(i + 2) for i in slow)
-    return [
-        f"the way to waypoint {legs} is commanded at {LEAST_SPEED:g} m/s, the slowest that autopilots take, or less"
-    ]
+    what = f"{LEAST_SPEED:g} m/s, the slowest that autopilots take, or less is commanded on {counted(len(slow), 'leg')}"
+    return [f"{what} (to waypoint {listing(map(str, slow))})"]
 
 
-def _low(waypoints: Sequence[MissionWaypoint]) -> list[str]:
-    heights = np.array([waypoint.position[2] for waypoint in waypoints])
-    low = np.flatnonzero(heights < LEAST_HEIGHT)
+def _low(flight: Flight) -> list[str]:
+    low = np.flatnonzero(flight.heights < LEAST_HEIGHT) + 1
     if not len(low):
         return []
-    where = f"waypoint {listing(str(i + 1) for i in low)}"
-    worst = f"{heights.min():.2f} m above home"
-    return [
-        f"{where} is lower than {LEAST_HEIGHT:g} m ({worst}), where GPS heights are too coarse: fly it as setpoints"
-    ]
+    where = f"as low as {flight.heights.min():.2f} m above home (waypoint {listing(map(str, low))})"
+    return [f"{where} heights by GPS are too coarse"]
 
 
-def _close(lengths: Array) -> list[str]:
-    close = int(np.count_nonzero(lengths < RADIUS))
+def _close(flight: Flight) -> list[str]:
+    close = int(np.count_nonzero(flight.lengths < RADIUS))
     if not close:
         return []
-    legs = f"{close} of {len(lengths)} legs are shorter than the {RADIUS:g} m"
-    return [
-        f"{legs} at which ArduPilot counts a waypoint as reached (PX4 up to 10 m): corners are cut; fly it as setpoints"
-    ]
+    legs = f"{close} of {len(flight.lengths)} legs are shorter than the {RADIUS:g} m"
+    return [f"corners are cut, for {legs} at which ArduPilot counts a waypoint as reached (PX4 up to 10 m)"]

@@ -39,8 +39,8 @@ _EMPTY: Mapping[str, Any] = {
 }
 
 
-def parse_plan(content: str, file: str, home: Home | None = None) -> Task:
-    """Read a task from the text of a plan; `home` replaces the plan's own."""
+def parse_plan(content: str, file: str, home: Home | None = None, heading: float | None = None) -> Task:
+    """Read a task from the text of a plan; `home` replaces the plan's own, and front points to the `heading`."""
     document = parse_object(content, file)
     check_values(document, file)
     if document.get("fileType") != "Plan":
@@ -56,7 +56,8 @@ def parse_plan(content: str, file: str, home: Home | None = None) -> Task:
     verdict = document.get(VERDICT)
     rest = {**{k: v for k, v in document.items() if k != VERDICT}, "mission": {**mission, "items": []}}
     with errors_of(file):
-        read = Mission(home or _home(mission, file), items, None, speed, rest)
+        place = replace(home or _home(mission, file), heading=heading)
+        read = Mission(place, items, None, speed, rest)
         task = task_of(read, file, f"{speed_key} ")
     return replace(task, verdict=verdict) if isinstance(verdict, str) else task
 
@@ -65,8 +66,8 @@ def dumps(
     file: str, trajectory: Trajectory, scene: Scene, choices: Choices = NONE, verdict: str = "", *, plan: bool
 ) -> tuple[str, tuple[str, ...]]:
     """The content of a plan or a WPL file for a trajectory in the scene's frame, and notes on what is lost."""
-    mission, notes = mission_from(trajectory, scene, choices.home, takeoff=choices.takeoff)
-    notes += remarks(mission, trajectory.duration)
+    mission, lost = mission_from(trajectory, scene, choices.home, heading=choices.heading, takeoff=choices.takeoff)
+    notes = remarks(mission, trajectory.duration, lost, scene)
     if plan:
         return dumps_plan(mission, file, verdict), notes
     unsaid = (f"QGC WPL text has no room for the verdict ({verdict.partition(':')[0]})",) if verdict else ()
@@ -82,7 +83,7 @@ def dumps_plan(mission: Mission, file: str, verdict: str = "") -> str:
     for item in mission.items:
         items.append(_item_dict(item, item.ids[0] if item.ids else fresh))
         fresh += not item.ids and item.command >= 0
-    home = [mission.home.latitude, mission.home.longitude, mission.home.altitude]
+    home = [mission.home.latitude, mission.home.longitude, mission.home.height]
     body = rest.get("mission")
     body = {**(body if isinstance(body, Mapping) else {}), "plannedHomePosition": home, "items": items}
     return json_dumps({**rest, "mission": body, **({VERDICT: verdict} if verdict else {})}, file)
@@ -143,8 +144,8 @@ _VERSIONS = ("110", "120")
 _COLUMNS = 12
 
 
-def parse_wpl(content: str, file: str, home: Home | None = None) -> Task:
-    """Read a task from QGC WPL text; `home` replaces the file's own."""
+def parse_wpl(content: str, file: str, home: Home | None = None, heading: float | None = None) -> Task:
+    """Read a task from QGC WPL text; `home` replaces the file's own, and front points to the `heading`."""
     lines = [(line.split(), i) for i, line in enumerate(content.splitlines(), start=1) if line.strip()]
     version = lines[0][0][2:]
     if " ".join(lines[0][0][:2]) != MAGIC or version[:1] not in [[v] for v in _VERSIONS]:
@@ -160,7 +161,8 @@ def parse_wpl(content: str, file: str, home: Home | None = None) -> Task:
         problem = "there is no home position (item 0); say where it is: --home latitude,longitude,altitude"
         raise FormatError(file, problem)
     with errors_of(file):
-        return task_of(Mission(home, tuple(items), listed, DEFAULT_SPEED, {"format": "wpl"}), file)
+        about = replace(home, heading=heading)
+        return task_of(Mission(about, tuple(items), listed, DEFAULT_SPEED, {"format": "wpl"}), file)
 
 
 def dumps_wpl(mission: Mission) -> str:

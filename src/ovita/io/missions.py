@@ -15,10 +15,11 @@ import numpy as np
 
 from ovita.errors import FormatError, TrajectoryError
 from ovita.io.documents import Task, listing, plain, validated
-from ovita.io.geodesy import MISSION, ROS, Home, on_earth, to_geodetic, to_local
+from ovita.io.geodesy import MISSION, Home, about_home, to_geodetic, to_local, yaw
 from ovita.paths.frame import RFU
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import TIMESTEP, Array, Trajectory, arc_length
+from ovita.text import listed
 
 WAYPOINT, LOITER_TIME, SPLINE = 16, 19, 82
 CHANGE_SPEED, JUMP = 178, 177
@@ -73,6 +74,9 @@ class Item:
         return "pattern" if self.command < 0 else NAMES.get(self.command, f"command {self.command}")
 
 
+_HOME = ("latitude", "longitude", "altitude", "heading")
+
+
 @dataclass(frozen=True)
 class Mission:
     """A mission and the place on earth that it is about.
@@ -93,13 +97,15 @@ class Mission:
 
     def to_dict(self) -> dict[str, Any]:
         """The mission as JSON values."""
-        return {**plain(self), "home": [self.home.latitude, self.home.longitude, self.home.altitude]}
+        home = [self.home.latitude, self.home.longitude, self.home.altitude]
+        return {**plain(self), "home": home if self.home.heading is None else [*home, self.home.heading]}
 
     @classmethod
     def from_dict(cls, document: Any) -> Mission:
         """A mission from `to_dict`'s output."""
         try:
-            home = dict(zip(("latitude", "longitude", "altitude"), document["home"], strict=True))
+            values = document["home"]
+            home = dict(zip(_HOME[: max(len(values), 3)], values, strict=True))
             read = validated(cls, {**document, "home": home}, MISSION)
         except (KeyError, TypeError, ValueError, FormatError) as error:
             problem = f"is not a mission that ovita kept ({type(error).__name__}: {error})"
@@ -121,7 +127,7 @@ def numbered(mission: Mission, *, with_home: bool) -> list[Item]:
             raise TrajectoryError(problem)
     if with_home:
         h = mission.home
-        home = Item(WAYPOINT, GLOBAL, (0.0, 0.0, 0.0, 0.0, h.latitude, h.longitude, h.altitude))
+        home = Item(WAYPOINT, GLOBAL, (0.0, 0.0, 0.0, 0.0, h.latitude, h.longitude, h.height))
         listed = mission.home_item
         items.insert(0, listed if listed is not None and listed.params[4:] == home.params[4:] else home)
     places = {i: seq for seq, item in enumerate(items) for i in item.ids}
@@ -149,7 +155,7 @@ _AIR_OR_GROUND = (0.0, 1.0)
 
 @dataclass(frozen=True)
 class MissionWaypoint:
-    """One waypoint of a mission: position (3,) east, north, up [m], speed on the way to it [m/s], hold [s]."""
+    """One waypoint of a mission: position (3,) right, front, up [m], speed on the way to it [m/s], hold [s]."""
 
     position: Array
     speed: float
@@ -187,7 +193,7 @@ def task_of(mission: Mission, file: str, setting: str = "") -> Task:
         raise TrajectoryError(f"{what}; a trajectory needs at least 2", key="mission")
     trajectory, remarks = expanded(waypoints)
     said = [] if _commands_speed(mission) else [f"no speed is commanded; assumed {setting}{mission.speed:g} m/s"]
-    said += [f"metres are east, north and up of home ({mission.home.describe()}); front is north", *remarks]
+    said += [f"metres are right, front and up of home ({mission.home.describe()}); {mission.home.axes()}", *remarks]
     others = {i: item for i, item in enumerate(mission.items) if i not in chosen and commanded_speed(item, 1.0) is None}
     kept = [f"{item.name} (item {i + 1})" for i, item in others.items()]
     if kept:
@@ -242,7 +248,7 @@ def _between(start: float, a: float, b: float, before: float, after: float, time
 
 
 def gathered(trajectory: Trajectory) -> list[MissionWaypoint]:
-    """The waypoints of a trajectory in metres east, north, up: dwells become holds, legs have their mean speeds.
+    """The waypoints of a trajectory in metres about home: dwells become holds, legs have their mean speeds.
 
     The speed of a leg that asks for no time, since it is at rest at both ends, is 0.
     """
@@ -267,13 +273,14 @@ def _hold(trajectory: Trajectory, first: int, last: int) -> float:
 
 
 def moved(item: Item, position: Array, home: Home) -> Item:
-    """The item with another position (3,) east, north, up of home [m], its height in the item's own frame."""
+    """The item with another position (3,) right, front, up of home [m], its height in the item's own frame."""
+    position = yaw(-home.heading) @ position if home.heading else position
     if item.frame in (_LOCAL_NED, _LOCAL_ENU):
         east, north, up = map(float, position)
         place = (north, east, -up) if item.frame == _LOCAL_NED else (east, north, up)
     else:
         latitude, longitude, altitude = map(float, to_geodetic(position[None, :], home)[0])
-        place = (latitude, longitude, altitude - (home.altitude if item.frame in _ABOVE_HOME else 0.0))
+        place = (latitude, longitude, altitude - (home.height if item.frame in _ABOVE_HOME else 0.0))
     return replace(item, params=(*item.params[:4], *place))
 
 
@@ -281,10 +288,14 @@ def _positions(items: Sequence[Item], home: Home) -> Array:
     rows = np.array([item.params[4:] for item in items], dtype=float).reshape(-1, 3)
     frames = np.array([item.frame for item in items], dtype=int)
     relative = np.isin(frames, _ABOVE_HOME)
-    geodetic = rows + np.outer(relative, [0.0, 0.0, home.altitude])
+    if home.altitude is None and np.isin(frames, _ABOVE_SEA).any():
+        need = "its heights above sea level need the home's, too: --home latitude,longitude,altitude"
+        raise TrajectoryError(f"the home has no altitude; {need}", key="mission")
+    geodetic = rows + np.outer(relative, [0.0, 0.0, home.height])
     positions = to_local(geodetic, home) if len(rows) else rows
     positions = np.where((frames == _LOCAL_ENU)[:, None], rows, positions)
-    return np.where((frames == _LOCAL_NED)[:, None], rows[:, [1, 0, 2]] * [1.0, 1.0, -1.0], positions)
+    positions = np.where((frames == _LOCAL_NED)[:, None], rows[:, [1, 0, 2]] * [1.0, 1.0, -1.0], positions)
+    return positions @ yaw(home.heading).T if home.heading else positions
 
 
 def _check(item: Item, i: int) -> None:
@@ -319,39 +330,51 @@ _FRESH = Item(WAYPOINT, RELATIVE, (0.0, 0.0, 0.0, None, 0.0, 0.0, 0.0))
 
 
 def mission_from(
-    trajectory: Trajectory, scene: Scene, home: Home | None, *, takeoff: bool = False
+    trajectory: Trajectory, scene: Scene, home: Home | None, *, heading: float | None = None, takeoff: bool = False
 ) -> tuple[Mission, tuple[str, ...]]:
-    """The mission for a trajectory in the scene's frame, and notes on what is lost.
+    """The mission for a trajectory in the scene's frame, and what is not as the path says, each a clause.
 
-    The scene keeps the mission that the trajectory came from; without one, local metres have their origin at `home`.
-    A `takeoff` is put before all else where the mission has none.
+    The scene keeps the mission that the trajectory came from; without one, local metres have their origin at `home`,
+    and front points to the `heading` [degrees clockwise from north]. A `takeoff` is put before all else where the
+    mission has none.
     """
     kept = scene.extra.get(MISSION)
     before = None if kept is None else Mission.from_dict(kept)
     if before is None and home is None:
         raise TrajectoryError("there is no home position; say where it is: --home latitude,longitude,altitude")
-    waypoints = gathered(on_earth(trajectory, scene))
-    notes = ["a mission holds no objects and no instruction"] if len(scene) else []
-    if trajectory.orientations is not None:
-        notes.append("a mission holds no orientations")
+    waypoints = gathered(about_home(trajectory, scene, heading))
+    lost = [
+        name
+        for name, there in (("objects", len(scene)), ("orientations", trajectory.orientations is not None))
+        if there
+    ]
+    notes = [f"it holds no {listed(lost, 'or')}"] if lost else []
     if any(s.speed == 0.0 for s in waypoints):
-        notes.append("no mission can command a speed of 0; a leg at rest from end to end keeps the speed in force")
+        notes.append("no mission can command a speed of 0: a leg at rest from end to end keeps the speed in force")
     if MISSION not in scene.extra and np.ptp(trajectory.speeds) > _SAME_SPEED:
-        notes.append("a mission has one speed for each leg; it got the mean, so that it lasts as long as the path says")
+        notes.append("each leg has its mean speed")
     if before is None:
         assert home is not None
-        axes = "x of the ROS frame is east, y north" if ROS in scene.extra else "front is north, right is east"
-        notes.append(f"metres are those about home ({home.describe()}): {axes}")
-        missing = "landing" if takeoff else "takeoff (or say --takeoff) and landing"
-        notes.append(f"it holds waypoints only; add {missing} in the ground station")
-        before = Mission(home)
-    elif home is not None and home != before.home:
-        before = replace(before, home=home)
-        notes.append(f"home was moved to {home.describe()}, and the waypoints with it; other items stay where they are")
+        before = Mission(replace(home, heading=heading))
+    else:
+        before, moved_home = _moved_home(before, home, heading)
+        notes += moved_home
     merged, said_too = _merged(waypoints, before)
     if takeoff and not any(item.command in TAKEOFFS for item in merged):
         merged.insert(0, _takeoff(waypoints[0], before.home))
     return replace(before, items=tuple(merged)), (*notes, *said_too)
+
+
+def _moved_home(before: Mission, home: Home | None, heading: float | None) -> tuple[Mission, list[str]]:
+    """The mission about another home, and that it is."""
+    if heading is not None and heading != before.home.heading:
+        there = "in the mission it came from"
+        raise TrajectoryError(f"where front points is said {there} ({before.home.axes()}); leave --heading out")
+    moved_to = before.home if home is None else replace(home, heading=before.home.heading)
+    if moved_to == before.home:
+        return before, []
+    said = f"home was moved to {moved_to.describe()}, and the waypoints with it; other items stay where they are"
+    return replace(before, home=moved_to), [said]
 
 
 def _takeoff(first: MissionWaypoint, home: Home) -> Item:

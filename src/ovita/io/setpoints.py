@@ -106,10 +106,12 @@ class Course:
     rate: float
 
     @classmethod
-    def of(cls, trajectory: Trajectory, scene: Scene, robot: Robot, rate: float) -> Course:
-        """The course of a trajectory in the scene's frame: front is north, and in ROS x is east."""
+    def of(
+        cls, trajectory: Trajectory, scene: Scene, robot: Robot, rate: float, heading: float | None = None
+    ) -> Course:
+        """The course of a trajectory in the scene's frame: front is north or the heading, and in ROS x is east."""
         axes = Trajectory(np.eye(3), np.zeros(3))
-        path, turned = (transformed(on_earth(t, scene), RFU, Frame("ned")) for t in (trajectory, axes))
+        path, turned = (transformed(on_earth(t, scene, heading), RFU, Frame("ned")) for t in (trajectory, axes))
         return cls(path, turned.positions.T, robot, rate)
 
     def at(self, t: float) -> tuple[Array, Array]:
@@ -135,7 +137,7 @@ def fly(
     Raises:
         LinkError: If it was not flown to its end; says in which state the vehicle is left.
     """
-    course = Course.of(trajectory, scene, robot, address.rate)
+    course = Course.of(trajectory, scene, robot, address.rate, choices.heading)
     with vehicle_at(address) as vehicle:
         notes = Pilot(vehicle, course).fly(takeoff=choices.takeoff, land=address.options.get("end") == "land")
     moments = np.arange(0.0, trajectory.duration, 1.0 / course.rate)

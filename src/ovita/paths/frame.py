@@ -89,9 +89,11 @@ def rotation(source: Frame, target: Frame) -> Array:
 
 def transformed(trajectory: Trajectory, source: Frame, target: Frame) -> Trajectory:
     """The trajectory with its positions and orientations written in another frame."""
-    if source == target:
-        return trajectory
-    matrix = rotation(source, target)
+    return trajectory if source == target else rotated(trajectory, rotation(source, target))
+
+
+def rotated(trajectory: Trajectory, matrix: Array) -> Trajectory:
+    """The trajectory turned by a rotation matrix (3, 3)."""
     orientations = trajectory.orientations
     if orientations is not None:
         orientations = product(quaternion(matrix), orientations)

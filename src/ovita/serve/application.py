@@ -293,7 +293,7 @@ class Application:
         place, log = self.rules.place(given.to), self.sent or str(gate.default_log())
         about = {"client": caller.client, "owner": caller.owner, "request": caller.request, "task": given.task}
         with self._using(caller.owner, given.task) as task, _saved(task.result(given.turn)) as file:
-            turn, found = task.at(given.turn), gate.review(file)
+            turn, found = task.at(given.turn), gate.review(file, place=place)
             whole = compare(task.path(0), found.result.adapted, found.result.scene)
         report = m.SendingReport(task=task.id, turn=turn, to=place, outcome="refused")
         if not found.released:
