@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import stat
 
 import pytest
@@ -206,10 +207,28 @@ def test_a_log_of_an_earlier_version_is_gone_on_with(tmp_path):
     assert said.exit_code == 0 and "2 lines at the beginning are from an earlier version" in said.output
     log.write_text(log.read_text().replace("older", "elder"))
     assert CliRunner().invoke(group, ["log", "--log", str(log), "--verify"]).exit_code == 4
-    shown = CliRunner().invoke(group, ["log", "--log", str(log), "--last", "1"]).output
-    assert '"event": "new"' in shown and "previous" not in shown
+    shown = CliRunner().invoke(group, ["log", "--log", str(log), "--last", "1", "--json"]).output
+    assert json.loads(shown)["event"] == "new" and "previous" not in shown
     (tmp_path / "sent.jsonl.head").unlink()
     assert "is missing, so nobody knows" in CliRunner().invoke(group, ["log", "--log", str(log), "--verify"]).output
+
+
+def test_the_log_is_shown_in_lines_for_people(tmp_path):
+    log, about = tmp_path / "sent.jsonl", {"result": "/a/r.json", "to": "/a/x.csv", "robot": "drone"}
+    size = {"waypoints": 60, "duration_s": 5.474}
+    record(log, {"event": "sent", **about, **size, "bytes": 1855, "sha256": "ec15a62ca15bfda"})
+    record(log, {"event": "refused", **about, "why": ["It is old.", "It is slow."]})
+    record(log, {"event": "failed", "task": "t1", "to": "ros2:/path", "why": "nobody\nanswers"})
+    record(log, {"event": 3, "bytes": None})
+    lines = CliRunner().invoke(group, ["log", "--log", str(log)]).output.splitlines()
+    assert [line[21:] for line in lines] == [
+        "sent     r.json -> /a/x.csv (robot drone, 60 waypoints, 5.474 s, 1855 bytes, SHA-256 ec15a62ca15b...)",
+        "refused  r.json -> /a/x.csv (robot drone): It is old. It is slow.",
+        "failed   t1 -> ros2:/path: nobody answers",
+        "3        ? -> ? (None bytes, SHA-256 None...)",
+    ]
+    assert re.match(r"\d{4}-\d\d-\d\d \d\d:\d\d:\d\d  sent", lines[0])
+    assert CliRunner().invoke(group, ["log", "--log", str(log), "--json", "--verify"]).exit_code != 0
 
 
 def test_the_changes_shown_are_measured_not_read(good, reviewed):

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import json
+import os
+from collections.abc import Mapping
+from typing import Any
 
 import click
 
 from ovita.cli.common import plain, section
+from ovita.errors import RequestError
 from ovita.gate import default_log, review
 from ovita.io.json_ import load_document, save_document
 from ovita.io.ledger import PREVIOUS, Ledger
@@ -24,13 +28,16 @@ def group() -> None:
 @click.option("--log", metavar="FILE", help="The log. [sent.jsonl in the user's state folder]")
 @click.option("--last", type=click.IntRange(min=1), default=10, show_default=True, help="How many events are shown.")
 @click.option("--verify", is_flag=True, help="Look for lines that were changed, removed or inserted.")
-def log(log: str | None, last: int, verify: bool) -> None:
+@click.option("--json", "as_json", is_flag=True, help="Print the events as JSON, one a line.")
+def log(log: str | None, last: int, verify: bool, as_json: bool) -> None:
     """Show what was sent and refused; with --verify, whether the log is whole (exit code 4 if not)."""
+    if verify and as_json:
+        raise RequestError("--json shows events and --verify looks for faults: choose one")
     ledger = Ledger(log or default_log())
     if not verify:
         for event in ledger.events()[-last:]:
             shown = {key: value for key, value in event.items() if key != PREVIOUS}
-            click.echo(plain(json.dumps(shown, ensure_ascii=False)))
+            click.echo(plain(json.dumps(shown, ensure_ascii=False) if as_json else _in_words(shown)))
         return
     found = ledger.check()
     earlier = found.lines - found.chained
@@ -41,6 +48,21 @@ def log(log: str | None, last: int, verify: bool) -> None:
     if found.faults:
         raise SystemExit(EXIT_BROKEN)
     click.echo(plain(f"{ledger.path}: {found.chained} lines, whole; the last one's SHA-256 is {found.head}"))
+
+
+def _in_words(event: Mapping[str, Any]) -> str:
+    """An event of the log as a line for a person."""
+    moment, _, rest = str(event.get("time", "")).partition("T")
+    what = os.path.basename(str(event.get("result") or event.get("task") or "?"))
+    place = str(event.get("to", "?"))
+    size = [f"robot {event['robot']}"] if "robot" in event else []
+    size += [f"{event['waypoints']} waypoints", f"{event['duration_s']} s"] if "waypoints" in event else []
+    size += [f"{event['bytes']} bytes", f"SHA-256 {str(event.get('sha256'))[:12]}..."] if "bytes" in event else []
+    why = event.get("why", ())
+    said = " ".join(map(str, why)) if isinstance(why, list | tuple) else str(why)
+    about = f" ({', '.join(size)})" if size else ""
+    line = f"{moment} {rest[:8]}  {event.get('event', '?')!s:8} {what} -> {place}{about}" + (f": {said}" if said else "")
+    return " ".join(line.split("\n"))
 
 
 @group.command()
