@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Mapping, Sequence
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from hashlib import sha256
@@ -37,12 +38,16 @@ from ovita.paths.trajectory import Trajectory
 from ovita.result import Adaptation, Postcondition, explain
 from ovita.text import listed, quoted, sentence
 from ovita.toolkit import Expectation, judge
+from ovita.toolkit.judging import Outcome
 
 START = 0.01
 """How far from the original's start a result may start without a word [m]."""
 
 FARTHEST = 1e6
 """Coordinates beyond this are no path of a robot [m]."""
+
+
+_NUMBER = re.compile(r"\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*")
 
 
 @dataclass(frozen=True)
@@ -146,6 +151,9 @@ def review(
     signature = checked(document, keys) if keys else None
     by_signature = [signature.problem] if signature and signature.problem else []
     refusals = [*_by_record(result), *_by_seal(document), *by_signature, *_by_measure(result.adapted, limits, checks)]
+    refusals += [f"{where} is the text {text!r}, not a number." for where, text in _in_quotes(document)]
+    dark = [promise.text for promise in result.postconditions if promise.kind and _outcome(result, promise) is None]
+    refusals += [f"Its promise {text!r} cannot be measured again." for text in dark]
     cautions = [f"'{name}' is meant to be touched and was not measured as an obstacle." for name in result.contacts]
     cautions += [text for text in result.warnings if text not in refusals]
     if result.robot != limits:
@@ -273,11 +281,31 @@ def explained(path: str) -> str:
     return "\n".join(parts)
 
 
-def _judged_again(result: Adaptation, promise: Postcondition) -> Postcondition:
+def _in_quotes(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Numbers in quotes among what may be a number or a word: knobs, what the frames hold, promises' arguments."""
+    waiting = [(key, document.get(key)) for key in ("parameters", "frames", "postconditions")]
+    while waiting:
+        where, value = waiting.pop()
+        if isinstance(value, str) and where.rpartition(".")[2] not in ("text", "outcome") and _NUMBER.fullmatch(value):
+            yield where, value
+        elif isinstance(value, Mapping):
+            waiting += [(f"{where}.{key}", item) for key, item in value.items()]
+        elif isinstance(value, list):
+            waiting += [(f"{where}[{i}]", item) for i, item in enumerate(value)]
+
+
+def _outcome(result: Adaptation, promise: Postcondition) -> Outcome | None:
+    """How a promise is kept, measured anew; None where its arguments make no sense."""
     expectation = Expectation(promise.kind, promise.arguments, promise.text)
     try:
-        after = judge(expectation, result.original.to_array(), result.adapted.to_array(), result.scene)
-    except (ValueError, KeyError, TypeError):
+        return judge(expectation, result.original.to_array(), result.adapted.to_array(), result.scene)
+    except (ValueError, KeyError, TypeError, IndexError, AttributeError):
+        return None
+
+
+def _judged_again(result: Adaptation, promise: Postcondition) -> Postcondition:
+    after = _outcome(result, promise)
+    if after is None:
         return replace(promise, held=False, outcome=f"'{promise.text}' cannot be measured again")
     return replace(promise, held=after.held, outcome=after.sentence, change=after.change, unit=after.unit)
 

@@ -61,8 +61,8 @@ def _in_words(event: Mapping[str, Any]) -> str:
     why = event.get("why", ())
     said = " ".join(map(str, why)) if isinstance(why, list | tuple) else str(why)
     about = f" ({', '.join(size)})" if size else ""
-    line = f"{moment} {rest[:8]}  {event.get('event', '?')!s:8} {what} -> {place}{about}" + (f": {said}" if said else "")
-    return " ".join(line.split("\n"))
+    line = f"{moment} {rest[:8]}  {event.get('event', '?')!s:8} {what} -> {place}{about}"
+    return " ".join((f"{line}: {said}" if said else line).split("\n"))
 
 
 @group.command()
