@@ -1,11 +1,11 @@
 """Drones: durations of missions, missions over a lossy link, and flights that are killed at random moments.
 
-    python benchmarks/drones.py [--paths 50] [--missions 100] [--kills 200] [--loss 0.2]
+    python benchmarks/drones.py [--paths 50] [--missions 100] [--kills 200] [--loss 0.2] [--no-walks]
 
 Durations are told by paths against what their missions command. Missions are uploaded over UDP on this machine to a
 vehicle that loses and repeats messages both ways. Flights are flown by setpoints on a simulated multicopter, whose
 station is killed at a random moment; its state is looked at 1.5 s (PX4) or 3.5 s (ArduPilot) later, beyond the
-timeout of its failsafe.
+timeout of its failsafe. At last `ovita send` flies as a process of its own, while ten things go wrong.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 import random
 import sys
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -34,6 +35,7 @@ from flown import Copter  # noqa: E402
 from responder import Responder  # noqa: E402
 from test_mission_checks import generated  # noqa: E402
 from test_setpoints import PATH  # noqa: E402
+from walked import CASES, made, walk  # noqa: E402
 
 HOME = Home(47.3977419, 8.5455938, 488.2)
 
@@ -107,16 +109,31 @@ def killed(count: int, loss: float) -> None:
         print(f"{number:4} {key}")
 
 
+def walks() -> None:
+    """`ovita send` as a process: its exit code, the vehicle's state at the end, and what is said."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = made(folder)
+        for px4 in (True, False):
+            print("PX4" if px4 else "ArduPilot")
+            for number, case in enumerate(CASES):
+                seen = walk(case, file, px4=px4, seed=number)
+                said = seen.sentence.partition("setpoints: ")[2] if seen.code > 0 else ""
+                print(f"  {case:32} exit code {seen.code:3}  {seen.state:12} {said}")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--paths", type=int, default=50)
     parser.add_argument("--missions", type=int, default=100)
     parser.add_argument("--kills", type=int, default=200)
     parser.add_argument("--loss", type=float, default=0.2)
+    parser.add_argument("--no-walks", action="store_true")
     options = parser.parse_args()
     durations(options.paths)
     killed(options.kills, options.loss)
     lossy(options.missions, options.loss)
+    if not options.no_walks:
+        walks()
 
 
 if __name__ == "__main__":

@@ -35,7 +35,7 @@ class Copter:
         self.ear, self.station_ear = d.MAVLink(None), d.MAVLink(None)
         self.up, self.down, self.waiting = [], [], []
         self.setpoint, self.setpoint_at, self.accepted = None, -9.0, []
-        self.track, self.states, self.at, self.raw = [], ["hold"], [], []
+        self.track, self.states, self.at, self.wire = [], ["hold"], [], None
         self.wind, self.beats = np.zeros(3), 1
 
     # What the station sees.
@@ -58,19 +58,18 @@ class Copter:
 
     def serve(self, link, stop):
         """Be there in real time, behind a UDP socket that is bound, until told to stop."""
-        peer, link_time = None, time.monotonic()
+        peer, link_time, self.wire = None, time.monotonic(), []
         link.settimeout(0.005)
         while not stop.is_set():
             try:
                 data, peer = link.recvfrom(65536)
-                self.count += 1
-                heapq.heappush(self.up, (self.t, self.count, data))
+                self._post(self.up, data)
             except TimeoutError:
                 pass
             while self.t < time.monotonic() - link_time:
                 self.step(STEP)
-            while self.raw and peer:
-                link.sendto(self.raw.pop(0), peer)
+            while self.wire and peer and self.wire[0][0] <= self.t:
+                link.sendto(heapq.heappop(self.wire)[2], peer)
 
     # The world.
     def run(self, seconds):
@@ -141,10 +140,11 @@ class Copter:
     def _mode(self):
         return next(number for number, state in (PX4 if self.px4 else COPTER).items() if state == self.state)
 
+    def say_text(self, severity, text):
+        self._say(d.MAVLink_statustext_message(severity, text.encode()))
+
     def _say(self, message):
-        data = bytes(message.pack(self.codec))
-        self.raw.append(data)
-        self._post(self.down, data)
+        self._post(self.down if self.wire is None else self.wire, bytes(message.pack(self.codec)))
 
     def _post(self, way, data):
         if self.chance.random() >= self.loss:

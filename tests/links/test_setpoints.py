@@ -1,7 +1,9 @@
 """Paths flown by setpoints: what is sent, what is refused, and where the vehicle is left when something goes wrong."""
 
+import signal
 import socket
 import threading
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +13,7 @@ from click.testing import CliRunner
 pytest.importorskip("pymavlink")
 
 from flown import Copter
+from walked import made, walk
 
 from ovita.chain import adapt
 from ovita.cli.transfer_ import send
@@ -86,9 +89,46 @@ def test_a_silent_vehicle_ends_the_flight():
 def test_a_pilot_who_takes_over_is_left_in_command():
     copter = Copter()
     copter.at.append((4.0, lambda c: c._become("land")))
-    with pytest.raises(LinkError, match="the mode was changed, by a pilot or a failsafe; nothing more was sent"):
+    with pytest.raises(
+        LinkError, match="a pilot or a failsafe changed the mode to LAND, which is in command now; nothing"
+    ):
         pilot(copter).fly()
     assert copter.states[-1] == "land"
+
+
+@pytest.mark.parametrize("px4", [True, False])
+@pytest.mark.parametrize("text", ["Low battery", "Geofence breached"])
+def test_what_the_vehicle_says_is_told(px4, text):
+    copter = Copter(px4=px4)
+
+    def failsafe(c):
+        for severity, said in ((6, "All is well"), (2, text), (2, text)):
+            c.say_text(severity, said)
+        c._become("land")
+
+    copter.at.append((4.0, failsafe))
+    with pytest.raises(LinkError) as caught:
+        pilot(copter).fly()
+    said = str(caught.value)
+    assert (
+        f'changed the mode to LAND, which is in command now; nothing more was sent; the vehicle said "{text}" (' in said
+    )
+    copter = Copter(px4=px4)
+    copter.at.append((3.0, lambda c: c.say_text(4, text)))
+    assert f'on the way the vehicle said "{text}"' in pilot(copter).fly()[-1] and copter.state == "hold"
+
+
+def test_a_second_ctrl_c_ends_the_wait_and_the_state_is_said():
+    copter = Copter()
+
+    def interrupt(_):
+        raise KeyboardInterrupt
+
+    copter.at += [(4.0, lambda c: c.deaf.add("COMMAND_LONG")), (4.01, interrupt), (4.6, interrupt)]
+    with pytest.raises(LinkError, match="stopped by Ctrl-C; HOLD was commanded, not acknowledged; the vehicle's own"):
+        pilot(copter).fly()
+    copter.run(1.5)
+    assert copter.state == "hold"
 
 
 @pytest.mark.parametrize(
@@ -116,7 +156,7 @@ def test_a_vehicle_that_strays_is_stopped(wind, problem):
         ({"place": (0.0, 0.0, 0.0)}, "or say --takeoff"),
         ({"kind": 1}, "multicopters of PX4 or ArduPilot only"),
         ({"deaf": {511}}, "does not say where it is"),
-        ({"deaf": {176}}, r"refused the mode OFFBOARD \(MAV_RESULT_DENIED\); HOLD was commanded, not acknowledged"),
+        ({"deaf": {176}}, r"refused the mode OFFBOARD \(MAV_RESULT_DENIED\); the vehicle stays in the mode HOLD"),
         ({"deaf": {400}, "armed": False}, r"refused arming \(MAV_RESULT_DENIED\); the vehicle acknowledged HOLD"),
     ],
 )
@@ -202,3 +242,18 @@ def test_a_result_is_flown_over_udp_through_the_gate(tmp_path, monkeypatch):
     assert done.exit_code == 0, done.output + str(done.exception)
     assert "the vehicle holds" in done.output and copter.state == "hold" and copter.states.count("fly") == 1
     np.testing.assert_allclose(copter.place, [0.6, 0, -1], atol=0.4)
+
+
+def test_send_as_a_process_of_its_own_leaves_the_vehicle_in_a_stated_state(tmp_path):
+    wanted = {
+        "20 % lost, some overtake others": (0, "Sent to mavlink:"),
+        "the sender is killed (SIGKILL)": (-signal.SIGKILL, ""),
+        "Ctrl-C": (2, "stopped by Ctrl-C; the vehicle acknowledged HOLD (after"),
+    }
+    file = made(tmp_path)
+    with ThreadPoolExecutor(len(wanted)) as pool:
+        walks = list(pool.map(lambda about: walk(about[1], file, seed=about[0]), enumerate(wanted)))
+    for seen in walks:
+        code, said = wanted[seen.case]
+        assert seen.code == code and said in seen.sentence and "Traceback" not in seen.said, seen.said
+        assert seen.copter.states == ["hold", "fly", "hold"] and seen.state == "hold, still", seen.case

@@ -28,7 +28,7 @@ from ovita.paths.frame import RFU, Frame, transformed
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
-from ovita.text import point
+from ovita.text import clean_text, point
 
 START_GAP = 0.5
 """How far from the path's first waypoint the vehicle may be when it starts [m]."""
@@ -54,11 +54,19 @@ _WARM_UP, _SETTLED = 1.0, 0.3
 _SET_MODE, _ARM, _TAKEOFF, _INTERVAL = 176, 400, 22, 511
 _POSITION_ID, _LOCAL_NED, _ARMED = 32, 1, 128
 _POSITION_AND_VELOCITY = 64 | 128 | 256 | 1024 | 2048
-_HEARD = ("HEARTBEAT", "LOCAL_POSITION_NED", "COMMAND_ACK")
+_HEARD = ("HEARTBEAT", "LOCAL_POSITION_NED", "COMMAND_ACK", "STATUSTEXT")
+_WARNING, _MOST_TEXTS = 4, 3
 _MODES: Mapping[int, Mapping[str, tuple[int, int]]] = {
     _PX4: {"fly": (6, 0), "hold": (4, 3), "land": (4, 6)},
     ARDUPILOT: {"fly": (4, 0), "hold": (17, 0), "land": (9, 0)},
 }
+
+_OTHER_MODES: Mapping[int, Mapping[tuple[int, int], str]] = {
+    _PX4: {(1, 0): "MANUAL", (2, 0): "ALTCTL", (3, 0): "POSCTL", (4, 3): "HOLD", (4, 5): "RTL", (4, 6): "LAND",
+           (6, 0): "OFFBOARD"},
+    ARDUPILOT: {(0, 0): "STABILIZE", (2, 0): "ALT_HOLD", (4, 0): "GUIDED", (5, 0): "LOITER", (6, 0): "RTL",
+                (9, 0): "LAND", (16, 0): "POSHOLD", (17, 0): "BRAKE"},
+}  # fmt: skip
 
 
 class Link(Protocol):
@@ -154,6 +162,7 @@ class Pilot:
         self._mode = self._armed = -1
         self._place: Array | None = None
         self._acks: dict[int, int] = {}
+        self._texts: dict[str, None] = {}
         self._asked = self._led = False
         self._target = (np.zeros(3), np.zeros(3))
         if vehicle.autopilot not in _MODES or vehicle.kind not in _COPTERS:
@@ -172,7 +181,8 @@ class Pilot:
             self._follow()
             self._switch("land" if land else "hold")
         except _TakenOverError:
-            raise self._error("the mode was changed, by a pilot or a failsafe; nothing more was sent") from None
+            problem = f"a pilot or a failsafe changed the mode to {self._mode_name()}, which is in command now"
+            raise self._error(f"{problem}; nothing more was sent") from None
         except KeyboardInterrupt:
             raise self._error(f"stopped by Ctrl-C; {self._leave()}") from None
         except (_StoppedError, LinkError) as error:
@@ -181,10 +191,19 @@ class Pilot:
         return (
             f"{self.sent} setpoints were sent at {self.course.rate:g} a second; the vehicle {state}",
             f"it was at most {self.worst:.2f} m from where it was due, by its own account",
+            *([f'on the way the vehicle said "{self._heard()}"'] if self._texts else []),
         )
 
     def _error(self, text: str) -> LinkError:
-        return LinkError(f"{self.vehicle.address}: {text} (after {self.sent} setpoints)")
+        heard = f'; the vehicle said "{self._heard()}"' if self._texts else ""
+        return LinkError(f"{self.vehicle.address}: {text}{heard} (after {self.sent} setpoints)")
+
+    def _heard(self) -> str:
+        return '", "'.join([*self._texts][-_MOST_TEXTS:])
+
+    def _mode_name(self) -> str:
+        main, sub = (self._mode >> 16 & 255, self._mode >> 24) if self.vehicle.autopilot == _PX4 else (self._mode, 0)
+        return _OTHER_MODES[self.vehicle.autopilot].get((main, sub), f"number {self._mode}")
 
     def _get_ready(self, takeoff: bool) -> None:
         """Learn where the vehicle is, and check that it may start; nothing was commanded until here."""
@@ -275,6 +294,9 @@ class Pilot:
         if name == "HEARTBEAT":
             self._mode, self._armed = int(message.custom_mode), int(bool(message.base_mode & _ARMED))
             self._beat_at = self.vehicle.now()
+        elif name == "STATUSTEXT":
+            if int(message.severity) <= _WARNING and (text := clean_text(message.text, 60)):
+                self._texts[text] = None
         elif name == "COMMAND_ACK":
             self._acks[int(message.command)] = int(message.result)
         elif math.isfinite(message.x + message.y + message.z):
@@ -307,10 +329,12 @@ class Pilot:
         if not self._asked:
             return "nothing was commanded"
         if self._led and self._mode not in (self._number("fly"), self._number("hold")):
-            return "a pilot changed the mode and is in command"
+            return f"a pilot or a failsafe changed the mode to {self._mode_name()}, which is in command now"
         try:
             self._switch("hold")
-        except (LinkError, _StoppedError):
+        except (LinkError, _StoppedError, KeyboardInterrupt):  # a second Ctrl-C ends the wait, not the command
+            if not self._led and self._mode != self._number("fly"):
+                return f"the vehicle stays in the mode {self._mode_name()}"
             return "HOLD was commanded, not acknowledged; the vehicle's own failsafe now stops it"
         return "the vehicle acknowledged HOLD"
 
