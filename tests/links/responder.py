@@ -97,7 +97,7 @@ class Responder:
         name = m.get_type()
         if self.silent or name == "BAD_DATA":
             return
-        gcs = (255, 190)
+        gcs = self._asker = m.get_srcSystem(), m.get_srcComponent()
         if name == "MISSION_COUNT":
             receiving[:] = [None] * m.count
             self.counted += 1
@@ -132,7 +132,7 @@ class Responder:
 
     def _ask(self, seq):
         kind = d.MAVLink_mission_request_message if self.old_requests else d.MAVLink_mission_request_int_message
-        self._send(kind(255, 190, seq, 0))
+        self._send(kind(*self._asker, seq, 0))
 
     def _send(self, message):
         name = message.get_type()

@@ -16,6 +16,8 @@ import pytest
 
 pytest.importorskip("pymavlink")
 
+from responder import Responder
+
 from ovita.io import Choices, load_task, save_trajectory
 from ovita.io.geodesy import Home
 from ovita.io.links import deliver
@@ -70,6 +72,51 @@ def test_mavproxy_loads_it(tmp_path):
     again = load_task(tmp_path / "b.waypoints").trajectory
     np.testing.assert_allclose(again.positions, load_task(file).trajectory.positions, atol=0.1)
     assert again.duration == pytest.approx(PATH.duration, rel=0.01)
+
+
+def eventually(happens, seconds=30):
+    end = time.monotonic() + seconds
+    while not happens() and time.monotonic() < end:
+        time.sleep(0.05)
+    return happens()
+
+
+@needs_judges
+def test_mavproxy_uploads_it_to_a_vehicle_as_we_do_and_lists_it(tmp_path):
+    file = written(tmp_path, ".waypoints")
+    with Responder(ardupilot=True) as ours:
+        deliver(f"mavlink:udpout:127.0.0.1:{ours.port}", PATH, Scene(), choices=Choices(home=HOME, takeoff=True))
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    command = [JUDGES, str(Path(JUDGES).parent / "mavproxy.py"), f"--master=udpin:127.0.0.1:{port}"]
+    with Responder(ardupilot=True).call(port) as theirs:
+        process = subprocess.Popen(
+            [*command, f"--state-basedir={tmp_path}", "--default-modules=wp,link"], cwd=tmp_path, text=True,
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+        )  # fmt: skip
+        try:
+            assert eventually(lambda: theirs.seen.get("HEARTBEAT", 0) > 1)
+            process.stdin.write(f"wp load {file}\n")
+            process.stdin.flush()
+            assert eventually(lambda: len(theirs.items) == 9)
+            process.stdin.write("wp list\n")
+            process.stdin.flush()
+            assert eventually((tmp_path / "way.txt").exists)
+            time.sleep(0.5)
+        finally:
+            process.terminate()
+            said = process.communicate()[0]
+    assert "Sent all 9 waypoints" in said and "Got MISSION_ACK: TYPE_MISSION: ACCEPTED" in said
+    listed = [line.split() for line in said.splitlines() if " p1=" in line]
+    assert [int(line[0]) for line in listed] == [item.command for item in ours.items]
+    for mine, other in zip(ours.items, theirs.items, strict=True):
+        assert (mine.seq, mine.command) == (other.seq, other.command)
+        assert (mine.param1, mine.param2) == pytest.approx((other.param1, other.param2), abs=1e-6)
+        assert abs(mine.x - other.x) <= 1 and abs(mine.y - other.y) <= 1 and abs(mine.z - other.z) < 1e-4
+    places = load_task(tmp_path / "way.txt").trajectory
+    np.testing.assert_allclose(places.positions, load_task(file).trajectory.positions, atol=0.1)
+    assert places.duration == pytest.approx(PATH.duration, rel=0.01)
 
 
 def judged(*arguments):
