@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 import os
-import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
@@ -21,7 +20,7 @@ import numpy as np
 
 from ovita.errors import FormatError, RequestError, TrajectoryError
 from ovita.io import Choices, is_address, is_mission, load_document
-from ovita.io.documents import NONE
+from ovita.io.documents import NONE, cell_number
 from ovita.io.files import file_name
 from ovita.io.json_ import seal
 from ovita.io.ledger import Ledger
@@ -45,9 +44,6 @@ START = 0.01
 
 FARTHEST = 1e6
 """Coordinates beyond this are no path of a robot [m]."""
-
-
-_NUMBER = re.compile(r"\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*")
 
 
 @dataclass(frozen=True)
@@ -286,7 +282,7 @@ def _in_quotes(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     waiting = [(key, document.get(key)) for key in ("parameters", "frames", "postconditions")]
     while waiting:
         where, value = waiting.pop()
-        if isinstance(value, str) and where.rpartition(".")[2] not in ("text", "outcome") and _NUMBER.fullmatch(value):
+        if isinstance(value, str) and where.rpartition(".")[2] not in ("text", "outcome") and cell_number(value) is not None:
             yield where, value
         elif isinstance(value, Mapping):
             waiting += [(f"{where}.{key}", item) for key, item in value.items()]
