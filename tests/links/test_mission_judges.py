@@ -21,6 +21,7 @@ from responder import Responder
 from ovita.io import Choices, load_task, save_trajectory
 from ovita.io.geodesy import Home
 from ovita.io.links import deliver
+from ovita.paths.robot import Box, Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 
@@ -149,3 +150,26 @@ def test_mavsdk_reads_the_plan(tmp_path):
     items = json.loads(process.communicate(timeout=60)[0].splitlines()[-1])
     assert [item["command"] for item in items] == [22, 178, 16, 16, 178, 16, 178, 16]
     assert items[3]["param1"] == pytest.approx(0.2) and items[3]["z"] == pytest.approx(22.0, abs=1e-3)
+
+
+@needs_judges
+def test_mavsdk_flies_setpoints_as_a_vehicle():
+    path = Trajectory([[0, 0, 1], [0, 0.6, 1], [0.5, 0.6, 1.2]], [0.0, 0.8, 0.0])
+    room = Robot("room", Box((-3, -3, 0), (3, 3, 3)))
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    process = judged("copter", port)
+    try:
+        receipt = deliver(f"mavlink:udp:127.0.0.1:{port}?type=setpoints&timeout=20", path, Scene(), robot=room)
+        seen = json.loads(process.stdout.readline())
+    finally:
+        process.terminate()
+        process.communicate()
+    assert "the vehicle holds" in receipt.notes[0]
+    assert seen["modes"][0] == 6 << 16 and seen["modes"][-1] == 4 << 16 | 3 << 24
+    np.testing.assert_allclose(seen["place"], [0.6, 0.5, -1.2], atol=1e-6)
+    told = np.array(seen["told"])
+    assert set(told[:, 6]) == {64 | 128 | 256 | 1024 | 2048} and set(told[:, 7]) == {1}
+    flown = told[np.linalg.norm(told[:, 3:6], axis=1) > 0]
+    assert len(flown) >= 0.8 * 20 * path.duration and np.linalg.norm(flown[:, 3:6], axis=1).max() <= 0.8 + 1e-6

@@ -292,6 +292,8 @@ class Pilot:
     def _hear(self, message: Any) -> None:
         name = message.get_type()
         if name == "HEARTBEAT":
+            if int(message.autopilot) != self.vehicle.autopilot:  # another program under the same number
+                return
             self._mode, self._armed = int(message.custom_mode), int(bool(message.base_mode & _ARMED))
             self._beat_at = self.vehicle.now()
         elif name == "STATUSTEXT":
