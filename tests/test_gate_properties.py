@@ -127,3 +127,11 @@ def test_no_result_is_released_in_which_a_number_became_a_text(results, tmp_path
         assert turn % 2 or not found.released, (way, last, was)
         released += found.released
     assert released, "some places do not matter"
+
+
+def test_an_object_may_be_called_by_a_number(tmp_path):
+    scene = Scene((SceneObject("2", [0.5, 0.6, 0], [0.1, 0.1, 0.1]),))
+    result = adapt(Request("go 0.1 closer to the 2", PATH, scene, CELL), writer="builtin")
+    assert result.usable and "'2'" in str(result.to_document()["postconditions"][0]["arguments"])
+    result.save(str(tmp_path / "r.json"))
+    assert review(str(tmp_path / "r.json")).released

@@ -147,7 +147,9 @@ def review(
     signature = checked(document, keys) if keys else None
     by_signature = [signature.problem] if signature and signature.problem else []
     refusals = [*_by_record(result), *_by_seal(document), *by_signature, *_by_measure(result.adapted, limits, checks)]
-    refusals += [f"{where} is the text {text!r}, not a number." for where, text in _in_quotes(document)]
+    refusals += [
+        f"{where} is the text {text!r}, not a number." for where, text in _in_quotes(document, result.scene.names)
+    ]
     dark = [promise.text for promise in result.postconditions if promise.kind and _outcome(result, promise) is None]
     refusals += [f"Its promise {text!r} cannot be measured again." for text in dark]
     cautions = [f"'{name}' is meant to be touched and was not measured as an obstacle." for name in result.contacts]
@@ -277,13 +279,14 @@ def explained(path: str) -> str:
     return "\n".join(parts)
 
 
-def _in_quotes(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+def _in_quotes(document: Mapping[str, Any], names: Sequence[str]) -> Iterator[tuple[str, str]]:
     """Numbers in quotes among what may be a number or a word: knobs, what the frames hold, promises' arguments."""
     waiting = [(key, document.get(key)) for key in ("parameters", "frames", "postconditions")]
     while waiting:
         where, value = waiting.pop()
-        if isinstance(value, str) and where.rpartition(".")[2] not in ("text", "outcome") and cell_number(value) is not None:
-            yield where, value
+        if isinstance(value, str):
+            if cell_number(value) is not None and value not in names:
+                yield where, value
         elif isinstance(value, Mapping):
             waiting += [(f"{where}.{key}", item) for key, item in value.items()]
         elif isinstance(value, list):
