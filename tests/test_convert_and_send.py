@@ -11,8 +11,10 @@ import pytest
 
 from ovita.chain import adapt
 from ovita.cli.main import main
-from ovita.errors import ConstraintDefinitionError
-from ovita.io import load_task, save_trajectory
+from ovita.errors import ConstraintDefinitionError, RequestError
+from ovita.gate import release, review
+from ovita.io import Choices, load_task, save_trajectory
+from ovita.io.geodesy import Home
 from ovita.limits import ConstraintOptions
 from ovita.paths.frame import Frame
 from ovita.paths.scene import Scene, SceneObject
@@ -203,6 +205,27 @@ def test_a_mission_that_would_not_fly_as_verified_is_told_and_refused(ovita, res
     code, out, _ = ovita("send", result, "--to", "b.plan", "--home", HOME, "--yes")
     assert code == 4 and f"As a mission it flies {flown:.1f} s, not {told:.1f} s" in out and not Path("b.plan").exists()
     assert "the mission: BROKEN (it flies" in out and events()[-1]["event"] == "refused"
+
+
+def test_what_goes_to_a_mission_is_judged_at_the_last_moment_too(ovita, result):
+    found = review(result)
+    choices = Choices(home=Home.parse(HOME))
+    assert found.released, "nobody said where it goes"
+    with pytest.raises(RequestError, match=r"it does not go to b\.plan: As a mission it flies"):
+        release(found, "b.plan", "own.jsonl", {}, choices=choices)
+    assert not Path("b.plan").exists() and json.loads(Path("own.jsonl").read_text())["event"] == "refused"
+
+
+def test_a_heading_is_for_what_has_a_north(ovita, result):
+    for command in (("convert", result, "a.csv"), ("send", result, "--to", "a.csv", "--yes")):
+        code, _, err = ovita(*command, "--heading", "90")
+        assert code == 2 and "--heading is about missions and setpoints, and a.csv is neither" in err
+    assert not Path("a.csv").exists()
+    Path("far.csv").write_text("x,y,z,speed\n0,0,20,5\n0,40,20,5\n")
+    assert ovita("convert", "far.csv", "a.plan", "--home", HOME, "--heading", "90")[0] == 0
+    code, _, err = ovita("convert", "a.plan", "back.csv", "--heading", "90")
+    assert code == 0 and "front is 90 degrees clockwise from north" in err
+    np.testing.assert_allclose(load_task("back.csv").trajectory.positions[1], [0, 40, 20], atol=1e-6)
 
 
 def test_the_speeds_of_a_mission_are_judged_by_the_robots(ovita):

@@ -280,7 +280,13 @@ def test_every_number_that_is_measured_is_a_number(good, reviewed, path, value):
 def test_it_says_of_each_check_whether_it_could_be_made(good, reviewed):
     said = {check.what: check for check in reviewed(good).looked}
     assert said["the seal"].held and said["the workspace"].held and said["the speed"].held and said["the objects"].held
-    for what in ("the signature", "across the path", "the body", "where the robot is now", "the dynamics"):
+    for what in (
+        "the signature",
+        "the acceleration across the path",
+        "the body",
+        "where the robot is now",
+        "the dynamics",
+    ):
         assert said[what].held is None, what
     assert str(said["the speed"]) == "the speed: holds (at most 0.6 m/s)"
     assert "the body: not checked (the robot counted as a point)" in reviewed(good).sections()["Checked"]

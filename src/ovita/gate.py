@@ -191,16 +191,20 @@ def _start_gap(result: Adaptation) -> float:
 def _of_file(document: Mapping[str, Any], signature: SignatureCheck | None) -> list[GateCheck]:
     """What was looked at in the file itself."""
     broken = _by_seal(document)
-    found = [GateCheck("the seal", not broken, "the content is as it was saved" if not broken else "it is not")]
+    found = [GateCheck("the seal", not broken, f"the content is {'not ' if broken else ''}as it was saved")]
     if signature is None:
         return [*found, GateCheck("the signature", None, f"no key is trusted: --trust FILE, or {TRUSTED}")]
-    return [*found, GateCheck("the signature", not signature.problem, f"key {signature.signer or 'unknown'}")]
+    why = signature.problem.rstrip(".") or f"key {signature.signer}"
+    return [*found, GateCheck("the signature", not signature.problem, why)]
 
 
 def _of_limits(robot: Robot, result: Adaptation, checks: Sequence[ConstraintCheck]) -> list[GateCheck]:
     """What was looked at of the robot's limits on its motion."""
     names = {"the workspace": "workspace", "the speed": "speed", "the least speed": "least speed"}
-    names |= {"the acceleration along the path": "acceleration", "across the path": "lateral acceleration"}
+    names |= {
+        "the acceleration along the path": "acceleration",
+        "the acceleration across the path": "lateral acceleration",
+    }
     found = []
     for what, name in names.items():
         made = [check for check in checks if check.name == name]
@@ -223,7 +227,7 @@ def _of_world(result: Adaptation, robot: Robot, checks: Sequence[ConstraintCheck
     found.append(GateCheck("the body", all(check.held for check in bodies) if robot.radius else None, size))
     away = _start_gap(result)
     held = away <= START
-    found.append(GateCheck("the start", held or None, "as the original's" if held else f"{away:.3g} m from it"))
+    found.append(GateCheck("the start", held or None, f"{away:.3g} m from the original's"))
     found.append(GateCheck("where the robot is now", None, "nobody asked it; setpoints do, before they start"))
     return [*found, GateCheck("the dynamics", None, "not simulated: --simulate")]
 
@@ -369,6 +373,7 @@ def release(
     path = found.result.adapted
     _, against_flight = _of_mission(place, path, found.result.scene, found.robot, choices)
     if against_flight:
+        refuse(found, place, log, about, against_flight)
         raise RequestError(f"it does not go to {place}: {' '.join(against_flight)}")
     event = _event(found, place, about) | {"waypoints": len(path), "duration_s": round(path.duration, 3)}
     record(log, {"event": "sending", **event})

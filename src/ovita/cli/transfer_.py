@@ -16,12 +16,14 @@ from ovita.errors import FormatError, RequestError
 from ovita.gate import Review, against, default_log, refuse, release, review, simulated
 from ovita.io import READ, Choices, Task, is_address, is_mission, load_robot, open_task, rendered, save_task
 from ovita.io.bags import save_joint_motion
+from ovita.io.geodesy import MISSION
 from ovita.io.json_ import is_adaptation_file
 from ovita.io.links import Address
 from ovita.io.messages import TYPES, JointMotion
 from ovita.io.mission_checks import flight_of
 from ovita.paths.frame import Frame, transformed
 from ovita.paths.robot import PRESETS, Robot, preset_name
+from ovita.paths.scene import Scene
 
 _FRAMES = click.Choice(["rfu", "flu", "ned"])
 
@@ -77,6 +79,7 @@ def convert(
         target = Frame(to_frame)
         moved = transformed(task.trajectory, task.scene.frame, target)
         task = replace(task, trajectory=moved, scene=task.scene.in_frame(target))
+    _only_for_drones(out, task.scene, choices)
     lost = save_task(out, task, replace(choices, topic=to_topic))
     show_notes((*task.notes, *lost, *_refusable(file, task, out, choices)))
     path, frame = task.trajectory, task.scene.frame
@@ -85,6 +88,13 @@ def convert(
     # A bag or a mission has axes of its own, which a note has told.
     axes = f", frame {frame.name} ({frame.describe()})" if out.lower().endswith((".json", ".csv", ".tum")) else ""
     click.echo(plain(f"wrote {out}: {len(path)} waypoints, {path.length:.3f} m in {duration:.3f} s{axes}"))
+
+
+def _only_for_drones(place: str, scene: Scene, choices: Choices) -> None:
+    """Refuse a heading for a place that has no north."""
+    has_north = place.startswith("mavlink:") or is_mission(place, scene) or MISSION in scene.extra
+    if choices.heading is not None and not has_north:
+        raise RequestError(f"--heading is about missions and setpoints, and {place} is neither")
 
 
 def only_for_ros(place: str, **options: str | None) -> None:
@@ -153,6 +163,7 @@ def send(
     found = review(file, robot=limits, trusted=trust or None, place=place, choices=choices)
     if simulate and found.released:
         found = _simulated(found, arm.arm, arm.base)
+    _only_for_drones(place, found.result.scene, choices)
     _show(found, place)
     journal = log or str(default_log())
     about = {"result": os.path.abspath(file)}
