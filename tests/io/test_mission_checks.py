@@ -89,6 +89,15 @@ def test_a_hold_stays_one_item_when_its_part_is_slowed(words, tmp_path):
     assert again.duration == pytest.approx(result.adapted.duration, rel=0.05)
 
 
+@pytest.mark.parametrize("words", ["wait 5 seconds at the middle", "speed up in the second half", "go up by 5"])
+@pytest.mark.parametrize("seed", [1, 7])
+def test_an_adapted_mission_lasts_as_long_as_its_path(words, seed):
+    task = parse_plan(dumps_plan(mission_from(generated(seed), Scene(), HOME)[0], "f"), "f")
+    result = adapt(Request(words, task.trajectory, task.scene), writer="builtin")
+    mission, _ = mission_from(result.adapted, result.scene, None)
+    assert commanded(mission) == pytest.approx(result.adapted.duration, rel=0.021)
+
+
 def test_a_hold_before_a_limit_on_acceleration_is_no_warning_of_numpy():
     task = parse_plan(dumps_plan(mission_of((0, 20, 0), (80, 20, 2.5), (120, 20, 0)), "f"), "f")
     field = Robot("field", max_speed=10.0, max_acceleration=3.0)

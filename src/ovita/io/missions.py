@@ -149,6 +149,7 @@ _LOCAL_NED, _LOCAL_ENU = 1, 4
 _MOST_DWELLS = 20_000
 _HERE = 1e-9
 _SAME_SPEED = 0.005
+_SCALED_WITHIN = 0.02
 _LEAST_TAKEOFF = 1.0
 _AIR_OR_GROUND = (0.0, 1.0)
 
@@ -479,7 +480,8 @@ def _commands(
 ) -> list[float | None]:
     """The speed to command on the way to each waypoint [m/s]; None for that in force.
 
-    A leg between two waypoints of the old mission scales its command as its mean speed changed.
+    A leg between two waypoints of the old mission scales its command as its mean speed changed. Where that does not
+    last as long as the path, since neighbours made up for each other, each leg is commanded its own mean speed.
     """
     told = gathered(expanded(old)[0]) if len(old) > 1 else []
     found: list[float | None] = []
@@ -493,9 +495,23 @@ def _commands(
             found.append(round(max(wanted, LEAST_SPEED), 6))
         else:
             found.append(None)
+    means = [round(max(waypoint.speed, LEAST_SPEED), 6) if waypoint.speed > 0.0 else None for waypoint in waypoints]
+    scaled, exact = (_off(waypoints, commands) for commands in (found, means))
+    if exact < scaled and scaled > _SCALED_WITHIN:
+        found = means
     # The way to the first waypoint is no part of the path.
     separate = bool(old) and kept.get(0) == 0 and old[0].speed != old[1].speed
     return [old[0].speed if separate else found[1], *found[1:]]
+
+
+def _off(waypoints: Sequence[MissionWaypoint], commands: Sequence[float | None]) -> float:
+    """How far the legs' durations as commanded are from those of the path, as a share."""
+    places = np.array([waypoint.position for waypoint in waypoints])
+    lengths = np.linalg.norm(np.diff(places, axis=0), axis=1)
+    pairs = zip(lengths, waypoints[1:], commands[1:], strict=True)
+    times = np.array([(length / w.speed, length / speed) for length, w, speed in pairs if w.speed > 0.0 and speed])
+    told, commanded = times.reshape(-1, 2).sum(axis=0)
+    return float(abs(commanded - told) / max(told, 1e-9))
 
 
 def _speed_item(speed: float) -> Item:
