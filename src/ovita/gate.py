@@ -147,27 +147,26 @@ def review(
     signature = checked(document, keys) if keys else None
     by_signature = [signature.problem] if signature and signature.problem else []
     refusals = [*_by_record(result), *_by_seal(document), *by_signature, *_by_measure(result.adapted, limits, checks)]
-    refusals += [
-        f"{where} is the text {text!r}, not a number." for where, text in _in_quotes(document, result.scene.names)
-    ]
-    dark = [promise.text for promise in result.postconditions if promise.kind and _outcome(result, promise) is None]
-    refusals += [f"Its promise {text!r} cannot be measured again." for text in dark]
-    cautions = [f"'{name}' is meant to be touched and was not measured as an obstacle." for name in result.contacts]
-    cautions += [text for text in result.warnings if text not in refusals]
-    if result.robot != limits:
-        cautions.append(
-            f"Measured against the limits of {limits.name!r} instead of the result's {result.robot.name!r}."
-        )
-    cautions += _unchecked(limits, result)
-    away = _start_gap(result)
-    if away > START:
-        cautions.append(f"It starts {away:.3g} m from where the original starts; bring the robot there first.")
+    flown, against_flight = _of_mission(place, result.adapted, result.scene, limits, choices)
+    refusals += [*_by_sense(document, result), *against_flight]
+    cautions = [text for text in _cautions(result, limits) if text not in refusals]
     changes = compare(result.original, result.adapted, result.scene)
     looked = (*_of_file(document, signature), *_of_limits(limits, result, checks), *_of_world(result, limits, checks))
-    flown, against_flight = _of_mission(place, result.adapted, result.scene, limits, choices)
-    refusals, looked = [*refusals, *against_flight], (*looked, *flown)
     found = tuple(dict.fromkeys(refusals)), tuple(cautions), _digest(document)
-    return Review(result, limits, checks, changes, *found, looked)
+    return Review(result, limits, checks, changes, *found, (*looked, *flown))
+
+
+def _cautions(result: Adaptation, limits: Robot) -> list[str]:
+    """What a person should know before it is sent."""
+    said = [f"'{name}' is meant to be touched and was not measured as an obstacle." for name in result.contacts]
+    said += result.warnings
+    if result.robot != limits:
+        said.append(f"Measured against the limits of {limits.name!r} instead of the result's {result.robot.name!r}.")
+    said += _unchecked(limits, result)
+    away = _start_gap(result)
+    if away > START:
+        said.append(f"It starts {away:.3g} m from where the original starts; bring the robot there first.")
+    return said
 
 
 def _of_mission(
@@ -281,6 +280,14 @@ def explained(path: str) -> str:
     if own and own != explain(result):
         parts += ["", "The file also holds this explanation, which nothing checked:", own]
     return "\n".join(parts)
+
+
+def _by_sense(document: Mapping[str, Any], result: Adaptation) -> list[str]:
+    """What in the file makes no sense: numbers that became words, promises that cannot be measured."""
+    quoted_ = _in_quotes(document, result.scene.names)
+    dark = [promise.text for promise in result.postconditions if promise.kind and _outcome(result, promise) is None]
+    said = [f"{where} is the text {text!r}, not a number." for where, text in quoted_]
+    return [*said, *(f"Its promise {text!r} cannot be measured again." for text in dark)]
 
 
 def _in_quotes(document: Mapping[str, Any], names: Sequence[str]) -> Iterator[tuple[str, str]]:

@@ -344,16 +344,7 @@ def mission_from(
     if before is None and home is None:
         raise TrajectoryError("there is no home position; say where it is: --home latitude,longitude,altitude")
     waypoints = gathered(about_home(trajectory, scene, heading))
-    lost = [
-        name
-        for name, there in (("objects", len(scene)), ("orientations", trajectory.orientations is not None))
-        if there
-    ]
-    notes = [f"it holds no {listed(lost, 'or')}"] if lost else []
-    if any(s.speed == 0.0 for s in waypoints):
-        notes.append("no mission can command a speed of 0: a leg at rest from end to end keeps the speed in force")
-    if MISSION not in scene.extra and np.ptp(trajectory.speeds) > _SAME_SPEED:
-        notes.append("each leg has its mean speed")
+    notes = _lost(trajectory, scene, waypoints)
     if before is None:
         assert home is not None
         before = Mission(replace(home, heading=heading))
@@ -366,9 +357,20 @@ def mission_from(
     return replace(before, items=tuple(merged)), (*notes, *said_too)
 
 
+def _lost(trajectory: Trajectory, scene: Scene, waypoints: Sequence[MissionWaypoint]) -> list[str]:
+    """What of a path no mission holds."""
+    lost = ["objects"] * bool(len(scene)) + ["orientations"] * (trajectory.orientations is not None)
+    notes = [f"it holds no {listed(lost, 'or')}"] if lost else []
+    if any(waypoint.speed == 0.0 for waypoint in waypoints):
+        notes.append("no mission can command a speed of 0: a leg at rest from end to end keeps the speed in force")
+    if MISSION not in scene.extra and np.ptp(trajectory.speeds) > _SAME_SPEED:
+        notes.append("each leg has its mean speed")
+    return notes
+
+
 def _moved_home(before: Mission, home: Home | None, heading: float | None) -> tuple[Mission, list[str]]:
     """The mission about another home, and that it is."""
-    if heading is not None and heading != before.home.heading:
+    if heading is not None and heading != (before.home.heading or 0.0):
         there = "in the mission it came from"
         raise TrajectoryError(f"where front points is said {there} ({before.home.axes()}); leave --heading out")
     moved_to = before.home if home is None else replace(home, heading=before.home.heading)
@@ -483,6 +485,20 @@ def _commands(
     A leg between two waypoints of the old mission scales its command as its mean speed changed. Where that does not
     last as long as the path, since neighbours made up for each other, each leg is commanded its own mean speed.
     """
+    found = _scaled(waypoints, old, kept)
+    means = [round(max(waypoint.speed, LEAST_SPEED), 6) if waypoint.speed > 0.0 else None for waypoint in waypoints]
+    scaled, exact = (_off(waypoints, commands) for commands in (found, means))
+    if exact < scaled and scaled > _SCALED_WITHIN:
+        found = means
+    # The way to the first waypoint is no part of the path.
+    separate = bool(old) and kept.get(0) == 0 and old[0].speed != old[1].speed
+    return [old[0].speed if separate else found[1], *found[1:]]
+
+
+def _scaled(
+    waypoints: Sequence[MissionWaypoint], old: Sequence[MissionWaypoint], kept: Mapping[int, int]
+) -> list[float | None]:
+    """The speeds of the old mission [m/s], scaled as the mean speeds of their legs changed."""
     told = gathered(expanded(old)[0]) if len(old) > 1 else []
     found: list[float | None] = []
     for j, waypoint in enumerate(waypoints):
@@ -495,13 +511,7 @@ def _commands(
             found.append(round(max(wanted, LEAST_SPEED), 6))
         else:
             found.append(None)
-    means = [round(max(waypoint.speed, LEAST_SPEED), 6) if waypoint.speed > 0.0 else None for waypoint in waypoints]
-    scaled, exact = (_off(waypoints, commands) for commands in (found, means))
-    if exact < scaled and scaled > _SCALED_WITHIN:
-        found = means
-    # The way to the first waypoint is no part of the path.
-    separate = bool(old) and kept.get(0) == 0 and old[0].speed != old[1].speed
-    return [old[0].speed if separate else found[1], *found[1:]]
+    return found
 
 
 def _off(waypoints: Sequence[MissionWaypoint], commands: Sequence[float | None]) -> float:
