@@ -68,8 +68,8 @@ def test_the_reading_is_shown_and_nothing_is_done(unsure):
     assert unsure.status == "needs_confirmation" and not unsure.usable
     assert unsure.adapted == unsure.original == PATH and unsure.unplaced == ("feed",)
     assert unsure.message == (
-        "I understood: shift the whole path 0.05 m to the right; multiply the speed by 0.7. Not used: 'feed'. "
-        "The speed is not certain."
+        "I understood: shift the whole path 0.05 m to the right; multiply the speed by 0.7. "
+        "The start and the goal would move 0.05 m right. Not used: 'feed'. The speed is not certain."
     )
     assert unsure.proposal is not None and unsure.proposal.status == "done"
     assert right(unsure.proposal) == pytest.approx(0.05)

@@ -236,7 +236,7 @@ def test_limits_in_a_scenes_text_that_nobody_enforces_are_named():
 
 def test_the_first_line_says_how_far_limits_moved_the_path():
     result = ov.adapt([[0.3, 0, 0.3], [0.6, 0.1, 0.3], [1.0, 0.2, 0.3]], "go left by 0.1", robot="arm")
-    assert result.status == "limited" and "moved the path by up to 0.26 m" in result.message
+    assert result.status == "limited" and "moved the path by up to 0.263 m" in result.message
 
 
 SCENE = ov.Scene([CUP])

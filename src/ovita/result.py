@@ -8,8 +8,6 @@ from dataclasses import dataclass, field, fields, replace
 from functools import cache
 from typing import TYPE_CHECKING, Any, Literal, get_type_hints
 
-import numpy as np
-
 from ovita.errors import FormatError, MissingExtra, RequestError, TrajectoryError
 from ovita.instruct.frames import SemanticFrame, from_json, to_json
 from ovita.io import atomic_write, load_document, save_document, scene_dict
@@ -18,12 +16,12 @@ from ovita.io.json_ import ADAPTATION_SCHEMA as SCHEMA
 from ovita.io.json_ import seal
 from ovita.io.waypoints import trajectory_table
 from ovita.limits import ConstraintOptions, Verdict
-from ovita.measure import Changes, compare, sentences
+from ovita.measure import Changes, compare, moved_ends, sentences
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.policy import Parameter
-from ovita.text import quoted, shortened
+from ovita.text import listed, quoted, sentence, shortened
 from ovita.writers.base import WriterInfo
 
 if TYPE_CHECKING:
@@ -45,9 +43,6 @@ Status = Literal[
 
 PICTURES = (".png", ".svg", ".pdf", ".html")
 """Endings of the files that pictures are written to."""
-
-TOLD_SHARE = 0.2
-"""A waypoint that the limits move by this share of the path's extent is told in the first line."""
 
 _TRAJECTORIES = ("original", "adapted", "proposed")
 """Fields that documents hold as rows of numbers."""
@@ -262,29 +257,26 @@ class Adaptation:
     def _limited(self) -> str:
         if self.constraints is None or self.constraints.status == "off":
             return "Done, but the limits were only measured, and not all of them are kept."
-        taken = [f"{p.undone:.0%} of '{p.text}'" for p in self.postconditions if p.undone and p.undone > 0.005]
-        moved = self._moved_by_limits()
-        said = [f"they took back {', '.join(taken)}"] * bool(taken) + [f"moved the path by up to {moved:.2f} m"] * (
-            moved > 0
-        )
-        lost = f": {'they ' * (not taken)}{' and '.join(said)}." if said else "."
+        said = self.by_limits
+        lost = f": they {listed(said)}." if said else "."
         if self.constraints.status == "preexisting":
             also = f" It was changed by the limits{lost}" if said else ""
             return f"Done, but the path breaks a limit that the original path broke already.{also}"
         return f"Done, but changed by the limits{lost}"
 
-    def _moved_by_limits(self) -> float:
-        """How far the limits moved a waypoint at most [m]; 0 where that is little beside the path."""
-        if self.proposed is None or self.adapted is None or len(self.proposed) != len(self.adapted):
-            return 0.0
-        far = float(np.linalg.norm(self.proposed.positions - self.adapted.positions, axis=1).max())
-        size = float(np.ptp(self.proposed.positions, axis=0).max())
-        return far if far > TOLD_SHARE * size else 0.0
+    @property
+    def by_limits(self) -> tuple[str, ...]:
+        """What the limits did to what was proposed, as phrases; none where they left it as it was."""
+        taken = [f"{p.undone:.0%} of '{p.text}'" for p in self.postconditions if p.undone and p.undone > 0.005]
+        did = self.constraints.did if self.constraints is not None else ()
+        return (*[f"took back {', '.join(taken)}"] * bool(taken), *did)
 
     def _understood(self, proposal: Adaptation) -> str:
         """The reading in plain words, what it leaves out, why it is not certain, and how it would come out."""
         steps = [step.strip().rstrip(".") for step in proposal.plan]
         said = [f"I understood: {'; '.join(step[:1].lower() + step[1:] for step in steps)}."]
+        ends = moved_ends(proposal.changes, "would move") if proposal.changes else []
+        said += [sentence(text) for text in ends]
         said += [f"Not used: {quoted(self.unplaced)}."] if self.unplaced else []
         return " ".join([*said, *self.warnings, *_COMES_OUT.get(proposal.status, ())])
 

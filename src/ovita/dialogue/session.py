@@ -504,7 +504,7 @@ class Session:
             return result  # it holds everything that was said before
         turns = [step.adaptation for step, _ in in_force(self.steps)]
         earlier = turns if kind in OWN else turns[:-1]
-        losses = lost(earlier, self.current, result)
+        losses = lost(earlier, self.current, result, by_hand=kind == "drawn")
         return replace(result, lost=tuple(loss.report for loss in losses)) if losses else result
 
     def _blank(self, said: str) -> Adaptation:

@@ -1,7 +1,8 @@
 """Postconditions over a conversation: what earlier turns promised is measured again after every later one.
 
-Only what a later turn can lose by accident stands: distances, sides, places passed, ends, speeds and their bounds. A
-turn that promises something of its own about the same object, end or speed replaces what stood before.
+Only what a later turn can lose by accident stands: distances, sides, places passed, ends, speeds and their bounds; and
+for an edit by hand, which says nothing, also how far the path was to move. A turn that promises something of its own
+about the same object, end or speed replaces what stood before.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 from ovita.policy.reading import parse
 from ovita.result import Adaptation, LostPostcondition, Postcondition
-from ovita.toolkit import Expectation, judge
+from ovita.toolkit import Expectation, Outcome, judge
 
 KEEP_IT = ("yes", "yes please", "yes, please", "keep it", "yes, keep it", "yes keep it", "please keep it", "keep that")
 """Answers that ask for a lost postcondition to hold again."""
@@ -60,6 +61,8 @@ _SUBJECTS = {
     "start": "start",
     "goal": "goal",
 }
+_AMOUNTS, _LEFT = ("moved", "length"), 0.5
+"""What an edit by hand wipes out where less than this share of it is left."""
 _END = "def adapt(traj, scene):\n    expect_{end}({at})\n    return move_{end}(traj, {at})\n"
 
 
@@ -97,6 +100,7 @@ def lost(
     *,
     scene: Scene | None = None,
     afresh: Sequence[Adaptation] | None = None,
+    by_hand: bool = False,
 ) -> list[Loss]:
     """The standing postconditions that held before a result and no longer do.
 
@@ -106,34 +110,37 @@ def lost(
         result: The new result.
         scene: The scene before the result, where objects have been moved since.
         afresh: The same turns, run again in the new situation; their originals and places count from now on.
+        by_hand: Whether the result is an edit by hand.
     """
     found: list[Loss] = []
-    settled = {_subject(promise) for promise in result.postconditions}
+    settled = {_subject(promise, by_hand) for promise in result.postconditions}
     pairs = list(zip(turns, turns if afresh is None else afresh, strict=True))
     for ago, (turn, again) in enumerate(reversed(pairs), start=1):
         both = zip(turn.postconditions, again.postconditions, strict=False)
-        mine = {_subject(was): (was, now) for was, now in both if was.held and was.kind == now.kind}
+        mine = {_subject(was, by_hand): (was, now) for was, now in both if was.held and was.kind == now.kind}
         for subject, (was, now) in mine.items():
-            if subject in settled or not subject or not _holds(was, turn, before, scene or result.scene):
+            if subject in settled or not subject or not _holds(was, turn, before, scene or result.scene)[0]:
                 continue
-            outcome = judge(_expectation(now), again.original.to_array(), result.adapted.to_array(), result.scene)
-            if not outcome.held:
+            held, outcome = _holds(now, again, result.adapted, result.scene)
+            if not held:
                 report = LostPostcondition(now.text, outcome.sentence, turn.instruction, ago)
                 found.append(Loss(again, now, report))
         settled |= set(mine)
     return found[::-1]
 
 
-def _holds(promise: Postcondition, turn: Adaptation, trajectory: Trajectory, scene: Scene) -> bool:
-    return judge(_expectation(promise), turn.original.to_array(), trajectory.to_array(), scene).held
+def _holds(promise: Postcondition, turn: Adaptation, trajectory: Trajectory, scene: Scene) -> tuple[bool, Outcome]:
+    """Whether a turn's promise holds on a trajectory, of an amount most of it, and what was measured."""
+    expectation = Expectation(promise.kind, promise.arguments, promise.text)
+    found = judge(expectation, turn.original.to_array(), trajectory.to_array(), scene)
+    most = promise.kind in _AMOUNTS and found.change is not None and found.change >= _LEFT * (promise.change or 0.0)
+    return found.held or most, found
 
 
-def _expectation(promise: Postcondition) -> Expectation:
-    return Expectation(promise.kind, promise.arguments, promise.text)
-
-
-def _subject(promise: Postcondition) -> str:
+def _subject(promise: Postcondition, by_hand: bool) -> str:
     """What a postcondition is about, or "" if it does not stand."""
+    if by_hand and promise.kind in _AMOUNTS:
+        return f"{promise.kind} {promise.arguments}"
     kind, about = _SUBJECTS.get(promise.kind, ""), promise.arguments
     bounds = [name for name in ("at_least", "at_most") if name in about]
     if promise.kind == "side":

@@ -21,7 +21,7 @@ from typing import Any, Literal
 
 from ovita.errors import ConstraintDefinitionError
 from ovita.paths.trajectory import Trajectory
-from ovita.text import listed, sentence
+from ovita.text import counted, listed, sentence
 
 _CHOICES = (("method", ("verified", "paper")), ("obstacle_shape", ("box", "sphere")))
 
@@ -208,6 +208,13 @@ class Verdict:
         """Whether every limit holds."""
         return all(check.held for check in self.checks)
 
+    @property
+    def did(self) -> tuple[str, ...]:
+        """What was done to the proposal for the limits, as phrases such as "moved the path by up to 0.010 m"."""
+        if self.max_shift > 0:
+            return (f"moved the path by up to {amount(self.max_shift)} m",)
+        return (f"changed the speed at {counted(self.waypoints_changed, 'waypoint')}",) * bool(self.waypoints_changed)
+
     def sentences(self) -> list[str]:
         """The verdict in plain words."""
         said: list[str] = []
@@ -217,10 +224,8 @@ class Verdict:
             said += self._satisfied()
         elif self.status == "infeasible":
             said.append("Not every limit can hold; this is the best effort.")
-        moved = self.max_shift > 0
-        if moved:
-            said.append(f"The limits moved the path by up to {amount(self.max_shift)} m.")
-        said += [line for check in self.checks for line in _tell(check, self.status, moved)]
+        said += [f"The limits {what}." for what in self.did]
+        said += [line for check in self.checks for line in _tell(check, self.status, self.max_shift > 0)]
         said += [f"'{name}' is meant to be touched and was no obstacle." for name in self.exempt]
         return said + list(self.conflicts) + list(self.notes)
 

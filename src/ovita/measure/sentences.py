@@ -44,6 +44,15 @@ def sentences(changes: Changes) -> list[str]:
     return told
 
 
+def moved_ends(changes: Changes, verb: str = "moved") -> list[str]:
+    """Where the ends went, such as "the goal moved 0.30 m up", with "would move" as the verb of what is not done yet."""
+    ends = {"the start": changes.start, "the goal": changes.goal}
+    ways = {name: directions(end.words) for name, end in ends.items() if end.shift >= _VISIBLE}
+    together = len(ways) == 2 and len(set(ways.values())) == 1
+    names = [" and ".join(ways)] if together else [*ways]
+    return [f"{name} {verb} {way}" for name, way in zip(names, ways.values(), strict=False)]
+
+
 def directions(words: Mapping[str, float]) -> str:
     """Direction words with metres, largest first: "0.20 m left and 0.05 m up"; negligible parts are omitted."""
     least = max(_VISIBLE, 0.05 * max(words.values(), default=0.0))

@@ -87,6 +87,13 @@ class Correspondence:
         return chosen
 
 
+def carried_over(original: Array, adapted: Array, first: int, last: int) -> tuple[int, int] | None:
+    """The first and the last waypoint on an adapted path of what were `first` to `last`; None if none is left."""
+    came = correspond(original, adapted).backward
+    left = np.flatnonzero((came >= first - 1e-9) & (came <= last + 1e-9))
+    return (int(left[0]), int(left[-1])) if len(left) else None
+
+
 def correspond(original: Array, adapted: Array) -> Correspondence:
     """Match the waypoints of two paths.
 

@@ -54,6 +54,21 @@ class Parameter:
     slot: str = ""
 
     @property
+    def counts(self) -> bool:
+        """Whether it is the number of a waypoint, which programs count from 0 and people from 1."""
+        return self.role == "at" and not self.unit and type(self.value) is int
+
+    @property
+    def called(self) -> str:
+        """Its name for a person."""
+        return self.name.replace("_index", "_waypoint" if self.counts else "_index").replace("_", " ")
+
+    @property
+    def shown(self) -> Value:
+        """Its value as a person counts."""
+        return int(self.value) + 1 if self.counts and isinstance(self.value, int) else self.value
+
+    @property
     def comment(self) -> str:
         """How it is printed in a policy: "[m] shift to the left"."""
         return f"[{self.unit}] {self.meaning}".strip() if self.unit else self.meaning

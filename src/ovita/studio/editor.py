@@ -12,6 +12,7 @@ import numpy as np
 
 from ovita.dialogue.session import Session
 from ovita.errors import OvitaError
+from ovita.paths.correspondence import carried_over
 from ovita.paths.frame import Frame
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
@@ -25,14 +26,23 @@ _NOTHING, _START, _GOAL = "nothing", "the start", "the goal"
 
 
 class DragEditor:
-    """What a person moves with the mouse; `peek` shows the lines of a session that does not count yet."""
+    """What a person moves with the mouse.
+
+    `peek` shows the lines of a session that does not count yet, `told` hears which number the picked waypoint has now.
+    """
 
     def __init__(
-        self, gui: Any, space: SceneView, controller: Callable[[], SessionController], peek: Callable[[Session], None]
+        self,
+        gui: Any,
+        space: SceneView,
+        controller: Callable[[], SessionController],
+        peek: Callable[[Session], None],
+        told: Callable[[int | None], None],
     ) -> None:
-        self._space, self._controller, self._peek = space, controller, peek
+        self._space, self._controller, self._peek, self._told = space, controller, peek, told
         self._wanted: tuple[str, Array] | None = None
         self._waypoint: int | None = None
+        self._on = controller().session.current  # the path that the waypoint is counted on
         self._peeking, self.dragging = False, False
         self._lock = threading.Lock()
         self._gizmo: Any = None
@@ -60,12 +70,13 @@ class DragEditor:
 
     def refresh(self) -> None:
         """Fit the controls to the session."""
-        session = self._controller().session
-        if self._waypoint is not None and self._waypoint >= len(session.current):
-            self._waypoint = None
+        session, held = self._controller().session, str(self.what.value) in self._picked
+        self._follow(session.current)
         names = (_NOTHING, _START, _GOAL, *self._picked, *session.scene.names)
         if self.what.options != names:
             self.what.options = names
+            if held:
+                self.what.value = self._picked[0] if self._picked else _NOTHING
             self._grip()
         last = len(session.current) - 1
         if self.index.max != last + 1:
@@ -78,9 +89,17 @@ class DragEditor:
         if self._gizmo is not None and not self.dragging:
             self._gizmo.position = self._place(session, str(self.what.value))
 
+    def _follow(self, path: Trajectory) -> None:
+        """Count the picked waypoint on a path anew; once it is gone, nothing is picked."""
+        if self._waypoint is not None and path is not self._on:
+            found = carried_over(self._on.positions, path.positions, self._waypoint, self._waypoint)
+            self._waypoint = None if found is None else found[0]
+            self._told(self._waypoint)
+        self._on = path
+
     def let_go(self) -> None:
         """Take the arrows away."""
-        self.what.value = _NOTHING
+        self.what.value, self._waypoint = _NOTHING, None
         self._grip()
 
     @property
@@ -89,7 +108,7 @@ class DragEditor:
 
     def pick(self, waypoint: int | None) -> None:
         """Put the arrows to a waypoint of the current path, counted from 0; None takes them away."""
-        self._waypoint = waypoint
+        self._waypoint, self._on = waypoint, self._controller().session.current
         self.what.value = _NOTHING
         self.refresh()
         self.what.value = self._picked[0] if self._picked else _NOTHING

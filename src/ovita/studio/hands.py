@@ -81,7 +81,7 @@ def sketched(line: Array, first: int, last: int) -> HandEdit:
     knobs = "    stiffness=0.2,  # 0 follows the drawn line exactly, 1 keeps the shape of the path\n"
     body = (
         f"    drawn = [\n{rows},\n    ]\n    part = between(traj, {first}, {last})\n"
-        "    return follow_stroke(traj, drawn, stiffness=stiffness, where=part)\n"
+        "    return follow_stroke(traj, drawn, stiffness=stiffness, where=part, keep_ends=True)\n"
     )
     return HandEdit(f"sketched a new way {part}", _policy(knobs, body), f"Follow the drawn line {part}.")
 

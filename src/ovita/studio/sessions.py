@@ -17,7 +17,9 @@ from ovita.dialogue.session import Session
 from ovita.errors import OvitaError, RequestError
 from ovita.instruct.feedback import named_objects
 from ovita.io.files import make_folder, state_folder
+from ovita.paths.correspondence import carried_over
 from ovita.paths.part import WHOLE, PathPart
+from ovita.paths.trajectory import Trajectory
 from ovita.policy.sandbox import Isolation
 from ovita.request import MAX_INSTRUCTION, FeedbackOn
 from ovita.result import Adaptation
@@ -69,17 +71,14 @@ class LastUtterance:
 
 
 class SessionController:
-    """A session and what happens to it; from now on only the controller changes the session.
-
-    `selected` are the first and the last waypoint of the part of the current path that a person selected, or None.
-    """
+    """A session and what happens to it; from now on only the controller changes the session."""
 
     def __init__(self, session: Session, title: str = "") -> None:
         self.session, self.title = session, title
         self.busy: PendingTurn | None = None
         self.said: LastUtterance | None = None
         self.error = ""
-        self.selected: tuple[int, int] | None = None
+        self._selected: tuple[tuple[int, int], Trajectory] | None = None
         self.lock = threading.RLock()
         self._watchers: list[Callable[[News], None]] = []
         self._knobs = threading.Condition()
@@ -99,9 +98,22 @@ class SessionController:
         return leave
 
     @property
+    def selected(self) -> tuple[int, int] | None:
+        """The first and the last of the waypoints that a person selected, wherever they are by now; None once gone."""
+        if self._selected is not None and self._selected[1] is not self.session.current:
+            ends, path = self._selected
+            self.selected = carried_over(path.positions, self.session.current.positions, *ends)
+        return None if self._selected is None else self._selected[0]
+
+    @selected.setter
+    def selected(self, ends: tuple[int, int] | None) -> None:
+        self._selected = None if ends is None else (ends, self.session.current)
+
+    @property
     def selection(self) -> PathPart:
         """The part that is selected, which "here" and "this part" mean."""
-        return WHOLE if self.selected is None else PathPart("range", amount=self.selected[0], until=self.selected[1])
+        ends = self.selected
+        return WHOLE if ends is None else PathPart("range", amount=ends[0], until=ends[1])
 
     @property
     def watched(self) -> bool:

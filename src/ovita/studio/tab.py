@@ -111,7 +111,7 @@ class Tab:
         with tabs.add_tab("Say", "message"):
             self.conversation = Conversation(gui, self._controller, self.complain)
         with tabs.add_tab("Edit", "hand-move"):
-            self.hand = DragEditor(gui, self.space, self._controller, self._peek)
+            self.hand = DragEditor(gui, self.space, self._controller, self._peek, self.timeline.show_picked)
             self.pen = PenRecorder(self.client, self.space, self._controller, self.tell, self.complain)
         with tabs.add_tab("Look", "camera"):
             self.looking = LookPanel(gui, self._controller, offered=lookable, complain=self.complain, tell=self.tell)

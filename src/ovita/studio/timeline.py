@@ -131,14 +131,16 @@ class Timeline:
             self.wire.send("acting", {"spans": acting(session)})
 
     def show_selection(self) -> None:
-        """Show which part is selected; a selection on a path of another length is gone."""
+        """Show which part is selected."""
         controller = self._controller()
-        path = controller.session.current.positions
-        if controller.selected is not None and controller.selected[1] >= len(path):
-            controller.selected = None
-        first, last = controller.selected or (0, -1)
-        self._mark(path[first : last + 1])
-        self.wire.send("selected", {"range": controller.selected})
+        ends = controller.selected
+        first, last = ends or (0, -1)
+        self._mark(controller.session.current.positions[first : last + 1])
+        self.wire.send("selected", {"range": ends})
+
+    def show_picked(self, index: int | None) -> None:
+        """Show which number the picked waypoint, counted from 0, has on a path that changed."""
+        self.wire.send("picked", {"index": index})
 
     def see(self, camera: Any) -> None:
         """Tell the page from where the scene is seen, so that it finds the line under the pointer."""

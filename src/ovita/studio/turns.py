@@ -7,11 +7,13 @@ from typing import Any
 
 from ovita.dialogue.history import ROOT, Step
 from ovita.dialogue.session import Session
+from ovita.measure import moved_ends, sentences
 from ovita.paths.scene import Scene
 from ovita.result import Adaptation
-from ovita.studio.html import block, clipped, e, listed
+from ovita.studio.html import block, clipped, e
+from ovita.studio.html import listed as bullets
 from ovita.studio.sessions import LastUtterance, SessionController
-from ovita.text import quoted
+from ovita.text import listed, quoted, sentence
 
 
 @dataclass(frozen=True)
@@ -64,22 +66,25 @@ def chip(verdict: Rung) -> str:
     return f'<span class="chip {verdict.colour}" title="{e(verdict.meaning)}">{e(verdict.word)}</span>'
 
 
-def account(result: Adaptation) -> str:
-    """One line: what was asked, what came out as measured, and what the limits took back."""
-    came = [p.outcome for p in result.postconditions if p.change_before or not p.held] or _moved(result)
-    back = [f"{p.undone:.0%} of '{p.text}'" for p in result.postconditions if p.undone and p.undone > 0.005]
-    if not back and result.status in ("limited", "infeasible") and result.constraints is not None:
-        back = [*result.constraints.conflicts[:1]] or ["the path was moved to keep them"] * result.constraints.ok
-    took = "; ".join(back) or "nothing"
-    asked = result.instruction or "what the program says"
-    parts = (("asked", asked), ("came out", "; ".join(came)), ("taken back by the limits", took))
-    return '<p class="account">' + " ".join(f"<b>{name}</b> {e(clipped(text, 240))}" for name, text in parts) + "</p>"
+def account(result: Adaptation, turned: str = "") -> str:
+    """One line: what was asked, and `turned` by hand since, what came out as measured, and what the limits did."""
+    ends = [] if result.changes is None else moved_ends(result.changes)
+    came = [p.outcome for p in result.postconditions if p.change_before or not p.held]
+    asked = (result.instruction or "what the program says") + (f", then turned {turned}" if turned else "")
+    told = "; ".join([*came, *ends] if came else _changed(result))
+    did = listed(result.by_limits) or "changed nothing"
+    if result.status == "infeasible" and result.constraints is not None:
+        did += "".join(f"; {text}" for text in result.constraints.conflicts[:1])
+    parts = (("asked", asked), ("came out", told), ("the limits", did))
+    return '<p class="account">' + " ".join(f"<b>{name}</b> {e(clipped(text, 400))}" for name, text in parts) + "</p>"
 
 
-def _moved(result: Adaptation) -> list[str]:
-    from ovita.measure import sentences
-
-    return [] if result.changes is None else [str(text).rstrip(".") for text in sentences(result.changes)[:2]]
+def _changed(result: Adaptation) -> list[str]:
+    """What was measured where nothing was promised: the first sentences, and where the ends went."""
+    if result.changes is None:
+        return []
+    told = sentences(result.changes)
+    return [text.rstrip(".") for text in dict.fromkeys([*told[:2], *map(sentence, moved_ends(result.changes))])]
 
 
 def header(controller: SessionController, writer: str) -> str:
@@ -119,9 +124,10 @@ def outcome(controller: SessionController) -> str:
     if result is None:
         return welcome(controller.session.scene)
     text = result.message if result.status != "done" or result.lost else " ".join(result.plan[-4:])
-    warnings = listed(result.warnings[:2]) if result.status == "done" else ""
+    rest = result.warnings[:2] if result.status == "done" else [loss.sentence() for loss in result.lost]
     told = f"<p>{e(text)}</p>" if text else ""
-    return block(f'<div class="card {rung(result).colour}">{chip(rung(result))}{told}{account(result)}{warnings}</div>')
+    line = account(result, turned(controller.session))
+    return block(f'<div class="card {rung(result).colour}">{chip(rung(result))}{told}{line}{bullets(rest)}</div>')
 
 
 def said_card(said: LastUtterance, *, waiting: bool = False) -> str:
@@ -152,16 +158,25 @@ def label(session: Session, turn: int) -> str:
     if turn == ROOT:
         return "the beginning"
     step, parent = session.history.steps[turn], session.history.parents[turn]
-    if step.kind == "knobs" and parent != ROOT:
-        before = {p.name: p.value for p in session.history.steps[parent].adaptation.parameters}
-        turned = [
-            f"{p.name.replace('_', ' ')} {_number(before[p.name])} \u2192 {_number(p.value)}"
-            for p in step.adaptation.parameters
-            if p.name in before and before[p.name] != p.value
-        ]
-        if turned:
-            return ", ".join(turned)
-    return step.said
+    known = step.kind == "knobs" and parent != ROOT
+    return (_between(session.history.steps[parent], step) if known else "") or step.said
+
+
+def turned(session: Session) -> str:
+    """What was turned since the words of the turn in force, such as "left 0.2 -> 0.42", or ""."""
+    steps = session.steps
+    said = next((step for step in reversed(steps) if step.kind != "knobs"), None)
+    return _between(said, steps[-1]) if said is not None and steps[-1].kind == "knobs" else ""
+
+
+def _between(before: Step, after: Step) -> str:
+    """Which knobs differ, as a person counts."""
+    was = {p.name: p for p in before.adaptation.parameters}
+    return ", ".join(
+        f"{p.called} {_number(was[p.name].shown)} \u2192 {_number(p.shown)}"
+        for p in after.adaptation.parameters
+        if p.name in was and was[p.name].value != p.value
+    )
 
 
 def _number(value: Any) -> str:
@@ -183,7 +198,9 @@ def _row(session: Session, turn: int, in_force: bool) -> str:
     step, parent = session.history.steps[turn], session.history.parents[turn]
     after = "" if parent == turn - 1 else "from the beginning" if parent == ROOT else f"after {parent + 1}"
     notes = [after, "" if in_force else "undone", "on the original" if step.feedback_on == "original" else ""]
-    soft = ", ".join(note for note in notes if note)
+    if step.adaptation.status == "limited":
+        notes += [f"the limits {what}" for what in step.adaptation.by_limits]
+    soft = clipped(", ".join(note for note in notes if note), 160)
     told = f'{_kind(step)}{chip(rung(step.adaptation))} <span class="soft">{soft}</span>'
     return _line(turn, turn == session.history.head, clipped(label(session, turn)), told)
 
@@ -217,7 +234,7 @@ def helping(session: Session, tries: tuple[str, ...], writer: str) -> str:
         if writer == "builtin"
         else f"What you say is read by {writer}."
     )
-    said = listed([f"{text}" for text in (*tries, "A bit more", "Undo the last", "Only near the end")])
+    said = bullets([f"{text}" for text in (*tries, "A bit more", "Undo the last", "Only near the end")])
     return block(
         f'<div class="card"><b>What can be said here</b><p>Objects: {e(named)}. {e(who)}</p>{said}'
         '<button class="link" data-do="help">All keys and verdicts (?)</button></div>'

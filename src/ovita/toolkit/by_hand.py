@@ -79,7 +79,12 @@ def delete_waypoints(traj: ArrayLike, first: int, last: int) -> Array:
 
 @operation("Waypoints", core=False)
 def follow_stroke(
-    traj: ArrayLike, stroke: ArrayLike, *, stiffness: float = 0.2, where: ArrayLike | None = None
+    traj: ArrayLike,
+    stroke: ArrayLike,
+    *,
+    stiffness: float = 0.2,
+    where: ArrayLike | None = None,
+    keep_ends: bool = False,
 ) -> Array:
     """Follow a drawn line.
 
@@ -91,6 +96,7 @@ def follow_stroke(
         stroke: Points (M, 3) [m], M >= 2, from the part's first waypoint to its last; only its shape counts.
         stiffness: 0 follows the line exactly, 1 only as a whole.
         where: Mask (N,) of the part, None for the whole path; of several runs the longest.
+        keep_ends: Whether the start and the goal of the path stay, too.
     """
     rows = arguments.waypoints(traj)
     line = np.array(stroke, dtype=np.float64)
@@ -105,7 +111,7 @@ def follow_stroke(
     count = min(len(part), _KNOTS)
     wanted = interpolate(line, source_indices(line, count, "arc_length"))
     knots = interpolate(part, source_indices(part, count, "arc_length"))
-    shift = _bent(wanted - knots, stiff, fixed=(a > 0, b < len(rows) - 1))
+    shift = _bent(wanted - knots, stiff, fixed=(keep_ends or a > 0, keep_ends or b < len(rows) - 1))
     along = arc_length(part) / max(arc_length(part)[-1], 1e-12)
     places = np.linspace(0.0, 1.0, count)
     rows[a : b + 1, :3] += np.stack([np.interp(along, places, column) for column in shift.T], axis=1)

@@ -113,6 +113,12 @@ class _Case:
         """Whether the expectation is about the whole path."""
         return "where" not in self.values
 
+    @property
+    def part(self) -> str:
+        """What it is about, as a person counts: "the path", "waypoints 3 to 7", or "the part"."""
+        spans = list(runs(self.new))
+        return "the path" if self.whole else text.waypoints(*spans[0]) if len(spans) == 1 else "the part"
+
     def distances(self) -> tuple[float, float]:
         """How near the part of the old path and of the new one come to the target's centre, between waypoints too."""
         centre = point(self.target)
@@ -281,7 +287,7 @@ def _moved(case: _Case) -> Outcome:
     asked_offset = case.offset
     length = float(np.linalg.norm(asked_offset))
     change = float(shift.mean(axis=0) @ asked_offset) / length if length else None
-    return Outcome(bool(held), "the path moved " + " and ".join(parts), change)
+    return Outcome(bool(held), f"{case.part} moved {' and '.join(parts)}", change)
 
 
 def _lies_there(case: _Case) -> bool:
@@ -428,7 +434,8 @@ def _pace(case: _Case, sign: float) -> Outcome:
     old, new = float(case.original[case.paired, 3].mean()), float(case.matched[case.paired, 3].mean())
     held = sign * (new - old) > TINY + SPEED_CHANGE * old or (sign < 0 and new <= old <= AT_REST)
     ratio = f", {new / old:.2f} times as fast" if old > AT_REST else ""
-    sentence = f"the average speed went from {old:.3f} to {new:.3f} m/s{ratio}"
+    where = "" if case.whole else f" of {case.part}"
+    sentence = f"the average speed{where} went from {old:.3f} to {new:.3f} m/s{ratio}"
     return Outcome(bool(held), sentence, sign * (new - old), "m/s")
 
 

@@ -1,0 +1,156 @@
+"""What the page tells of a change, and what a selection is after one."""
+
+import re
+from importlib.resources import files
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import ovita as ov
+from ovita.dialogue.session import Session
+from ovita.io import load_task
+from ovita.measure import compare, moved_ends
+from ovita.paths.robot import Robot
+from ovita.paths.trajectory import Trajectory
+from ovita.studio import turns
+from ovita.studio.hands import deleted, drawn, inserted, pulled, sketched
+from ovita.studio.sessions import SessionController
+
+TABLETOP = str(files("ovita") / "data" / "tabletop.json")
+HIGHER = "make the drone pass 30 cm higher behind the bottle and slower"
+
+
+def tabletop(robot="none"):
+    task = load_task(TABLETOP)
+    return Session(task.trajectory, task.scene, Robot.preset(robot), "builtin")
+
+
+@pytest.fixture
+def higher():
+    talk = tabletop()
+    talk.say(HIGHER)
+    if talk.pending is not None:
+        talk.accept()
+    return talk
+
+
+def card(talk):
+    page = turns.outcome(SimpleNamespace(busy=None, said=None, session=talk))
+    return re.sub(r"\s+", " ", re.sub("<[^>]+>", " ", page)).replace("&#x27;", "'")
+
+
+def test_a_card_and_a_preview_say_where_the_ends_go(higher):
+    talk = tabletop()
+    asked = talk.say(HIGHER)
+    assert asked.status == "needs_confirmation" and "The goal would move 0.30 m up." in asked.message
+    assert "The goal would move 0.30 m up." in card(talk)
+    assert "the goal moved 0.30 m up" in card(higher)
+
+
+@pytest.mark.parametrize(
+    ("start", "goal", "said"),
+    [
+        ((0, 0, 0), (0, 0, 0), []),
+        ((0, 0, 0), (0, 0, 0.3), ["the goal moved 0.30 m up"]),
+        ((-0.2, 0, 0), (-0.2, 0, 0), ["the start and the goal moved 0.20 m left"]),
+        ((-0.2, 0, 0), (0, 0.1, 0), ["the start moved 0.20 m left", "the goal moved 0.10 m forward"]),
+    ],
+)
+def test_where_the_ends_went_is_said_in_one_way(start, goal, said):
+    before = Trajectory(np.linspace([0, 0, 0], [1, 0, 0], 5), np.full(5, 0.1))
+    places = before.positions + np.linspace(start, goal, 5)
+    assert moved_ends(compare(before, before.with_(positions=places), ov.Scene())) == said
+
+
+def test_what_the_limits_did_is_one_truth():
+    talk = tabletop()
+    bottle, path = talk.scene["bottle"], talk.current.positions
+    near = int(bottle.clearance(path).argmin())
+    drawn(talk, pulled(near, 0.7 * (bottle.position - path[near]), talk.scene.frame, len(path)))
+    result = talk.adaptation
+    moved = result.constraints.max_shift
+    assert moved > 0.001, "it is pulled into the bottle's margin"
+    said = f"moved the path by up to {moved:.3f} m"
+    assert result.by_limits == (said,) and any(said in line for line in result.constraints.sentences())
+    assert f"the limits {said}" in card(talk) and "nothing" not in card(talk)
+    if result.status == "limited":
+        assert said in result.message and said in turns.history(talk)
+
+
+def test_history_says_how_much_the_limits_changed():
+    path = Trajectory(np.linspace([0.3, 0, 0.3], [1.0, 0.2, 0.3], 9), np.full(9, 0.2))
+    talk = Session(path, robot=Robot.preset("arm"), writer="builtin")
+    talk.say("go up by 3 m")
+    assert talk.adaptation.status != "done"
+    if talk.adaptation.status == "limited":
+        assert "the limits took back" in turns.history(talk)
+
+
+def test_a_card_names_the_number_that_a_knob_was_turned_to(higher):
+    assert "slower came out" in card(higher)
+    higher.tune({"up": 0.31})
+    higher.tune({"up": 0.325})
+    assert "slower, then turned up 0.3 \u2192 0.325 came out" in card(higher)
+
+
+def test_speeds_are_told_where_they_changed(higher):
+    slower = next(p for p in higher.adaptation.postconditions if p.kind == "slower")
+    first, last = map(int, re.search(r"average speed of waypoints (\d+) to (\d+) went", slower.outcome).groups())
+    changed = np.flatnonzero(higher.current.speeds != higher.original.speeds)
+    assert (first, last) == (changed[0] + 1, changed[-1] + 1)
+
+
+def flat(talk, first, last):
+    line = talk.current.positions[first : last + 1].copy()
+    line[:, 2] = 0.1
+    return sketched(line, first, last)
+
+
+@pytest.mark.parametrize(
+    ("edit", "lost"),
+    [
+        (lambda talk: flat(talk, 36, 59), True),
+        (lambda talk: deleted(33, 58), True),
+        (lambda talk: inserted(3), False),
+        (lambda talk: pulled(5, np.array([0.0, 0.0, 0.05]), talk.scene.frame, 60), False),
+        (lambda talk: pulled(50, np.array([0.0, 0.0, 0.05]), talk.scene.frame, 60), False),
+    ],
+)
+def test_a_hand_that_wipes_out_an_earlier_wish_is_not_green(higher, edit, lost):
+    drawn(higher, edit(higher))
+    verdict = turns.rung(higher.adaptation)
+    assert (verdict is turns.LOST) == lost
+    assert ("No longer as asked one turn ago by 'make the drone" in card(higher)) == lost
+
+
+def test_a_sketch_moves_no_end():
+    talk = tabletop()
+    last = len(talk.current) - 1
+    for first, end in ((30, last), (0, 25)):
+        line = talk.current.positions[first : end + 1] + np.array([0.0, 0.0, 0.1])
+        drawn(talk, sketched(line, first, end))
+        assert np.array_equal(talk.current.positions[[0, -1]], talk.original.positions[[0, -1]])
+        assert np.ptp(talk.current.positions[:, 2] - talk.original.positions[:, 2]) > 0.05
+
+
+@pytest.mark.parametrize(
+    ("edit", "then"),
+    [
+        (deleted(26, 36), None),
+        (deleted(10, 14), (21, 31)),
+        (deleted(30, 33), (26, 32)),
+        (deleted(20, 28), (20, 27)),
+        (inserted(3), (27, 37)),
+        (inserted(30), (26, 37)),
+        (inserted(40), (26, 36)),
+    ],
+)
+def test_a_selection_stays_on_its_waypoints(edit, then):
+    talk = tabletop()
+    desk = SessionController(talk)
+    desk.selected = 26, 36
+    desk.act(lambda session: drawn(session, edit))
+    assert desk.selected == then
+    desk.act(lambda session: session.undo())
+    assert desk.selected == {None: None, (26, 32): (26, 36), (20, 27): (29, 36)}.get(then, (26, 36))
