@@ -54,15 +54,22 @@ class GateCheck:
         what: Such as "the speed".
         held: Whether it is as it must be; None where it could not be checked.
         why: The limit in words, or why it could not be checked.
+        option: Of the command line that has it checked, or "".
     """
 
     what: str
     held: bool | None
     why: str
+    option: str = ""
 
     def __str__(self) -> str:
         verdict = {True: "holds", False: "BROKEN", None: "not checked"}[self.held]
         return f"{self.what}: {verdict} ({self.why})"
+
+    @property
+    def advised(self) -> str:
+        """As a line for a terminal, with the option that has it looked at."""
+        return f"{str(self)[:-1]}: {self.option})" if self.option else str(self)
 
 
 @dataclass(frozen=True)
@@ -94,7 +101,7 @@ class Review:
         """Whether it may be sent."""
         return not self.refusals
 
-    def sections(self) -> dict[str, list[str]]:
+    def sections(self, *, terminal: bool = True) -> dict[str, list[str]]:
         """What a person is shown before it is sent, all of it measured here: lines under their titles."""
         path = self.result.adapted
         size = (
@@ -105,7 +112,7 @@ class Review:
             "Path": [size],
             "Limits": limits_in_words(self.robot),
             "Verdict": [f"Measured again just now: {held} of {len(self.checks)} limits hold."],
-            "Checked": [str(check) for check in self.looked],
+            "Checked": [check.advised if terminal else str(check) for check in self.looked],
             "Changes, measured again": [str(text) for text in sentences(self.changes)],
             "Mind": [*self.cautions],
         }
@@ -192,7 +199,7 @@ def _of_file(document: Mapping[str, Any], signature: SignatureCheck | None) -> l
     broken = _by_seal(document)
     found = [GateCheck("the seal", not broken, f"the content is {'not ' if broken else ''}as it was saved")]
     if signature is None:
-        return [*found, GateCheck("the signature", None, f"no key is trusted: --trust FILE, or {TRUSTED}")]
+        return [*found, GateCheck("the signature", None, "no key is trusted", f"--trust FILE, or {TRUSTED}")]
     why = signature.problem.rstrip(".") or f"key {signature.signer}"
     return [*found, GateCheck("the signature", not signature.problem, why)]
 
@@ -228,7 +235,7 @@ def _of_world(result: Adaptation, robot: Robot, checks: Sequence[ConstraintCheck
     held = away <= START
     found.append(GateCheck("the start", held or None, f"{away:.3g} m from the original's"))
     found.append(GateCheck("where the robot is now", None, "nobody asked it; setpoints do, before they start"))
-    return [*found, GateCheck("the dynamics", None, "not simulated: --simulate")]
+    return [*found, GateCheck("the dynamics", None, "not simulated", "--simulate")]
 
 
 def simulated(found: Review, said: Sequence[str], *, failed: bool, slowed: bool = False) -> Review:
@@ -478,7 +485,7 @@ def _by_record(result: Adaptation) -> list[str]:
     if result.status == "infeasible" or verdict.status == "infeasible":
         said.append("The limits cannot all hold: it is only the best effort.")
     if verdict.status == "off":
-        said.append("Its limits were only measured, not enforced (--no-constraints).")
+        said.append("Its limits were only measured, not enforced.")
     elif not verdict.ok and result.status != "infeasible":
         said.append("By its own report it breaks a limit.")
     return said

@@ -154,3 +154,64 @@ def test_a_selection_stays_on_its_waypoints(edit, then):
     assert desk.selected == then
     desk.act(lambda session: session.undo())
     assert desk.selected == {None: None, (26, 32): (26, 36), (20, 27): (29, 36)}.get(then, (26, 36))
+
+
+def test_a_satisfied_verdict_says_whose_body_and_how_far_it_stays():
+    from ovita.studio import html
+
+    assert "the path, without a body, stays 0.01 m from objects" in html.limits_of(Robot.preset("none"))
+    drone = Robot.preset("drone")
+    assert f"its body, {drone.radius:g} m around the path, stays {drone.obstacle_margin:g} m" in html.limits_of(drone)
+
+
+def test_the_robot_that_is_shown_and_the_one_whose_limits_hold_know_of_each_other(start, visit):
+    studio = start()
+    tab = visit(studio)
+    (view,) = tab.wait(lambda: studio.views)
+    view.puppet.follow = lambda *_: None  # no simulator is needed to see what the page says
+    tab.say("go up by 0.1")
+    tab.wait(lambda: view.controller.session.steps)
+    assert "The limits in force are those of &#x27;none&#x27;" in tab.text()
+    tab.click("Show what the gate says")
+    tab.wait(lambda: "press &#x27;Use its limits&#x27;" in tab.text())
+    assert not re.search(" --[a-z]", tab.text()) and "data-show" in tab.text()
+    tab.set("robot", "drone")
+    tab.wait(lambda: "It is only shown" in tab.text() and tab.value("limits of") == "drone")
+    assert "drone: filled in below, not applied yet" in tab.text()
+    tab.click("Use its limits")
+    tab.wait(lambda: view.controller.session.robot.name == "drone" and "Its limits are in force" in tab.text())
+    tab.click("Show what the gate says")
+    tab.wait(lambda: "<h4>Checked</h4>" in tab.text())
+    assert not re.search(" --[a-z]", tab.text())
+    tab.set("limits of", "arm")
+    tab.click("Apply the limits below")
+    tab.wait(lambda: view.controller.session.robot.name == "arm" and tab.value("robot") == "arm")
+    tab.wait(lambda: "Its limits are in force" in tab.text())
+
+
+def test_what_cannot_be_sent_is_said_where_it_was_asked(start, visit):
+    studio = start()
+    tab = visit(studio)
+    (view,) = tab.wait(lambda: studio.views)
+    view.puppet.follow = lambda *_: None
+    tab.set("robot", "drone")
+    tab.click("Use its limits")
+    tab.say("go up by 0.1")
+    tab.wait(lambda: len(view.controller.session.steps) == 2)
+    tab.click("Show what the gate says")
+    tab.wait(lambda: tab.parts[tab.find("Send it")]["props"]["visible"])
+    tab.click("Send it")
+    tab.wait(lambda: 'class="bad" data-show>Say where to send it' in tab.text())
+    parts = sorted((part["props"] for part in tab.parts.values() if "order" in part["props"]), key=lambda p: p["order"])
+    said = [str(part.get("label", part.get("content", ""))) for part in parts]
+    where = next(i for i, text in enumerate(said) if "data-show" in text)
+    assert where < said.index("Show what the gate says") < said.index("Send it")
+
+
+def test_a_simulation_reports_contact_and_limits_also_where_there_are_none():
+    pytest.importorskip("mujoco", reason="a simulation needs the extra sim")
+    from ovita.studio import robots
+
+    path = Trajectory(np.linspace([0, 0, 0.5], [0.6, 0, 0.5], 6), np.full(6, 0.2))
+    text = robots.reported(Session(path, writer="builtin"), "crazyflie")
+    assert "It touches nothing." in text and "No limit of the robot itself was reached." in text

@@ -45,7 +45,7 @@ def sentences(changes: Changes) -> list[str]:
 
 
 def moved_ends(changes: Changes, verb: str = "moved") -> list[str]:
-    """Where the ends went, such as "the goal moved 0.30 m up", with "would move" as the verb of what is not done yet."""
+    """Where the ends went, such as "the goal moved 0.30 m up", with another verb where it is not done."""
     ends = {"the start": changes.start, "the goal": changes.goal}
     ways = {name: directions(end.words) for name, end in ends.items() if end.shift >= _VISIBLE}
     together = len(ways) == 2 and len(set(ways.values())) == 1

@@ -118,6 +118,8 @@ class Report:
             f"Limit reached: {t.limit}, {_waypoints(t.first, t.last)}, {100 * t.share:.0f} % of the time."
             for t in self.limits
         ]
+        said += ["No limit of the robot itself was reached."] * (not self.limits)
+        said += ["It touches nothing."] * (not self.contacts)
         for c in self.contacts:
             meant = ", as meant" if c.meant else ""
             said.append(

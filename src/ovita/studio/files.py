@@ -258,15 +258,14 @@ class FilesPanel:
         tell: Callable[[str], None],
         complain: Callable[[str], None],
     ) -> None:
-        self._client, self._gui, self._controller, self._opened = client, gui, controller, opened
+        self._client, self._controller, self._opened = client, controller, opened
         self._limits, self._tell_note, self._complain = limits, tell, complain
         self._offered, self._earlier = offered, earlier
         size = MAX_UPLOAD // 2**20
         gui.add_html(html.block(f"<h4>Open</h4><p class='soft'>A scene, a result or a session (.json), or waypoints"
                                  f" (.csv), up to {size} MB and {MAX_WAYPOINTS} waypoints.</p>"))  # fmt: skip
-        self.upload: Any = None
-        self._upload_box = gui.add_folder(None)
-        self._place_upload()
+        self.upload = gui.add_upload_button("Upload a file", icon="upload", mime_type=",".join(SUFFIXES))
+        self.upload.on_upload(lambda _: self._uploaded())
         if offered:
             self.which = gui.add_dropdown("from folder", tuple(offered))
             gui.add_button("Open", icon="folder-open").on_click(
@@ -291,17 +290,8 @@ class FilesPanel:
         if names and names != self.before.options:
             self.before.options, self.before.value = names, names[0]
 
-    def _place_upload(self) -> None:
-        """A fresh button: a browser does not send a file again whose name the same button had before."""
-        if self.upload is not None:
-            self.upload.remove()
-        with self._upload_box:
-            self.upload = self._gui.add_upload_button("Upload a file", icon="upload", mime_type=",".join(SUFFIXES))
-        self.upload.on_upload(lambda _: self._uploaded())
-
     def _uploaded(self) -> None:
         file = self.upload.value
-        self._place_upload()
         try:
             self._opened(open_upload(file.name, file.content, self._controller().session, limits=self._limits))
         except OvitaError as error:

@@ -120,7 +120,8 @@ def limits_of(robot: Robot) -> str:
     """A robot's limits in one sentence."""
     space = robot.workspace.describe() if robot.workspace else "no workspace limit"
     speed = f"at most {robot.max_speed:g} m/s" if robot.max_speed is not None else "no speed limit"
-    return f"{robot.name}: {space}; {robot.obstacle_margin:g} m from objects; {speed}."
+    body = f"its body, {robot.radius:g} m around the path, stays" if robot.radius else "the path, without a body, stays"
+    return f"{robot.name}: {space}; {body} {robot.obstacle_margin:g} m from objects; {speed}."
 
 
 def code(source: str, bad_line: int | None = None) -> str:

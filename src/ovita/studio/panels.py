@@ -252,7 +252,9 @@ class LimitsPanel:
         self._base = controller().session.robot  # whose limits the fields change
         self.verdict = gui.add_html("")
         self.apply = gui.add_button("Apply the limits below", icon="check")
-        self.preset = gui.add_dropdown("robot", tuple(PRESETS), hint="Fills in all limits of a robot, to be applied")
+        self.preset = gui.add_dropdown(
+            "limits of", tuple(PRESETS), hint="Fills in all limits of a robot, to be applied"
+        )
         self.on = gui.add_checkbox("enforce", True, hint="Off only measures the limits")
         self.objects = gui.add_checkbox("objects", True, hint="Objects are obstacles")
         self.margin = gui.add_number("from objects [m]", 0.01, min=0.0, step=0.005)
@@ -310,10 +312,23 @@ class LimitsPanel:
         self.speed.visible = self.speed_on.value
 
     async def _preset(self, event: Any) -> None:
-        session, name = self._controller().session, str(self.preset.value)
+        name = str(self.preset.value)
         if event.client is not None:
-            self._base = session.robot if name == session.robot.name else _limits(name, session.scene)
-            self._fill(self._base, session.constraints)
+            self._take(name)
+
+    def offer(self, name: str) -> None:
+        """Fill in the limits of a robot that was chosen elsewhere, to be applied."""
+        if name in self.preset.options and name in PRESETS and name != "none":
+            self.preset.value = name
+            self._take(name)
+
+    def _take(self, name: str) -> None:
+        session = self._controller().session
+        self._base = session.robot if name == session.robot.name else _limits(name, session.scene)
+        self._fill(self._base, session.constraints)
+        waiting = self._base != session.robot
+        note = f'<p class="soft">{html.e(name)}: filled in below, not applied yet.</p>'
+        self.verdict.content = html.verdict(session) + html.block(note) * waiting
 
     def _apply(self) -> None:
         try:

@@ -11,18 +11,25 @@ from ovita.dialogue.session import Session
 from ovita.errors import OvitaError, RequestError
 from ovita.gate import Review, default_log, refuse, release, review
 from ovita.io import is_address, rendered
+from ovita.paths.robot import Robot
 from ovita.paths.trajectory import Trajectory
 from ovita.studio import html
 from ovita.studio.playback import NOBODY, ROBOTS, RobotView, floor
 from ovita.studio.sessions import SessionController
-from ovita.text import length
+from ovita.text import length, sentence
 
-_CHECK, _GATE = "Let it follow, and report", "Show what the gate says"
+_CHECK, _GATE, _LIMITS = "Let it follow, and report", "Show what the gate says", "Use its limits"
+_NO_LIMITS = (
+    "no robot's limits are in force, so nothing can be verified; choose the robot above and press 'Use its limits'"
+)
 _HIGH = 0.05  # above the floor [m]; what is less is level for a rover
 
 
 class RobotPanel:
-    """The robot of one tab; made as panels are, see `panels`. Only where `local` may anything be sent."""
+    """The robot of one tab; made as panels are, see `panels`. Only where `local` may anything be sent.
+
+    `chosen` hears which robot's limits belong to the one that is shown. One whose limits are applied is shown, too.
+    """
 
     def __init__(
         self,
@@ -30,22 +37,26 @@ class RobotPanel:
         controller: Callable[[], SessionController],
         puppet: RobotView,
         *,
+        chosen: Callable[[str], None],
         complain: Callable[[str], None],
         local: bool,
     ) -> None:
-        self._controller, self._puppet, self._complain = controller, puppet, complain
+        self._controller, self._puppet, self._chosen, self._complain = controller, puppet, chosen, complain
         self._about: tuple[Any, ...] = ()
+        self._limits: tuple[Session, Robot] | None = None
         self._found: Review | None = None
-        self.which = gui.add_dropdown("robot model", tuple(ROBOTS), hint="A simulated robot that follows the line")
+        self.which = gui.add_dropdown("robot", tuple(ROBOTS), hint="A simulated robot that follows the line")
         self.note = gui.add_html("")
+        self.use = gui.add_button(_LIMITS, color=html.QUIET, icon="shield-check", visible=False)
         self.check = gui.add_button(_CHECK, icon="robot", disabled=True)
         self.report = gui.add_html("")
         gui.add_html(html.block("<h4>Send</h4>"), visible=local)
+        self.gate = gui.add_html("")
         self.to = gui.add_text("send to", "", hint="ros2:/topic, mavlink:udp:HOST:PORT, or a file", visible=local)
         self.ask = gui.add_button(_GATE, color=html.QUIET, icon="shield-check", visible=local)
-        self.gate = gui.add_html("")
         self.send = gui.add_button("Send it", icon="send", visible=False)
-        self.which.on_update(lambda _: self._take())
+        self.which.on_update(self._take)
+        self.use.on_click(lambda _: self._use())
         self.check.on_click(lambda _: self._simulate())
         self.ask.on_click(lambda _: self._review())
         self.send.on_click(lambda _: self._send())
@@ -53,6 +64,12 @@ class RobotPanel:
     def refresh(self) -> None:
         """Have the robot follow the line as it is; what was said of another line is taken away."""
         session = self._controller().session
+        before, self._limits = self._limits, (session, session.robot)
+        name = session.robot.name
+        applied = before is not None and before[0] is session and before[1] is not session.robot
+        if applied and name in ROBOTS and name not in (NOBODY, self.which.value):
+            self.which.value = name
+            self._puppet.choose(name)
         about = (session.current, session.scene, session.robot, self.which.value)
         if about == self._about:
             return
@@ -60,12 +77,19 @@ class RobotPanel:
         self._puppet.follow(session.current, session.scene, session.robot)
         self.note.content = html.block(f'<p class="soft">{html.e(_remark(session, str(self.which.value)))}</p>')
         self.check.disabled = self.which.value == NOBODY
+        self.use.visible = self.which.value not in (NOBODY, session.robot.name)
         self._found, self.send.visible = None, False
         self.report.content = self.gate.content = ""
 
-    def _take(self) -> None:
-        self._puppet.choose(str(self.which.value))
-        self.refresh()
+    async def _take(self, event: Any) -> None:
+        if event.client is not None:
+            self._puppet.choose(str(self.which.value))
+            self._chosen(str(self.which.value))
+            self.refresh()
+
+    def _use(self) -> None:
+        name = str(self.which.value)
+        self._controller().act(lambda session: session.change(f"limits: {name}", robot=Robot.preset(name)))
 
     def _simulate(self) -> None:
         about = self._about
@@ -83,12 +107,18 @@ class RobotPanel:
     def _review(self) -> None:
         session = self._controller().session
         try:
+            if session.robot.workspace is None and session.robot.max_speed is None:
+                raise RequestError(_NO_LIMITS)
             self._found = reviewed(session)
         except OvitaError as error:
-            self._complain(str(error))
+            self._refuse(error)
             return
         self.gate.content = gate_said(self._found)
         self.send.visible = self._found.released
+
+    def _refuse(self, error: OvitaError) -> None:
+        self.gate.content = html.block(f'<p class="bad" data-show>{html.e(sentence(str(error)))}</p>')
+        self._complain(str(error))
 
     def _send(self) -> None:
         found, place = self._found, self.to.value.strip()
@@ -97,7 +127,7 @@ class RobotPanel:
                 found = self._found = reviewed(self._controller().session)
             self.gate.content = sent(found, place, self._controller().title)
         except OvitaError as error:
-            self._complain(str(error))
+            self._refuse(error)
 
 
 def reviewed(session: Session) -> Review:
@@ -117,8 +147,12 @@ def reviewed(session: Session) -> Review:
 def gate_said(found: Review) -> str:
     """What the gate measured, and whether the result may be sent."""
     state = '<span class="chip good">may be sent</span>' if found.released else '<span class="chip bad">refused</span>'
-    parts = [f"<p>{state}</p>", html.listed(found.refusals)]
-    parts += [f"<h4>{html.e(title)}</h4>{html.listed(lines)}" for title, lines in found.sections().items() if lines]
+    parts = [f"<p data-show>{state}</p>", html.listed(found.refusals)]
+    parts += [
+        f"<h4>{html.e(title)}</h4>{html.listed(lines)}"
+        for title, lines in found.sections(terminal=False).items()
+        if lines
+    ]
     return html.block("".join(parts))
 
 
@@ -137,7 +171,7 @@ def sent(found: Review, place: str, title: str) -> str:
         rendered(place, found.result.adapted, found.result.scene, found.result.instruction)  # refuses unknown endings
     receipt = release(found, place, str(default_log()), about)
     told = f"Sent to {place}: {receipt.size} bytes, SHA-256 {receipt.sha256[:16]}\u2026; logged in {default_log()}."
-    return html.block(f'<p><span class="chip good">sent</span> {html.e(told)}</p>')
+    return html.block(f'<p data-show><span class="chip good">sent</span> {html.e(told)}</p>')
 
 
 def reported(session: Session, model: str) -> str:
@@ -153,18 +187,19 @@ def reported(session: Session, model: str) -> str:
     report = sim.simulate(session.current, session.scene, model, limits=session.robot, contacts=contacts).report
     colour = "bad" if report.status in sim.FAILED else "warn" if report.status == "slowed" else "good"
     chip = f'<span class="chip {colour}">{html.e(report.status)}</span>'
-    return html.block(f"<p>{chip} {html.e(model)}, simulated</p>{html.listed(report.sentences())}")
+    return html.block(f"<p data-show>{chip} {html.e(model)}, simulated</p>{html.listed(report.sentences())}")
 
 
 def _remark(session: Session, robot: str) -> str:
     if robot == NOBODY:
-        return "Choose a robot: it follows the line as you play, and a simulation reports reach, tracking and contact."
+        limits = f"The limits in force are those of {session.robot.name!r}, see Constraints. "
+        return f"{limits}Choose a robot: it follows the line as you play, and is reported on."
     high = _above(session.current, session)
     if ROBOTS[robot] == "jackal" and high > _HIGH:
         return f"The line is up to {length(high)} above the floor; a rover stays on the floor and drives below it."
-    if session.robot.name not in (robot, "none"):
-        return f"The limits in force are those of {session.robot.name!r}, see Constraints."
-    return ""
+    if session.robot.name == robot:
+        return "Its limits are in force."
+    return f"It is only shown: the limits in force are those of {session.robot.name!r}, see Constraints."
 
 
 def _above(path: Trajectory, session: Session) -> float:

@@ -142,7 +142,9 @@ class Tab:
         with below.add_tab("Constraints", "shield-check"):
             self.limits = LimitsPanel(gui, self._controller, self.complain)
         with below.add_tab("Robot", "robot"):
-            self.robots = RobotPanel(gui, self._controller, self.puppet, complain=self.complain, local=local)
+            self.robots = RobotPanel(
+                gui, self._controller, self.puppet, chosen=self.limits.offer, complain=self.complain, local=local
+            )
         with below.add_tab("Code", "code"):
             self.code = CodePanel(gui, self._controller, self.complain)
         below.dock_below(top)
