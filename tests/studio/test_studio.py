@@ -302,7 +302,7 @@ def test_files_of_a_folder_can_be_opened(start, visit, tmp_path):
     (folder / "notes.txt").write_text("no scene")
     tab = visit(start(folder))
     tab.wait(lambda: "a.json" in tab.text())
-    tab.set("from folder", "b.json")
+    tab.set("at hand", "b.json")
     tab.click("Open")
     tab.wait(lambda: "b.json" in tab.text() and tab.points("/lines/original")[-1, 1, 0] == 2.0)
 
@@ -348,12 +348,12 @@ def test_the_playhead_moves_in_true_time(start, visit):
 def test_a_simulated_robot_follows_the_playhead(start, visit):
     pytest.importorskip("mujoco", reason="a simulated robot needs the extra sim")
     tab = visit(start())
-    tab.set("robot model", "ground")
+    tab.set("robot", "ground")
     tab.wait(lambda: "/robot/0" in tab.poses, 30)
     before = tab.poses["/robot/0"]
     tab.point("moment", at=3.0)
     tab.wait(lambda: tab.poses["/robot/0"] != before)
-    tab.set("robot model", "none")
+    tab.set("robot", "none")
     tab.wait(lambda: "/robot/0" not in tab.nodes)
 
 

@@ -215,3 +215,49 @@ def test_a_simulation_reports_contact_and_limits_also_where_there_are_none():
     path = Trajectory(np.linspace([0, 0, 0.5], [0.6, 0, 0.5], 6), np.full(6, 0.2))
     text = robots.reported(Session(path, writer="builtin"), "crazyflie")
     assert "It touches nothing." in text and "No limit of the robot itself was reached." in text
+
+
+def test_knobs_count_waypoints_as_cards_do(start, visit):
+    studio = start()
+    tab = visit(studio)
+    (view,) = tab.wait(lambda: studio.views)
+    tab.point("select", range=[26, 36])
+    tab.wait(lambda: view.controller.selected)
+    tab.say("this part slower")
+    tab.wait(lambda: view.controller.session.steps and tab.find("first waypoint"))
+    assert (tab.value("first waypoint"), tab.value("last waypoint")) == (27, 37)
+    assert "from waypoint 27 to 37" in tab.text()
+    tab.set("last waypoint", 40)
+    tab.wait(lambda: view.controller.session.adaptation.parameters[1].value == 39)
+    tab.wait(lambda: "last waypoint 37 \u2192 40" in tab.text())
+
+
+def test_the_ruler_names_its_ends(start, visit):
+    studio = start()
+    tab = visit(studio)
+    tab.wait(lambda: studio.views)
+    tab.say("go up by 0.1")
+    tab.wait(lambda: studio.views[0].controller.session.steps)
+    tab.set("from", "cup")
+    tab.set("to", "the original goal")
+    tab.wait(lambda: "to the original goal" in tab.text())
+    (_, name), (last, other), (_, size) = (
+        (tab.poses.get(f"/ruler/{i}"), tab.nodes[f"/ruler/{i}"]["props"]["text"]) for i in range(3)
+    )
+    assert (name, other) == ("cup", "the original goal") and size.endswith("cm")
+    assert np.allclose(last, studio.views[0].controller.session.original.positions[-1])
+    tab.set("to", "nothing")
+    tab.wait(lambda: not any(node.startswith("/ruler/") for node in tab.nodes))
+
+
+@pytest.mark.parametrize(("name", "robot"), [("arm-bench", "arm"), ("drone-room", "drone"), ("rover-yard", "ground")])
+def test_a_scene_for_every_kind_of_robot_is_shipped(start, visit, name, robot):
+    task = load_task(str(files("ovita") / "data" / f"{name}.json"))
+    result = ov.adapt(task, writer="builtin")
+    assert task.robot == robot and result.status == "done" and result.constraints.status == "satisfied"
+    if robot == "drone":
+        tab = visit(start())
+        assert f"shipped: {name}" in tab.parts[tab.find("at hand")]["props"]["options"]
+        tab.set("at hand", f"shipped: {name}")
+        tab.click("Open")
+        tab.wait(lambda: f"{name}.json" in tab.text() and "drone: box" in tab.text())

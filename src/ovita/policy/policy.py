@@ -68,6 +68,10 @@ class Parameter:
         """Its value as a person counts."""
         return int(self.value) + 1 if self.counts and isinstance(self.value, int) else self.value
 
+    def meant(self, shown: Any) -> Any:
+        """The value of what a person counts as `shown`."""
+        return shown - 1 if self.counts and isinstance(shown, int) else shown
+
     @property
     def comment(self) -> str:
         """How it is printed in a policy: "[m] shift to the left"."""

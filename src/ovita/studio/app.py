@@ -70,9 +70,10 @@ class Studio:
         port = _free_port(settings.host, settings.port)
         self.gate: Gate = gate_for(settings.host, token, page, port)
         self._local = is_local(settings.host)
-        self._template, self._offered = settings.template, offered_files(settings.paths)
+        given = offered_files(settings.paths)
+        self._template, self._offered = settings.template, given | {f"shipped: {p.stem}": str(p) for p in _shipped()}
         self._lookable = lookable(settings.paths)
-        self._first = self._offered[next(iter(self._offered))] if self._offered else ""
+        self._first = next(iter(given.values()), "")
         self._open_first()
         self.controllers = Sessions(
             settings.folder, self._open_first, writer=settings.template.writer, isolation=settings.template.isolation
@@ -115,8 +116,7 @@ class Studio:
         threading.Event().wait()
 
     def _open_first(self) -> tuple[Session, str]:
-        path = self._first or str(Path(__file__).parents[1] / "data" / "tabletop.json")
-        opened = open_file(path, self._template)
+        opened = open_file(self._first or str(_shipped()[-1]), self._template)
         return opened.session, opened.title
 
     def _came(self, client: Any) -> None:
@@ -215,6 +215,11 @@ def _listed(used: list[str], had: list[tuple[str, str]]) -> dict[str, str]:
     """The sessions that are not the one in use, each once, by a numbered title."""
     others = {name: title for name, title in had if name != used[-1]}
     return {f"{i}. {title}": name for i, (name, title) in enumerate(others.items(), start=1)}
+
+
+def _shipped() -> list[Path]:
+    """The scenes that come with the package: for an arm, a drone, a rover, and last a table for any."""
+    return sorted((Path(__file__).parents[1] / "data").glob("*.json"))
 
 
 ICONS = (

@@ -267,7 +267,7 @@ class FilesPanel:
         self.upload = gui.add_upload_button("Upload a file", icon="upload", mime_type=",".join(SUFFIXES))
         self.upload.on_upload(lambda _: self._uploaded())
         if offered:
-            self.which = gui.add_dropdown("from folder", tuple(offered))
+            self.which = gui.add_dropdown("at hand", tuple(offered), hint="Files of the folder, and shipped scenes")
             gui.add_button("Open", icon="folder-open").on_click(
                 lambda _: self._open(self._offered.get(self.which.value, ""))
             )

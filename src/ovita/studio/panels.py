@@ -158,7 +158,7 @@ class KnobsPanel:
         if made and made == self._made and self._fits(knobs):
             for knob in knobs:
                 handle = self.handles[knob.name]
-                value = _shown(knob.value)
+                value = _shown(knob.shown)
                 if handle.value != value:
                     handle.value = value
             return
@@ -188,12 +188,12 @@ class KnobsPanel:
 
     def _make(self, knob: Parameter) -> None:
         unit = f" [{knob.unit}]" if knob.unit else ""
-        title = knob.meaning or knob.name.replace("_", " ")
-        label = knob.name.replace("_", " ") + unit
-        hint = f"{title}{unit}"
-        if knob.meaning:
-            self._others.append(self.gui.add_html(html.block(f'<div class="soft">{html.e(knob.meaning)}</div>')))
-        value = knob.value
+        meaning = f"{knob.called}, counted from 1" if knob.counts else knob.meaning
+        label = knob.called + unit
+        hint = f"{meaning or knob.called}{unit}"
+        if meaning:
+            self._others.append(self.gui.add_html(html.block(f'<div class="soft">{html.e(meaning)}</div>')))
+        value = knob.shown
         if isinstance(value, bool):
             handle = self.gui.add_checkbox(label, value, hint=hint)
         elif isinstance(value, int) and not knob.unit:
@@ -207,7 +207,7 @@ class KnobsPanel:
         async def turned(event: Any, name: str = knob.name, like: Any = value) -> None:
             if event.client is not None:
                 _widen(handle_of(name))
-                self._controller().turn(name, _read(handle_of(name).value, like))
+                self._controller().turn(name, knob.meant(_read(handle_of(name).value, like)))
 
         def handle_of(name: str) -> Any:
             return self.handles[name]

@@ -17,6 +17,7 @@ from ovita.studio.sessions import SessionController
 from ovita.text import length, listed
 
 NOTHING, START, GOAL, LINE = "nothing", "the start", "the goal", "the line"
+OLD_START, OLD_GOAL = "the original start", "the original goal"
 
 
 @dataclass(frozen=True)
@@ -41,18 +42,19 @@ class Ruler:
     def refresh(self) -> None:
         """Measure anew, in the session as it is."""
         session = self._controller().session
-        names = (NOTHING, START, GOAL, LINE, *session.scene.names)
+        names = (NOTHING, START, GOAL, LINE, OLD_START, OLD_GOAL, *session.scene.names)
         for end in self.ends:
             if end.options != names:
                 end.options = names
         chosen = [str(end.value) for end in self.ends]
         found = None if NOTHING in chosen or chosen[0] == chosen[1] else measured(session, *chosen)
-        self._space.draw_ruler(None if found is None else found.ends)
+        names = () if found is None else (*chosen, length(float(np.linalg.norm(np.diff(found.ends, axis=0)))))
+        self._space.draw_ruler(None if found is None else found.ends, names)
         self.told.content = html.block(f"<p>{html.e(found.said)}</p>") if found else ""
 
 
 def measured(session: Session, one: str, other: str) -> Measured:
-    """The distance between two of: the start, the goal, the line in force, an object's centre by its name."""
+    """The distance between two of: an end of the line in force or of the original, the line, an object's centre."""
     points = [_place(session, name) for name in (one, other)]
     for i, (name, to) in enumerate(((one, other), (other, one))):
         if name == LINE:
@@ -69,6 +71,8 @@ def measured(session: Session, one: str, other: str) -> Measured:
 
 
 def _place(session: Session, name: str) -> Array:
+    if name in (OLD_START, OLD_GOAL):
+        return np.asarray(session.original.positions[-1 if name == OLD_GOAL else 0])
     if name in (START, GOAL, LINE):
         return np.asarray(session.current.positions[-1 if name == GOAL else 0])
     return np.asarray(session.scene[name].position, dtype=float)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -58,6 +58,7 @@ class SceneView:
         self._labels: list[Any] = []
         self._end_labels: list[Any] = []
         self._margins: list[Any] = []
+        self._ruler_labels: list[Any] = []
         self.picked: Callable[[str], None] = lambda name: None
 
     def draw(self, session: Session) -> None:
@@ -178,10 +179,17 @@ class SceneView:
         pairs = segments(path) if len(path) > 1 else _NO_SEGMENTS[:0]
         self._segments("pen", pairs, plain_colours(len(pairs), STROKE), _WIDE)
 
-    def draw_ruler(self, ends: Array | None) -> None:
-        """Show a line between two places (2, 3) [m]; None takes it away."""
+    def draw_ruler(self, ends: Array | None, names: Sequence[str] = ()) -> None:
+        """Show a line between two places (2, 3) [m] with their names and its length; None takes it away."""
         pairs = _NO_SEGMENTS[:0] if ends is None else segments(ends)
         self._segments("ruler", pairs, plain_colours(len(pairs), RULER), _WIDE)
+        for node in self._ruler_labels:
+            node.remove()
+        places = [] if ends is None else [*ends, ends.mean(axis=0)]
+        self._ruler_labels = [
+            self.api.add_label(f"/ruler/{i}", name, position=place, anchor="top-center", font_screen_scale=0.9)
+            for i, (name, place) in enumerate(zip(names, places, strict=False))
+        ]
 
     def draw_tube(self, path: Array, covariance: Array | None) -> None:
         """Show two standard deviations around a path (N, 3) [m]; covariance as in `geometry.tube`, None for none."""
