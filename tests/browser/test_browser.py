@@ -117,6 +117,7 @@ def test_reload_a_bad_upload_and_a_restart(start, browser):
         {"name": "broken.json", "mimeType": "application/json", "buffer": b"{oops"}
     )
     page.wait_for_selector("text=broken.json: this is not JSON")
+    until(lambda: not page.locator(".mantine-Notification-root:visible", has_text="Uploading").count())
     assert turns_of(studio) == [1]
     rows = [[0.1 * i, 0.0, 0.2, 0.2] for i in range(7)]
     good = json.dumps({"trajectory": rows}).encode()
