@@ -87,13 +87,13 @@ def test_a_phone_shows_the_path(start, browser):
     assert not page.broken
 
 
-HEARS = """
+HEARS = """() => {
 window.SpeechRecognition = class {
   start() { setTimeout(() => { this.onresult({ results: [[{ transcript: "go up " }], [{ transcript: "by 0.1" }]] });
     this.onend(); }, 50); }
   stop() {}
 };
-"""
+}"""
 
 
 def test_by_voice_and_by_arrows(start, browser):
@@ -114,7 +114,7 @@ def test_by_voice_and_by_arrows(start, browser):
     page.wait_for_timeout(700)
     eye = np.array(page.view.client.camera.position)
     place = page.view.controller.session.current.positions[20]
-    tip = place + [0.0, 0.0, 0.17 * page.view.space.stage.size]
+    tip = place + np.array([0.0, 0.0, 0.17 * page.view.space.stage.size])
     seen = "p => ovitaTimeline.seen(p, ovitaTimeline.scene().getBoundingClientRect()).slice(0, 2)"
     low, high = (np.array(page.evaluate(seen, p.tolist())) for p in (place, tip))
     grip = low + 0.7 * (high - low)

@@ -14,6 +14,7 @@ from ovita.measure import compare, moved_ends
 from ovita.paths.robot import Robot
 from ovita.paths.trajectory import Trajectory
 from ovita.studio import turns
+from ovita.studio.editor import with_object_at
 from ovita.studio.hands import deleted, drawn, inserted, pulled, sketched
 from ovita.studio.sessions import SessionController
 
@@ -122,6 +123,15 @@ def test_a_hand_that_wipes_out_an_earlier_wish_is_not_green(higher, edit, lost):
     verdict = turns.rung(higher.adaptation)
     assert (verdict is turns.LOST) == lost
     assert ("No longer as asked one turn ago by 'make the drone" in card(higher)) == lost
+
+
+def test_a_wish_stays_lost_until_the_hand_gives_it_back(higher):
+    drawn(higher, flat(higher, 36, 59))
+    higher.tune({"stiffness": 0.3})
+    assert turns.rung(higher.adaptation) is turns.LOST
+    moved = with_object_at(higher.scene, "bottle", higher.scene["bottle"].position + np.array([0.0, 0.01, 0.0]))
+    higher.change("moved bottle", scene=moved)
+    assert higher.adaptation.lost
 
 
 def test_a_sketch_moves_no_end():

@@ -357,6 +357,7 @@ class Session:
         afresh = self._again(turns, then)
         if afresh:
             losses = lost(turns[:-1], self.current, afresh[-1], scene=now.scene, afresh=afresh[:-1])
+            losses = losses or lost(afresh[:-1], afresh[-1].original, afresh[-1], by_hand=self._drawn)
             result = replace(afresh[-1], lost=tuple(loss.report for loss in losses))
         else:
             result = enforced(said, then.original, then.scene, then.robot, constraints=then.constraints)
@@ -503,9 +504,16 @@ class Session:
         if on == "original" and kind in ("said", "opened"):
             return result  # it holds everything that was said before
         turns = [step.adaptation for step, _ in in_force(self.steps)]
-        earlier = turns if kind in OWN else turns[:-1]
-        losses = lost(earlier, self.current, result, by_hand=kind == "drawn")
+        if kind in OWN:
+            losses = lost(turns, self.current, result, by_hand=kind == "drawn")
+        else:  # the last turn again, otherwise
+            losses = lost(turns[:-1], result.original, result, by_hand=self._drawn)
         return replace(result, lost=tuple(loss.report for loss in losses)) if losses else result
+
+    @property
+    def _drawn(self) -> bool:
+        """Whether the last turn in force is an edit by hand, perhaps with its knobs turned since."""
+        return next((step.kind for step in reversed(self.steps) if step.kind in OWN), "said") == "drawn"
 
     def _blank(self, said: str) -> Adaptation:
         start = self.original

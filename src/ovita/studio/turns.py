@@ -93,12 +93,12 @@ def header(controller: SessionController, writer: str) -> str:
     told = (
         "no trajectory yet" if session.bare else f"{len(session.current)} waypoints, {session.current.duration:.1f} s"
     )
+    adapted = ' &nbsp;<span class="key" style="background:var(--red)"></span>adapted' if session.steps else ""
     looks = "".join(f'<button class="link" data-do="look {name}">{name}</button>' for name in VIEWS)
     return block(
         f'<div class="brand">{e(controller.title)} <small>{told}</small> {badge(session)}</div>'
-        f'<div class="soft"><span class="key" style="background:var(--blue)"></span>original'
-        f' &nbsp;<span class="key" style="background:var(--red)"></span>adapted &nbsp;&middot;&nbsp;'
-        f' writer: {e(writer)}</div><div class="looks" role="group" aria-label="view">{looks}'
+        f'<div class="soft"><span class="key" style="background:var(--blue)"></span>original{adapted}'
+        f' &nbsp;&middot;&nbsp; writer: {e(writer)}</div><div class="looks" role="group" aria-label="view">{looks}'
         '<button class="link" data-do="dark">dark</button>'
         '<button class="link" data-do="help" aria-label="keys and help">?</button></div>'
     )
@@ -231,7 +231,7 @@ def helping(session: Session, tries: tuple[str, ...], writer: str) -> str:
     who = (
         "The built-in reader knows directions, distances, speeds, shapes and ends; a language model, chosen under Set"
         " up, understands more."
-        if writer == "builtin"
+        if writer in ("builtin", "auto")
         else f"What you say is read by {writer}."
     )
     said = bullets([f"{text}" for text in (*tries, "A bit more", "Undo the last", "Only near the end")])
