@@ -271,3 +271,16 @@ def test_a_scene_for_every_kind_of_robot_is_shipped(start, visit, name, robot):
         tab.set("at hand", f"shipped: {name}")
         tab.click("Open")
         tab.wait(lambda: f"{name}.json" in tab.text() and "drone: box" in tab.text())
+
+
+def test_an_end_that_moves_bears_a_name_in_the_scene(start, visit):
+    studio = start()
+    tab = visit(studio)
+    (view,) = tab.wait(lambda: studio.views)
+    tab.say(HIGHER)
+    tab.wait(lambda: view.controller.session.pending is not None and tab.visible.get("/ends/proposed goal/name"))
+    goal = view.controller.session.pending.proposal.adapted.positions[-1]
+    tab.wait(lambda: np.allclose(tab.poses["/ends/proposed goal"], goal))
+    assert not tab.visible["/ends/proposed start/name"]
+    tab.click("Accept")
+    tab.wait(lambda: tab.visible.get("/ends/new goal/name") and not tab.visible["/ends/proposed goal"])

@@ -25,6 +25,7 @@ RULER = "#00897b"
 VIOLATION = "#7a3cff"  # the crimson of printed figures is too close to the red line
 SELECTED = "#ffb300"
 _WIDE, _THIN = 4.5, 2.0
+_OLD = ""  # what the original's ends are called beyond "start" and "goal"
 _FOV = 0.75
 VIEW_DIRECTIONS = {
     "fit": (-1.0, 0.36, 0.68),
@@ -56,7 +57,7 @@ class SceneView:
         self._seen: ViewBounds | None = None
         self._lines: dict[str, Any] = {}
         self._labels: list[Any] = []
-        self._end_labels: list[Any] = []
+        self._end_labels: dict[str, Any] = {}
         self._margins: list[Any] = []
         self._ruler_labels: list[Any] = []
         self.picked: Callable[[str], None] = lambda name: None
@@ -100,7 +101,7 @@ class SceneView:
         self._arrows("original", original, COLOURS["before"])
         self._arrows("adapted", current if changed else None, COLOURS["after"])
         self._points("waypoints", current.positions if self.shown.waypoints else None)
-        self._ends(original, current if changed else None)
+        self._ends(original, current if changed else None, waiting.adapted if waiting is not None else None)
 
     @staticmethod
     def pace(session: Session) -> tuple[float, float]:
@@ -204,7 +205,7 @@ class SceneView:
 
     def update_shown(self, session: Session) -> None:
         """Apply the visibility switches."""
-        for node in (*self._labels, *self._end_labels):
+        for node in self._labels:
             node.visible = self.shown.labels
         for node in self._margins:
             node.visible = self.shown.margins
@@ -352,12 +353,12 @@ class SceneView:
                 point_size=size, point_shape="circle", precision="float32",
             )  # fmt: skip
 
-    def _ends(self, original: Trajectory, adapted: Trajectory | None) -> None:
+    def _ends(self, original: Trajectory, adapted: Trajectory | None, proposal: Trajectory | None) -> None:
         assert self.stage is not None
         size = 0.016 * self.stage.size
-        for owner, path in (("original", original), ("adapted", adapted)):
+        for owner, path in ((_OLD, original), ("new ", adapted), ("proposed ", proposal)):
             for which, index in (("start", 0), ("goal", -1)):
-                key = f"{owner} {which}"
+                key = f"{owner}{which}"
                 node = self._lines.get(key)
                 if node is None and path is not None:
                     colour = rgb(COLOURS[which])
@@ -366,11 +367,12 @@ class SceneView:
                     else:
                         node = self.api.add_box(f"/ends/{key}", colour, (1.7 * size,) * 3)
                     self._lines[key] = node
-                    if owner == "original":
-                        over = 1.4 * size * self.stage.up
-                        self._end_labels.append(self._label(f"/ends/{key}/name", which, over, 0.8))
+                    over = 1.4 * size * self.stage.up
+                    self._end_labels[key] = self._label(f"/ends/{key}/name", key, over, 0.8)
                 if node is None:
                     continue
+                moved = path is None or float(np.linalg.norm(path.positions[index] - original.positions[index])) > 1e-3
+                self._end_labels[key].visible = self.shown.labels and (owner == _OLD or moved)
                 node.visible = path is not None and path.length > 0.0  # a scene may have no trajectory yet
                 if path is not None:
                     node.position = path.positions[index]
