@@ -67,9 +67,8 @@ class LookPanel:
             "<h4>Look</h4><p class='soft'>Upload a picture (.png, .jpg), its depth (16-bit .png in millimetres, or .npy"
             " in metres) and camera.json, one after the other.</p>"
         ))  # fmt: skip
-        self.upload: Any = None
-        self._upload_box = gui.add_folder(None)
-        self._place_upload()
+        self.upload = gui.add_upload_button("Upload for looking", icon="upload", mime_type=",".join(ENDINGS))
+        self.upload.on_upload(lambda _: self._uploaded())
         self.have = gui.add_html("")
         self.which = gui.add_dropdown("pictures", tuple(offered)) if offered else None
         self.names = gui.add_text("look for", "", hint="Names, such as: red cup, box=blue; nothing for all things")
@@ -85,18 +84,8 @@ class LookPanel:
         self.go.on_click(lambda _: self._look())
         self.take.on_click(lambda _: self._take())
 
-    def _place_upload(self) -> None:
-        """A fresh button: a browser does not send a file again whose name the same button had before."""
-        if self.upload is not None:
-            self.upload.remove()
-        with self._upload_box:
-            kinds = ",".join(ENDINGS)
-            self.upload = self._gui.add_upload_button("Upload for looking", icon="upload", mime_type=kinds)
-        self.upload.on_upload(lambda _: self._uploaded())
-
     def _uploaded(self) -> None:
         file = self.upload.value
-        self._place_upload()
         try:
             self._files[role_of(file.name, file.content)] = (file.name, file.content)
         except OvitaError as error:
