@@ -11,7 +11,7 @@ def ready(page, bare=False):
         bare: Whether what is open has no trajectory yet.
     """
     page.wait_for_selector("text=From where to where?" if bare else "text=What should change?")
-    page.wait_for_selector("text=Speed [m/s]" if bare else "text=Distance to the nearest object", state="attached")
+    page.wait_for_function("() => ovitaTimeline.state().paths.length")
     notice = page.locator(".mantine-Notification-root", has_text="Software WebGL")
     notice.wait_for()
     notice.evaluate("node => { node.style.display = 'none' }")

@@ -137,7 +137,7 @@ def test_reload_a_bad_upload_and_a_restart(start, browser):
 def free_of_panels(page):
     """Whether the player covers nothing of the right side."""
     bar = page.get_by_role("button", name="Play").last.bounding_box()
-    return bar["x"] + bar["width"] < page.get_by_text("Distance to the nearest object").bounding_box()["x"]
+    return bar["x"] + bar["width"] < page.get_by_text("compared with").bounding_box()["x"]
 
 
 def turns_of(studio):

@@ -83,7 +83,9 @@ def test_of_many_values_of_a_knob_the_last_one_stays():
     for value in np.linspace(0.1, 0.5, 300):
         controller.turn("left", float(value))
     until(lambda: controller.session.current.positions[0, 0] == pytest.approx(-0.5))
-    assert len(controller.session.steps) == 2 and news.count("knobs") < 300
+    assert len(controller.session.steps) == 2 and news.count("line") < 300
+    until(lambda: "knobs" in news)  # the texts, once it rests
+    assert news.count("knobs") < 20
     controller.turn("sideways", 1.0)
     until(lambda: "sideways" in controller.error)
 

@@ -40,24 +40,6 @@ def test_playing_stands_still_where_the_robot_does():
     assert path.at(dwell).positions[0] == pytest.approx([1.0, 0, 0])
 
 
-@pytest.mark.parametrize("low, high", [(0.0, 1.0), (-0.3, 7.2), (0.0, 1e-5), (0.0, 12345.0), (1.0, 1.0)])
-def test_ticks_are_round_and_inside(low, high):
-    found = html.ticks(low, high, 5)
-    assert 1 <= len(found) <= 6 and all(low - 1e-9 <= value <= high + 1e-9 for value in found)
-
-
-def test_a_chart_of_a_long_trajectory_is_small_and_keeps_its_lowest_value():
-    path = straight(np.r_[np.ones(4000), 0.25, np.ones(999)])
-    assert len(html.speed_chart(path, path)) < 20_000
-    assert 4000 in html.thinned(path.speeds)
-
-
-def test_clearance_is_that_to_the_nearest_surface():
-    points = np.array([[0.5, 0.3, 0.5], [0.5, 0.3, 0.1]])
-    assert html.clearance(points, Scene((CUP,))) == pytest.approx([0.3, -0.05])
-    assert html.clearance_chart(straight([1, 1]), None, Scene(), 0.01) == ""
-
-
 @pytest.mark.parametrize("value", [0.2, 1.0, 0.0, -0.35, 42.0, 1e-4])
 def test_a_slider_reaches_round_numbers_around_its_value(value):
     low, high, step = panels.reach(value, "m")
@@ -157,10 +139,7 @@ def test_long_words_are_cut_and_a_branch_says_where_it_began():
     assert "from the beginning" in turns.history(session) and len(html.clipped("x" * 3000)) == 300
 
 
-def test_neither_line_hides_the_other_and_colours_reach_over_both():
-    path = straight([0.4] * 20)
-    chart = html.speed_chart(path, path)
-    assert chart.count('stroke-width="2.8"') == 1  # the line before shows where the line after hides it
+def test_colours_of_speeds_reach_over_both_lines():
     session = Session(straight([0.4] * 20), Scene((CUP,)), writer="builtin")
     session.say("move half as fast")
     assert SceneView.pace(session) == (pytest.approx(0.2), pytest.approx(0.4))

@@ -9,6 +9,7 @@ import sys
 import textwrap
 from collections.abc import Container, Iterator
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 from ovita.errors import PolicyRejected
 from ovita.policy.check import MODULES, PROVIDED, REASONS, SCRIPT_CALLS, check, refusal
@@ -37,6 +38,7 @@ MAX_SUMMARY = 300
 _PYTHON = ("python", "py", "python3", "")
 
 
+@lru_cache(maxsize=16)  # a knob runs the same program again and again
 def parse(text: str, *, checked: bool = True) -> Policy:
     """Read a policy from a model's reply or from plain code.
 

@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve, solve_triangular
 
 from ovita.paths.trajectory import Array
 from ovita.sources.taskframes import PathDistribution, groups
@@ -66,6 +65,8 @@ def conditioned(reference: PathDistribution, vias: Sequence[Via]) -> PathDistrib
     for i, via in zip(near, vias, strict=True):
         asked[i] = np.where(via.known, (via.value - reference.mean[i]) / scale, 0.0)
         noise[i] = np.diag(np.where(via.known, EXACT, FREE))
+    from scipy.linalg import cho_solve
+
     factor, bound = _posterior(reference.phases, noise)
     weights = cho_solve(factor, asked.ravel()).reshape(asked.shape)
     bent = _kernel(reference.phases) @ weights * scale
@@ -101,6 +102,8 @@ def _posterior(phases: Array, noise: Array) -> tuple[tuple[Array, bool], Array]:
     system = prior.reshape(count, d, count, d).copy()
     every = np.arange(count)
     system[every, :, every, :] += noise
+    from scipy.linalg import cho_factor, solve_triangular
+
     factor = cho_factor(system.reshape(count * d, count * d), lower=True)
     known = solve_triangular(factor[0], prior, lower=True).reshape(count * d, count, d)
     return factor, np.eye(d) - np.einsum("kti,ktj->tij", known, known)

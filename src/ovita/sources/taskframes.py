@@ -9,14 +9,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from ovita.errors import RequestError
 from ovita.paths.frame import matrix, product
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
 
 START, GOAL = "start", "goal"
 """Task frames that every demonstration has: its first and its last position, with the world's axes."""
@@ -93,6 +96,8 @@ def frames_of(names: Sequence[str], scene: Scene, start: Array, goal: Array) -> 
 
 def rotation(quaternions: Array) -> Rotation:
     """Quaternions (..., 4) wxyz as scipy's rotations, whose quaternions end with w."""
+    from scipy.spatial.transform import Rotation
+
     return Rotation.from_quat(np.roll(quaternions, -1, axis=-1))
 
 
@@ -113,7 +118,8 @@ def logarithm(base: Array, quaternions: Array) -> Array:
 
 def exponential(base: Array, vectors: Array) -> Array:
     """Unit quaternions (N, 4) wxyz that rotation vectors (N, 3) [rad] lead to from a base (4,): `logarithm` undone."""
-    return wxyz(rotation(base) * Rotation.from_rotvec(vectors))
+    turned = rotation(base)
+    return wxyz(turned * type(turned).from_rotvec(vectors))
 
 
 def local(frame: TaskFrame, positions: Array, orientations: Array | None) -> tuple[Array, Array | None]:

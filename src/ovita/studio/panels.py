@@ -43,27 +43,20 @@ class TextPanel:
 
 
 class ChangesPanel:
-    """The measured difference, as charts and sentences."""
+    """The measured difference in sentences; the charts are in the timeline."""
 
     def __init__(self, gui: Any, controller: Callable[[], SessionController]) -> None:
         self._controller = controller
-        self.against = gui.add_dropdown("compared with", _AGAINST, hint="Charts and sentences use this one")
-        self.charts = gui.add_html("")
+        self.against = gui.add_dropdown("compared with", _AGAINST, hint="What the sentences measure from")
         self.text = gui.add_html("")
         self.against.on_update(lambda _: self.refresh())
 
     def refresh(self) -> None:
         """Show the session."""
         session = self._controller().session
-        adapted = session.current if session.steps else None
         before = session.original
         if self.against.value == _AGAINST[1] and len(session.steps) > 1:
             before = session.steps[-2].adaptation.adapted
-        speed = html.speed_chart(before, adapted)
-        margin = session.robot.obstacle_margin
-        distance = html.clearance_chart(before, adapted, session.scene, margin)
-        title = "<h4>Distance to the nearest object [m]</h4>" if distance else ""
-        self.charts.content = html.block(f"<h4>Speed [m/s]</h4>{speed}{title}{distance}")
         self.text.content = html.changes(before, session)
 
 

@@ -11,7 +11,6 @@ from ovita.errors import OvitaError
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
-from ovita.plots.geometry import COLOURS
 from ovita.studio.scene_view import SceneView, ViewBounds, rgb
 
 _TICK_S, _TELL_S = 1 / 25, 0.5
@@ -33,7 +32,7 @@ class Playheads:
             while len(self._nodes) > len(places):
                 self._nodes.pop().remove()
             for i in range(len(self._nodes), len(places)):
-                colour = rgb(COLOURS[("before", "after")[i]])
+                colour = rgb(self._space.palette[("before", "after")[i]])
                 self._nodes.append(self._space.api.add_icosphere(f"/playhead/{i}", radius, colour, subdivisions=2))
             for node, place in zip(self._nodes, places, strict=True):
                 node.position = place

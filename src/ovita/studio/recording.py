@@ -17,8 +17,6 @@ from ovita.io.waypoints import from_columns
 from ovita.paths.geometry import extent
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array
-from ovita.sources.learning import learn
-from ovita.sources.skill_files import document_of
 from ovita.sources.skills import KINDS, packed
 from ovita.studio import html
 from ovita.studio.scene_view import STROKE, SceneView, rgb
@@ -146,6 +144,9 @@ class PenRecorder:
             self._client.send_file_download(f"demonstration-{i}.json", text, save_immediately=True)
 
     def _learn(self) -> None:
+        from ovita.sources.learning import learn  # what it needs takes longer to read than the page
+        from ovita.sources.skill_files import document_of
+
         try:
             skill = learn(self.strokes, self.kind.value)
             made = skill.generate()

@@ -24,6 +24,9 @@ STROKE = "#7b1fa2"
 RULER = "#00897b"
 VIOLATION = "#7a3cff"  # the crimson of printed figures is too close to the red line
 SELECTED = "#ffb300"
+DARK = COLOURS | {"before": "#6fa5f5", "after": "#ff7b72", "goal": "#e3eaf0"}
+"""Colours before a dark background: what is blue, red and black in print is lighter."""
+
 _WIDE, _THIN = 4.5, 2.0
 _OLD = ""  # what the original's ends are called beyond "start" and "goal"
 _FOV = 0.75
@@ -58,6 +61,7 @@ class SceneView:
         self._lines: dict[str, Any] = {}
         self._labels: list[Any] = []
         self._end_labels: dict[str, Any] = {}
+        self._last: dict[str, tuple[Any, ...]] = {}  # what each line was drawn from
         self._margins: list[Any] = []
         self._ruler_labels: list[Any] = []
         self.picked: Callable[[str], None] = lambda name: None
@@ -80,26 +84,32 @@ class SceneView:
         self.__init__(self.client, self.covered)  # type: ignore[misc]
         self.shown, self.picked, self.dark = shown, picked, dark
 
+    @property
+    def palette(self) -> dict[str, str]:
+        """Colours by name, for the background as it is."""
+        return DARK if self.dark else COLOURS
+
     def draw_lines(self, session: Session) -> None:
         """Show the lines as they are now."""
         assert self.stage is not None
+        colours = self.palette
         result, original, current = session.adaptation, session.original, session.current
         pace = self.pace(session)
         changed = result is not None
-        self._line("original", original, COLOURS["before"], pace if self.shown.speeds and not changed else None)
-        self._line("adapted", current if changed else None, COLOURS["after"], pace if self.shown.speeds else None)
+        self._line("original", original, colours["before"], pace if self.shown.speeds and not changed else None)
+        self._line("adapted", current if changed else None, colours["after"], pace if self.shown.speeds else None)
         steps = session.steps
         before = steps[-2].adaptation.adapted if len(steps) > 1 else None
         self._line("ghost", before if self.shown.ghost else None, GHOST, None, width=_THIN)
         moved = result is not None and result.proposed is not None and result.proposed != result.adapted
         proposed = result.proposed if result is not None and moved else None
-        self._line("proposed", proposed, COLOURS["proposed"], None, width=_THIN)
+        self._line("proposed", proposed, colours["proposed"], None, width=_THIN)
         waiting = session.pending.proposal if session.pending is not None else None
-        self._line("proposal", waiting.adapted if waiting is not None else None, COLOURS["waiting"], None)
+        self._line("proposal", waiting.adapted if waiting is not None else None, colours["waiting"], None)
         bad = violated(result) if result is not None else _NO_SEGMENTS[:0]
         self._segments("violated", bad, plain_colours(len(bad), VIOLATION), 7.0)
-        self._arrows("original", original, COLOURS["before"])
-        self._arrows("adapted", current if changed else None, COLOURS["after"])
+        self._arrows("original", original, colours["before"])
+        self._arrows("adapted", current if changed else None, colours["after"])
         self._points("waypoints", current.positions if self.shown.waypoints else None)
         self._ends(original, current if changed else None, waiting.adapted if waiting is not None else None)
 
@@ -111,7 +121,11 @@ class SceneView:
 
     def redraw(self, session: Session) -> None:
         """Draw objects, floor and lines anew, such as for another background."""
+        self._last = {}
         with self.client.atomic():
+            for key in [key for key in self._lines if key in self._end_labels or key.startswith("arrows ")]:
+                self._lines.pop(key).remove()
+            self._end_labels = {}
             self._build([session.original, session.current], session.scene, session.robot, fresh=False)
             self.draw_lines(session)
 
@@ -265,10 +279,10 @@ class SceneView:
         self._labels.append(self._label(f"/names/{i}", item.name, item.position + top * self.stage.up))
         self.objects[item.name] = holder
 
-    def _label(self, name: str, text: str, place: Array, scale: float = 0.9) -> Any:
+    def _label(self, name: str, text: str, place: Array) -> Any:
         short = text if len(text) <= 32 else text[:31] + "\u2026"
         return self.api.add_label(
-            name, short, position=place, anchor="bottom-center", font_screen_scale=scale, visible=self.shown.labels
+            name, short, position=place, anchor="bottom-center", font_screen_scale=1.0, visible=self.shown.labels
         )
 
     def _axes(self, scene: Scene, stage: ViewBounds) -> None:
@@ -281,10 +295,10 @@ class SceneView:
                 shaft_radius=0.03 * length, head_radius=0.08 * length, head_length=0.22 * length,
             )  # fmt: skip
             beyond = tip + 0.03 * stage.size * scene.frame.direction(word)
-            self._labels.append(self._label(f"/axis-names/{word}", word, beyond, 0.8))
+            self._labels.append(self._label(f"/axis-names/{word}", word, beyond))
         told = f"grid {grid_step(stage.size):g} m"
         aside = corner - 0.6 * length * scene.frame.direction("front")
-        self._labels.append(self._label("/grid-scale", told, aside, 0.8))
+        self._labels.append(self._label("/grid-scale", told, aside))
 
     def _workspace(self, robot: Robot, stage: ViewBounds) -> None:
         reach = 8.0 * stage.size
@@ -300,12 +314,20 @@ class SceneView:
     def _line(
         self, name: str, path: Trajectory | None, colour: str, pace: tuple[float, float] | None, *, width: float = _WIDE
     ) -> None:
+        if not self._another(name, path, colour, pace):
+            return
         if path is None:
             self._segments(name, _NO_SEGMENTS[:0], plain_colours(0, colour), width)
             return
         pairs = segments(path.positions)
         colours = speed_colours(path.speeds, *pace) if pace else plain_colours(len(pairs), colour)
         self._segments(name, pairs, colours, width)
+
+    def _another(self, name: str, path: Trajectory | None, *looks: Any) -> bool:
+        """Whether a line is not drawn like this already: one that stays is not sent again while a knob turns."""
+        last = self._last.get(name, (None,))
+        self._last[name] = (path, *looks)
+        return path is None or last[0] is not path or last[1:] != looks
 
     def _segments(self, name: str, pairs: Array | Any, colours: Any, width: float, *, visible: bool = True) -> None:
         node = self._lines.get(name)
@@ -323,6 +345,8 @@ class SceneView:
 
     def _arrows(self, name: str, path: Trajectory | None, colour: str) -> None:
         assert self.stage is not None
+        if not self._another(f"arrows {name}", path, colour):
+            return
         size = self.stage.size
         pairs = arrows(path, 0.05 * size) if path is not None else _NO_SEGMENTS[:0]
         key = f"arrows {name}"
@@ -359,23 +383,24 @@ class SceneView:
         for owner, path in ((_OLD, original), ("new ", adapted), ("proposed ", proposal)):
             for which, index in (("start", 0), ("goal", -1)):
                 key = f"{owner}{which}"
-                node = self._lines.get(key)
-                if node is None and path is not None:
-                    colour = rgb(COLOURS[which])
-                    if which == "start":
-                        node = self.api.add_icosphere(f"/ends/{key}", size, colour, subdivisions=2)
-                    else:
-                        node = self.api.add_box(f"/ends/{key}", colour, (1.7 * size,) * 3)
-                    self._lines[key] = node
-                    over = 1.4 * size * self.stage.up
-                    self._end_labels[key] = self._label(f"/ends/{key}/name", key, over, 0.8)
-                if node is None:
-                    continue
-                moved = path is None or float(np.linalg.norm(path.positions[index] - original.positions[index])) > 1e-3
-                self._end_labels[key].visible = self.shown.labels and (owner == _OLD or moved)
-                node.visible = path is not None and path.length > 0.0  # a scene may have no trajectory yet
                 if path is not None:
-                    node.position = path.positions[index]
+                    if key not in self._lines:
+                        self._end(key, which, size)
+                    apart = float(np.linalg.norm(path.positions[index] - original.positions[index]))
+                    self._end_labels[key].visible = self.shown.labels and (owner == _OLD or apart > 1e-3)
+                    self._lines[key].position = path.positions[index]
+                if key in self._lines:
+                    self._lines[key].visible = path is not None and path.length > 0.0  # there may be no trajectory yet
+
+    def _end(self, key: str, which: str, size: float) -> None:
+        """Make the ball of a start or the box of a goal, with its name."""
+        assert self.stage is not None
+        colour = rgb(self.palette[which])
+        if which == "start":
+            self._lines[key] = self.api.add_icosphere(f"/ends/{key}", size, colour, subdivisions=2)
+        else:
+            self._lines[key] = self.api.add_box(f"/ends/{key}", colour, (1.7 * size,) * 3)
+        self._end_labels[key] = self._label(f"/ends/{key}/name", key, 1.4 * size * self.stage.up, 0.8)
 
 
 Colours = NDArray[np.uint8]

@@ -26,11 +26,13 @@ from ovita.result import Adaptation
 from ovita.sources.words import begun
 from ovita.writers.base import PolicyWriter
 
-SETTLE_S = 0.6
-"""How long knobs must rest until what they did is written down [s]."""
+SETTLE_S, REST_S, TOLD_S = 0.6, 0.1, 0.5
+"""How long knobs must rest until what they did is written down, and until the texts are made; while they do not, texts
+are made as seldom as the last [s]."""
 
-News = Literal["turn", "knobs", "busy", "said", "error"]
-"""What changed: the turn in force, its knobs, whether a writer is at work, what was said last, a wish that failed."""
+News = Literal["turn", "line", "knobs", "busy", "said", "error"]
+"""What changed: the turn in force, the line of a knob that moves, all that knobs did, whether a writer is at work, what
+was said last, a wish that failed."""
 
 
 @dataclass
@@ -244,12 +246,19 @@ class SessionController:
 
     def _turn_all(self) -> None:
         """Apply pending parameter values until none are left; after a pause, record the result as a turn."""
+        due: float | None = None  # until when the texts wait; None once they are made
         while True:
             with self._knobs:
-                if not self._wanted and not self._knobs.wait_for(lambda: bool(self._wanted), timeout=SETTLE_S):
+                more = self._knobs.wait_for(lambda: bool(self._wanted), timeout=SETTLE_S if due is None else REST_S)
+                if not more and due is None:
                     self._turning = False
                     break
-            self._turn_once()
+            if more:
+                self._turn_once()
+                due = due or time.monotonic() + TOLD_S
+            if due is not None and (not more or time.monotonic() > due):
+                due = None
+                self._tell("knobs")
         with self.lock:
             kept = self._kept(self.session.settle)
         if not kept:
@@ -279,7 +288,7 @@ class SessionController:
             self.error = str(error)
             self._tell("error")
             return
-        self._tell("knobs")
+        self._tell("line")
 
     def _rest(self) -> None:
         """Forget knobs that were not turned yet, so that they do not reach another turn's policy."""

@@ -16,7 +16,7 @@ from ovita.studio import html, playback, scene_view, turns
 from ovita.studio.conversation import Conversation
 from ovita.studio.editor import DragEditor
 from ovita.studio.files import FilesPanel, Opened
-from ovita.studio.guide import KEYS
+from ovita.studio.guide import HOTKEYS
 from ovita.studio.hands import HandEdit, deleted, drawn, inserted, sketched
 from ovita.studio.html import BRAND
 from ovita.studio.look import LookPanel
@@ -148,10 +148,9 @@ class Tab:
         with below.add_tab("Code", "code"):
             self.code = CodePanel(gui, self._controller, self.complain)
         below.dock_below(top)
-        for key in KEYS:
-            if key.hotkey:
-                command = gui.add_command(key.does.strip().capitalize(), hotkey=key.hotkey, modifier=key.held)
-                command.on_trigger(lambda _, wish=key.wish: self.do(wish))
+        for key in HOTKEYS:
+            command = gui.add_command(key.does.strip().capitalize(), hotkey=key.hotkey, modifier=key.held)
+            command.on_trigger(lambda _, wish=key.wish: self.do(wish))
 
     def do(self, wish: str) -> None:
         """Do what a key or our own HTML asks for, such as "undo", "look top" or "go 3"; anything else is ignored."""
@@ -177,6 +176,8 @@ class Tab:
         self._theme(self.client.gui)
         with self._lock, self.controller.lock:
             self.space.redraw(self.controller.session)
+            self.heads.place([])
+            self._show_moment(self.player.moment)
 
     def _theme(self, gui: Any) -> None:
         gui.configure_theme(
@@ -186,10 +187,11 @@ class Tab:
 
     def _camera_moved(self) -> None:
         self.space.covered = 0.0
-        if not self._narrow and float(self.client.camera.image_width) < _NARROW:
-            self._narrow = True
-            self._right.set_width(_RIGHT_NARROW)
-            self.client.gui.main_panel.set_width(_LEFT_NARROW)
+        free = float(self.client.camera.image_width) - self._narrow * (_LEFT + _RIGHT - _LEFT_NARROW - _RIGHT_NARROW)
+        if self._narrow != (free < _NARROW):
+            self._narrow = not self._narrow
+            self._right.set_width(_RIGHT_NARROW if self._narrow else _RIGHT)
+            self.client.gui.main_panel.set_width(_LEFT_NARROW if self._narrow else _LEFT)
         self.space.look_again(self.controller.session)
         self.timeline.see(self.client.camera)
 
@@ -235,8 +237,9 @@ class Tab:
             if self._closed:
                 return
             with self.controller.lock:
-                if news == "knobs":
-                    self._redraw(news)  # sent before the texts are made: who drags a knob looks at the line
+                if news == "line":
+                    self._redraw(news)
+                    return
                 with self.client.atomic():
                     self._refresh(news)
 

@@ -66,14 +66,18 @@ def packed(rows: Array) -> dict[str, Any]:
     return {"rows": len(rows), "data": base64.b64encode(np.ascontiguousarray(rows, dtype="<f4").tobytes()).decode()}
 
 
-def picture(session: Session) -> dict[str, Any]:
-    """All that the timeline shows of a session, as JSON values."""
-    paths = [session.original, *([session.current] if session.steps else [])]
+def drawn(path: Trajectory, scene: Scene) -> Mapping[str, Any]:
+    """What the timeline shows of one path, as JSON values."""
+    return packed(thinned(signals(path, scene))) | {"count": len(path), "duration": path.duration}
+
+
+def picture(session: Session, original: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """All that the timeline shows of a session, as JSON values; `original` where that path is drawn already."""
     up = session.scene.frame.direction("up")
     return {
         "paths": [
-            packed(thinned(signals(path, session.scene))) | {"count": len(path), "duration": path.duration}
-            for path in paths
+            original or drawn(session.original, session.scene),
+            *([drawn(session.current, session.scene)] if session.steps else []),
         ],
         "objects": [item.name for item in session.scene],
         "boxes": [corners(item).round(4).tolist() for item in session.scene],
@@ -119,12 +123,15 @@ class Timeline:
         self.wire, self._controller = wire, controller
         self.player = Player(wire.send, show)
         self._mark, self._hands = mark, hands
+        self._first: tuple[Trajectory, Scene, Mapping[str, Any]] | None = None  # the original, as drawn
         wire.heard = self._heard
 
     def refresh(self, *, lines: bool) -> None:
         """Show the session; `lines`: and look anew when which line of its program acts."""
         session = self._controller().session
-        self.wire.send("paths", picture(session))
+        if self._first is None or self._first[0] is not session.original or self._first[1] is not session.scene:
+            self._first = session.original, session.scene, drawn(session.original, session.scene)
+        self.wire.send("paths", picture(session, self._first[2]))
         self.player.set_duration(max(session.original.duration, session.current.duration))
         self.show_selection()
         if lines:
