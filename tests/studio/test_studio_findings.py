@@ -17,7 +17,7 @@ from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.result import Status
-from ovita.studio import files, guide, html, panels, playback, robots, turns
+from ovita.studio import files, guide, html, panels, playback, robots, scene_view, turns
 from ovita.studio.ruler import measured
 from ovita.studio.scene_view import VIEW_DIRECTIONS, ViewBounds
 from ovita.studio.sessions import SessionController
@@ -250,10 +250,16 @@ def test_contrast_is_at_least_4_5(begins, paper):
     colour = {"paper": paper} | dict(re.findall(r"--([\w-]+): (#[0-9a-f]{6})", rules[: rules.index("}")]))
     pairs = [(kind, f"{kind}-on") for kind in ("good", "warn", "wrong", "bad", "ask")]
     pairs += [(ink, on) for ink in ("ink", "soft") for on in ("paper", "card", "now", "waiting")]
-    pairs += [("ink", "chip"), ("brand", "paper"), ("brand", "card"), ("bad", "paper")]
+    pairs += [("ink", "chip"), ("brand", "paper"), ("brand", "card"), ("bad", "paper"), ("on", "brand")]
+    pairs += [(ink, "dock-back") for ink in ("ink", "soft", "warn")]  # what the timeline draws itself
     assert {
         pair: ratio(*(colour[name] for name in pair)) for pair in pairs if ratio(*(colour[name] for name in pair)) < 4.5
     } == {}
+
+    scene = scene_view.DARK if "dark" in begins else scene_view.COLOURS
+    assert (colour["blue"], colour["red"]) == (scene["before"], scene["after"])  # one colour in texts, timeline, scene
+    back = "#141414" if "dark" in begins else "#ffffff"
+    assert min(ratio(scene[name], back) for name in ("before", "after", "goal")) >= 4.5
 
 
 def test_no_text_is_smaller_than_12_pixels():

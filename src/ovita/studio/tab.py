@@ -168,7 +168,10 @@ class Tab:
 
     def _look(self, view: str) -> None:
         self.space.follow(not self.space.following if view == "follow" else False)
-        if view != "follow":
+        if self.space.following:
+            self.tell("The view goes along with what moves; \u201cfollow\u201d again, or another view, stops it.")
+            self._show_moment(self.player.moment)
+        elif view != "follow":
             self.space.look(self.controller.session, view)
 
     def _darken(self, dark: bool) -> None:
