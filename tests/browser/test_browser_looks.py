@@ -11,7 +11,7 @@ LEFT = ("Edit", "Look", "View", "Files", "Set up", "Say")
 RIGHT = ("Plan", "Explanation", "Constraints", "Robot", "Code", "Changes", "Parameters")
 
 UNREADABLE = """() => {  // every text with less contrast than 4.5 to what is behind it, or smaller than 12 pixels
-  const parse = text => { const found = text.match(/[\\d.]+/g).map(Number); return found.length > 3 ? found : [...found, 1]; };
+  const parse = text => [...text.match(/[\\d.]+/g).map(Number), 1].slice(0, 4);
   const mix = (over, under) => [0, 1, 2].map(k => over[3] * over[k] + (1 - over[3]) * under[k]).concat(1);
   const light = colour => [0.2126, 0.7152, 0.0722].reduce((sum, share, k) => {
     const v = colour[k] / 255;
@@ -37,10 +37,11 @@ UNREADABLE = """() => {  // every text with less contrast than 4.5 to what is be
   for (const node of document.querySelectorAll("body *")) {
     if (!node.checkVisibility({ opacityProperty: true, visibilityProperty: true })) continue;
     if (node.closest(":disabled, [aria-disabled=true], [data-disabled], script, style, template")) continue;
-    const style = getComputedStyle(node), text = [...node.childNodes].filter(one => one.nodeType === 3).map(one => one.data).join("");
+    const style = getComputedStyle(node);
+    const text = [...node.childNodes].filter(one => one.nodeType === 3).map(one => one.data).join("");
     if (text.trim()) judge(node, style, text);
     if (node.placeholder && !node.value) judge(node, getComputedStyle(node, "::placeholder"), node.placeholder);
-    else if (node.matches("input[type=text], input[type=number], textarea, select") && node.value) judge(node, style, node.value);
+    else if (node.matches("input[type=text], textarea, select") && node.value) judge(node, style, node.value);
   }
   return seen > 20 ? bad : ["hardly any text was found"];
 }"""
@@ -202,8 +203,8 @@ def test_the_list_of_keys_is_what_the_page_hears(studio, browser):
         page.keyboard.press("Escape")
         page.keyboard.press(key)
         stage, frame = page.view.space._seen, session(page).scene.frame
-        wanted = stage.camera(frame, page.view.space._aspect(), 0.75, view)[0]
-        until(lambda wanted=wanted: np.linalg.norm(np.asarray(camera.position) - wanted) < 0.02 * stage.size)
+        wanted, near = stage.camera(frame, page.view.space._aspect(), 0.75, view)[0], 0.02 * stage.size
+        until(lambda wanted=wanted, near=near: np.linalg.norm(np.asarray(camera.position) - wanted) < near)
     assert [label.text for label in page.view.space._labels if label.text.startswith("grid")] == ["grid 0.1 m"]
 
     page.keyboard.press("4")
