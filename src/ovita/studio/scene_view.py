@@ -400,7 +400,7 @@ class SceneView:
             self._lines[key] = self.api.add_icosphere(f"/ends/{key}", size, colour, subdivisions=2)
         else:
             self._lines[key] = self.api.add_box(f"/ends/{key}", colour, (1.7 * size,) * 3)
-        self._end_labels[key] = self._label(f"/ends/{key}/name", key, 1.4 * size * self.stage.up, 0.8)
+        self._end_labels[key] = self._label(f"/ends/{key}/name", key, 1.4 * size * self.stage.up)
 
 
 Colours = NDArray[np.uint8]
