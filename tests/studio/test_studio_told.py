@@ -250,7 +250,7 @@ def test_the_ruler_names_its_ends(start, visit):
     tab.wait(lambda: studio.views[0].controller.session.steps)
     tab.set("from", "cup")
     tab.set("to", "the original goal")
-    tab.wait(lambda: "to the original goal" in tab.text())
+    tab.wait(lambda: "/ruler/2" in tab.nodes and tab.nodes["/ruler/1"]["props"]["text"] == "the original goal")
     (_, name), (last, other), (_, size) = (
         (tab.poses.get(f"/ruler/{i}"), tab.nodes[f"/ruler/{i}"]["props"]["text"]) for i in range(3)
     )
