@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise, product
 
-from ovita.instruct.frames import Height, Quantity, Reading, SemanticFrame, Wait
+from ovita.instruct.frames import Height, Quantity, Reading, SemanticFrame, Wait, same
 from ovita.instruct.lexicon import DETERMINERS, concept_at, is_filler, term_at
 from ovita.instruct.numbers import amount_at
 from ovita.instruct.referee import DO, Outcome, understand
@@ -440,6 +440,11 @@ def _wishes(said: str, scene: Scene) -> list[Wish]:
     certain = len(parts) > 1 and all(part.outcome == "do" for part in parts)
     if certain and (whole.outcome != "do" or len(whole.frames) < len(parts)):
         return parts
+    sure = [part for part in parts if part.outcome == "do"]
+    if whole.outcome == "needs_confirmation" and sure and not any(p.frames for p in parts if p not in sure):
+        told = tuple(frame for part in sure for frame in part.frames)
+        if same(told, whole.frames):  # "a metre from the nest, she sits on six eggs"
+            return sure
     kinds = {type(frame) for frame in whole.frames}
     lost = (part for part in parts if part.outcome == "do" and not kinds & {type(frame) for frame in part.frames})
     return [whole, *(lost if kinds else ())]
