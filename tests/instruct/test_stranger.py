@@ -297,3 +297,25 @@ def test_everything_but_the_goal_leaves_the_goal_alone():
 
 def test_a_place_that_is_left_out_is_not_kept_away_from():
     assert show(understood("slow down, just not near the plate").frames) == "pace slower @!near=plate"
+
+
+@pytest.mark.parametrize(
+    ("sentence", "least", "most", "where"),
+    [
+        ("never higher than the kettle", -1, 0.24, TABLE),
+        ("stay at least as high as the kettle", 0.24, 9, TABLE),
+        ("don't fly lower than the sofa", 0.8, 9, HALL),
+        ("fly 30 cm lower than the lamp", 1.1, 1.1, HALL),
+    ],
+)
+def test_bounds_and_heights_by_a_thing_count_from_its_top_or_bottom(sentence, least, most, where):
+    height = dense(understood(sentence, where).adapted)[:, 2]
+    assert height.min() >= least - 0.01 and height.max() <= most + 0.01
+
+
+def test_clear_by_a_distance_is_a_distance_to_keep():
+    assert show(understood("stay clear of the lamp by 50 cm", HALL).frames) == "clearance lamp at_least=50cm"
+
+
+def test_a_stop_that_is_denied_is_not_even_shown():
+    assert said("don't stop at the bin", YARD).proposal is None

@@ -7,9 +7,9 @@ A chunk's class is what the constituents, the table of frames and the referee lo
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, TypeAlias
 
 from ovita.instruct.frames import Quantity, Span
 from ovita.instruct.lexicon import DETERMINERS, term_at, terms
@@ -96,6 +96,29 @@ class Chunk:
     def number(self) -> Quantity:
         """The quantity that it is; a bare zero if it is none."""
         return self.q or Quantity(0.0)
+
+
+def merged(found: Sequence[Chunk], kind: str, **more: Any) -> Chunk:
+    """One chunk of several."""
+    text = " ".join(c.text for c in found)
+    names = tuple(dict.fromkeys(name for c in found for name in c.names))
+    q = next((c.q for c in reversed(found) if c.q is not None), None)
+    made = Chunk(kind, text, (found[0].span[0], found[-1].span[1]), names, q)
+    return replace(made, **more)
+
+
+def kinds(found: Sequence[Chunk]) -> list[str]:
+    """The classes of chunks."""
+    return [c.kind for c in found]
+
+
+def numbers(found: Sequence[Chunk]) -> list[Quantity]:
+    """The quantities of chunks."""
+    return [c.q for c in found if c.q is not None]
+
+
+Build: TypeAlias = "Callable[[Sequence[Chunk]], Chunk | list[Chunk] | None]"
+"""What becomes of chunks that a pattern matches; None leaves them as they are."""
 
 
 @dataclass(frozen=True)

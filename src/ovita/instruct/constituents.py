@@ -8,17 +8,16 @@ One table of patterns over the chunks' classes, applied in order. A pattern is a
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, cast
 
 from ovita.instruct.bare_numbers import with_units
-from ovita.instruct.chunks import COUNTED, Chunk
+from ovita.instruct.chunks import COUNTED, Build, Chunk, merged, numbers
+from ovita.instruct.comparisons import COMPARED
 from ovita.instruct.frames import Quantity, Role
 from ovita.paths.part import PathPart, outside
-
-Build = Callable[[Sequence[Chunk]], Chunk | list[Chunk] | None]
 
 GROUPS = {
     "LENGTH": "Qm", "ANYQ": "Qm|Qv|Qa|Qs|Qdeg|Qpc|Qx|Qstep|Qn", "SHARE": "Qpc|half|third|quarter|tenth|fifth",
@@ -33,28 +32,8 @@ FLIPPED = {
     "raise": "lower", "more_curve": "less_curve", "inc": "dec",
 }  # fmt: skip
 FLIPPED |= {b: a for a, b in FLIPPED.items() if a not in ("near", "touch", "avoid")}
-OTHER_SIDE = {way: FLIPPED[way] for way in GROUPS["DIR"].split("|")} | {"over": "under", "under": "over"}
 FRACTION = {"half": 0.5, "third": 1 / 3, "quarter": 0.25, "tenth": 0.1, "fifth": 0.2}
 QUANTITIES = frozenset("Qm Qv Qa Qs Qdeg Qpc Qx Qstep Qn".split())
-
-
-def merged(found: Sequence[Chunk], kind: str, **more: Any) -> Chunk:
-    """One chunk of several."""
-    text = " ".join(c.text for c in found)
-    names = tuple(dict.fromkeys(name for c in found for name in c.names))
-    q = next((c.q for c in reversed(found) if c.q is not None), None)
-    made = Chunk(kind, text, (found[0].span[0], found[-1].span[1]), names, q)
-    return replace(made, **more)
-
-
-def kinds(found: Sequence[Chunk]) -> list[str]:
-    """The classes of chunks."""
-    return [c.kind for c in found]
-
-
-def numbers(found: Sequence[Chunk]) -> list[Quantity]:
-    """The quantities of chunks."""
-    return [c.q for c in found if c.q is not None]
 
 
 def part(found: Sequence[Chunk], of: PathPart) -> Chunk:
@@ -209,32 +188,6 @@ def _other_side(found: Sequence[Chunk]) -> list[Chunk]:
     """Never to the left of it: to the right of it."""
     k = next(i for i, c in enumerate(found) if c.kind in FLIPPED)
     return [merged(found[: k + 1], FLIPPED[found[k].kind], value="flipped"), *found[k + 1 :]]
-
-
-def _one_side(found: Sequence[Chunk]) -> list[Chunk] | None:
-    """Left of it, not right of it: the other side that is denied says nothing more."""
-    sides = [c for c in found if c.kind in OTHER_SIDE]
-    denied = merged(sides[:1], sides[0].kind, span=found[-1].span, value="flipped")
-    return [*found[: kinds(found).index("never")], denied] if OTHER_SIDE[sides[0].kind] == sides[1].kind else None
-
-
-def _two_speeds(found: Sequence[Chunk]) -> list[Chunk]:
-    """Speed above this and below that."""
-    ways = [HOW[c.kind] for c in found if c.kind in HOW]
-    speeds = [replace(c, kind="Qv", q=replace(c.number, unit="m/s")) for c in found if c.q is not None]
-    low, high = (cast(Chunk, _role(way)([speed])) for way, speed in zip(ways, speeds, strict=True))
-    return [found[0], low, Chunk("and", "", found[0].span), found[0], high]
-
-
-HOW = dict.fromkeys("over up faster".split(), "at_least") | dict.fromkeys("under down lower slower".split(), "at_most")
-
-
-def _back_along(found: Sequence[Chunk]) -> list[Chunk] | None:
-    """Back up by 30 cm at the end: back along the path."""
-    back = next(c for c in found if c.kind in ("back", "reverse"))
-    q = numbers(found)[0]
-    meant = back.text.lower().startswith(("back up", "backing up", "back off", "back out", "reverse"))
-    return [merged([back], "extend"), merged(found, "Qm", q=replace(q, value=-q.value, said=""))] if meant else None
 
 
 def _role(role: str) -> Build:
@@ -424,20 +377,9 @@ def _pattern(classes: str, build: Build) -> Pattern:
 PATTERNS: tuple[Pattern, ...] = tuple(
     _pattern(classes, build)
     for classes, build in (
+        *COMPARED,
         ("comma|dot never comma", lambda f: merged(f, "correct")),
-        ("speed keep? over|under|up|down|lower|faster|slower than? Qn|Qv and|comma keep|speed? over|under|up|down|lower|faster|slower than? Qn|Qv", _two_speeds),
-        ("DIR|over|under of|to|from? OBJ comma|and? never pass? on|to|at|in? DIR|over|under of|to|from? OBJ?", _one_side),
-        ("OBJ on|to|at DIR comma|and? never pass? on|to|at? DIR of|to|from? OBJ?", _one_side),
-        ("pass DIR comma|and? never pass? on|to|at? DIR", _one_side),
-        ("back|reverse by? Qm once? at|on|in|near|after goal", _back_along),
-        ("at|on|in|near|after goal comma? back|reverse by? Qm", _back_along),
-        ("stop|endup|goal Qm before pass|touch? to|of? OBJ", lambda f: [merged(f[:1], "stop"), merged(f[1:], "short")]),
-        ("stop Qm from|in? front? of|to? OBJ", lambda f: [f[0], merged(f[1:], "short")]),
-        ("level|height of|with|to? OBJ", lambda f: merged(f, "Hof")),
         ("comma only? never near to|of? OBJ", lambda f: part(f, outside(_either(f[-1].names, None))) if "not" in [c.text.lower() for c in f] else None),
-        ("never|avoid touch|collide to|on|at|by|with|over? OBJ", lambda f: [merged(f[:2], "clear", value="flipped"), merged(f[-1:], "obj", value="")]),
-        ("never dec|inc|path|speed over? OBJ", lambda f: [merged(f[:2], "clear", value="flipped"), merged(f[-1:], "obj", value="")] if f[1].text.lower() in ("knock", "knocking", "bump", "bumping", "run", "running", "drive", "driving") else None),
-        ("keep OBJ", lambda f: [merged(f[:1], "clear", value="flipped"), merged(f[1:], "obj", value="")] if "touch" in f[0].text.lower() else None),
         ("where (?=(?:start|goal|ends|speed|height) keep )", lambda f: merged(f, "and")),
         ("dec|lower|drop|limit faster (?=to )", lambda f: [f[0], merged(f[1:], "vmax")] if "speed" in f[1].text else None),
         ("keep near (?=(?:to |of )*OBJ )", lambda f: merged(f, "closer")),

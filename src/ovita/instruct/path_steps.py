@@ -217,14 +217,18 @@ def move_end(d: PolicyBuilder, frame: F.MoveEnd) -> None:
 
 
 def _level(d: PolicyBuilder, q: F.Quantity, of: F.Place) -> float:
-    """A height above the ground [m], or that of an object's centre plus so much."""
+    """A height above the ground [m], or so far above an object's top, below its bottom, or that of its centre."""
     value = d.metres(q, 1.0, "above the ground")
     if not of:
         return value
     _, words, point = target(d, of)
-    value += float(point @ d.scene.frame.direction("up"))
-    d.assume(f"the height of {words} is that of its centre, {value:.4g} m above the ground")
-    return float(f"{value:.6g}")
+    up = d.scene.frame.direction("up")
+    bound = q.role in ("at_least", "at_most")
+    at, sign = ("top", 1.0) if bound or value > 0 else ("bottom", -1.0) if value < 0 else ("centre", 0.0)
+    half = extent(d.scene[of], up) if isinstance(of, str) and of not in F.SPOTS else 0.0
+    value = float(f"{value + float(point @ up) + sign * half:.6g}")
+    d.assume(f"the height of {words} is that of its {at}, which makes it {value:.4g} m above the ground")
+    return value
 
 
 def _end_level(d: PolicyBuilder, frame: F.MoveEnd, q: F.Quantity, end: str) -> None:

@@ -230,8 +230,9 @@ def judged(
 
 def _denied(said: Sequence[Chunk], frames: tuple[F.SemanticFrame, ...]) -> bool:
     """Whether a way past, over or through something is read where it is denied: "do not fly over the cup"."""
-    ways = [frame for frame in frames if isinstance(frame, F.Visit | F.Hop | F.Hover)]
-    row = [chunk for chunk in said if chunk.kind not in ("filler", "over", "under", "through", "touch", "to", "at")]
+    ways = [frame for frame in frames if isinstance(frame, F.Visit | F.Hop | F.Hover | F.StopAt | F.Wait)]
+    passed = "filler over under through touch to at by near stop wait hover".split()
+    row = [chunk for chunk in said if chunk.kind not in passed]
     pairs = [(no, thing) for no, thing in pairwise(row) if no.kind == "never" and thing.kind == "OBJ"]
     return any({*thing.names} & {*frame.named} for _, thing in pairs for frame in ways)
 

@@ -418,7 +418,7 @@ ROWS: tuple[Row, ...] = (
         ("zigzag", ("zigzag",), _swing, labelled("radius"), ALONG), ("wave", ("wave",), _swing, labelled("radius"), ALONG),
         ("shake", ("shake",), _swing, labelled("radius"), AROUND))),
     # bounds
-    Row(F.Height, ("Hof !never",), {"of": lambda c: next(i.names[0] for i in c.items if i.kind == "Hof")}, {"level": F.Quantity(0.0, "m", "to")}, (), "Hof height keep raise lower up down drop path whole", 0.0),
+    Row(F.Height, ("Hof !never",), {"of": lambda c: next(i.names[0] for i in c.items if i.kind == "Hof"), "level": lambda c: next(i.q for i in c.items if i.kind == "Hof")}, {}, (), "Hof height keep raise lower up down drop path whole", 0.0),
     Row(F.MoveEnd, ("end Hof", "endup Hof"), {"end": lambda c: end()(c) or (c.has("endup") and "goal") or None, "place": lambda c: next(i.names[0] for i in c.items if i.kind == "Hof")}, {"level": F.Quantity(0.0, "m", "to")}, ("end",), "Hof endup height at up", -0.1, where=False),
     Row(F.Height, ("Hq", "Qm:at_least,at_most height|up|ground|axis", "height Qm:at_least,at_most", "ceiling|floorlimit Qm", "height min|max|limit|at_least|at_most Qm", "up|ground max|min|at_most|at_least Qm"),
         {"level": level}, {}, ("level",), "height ground axis up keep wait whole path limit max min at_most at_least raise lower down touch", 0.2),
