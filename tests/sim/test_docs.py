@@ -59,3 +59,10 @@ def test_robots_from_packages_follow_as_written(tmp_path, monkeypatch):
         done = CliRunner().invoke(cli, shlex.split(command.replace("\\\n", " ")))
         assert done.exit_code == 0 and "original: followed" in done.output, done.output
     assert len(commands) == 3
+
+
+def test_the_tests_that_stand_for_the_findings_exist():
+    root = Path(__file__).parents[1]
+    there = set(re.findall(r"def (test_\w+)", "\n".join(p.read_text("utf-8") for p in root.rglob("test_*.py"))))
+    named = set(re.findall(r"`(test_\w+)`", TEXT))
+    assert len(named) > 30 and named <= there
