@@ -1,11 +1,12 @@
 """ovita against real ROS 2: every message type, distribution and direction, and a soak of the node.
 
-make ros-judges; python benchmarks/ros.py [--soak 1000]     OVITA_ROS_JUDGES names another folder of environments
+make ros-judges; python benchmarks/ros.py [--soak 1000] [--kills 20]; OVITA_ROS_JUDGES names another folder
 """
 
 import argparse
 import json
 import os
+import random
 import subprocess
 import sys
 import time
@@ -14,7 +15,7 @@ from pathlib import Path
 
 from ovita.errors import OvitaError
 from ovita.io import open_task
-from ovita.io.bus import joined
+from ovita.io.bus import joined, wait
 from ovita.io.links import Address, deliver, deliver_joints
 from ovita.io.messages import JOINTS, TYPES, JointMotion, build
 from ovita.io.ros2 import MOVEIT, receive_joints
@@ -99,16 +100,83 @@ def told(python, own, kind, domain):
         process.communicate()
 
 
-def soak(count, domain, python=sys.executable):
-    """Instructions to the node, each with a number; how many answers and paths came back, lost and doubled."""
+def serving(python, domain):
+    """`ovita ros serve` in a process of its own, once it serves."""
     environment = {**os.environ, "PYTHONPATH": str(ROOT / "src"), "OPENBLAS_NUM_THREADS": "1"}
     options = ["--domain", str(domain), "--local", "--writer", "builtin"]
     node = subprocess.Popen(
         [str(python), "-m", "ovita", "ros", "serve", *options],
         stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, env=environment,
     )  # fmt: skip
+    assert "serving" in node.stdout.readline()
+    return node
+
+
+def killed(count, kills, domain, python=sys.executable, seed=0):
+    """Instructions to a node that is killed at random moments and started anew; what was lost, and what came twice.
+
+    What had no answer when the node died is asked again; nothing else is.
+    """
+    rng = random.Random(seed)
+    fatal = set(rng.sample(range(count), kills))
+    node, came, paths, again = serving(python, domain), Counter(), [], 0
     try:
-        assert "serving" in node.stdout.readline()
+        with joined(Address.parse(f"ros2:/ovita?domain={domain}&local=1")) as bus:
+            path = bus.publisher("/ovita/path", TYPES["path"])
+            words = bus.publisher("/ovita/instruction", STRING, latched=False)
+            statuses = bus.subscribe("/ovita/status", STRING, [(True, False)])
+            adapted = bus.subscribe("/ovita/adapted", TYPES["path"], [(True, False)])
+
+            def answered(what, seconds):
+                """Wait for a status; keep every answer and path that comes."""
+                seen = []
+
+                def look():
+                    paths.extend(len(message.poses) for message in adapted())
+                    news = [json.loads(message.data) for message in statuses()]
+                    came.update(status["id"] for status in news if "id" in status)
+                    seen.extend(status.get("id", status["status"]) for status in news)
+                    return what in seen
+
+                return wait(look, seconds, bus.rest)
+
+            def begun():
+                line = Trajectory([[0.1 * i, 0, 0] for i in range(20)], [0.5] * 20)
+                for _ in range(30):
+                    path.write(build("path", line, bus.maker, start=time.time_ns())[0])
+                    if answered("ready", 2.0) and words.matched():
+                        return
+
+            begun()
+            for i in range(count):
+                said = {"id": str(i), "instruction": "go left by 0.1", "on": "original"}
+                message = bus.maker.new(STRING, data=json.dumps(said))
+                words.write(message)
+                if i in fatal:
+                    answered(None, rng.uniform(0.0, 0.3))
+                    node.kill()
+                    node.communicate()
+                    answered(None, 0.5)
+                    node = serving(python, domain)
+                    begun()
+                    if str(i) not in came:
+                        again += 1
+                        words.write(message)
+                if str(i) not in came:
+                    answered(str(i), 20.0)
+            answered(None, 2.0)
+    finally:
+        node.kill()
+        node.communicate()
+    lost, doubled = sum(str(i) not in came for i in range(count)), sum(n - 1 for n in came.values())
+    told = f"{count} instructions, killed {kills} times, {again} asked again, {sum(came.values())} answers"
+    return f"{told}, {len(paths)} adapted paths, all of 20 poses: {set(paths) == {20}}, {lost} lost, {doubled} doubled"
+
+
+def soak(count, domain, python=sys.executable):
+    """Instructions to the node, each with a number; how many answers and paths came back, lost and doubled."""
+    node = serving(python, domain)
+    try:
         with joined(Address.parse(f"ros2:/ovita?domain={domain}&local=1")) as bus:
             path = bus.publisher("/ovita/path", TYPES["path"])
             words = bus.publisher("/ovita/instruction", STRING, latched=False)
@@ -158,6 +226,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--no-table", action="store_true", help="only the soak")
     parser.add_argument("--soak", type=int, default=1000, help="instructions to send to the node; 0 for none")
+    parser.add_argument("--kills", type=int, default=20, help="how often the node is killed, over 100 instructions")
     parser.add_argument("--one", nargs=3, help=argparse.SUPPRESS)
     given = parser.parse_args()
     if given.one:
@@ -171,6 +240,9 @@ def main():
         print("node over DDS:", soak(given.soak, 205), flush=True)
         for i, name in enumerate(distributions):
             print(f"node on rclpy, {name}:", soak(given.soak, 206 + i, JUDGES / name / "bin" / "python"), flush=True)
+    nodes = [("DDS", sys.executable), *((f"rclpy, {d}", JUDGES / d / "bin" / "python") for d in distributions)]
+    for i, (name, python) in enumerate(nodes if given.kills else ()):
+        print(f"node over {name}:", killed(100, given.kills, 212 + i, python), flush=True)
     if given.no_table:
         return
     print("| message | distribution | ovita | ROS to ovita: reliable, best effort, latched | ovita to ROS |")
