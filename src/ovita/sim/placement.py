@@ -53,10 +53,10 @@ class Base:
             values = [float(part) for part in text.split(",")]
         except ValueError:
             values = []
-        finite = bool(np.isfinite(values).all())
-        if len(values) not in (3, 4) or not finite:
-            wrong = "x,y,z,yaw" if finite else "finite"
-            raise RequestError(f"--base {text!r} is not {wrong}; give metres and radians, such as --base 0.5,0,0,1.57")
+        if len(values) not in (3, 4):
+            raise RequestError(
+                f"--base {text!r} is not x,y,z,yaw; give metres and radians, such as --base 0.5,0,0,1.57"
+            )
         yaw = values[3] if len(values) == 4 else 0.0
         if abs(yaw) > 2.0 * np.pi:
             meant = f"{yaw:g} degrees are {np.radians(yaw):.4g}"
