@@ -201,3 +201,19 @@ def test_addresses(monkeypatch):
     assert str(address) == "ros2:/plan?type=multidof&timeout=2.5"
     assert Address.parse("ros2:/plan?domain=3&local=0").domain == 3
     assert Address.parse("mavlink:tcp:[::1]:5760").endpoint == ("tcp", "::1", 5760)
+
+
+def test_a_program_beside_the_autopilot_is_not_taken_for_it():
+    from pymavlink.dialects.v20 import common as d
+
+    class Noisy(Responder):
+        def _send(self, message):
+            if message.get_type() == "HEARTBEAT":
+                self._raw(d.MAVLink_heartbeat_message(0, 0, 0, 0, 0, 3).pack(self.codec))
+            super()._send(message)
+
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    with Noisy().call(port), mavlink.vehicle_at(Address.parse(f"mavlink:udp:127.0.0.1:{port}?timeout=3")) as found:
+        assert (found.system, found.autopilot, found.kind) == (1, 12, 2)

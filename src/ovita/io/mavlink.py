@@ -260,6 +260,10 @@ class Vehicle:
         self.system = self.component = self.autopilot = self.kind = 0
         try:
             beat = self.wait(("HEARTBEAT",), address.timeout, any_sender=True)
+            end = time.monotonic() + RESEND
+            # A program beside the autopilot, under the same number, says that it is a generic one.
+            while beat is not None and beat.autopilot == 0 and (left := end - time.monotonic()) > 0.0:
+                beat = self.wait(("HEARTBEAT",), left, any_sender=True) or beat
         except BaseException:
             self.close()
             raise
