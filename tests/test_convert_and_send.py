@@ -207,6 +207,17 @@ def test_a_mission_that_would_not_fly_as_verified_is_told_and_refused(ovita, res
     assert "the mission: BROKEN (it flies" in out and events()[-1]["event"] == "refused"
 
 
+def test_what_a_mission_makes_of_it_is_shown_before_anybody_is_asked(ovita):
+    Path("field.toml").write_text('name = "field"\nmax_speed = 8\n')
+    Path("s.json").write_text(json.dumps({"trajectory": [[0, 1.5 * i, 20, 2.0] for i in range(4)]}))
+    assert ovita("adapt", "s.json", "go up by 1", "--robot", "field.toml", "--out", "r.json")[0] == 0
+    code, out, err = ovita("send", "r.json", "--to", "a.plan", "--home", HOME, "--dry-run")
+    mind = out.partition("Mind")[2]
+    assert code == 0 and "not as the path: corners are cut" in mind and "to do: fly a path as small as this" in mind
+    code, out, err = ovita("send", "r.json", "--to", "a.plan", "--home", HOME, "--yes")
+    assert code == 0 and out.count("corners are cut") == 1 and "corners" not in err
+
+
 def test_what_goes_to_a_mission_is_judged_at_the_last_moment_too(ovita, result):
     found = review(result)
     choices = Choices(home=Home.parse(HOME))

@@ -154,9 +154,9 @@ def review(
     signature = checked(document, keys) if keys else None
     by_signature = [signature.problem] if signature and signature.problem else []
     refusals = [*_by_record(result), *_by_seal(document), *by_signature, *_by_measure(result.adapted, limits, checks)]
-    flown, against_flight = _of_mission(place, result.adapted, result.scene, limits, choices)
+    flown, against_flight, notes = _of_mission(place, result.adapted, result.scene, limits, choices)
     refusals += [*_by_sense(document, result), *against_flight]
-    cautions = [text for text in _cautions(result, limits) if text not in refusals]
+    cautions = [text for text in (*_cautions(result, limits), *notes) if text not in refusals]
     changes = compare(result.original, result.adapted, result.scene)
     looked = (*_of_file(document, signature), *_of_limits(limits, result, checks), *_of_world(result, limits, checks))
     found = tuple(dict.fromkeys(refusals)), tuple(cautions), _digest(document)
@@ -178,16 +178,19 @@ def _cautions(result: Adaptation, limits: Robot) -> list[str]:
 
 def _of_mission(
     place: str, trajectory: Trajectory, scene: Scene, robot: Robot | None, choices: Choices
-) -> tuple[list[GateCheck], list[str]]:
-    """What was looked at of the mission that goes to a place, and what speaks against it; nothing for other places."""
+) -> tuple[list[GateCheck], list[str], tuple[str, ...]]:
+    """Of the mission that goes to a place what was looked at, what speaks against it, and what a person should know.
+
+    Nothing for other places.
+    """
     if not place or not is_mission(place, scene):
-        return [], []
+        return [], [], ()
     try:
-        flight = flight_of(trajectory, scene, choices)
+        flight, notes = flight_of(trajectory, scene, choices)
     except TrajectoryError as error:
-        return [GateCheck("the mission", None, error.problem)], []
+        return [GateCheck("the mission", None, error.problem)], [], ()
     against = flight.against(robot)
-    return [GateCheck("the mission", not against, f"it flies {flight}")], against
+    return [GateCheck("the mission", not against, f"it flies {flight}")], against, notes
 
 
 def _start_gap(result: Adaptation) -> float:
@@ -385,7 +388,7 @@ def release(
     if not found.released:
         raise RequestError(f"it does not go to {place}: {' '.join(found.refusals)}")
     path = found.result.adapted
-    _, against_flight = _of_mission(place, path, found.result.scene, found.robot, choices)
+    _, against_flight, _ = _of_mission(place, path, found.result.scene, found.robot, choices)
     if against_flight:
         refuse(found, place, log, about, against_flight)
         raise RequestError(f"it does not go to {place}: {' '.join(against_flight)}")
@@ -435,7 +438,7 @@ def against(
         place: Where it is to go, if that is known.
         choices: Of home and heading.
     """
-    _, against_flight = _of_mission(place, trajectory, scene, robot, choices)
+    _, against_flight, _ = _of_mission(place, trajectory, scene, robot, choices)
     if robot is None:
         return [*_standstill(trajectory), *against_flight]
     checks = verify(trajectory, scene, robot, proposed=trajectory, original=trajectory)

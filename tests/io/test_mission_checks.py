@@ -121,9 +121,11 @@ def test_what_an_autopilot_makes_of_it_is_said_in_a_sentence_each():
     assert "NOT the path's" in said and "or less is commanded on 1 leg (to waypoint 3)" in said
     assert len(notes) == 3, "how it flies, what is otherwise, what is to do"
     low = " ".join(notes_on(Trajectory([[0, 0, 0], [0, 30, 0.2], [0, 60, 20]], [5, 5, 5]))[1])
-    assert "as low as 0.00 m above home (waypoint 1, 2)" in low and "to do: fly a small path as setpoints" in low
+    assert "as low as 0.00 m above home (waypoint 1, 2)" in low and "too coarse" in low and "setpoints" not in low
     close = " ".join(notes_on(Trajectory([[0, i, 20] for i in range(8)], [1] * 8))[1])
-    assert "7 of 7 legs are shorter than the 2 m" in close
+    assert (
+        "7 of 7 legs are shorter than the 2 m" in close and "to do: fly a path as small as this as setpoints" in close
+    )
     quick = " ".join(notes_on(Trajectory([[0, 0, 20], [0, 20, 20], [0, 40, 20]], [8, 8, 8]))[1])
     assert "it flies 5.0 s at 8 m/s (and about 3.2 s for speeding up" in quick
     calm = notes_on(Trajectory([[0, 0, 20], [0, 400, 20], [0, 800, 20]], [5, 5, 5]))[1]

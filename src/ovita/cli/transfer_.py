@@ -84,7 +84,7 @@ def convert(
     show_notes((*task.notes, *lost, *_refusable(file, task, out, choices)))
     path, frame = task.trajectory, task.scene.frame
     in_mission = is_mission(out, task.scene)
-    duration = flight_of(path, task.scene, choices).duration if in_mission else path.duration
+    duration = flight_of(path, task.scene, choices)[0].duration if in_mission else path.duration
     # A bag or a mission has axes of its own, which a note has told.
     axes = f", frame {frame.name} ({frame.describe()})" if out.lower().endswith((".json", ".csv", ".tum")) else ""
     click.echo(plain(f"wrote {out}: {len(path)} waypoints, {path.length:.3f} m in {duration:.3f} s{axes}"))
@@ -184,7 +184,7 @@ def send(
         still_there(motion, arm, place)
     with waiting(f"sending to {place}"):
         receipt = release(found, place, journal, about, choices=choices, motion=motion, told=_progress)
-    show_notes(receipt.notes)
+    show_notes(note for note in receipt.notes if note not in found.cautions)
     click.echo(plain(f"\nSent to {place}: {receipt.size} bytes, SHA-256 {receipt.sha256}; logged in {journal}"))
 
 

@@ -105,14 +105,15 @@ class Flight:
         return said
 
 
-def flight_of(trajectory: Trajectory, scene: Scene, choices: Choices) -> Flight:
-    """How the mission for a trajectory is commanded to be flown.
+def flight_of(trajectory: Trajectory, scene: Scene, choices: Choices) -> tuple[Flight, tuple[str, ...]]:
+    """How the mission for a trajectory is commanded to be flown, and what a person should know of it.
 
     Raises:
         TrajectoryError: If there is no mission for it, such as without a home.
     """
-    mission, _ = mission_from(trajectory, scene, choices.home, heading=choices.heading, takeoff=choices.takeoff)
-    return Flight.of(mission, trajectory.duration)
+    mission, lost = mission_from(trajectory, scene, choices.home, heading=choices.heading, takeoff=choices.takeoff)
+    told = trajectory.duration
+    return Flight.of(mission, told), remarks(mission, told, lost, scene)
 
 
 def remarks(mission: Mission, told: float, lost: Sequence[str], scene: Scene) -> tuple[str, ...]:
@@ -132,21 +133,21 @@ def remarks(mission: Mission, told: float, lost: Sequence[str], scene: Scene) ->
         said += f" (and about {flight.ramps:.1f} s for speeding up and slowing down at {ACCELERATION:g} m/s^2)"
     axes = flight.home.axes(ros=ROS in scene.extra and MISSION not in scene.extra)
     said += f", about home ({flight.home.describe()}): {axes}"
-    indoors = [*_slow(flight), *_low(flight), *_close(flight)]
-    otherwise, to_do = [*indoors, *lost], _to_do(mission, scene, bool(indoors))
+    otherwise = [*_slow(flight), *_low(flight), *_close(flight), *lost]
+    to_do = _to_do(mission, scene, float(flight.lengths.max()) < RADIUS)
     notes = [said, f"not as the path: {'; '.join(otherwise)}" if otherwise else "", f"to do: {to_do}" if to_do else ""]
     return tuple(note for note in notes if note)
 
 
-def _to_do(mission: Mission, scene: Scene, indoors: bool) -> str:
-    """What is left to a person."""
+def _to_do(mission: Mission, scene: Scene, small: bool) -> str:
+    """What is left to a person; `small` where a vehicle counts each waypoint as reached before it leaves the last."""
     commands = {item.command for item in mission.items}
     takeoff = "landing" if commands & set(TAKEOFFS) else "takeoff (or say --takeoff) and landing"
     said = [] if MISSION in scene.extra else [f"add {takeoff} in the ground station"]
     if mission.home.altitude is None:
-        said.append("nobody said home's altitude, so the file says 0 m; heights are above home, wherever that is")
-    if indoors:
-        said.insert(0, "fly a small path as setpoints instead (mavlink:...?type=setpoints)")
+        said.append("nobody said home's altitude, so the file says 0 m; its heights are above home")
+    if small:
+        said.insert(0, "fly a path as small as this as setpoints (mavlink:...?type=setpoints)")
     return "; ".join(said)
 
 
@@ -163,7 +164,7 @@ def _low(flight: Flight) -> list[str]:
     if not len(low):
         return []
     where = f"as low as {flight.heights.min():.2f} m above home (waypoint {listing(map(str, low))})"
-    return [f"{where} heights by GPS are too coarse"]
+    return [f"{where} GPS is too coarse for heights"]
 
 
 def _close(flight: Flight) -> list[str]:
