@@ -335,3 +335,17 @@ ORDINARY = {
 @pytest.mark.parametrize(("sentence", "right"), ORDINARY.items(), ids=ORDINARY)
 def test_ordinary_wishes_are_not_asked_back(sentence, right):
     assert right(done(sentence))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "pass 30 cm higher behind the mug",
+        "behind the mug, fly 30 cm higher",
+        "go higher by 0.3 behind the mug",
+        "raise it by 30 cm behind the mug",
+    ],
+)
+def test_higher_behind_an_object_is_a_move_up_of_what_comes_after_it(text):
+    moved = done(text).adapted.positions - PATH.positions
+    assert np.allclose(moved[-5:], [0, 0, 0.3], atol=0.01) and np.allclose(moved[:20], 0, atol=0.01)

@@ -73,6 +73,14 @@ def _clear_by(found: Sequence[Chunk]) -> list[Chunk] | None:
 
 
 HIGHER = "over|under|up|down|raise|lower|faster|slower"
+
+
+def _behind(found: Sequence[Chunk]) -> list[Chunk] | None:
+    """Higher behind the shelf: after it on the way."""
+    behind = found[-1].text.lower() in ("behind", "in back of")
+    return [*found[:-1], merged(found[-1:], "after")] if behind else None
+
+
 COMPARED: tuple[tuple[str, Build], ...] = (
     (f"speed keep? {HIGHER} than? Qn|Qv and|comma keep|speed? {HIGHER} than? Qn|Qv", _two_speeds),
     (
@@ -100,6 +108,8 @@ COMPARED: tuple[tuple[str, Build], ...] = (
     ("pass DIR comma|and? never pass? on|to|at? DIR", _one_side),
     ("back|reverse by? Qm once? at|on|in|near|after goal", _back_along),
     ("at|on|in|near|after goal comma? back|reverse by? Qm", _back_along),
+    ("up|down|raise|lower|slower|faster by? Qm|Qn? once? back (?=OBJ)", _behind),
+    ("back (?=OBJ (?:comma )?(?:Qm (?:up|down) |raise |lower |slower |faster |up |down ))", _behind),
     ("stop|endup|goal Qm before pass|touch? to|of? OBJ", lambda f: [merged(f[:1], "stop"), merged(f[1:], "short")]),
     ("stop Qm from|in? front? of|to? OBJ", lambda f: [f[0], merged(f[1:], "short")]),
     ("never keep? up|down|raise|lower than OBJ", _height_of),
