@@ -394,6 +394,16 @@ def test_a_recording_that_was_cut_off(tmp_path, compression):
         assert (task.trajectory.positions == places[: len(task.trajectory)]).all()
         sizes.append(len(task.trajectory))
     assert sizes == sorted(sizes) and 100 < sizes[0] < 595 <= sizes[-1]
+    (tmp_path / "cut.mcap").write_bytes(whole[:60])
+    with pytest.raises(FormatError, match="cut off|damaged"):
+        load_task(tmp_path / "cut.mcap")
+
+
+def test_a_bag_without_a_topic_may_have_been_cut_off(tmp_path):
+    save_trajectory(tmp_path / "a.mcap", Trajectory([[0, 0, 0], [1, 0, 0]], [1, 1]))
+    (tmp_path / "cut.mcap").write_bytes((tmp_path / "a.mcap").read_bytes()[:700])
+    with pytest.raises(FormatError, match="holds no topics; it may have been cut off before its first message"):
+        load_task(tmp_path / "cut.mcap")
 
 
 def test_a_part_of_a_recording(tmp_path):

@@ -348,6 +348,8 @@ def bag_maker(ros1: bool = False) -> Maker:
 
 def _topic(topics: Mapping[str, str], wanted: str | None, tiers: Sequence[Sequence[str]], file: str) -> tuple[str, str]:
     what = "positions of joints" if tiers is _JOINT_MOTIONS else "a path"
+    if not topics:
+        raise FormatError(file, "holds no topics; it may have been cut off before its first message")
     known = [name for names in tiers for name in names]
     fits = {topic: name for topic, name in topics.items() if name in known and not topic.endswith("tf_static")}
     fitting = listed_names(f"{topic} ({name})" for topic, name in fits.items())
