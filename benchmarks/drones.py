@@ -18,16 +18,18 @@ from pathlib import Path
 
 import numpy as np
 
+from ovita.chain import adapt
 from ovita.errors import LinkError
 from ovita.io import Choices, mavlink
 from ovita.io.geodesy import Home
 from ovita.io.links import deliver
-from ovita.io.mission_checks import Flight
+from ovita.io.mission_checks import Flight, flight_of
 from ovita.io.mission_files import dumps_plan, parse_plan
 from ovita.io.missions import mission_from, numbered
 from ovita.io.setpoints import Course, Pilot
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
+from ovita.request import Request
 
 TESTS = Path(__file__).parents[1] / "tests"
 sys.path += [str(TESTS / "links"), str(TESTS / "io")]
@@ -38,6 +40,16 @@ from test_setpoints import PATH  # noqa: E402
 from walked import CASES, made, walk  # noqa: E402
 
 HOME = Home(47.3977419, 8.5455938, 488.2)
+
+
+WORDS = (
+    "slow down in the last third",
+    "go up by 5",
+    "fly at half the speed",
+    "wait 5 seconds at the middle",
+    "speed up in the second half",
+    "go left by 10",
+)
 
 
 class Killed(BaseException):
@@ -55,6 +67,19 @@ def durations(count: int) -> None:
         read.append(abs(parse_plan(dumps_plan(mission, "f"), "f").trajectory.duration / commanded - 1.0))
     for name, errors in (("written", written), ("read", read)):
         print(f"{name:8} median {np.median(errors):.2%}, worst {max(errors):.2%} of {count} paths")
+
+
+def adapted(count: int) -> None:
+    """How many missions, read, adapted and made anew, last as long as their paths."""
+    agree = made_ = 0
+    for seed in range(count):
+        mission, _ = mission_from(generated(seed), Scene(), HOME)
+        task = parse_plan(dumps_plan(mission, "f"), "f")
+        for words in WORDS:
+            result = adapt(Request(words, task.trajectory, task.scene), writer="builtin")
+            agree += flight_of(result.adapted, result.scene, Choices())[0].agrees
+            made_ += 1
+    print(f"adapted  {agree} of {made_} missions last as long as their paths, to 5 %")
 
 
 def lossy(count: int, loss: float) -> None:
@@ -130,6 +155,7 @@ def main() -> None:
     parser.add_argument("--no-walks", action="store_true")
     options = parser.parse_args()
     durations(options.paths)
+    adapted(options.paths // 4)
     killed(options.kills, options.loss)
     lossy(options.missions, options.loss)
     if not options.no_walks:
