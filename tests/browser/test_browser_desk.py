@@ -45,6 +45,7 @@ def test_keys_help_and_words(start, browser):
     until(lambda: turns(page) == 1)
     page.keyboard.press("Control+y")
     until(lambda: turns(page) == 2)
+    page.wait_for_selector("button.turn[data-do='go 2'][aria-current]")  # the list that is shown is the new one
     page.locator("button.turn").last.focus()
     page.keyboard.press("Space")
     until(lambda: turns(page) == 0)
@@ -111,7 +112,7 @@ def test_by_voice_and_by_arrows(start, browser):
     until(lambda: turns(page) == 1)
 
     page.view.hand.pick(20)
-    page.wait_for_timeout(700)
+    page.wait_for_timeout(2000)  # until the arrows are drawn
     eye = np.array(page.view.client.camera.position)
     place = page.view.controller.session.current.positions[20]
     tip = place + np.array([0.0, 0.0, 0.17 * page.view.space.stage.size])

@@ -69,7 +69,7 @@ def test_one_line_says_what_was_asked_what_came_out_and_what_was_taken_back(said
     talk.say(said)
     text = shown(talk)
     line = re.search(r'<p class="account">(.*?)</p>', text)[1]
-    asked, came, back = re.split(r" ?<b>.*?</b> ", line)[1:]
+    asked, came, back = re.split(r"(?:<br>)?<b>.*?</b> ", line)[1:]
     assert asked == said and "the path moved" in came and taken in back.replace("&#x27;", "'")
     for place in (text, turns.badge(talk), turns.history(talk), turns.header(controller(talk), "builtin")):
         assert f">{word}</span>" in place

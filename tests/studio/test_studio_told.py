@@ -2,6 +2,7 @@
 
 import re
 from importlib.resources import files
+from importlib.util import find_spec
 from types import SimpleNamespace
 
 import numpy as np
@@ -17,6 +18,7 @@ from ovita.studio import turns
 from ovita.studio.editor import with_object_at
 from ovita.studio.hands import deleted, drawn, inserted, pulled, sketched
 from ovita.studio.sessions import SessionController
+from ovita.writers.base import Reply
 
 TABLETOP = str(files("ovita") / "data" / "tabletop.json")
 HIGHER = "make the drone pass 30 cm higher behind the bottle and slower"
@@ -30,9 +32,7 @@ def tabletop(robot="none"):
 @pytest.fixture
 def higher():
     talk = tabletop()
-    talk.say(HIGHER)
-    if talk.pending is not None:
-        talk.accept()
+    assert talk.say(HIGHER).status == "done"
     return talk
 
 
@@ -41,9 +41,20 @@ def card(talk):
     return re.sub(r"\s+", " ", re.sub("<[^>]+>", " ", page)).replace("&#x27;", "'")
 
 
+class Unsure:
+    """Is certain of nothing."""
+
+    name = "unsure"
+
+    def write(self, prompt):
+        code = "def adapt(traj, scene):\n    return move(traj, up=0.3, where=between(traj, 0.5, 1.0))\n"
+        return Reply("policy", ("Shift the end 0.3 m up.",), code, confirm=True)
+
+
 def test_a_card_and_a_preview_say_where_the_ends_go(higher):
     talk = tabletop()
-    asked = talk.say(HIGHER)
+    talk.writer = Unsure()
+    asked = talk.say("rather above")
     assert asked.status == "needs_confirmation" and "The goal would move 0.30 m up." in asked.message
     assert "The goal would move 0.30 m up." in card(talk)
     assert "the goal moved 0.30 m up" in card(higher)
@@ -74,7 +85,7 @@ def test_what_the_limits_did_is_one_truth():
     assert moved > 0.001, "it is pulled into the bottle's margin"
     said = f"moved the path by up to {moved:.3f} m"
     assert result.by_limits == (said,) and any(said in line for line in result.constraints.sentences())
-    assert f"the limits {said}" in card(talk) and "nothing" not in card(talk)
+    assert f"the limits: {said}" in card(talk) and "nothing" not in card(talk)
     if result.status == "limited":
         assert said in result.message and said in turns.history(talk)
 
@@ -89,16 +100,17 @@ def test_history_says_how_much_the_limits_changed():
 
 
 def test_a_card_names_the_number_that_a_knob_was_turned_to(higher):
-    assert "slower came out" in card(higher)
+    assert "slower came out:" in card(higher)
     higher.tune({"up": 0.31})
     higher.tune({"up": 0.325})
-    assert "slower, then turned up 0.3 \u2192 0.325 came out" in card(higher)
+    assert "slower, then turned up 0.3 \u2192 0.325 came out:" in card(higher)
 
 
-def test_speeds_are_told_where_they_changed(higher):
-    slower = next(p for p in higher.adaptation.postconditions if p.kind == "slower")
+def test_speeds_are_told_where_they_changed():
+    talk = tabletop()
+    (slower,) = (p for p in talk.say("slow down near the bottle").postconditions if p.kind == "slower")
     first, last = map(int, re.search(r"average speed of waypoints (\d+) to (\d+) went", slower.outcome).groups())
-    changed = np.flatnonzero(higher.current.speeds != higher.original.speeds)
+    changed = np.flatnonzero(talk.current.speeds != talk.original.speeds)
     assert (first, last) == (changed[0] + 1, changed[-1] + 1)
 
 
@@ -181,6 +193,7 @@ def test_the_robot_that_is_shown_and_the_one_whose_limits_hold_know_of_each_othe
     view.puppet.follow = lambda *_: None  # no simulator is needed to see what the page says
     tab.say("go up by 0.1")
     tab.wait(lambda: view.controller.session.steps)
+    tab.wait(lambda: view.robots._about[0] is view.controller.session.current)
     assert "The limits in force are those of &#x27;none&#x27;" in tab.text()
     tab.click("Show what the gate says")
     tab.wait(lambda: "press &#x27;Use its limits&#x27;" in tab.text())
@@ -208,6 +221,7 @@ def test_what_cannot_be_sent_is_said_where_it_was_asked(start, visit):
     tab.click("Use its limits")
     tab.say("go up by 0.1")
     tab.wait(lambda: len(view.controller.session.steps) == 2)
+    tab.wait(lambda: view.robots._about[0] is view.controller.session.current)
     tab.click("Show what the gate says")
     tab.wait(lambda: tab.parts[tab.find("Send it")]["props"]["visible"])
     tab.click("Send it")
@@ -271,16 +285,30 @@ def test_a_scene_for_every_kind_of_robot_is_shipped(start, visit, name, robot):
         tab.set("at hand", f"shipped: {name}")
         tab.click("Open")
         tab.wait(lambda: f"{name}.json" in tab.text() and "drone: box" in tab.text())
+        if find_spec("mujoco") is not None:
+            tab.wait(lambda: tab.value("robot") == "drone" and "Its limits are in force" in tab.text())
 
 
 def test_an_end_that_moves_bears_a_name_in_the_scene(start, visit):
     studio = start()
     tab = visit(studio)
     (view,) = tab.wait(lambda: studio.views)
-    tab.say(HIGHER)
+    view.controller.session.writer = Unsure()
+    tab.say("rather above")
     tab.wait(lambda: view.controller.session.pending is not None and tab.visible.get("/ends/proposed goal/name"))
     goal = view.controller.session.pending.proposal.adapted.positions[-1]
     tab.wait(lambda: np.allclose(tab.poses["/ends/proposed goal"], goal))
     assert not tab.visible["/ends/proposed start/name"]
     tab.click("Accept")
     tab.wait(lambda: tab.visible.get("/ends/new goal/name") and not tab.visible["/ends/proposed goal"])
+
+
+@pytest.mark.parametrize("said", [
+    "pass 30 cm higher behind the bottle", "30 cm up behind the bottle and slower", "Behind the bottle go 30 cm higher",
+    HIGHER,
+])  # fmt: skip
+def test_higher_behind_a_thing_is_up_on_the_way_after_it(said):
+    talk = tabletop()
+    assert talk.say(said).status == "done"
+    by = talk.current.positions - talk.original.positions
+    assert by[-1, 2] == pytest.approx(0.3) and not by[:, :2].any() and not by[:30].any()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +29,8 @@ _HIGH = 0.05  # above the floor [m]; what is less is level for a rover
 class RobotPanel:
     """The robot of one tab; made as panels are, see `panels`. Only where `local` may anything be sent.
 
-    `chosen` hears which robot's limits belong to the one that is shown. One whose limits are applied is shown, too.
+    `chosen` hears which robot's limits belong to the one that is shown. One whose limits are
+    applied, or that a file names, is shown, too.
     """
 
     def __init__(
@@ -43,7 +45,7 @@ class RobotPanel:
     ) -> None:
         self._controller, self._puppet, self._chosen, self._complain = controller, puppet, chosen, complain
         self._about: tuple[Any, ...] = ()
-        self._limits: tuple[Session, Robot] | None = None
+        self._limits: Robot | None = None
         self._found: Review | None = None
         self.which = gui.add_dropdown("robot", tuple(ROBOTS), hint="A simulated robot that follows the line")
         self.note = gui.add_html("")
@@ -64,9 +66,8 @@ class RobotPanel:
     def refresh(self) -> None:
         """Have the robot follow the line as it is; what was said of another line is taken away."""
         session = self._controller().session
-        before, self._limits = self._limits, (session, session.robot)
-        name = session.robot.name
-        applied = before is not None and before[0] is session and before[1] is not session.robot
+        before, self._limits, name = self._limits, session.robot, session.robot.name
+        applied = before is not session.robot and find_spec("mujoco") is not None
         if applied and name in ROBOTS and name not in (NOBODY, self.which.value):
             self.which.value = name
             self._puppet.choose(name)
@@ -148,11 +149,10 @@ def gate_said(found: Review) -> str:
     """What the gate measured, and whether the result may be sent."""
     state = '<span class="chip good">may be sent</span>' if found.released else '<span class="chip bad">refused</span>'
     parts = [f"<p data-show>{state}</p>", html.listed(found.refusals)]
-    parts += [
-        f"<h4>{html.e(title)}</h4>{html.listed(lines)}"
-        for title, lines in found.sections(terminal=False).items()
-        if lines
-    ]
+    told = {title: html.listed(lines) for title, lines in found.sections(terminal=False).items() if lines}
+    held, unknown = (sum(check.held is state for check in found.looked) for state in (True, None))
+    seen = f"<summary>{held} of {len(found.looked)} checks hold, {unknown} could not be made</summary>"
+    parts += [f"<details>{seen}", *(f"<h4>{html.e(title)}</h4>{lines}" for title, lines in told.items()), "</details>"]
     return html.block("".join(parts))
 
 

@@ -76,7 +76,8 @@ def account(result: Adaptation, turned: str = "") -> str:
     if result.status == "infeasible" and result.constraints is not None:
         did += "".join(f"; {text}" for text in result.constraints.conflicts[:1])
     parts = (("asked", asked), ("came out", told), ("the limits", did))
-    return '<p class="account">' + " ".join(f"<b>{name}</b> {e(clipped(text, 400))}" for name, text in parts) + "</p>"
+    lines = "<br>".join(f"<b>{name}:</b> {e(clipped(text, 400))}" for name, text in parts)
+    return f'<p class="account">{lines}</p>'
 
 
 def _changed(result: Adaptation) -> list[str]:

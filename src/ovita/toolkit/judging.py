@@ -90,7 +90,7 @@ def judge(expectation: Expectation, original: Array, adapted: Array, scene: Scen
         return Outcome(False, f"the scene has no object {values['object']!r}")
     case = _Case(values, np.asarray(original, dtype=float), np.asarray(adapted, dtype=float), scene)
     if not values.get("where", {}).get("ranges", True):
-        return Outcome(False, "the mask selects no waypoint")
+        return Outcome(False, "no waypoint is in the part that is meant")
     if not (case.new.any() or case.paired.any()):
         return Outcome(False, "none of the selected waypoints is left")
     return check(case)
