@@ -143,22 +143,7 @@ def chunks(text: str, scene: Scene, positions: Array | None = None) -> tuple[tup
         chunk, used = _chunk(words, lowered, i, catalog, found)
         found.append(chunk)
         i += used
-    said = [_forbidden(chunk, found[i + 1 :]) for i, chunk in enumerate(found)]
-    return tuple(_part_behind(said)), tuple(notes)
-
-
-def _part_behind(said: Sequence[Chunk]) -> list[Chunk]:
-    """With "30 cm higher behind the table", the part of the path after it: how far and which way are said already."""
-    row = [chunk for chunk in said if chunk.kind != "filler"]
-    kinds = [chunk.kind for chunk in row]
-    for i, chunk in enumerate(row[:-1]):
-        if chunk.kind == "back" and chunk.text.lower() == "behind" and kinds[i + 1] == "OBJ":
-            before, after = {*kinds[max(i - 2, 0) : i]}, {*kinds[i + 2 : i + 5]}
-            if any(
-                "Qm" in near and near & {"up", "down", "raise", "lower"} for near in (before, after if i == 0 else {})
-            ):
-                return [replace(c, kind="after") if c is chunk else c for c in said]
-    return list(said)
+    return tuple(_forbidden(chunk, found[i + 1 :]) for i, chunk in enumerate(found)), tuple(notes)
 
 
 def _more_of_them(words: list[_Word]) -> list[_Word]:
