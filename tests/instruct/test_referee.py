@@ -8,8 +8,9 @@ from click.testing import CliRunner
 from ovita.cli.main import cli
 from ovita.instruct import notation, referee
 from ovita.instruct.chunks import chunks
+from ovita.instruct.contradictions import contradictions
 from ovita.instruct.frames import Reading
-from ovita.instruct.referee import contradictions, judged, understand
+from ovita.instruct.referee import judged, understand
 from ovita.paths.scene import Scene, SceneObject
 
 SCENE = Scene((SceneObject("cup", [0.5, 0.3, 0.0]), SceneObject("box", [1.0, 0.0, 0.0])))

@@ -5,9 +5,9 @@ import pytest
 from unusual_requests import UNUSUAL
 
 from ovita.instruct.chunks import chunks
+from ovita.instruct.contradictions import contradictions
 from ovita.instruct.frames import same
 from ovita.instruct.notation import parse, show
-from ovita.instruct.referee import contradictions
 from ovita.instruct.rules import read
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory

@@ -395,7 +395,7 @@ def test_a_recording_that_was_cut_off(tmp_path, compression):
         sizes.append(len(task.trajectory))
     assert sizes == sorted(sizes) and 100 < sizes[0] < 595 <= sizes[-1]
     (tmp_path / "cut.mcap").write_bytes(whole[:60])
-    with pytest.raises(FormatError, match="cut off|damaged"):
+    with pytest.raises(FormatError, match=r"cut off|damaged"):
         load_task(tmp_path / "cut.mcap")
 
 
