@@ -7,11 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ovita.instruct.encoder import encode, layout, network, softmax
+from ovita.instruct.encoder import encode, layout, network
 from ovita.instruct.frames import same
 from ovita.instruct.learned import LearnedReader
 from ovita.instruct.notation import parse, show
 from ovita.instruct.sketch import sketch
+from ovita.instruct.transformer import softmax
 from ovita.paths.scene import Scene, SceneObject
 
 OBJECTS = ("cup", "box", "lamp")

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from importlib.resources import files
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -19,12 +19,11 @@ import numpy.typing as npt
 from ovita.baselines.base import Deformed
 from ovita.baselines.encoder import Embed, minilm
 from ovita.errors import OvitaError
+from ovita.instruct.transformer import Floats, Layers
 from ovita.paths.frame import RFU, rotation
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory, interpolate
 from ovita.request import Request
-
-Floats: TypeAlias = npt.NDArray[np.float32]
 
 WAYPOINTS, PATCH = 40, 4
 """Waypoints that the network sees, and how many of them make a token."""
@@ -143,7 +142,7 @@ def inputs(what: Seen, text: Array, likeness: Array) -> Inputs:
     )
 
 
-class LatteNetwork:
+class LatteNetwork(Layers):
     """The network with its weights; `training/latte.py` has the same in torch, with the same names.
 
     An encoder layer over objects and waypoints, then decoder layers over the waypoints that attend to one another and
@@ -154,9 +153,7 @@ class LatteNetwork:
     """
 
     def __init__(self, weights: Mapping[str, npt.NDArray[Any]]) -> None:
-        self.w: dict[str, Floats] = {
-            name: weights[name].astype(np.float32) for name in weights if weights[name].dtype.kind == "f"
-        }
+        super().__init__(weights, epsilon=1e-5)
         self.encoders, self.decoders = (
             len({name.split(".")[1] for name in self.w if name.startswith(f"{part}.")})
             for part in ("encoder", "decoder")
@@ -165,47 +162,27 @@ class LatteNetwork:
     def change(self, given: Inputs) -> Floats:
         """The change of the 40 waypoints in the box (B, 40, 4)."""
         batch = len(given.said)
-        hidden = np.maximum(self._linear("said.0", given.said), 0.0)
-        tokens = self._linear("said.1", hidden).reshape(batch, 5, -1)
-        ways, items = self._linear("waypoint", given.waypoints), self._linear("object", given.objects)
+        hidden = np.maximum(self.linear("said.0", given.said), 0.0)
+        tokens = self.linear("said.1", hidden).reshape(batch, 5, -1)
+        ways, items = self.linear("waypoint", given.waypoints), self.linear("object", given.objects)
         x = np.concatenate([items, ways + self.w["place"]], axis=1)
         there = np.ones((batch, x.shape[1]), dtype=bool)
         there[:, :OBJECTS] = given.objects[..., -1] > 0.5
         for i in range(self.encoders):
-            x = self._norm(f"encoder.{i}.norm0", x + self._attend(f"encoder.{i}.self", x, x, there))
-            x = self._norm(f"encoder.{i}.norm1", x + self._feed(f"encoder.{i}", x))
+            x = self.norm(f"encoder.{i}.norm0", x + self.attend(f"encoder.{i}.self", x, x, HEADS, there))
+            x = self.norm(f"encoder.{i}.norm1", x + self._feed(f"encoder.{i}", x))
         memory = np.concatenate([x, tokens[:, :4]], axis=1)
         there = np.concatenate([there, np.ones((batch, 4), dtype=bool)], axis=1)
         y = ways + self.w["place"] + tokens[:, 4:]
         for i in range(self.decoders):
-            y = self._norm(f"decoder.{i}.norm0", y + self._attend(f"decoder.{i}.self", y, y, None))
-            y = self._norm(f"decoder.{i}.norm1", y + self._attend(f"decoder.{i}.cross", y, memory, there))
-            y = self._norm(f"decoder.{i}.norm2", y + self._feed(f"decoder.{i}", y))
-        out = self._linear("out.1", np.maximum(self._linear("out.0", y), 0.0))
+            y = self.norm(f"decoder.{i}.norm0", y + self.attend(f"decoder.{i}.self", y, y, HEADS))
+            y = self.norm(f"decoder.{i}.norm1", y + self.attend(f"decoder.{i}.cross", y, memory, HEADS, there))
+            y = self.norm(f"decoder.{i}.norm2", y + self._feed(f"decoder.{i}", y))
+        out = self.linear("out.1", np.maximum(self.linear("out.0", y), 0.0))
         return out.reshape(batch, WAYPOINTS, 4)
 
-    def _linear(self, name: str, x: Floats) -> Floats:
-        return np.asarray(x @ self.w[f"{name}.weight"].T + self.w[f"{name}.bias"], dtype=np.float32)
-
-    def _norm(self, name: str, x: Floats) -> Floats:
-        centred = x - x.mean(axis=-1, keepdims=True)
-        scale = np.sqrt((centred**2).mean(axis=-1, keepdims=True) + np.float32(1e-5))
-        return np.asarray(centred / scale * self.w[f"{name}.weight"] + self.w[f"{name}.bias"], dtype=np.float32)
-
     def _feed(self, name: str, x: Floats) -> Floats:
-        return self._linear(f"{name}.down", np.maximum(self._linear(f"{name}.up", x), 0.0))
-
-    def _attend(self, name: str, x: Floats, to: Floats, there: npt.NDArray[np.bool_] | None) -> Floats:
-        q, k, v = (
-            self._linear(f"{name}.{part}", of).reshape(len(x), of.shape[1], HEADS, -1).transpose(0, 2, 1, 3)
-            for part, of in (("q", x), ("k", to), ("v", to))
-        )
-        scores = q @ k.transpose(0, 1, 3, 2) / np.float32(np.sqrt(q.shape[-1]))
-        if there is not None:
-            scores = np.where(there[:, None, None, :], scores, np.float32(-1e9))
-        shares = np.exp(scores - scores.max(axis=-1, keepdims=True))
-        mixed = (shares / shares.sum(axis=-1, keepdims=True)) @ v
-        return self._linear(f"{name}.o", mixed.transpose(0, 2, 1, 3).reshape(x.shape))
+        return self.linear(f"{name}.down", np.maximum(self.linear(f"{name}.up", x), 0.0))
 
 
 @cache

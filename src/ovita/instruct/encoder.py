@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -20,8 +20,7 @@ from ovita.errors import OvitaError
 from ovita.instruct.lexicon import concept_at
 from ovita.instruct.sketch import Fragment, Sketch
 from ovita.instruct.slots import AMOUNTS, HEADS, POINTERS
-
-Floats: TypeAlias = npt.NDArray[np.float32]
+from ovita.instruct.transformer import Floats, Layers, gelu, softmax
 
 QUERIES = 5
 """Most atoms of a sentence."""
@@ -165,7 +164,7 @@ class Output:
     candidates: Mapping[str, tuple[int, ...]]
 
 
-class Network:
+class Network(Layers):
     """The network with its weights.
 
     Args:
@@ -178,61 +177,36 @@ class Network:
         self.concepts = {name: i for i, name in enumerate(str(weights["concepts"]).split("\n"))}
         self.known = frozenset(str(weights["known"]).split("\n"))
         self.extra = {name: weights[name] for name in weights if name.startswith("calibration")}
-        self.w: dict[str, Floats] = {}
-        for name in weights:
-            value = weights[name]
-            if value.dtype == np.int8:
-                self.w[name] = value.astype(np.float32) * weights[f"{name}.scale"][:, None]
-            elif value.dtype.kind == "f":
-                self.w[name] = value.astype(np.float32)
-        for name in [n for n in self.w if n.endswith(".weight") and self.w[n].ndim == 2 and "embed" not in n]:
-            self.w[name] = np.ascontiguousarray(self.w[name].T)
+        super().__init__(weights)
         self.layers = sum(name.endswith("q.weight") and name.startswith("encoder.") for name in self.w)
         self.steps = len({name.split(".")[1] for name in self.w if name.startswith("decoder.")})
 
-    def _linear(self, name: str, x: Floats) -> Floats:
-        return np.asarray(x @ self.w[f"{name}.weight"] + self.w[f"{name}.bias"], dtype=np.float32)
-
-    def _norm(self, name: str, x: Floats) -> Floats:
-        centred = x - x.mean(axis=-1, keepdims=True)
-        scale = np.sqrt((centred**2).mean(axis=-1, keepdims=True) + np.float32(1e-12))
-        return np.asarray(centred / scale * self.w[f"{name}.weight"] + self.w[f"{name}.bias"], dtype=np.float32)
-
-    def _attend(self, name: str, x: Floats, to: Floats, heads: int) -> Floats:
-        n, width = x.shape
-        q, k, v = (
-            self._linear(f"{name}.{part}", of).reshape(len(of), heads, width // heads).transpose(1, 0, 2)
-            for part, of in (("q", x), ("k", to), ("v", to))
-        )
-        shares = softmax(q @ k.transpose(0, 2, 1) / np.float32(math.sqrt(width // heads)))
-        return self._linear(f"{name}.o", (shares @ v).transpose(1, 0, 2).reshape(n, width))
-
     def _feed(self, name: str, x: Floats) -> Floats:
-        return self._linear(f"{name}.down", gelu(self._linear(f"{name}.up", x)))
+        return self.linear(f"{name}.down", gelu(self.linear(f"{name}.up", x)))
 
     def hidden(self, encoded: Encoded) -> Floats:
         """The encoder's output (T, width)."""
         ids, kinds = np.array(encoded.ids), np.array(encoded.kinds)
         x = self.w["embed.word"][ids] + self.w["embed.position"][: len(ids)] + self.w["embed.kind"][kinds]
-        x = begun = self._norm("embed.norm", x)
+        x = begun = self.norm("embed.norm", x)
         for i in range(self.layers):
-            x = self._norm(f"encoder.{i}.norm1", x + self._attend(f"encoder.{i}", x, x, ENCODER_HEADS))
-            x = self._norm(f"encoder.{i}.norm2", x + self._feed(f"encoder.{i}", x))
+            x = self.norm(f"encoder.{i}.norm1", x + self.attend(f"encoder.{i}", x, x, ENCODER_HEADS))
+            x = self.norm(f"encoder.{i}.norm2", x + self._feed(f"encoder.{i}", x))
         told = self.w["concept"][[self.concepts.get(concept, 0) for concept in encoded.concepts]]
-        return x + told + self._linear("skip", begun)
+        return x + told + self.linear("skip", begun)
 
     def read(self, encoded: Encoded) -> Output:
         """What the network says of a sentence."""
         words = self.hidden(encoded)
         x = self.w["queries"]
         for i in range(self.steps):
-            x = self._norm(f"decoder.{i}.norm0", x + self._attend(f"decoder.{i}.self", x, x, DECODER_HEADS))
-            x = self._norm(f"decoder.{i}.norm1", x + self._attend(f"decoder.{i}.cross", x, words, DECODER_HEADS))
-            x = self._norm(f"decoder.{i}.norm2", x + self._feed(f"decoder.{i}", x))
-        said = self._linear("heads", x)
+            x = self.norm(f"decoder.{i}.norm0", x + self.attend(f"decoder.{i}.self", x, x, DECODER_HEADS))
+            x = self.norm(f"decoder.{i}.norm1", x + self.attend(f"decoder.{i}.cross", x, words, DECODER_HEADS))
+            x = self.norm(f"decoder.{i}.norm2", x + self._feed(f"decoder.{i}", x))
+        said = self.linear("heads", x)
         heads = {head: softmax(said[:, a:b]) for head, (a, b) in layout().items()}
-        asked = self._linear("asks", x).reshape(QUERIES, len(POINTERS), KEY)
-        keys = self._linear("keys", words)
+        asked = self.linear("asks", x).reshape(QUERIES, len(POINTERS), KEY)
+        keys = self.linear("keys", words)
         pointers: dict[str, Floats] = {}
         candidates: dict[str, tuple[int, ...]] = {}
         for p, pointer in enumerate(POINTERS):
@@ -241,17 +215,6 @@ class Network:
             pointers[pointer] = softmax(asked[:, p] @ options.T / np.float32(math.sqrt(KEY)))
             candidates[pointer] = tuple(mention for _, mention in found)
         return Output(heads, pointers, candidates)
-
-
-def softmax(x: Floats) -> Floats:
-    """Shares that sum to one along the last axis."""
-    e = np.exp(x - x.max(axis=-1, keepdims=True))
-    return np.asarray(e / e.sum(axis=-1, keepdims=True), dtype=np.float32)
-
-
-def gelu(x: Floats) -> Floats:
-    """The tanh form of the Gaussian error linear unit."""
-    return np.asarray(0.5 * x * (1 + np.tanh(0.7978845608 * (x + 0.044715 * x * x * x))), dtype=np.float32)
 
 
 @cache

@@ -17,8 +17,9 @@ from typing import Any, Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
-from ovita.instruct.encoder import Floats, WordPiece, encode, network
+from ovita.instruct.encoder import WordPiece, encode, network
 from ovita.instruct.sketch import LETTERS, Fragment, Referent, Sketch, sketch
+from ovita.instruct.transformer import Floats
 from ovita.paths.scene import Scene
 
 Role = Literal["start", "via", "goal", "wish", "wait"]
