@@ -12,6 +12,7 @@ import ovita as ov
 from ovita.dialogue.session import Session
 from ovita.io import load_task
 from ovita.measure import compare, moved_ends
+from ovita.paths.part import PathPart
 from ovita.paths.robot import Robot
 from ovita.paths.trajectory import Trajectory
 from ovita.studio import turns
@@ -135,6 +136,15 @@ def test_a_hand_that_wipes_out_an_earlier_wish_is_not_green(higher, edit, lost):
     verdict = turns.rung(higher.adaptation)
     assert (verdict is turns.LOST) == lost
     assert ("No longer as asked one turn ago by 'make the drone" in card(higher)) == lost
+
+
+def test_a_part_of_which_one_waypoint_is_left_is_gone():
+    talk = tabletop()
+    talk.say("this part slower", selection=PathPart("range", amount=22, until=32))
+    drawn(talk, inserted(10))
+    drawn(talk, deleted(22, 32))
+    (loss,) = talk.adaptation.lost
+    assert loss.outcome == "1 of 11 waypoints of that part are left" and turns.rung(talk.adaptation) is turns.LOST
 
 
 def test_a_wish_stays_lost_until_the_hand_gives_it_back(higher):

@@ -10,6 +10,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
+from ovita.paths.correspondence import correspond
 from ovita.paths.frame import OPPOSITE
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
@@ -119,9 +122,9 @@ def lost(
         both = zip(turn.postconditions, again.postconditions, strict=False)
         mine = {_subject(was, by_hand): (was, now) for was, now in both if was.held and was.kind == now.kind}
         for subject, (was, now) in mine.items():
-            if subject in settled or not subject or not _holds(was, turn, before, scene or result.scene)[0]:
+            if subject in settled or not subject or not _holds(was, turn, before, scene or result.scene, by_hand)[0]:
                 continue
-            held, outcome = _holds(now, again, result.adapted, result.scene)
+            held, outcome = _holds(now, again, result.adapted, result.scene, by_hand)
             if not held:
                 report = LostPostcondition(now.text, outcome.sentence, turn.instruction, ago)
                 found.append(Loss(again, now, report))
@@ -129,8 +132,16 @@ def lost(
     return found[::-1]
 
 
-def _holds(promise: Postcondition, turn: Adaptation, trajectory: Trajectory, scene: Scene) -> tuple[bool, Outcome]:
+def _holds(
+    promise: Postcondition, turn: Adaptation, trajectory: Trajectory, scene: Scene, by_hand: bool
+) -> tuple[bool, Outcome]:
     """Whether a turn's promise holds on a trajectory, of an amount most of it, and what was measured."""
+    where = promise.arguments.get("where", {})
+    if by_hand and where.get("count") == len(turn.original):
+        kept = correspond(turn.original.positions, trajectory.positions).kept
+        part = np.concatenate([kept[first : last + 1] for first, last in where["ranges"]] or [kept])
+        if part.mean() < _LEFT:
+            return False, Outcome(False, f"{part.sum()} of {len(part)} waypoints of that part are left")
     expectation = Expectation(promise.kind, promise.arguments, promise.text)
     found = judge(expectation, turn.original.to_array(), trajectory.to_array(), scene)
     most = promise.kind in _AMOUNTS and found.change is not None and found.change >= _LEFT * (promise.change or 0.0)

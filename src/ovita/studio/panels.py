@@ -126,6 +126,7 @@ def reach(value: float, unit: str) -> tuple[float, float, float]:
     size = abs(value) if value else 0.25 if unit in ("m", "m/s", "") else 1.0
     power = 10.0 ** np.floor(np.log10(2.5 * size))
     high = float(next(s * power for s in (1, 2, 3, 5, 10) if s * power >= 2.5 * size * (1 - 1e-9)))
+    high = high if unit else max(high, 1.0)  # a share goes up to all
     low = -high if value < 0 or (value == 0 and unit == "m") else 0.0
     return low, high, float(f"{(high - low) / 200.0:.1g}")
 
