@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -33,6 +34,7 @@ class Ruler:
 
     def __init__(self, gui: Any, space: SceneView, controller: Callable[[], SessionController]) -> None:
         self._space, self._controller = space, controller
+        self._lock = threading.RLock()
         gui.add_html(html.block("<h4>Measure</h4>"))
         self.ends = [gui.add_dropdown(name, (NOTHING,)) for name in ("from", "to")]
         self.told = gui.add_html("")
@@ -41,7 +43,10 @@ class Ruler:
 
     def refresh(self) -> None:
         """Measure anew, in the session as it is."""
-        session = self._controller().session
+        with self._lock:  # both ends may be chosen at once
+            self._measure(self._controller().session)
+
+    def _measure(self, session: Session) -> None:
         names = (NOTHING, START, GOAL, LINE, OLD_START, OLD_GOAL, *session.scene.names)
         for end in self.ends:
             if end.options != names:
