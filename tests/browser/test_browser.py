@@ -207,7 +207,7 @@ def test_picture_with_a_robot(studio, browser):
     page = browser(studio, 1280, 800)
     say(page, SAY)
     page.wait_for_selector("text=Multiply the speed by 0.5")
-    page.get_by_text("View", exact=True).locator("visible=true").first.click()
+    tab(page, "Robot")
     page.locator("input[value='none']:visible").first.click()
     page.get_by_role("option", name="arm").click()
     time.sleep(6)
@@ -219,6 +219,23 @@ def test_picture_with_a_robot(studio, browser):
     keep(page, "studio-robot")
 
 
+@pytest.mark.skipif(not PICTURES, reason="pictures for the documentation only")
+@pytest.mark.parametrize(("name", "width", "height", "dark"), [("dark", 1366, 768, True), ("phone", 390, 844, False)])
+def test_pictures_in_the_dark_and_of_a_phone(studio, browser, name, width, height, dark):
+    page = browser(studio, width, height)
+    say(page, SAY)
+    page.wait_for_selector("text=Multiply the speed by 0.5")
+    if dark:
+        page.locator("[data-do='dark']").click()
+    time.sleep(5)
+    keep(page, f"studio-{name}")
+
+
 def keep(page, name):
+    """Save a picture with 256 colours, a third as large as with all."""
     if PICTURES:
-        page.screenshot(path=str(IMAGES / f"{name}.png"))
+        from PIL import Image
+
+        picture = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
+        few = picture.quantize(256, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+        few.save(IMAGES / f"{name}.png", optimize=True)

@@ -326,7 +326,7 @@ def test_earlier_sessions_are_listed_whatever_file_the_studio_was_started_with(s
     second = visit(start(tmp_path / "b.json"), storage)
     second.wait(lambda: any("a.json" in str(part["props"].get("options")) for part in second.parts.values()))
     second.click("Go back to it")
-    second.wait(lambda: ">a.json <" in second.text())
+    second.wait(lambda: ">a.json<" in second.text())
 
 
 def test_a_result_of_python_reads_as_in_the_page():

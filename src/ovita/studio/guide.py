@@ -89,9 +89,9 @@ def table() -> str:
 def overlay() -> str:
     """The `?` overlay: keys, and what the verdicts mean."""
     keys = "".join(
-        f"<h4>{e(where)}</h4><table>"
+        f"<section><h4>{e(where)}</h4><table>"
         + "".join(f"<tr><td><kbd>{e(key.shown)}</kbd></td><td>{e(key.does)}</td></tr>" for key in found if key.shown)
-        + "</table>"
+        + "</table></section>"
         for where, found in KEYS.items()
     )
     rungs = (*LADDER.values(), LOST)
@@ -99,8 +99,8 @@ def overlay() -> str:
     return (
         '<dialog id="ovita-help" class="ov" aria-label="Keys and verdicts"><form method="dialog">'
         '<button class="link" autofocus>Close (Esc)</button></form>'
-        f"{keys}<h4>Verdicts</h4><table>{verdicts}</table>"
-        '<p class="soft">Say \u201chelp\u201d to see what can be said in this scene.</p></dialog>'
+        f"<div>{keys}<section><h4>Verdicts</h4><table>{verdicts}</table></section>"
+        '<p class="soft">Say \u201chelp\u201d to see what can be said in this scene.</p></div></dialog>'
     )
 
 

@@ -248,8 +248,8 @@ class SceneView:
         middle, extent = stage.middle, stage.size * 2.4
         self.api.add_grid(
             "/grid", extent, extent, plane="xy", cell_size=step, section_size=5 * step,
-            cell_color=(48, 56, 64) if self.dark else (226, 231, 236),
-            section_color=(74, 86, 97) if self.dark else (203, 211, 219),
+            cell_color=(62, 72, 82) if self.dark else (226, 231, 236),
+            section_color=(98, 112, 125) if self.dark else (203, 211, 219),
             position=(middle[0], middle[1], stage.ground - 0.002 * stage.size * up[2]), shadow_opacity=0.12,
         )  # fmt: skip
         self._axes(scene, stage)
@@ -264,9 +264,9 @@ class SceneView:
         size = np.maximum(item.size, 1e-3)
         body = self.api.add_box(f"{name}/body", colour, tuple(size), opacity=0.62)
         body.on_click(lambda _: self.picked(item.name))
-        dark = tuple(int(c * 0.62) for c in colour)
+        edge = tuple(int(c + 0.45 * (255 - c) if self.dark else c * 0.62) for c in colour)
         self.api.add_line_segments(
-            f"{name}/edges", edges(size), np.array(dark, dtype=np.uint8), thickness=1.5, thickness_units="screen"
+            f"{name}/edges", edges(size), np.array(edge, dtype=np.uint8), thickness=1.5, thickness_units="screen"
         )
         if robot.obstacle_margin > 0:
             around = self.api.add_line_segments(
@@ -385,21 +385,21 @@ class SceneView:
                 key = f"{owner}{which}"
                 if path is not None:
                     if key not in self._lines:
-                        self._end(key, which, size)
+                        self._end(key, which, size, path.positions[index])
                     apart = float(np.linalg.norm(path.positions[index] - original.positions[index]))
                     self._end_labels[key].visible = self.shown.labels and (owner == _OLD or apart > 1e-3)
                     self._lines[key].position = path.positions[index]
                 if key in self._lines:
                     self._lines[key].visible = path is not None and path.length > 0.0  # there may be no trajectory yet
 
-    def _end(self, key: str, which: str, size: float) -> None:
+    def _end(self, key: str, which: str, size: float, place: Array) -> None:
         """Make the ball of a start or the box of a goal, with its name."""
         assert self.stage is not None
         colour = rgb(self.palette[which])
         if which == "start":
-            self._lines[key] = self.api.add_icosphere(f"/ends/{key}", size, colour, subdivisions=2)
+            self._lines[key] = self.api.add_icosphere(f"/ends/{key}", size, colour, subdivisions=2, position=place)
         else:
-            self._lines[key] = self.api.add_box(f"/ends/{key}", colour, (1.7 * size,) * 3)
+            self._lines[key] = self.api.add_box(f"/ends/{key}", colour, (1.7 * size,) * 3, position=place)
         self._end_labels[key] = self._label(f"/ends/{key}/name", key, 1.4 * size * self.stage.up)
 
 

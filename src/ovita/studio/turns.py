@@ -97,7 +97,8 @@ def header(controller: SessionController, writer: str) -> str:
     adapted = ' &nbsp;<span class="key" style="background:var(--red)"></span>adapted' if session.steps else ""
     looks = "".join(f'<button class="link" data-do="look {name}">{name}</button>' for name in VIEWS)
     return block(
-        f'<div class="brand">{e(controller.title)} <small>{told}</small> {badge(session)}</div>'
+        f'<div class="brand"><span title="{e(controller.title)}">{e(controller.title)}</span> <small>{told}</small>'
+        f" {badge(session)}</div>"
         f'<div class="soft"><span class="key" style="background:var(--blue)"></span>original{adapted}'
         f' &nbsp;&middot;&nbsp; writer: {e(writer)}</div><div class="looks" role="group" aria-label="view">{looks}'
         '<button class="link" data-do="dark">dark</button>'
