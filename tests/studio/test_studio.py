@@ -285,7 +285,7 @@ def test_downloads_open_again(start, visit):
     for name in ("tabletop-adaptation.json", "tabletop-session.json"):
         tab.notices.clear()
         tab.upload(name, tab.downloads[name])
-        tab.wait(lambda name=name: f">{name} <" in tab.text() and adapted(tab) is not None)
+        tab.wait(lambda name=name: f">{name}<" in tab.text() and adapted(tab) is not None)
         assert offset(tab) == pytest.approx(0.2)
         tab.wait(lambda: any("None of it was run" in note for note in tab.notices))
     tab.wait(lambda: tab.find("left [m]"))
