@@ -6,7 +6,6 @@ once, which viser's charts, closed boxes inside panels, cannot do.
 
 from __future__ import annotations
 
-import ast
 import base64
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -19,6 +18,7 @@ from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.plots.geometry import corners
 from ovita.policy.direct import changed_by_line
+from ovita.policy.syntax import parse_tree
 from ovita.studio.playback import Player
 from ovita.studio.sessions import SessionController
 from ovita.studio.wire import Wire
@@ -93,7 +93,7 @@ def acting(session: Session) -> list[tuple[int, float, float]]:
         return []
     times = result.adapted.times
     last = len(times) - 1
-    found = changed_by_line(ast.parse(result.code), result.original.to_array(), result.scene)
+    found = changed_by_line(parse_tree(result.code), result.original.to_array(), result.scene)
     spans = []
     for line, mask in found:
         share = last / max(len(mask) - 1, 1)
