@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ast
 import threading
-import threading
 import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -30,7 +29,7 @@ NO_POLICY = (
 
 _TOO_DEEP = "an expression is nested too deeply; split it into several statements"
 _ROLES = (("traj", "path", "waypoint", "points"), ("scene", "object", "env", "world", "obstacle"))
-_quiet = threading.Lock()  # catch_warnings swaps a global
+_quiet = threading.Lock()  # catch_warnings swaps a global, and CPython 3.11 fails where two threads parse (gh-106905)
 
 
 Value = float | int | bool | str | None | tuple[Any, ...]
@@ -51,9 +50,6 @@ class EntryPoint:
     arguments: int = 0
 
 
-_ONE = threading.Lock()  # CPython 3.11 counts one depth for all threads that parse, and fails where two do (gh-106905)
-
-
 def parse_tree(source: str) -> ast.Module:
     """Parse Python source.
 
@@ -65,8 +61,7 @@ def parse_tree(source: str) -> ast.Module:
     with _quiet, warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
-            with _ONE:
-                tree = ast.parse(source)
+            tree = ast.parse(source)
         except SyntaxError as error:
             raise PolicyRejected(f"this is not valid Python: {error.msg}", line=error.lineno) from None
         except ValueError as error:
