@@ -245,7 +245,7 @@ def pass_at(
 
 @operation("Objects: come closer, stay away, pass")
 def stop_before(traj: ArrayLike, obj: Target, distance: float, *, brake: float = 0.15, frame: Frame = RFU) -> Array:
-    """Stop so many metres before an object; the path ends there.
+    """Stop so many metres before an object and end there.
 
     It is where the path first comes so near; one that passes farther off is pulled so near before, as by pass_at.
     Promise it by expect_distance with the same number as nearest, and expect_stop.
