@@ -82,7 +82,7 @@ def knobs(folder: Path, n: int, count: int) -> bool:
     gc.collect()
     grown, more = memory() - before, descriptors() - opened
     p50, p95 = np.percentile(took, [50, 95])
-    limit = 150 if n <= 100 else 500
+    limit = 60 if n <= 100 else 150
     print(
         f"N={n:5d}  {count} changes: median {p50:6.1f} ms  p95 {p95:6.1f} ms (limit {limit})  CPU {spent:.1f} ms"
         f"  memory {grown:+.1f} MiB"
