@@ -112,6 +112,16 @@ def serving(python, domain):
     return node
 
 
+def topics(bus):
+    """The node's topics: what it is given, a path and words, and what it says, statuses and adapted paths."""
+    return (
+        bus.publisher("/ovita/path", TYPES["path"]),
+        bus.publisher("/ovita/instruction", STRING, latched=False),
+        bus.subscribe("/ovita/status", STRING, [(True, False)]),
+        bus.subscribe("/ovita/adapted", TYPES["path"], [(True, False)]),
+    )
+
+
 def killed(count, kills, domain, python=sys.executable, seed=0):
     """Instructions to a node that is killed at random moments and started anew; what was lost, and what came twice.
 
@@ -122,10 +132,7 @@ def killed(count, kills, domain, python=sys.executable, seed=0):
     node, came, paths, again = serving(python, domain), Counter(), [], 0
     try:
         with joined(Address.parse(f"ros2:/ovita?domain={domain}&local=1")) as bus:
-            path = bus.publisher("/ovita/path", TYPES["path"])
-            words = bus.publisher("/ovita/instruction", STRING, latched=False)
-            statuses = bus.subscribe("/ovita/status", STRING, [(True, False)])
-            adapted = bus.subscribe("/ovita/adapted", TYPES["path"], [(True, False)])
+            path, words, statuses, adapted = topics(bus)
 
             def answered(what, seconds):
                 """Wait for a status; keep every answer and path that comes."""
@@ -178,10 +185,7 @@ def soak(count, domain, python=sys.executable):
     node = serving(python, domain)
     try:
         with joined(Address.parse(f"ros2:/ovita?domain={domain}&local=1")) as bus:
-            path = bus.publisher("/ovita/path", TYPES["path"])
-            words = bus.publisher("/ovita/instruction", STRING, latched=False)
-            statuses = bus.subscribe("/ovita/status", STRING, [(True, False)])
-            adapted = bus.subscribe("/ovita/adapted", TYPES["path"], [(True, False)])
+            path, words, statuses, adapted = topics(bus)
             end = time.monotonic() + 60
             while not (path.matched() and words.matched()) and time.monotonic() < end:
                 bus.rest()

@@ -1,8 +1,6 @@
 """Paths flown by setpoints: what is sent, what is refused, and where the vehicle is left when something goes wrong."""
 
 import signal
-import socket
-import threading
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
@@ -13,7 +11,7 @@ from click.testing import CliRunner
 pytest.importorskip("pymavlink")
 
 from flown import Copter
-from walked import made, walk
+from walked import made, served, walk
 
 from ovita.chain import adapt
 from ovita.cli.transfer_ import send
@@ -227,18 +225,9 @@ def test_a_result_is_flown_over_udp_through_the_gate(tmp_path, monkeypatch):
     room = replace(ROOM, max_acceleration=4.0)
     result = adapt(Request("go slower", short, Scene(), room), writer="builtin")
     result.save(str(tmp_path / "r.json"))
-    copter, stop = Copter(armed=False), threading.Event()
-    copter.beats = 10
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as link:
-        link.bind(("127.0.0.1", 0))
-        place = f"mavlink:udpout:127.0.0.1:{link.getsockname()[1]}?type=setpoints"
-        thread = threading.Thread(target=copter.serve, args=(link, stop), daemon=True)
-        thread.start()
-        try:
-            done = CliRunner().invoke(send, [str(tmp_path / "r.json"), "--to", place, "--yes"])
-        finally:
-            stop.set()
-            thread.join(5)
+    copter = Copter(armed=False)
+    with served(copter) as place:
+        done = CliRunner().invoke(send, [str(tmp_path / "r.json"), "--to", place, "--yes"])
     assert done.exit_code == 0, done.output + str(done.exception)
     assert "the vehicle holds" in done.output and copter.state == "hold" and copter.states.count("fly") == 1
     np.testing.assert_allclose(copter.place, [0.6, 0, -1], atol=0.4)

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 import time
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
@@ -84,16 +85,26 @@ def made(folder):
     return file
 
 
+@contextmanager
+def served(copter):
+    """A vehicle that answers over UDP; where setpoints for it go."""
+    stop, copter.beats = threading.Event(), 10
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as link:
+        link.bind(("127.0.0.1", 0))
+        thread = threading.Thread(target=copter.serve, args=(link, stop), daemon=True)
+        thread.start()
+        try:
+            yield f"mavlink:udpout:127.0.0.1:{link.getsockname()[1]}?type=setpoints"
+        finally:
+            stop.set()
+            thread.join(5)
+
+
 def walk(case, file, *, px4=True, seed=0):
     """Send a result as a process, let the case happen 0.5 s after the vehicle flies, and look where it ends."""
     about, happens = CASES[case]
-    copter, stop = Copter(armed=False, px4=px4, seed=seed, **about), threading.Event()
-    copter.beats = 10
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as link:
-        link.bind(("127.0.0.1", 0))
-        place = f"mavlink:udpout:127.0.0.1:{link.getsockname()[1]}?type=setpoints"
-        thread = threading.Thread(target=copter.serve, args=(link, stop), daemon=True)
-        thread.start()
+    copter = Copter(armed=False, px4=px4, seed=seed, **about)
+    with served(copter) as place:
         command = [sys.executable, "-m", "ovita", "send", file, "--to", place, "--yes", "--log", f"{file}.{seed}.log"]
         environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
         process = subprocess.Popen(
@@ -110,6 +121,4 @@ def walk(case, file, *, px4=True, seed=0):
             time.sleep(1.5 if px4 else 3.5)
         finally:
             process.kill()
-            stop.set()
-            thread.join(5)
     return Walk(case, process.returncode, said, copter)

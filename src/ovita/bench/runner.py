@@ -279,7 +279,7 @@ def _work(todo: Sequence[_Cell], plan: RunPlan, log: RecordLog, meter: Meter, *,
 def _workers(todo: Sequence[_Cell], plan: RunPlan, replaying: bool) -> tuple[Callable[[_Cell], Record], Engine]:
     """Processes or Ray for local work, threads for remote writers."""
     local = replaying or all(is_local(cell.writer) for cell in todo)
-    if local and (plan.engine == "ray" or len(todo) > 2 * plan.jobs):
+    if local and (plan.engine == "ray" or (plan.jobs > 1 and len(todo) > 2 * plan.jobs)):
         return partial(_run_cell, plan=plan), plan.engine
 
     def heat(cell: _Cell) -> float:

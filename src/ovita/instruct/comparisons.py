@@ -33,7 +33,7 @@ def _one_side(found: Sequence[Chunk]) -> list[Chunk] | None:
 
 def _two_speeds(found: Sequence[Chunk]) -> list[Chunk]:
     """Speed above this and below that."""
-    ways = [HOW[c.kind] for c in found if c.kind in HOW]
+    ways = [HOW.get(c.kind, c.kind) for c in found if c.kind in (*HOW, "at_most", "at_least")]
     speeds = [c for c in found if c.q is not None]
     one, other = (_bound(speed, way, "Qv", unit="m/s") for way, speed in zip(ways, speeds, strict=True))
     return [found[0], one, Chunk("and", "", found[0].span), found[0], other]
@@ -65,11 +65,9 @@ def _clear(found: Sequence[Chunk]) -> list[Chunk]:
 
 def _clear_by(found: Sequence[Chunk]) -> list[Chunk] | None:
     """Clear of it by 50 cm: a distance to keep, and not how much farther."""
-    return (
-        [merged(found, "within_of", q=replace(numbers(found)[0], role="at_least"))]
-        if "clear" in found[0].text.lower()
-        else None
-    )
+    if "clear" not in found[0].text.lower():
+        return None
+    return [merged(found, "within_of", q=replace(numbers(found)[0], role="at_least"))]
 
 
 HIGHER = "over|under|up|down|raise|lower|faster|slower"
@@ -83,26 +81,7 @@ def _behind(found: Sequence[Chunk]) -> list[Chunk] | None:
 
 COMPARED: tuple[tuple[str, Build], ...] = (
     (f"speed keep? {HIGHER} than? Qn|Qv and|comma keep|speed? {HIGHER} than? Qn|Qv", _two_speeds),
-    (
-        "speed at_most Qn|Qv and at_least Qn|Qv",
-        lambda f: [
-            f[0],
-            _bound(f[2], "at_most", "Qv", unit="m/s"),
-            f[3],
-            f[0],
-            _bound(f[5], "at_least", "Qv", unit="m/s"),
-        ],
-    ),
-    (
-        "speed at_least Qn|Qv and at_most Qn|Qv",
-        lambda f: [
-            f[0],
-            _bound(f[2], "at_least", "Qv", unit="m/s"),
-            f[3],
-            f[0],
-            _bound(f[5], "at_most", "Qv", unit="m/s"),
-        ],
-    ),
+    ("speed at_most|at_least Qn|Qv and at_most|at_least Qn|Qv", _two_speeds),
     ("DIR|over|under of|to|from? OBJ comma|and? never pass? on|to|at|in? DIR|over|under of|to|from? OBJ?", _one_side),
     ("OBJ on|to|at DIR comma|and? never pass? on|to|at? DIR of|to|from? OBJ?", _one_side),
     ("pass DIR comma|and? never pass? on|to|at? DIR", _one_side),
