@@ -16,7 +16,7 @@ from pathlib import Path
 
 from ovita.augment.engine import Job, make_shard
 from ovita.augment.formats import FORMATS, read
-from ovita.augment.sample import AugmentedSample
+from ovita.augment.shards import AugmentedSample
 from ovita.augment.verified import Manner
 from ovita.augment.wording import families_from
 

@@ -15,10 +15,11 @@ from pathlib import Path
 
 from ovita.errors import OvitaError
 from ovita.io import open_task
+from ovita.io.bags import JOINT_PLANS
 from ovita.io.bus import joined, wait
 from ovita.io.links import Address, deliver, deliver_joints
 from ovita.io.messages import JOINTS, TYPES, JointMotion, build
-from ovita.io.ros2 import MOVEIT, receive_joints
+from ovita.io.ros2 import receive_joints
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 
@@ -28,9 +29,9 @@ JUDGES = Path(os.environ.get("OVITA_ROS_JUDGES", ROOT / ".ros-judges"))
 KINDS = {name: kind for kind, name in TYPES.items()}
 STATES = "sensor_msgs/msg/JointState"
 BOTH = [*TYPES.values(), JOINTS]
-JOINT_KINDS = (JOINTS, *MOVEIT, STATES)
+JOINT_KINDS = (*JOINT_PLANS, STATES)
 HEARD = [
-    *MOVEIT,
+    *JOINT_PLANS[1:],
     "nav_msgs/msg/Odometry",
     "geometry_msgs/msg/PoseStamped",
     "geometry_msgs/msg/PoseWithCovarianceStamped",

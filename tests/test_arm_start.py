@@ -14,9 +14,10 @@ from ovita.chain import adapt
 from ovita.cli.transfer_ import convert, send
 from ovita.errors import FormatError, LinkError, RequestError, RobotError
 from ovita.io import controllers, load_task, save_trajectory
-from ovita.io.bags import LoggedMessage, bag_maker, bag_of, load_joint_motion, save_joint_motion
-from ovita.io.joint_states import JOINT_STATE, joint_state
+from ovita.io.bags import bag_maker, bag_of, load_joint_motion, save_joint_motion
+from ovita.io.controllers import JOINT_STATE, joint_state
 from ovita.io.links import Address
+from ovita.io.messages import TopicMessage
 from ovita.paths.frame import Frame, transformed
 from ovita.paths.robot import Box, Robot
 from ovita.paths.scene import Scene, SceneObject
@@ -198,7 +199,7 @@ def test_joint_states_come_from_files_and_bags(tmp_path):
         return maker.new(JOINT_STATE, header=maker.header("", 0), name=list(names), position=floats, **columns)
 
     logged = [
-        LoggedMessage("/joint_states", JOINT_STATE, message(names, values), at)
+        TopicMessage("/joint_states", JOINT_STATE, message(names, values), at)
         for at, (names, values) in enumerate([(("a1", "a2"), (9, 9)), (("a2",), (-1,)), (("a1",), (0.5,))])
     ]
     (tmp_path / "c.mcap").write_bytes(bag_of(tmp_path / "c.mcap", logged))

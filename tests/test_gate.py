@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 from ovita.chain import adapt
-from ovita.cli.gate_ import group
+from ovita.cli.transfer_ import gate as group
 from ovita.errors import FormatError
 from ovita.gate import default_log, explained, record, review, simulated
 from ovita.io.json_ import seal

@@ -14,7 +14,7 @@ import ovita as ov
 from ovita import plugins
 from ovita.errors import FormatError, RequestError, RobotError, WriterError
 from ovita.paths.frame import RFU
-from ovita.perceive.detectors import detector_named
+from ovita.perceive.detect import detector_named
 from ovita.policy import sandbox
 from ovita.toolkit import catalogue
 from ovita.writers import examples, prompt

@@ -14,7 +14,7 @@ import pytest
 import command_line
 from command_line import ovita
 from ovita.cli.common import called
-from ovita.cli.line import completed
+from ovita.cli.sessions_ import completed
 from ovita.io import load_task
 from ovita.result import Adaptation
 

@@ -14,7 +14,8 @@ import numpy as np
 
 from ovita.baselines.latte import LatteNetwork, LatteStyle
 from ovita.bench.dataset import load_dataset
-from ovita.bench.evaluate import DEFAULT, Protocol, evaluate, recording
+from ovita.bench.evaluate import DEFAULT, Protocol, evaluate
+from ovita.bench.systems import recording
 
 
 def main(folder: str, *files: str) -> None:

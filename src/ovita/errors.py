@@ -29,10 +29,11 @@ into the `status` of an `Adaptation`; so is infeasibility, which is never an exc
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import re
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from numbers import Real
 from types import UnionType
 from typing import Any, Literal, ParamSpec, TypeVar, Union, get_args, get_origin, get_type_hints
@@ -287,3 +288,12 @@ class MissingExtra(OvitaError):
     def __init__(self, package: str, extra: str) -> None:
         self.package, self.extra = package, extra
         super().__init__(f"this needs {package}: pip install 'ovita[{extra}]'")
+
+
+@contextlib.contextmanager
+def needs(package: str, extra: str) -> Iterator[None]:
+    """Turn a failed import inside the block into a `MissingExtra`."""
+    try:
+        yield
+    except ImportError:
+        raise MissingExtra(package, extra) from None

@@ -21,7 +21,7 @@ import numpy as np
 from ovita.errors import FormatError, RequestError, TrajectoryError
 from ovita.io import Choices, is_address, is_mission, load_document
 from ovita.io.documents import NONE, cell_number
-from ovita.io.files import file_name
+from ovita.io.files import file_name, state_folder
 from ovita.io.json_ import seal
 from ovita.io.ledger import Ledger
 from ovita.io.links import Receipt, deliver, deliver_joints
@@ -198,7 +198,6 @@ def _start_gap(result: Adaptation) -> float:
 
 
 def _of_file(document: Mapping[str, Any], signature: SignatureCheck | None) -> list[GateCheck]:
-    """What was looked at in the file itself."""
     broken = _by_seal(document)
     found = [GateCheck("the seal", not broken, f"the content is {'not ' if broken else ''}as it was saved")]
     if signature is None:
@@ -398,16 +397,10 @@ def release(
         if motion is not None:
             receipt = deliver_joints(place, motion, choices, told)
         else:
-            said, verdict = found.result.instruction, found.result.verdict
-            receipt = deliver(
-                place,
-                path,
-                found.result.scene,
-                instruction=said,
-                choices=choices,
-                verdict=verdict,
-                robot=found.robot,
-            )
+            result = found.result
+            said, verdict = result.instruction, result.verdict
+            robot, scene = found.robot, result.scene
+            receipt = deliver(place, path, scene, instruction=said, choices=choices, verdict=verdict, robot=robot)
     except BaseException as error:
         record(log, {"event": "failed", **event, "why": str(error) or type(error).__name__})
         raise
@@ -422,8 +415,7 @@ def _event(found: Review, place: str, about: Mapping[str, Any]) -> dict[str, Any
 
 def default_log() -> Path:
     """Where sendings are logged: `sent.jsonl` in the user's state folder (XDG_STATE_HOME)."""
-    state = os.environ.get("XDG_STATE_HOME") or os.path.join(os.path.expanduser("~"), ".local", "state")
-    return Path(state, "ovita", "sent.jsonl")
+    return state_folder() / "sent.jsonl"
 
 
 def against(
@@ -459,7 +451,6 @@ def limits_in_words(robot: Robot) -> list[str]:
 
 
 def _checks(result: Adaptation, robot: Robot) -> tuple[ConstraintCheck, ...]:
-    """The adapted trajectory measured against a robot's limits."""
     return verify(
         result.adapted,
         result.scene,

@@ -154,7 +154,9 @@ def requested(
     if times is not None and isinstance(about, str | os.PathLike | Task | Trajectory):
         raise RequestError("times go with an array of positions (N, 3); a task, a trajectory and a file have their own")
     if isinstance(about, str | os.PathLike):
-        about = _read(about)
+        if is_address(os.fspath(about)):
+            raise RequestError(f"{about} is an address; read it first: ovita.load({about!r})")
+        about = load_task(about)
     if not isinstance(about, Task):
         trajectory, assumed = trajectory_of(about, times)
         return Request(_said(instruction, ""), trajectory, scene, robot, assumed=assumed, selection=selection)
@@ -251,12 +253,6 @@ def _said(instruction: str | None, otherwise: str) -> str:
     return otherwise if instruction is None else instruction
 
 
-def _read(place: str | os.PathLike[str]) -> Task:
-    if is_address(os.fspath(place)):
-        raise RequestError(f"{place} is an address; read it first: ovita.load({place!r})")
-    return load_task(place)
-
-
 _Rows = TypeVar("_Rows", bound=Sized)
 
 
@@ -272,7 +268,6 @@ def _of_a_length(waypoints: _Rows) -> _Rows:
 
 
 def _numbers(values: object, wanted: str) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """An array of real numbers."""
     if values is None or isinstance(values, str | bytes | dict | int | float):
         raise RequestError(f"{wanted}, not {_kind(values)}")
     try:

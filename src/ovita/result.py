@@ -320,18 +320,14 @@ class Adaptation:
         title = f"Proposal, not done yet: {self.instruction}" if waits else self.instruction
         paths = (shown.original, shown.adapted, shown.scene)
         proposed = None if shown.proposed == shown.adapted else shown.proposed
-        drawn = robot or shown.robot
+        how: dict[str, Any] = {"robot": robot or shown.robot, "proposed": proposed, "title": title}
+        how |= {"view": view, "tube": tube}
         if path is not None and ending == ".html":
             notes = (self.message if waits else self.explanation).split("\n")
-            page = plots.interactive(
-                *paths, notes=notes, robot=drawn, proposed=proposed, title=title, view=view, tube=tube
-            )
-            atomic_write(path, page)
+            atomic_write(path, plots.interactive(*paths, notes=notes, **how))
             return None
         checks = shown.constraints.checks if shown.constraints else None
-        drawing = plots.figure(
-            *paths, violations=checks, robot=drawn, proposed=proposed, title=title, view=view, tube=tube
-        )
+        drawing = plots.figure(*paths, violations=checks, **how)
         if path is not None:
             plots.save(path, drawing)
         return drawing

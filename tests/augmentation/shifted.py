@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ovita.augment.sample import AugmentedSample
+from ovita.augment.shards import AugmentedSample
 from ovita.bench.generate import SETTINGS, random_scene
 from ovita.io import Task
 from ovita.measure import predicates as checks

@@ -14,8 +14,7 @@ import numpy as np
 import pytest
 from shifted import samples
 
-from ovita.augment.files import ADAPTED, ORIGINAL
-from ovita.augment.formats import FORMATS, read, sinks_named
+from ovita.augment.formats import ADAPTED, FORMATS, ORIGINAL, read, sinks_named
 from ovita.augment.lerobot import LeRobotEpisodes, frames_of
 from ovita.bench.dataset import load_dataset
 from ovita.errors import FormatError, RequestError

@@ -114,7 +114,7 @@ def test_verify_finds_what_was_changed(data):
 
 
 def test_verify_judges_every_sample(data, monkeypatch):
-    from ovita.augment.sample import AugmentedSample
+    from ovita.augment.shards import AugmentedSample
 
     monkeypatch.setattr(AugmentedSample, "holds", lambda self: self.index != 3)
     found = verify(data, open_manifest(data))

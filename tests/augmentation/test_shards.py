@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ovita.augment.sample import AugmentedSample
-from ovita.augment.shards import JsonLines, ShardRecord, Sink, is_there, read_samples, record_file
+from ovita.augment.shards import AugmentedSample, JsonLines, ShardRecord, Sink, is_there, read_samples, record_file
 from ovita.errors import FormatError
 from ovita.io import Task
 from ovita.measure.predicates import moved

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from ovita.augment.ground import RandomScenes
-from ovita.augment.verified import Manner, _proof, make
+from ovita.augment.verified import Manner, make
 from ovita.augment.wording import families_from, grammar
+from ovita.instruct.builder import PolicyBuilder
 from ovita.limits import constrain
 from ovita.policy.direct import TooMuch
 from ovita.policy.reading import parse
@@ -49,6 +50,14 @@ def test_a_sample_is_what_its_policy_makes_in_the_usual_way():
             assert again.trajectory == sample.adapted and again.isolation == "in process"
 
 
-def test_what_is_not_proven_is_not_run_here():
+@pytest.mark.parametrize(
+    "code", ["import os", "traj = open(traj)", "traj = _hidden", "traj = scene.__class__", "abs = 1"]
+)
+def test_what_is_not_proven_is_not_run_here(code):
+    ground = POOL.ground(5, 0)
+    policy = PolicyBuilder(ground.task.trajectory, ground.task.scene)
+    rows, _ = policy.run()
+    assert (rows == ground.rows).all()
+    policy.add(code)
     with pytest.raises(TooMuch):
-        _proof("def adapt(traj, scene):\n    import os\n    return traj\n")
+        policy.run()

@@ -3,7 +3,6 @@
 from pathlib import Path
 
 import handmade_extended  # noqa: F401
-import handmade_latte  # noqa: F401
 import handmade_robots  # noqa: F401
 import pytest
 from handmade import RIGHT, WRONG

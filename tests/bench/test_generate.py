@@ -105,7 +105,7 @@ def fulfilled(name, split):
 
 
 def test_files_load_as_the_samples_that_were_drawn(tmp_path):
-    assert write_dataset(tmp_path / "d", n=6, seed=1) == 6
+    assert write_dataset(tmp_path / "d", generate(6, seed=1)) == 6
     loaded = {s.id: s for s in load_dataset(tmp_path / "d").samples}
     for sample in generate(6, seed=1):
         read = loaded[sample.id]
@@ -113,12 +113,12 @@ def test_files_load_as_the_samples_that_were_drawn(tmp_path):
         assert read.task.trajectory == sample.task.trajectory and read.task.scene == sample.task.scene
         assert read.task.instruction == sample.task.instruction and read.task.robot == sample.task.robot
     with pytest.raises(RequestError, match="already"):
-        write_dataset(tmp_path / "d", n=1)
+        write_dataset(tmp_path / "d", generate(1))
 
 
 def test_unknown_names_are_refused_with_the_known_ones(tmp_path):
     with pytest.raises(RequestError, match="latte, numeric, multi"):
         next(generate(1, families=["haiku"]))
     with pytest.raises(RequestError, match="tabletop, drone, ground, arm"):
-        write_dataset(tmp_path / "x", n=1, robots=["submarine"])
+        write_dataset(tmp_path / "x", generate(1, robots=["submarine"]))
     assert not Path(tmp_path / "x").exists()

@@ -11,7 +11,8 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from ovita.bench import comparison, leaderboard, provenance
+from ovita.baselines import baseline_named
+from ovita.bench import leaderboard, runner, systems
 from ovita.bench.dataset import load_dataset
 from ovita.bench.records import read_records
 from ovita.bench.runner import RunPlan, run
@@ -104,7 +105,7 @@ def test_a_file_that_is_no_entry_is_named(outcome, tmp_path, change, said):
 @pytest.mark.skipif(not (ROOT / "leaderboard").is_dir(), reason="no leaderboard in this checkout")
 def test_the_entries_of_this_repository_can_be_read_and_quote_no_dataset():
     entries = leaderboard.read_leaderboard(ROOT / "leaderboard")
-    assert all(entry.commit and provenance.CHANGED not in entry.commit for entry in entries)
+    assert all(entry.commit and runner.CHANGED not in entry.commit for entry in entries)
     if not PUBLIC.is_dir():
         pytest.skip("the public dataset is not beside this checkout")
     said = {s.task.instruction for s in load_dataset(PUBLIC).samples}
@@ -129,20 +130,20 @@ def test_a_run_says_when_and_of_which_commit_it_is(dataset, tmp_path, monkeypatc
 
 def test_the_commit_is_of_this_code_or_unknown(tmp_path, monkeypatch):
     head = subprocess.run(["git", "rev-parse", "--short=12", "HEAD"], cwd=ROOT, capture_output=True, text=True).stdout
-    assert provenance.commit.__wrapped__().removesuffix(provenance.CHANGED) in (head.strip(), "")
+    assert runner.commit.__wrapped__().removesuffix(runner.CHANGED) in (head.strip(), "")
     monkeypatch.setenv("PATH", str(tmp_path))
-    assert provenance.commit.__wrapped__() == ""
+    assert runner.commit.__wrapped__() == ""
 
 
 def test_everything_that_can_run_here_is_compared_and_the_rest_is_said(monkeypatch, dataset, tmp_path):
-    def named(name):
+    def named(name, **options):
         if "extract" in name:
             raise MissingExtra("tryaii", "baselines")
-        return name
+        return baseline_named(name, **options)
 
-    monkeypatch.setattr(comparison, "baseline_named", named)
-    monkeypatch.setattr(comparison, "configured_model", lambda: ("", ""))
-    here = comparison.systems_here()
+    monkeypatch.setattr(systems, "baseline_named", named)
+    monkeypatch.setattr(systems, "configured_model", lambda: ("", ""))
+    here = systems.systems_here()
     assert {"builtin", "baseline:copy", "baseline:random"} <= set(here.names)
     assert "tryaii" in here.missing["baseline:extract"] and "OVITA_MODEL" in here.missing["a language model"]
     out = tmp_path / "out"
@@ -153,7 +154,7 @@ def test_everything_that_can_run_here_is_compared_and_the_rest_is_said(monkeypat
 
 
 def test_the_configured_model_is_compared_too(monkeypatch):
-    monkeypatch.setattr(comparison, "configured_model", lambda: ("", "llamacpp:tiny"))
-    monkeypatch.setattr(comparison, "writer_named", lambda name: name)
-    monkeypatch.setattr(comparison, "baseline_named", lambda name: name)
-    assert comparison.systems_here().names[:2] == ("builtin", "llamacpp:tiny") and not comparison.systems_here().missing
+    monkeypatch.setattr(systems, "configured_model", lambda: ("", "llamacpp:tiny"))
+    monkeypatch.setattr(systems, "writer_named", lambda name: name)
+    monkeypatch.setattr(systems, "baseline_named", lambda name: name)
+    assert systems.systems_here().names[:2] == ("builtin", "llamacpp:tiny") and not systems.systems_here().missing

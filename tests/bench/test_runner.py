@@ -12,11 +12,10 @@ from pathlib import Path
 import bench_writers
 import pytest
 
-from ovita.bench import evaluate as evaluation
-from ovita.bench import tables
+from ovita.bench import systems, tables
 from ovita.bench.dataset import load_dataset, natural
 from ovita.bench.evaluate import BY_SUBSET, DEFAULT, Protocol, conditions_from, robot_for
-from ovita.bench.generate import write_dataset
+from ovita.bench.generate import generate, write_dataset
 from ovita.bench.records import RecordLog, read_records
 from ovita.bench.report import outcome_table
 from ovita.bench.runner import RunPlan, run
@@ -202,7 +201,7 @@ def test_ablations_of_a_prompt_are_left_out_for_a_writer_that_reads_none(dataset
 
 
 def test_failures_in_transport_are_sent_again(dataset, tmp_path, monkeypatch):
-    monkeypatch.setattr(evaluation.time, "sleep", lambda seconds: None)
+    monkeypatch.setattr(systems.time, "sleep", lambda seconds: None)
     done = run(toys(dataset, limit=2), tmp_path / "out", replace(asked("Flaky"), retries=1))
     assert [r.last.executable for r in done.records] == [True, True]
     assert len(bench_writers.Flaky.prompts) == 4
@@ -236,8 +235,8 @@ def test_a_budget_ends_the_run_early_and_says_so(dataset, tmp_path):
 
 def test_a_limiter_spaces_requests(monkeypatch):
     slept = []
-    monkeypatch.setattr(evaluation.time, "sleep", slept.append)
-    limiter = evaluation.Limiter(60)
+    monkeypatch.setattr(systems.time, "sleep", slept.append)
+    limiter = systems.Limiter(60)
     for _ in range(3):
         limiter.wait()
     assert slept[0] == 0 and slept[1] == pytest.approx(1, abs=0.1) and slept[2] == pytest.approx(2, abs=0.1)
@@ -260,7 +259,7 @@ def test_a_replay_is_scored_by_todays_check(dataset, tmp_path):
     again = run(toys(dataset), tmp_path / "again", PLAN, replay=tmp_path / "out")
     assert {r.sample: r.last.passed for r in again.records}["a/s_0"] is False
     with pytest.raises(RequestError, match="none of this dataset's samples"):
-        write_dataset(tmp_path / "other", n=2)
+        write_dataset(tmp_path / "other", generate(2))
         run(load_dataset(tmp_path / "other"), tmp_path / "third", PLAN, replay=tmp_path / "out")
 
 
@@ -328,7 +327,7 @@ def descendants(pid):
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="needs /proc to see what a killed run leaves behind")
 def test_a_run_killed_half_way_goes_on_and_ends_with_the_same_table(tmp_path):
     data, out = tmp_path / "data", tmp_path / "out"
-    write_dataset(data, n=24, seed=5)
+    write_dataset(data, generate(12, seed=5))
     code = "from ovita.cli.bench_ import group; group()"
     command = [sys.executable, "-c", code, "run", str(data), "--out", str(out), "--jobs", "2", "--no-figures"]
     with open(tmp_path / "log", "w") as log:
@@ -342,13 +341,13 @@ def test_a_run_killed_half_way_goes_on_and_ends_with_the_same_table(tmp_path):
         os.kill(process.pid, signal.SIGKILL)
         process.wait()
     before = len(read_records(out))
-    assert 2 <= before < 24, (tmp_path / "log").read_text()
+    assert 2 <= before < 12, (tmp_path / "log").read_text()
     deadline = time.monotonic() + 60
     while time.monotonic() < deadline and any(Path(f"/proc/{pid}").exists() for pid in children):
         time.sleep(0.05)
     assert not [pid for pid in children if Path(f"/proc/{pid}").exists()], "a killed run left processes behind"
     seen = []
     run(load_dataset(data), out, PLAN, progress=seen.append)
-    assert len(seen) == 24 - before and seen[-1].done == seen[-1].total == 24
+    assert len(seen) == 12 - before and seen[-1].done == seen[-1].total == 12
     whole = run(load_dataset(data), tmp_path / "whole", PLAN)
     assert passes(read_records(out)) == passes(whole.records)

@@ -109,7 +109,7 @@ def test_a_bit_more_is_not_done_on_top_of_the_whole_turn():
     session = after(("go left by 0.2",)).draft()
     result = session.say("a bit more")
     assert session.current.positions[0, 0] == pytest.approx(-0.25)
-    assert result.original == PATH and session.steps[-1].tuned
+    assert result.original == PATH and session.steps[-1].kind == "knobs"
     result = session.say("go left by 0.05")
     assert session.current.positions[0, 0] == pytest.approx(-0.3)
 

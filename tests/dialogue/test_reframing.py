@@ -74,7 +74,9 @@ def test_a_bit_more_says_what_it_turned(session):
     result = session.say("a bit more")
     assert result.taken == "took 'a bit more' as: left 0.2 m -> 0.25 m (shift to the left)"
     assert session.current.positions[0, 0] == pytest.approx(-0.25)
-    assert session.steps[-1].tuned and session.undo() and session.current.positions[0, 0] == pytest.approx(-0.2)
+    assert (
+        session.steps[-1].kind == "knobs" and session.undo() and session.current.positions[0, 0] == pytest.approx(-0.2)
+    )
 
 
 def test_what_was_turned_by_hand_is_what_more_is_more_of(session, tmp_path):

@@ -108,16 +108,6 @@ def test_instructions_are_no_feedback(said):
     assert read_beside(said, parse("move left=20cm", NAMES)) is None
 
 
-def test_paraphrases_of_instructions_are_no_feedback():
-    names = ("cup", "table", "bottle")
-    scene = Scene(tuple(SceneObject(name, [0.3 * i, 0.5, 0.2]) for i, name in enumerate(names)))
-    before = parse("move left=0.2m; closer cup by=0.1m; pace faster @near=bottle", names)
-    lines = (Path(__file__).parent / "paraphrases.txt").read_text(encoding="utf-8").splitlines()
-    said = [line for line in lines if line.strip() and line[0] not in "#="][::2]
-    taken = [s for s in said if read_feedback(s, scene, before, None, lambda t, e: read(t, scene, None, e))]
-    assert len(taken) <= 0.025 * len(said), taken
-
-
 @pytest.mark.parametrize(
     ("said", "edit"),
     [
@@ -173,10 +163,7 @@ def test_amounts_that_a_person_turned_by_hand_stay_in_their_slots():
 
 
 def test_frames_survive_a_document():
-    parts = [
-        PathPart("indices", ranges=((2, 5),), count=20),
-        both(PathPart("rising") if False else outside(PathPart("near", ("cup",), 0.2))),
-    ]
+    parts = [PathPart("indices", ranges=((2, 5),), count=20), both(outside(PathPart("near", ("cup",), 0.2)))]
     text = "move left=20cm up @first; closer cup+blue_box by=5cm; circle cup turns=2 cw; wait at=50% for=2s; pace turns"
     frames = tuple(
         type(f)(**{**f.__dict__, "part": parts[i % 2]}) if i else f for i, f in enumerate(parse(text, NAMES))

@@ -37,7 +37,7 @@ ROWS = np.column_stack(
     ]
 )
 TRAJECTORY = Trajectory.from_array(np.round(ROWS, 4))
-NAMES = {name: value for name, value in vars(checks).items() if callable(value)}
+NAMES = {**vars(checks), **checks.BUILDERS}
 
 
 HONEST = ("question", "honest")

@@ -11,6 +11,7 @@ from ovita.instruct.chunks import chunks
 from ovita.instruct.contradictions import contradictions
 from ovita.instruct.frames import Reading
 from ovita.instruct.referee import judged, understand
+from ovita.instruct.slots import TRAINED
 from ovita.paths.scene import Scene, SceneObject
 
 SCENE = Scene((SceneObject("cup", [0.5, 0.3, 0.0]), SceneObject("box", [1.0, 0.0, 0.0])))
@@ -144,3 +145,11 @@ def test_the_command_shows_words_readings_and_verdict():
     found = json.loads(CliRunner().invoke(cli, ["read", "slow down near the cup", "--json"]).output)
     assert found["readings"]["rules"]["frames"] == "pace slower @near=cup"
     assert found["verdict"]["outcome"] in ("do", "needs_confirmation") and found["words"][0]["class"] == "slower"
+
+
+def test_a_kind_of_request_that_the_network_was_not_trained_on_is_read_by_the_rules_alone(monkeypatch):
+    monkeypatch.setattr(referee, "TRAINED", tuple(name for name in TRAINED if name != "hop"))
+    found = understand("hop over the box, 8 cm clear", SCENE)
+    assert (found.by, found.learned) == ("rules", None)
+    assert notation.show(found.reading.frames) == "hop box by=8cm"
+    assert understand("slow down near the cup", SCENE).learned is not None

@@ -216,3 +216,7 @@ def test_what_cannot_be_done_is_not_read_as_done(sentence):
 )
 def test_what_excludes_itself_is_improper(sentence):
     assert read(sentence, SCENE).improper
+
+
+def test_a_described_object_that_the_scene_does_not_have_is_asked_for():
+    assert read("go to the second box", SCENE).question == "Which second box is meant?"

@@ -12,9 +12,8 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 from ovita.errors import FormatError
 from ovita.io import Choices, load_task, save_trajectory
 from ovita.io.bags import bag_maker, load_joint_motion
-from ovita.io.definitions import typestore
 from ovita.io.geodesy import Home
-from ovita.io.messages import TYPES, JointMotion, build, build_joints
+from ovita.io.messages import TYPES, JointMotion, build, build_joints, typestore
 from ovita.io.smoothing import smoothed
 from ovita.paths.trajectory import Trajectory
 

@@ -1,15 +1,14 @@
 """Constraints of the user's own, regions as data, and constraints that packages offer."""
 
 from dataclasses import dataclass
-from importlib.metadata import EntryPoint, EntryPoints
+from importlib.metadata import EntryPoint
 
 import numpy as np
 import pytest
 
 from ovita.errors import ConstraintDefinitionError
 from ovita.limits import ConstraintOptions, constrain
-from ovita.limits import custom as custom_module
-from ovita.limits.custom import Ball, Cylinder, KeepOut, Polytope, region
+from ovita.limits.custom import Ball, Cylinder, KeepOut, Polytope, load, region
 from ovita.limits.qp import Rows
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene, SceneObject
@@ -141,8 +140,9 @@ def test_what_is_no_constraint_is_refused():
 
 
 def test_constraints_that_packages_offer(monkeypatch):
-    offered = EntryPoints([EntryPoint("tank", "ovita.limits.custom:KeepOut", custom_module.GROUP)])
-    monkeypatch.setattr("importlib.metadata.entry_points", lambda group: offered.select(group=group))
-    assert custom_module.load("tank", lower=(0, 0, 0), upper=(1, 1, 1)) == KeepOut((0, 0, 0), (1, 1, 1))
+    offered = {"tank": EntryPoint("tank", "ovita.limits.custom:KeepOut", "ovita.limits")}
+    for module in ("ovita.plugins", "ovita.limits.custom"):
+        monkeypatch.setattr(f"{module}.entries", lambda kind: offered if kind == "limits" else {})
+    assert load("tank", lower=(0, 0, 0), upper=(1, 1, 1)) == KeepOut((0, 0, 0), (1, 1, 1))
     with pytest.raises(ConstraintDefinitionError, match="on offer: tank"):
-        custom_module.load("well")
+        load("well")

@@ -65,8 +65,7 @@ def client(what):
     import _thread
 
     from ovita.errors import LinkError
-    from ovita.io.controllers import follow
-    from ovita.io.joint_states import joint_state
+    from ovita.io.controllers import follow, joint_state
     from ovita.io.links import Address
     from ovita.io.messages import JointMotion
 

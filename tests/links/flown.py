@@ -18,7 +18,7 @@ STEP = 0.02
 
 
 class Copter:
-    """A vehicle in the air or on the ground, as `ovita.io.setpoints.Link` wants one."""
+    """A vehicle in the air or on the ground, as `ovita.io.mavlink.Vehicle` is one."""
 
     def __init__(
         self, place=(0.0, 0.0, -1.0), *, px4=True, loss=0.0, delay=0.02, jitter=0.0, seed=0, armed=True, deaf=(), kind=2

@@ -13,7 +13,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from ovita.io.definitions import MOVEIT
+from ovita.io.messages import MOVEIT
 
 TOLERANCES = "[] path_tolerance|[] component_path_tolerance|[] goal_tolerance|[] component_goal_tolerance".split("|")
 POINTS = "\n".join(

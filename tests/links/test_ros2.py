@@ -16,7 +16,7 @@ pytest.importorskip("rosbags")
 from rosbags.typesys import Stores, get_typestore
 
 from ovita.errors import FormatError, LinkError, MissingExtra
-from ovita.io import bus, open_task, ros2
+from ovita.io import bus, open_task
 from ovita.io.links import Address, deliver
 from ovita.io.messages import JOINTS, TYPES, JointMotion, Maker, build, build_joints, parse_joints
 from ovita.paths.frame import Frame, transformed
@@ -33,7 +33,7 @@ STORE = get_typestore(Stores.ROS2_HUMBLE)
 
 
 def maker():
-    return Maker(lambda name, **fields: ros2.idl_type(name)(**fields))
+    return Maker(lambda name, **fields: bus.idl_type(name)(**fields))
 
 
 @pytest.fixture
@@ -62,7 +62,7 @@ def test_messages_are_those_of_ros_to_the_byte(kind):
     )
     assert bytes(ours.serialize()) == bytes(STORE.serialize_cdr(theirs, name))
     package, _, short = name.partition("/msg/")
-    assert type(ours).__idl_typename__.replace(".", "::") == f"{package}::msg::dds_::{short}_" == ros2.ros_type(name)
+    assert type(ours).__idl_typename__.replace(".", "::") == f"{package}::msg::dds_::{short}_" == bus.ros_type(name)
 
 
 def test_motions_of_joints_too():
@@ -100,11 +100,11 @@ SPEAK = """
     from cyclonedds.topic import Topic
     from cyclonedds.util import duration
     from ovita.io.messages import Maker, build
-    from ovita.io import ros2
+    from ovita.io import bus
     from ovita.paths.trajectory import Trajectory
 
     path = Trajectory([[0, 0, 0], [1, 0, 0], [1, 2, 0]], [1, 1, 1])
-    message, _ = build("path", path, Maker(lambda name, **f: ros2.idl_type(name)(**f)), frame_id="odom")
+    message, _ = build("path", path, Maker(lambda name, **f: bus.idl_type(name)(**f)), frame_id="odom")
     participant = DomainParticipant(DOMAIN)
     writers = {}
     for name in ("Volatile", "TransientLocal"):
@@ -112,7 +112,7 @@ SPEAK = """
                   Policy.History.KeepLast(10))
         writers[name] = DataWriter(participant, Topic(participant, f"rt/{name}", type(message)), qos=qos)
     writers["TransientLocal"].write(message)
-    pose = Topic(participant, "rt/pose", ros2.idl_type("geometry_msgs/msg/PoseStamped"))
+    pose = Topic(participant, "rt/pose", bus.idl_type("geometry_msgs/msg/PoseStamped"))
     kept = DataWriter(participant, pose), DataReader(participant, pose)
     print("ready", flush=True)
     while True:

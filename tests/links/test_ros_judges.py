@@ -16,10 +16,11 @@ pytest.importorskip("rosbags")
 
 from ovita.errors import LinkError
 from ovita.io import open_task
+from ovita.io.bags import JOINT_PLANS
 from ovita.io.links import Address, deliver, deliver_joints
 from ovita.io.messages import JOINTS, TYPES, JointMotion
 from ovita.io.recorded import JOINT_STATE
-from ovita.io.ros2 import MOVEIT, receive_joints, topics
+from ovita.io.ros2 import receive_joints, topics
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 
@@ -80,7 +81,7 @@ def test_best_effort_odometry_is_recorded(judge):
         open_task(address("/odom", type="path"))
 
 
-@pytest.mark.parametrize("kind", [JOINTS, *MOVEIT, JOINT_STATE])
+@pytest.mark.parametrize("kind", [*JOINT_PLANS, JOINT_STATE])
 def test_joints_are_heard(judge, kind):
     needs(judge, kind.partition("/")[0])
     topic = f"/{kind.rpartition('/')[2].lower()}"

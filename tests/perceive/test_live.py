@@ -29,7 +29,7 @@ PUBLISH = """
     import numpy as np
     from camera_bags import Camera, millimetres
     from depth_pictures import Thing, picture
-    from ovita.io.bus import _DdsBus
+    from ovita.io.bus import dds_bus
     from ovita.io.links import Address
 
     class Live(Camera):
@@ -39,7 +39,7 @@ PUBLISH = """
 
     view = picture([Thing("box", (0.0, 0.1, 0.06), (0.08, 0.08, 0.12), colour="red")])
     depth, rgb = "/camera/depth/image_rect_raw", "/camera/color/image_raw"
-    with _DdsBus.joined(Address.parse("ros2:/x?domain=DOMAIN&local=1")) as bus:
+    with dds_bus(Address.parse("ros2:/x?domain=DOMAIN&local=1")) as bus:
         cam = Live()
         said = {
             depth: ("sensor_msgs/msg/Image", cam.image(millimetres(view), "16UC1"), False),

@@ -11,7 +11,7 @@ from depth_pictures import Thing, picture
 
 from ovita.errors import FormatError, RequestError
 from ovita.perceive import perceive
-from ovita.perceive.detectors import ClusterDetector, detector_named
+from ovita.perceive.detect import ClusterDetector, detector_named
 from ovita.perceive.recordings import Mount, RecordingChoices
 from ovita.perceive.sources import gathered
 from ovita.perceive.vlm import VlmDetector

@@ -1,6 +1,8 @@
-"""REST: the same tools under /v1, described by the same models."""
+"""REST: the same tools under /v1, described by the same models; and docs/agents.md says what is so."""
 
 import json
+import runpy
+from pathlib import Path
 
 import httpx2
 import pytest
@@ -82,3 +84,26 @@ def test_the_description_is_whole_and_its_page_loads_nothing(http):
     assert page.text == interface_page() and "default-src 'none'" in page.headers["Content-Security-Policy"]
     assert not any(sign in page.text for sign in ("<script", "http://", "https://", "src="))
     assert all(operation.path in page.text for operation in OPERATIONS.values())
+
+
+ROOT = Path(__file__).parents[2]
+PAGE = (ROOT / "docs/agents.md").read_text(encoding="utf-8")
+
+
+def test_every_tool_is_in_the_table_with_its_path():
+    for operation in OPERATIONS.values():
+        row = next(line for line in PAGE.splitlines() if line.startswith(f"| `{operation.name}` |"))
+        path = operation.path.replace("/v1/tasks/{task}/", ".../").replace("{task}", "TASK")
+        assert row.endswith(f"| `{operation.method} {path}` |")
+
+
+def test_every_test_that_the_security_list_names_is_there():
+    tests = "".join(path.read_text(encoding="utf-8") for path in Path(__file__).parent.glob("test_*.py"))
+    named = {word for word in PAGE.split("`") if word.startswith("test_")}
+    assert len(named) > 15 and all(f"def {name}(" in tests for name in named)
+
+
+def test_the_talk_on_the_page_is_what_the_example_prints():
+    talk = runpy.run_path(str(ROOT / "examples/agent_transcript.py"))["transcript"]()
+    assert f"```\n{talk}```" in PAGE
+    assert "refused: this client cannot ask a person" in talk and "released: False" in talk

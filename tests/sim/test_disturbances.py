@@ -15,8 +15,7 @@ from ovita.paths.trajectory import Trajectory
 
 pytest.importorskip("mujoco", reason="the extra sim is not installed")
 
-from ovita.cli.simulate_ import command
-from ovita.cli.simulate_batch_ import Simulated, table
+from ovita.cli.simulate_ import Simulated, command, table
 
 LINE = Trajectory(np.linspace([0.5, -0.1, 0.5], [0.5, 0.1, 0.5], 8), np.full(8, 0.2))
 GROUND = Trajectory(np.linspace([0, 0, 0], [1, 0.5, 0], 8), np.full(8, 0.5))

@@ -92,6 +92,35 @@ ARM = Robot.preset("arm")
         ("Keep left of the bottle from the box to the plate", "the box", ["left of the bottle"], "the plate", ""),
         ("Take the right-hand side of the bottle, box to plate", "the box", ["right of the bottle"], "the plate", ""),
         ("From the box to the plate, jiggle", "the box", [], "the plate", "jiggle"),
+        ("box bottle plate", "the box", ["the bottle"], "the plate", ""),
+        ("From the box go via the bottle and the left post to the plate", "the box", ["the bottle", "the left post"],
+         "the plate", ""),
+        ("The box first, then the bottle, then the plate", "the box", ["the bottle"], "the plate", ""),
+        ("From the box to the plate and back again", "the box", ["the plate"], "the box", ""),
+        ("One lap of the bottle between the box and the plate", "the box", [], "the plate", "One lap of the bottle"),
+        ("From the box to the plate, wait 2 s before you set off", "the box", [], "the plate", "wait 2 s at the start"),
+        ("From 0.3,-0.3,0.5 to 0.3,0.3,0.5, then hold for 4 s", "[0.3, -0.3, 0.5]", [], "[0.3, 0.3, 0.5]",
+         "wait 4 s at the goal"),
+        ("Box, bottle, plate, and pause 3 seconds at each stop", "the box", ["the bottle"], "the plate",
+         "wait 3 s at the bottle, wait 3 s at the goal"),
+        ("Move from the box to the plate, stopping short of it by 20 cm", "the box", [], "0.20 m from the plate", ""),
+        ("From the box to the plate, passing above the bottle with 10 cm to spare", "the box",
+         ["0.10 m above the bottle"], "the plate", ""),
+        ("From the box to the plate, round the bottle on the far side from the plate", "the box",
+         ["behind the bottle"], "the plate", ""),
+        ("Box to plate, keep the bottle on your left", "the box", ["right of the bottle"], "the plate", ""),
+        ("Plate to box, leave the bottle on its left-hand side", "the plate", ["left of the bottle"], "the box", ""),
+        ("Start 0.5 m above the box, come down to 20 cm above the plate", "0.50 m above the box", [],
+         "0.20 m above the plate", ""),
+        ("Hold at the box for 4 s and then proceed to the plate", "the box", [], "the plate", "wait 4 s at the start"),
+        ("Start box, end plate, wait 2 s at the start", "the box", [], "the plate", "wait 2 s at the start"),
+        ("go to the bottle then the plate, start on the box", "above the box", ["the bottle"], "the plate", ""),
+        ("Take the dirty sheets from the box to the plate", "the box", [], "the plate", ""),
+        ("From the box to the plate, ignore the bottle and go slowly", "the box", [], "the plate", "go slowly"),
+        ("From the box to the plate, slow down but don't stop near the bottle", "the box", [], "the plate",
+         "slow down"),
+        ("Never mind the bottle, from the box to the plate", "the box", [], "the plate", ""),
+        ("From the box to the plate without pausing at the bottle", "the box", [], "the plate", ""),
     ],
 )  # fmt: skip
 def test_the_way_and_the_rest_are_told_apart(text, start, via, goal, rest):
@@ -120,6 +149,39 @@ def test_arrows_repairs_and_denials_decide_what_the_places_are(text, start, via,
     assert [place and place.label for place in (route.start, route.goal)] == [start, goal]
     assert [place.label for place in route.via] == via
     assert bool(route.question) == (start is None or goal is None)
+
+
+@pytest.mark.parametrize(
+    ("text", "left"),
+    [
+        ("box to plate, hang a left round the bottle", "hang a left round the bottle"),
+        ("box to plate, go past the bottle at 30 cm", "at 30 cm"),
+        ("from the box to the plate, do a backflip", "do a backflip"),
+        ("The bottle stays on the right when you travel from the plate to the box", "stays on the right"),
+    ],
+)
+def test_a_distance_or_a_side_that_no_place_holds_is_told(text, left):
+    assert any("Nothing is done about" in doubt and left in doubt for doubt in read_route(text, TABLE).doubts)
+
+
+def test_a_way_may_be_kept_from_leading_over_something():
+    said = "From the box to the plate; on no account go over the bottle"
+    made = from_words(said, TABLE, ARM, writer="builtin")
+    path, bottle = made.adaptation.adapted.resample(500).positions, TABLE["bottle"]
+    assert made.status == "done" and made.route.barred == ("bottle",)
+    assert not (np.abs(path[:, :2] - bottle.position[:2]) <= bottle.size[:2] / 2).all(axis=1).any()
+
+
+def test_a_wish_that_lacks_an_object_is_about_the_one_that_was_only_mentioned():
+    said = "the bottle is hot so stay 15 cm away when you go from the box to the plate"
+    (frame,) = (frame for wish in read_route(said, TABLE).wishes for frame in wish.frames)
+    assert frame.named == ("bottle",)
+
+
+def test_it_behind_the_word_of_an_earlier_place_is_that_place():
+    said = "Cross over the bottle on the way from the box to the plate, slowing down above it"
+    (frame,) = (frame for wish in read_route(said, TABLE).wishes for frame in wish.frames)
+    assert frame.named == ("bottle",)
 
 
 def test_it_in_a_wish_is_what_was_named_last():
@@ -217,6 +279,12 @@ def test_a_height_over_the_ground_is_that_of_the_way_between_the_ends():
     assert made.status == "done" and heights.max() == pytest.approx(0.4, abs=0.01) and max(heights[[0, -1]]) < 0.3
 
 
+def test_a_way_at_a_height_ends_beside_what_is_taller():
+    scene = generation.scene_of("shelf -1 0.5 0.8 0.3 0.9 1.6; lamp 1.2 0.7 0.75 0.2 0.2 1.5")
+    made = from_words("Shelf to lamp, keep at 1.2 m altitude", scene, Robot.preset("drone"), writer="builtin")
+    assert made.status == "done" and np.allclose(made.adaptation.adapted.positions[:, 2], 1.2, atol=1e-6)
+
+
 def test_parts_that_are_certain_by_themselves_are_done_together():
     text = "from the box to the plate, at most 0.2 m/s, clearance to the bottle at least 0.12 m"
     result = from_words(text, TABLE, ARM, writer="builtin").adaptation
@@ -245,6 +313,61 @@ def test_what_only_says_not_to_touch_is_left_to_the_limits():
     result = from_words("From box to plate, don't hit the bottle", TABLE, ARM, writer="builtin").adaptation
     assert result.status == "done" and any("limits see to" in text for text in result.assumptions)
     assert TABLE["bottle"].clearance(result.adapted.resample(500).positions).min() > 0.04
+
+
+def test_a_place_in_a_reason_is_none_of_the_way():
+    said = "From the box to the plate, passing over the bottle at 20 cm because the bottle is fragile"
+    assert [place.label for place in read_route(said, TABLE).via] == ["0.20 m above the bottle"]
+
+
+def test_a_speed_of_each_part_is_no_wish_for_the_highest_speed():
+    said = "From the box to the plate, slow in the first third and in the last third it can be fast"
+    route = read_route(said, TABLE)
+    assert not route.fastest
+    assert {frame.change for wish in route.wishes for frame in wish.frames} == {"slower", "faster"}
+    assert read_route("From the box to the plate as fast as you can", TABLE).fastest
+
+
+@pytest.mark.parametrize("where", ["half way", "at the midpoint", "at 50 % of the path"])
+def test_a_wait_at_a_share_of_the_way_is_there(where):
+    made = from_words(f"From the box to the plate, pause 3 s {where}", TABLE, ARM, writer="builtin").adaptation
+    path = made.adapted
+    still = np.linalg.norm(np.diff(path.positions, axis=0), axis=1) < 1e-9
+    length = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(path.positions, axis=0), axis=1))]
+    assert made.status == "done" and still.any()
+    assert abs(length[int(np.flatnonzero(still)[0])] / length[-1] - 0.5) < 0.05
+
+
+def test_going_on_does_not_move_the_goal_that_was_said():
+    said = "From the box to the plate, wait 2 s over the bottle, then carry on"
+    route = read_route(said, TABLE)
+    assert {type(frame).__name__ for wish in route.wishes for frame in wish.frames} == {"Wait"}
+    made = from_words("From the box to the plate, then keep on going", TABLE, ARM, writer="builtin").adaptation
+    assert (
+        made.status == "needs_confirmation"
+        or made.adapted is None
+        or np.allclose(made.adapted.positions[-1, :2], TABLE["plate"].position[:2], atol=0.05)
+    )
+
+
+def test_a_speed_told_with_going_on_counts_behind_the_stop():
+    said = "From the box to the plate, wait 2 s over the bottle, then carry on, slowly"
+    paces = [f for wish in read_route(said, TABLE).wishes for f in wish.frames if hasattr(f, "change")]
+    assert [(f.part.kind, f.part.places) for f in paces] == [("after", ("bottle",))]
+    path = from_words(said, TABLE, ARM, writer="builtin").adaptation.adapted
+    assert np.allclose(path.positions[-1, :2], TABLE["plate"].position[:2], atol=0.05)
+
+
+def test_a_figure_around_two_objects_is_shown():
+    route = read_route("Fly an eight around the bottle and the plate, from the box to the left post", TABLE)
+    assert any("plate" in doubt for doubt in route.doubts)
+
+
+def test_a_side_without_a_verb_is_seen_on_the_way():
+    for side in ("left", "right"):
+        (terse,) = read_route(f"Box to plate, bottle on the {side}", TABLE).via
+        (kept,) = read_route(f"From the box to the plate, keeping the bottle on your {side}", TABLE).via
+        assert terse.seen and terse.relation == kept.relation
 
 
 def test_a_model_is_told_how_the_trajectory_came_about():

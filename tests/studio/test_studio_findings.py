@@ -139,8 +139,7 @@ def test_a_rover_stays_on_the_floor():
     )
     rover = playback.RobotView(api, pytest.fail)
     rover.choose("ground")
-    rover._wanted, rover._thinking = (straight(0.4), LOW, Robot.preset("none")), True
-    rover._think()
+    rover._plan((straight(0.4), LOW, Robot.preset("none")))
     heights = rover._motion.positions[..., 2]
     assert playback.floor(straight(0.4), LOW) == 0.0
     assert heights.max() < 0.2

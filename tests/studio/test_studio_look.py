@@ -15,8 +15,7 @@ from ovita.errors import FormatError, RequestError, SceneError
 from ovita.paths.scene import Scene, SceneObject
 from ovita.perceive.pointed import rectangle_of
 from ovita.perceive.update import update
-from ovita.studio.look import accepted, lookable, role_of
-from ovita.studio.look_picture import moved_box, picture_html
+from ovita.studio.look import accepted, lookable, moved_box, picture_html, role_of
 
 images = pytest.importorskip("PIL.Image", reason="needs pillow (extra perceive)")
 

@@ -12,7 +12,7 @@ from ovita.errors import RequestError
 from ovita.paths.part import PathPart
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
-from ovita.studio.hands import deleted, drawn, inserted, pulled, sketched
+from ovita.studio.editor import deleted, inserted, pulled, sketched
 from ovita.studio.playback import Player
 from ovita.studio.timeline import acting, curvature, signals, thinned
 
@@ -101,7 +101,7 @@ def test_a_hand_edit_is_a_turn_that_outlives_its_process(edit, tmp_path):
     talk.keep(path)
     talk.say("go left by 0.1")
     before = talk.current
-    drawn(talk, edit(talk))
+    edit(talk).do(talk)
     assert talk.current != before and talk.adaptation.status == "done" and talk.steps[-1].kind == "drawn"
     again = Session.resume(path, writer="builtin")
     assert again.current == talk.current and again.steps[-1].said == talk.steps[-1].said
@@ -112,7 +112,7 @@ def test_a_hand_edit_is_a_turn_that_outlives_its_process(edit, tmp_path):
 
 def test_only_what_was_meant_moves():
     talk = Session(around(), writer="builtin")
-    drawn(talk, EDITS["pull"](talk))
+    EDITS["pull"](talk).do(talk)
     moved = np.linalg.norm(talk.current.positions - talk.original.positions, axis=1)
     assert moved[30] == pytest.approx(0.1) and moved[29] > 0 and not moved[:25].any() and not moved[36:].any()
     assert {p.name for p in talk.adaptation.parameters} == {"up", "width"}
@@ -125,7 +125,7 @@ def test_a_stiffer_path_keeps_more_of_its_shape():
     talk = Session(around(), writer="builtin")
     bump = talk.current.positions[10:31].copy()
     bump[10] += [0, 0, 0.1]
-    drawn(talk, sketched(bump, 10, 30))
+    sketched(bump, 10, 30).do(talk)
     heights = []
     for stiffness in (0.0, 0.2, 0.6, 0.95):
         talk.tune({"stiffness": stiffness})
@@ -148,13 +148,13 @@ def test_a_stiffer_path_keeps_more_of_its_shape():
 def test_what_no_hand_can_do_is_one_sentence_and_changes_nothing(edit, told):
     talk = Session(around(), writer="builtin")
     with pytest.raises(ov.errors.OvitaError, match=told):
-        drawn(talk, edit())
+        edit().do(talk)
     assert not talk.steps and talk.current == talk.original
 
 
 def test_feedback_on_the_original_says_that_it_cannot_repeat_a_hand_edit():
     talk = Session(around(), writer="builtin")
-    drawn(talk, EDITS["pull"](talk))
+    EDITS["pull"](talk).do(talk)
     with pytest.raises(RequestError, match="feedback on current"):
         talk.say("go left by 0.1", on="original")
     assert talk.say("go left by 0.1").status == "done"

@@ -16,8 +16,7 @@ from ovita.paths.part import PathPart
 from ovita.paths.robot import Robot
 from ovita.paths.trajectory import Trajectory
 from ovita.studio import turns
-from ovita.studio.editor import with_object_at
-from ovita.studio.hands import deleted, drawn, inserted, pulled, sketched
+from ovita.studio.editor import deleted, inserted, pulled, sketched, with_object_at
 from ovita.studio.sessions import SessionController
 from ovita.writers.base import Reply
 
@@ -80,7 +79,7 @@ def test_what_the_limits_did_is_one_truth():
     talk = tabletop()
     bottle, path = talk.scene["bottle"], talk.current.positions
     near = int(bottle.clearance(path).argmin())
-    drawn(talk, pulled(near, 0.7 * (bottle.position - path[near]), talk.scene.frame, len(path)))
+    pulled(near, 0.7 * (bottle.position - path[near]), talk.scene.frame, len(path)).do(talk)
     result = talk.adaptation
     moved = result.constraints.max_shift
     assert moved > 0.001, "it is pulled into the bottle's margin"
@@ -132,7 +131,7 @@ def flat(talk, first, last):
     ],
 )
 def test_a_hand_that_wipes_out_an_earlier_wish_is_not_green(higher, edit, lost):
-    drawn(higher, edit(higher))
+    edit(higher).do(higher)
     verdict = turns.rung(higher.adaptation)
     assert (verdict is turns.LOST) == lost
     assert ("No longer as asked one turn ago by 'make the drone" in card(higher)) == lost
@@ -141,14 +140,14 @@ def test_a_hand_that_wipes_out_an_earlier_wish_is_not_green(higher, edit, lost):
 def test_a_part_of_which_one_waypoint_is_left_is_gone():
     talk = tabletop()
     talk.say("this part slower", selection=PathPart("range", amount=22, until=32))
-    drawn(talk, inserted(10))
-    drawn(talk, deleted(22, 32))
+    inserted(10).do(talk)
+    deleted(22, 32).do(talk)
     (loss,) = talk.adaptation.lost
     assert loss.outcome == "1 of 11 waypoints of that part are left" and turns.rung(talk.adaptation) is turns.LOST
 
 
 def test_a_wish_stays_lost_until_the_hand_gives_it_back(higher):
-    drawn(higher, flat(higher, 36, 59))
+    flat(higher, 36, 59).do(higher)
     higher.tune({"stiffness": 0.3})
     assert turns.rung(higher.adaptation) is turns.LOST
     moved = with_object_at(higher.scene, "bottle", higher.scene["bottle"].position + np.array([0.0, 0.01, 0.0]))
@@ -161,7 +160,7 @@ def test_a_sketch_moves_no_end():
     last = len(talk.current) - 1
     for first, end in ((30, last), (0, 25)):
         line = talk.current.positions[first : end + 1] + np.array([0.0, 0.0, 0.1])
-        drawn(talk, sketched(line, first, end))
+        sketched(line, first, end).do(talk)
         assert np.array_equal(talk.current.positions[[0, -1]], talk.original.positions[[0, -1]])
         assert np.ptp(talk.current.positions[:, 2] - talk.original.positions[:, 2]) > 0.05
 
@@ -182,7 +181,7 @@ def test_a_selection_stays_on_its_waypoints(edit, then):
     talk = tabletop()
     desk = SessionController(talk)
     desk.selected = 26, 36
-    desk.act(lambda session: drawn(session, edit))
+    desk.act(edit.do)
     assert desk.selected == then
     desk.act(lambda session: session.undo())
     assert desk.selected == {None: None, (26, 32): (26, 36), (20, 27): (29, 36)}.get(then, (26, 36))

@@ -13,7 +13,7 @@ from ovita.bench.tables import signed_rank
 from ovita.study.analysis import analyse, compare, means, screen
 from ovita.study.answers import StudyEvent, note
 from ovita.study.questions import ASKED
-from ovita.study.ratings import Rating, read_answers, write_answers
+from ovita.study.ratings import Rating, answers_csv, read_answers
 from ovita.study.report import PILOT, write_study_report
 
 ONE = Rating("p1", "", "rate", "s1", "A", True, "correctness", 4.0, 1, 5.0, "", False)
@@ -77,7 +77,7 @@ def test_groups_of_different_people_are_compared_as_such():
 def test_an_invented_effect_is_found_and_corrected(whole):
     pairs = [c for c in whole.contrasts if c.factor == "condition" and c.question == "correctness"]
     assert len(pairs) == 3 and all(c.n == 11 and c.p <= c.holm < 0.05 and c.effect > 0.6 for c in pairs)
-    assert all(x.test.k == 3 and x.test.w > 0.8 for x in whole.omnibus)
+    assert all(test.k == 3 and test.w > 0.8 for _, test in whole.omnibus)
     (shown,) = [c for c in whole.contrasts if (c.factor, c.question) == ("explanation", "interpretability")]
     assert (shown.a, shown.b) == ("with", "without") and shown.effect < -0.5
     names = whole.preferred.strengths.names
@@ -149,11 +149,11 @@ def test_the_same_ratings_give_the_same_files(report, tmp_path):
 
 def test_the_command_reports_a_file_or_says_why_not(tmp_path):
     file = tmp_path / "ratings.csv"
-    write_answers(file, invented(4, 2))
+    file.write_text(answers_csv(invented(4, 2)))
     done = ovita("study", "report", file, "--no-figures")
     assert done.returncode == 0 and "of 4 people count" in done.stdout and PILOT in done.stdout
     assert (tmp_path / "report" / "clmm.R").is_file() and (tmp_path / "report" / "analysis.md").is_file()
-    write_answers(file, [replace(ONE, question="attention", value=0.0)])
+    file.write_text(answers_csv([replace(ONE, question="attention", value=0.0)]))
     none = ovita("study", "report", file, "--no-figures")
     assert none.returncode == 2 and "not one answer counts (1 were given by someone who failed" in none.stderr
     assert "there is no such file" in ovita("study", "report", tmp_path / "nothing.csv").stderr

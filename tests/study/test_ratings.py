@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from ovita.errors import FormatError
-from ovita.study.ratings import COLUMNS, Rating, allowed, answers_csv, read_answers, write_answers
+from ovita.study.ratings import COLUMNS, Rating, allowed, answers_csv, read_answers
 
 ONE = Rating("p1", "expert", "rate", "cup", "A", True, "correctness", 4.0, 3, 12.5, "2026-01-01T10:00:00Z", False, "p2")
 OTHERS = (
@@ -17,7 +17,7 @@ OTHERS = (
 
 
 def test_answers_come_back_as_they_went(tmp_path):
-    write_answers(tmp_path / "ratings.csv", (ONE, *OTHERS))
+    (tmp_path / "ratings.csv").write_text(answers_csv((ONE, *OTHERS)))
     assert read_answers(tmp_path / "ratings.csv") == (ONE, *OTHERS)
 
 

@@ -22,7 +22,7 @@ def test_an_example_does_what_it_says(example):
         for e in rollout.expectations
         if not (o := judge(e, trajectory.to_array(), rollout.trajectory.to_array(), scene)).held
     ] == []
-    names = {name: value for name, value in vars(checks).items() if callable(value)}
+    names = {**vars(checks), **checks.BUILDERS}
     verdict = eval(example.check, {"__builtins__": {}}, names).judge(trajectory, rollout.trajectory, scene)
     assert verdict.passed, verdict.sentence
     assert set(rollout.contacts) == set(example.contacts)

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path, PurePath
 from typing import Any
 
-from ovita.augment.sample import SPLITS, AugmentedSample
-from ovita.augment.shards import ShardFile, written
+from ovita.augment.shards import SPLITS, ShardFile, Sink, written
 from ovita.augment.verified import REASONS
 from ovita.errors import RequestError
 from ovita.io.documents import listing
@@ -51,7 +50,7 @@ _IS_NOT = """\
 
 
 @dataclass(frozen=True)
-class DatasetCard:
+class DatasetCard(Sink):
     """Writes the card as README.md, once all shards are there; the other sinks come before it.
 
     Args:
@@ -59,11 +58,7 @@ class DatasetCard:
     """
 
     licences: tuple[tuple[str, str], ...] = ()
-    name: str = "card"
-
-    def write(self, folder: Path, shard: int, samples: Sequence[AugmentedSample]) -> Sequence[ShardFile]:
-        """Nothing is said of a shard alone."""
-        return []
+    name = "card"
 
     def finish(self, folder: Path, manifest: Mapping[str, Any]) -> Sequence[ShardFile]:
         """Write the card from the manifest."""

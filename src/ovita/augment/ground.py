@@ -1,4 +1,7 @@
-"""What samples are drawn from: a trajectory in its scene with its robot, at random or from files."""
+"""What samples are drawn from: a trajectory in its scene with its robot, at random or from files.
+
+Its limits are looked at first by bounds that are cheap and safe, and enforced only where these fail.
+"""
 
 from __future__ import annotations
 
@@ -9,16 +12,114 @@ from typing import Protocol
 
 import numpy as np
 
-from ovita.augment.legal import Legality
 from ovita.bench.generate import SETTINGS, random_scene
 from ovita.instruct.scale import Scale
 from ovita.io import Task, load_robot
-from ovita.paths.geometry import closest_to_point
-from ovita.paths.robot import Robot
-from ovita.paths.trajectory import Array
+from ovita.limits.obstacles import Obstacle, build
+from ovita.limits.problem import ConstraintOptions
+from ovita.limits.speed import dynamics, limit_speeds, too_bent, too_quick
+from ovita.measure.predicates.check import Pair
+from ovita.paths.geometry import closest_to_point, lengths
+from ovita.paths.robot import Box, Robot
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Array, Trajectory
+from ovita.policy.output import reach
 
 TRIES = 50
 """Scenes drawn before the last one is taken whatever its original does to the limits."""
+
+ROUNDING = 1e-12
+"""How far a speed may be beyond a limit to which it was lowered [m/s]; `limits` lets a millionth pass."""
+
+
+@dataclass(frozen=True)
+class Legality:
+    """The limits that a robot and a scene impose on changes of a trajectory.
+
+    Args:
+        original: The trajectory before the change.
+        scene: Its objects are obstacles.
+        robot: Whose limits.
+    """
+
+    original: Trajectory
+    scene: Scene
+    robot: Robot
+
+    def holds(self, proposed: Trajectory, contacts: Sequence[str] = ()) -> bool:
+        """Whether every limit surely holds; False means that `constrain` has to look.
+
+        Where it is True, `limits.constrain` finds every limit satisfied and leaves the trajectory as it is.
+        """
+        return self.steady(proposed) and self.clear(proposed.positions, contacts)
+
+    def clear(self, positions: Array, contacts: Sequence[str] = ()) -> bool:
+        """Whether a path (N, 3) [m] surely is in the workspace and clear of the objects."""
+        return self._inside(positions) and self._clear(positions, contacts)
+
+    def steady(self, proposed: Trajectory) -> bool:
+        """Whether the limits on speeds surely hold, and a robot that drives stays on its plane."""
+        heights = proposed.positions[:, 2]
+        if self.robot.min_speed > 0.0 or (self.robot.planar and not (heights == self.original.positions[0, 2]).all()):
+            return False
+        return self._paced(proposed)
+
+    def slowed(self, proposed: Trajectory) -> Trajectory | None:
+        """As `limits.constrain` lowers the speeds on a legal path; None where that has to look itself."""
+        if self.robot.min_speed > 0.0 or not self.unbroken:
+            return None
+        limits = dynamics(self.robot, ConstraintOptions())
+        slower = proposed.with_(speeds=limit_speeds(proposed.speeds, proposed.positions, limits))
+        return slower if self.steady(slower) else None
+
+    @cached_property
+    def unbroken(self) -> bool:
+        """Whether the original surely keeps every limit, so that it excuses nothing."""
+        return self.holds(self.original)
+
+    def _inside(self, positions: Array) -> bool:
+        """Whether the path is in the workspace; that is convex but for a shell's core, which a step could cut."""
+        space = self.robot.workspace
+        if space is None:
+            return True
+        depth = float(space.inside(positions).min()) - self.robot.margin
+        if isinstance(space, Box):
+            return depth >= 0.0
+        return depth >= 0.5 * float(lengths(np.diff(positions, axis=0)).max(initial=0.0))
+
+    def _paced(self, proposed: Trajectory) -> bool:
+        robot = self.robot
+        if robot.max_speed is not None and float(proposed.speeds.max()) > robot.max_speed:
+            return False
+        along, across = robot.max_acceleration, robot.max_lateral_acceleration
+        if along is not None and float(too_quick(proposed, along).max(initial=0.0)) > ROUNDING:
+            return False
+        return across is None or float(too_bent(proposed, across).max(initial=0.0)) <= ROUNDING
+
+    @cached_property
+    def _bodies(self) -> tuple[tuple[Obstacle, ...], Array, Array]:
+        """The obstacles with the centres (K, 3) and radii (K,) of balls that hold them with the distance to keep."""
+        bodies = build(self.scene, self.robot)
+        centres = np.array([body.center for body in bodies]).reshape(-1, 3)
+        radii = np.array([float(np.linalg.norm(body.half)) + body.radius for body in bodies])
+        return bodies, centres, radii
+
+    def _clear(self, positions: Array, contacts: Sequence[str]) -> bool:
+        """Whether every segment is clear of every obstacle: of the balls around them, else of the bodies themselves."""
+        bodies, centres, radii = self._bodies
+        if not bodies:
+            return True
+        start, end = positions[:-1], positions[1:]
+        middles, half = (start + end) / 2.0, 0.5 * lengths(end - start)
+        offsets = middles[:, None, :] - centres[None]
+        reach = np.sqrt(np.einsum("nkd,nkd->nk", offsets, offsets)) - half[:, None]
+        near = reach < radii[None] + 1e-9
+        for k in np.flatnonzero(near.any(axis=0)):
+            if bodies[k].name not in contacts:
+                some = near[:, k]
+                if bodies[k].hit(start[some], end[some], 1e-9).any():
+                    return False
+        return True
 
 
 @dataclass(frozen=True)
@@ -63,6 +164,21 @@ class Ground:
             else closest_to_point(path, item.position)[0]
             for item in self.task.scene
         }
+
+    @cached_property
+    def rows(self) -> Array:
+        """The trajectory (N, 4) as policies get it; not to be changed."""
+        return self.task.trajectory.to_array()
+
+    @cached_property
+    def unchanged(self) -> Pair:
+        """The trajectory beside itself, by which a check is judged that doing nothing must not pass."""
+        return Pair(self.rows, self.rows, self.task.scene)
+
+    @cached_property
+    def reach(self) -> tuple[Array, float]:
+        """The middle of the scene (3,) [m], and how far from it a policy's path may lie [m]."""
+        return reach(self.task.trajectory, self.task.scene)
 
     @cached_property
     def legality(self) -> Legality:

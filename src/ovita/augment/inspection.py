@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,8 +11,7 @@ import numpy as np
 
 from ovita.augment.engine import MANIFEST
 from ovita.augment.formats import read
-from ovita.augment.sample import AugmentedSample
-from ovita.augment.shards import ShardFile, is_there
+from ovita.augment.shards import AugmentedSample, ShardFile, is_there
 from ovita.chain import adapt
 from ovita.errors import FormatError, RequestError
 from ovita.instruct.frames import from_json
@@ -44,6 +43,11 @@ def open_manifest(folder: Path) -> Mapping[str, Any]:
     if missing:
         raise FormatError(file_name(file), "is no manifest of ovita augment", key=missing[0])
     return manifest
+
+
+def files_of(manifest: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """Every file of a dataset, with its "path", its "sha256" and its size, "bytes"."""
+    return [file for part in (*manifest["shards"], manifest) for file in part["files"]]
 
 
 def sample_at(folder: Path, manifest: Mapping[str, Any], index: int) -> AugmentedSample:
@@ -123,7 +127,7 @@ class Findings:
 
 def verify(folder: Path, manifest: Mapping[str, Any], progress: Callable[[str], None] = lambda text: None) -> Findings:
     """Look at every file of a dataset and judge every sample anew."""
-    files = [ShardFile(**file) for file in _files(manifest)]
+    files = [ShardFile(**file) for file in files_of(manifest)]
     damaged = tuple(file.path for file in files if not is_there(folder, file, whole=True))
     if damaged:
         return Findings(len(files), damaged, 0, (), ())
@@ -139,11 +143,6 @@ def verify(folder: Path, manifest: Mapping[str, Any], progress: Callable[[str], 
             progress(f"{judged} of {manifest['kept']} samples")
     astray = tuple(sorted(source for source, seen in splits.items() if len(seen) > 1))
     return Findings(len(files), damaged, judged, tuple(failed), astray)
-
-
-def _files(manifest: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
-    for part in (*manifest["shards"], manifest):
-        yield from part["files"]
 
 
 def _or_all(found: Sequence[str], well: str, ill: str) -> str:

@@ -28,8 +28,7 @@ import numpy as np
 
 from ovita.augment.records import FOLDER as RECORDS
 from ovita.augment.records import ParquetRecords, arrow, rows_of
-from ovita.augment.sample import SPLITS, AugmentedSample
-from ovita.augment.shards import ShardFile
+from ovita.augment.shards import SPLITS, AugmentedSample, ShardFile, Sink
 from ovita.io import atomic_write
 from ovita.io.files import make_folder
 from ovita.io.lerobot import OVITA
@@ -57,7 +56,7 @@ _KEPT = ("index", "source", "family", "instruction", "paraphrases", "robot", "ve
 
 
 @dataclass(frozen=True)
-class LeRobotEpisodes:
+class LeRobotEpisodes(Sink):
     """Writes lerobot/SPLIT, a LeRobotDataset v3.0 of each split, beside the Parquet records that it is made from.
 
     Args:
@@ -70,7 +69,7 @@ class LeRobotEpisodes:
     language: bool = False
 
     @property
-    def name(self) -> str:
+    def name(self) -> str:  # type: ignore[override]
         """As in `--format`."""
         return "lerobot-language" if self.language else "lerobot"
 
@@ -313,16 +312,13 @@ class _Sums:
 
     def __init__(self) -> None:
         self.count = 0
-        self.min = self.max = self.mean = self._squares = np.zeros(0)
+        self.mean = self._squares = np.zeros(1)
+        self.min, self.max = np.full(1, np.inf), np.full(1, -np.inf)
 
     def add(self, rows: Array) -> None:
         """Take more rows (N, D); the means are joined as by Chan, Golub and LeVeque (1979)."""
         n, mean = len(rows), rows.mean(axis=0)
         squares = ((rows - mean) ** 2).sum(axis=0)
-        if not self.count:
-            self.count, self.mean, self._squares = n, mean, squares
-            self.min, self.max = rows.min(axis=0), rows.max(axis=0)
-            return
         total, gap = self.count + n, mean - self.mean
         self._squares = self._squares + squares + gap**2 * (self.count * n / total)
         self.mean = self.mean + gap * (n / total)
@@ -390,21 +386,12 @@ def _tasks_table(tasks: Mapping[str, int]) -> Any:
     """The instructions in order of their numbers; the pandas metadata makes them the index, as lerobot expects."""
     pyarrow, _ = arrow()
 
-    def described(name: str, kind: str, numpy_kind: str) -> dict[str, Any]:
-        names = {"name": name, "field_name": name}
-        return names | {"pandas_type": kind, "numpy_type": numpy_kind, "metadata": None}
+    def described(name: str | None, kind: str, numpy_kind: str, about: Any = None) -> dict[str, Any]:
+        return {"name": name, "field_name": name, "pandas_type": kind, "numpy_type": numpy_kind, "metadata": about}
 
     about = {
         "index_columns": ["task"],
-        "column_indexes": [
-            {
-                "name": None,
-                "field_name": None,
-                "pandas_type": "unicode",
-                "numpy_type": "object",
-                "metadata": {"encoding": "UTF-8"},
-            }
-        ],
+        "column_indexes": [described(None, "unicode", "object", {"encoding": "UTF-8"})],
         "columns": [described("task_index", "int64", "int64"), described("task", "unicode", "object")],
         "creator": {"library": "pyarrow", "version": pyarrow.__version__},
         "pandas_version": "2.0.0",

@@ -10,16 +10,15 @@ import io
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import chain
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ovita.augment.sample import SPLITS, AugmentedSample
-from ovita.augment.shards import ShardFile, written
+from ovita.augment.shards import SPLITS, AugmentedSample, ShardFile, Sink, written
 from ovita.errors import FormatError, MissingExtra
-from ovita.io import Task, scene_dict, scene_from_dict
 from ovita.io.files import file_name
 from ovita.paths.trajectory import Array, Trajectory
 
@@ -47,10 +46,10 @@ def arrow() -> tuple[Any, Any]:
 
 
 @dataclass(frozen=True)
-class ParquetRecords:
+class ParquetRecords(Sink):
     """Writes the full record of every sample as Parquet: parquet/SPLIT/SHARD.parquet."""
 
-    name: str = "parquet"
+    name = "parquet"
 
     def write(self, folder: Path, shard: int, samples: Sequence[AugmentedSample]) -> Sequence[ShardFile]:
         """Write the shard's samples, split by split."""
@@ -59,10 +58,6 @@ class ParquetRecords:
             for split in SPLITS
             if (mine := [sample for sample in samples if sample.split == split])
         ]
-
-    def finish(self, folder: Path, manifest: Mapping[str, Any]) -> Sequence[ShardFile]:
-        """Nothing is left to do."""
-        return []
 
 
 def content_of(samples: Sequence[AugmentedSample]) -> bytes:
@@ -114,43 +109,22 @@ def rows_of(files: Iterable[Path]) -> Iterator[dict[str, Any]]:
 
 def sample_of(row: Mapping[str, Any]) -> AugmentedSample:
     """The sample of one of `rows_of`."""
-    read = {name: json.loads(row[name]) for name in _DOCUMENTS}
-    task = Task(row["trajectory"], scene_from_dict(read["scene"]), row["instruction"], robot=row["robot"])
-    plain = {name: row[name] for name in (*_INTEGERS, *_TEXTS) if name != "robot"}
-    return AugmentedSample(
-        task=task,
-        adapted=row["adapted"],
-        paraphrases=tuple(row["paraphrases"]),
-        frames=tuple(read["frames"]),
-        parameters=tuple(read["parameters"]),
-        check=read["check"],
-        measured=read["measured"],
-        **plain,
-    )
+    return AugmentedSample.from_dict({**row, **{name: json.loads(row[name]) for name in _DOCUMENTS}})
 
 
 def _table(samples: Sequence[AugmentedSample]) -> Any:
     pyarrow, _ = arrow()
-    columns: dict[str, Any] = {
-        name: pyarrow.array([getattr(s, name) for s in samples], pyarrow.int64()) for name in _INTEGERS
-    }
-    texts = {name: [_text(s, name) for s in samples] for name in _TEXTS}
-    documents = {name: [_document(s, name) for s in samples] for name in _DOCUMENTS}
-    columns |= {name: pyarrow.array(values, pyarrow.string()) for name, values in (texts | documents).items()}
-    columns["paraphrases"] = pyarrow.array([list(s.paraphrases) for s in samples], pyarrow.list_(pyarrow.string()))
-    columns["timestep"] = pyarrow.array([s.task.trajectory.timestep for s in samples], pyarrow.float64())
+    known = [sample.words_and_facts() for sample in samples]
+    written = partial(json.dumps, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    text = pyarrow.string()
+    columns = {name: pyarrow.array([one[name] for one in known], pyarrow.int64()) for name in _INTEGERS}
+    columns |= {name: pyarrow.array([one[name] for one in known], text) for name in _TEXTS}
+    columns |= {name: pyarrow.array([written(one[name]) for one in known], text) for name in _DOCUMENTS}
+    columns["paraphrases"] = pyarrow.array([one["paraphrases"] for one in known], pyarrow.list_(text))
+    columns["timestep"] = pyarrow.array([one["timestep"] for one in known], pyarrow.float64())
     columns["trajectory"] = _rows_column([s.task.trajectory for s in samples])
     columns["adapted"] = _rows_column([s.adapted for s in samples])
     return pyarrow.table(columns)
-
-
-def _text(sample: AugmentedSample, name: str) -> str | None:
-    return sample.task.robot if name == "robot" else str(getattr(sample, name))
-
-
-def _document(sample: AugmentedSample, name: str) -> str:
-    value = scene_dict(sample.task.scene) if name == "scene" else getattr(sample, name)
-    return json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
 
 
 def _rows_column(trajectories: Sequence[Trajectory]) -> Any:

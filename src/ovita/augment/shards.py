@@ -1,4 +1,4 @@
-"""Shards: runs of finished samples, the sinks that write them, and the record that says a shard is done.
+"""Finished samples, the sinks that write them in shards, and the record that says a shard is done.
 
 A shard is done once its record is there, and the record is written last, in one step: a worker or a driver that is
 killed leaves no record, and the shard is made again, with the same bytes.
@@ -12,15 +12,119 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any, Protocol, runtime_checkable
+from typing import Any
 
-from ovita.augment.sample import AugmentedSample
 from ovita.errors import FormatError
-from ovita.io import atomic_write
+from ovita.io import Task, atomic_write, scene_dict, trajectory_rows
+from ovita.io.documents import scene_from_dict
 from ovita.io.files import make_folder, read_text
+from ovita.io.waypoints import trajectory_from_rows
+from ovita.measure.predicates import Check
+from ovita.paths.trajectory import Trajectory
+
+SPLITS = ("train", "val", "test")
+"""Where a sample belongs; all samples of a scene are in the same."""
 
 RECORDS = "shards"
 """The folder of the records, below that of the dataset."""
+
+
+@dataclass(frozen=True)
+class AugmentedSample:
+    """A sentence, what it means, and a motion that does it: kept only since its own check passed after the limits.
+
+    Args:
+        index: Its number; with the seed it determines everything else.
+        seed: Of the dataset.
+        source: Where trajectory and scene come from, such as "random:drone/00012" or "file:scene.json"; samples of
+            one source share their split.
+        task: The original trajectory with its scene, robot and instruction.
+        instruction: The sentence; that of the task.
+        paraphrases: Other sentences of the same meaning.
+        frames: What the sentence means, as JSON documents (`instruct.frames.from_json` reads them).
+        adapted: The trajectory after the limits.
+        code: The policy that made it.
+        parameters: The policy's parameters, as JSON documents.
+        verdict: "done", or "limited" where the limits changed the proposal.
+        check: What had to hold, as a JSON document (`Check.from_dict` reads it).
+        measured: What the check measured, and of what kind and size the change is: "sentence", "directions", "region",
+            "magnitude" [m, or a factor on the speed] and "shift" [m], the largest displacement.
+        family: The kind of request.
+        split: Of SPLITS.
+        version: Of ovita.
+    """
+
+    index: int
+    seed: int
+    source: str
+    task: Task
+    instruction: str
+    paraphrases: tuple[str, ...]
+    frames: tuple[Mapping[str, Any], ...]
+    adapted: Trajectory
+    code: str
+    parameters: tuple[Mapping[str, Any], ...]
+    verdict: str
+    check: Mapping[str, Any]
+    measured: Mapping[str, Any]
+    family: str
+    split: str
+    version: str
+
+    def holds(self) -> bool:
+        """Whether the sample's check passes on its motion, judged anew."""
+        check = Check.from_dict(self.check)
+        return check.judge(self.task.trajectory, self.adapted, self.task.scene).passed
+
+    def words_and_facts(self) -> dict[str, Any]:
+        """The sample as a JSON document, but for its two motions."""
+        task = self.task
+        return {
+            "index": self.index,
+            "seed": self.seed,
+            "source": self.source,
+            "split": self.split,
+            "family": self.family,
+            "instruction": self.instruction,
+            "paraphrases": list(self.paraphrases),
+            "frames": [dict(frame) for frame in self.frames],
+            "robot": task.robot,
+            "scene": scene_dict(task.scene),
+            "timestep": task.trajectory.timestep,
+            "code": self.code,
+            "parameters": [dict(parameter) for parameter in self.parameters],
+            "verdict": self.verdict,
+            "check": dict(self.check),
+            "measured": dict(self.measured),
+            "version": self.version,
+        }
+
+    def to_dict(self) -> dict[str, Any]:
+        """The sample as a JSON document, which `from_dict` reads."""
+        rows = {"trajectory": trajectory_rows(self.task.trajectory), "adapted": trajectory_rows(self.adapted)}
+        return self.words_and_facts() | rows
+
+    @classmethod
+    def from_dict(cls, document: Mapping[str, Any]) -> AugmentedSample:
+        """The sample that `to_dict` wrote; its motions may be trajectories already.
+
+        Raises:
+            FormatError: If its trajectories or its scene cannot be read.
+        """
+        scene = scene_from_dict(document["scene"])
+        said = document["instruction"]
+        task = Task(_trajectory(document, "trajectory"), scene, said, robot=document["robot"])
+        plain = ("index", "seed", "source", "code", "verdict", "check", "measured", "family", "split", "version")
+        listed = {key: tuple(document[key]) for key in ("paraphrases", "frames", "parameters")}
+        values: dict[str, Any] = {key: document[key] for key in plain} | listed
+        return cls(task=task, instruction=said, adapted=_trajectory(document, "adapted"), **values)
+
+
+def _trajectory(document: Mapping[str, Any], key: str) -> Trajectory:
+    rows = document[key]
+    if isinstance(rows, Trajectory):
+        return rows
+    return trajectory_from_rows(rows, key=key, timestep=document["timestep"])
 
 
 @dataclass(frozen=True)
@@ -32,26 +136,23 @@ class ShardFile:
     bytes: int
 
 
-@runtime_checkable
-class Sink(Protocol):
-    """Writes finished samples; it is pickled to the workers, so it is small, frozen data.
+class Sink:
+    """Writes finished samples; it is pickled to the workers, so it is small, frozen data."""
 
-    `write` is called once a shard, in any order and in any process, perhaps again after a kill; it must write the same
-    bytes each time, each file in one step. `finish` is called once in the driver when all shards are there.
-    """
-
-    @property
-    def name(self) -> str:
-        """As in `--format`."""
-        ...
+    name = ""
+    """As in `--format`."""
 
     def write(self, folder: Path, shard: int, samples: Sequence[AugmentedSample]) -> Sequence[ShardFile]:
-        """Write a shard's samples, in the order of their index, below the folder."""
-        ...
+        """Write a shard's samples, in the order of their index, below the folder.
+
+        It is called once a shard, in any order and in any process, perhaps again after a kill: the same bytes each
+        time, each file in one step.
+        """
+        return []
 
     def finish(self, folder: Path, manifest: Mapping[str, Any]) -> Sequence[ShardFile]:
-        """Write what is about all shards, such as tables of contents and a card; the manifest has everything."""
-        ...
+        """Write what is about all shards, once all are there, in the driver; the manifest has everything."""
+        return []
 
 
 @dataclass(frozen=True)
@@ -121,20 +222,16 @@ def written(folder: Path, path: str, content: bytes) -> ShardFile:
 
 
 @dataclass(frozen=True)
-class JsonLines:
+class JsonLines(Sink):
     """Samples as lines of JSON, one file a shard, packed with gzip."""
 
-    name: str = "jsonl"
+    name = "jsonl"
 
     def write(self, folder: Path, shard: int, samples: Sequence[AugmentedSample]) -> Sequence[ShardFile]:
         """Write samples/NNNNNN.jsonl.gz."""
         lines = [json.dumps(s.to_dict(), ensure_ascii=True, allow_nan=False, separators=(",", ":")) for s in samples]
         content = gzip.compress("".join(f"{line}\n" for line in lines).encode("ascii"), compresslevel=1, mtime=0)
         return [written(folder, f"samples/{shard:06d}.jsonl.gz", content)]
-
-    def finish(self, folder: Path, manifest: Mapping[str, Any]) -> Sequence[ShardFile]:
-        """Nothing is left to do."""
-        return []
 
 
 def read_samples(folder: Path, shard: str = "*") -> Iterator[AugmentedSample]:

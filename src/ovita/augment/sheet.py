@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ovita.augment.sample import AugmentedSample
+from ovita.augment.shards import AugmentedSample
 from ovita.errors import MissingExtra
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory

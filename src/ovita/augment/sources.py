@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
+from functools import partial
 from itertools import permutations
 from pathlib import Path
 
@@ -60,7 +61,7 @@ def open_pool(
             task = one if isinstance(one, Task) else Task(one)
             found.append((f"task:{number:05d}", task, _digest(task.trajectory.to_array().tobytes())))
         elif not _scales(os.fspath(one)):
-            found += _of_path(Path(one), notes, robot, waypoints, planner)
+            found += _of_path(Path(one), notes, partial(_of_file, robot=robot, waypoints=waypoints, planner=planner))
     if robot is not None:
         found = [(name, replace(task, robot=robot), what) for name, task, what in found]
     found = [one for one in found if _usable(*one[:2], notes)]
@@ -100,20 +101,20 @@ def _usable(name: str, task: Task, notes: list[str]) -> bool:
     return not broken
 
 
-def _of_path(
-    path: Path, notes: list[str], robot: str | None, waypoints: int | None, planner: str
-) -> Iterator[tuple[str, Task, str]]:
+Named = Iterator[tuple[str, Task, str]]
+"""Tasks, each with the name of its source and what identifies its content."""
+
+
+def _of_path(path: Path, notes: list[str], of_file: Callable[[Path, str], Named]) -> Named:
     if not path.exists():
         raise RequestError(f"{path}: there is no such file or folder; random means random scenes")
     if path.is_dir() and not is_bag(path):
-        yield from _of_folder(path, notes, robot, waypoints, planner)
+        yield from _of_folder(path, notes, of_file)
     else:
-        yield from _of_file(path, path.name, robot, waypoints, planner)
+        yield from of_file(path, path.name)
 
 
-def _of_folder(
-    folder: Path, notes: list[str], robot: str | None, waypoints: int | None, planner: str
-) -> Iterator[tuple[str, Task, str]]:
+def _of_folder(folder: Path, notes: list[str], of_file: Callable[[Path, str], Named]) -> Named:
     if (folder / "meta" / "info.json").is_file():
         from ovita.io.lerobot import episodes
 
@@ -123,14 +124,12 @@ def _of_folder(
     for file in sorted(path for path in folder.rglob("*") if suffix(path) in ENDINGS and path.is_file()):
         name = file.relative_to(folder.parent).as_posix()
         try:
-            yield from list(_of_file(file, name, robot, waypoints, planner))
+            yield from list(of_file(file, name))
         except (FormatError, RequestError) as error:
             notes.append(f"left out: {error}")
 
 
-def _of_file(
-    file: Path, name: str, robot: str | None, waypoints: int | None, planner: str
-) -> Iterator[tuple[str, Task, str]]:
+def _of_file(file: Path, name: str, *, robot: str | None, waypoints: int | None, planner: str) -> Named:
     what = _digest(file.read_bytes()) if file.is_file() else "a folder"
     if suffix(file) == ".json" and is_skill_file(file):
         from ovita.sources.skills import Skill

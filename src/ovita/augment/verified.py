@@ -9,9 +9,10 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import accumulate
 from random import Random
 from typing import Any
 
@@ -19,21 +20,20 @@ import numpy as np
 
 import ovita
 from ovita.augment.ground import Ground
-from ovita.augment.sample import SPLITS, AugmentedSample
+from ovita.augment.shards import SPLITS, AugmentedSample
 from ovita.augment.wording import Drawing, NotOffered, Wordings, draw, sentences
 from ovita.bench.expected import expected
 from ovita.errors import OvitaError, PolicyError
 from ovita.instruct.builder import PolicyBuilder
 from ovita.instruct.frames import Clearance, SemanticFrame, Shift, to_json
 from ovita.instruct.realise import realise
+from ovita.limits import constrain
 from ovita.measure.predicates import Check
 from ovita.measure.predicates.check import CheckResult, Pair
 from ovita.paths.geometry import lengths
 from ovita.paths.trajectory import Trajectory
-from ovita.policy import Parameter
-from ovita.policy.direct import Proof, TooMuch, prove, run_proof
+from ovita.policy.direct import TooMuch
 from ovita.policy.output import to_rows, to_trajectory
-from ovita.policy.syntax import parse_tree
 
 TRIES = 12
 """Draws for a sample before its number stays empty."""
@@ -79,11 +79,12 @@ class Manner:
     shares: tuple[float, float, float] = (0.8, 0.1, 0.1)
 
 
+@lru_cache(maxsize=64)
 def split_of(source: str, shares: tuple[float, ...]) -> str:
     """The split of a source, by the hash of its name alone."""
     at = int.from_bytes(hashlib.sha256(source.encode()).digest()[:6], "big") / 2**48
-    bounds = np.cumsum(shares)
-    return SPLITS[min(int(np.searchsorted(bounds, at, side="right")), len(SPLITS) - 1)]
+    passed = sum(at >= bound for bound in accumulate(shares))
+    return SPLITS[min(passed, len(SPLITS) - 1)]
 
 
 @dataclass(frozen=True)
@@ -129,39 +130,62 @@ def _attempt(
         drawing = draw(rng, ground, family, wordings)
     except NotOffered:
         raise Rejected("unfit") from None
-    key = key_of(ground.name, drawing.frames)
+    frames = tuple(to_json(drawing.frames))
+    key = key_of(ground.name, frames)
     if key in taken:
         raise Rejected("duplicate")
     may_repair = rng.random() < manner.repairs
-    task = ground.task
     if not may_repair and not _roomy(drawing.frames, ground):
         raise Rejected("repair")
+    task = ground.task
+    check = _expected(drawing, ground)
     policy, proposed, contacts = _proposed(drawing, ground)
     adapted, status = _within_limits(proposed, contacts, ground, may_repair)
-    check = expected(drawing.frames, task.trajectory, task.scene)
     judged = _judged(check, drawing.frames, adapted, ground)
     said, *others = sentences(rng, drawing, wordings, 1 + manner.paraphrases)
-    return Made(
-        AugmentedSample(
-            index=index,
-            seed=manner.seed,
-            source=ground.name,
-            task=replace(task, instruction=said),
-            instruction=said,
-            paraphrases=tuple(others),
-            frames=tuple(to_json(drawing.frames)),
-            adapted=adapted,
-            code=policy.source(" ".join(policy.plan).replace("\\", "/").replace('"""', "'''").rstrip('"')),
-            parameters=tuple(asdict(parameter) for parameter in policy.parameters.values()),
-            verdict="done" if adapted is proposed else "limited",
-            check=check.to_dict(),
-            measured=measured(drawing, task.trajectory, adapted, judged.sentence, status),
-            family=family,
-            split=split_of(ground.name, manner.shares),
-            version=ovita.__version__,
-        ),
-        key,
+    sample = AugmentedSample(
+        index=index,
+        seed=manner.seed,
+        source=ground.name,
+        task=replace(task, instruction=said),
+        instruction=said,
+        paraphrases=tuple(others),
+        frames=frames,
+        adapted=adapted,
+        code=policy.source(" ".join(policy.plan).replace("\\", "/").replace('"""', "'''").rstrip('"')),
+        parameters=tuple(dict(vars(parameter)) for parameter in policy.parameters.values()),
+        verdict="done" if adapted is proposed else "limited",
+        check=check.to_dict(),
+        measured=measured(drawing, task.trajectory, adapted, judged.sentence, status),
+        family=family,
+        split=split_of(ground.name, manner.shares),
+        version=ovita.__version__,
     )
+    return Made(sample, key)
+
+
+def _roomy(frames: tuple[SemanticFrame, ...], ground: Ground) -> bool:
+    """Whether there is room for the whole path where it is shifted to by so much; True where that is not all."""
+    if not all(
+        isinstance(frame, Shift) and not frame.part and None not in dict(frame.offset).values() for frame in frames
+    ):
+        return True
+    axes = ground.task.scene.frame
+    pairs = [pair for frame in frames for pair in vars(frame)["offset"]]
+    shift = sum((axes.direction(word) * q.value for word, q in pairs), np.zeros(3))
+    return ground.legality.clear(ground.task.trajectory.positions + shift)
+
+
+def _expected(drawing: Drawing, ground: Ground) -> Check:
+    """The check of what was drawn; one that doing nothing passes too says nothing."""
+    try:
+        check = expected(drawing.frames, ground.task.trajectory, ground.task.scene)
+        idle = check.passes(ground.unchanged)
+    except (OvitaError, ValueError, IndexError):
+        raise Rejected("question") from None
+    if idle:
+        raise Rejected("idle")
+    return check
 
 
 def _proposed(drawing: Drawing, ground: Ground) -> tuple[PolicyBuilder, Trajectory, tuple[str, ...]]:
@@ -171,10 +195,9 @@ def _proposed(drawing: Drawing, ground: Ground) -> tuple[PolicyBuilder, Trajecto
         policy = realise(drawing.frames, trajectory, scene)
         if policy.question:
             raise Rejected("question")
-        table = trajectory.to_array()
-        values = {name: parameter.value for name, parameter in policy.parameters.items()}
-        result, recorder = run_proof(_proof(_template(policy)), table, scene, values)
-        proposed = to_trajectory(to_rows(result, table, "the policy's result"), trajectory, scene)
+        result, recorder = policy.run()
+        rows = to_rows(result, ground.rows, "the policy's result")
+        proposed = to_trajectory(rows, trajectory, scene, ground.reach)
     except (PolicyError, TooMuch):
         raise Rejected("policy") from None
     except (OvitaError, ValueError, IndexError):
@@ -183,63 +206,36 @@ def _proposed(drawing: Drawing, ground: Ground) -> tuple[PolicyBuilder, Trajecto
     return policy, proposed, tuple(dict.fromkeys(scene[name].name for name in touched if name in scene))
 
 
-def _roomy(frames: tuple[SemanticFrame, ...], ground: Ground) -> bool:
-    """Whether there is room for the whole path where it is shifted to by so much; True where that is not all."""
-    if not all(
-        isinstance(frame, Shift) and not frame.part and None not in dict(frame.offset).values() for frame in frames
-    ):
-        return True
-    trajectory, axes = ground.task.trajectory, ground.task.scene.frame
-    pairs = [pair for frame in frames for pair in vars(frame)["offset"]]
-    shift = sum((axes.direction(word) * q.value for word, q in pairs), np.zeros(3))
-    return ground.legality.only_speeds(trajectory.with_(positions=trajectory.positions + shift))
-
-
-def _template(policy: PolicyBuilder) -> str:
-    """A policy's source without its numbers and its words for people, which many policies have in common."""
-    bare = {name: Parameter(name, 0.0) for name in policy.parameters}
-    return replace(policy, parameters=bare).source("")
-
-
-@lru_cache(maxsize=4096)
-def _proof(source: str) -> Proof:
-    """The proof of a policy that our own writer wrote.
-
-    Raises:
-        TooMuch: If it is not proven, and so would belong into the sandbox.
-    """
-    proof = prove(parse_tree(source))
-    if proof is None:
-        raise TooMuch
-    return proof
-
-
 def _within_limits(
     proposed: Trajectory, contacts: tuple[str, ...], ground: Ground, may_repair: bool
 ) -> tuple[Trajectory, str]:
-    legality = ground.legality
-    if legality.holds(proposed, contacts):
+    """A proposal within the limits, itself where they hold, and the status of the verdict on it."""
+    legality, task = ground.legality, ground.task
+    clear = legality.clear(proposed.positions, contacts)
+    if clear and legality.steady(proposed):
         return proposed, "satisfied"
-    if not may_repair and not legality.only_speeds(proposed, contacts):
+    if not clear and not may_repair:
         raise Rejected("repair")
-    adapted, status = legality.enforced(proposed, contacts)
+    slower = legality.slowed(proposed) if clear else None
+    if slower is not None:
+        return slower, "repaired"
+    solution = constrain(proposed, task.scene, ground.robot, original=task.trajectory, contacts=contacts)
+    status = solution.verdict.status
     if status == "infeasible":
         raise Rejected("limits")
-    if status == "preexisting" and legality.holds(ground.task.trajectory):
+    if status == "preexisting" and legality.unbroken:
         raise Rejected("preexisting")
-    return adapted, status
+    return solution.trajectory, status
 
 
 def _judged(check: Check, frames: tuple[SemanticFrame, ...], adapted: Trajectory, ground: Ground) -> CheckResult:
-    """The check's verdict on the change; a check that doing nothing passes too says nothing."""
-    before, after = ground.task.trajectory.to_array(), adapted.to_array()
-    if np.array_equal(before, after):
+    """The check's verdict on the change."""
+    after = adapted.to_array()
+    if np.array_equal(ground.rows, after):
         raise Rejected("idle")
-    judged = check.judge_pair(Pair(before, after, ground.task.scene))
+    judged = check.judge_pair(Pair(ground.rows, after, ground.task.scene))
     if not judged.passed or not _kept_clear(frames, adapted, ground):
         raise Rejected("check")
-    if check.judge_pair(Pair(before, before, ground.task.scene)).passed:
-        raise Rejected("idle")
     return judged
 
 
@@ -292,12 +288,12 @@ def _directions(frame: SemanticFrame) -> list[str]:
     return words + [word for word in said if word not in ("by", "to")]
 
 
-def key_of(source: str, frames: tuple[SemanticFrame, ...]) -> str:
-    """The hash of a scene's name and of frames with their numbers rounded to one digit and a half.
+def key_of(source: str, frames: Sequence[Mapping[str, Any]]) -> str:
+    """The hash of a scene's name and of frames, as JSON documents, with their numbers rounded to one digit and a half.
 
     Two requests about the same scene whose numbers differ by less than about 10 % share it.
     """
-    text = json.dumps([source, _coarse(to_json(frames))], sort_keys=True)
+    text = json.dumps([source, _coarse(frames)], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 

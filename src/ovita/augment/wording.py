@@ -17,6 +17,7 @@ from ovita.augment.ground import Ground
 from ovita.errors import RequestError
 from ovita.instruct import notation
 from ovita.instruct.frames import SemanticFrame
+from ovita.paths.scene import SceneObject
 
 T = TypeVar("T")
 
@@ -142,19 +143,13 @@ def draw(rng: Random, ground: Ground, family: str, wordings: Wordings) -> Drawin
     if family == SEVERAL:
         chosen = _several(rng, wordings)
     else:
-        chosen = [_offered(rng, wordings.meanings[family], ground)]
+        offered = [meaning for meaning in wordings.meanings[family] if not (ground.flat and meaning.lifts)]
+        if not offered:
+            raise NotOffered("it stays on its plane")
+        chosen = [one(rng, offered)]
     filled = tuple(_filled(rng, ground, meaning, wordings) for meaning in chosen)
-    objects = ground.task.scene.names
-    frames = notation.parse("; ".join(clause.means for clause in filled), objects)
+    frames = notation.parse("; ".join(clause.means for clause in filled), ground.task.scene.names)
     return Drawing(family, filled, frames)
-
-
-def _offered(rng: Random, meanings: Sequence[Meaning], ground: Ground) -> Meaning:
-    """A meaning that does not lift a robot off its plane."""
-    offered = [m for m in meanings if not (ground.flat and m.lifts)]
-    if not offered:
-        raise NotOffered("it stays on its plane")
-    return one(rng, offered)
 
 
 _TOGETHER = (("path", "speed"), ("path", "end"))
@@ -163,18 +158,9 @@ _TOGETHER = (("path", "speed"), ("path", "end"))
 def _several(rng: Random, wordings: Wordings) -> list[Meaning]:
     """Two meanings that do not get into each other's way, in either order where the second is not an end."""
     left, right = one(rng, _TOGETHER)
-    by = _by_change(wordings)
-    pair = [one(rng, by[left]), one(rng, by[right])]
+    joined = [meaning for family in wordings.meanings.values() for meaning in family if meaning.family in _JOINED]
+    pair = [one(rng, [meaning for meaning in joined if meaning.changes == change]) for change in (left, right)]
     return pair[::-1] if right == "speed" and rng.random() < 0.4 else pair
-
-
-def _by_change(wordings: Wordings) -> dict[str, list[Meaning]]:
-    found: dict[str, list[Meaning]] = {}
-    for meanings in wordings.meanings.values():
-        for meaning in meanings:
-            if meaning.family in _JOINED:
-                found.setdefault(meaning.changes, []).append(meaning)
-    return found
 
 
 _JOINED = ("shift", "distance", "clearance", "speed", "ends", "wait")
@@ -196,24 +182,16 @@ def between(rng: Random, low: float, high: float) -> float:
 
 def _filled(rng: Random, ground: Ground, meaning: Meaning, wordings: Wordings) -> FilledMeaning:
     slots: dict[str, tuple[str, tuple[str, ...]]] = {}
-    names = list(slots_of(meaning.means))
-    if "part" in names:
-        names.remove("part")
-        text = one(rng, tuple(wordings.parts))
-        names += [name for name in slots_of(text) if name not in names]
-        slots["part"] = text, wordings.parts[text]
-    for name in names:
-        slots[name] = _SLOTS[name](rng, ground, slots, wordings)
-    template = meaning.means
-    if "part" in slots:
-        template = template.replace("{part}", slots["part"][0])
-        slots["part"] = _whole(slots["part"], slots)
+    template, part = meaning.means, ""
+    if "part" in slots_of(template):
+        part = one(rng, tuple(wordings.parts))
+        template, slots["part"] = template.replace("{part}", part), (part, wordings.parts[part])
+    for name in dict.fromkeys((*slots_of(meaning.means), *slots_of(part))):
+        if name != "part":
+            slots[name] = _SLOTS[name](rng, ground, slots, wordings)
+    if part:  # with its own slots filled; its phrases keep theirs
+        slots["part"] = part.format_map({name: text for name, (text, _) in slots.items()}), wordings.parts[part]
     return FilledMeaning(meaning, slots, template)
-
-
-def _whole(part: tuple[str, tuple[str, ...]], slots: Slots) -> tuple[str, tuple[str, ...]]:
-    """A part of the path with its own slots filled; its phrases keep theirs."""
-    return part[0].format_map({name: text for name, (text, _) in slots.items()}), part[1]
 
 
 @cache
@@ -223,12 +201,14 @@ def slots_of(text: str) -> tuple[str, ...]:
 
 
 Filled = tuple[str, tuple[str, ...]]
+"""A slot's text in the notation, and its phrases."""
+
+Fill = Callable[[Random, Ground, "Slots", Wordings], Filled]
 
 
 def _direction(rng: Random, ground: Ground, slots: Slots, wordings: Wordings) -> Filled:
     taken = {_AXIS[text] for name, (text, _) in slots.items() if name.startswith("dir")}
-    sides = [side for side in SIDES if _AXIS[side] not in taken and not (ground.flat and _AXIS[side] == 2)]
-    side = one(rng, sides)
+    side = one(rng, [side for side in SIDES if _AXIS[side] not in taken and not (ground.flat and _AXIS[side] == 2)])
     return side, wordings.directions[side]
 
 
@@ -241,31 +221,28 @@ def _object(rng: Random, ground: Ground, slots: Slots, wordings: Wordings) -> Fi
     return name.replace(" ", "_"), (f"the {name}",)
 
 
-def _share(low: float, high: float) -> Callable[[Random, Ground, Slots, Wordings], Filled]:
+def _share(low: float, high: float) -> Fill:
     """A length between two shares of the extent."""
-
-    def fill(rng: Random, ground: Ground, slots: Slots, wordings: Wordings) -> Filled:
-        return _length(between(rng, low, high) * ground.extent)
-
-    return fill
+    return lambda rng, ground, slots, wordings: _length(between(rng, low, high) * ground.extent)
 
 
 def _gap(rng: Random, ground: Ground, slots: Slots, wordings: Wordings) -> Filled:
     """A distance from the object that the path does not keep yet."""
-    name = slots["obj"][0].replace("_", " ")
-    if any(item.dimensions is None and item.name.replace("_", " ") == name for item in ground.task.scene):
+    item = _item(ground, slots)
+    if item.dimensions is None:
         raise NotOffered("its surface is not known")
-    closest = next((gap for item, gap in ground.closest.items() if item.replace("_", " ") == name), 0.0)
-    return _length(1.12 * max(closest, 0.0) + between(rng, 0.02, 0.09) * ground.extent)
+    return _length(1.12 * max(ground.closest[item.name], 0.0) + between(rng, 0.02, 0.09) * ground.extent)
 
 
 def _radius(rng: Random, ground: Ground, slots: Slots, wordings: Wordings) -> Filled:
     """A distance from the object's centre within which some of the waypoints lie."""
-    name = slots["obj"][0].replace("_", " ")
-    distances = next((d for item, d in ground.distances.items() if item.replace("_", " ") == name), None)
-    if distances is None:
-        raise NotOffered("no object is near")
+    distances = ground.distances[_item(ground, slots).name]
     return _length(float(distances[int(between(rng, 0.15, 0.4) * len(distances))]) * 1.05)
+
+
+def _item(ground: Ground, slots: Slots) -> SceneObject:
+    name = slots["obj"][0]
+    return next(item for item in ground.task.scene if item.name.replace(" ", "_") == name)
 
 
 def _length(metres: float) -> Filled:
@@ -278,27 +255,22 @@ def _length(metres: float) -> Filled:
     return f"{centi:g}cm", said
 
 
-def _percent(rng: Random, ground: Ground, slots: Slots, wordings: Wordings) -> Filled:
-    value = one(rng, (10, 15, 20, 25, 30, 35, 40, 50, 60))
-    return f"{value}%", (f"{value}%", f"{value} %", f"{value} percent", f"{value} per cent")
-
-
 def _speed(rng: Random, ground: Ground, slots: Slots, wordings: Wordings) -> Filled:
     value = float(f"{float(ground.task.trajectory.speeds.mean()) * between(rng, 0.6, 1.4):.2g}")
     return f"{value:g}m/s", (f"{value:g} m/s", f"{value:g} m/s", f"{value:g} metres per second")
 
 
-def _seconds(rng: Random, ground: Ground, slots: Slots, wordings: Wordings) -> Filled:
-    value = one(rng, (2, 3, 4, 5, 6))
-    return f"{value}s", (f"{value} s", f"{value} seconds", f"{value} sec")
+def _number(unit: str, values: Sequence[int], *endings: str) -> Fill:
+    """One of some numbers, with its unit in the notation and what people write behind it."""
+
+    def fill(rng: Random, ground: Ground, slots: Slots, wordings: Wordings) -> Filled:
+        value = one(rng, values)
+        return f"{value}{unit}", tuple(f"{value}{ending}" for ending in endings)
+
+    return fill
 
 
-def _degrees(rng: Random, ground: Ground, slots: Slots, wordings: Wordings) -> Filled:
-    value = one(rng, tuple(range(10, 65, 5)))
-    return f"{value}deg", (f"{value} degrees", f"{value}°", f"{value} deg")
-
-
-def _count(low: float, high: float) -> Callable[[Random, Ground, Slots, Wordings], Filled]:
+def _count(low: float, high: float) -> Fill:
     """A number of waypoints between two shares of those there are."""
 
     def fill(rng: Random, ground: Ground, slots: Slots, wordings: Wordings) -> Filled:
@@ -308,7 +280,9 @@ def _count(low: float, high: float) -> Callable[[Random, Ground, Slots, Wordings
     return fill
 
 
-_SLOTS: Mapping[str, Callable[[Random, Ground, Slots, Wordings], Filled]] = {
+_percent = _number("%", (10, 15, 20, 25, 30, 35, 40, 50, 60), "%", " %", " percent", " per cent")
+
+_SLOTS: Mapping[str, Fill] = {
     "dir": _direction,
     "dir2": _direction,
     "obj": _object,
@@ -320,8 +294,8 @@ _SLOTS: Mapping[str, Callable[[Random, Ground, Slots, Wordings], Filled]] = {
     "pc": _percent,
     "share": _percent,
     "v": _speed,
-    "s": _seconds,
-    "deg": _degrees,
+    "s": _number("s", (2, 3, 4, 5, 6), " s", " seconds", " sec"),
+    "deg": _number("deg", range(10, 65, 5), " degrees", "°", " deg"),
     "k": _count(0.12, 0.4),
     "k2": _count(0.5, 1.8),
 }
@@ -345,7 +319,8 @@ def sentences(rng: Random, drawing: Drawing, wordings: Wordings, count: int) -> 
 def _sentence(rng: Random, drawing: Drawing, wordings: Wordings) -> str:
     heard = _heard(drawing, wordings)
     if heard and rng.random() < 0.5:
-        return _inserted(rng, one(rng, heard), _by_kind(drawing.clauses[0].slots))
+        slots = drawing.clauses[0].slots
+        return _inserted(rng, one(rng, heard), {_KIND.get(name, name): filled for name, filled in slots.items()})
     clauses = [_inserted(rng, one(rng, clause.meaning.say), clause.slots) for clause in drawing.clauses]
     text = clauses[0]
     for clause in clauses[1:]:
@@ -375,10 +350,6 @@ def _heard(drawing: Drawing, wordings: Wordings) -> tuple[str, ...]:
     kinds = {name: "{" + _KIND.get(name, name) + "}" for name in clause.slots}
     words = {name: text for name, (text, _) in clause.slots.items() if name.startswith("dir")}
     return wordings.voices.get(ordered(clause.template.format_map({**kinds, **words})), ())
-
-
-def _by_kind(slots: Slots) -> Slots:
-    return {_KIND.get(name, name): filled for name, filled in slots.items()}
 
 
 def ordered(means: str) -> str:

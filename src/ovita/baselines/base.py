@@ -76,20 +76,16 @@ def adapted_by(baseline: Baseline, request: Request, constraints: ConstraintOpti
         constraints=replace(options, enabled=options.enabled and baseline.keeps_limits),
         original=request.trajectory,
     )
+    likeness = "" if deformed.similarity is None else f" (similarity {deformed.similarity:.2f})"
     result = replace(
         result,
-        plan=(_step(deformed),) if deformed.matched else (),
+        plan=(f"Matched: {deformed.matched}{likeness}",) if deformed.matched else (),
         code="",
         attempts=1,
         writer=WriterInfo(KIND, baseline.name),
         timings_ms={"deform": deforming, **result.timings_ms},
     )
     return replace(result, explanation=explain(result))
-
-
-def _step(deformed: Deformed) -> str:
-    likeness = "" if deformed.similarity is None else f" (similarity {deformed.similarity:.2f})"
-    return f"Matched: {deformed.matched}{likeness}"
 
 
 def _failed(request: Request, name: str, error: str, started: float) -> Adaptation:

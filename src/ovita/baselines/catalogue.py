@@ -46,9 +46,7 @@ def brought(name: str) -> bool:
 def baseline_named(name: str, *, timeout: float = TIMEOUT) -> Baseline:
     """The baseline of that name: one of NAMES, or "exec:COMMAND" for a program of one's own.
 
-    Args:
-        name: The name.
-        timeout: Longest time for an answer of a command [s].
+    `timeout` is the longest time for an answer of a command [s].
 
     Raises:
         RequestError: If there is no such baseline.

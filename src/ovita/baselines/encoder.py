@@ -52,7 +52,6 @@ def minilm() -> Embed:
 
 
 def _file(package: str, name: str) -> Path:
-    """A file of an installed package, which is not imported."""
     spec = find_spec(package)
     for folder in (spec.submodule_search_locations or ()) if spec is not None else ():
         if (path := Path(folder) / name).is_file():

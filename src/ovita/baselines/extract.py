@@ -148,7 +148,6 @@ class Extract:
     """ExTraCT with the settings of a variant.
 
     Args:
-        settings: The variant.
         embed: The encoder; None takes all-MiniLM-L6-v2.
 
     Raises:

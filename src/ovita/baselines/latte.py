@@ -147,9 +147,6 @@ class LatteNetwork(Layers):
 
     An encoder layer over objects and waypoints, then decoder layers over the waypoints that attend to one another and
     to what was encoded, beside four tokens of the sentence; normalised after each step, as in LaTTe.
-
-    Args:
-        weights: Arrays by name.
     """
 
     def __init__(self, weights: Mapping[str, npt.NDArray[Any]]) -> None:

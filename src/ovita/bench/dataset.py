@@ -14,7 +14,7 @@ import re
 import tomllib
 import urllib.error
 import urllib.request
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
@@ -45,7 +45,6 @@ class Case:
         id: Path of its file below the dataset's folder, with / and without .json, such as "latte_subset/latte_0".
         subset: The part of the dataset; of the public one "latte", "extended", "drone", "ground" or "arm".
         kind: "distance", "speed", "cartesian", "ends", "shape", "waypoints", "stop", "bounds", or "several" clauses.
-        check: What an adaptation has to pass.
         void: Clauses that nothing can fulfil, such as on an object that is not there, and that are not judged.
     """
 
@@ -87,9 +86,7 @@ class Dataset:
 def load_dataset(folder: str | os.PathLike[str], *, limit: int | None = None) -> Dataset:
     """Read every .json file below a folder that holds a trajectory with a check, or with a shipped case.
 
-    Args:
-        folder: The dataset's folder, or one of its files.
-        limit: At most so many samples, spread evenly over all of them.
+    The folder may be one of its files; `limit` samples at most are taken, spread evenly over all of them.
 
     Raises:
         FormatError: If a file cannot be read, or its check makes no sense in its scene.
@@ -206,15 +203,10 @@ def fetch(
     *,
     base_url: str = BASE_URL,
     timeout: float = 30.0,
-    progress: Callable[[int, int], None] | None = None,
 ) -> Fetched:
     """Download missing files to a folder, and verify all.
 
-    Args:
-        folder: Where to; files that are there and whole are kept.
-        base_url: Where from.
-        timeout: For each file [s].
-        progress: Called with how many files are done, and how many there are.
+    Files that are there and whole are kept. `timeout` is for each file [s].
 
     Raises:
         FetchError: If a file cannot be had, or differs from what was published.
@@ -222,7 +214,7 @@ def fetch(
     """
     root, wanted = Path(folder), checksums()
     new = 0
-    for done, (name, digest) in enumerate(wanted.items(), start=1):
+    for name, digest in wanted.items():
         file = root / f"{name}.json"
         if not (file.is_file() and _digest(file.read_bytes()) == digest):
             data = _download(f"{base_url.rstrip('/')}/{quote(name)}.json", timeout, root)
@@ -234,8 +226,6 @@ def fetch(
             make_folder(file.parent)
             atomic_write(file, data)
             new += 1
-        if progress is not None:
-            progress(done, len(wanted))
     return Fetched(root, len(wanted), new)
 
 

@@ -5,25 +5,16 @@ The writer is one that records every reply, or that answers from a record; the c
 
 from __future__ import annotations
 
-import json
-import threading
-import time
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
-from importlib import import_module
-from typing import Any, Literal
+from dataclasses import dataclass, replace
+from typing import Literal
 
-from pydantic import TypeAdapter, ValidationError
-
-from ovita.baselines import Baseline, adapted_by, baseline_named, is_baseline
+from ovita.baselines import adapted_by, is_baseline
 from ovita.baselines.base import KIND
-from ovita.baselines.catalogue import brought
-from ovita.baselines.command import TIMEOUT
 from ovita.bench.dataset import Sample
-from ovita.bench.deforming import RecordingBaseline, ReplayingBaseline
 from ovita.bench.records import Record, Round, Rows
+from ovita.bench.systems import Answering, RecordingBaseline, RecordingWriter
 from ovita.chain import REPAIRS, Isolation, adapt
-from ovita.errors import RequestError, UnusableReply, WriterError, WriterFailure
+from ovita.errors import RequestError
 from ovita.io import load_robot, scene_dict
 from ovita.limits import ConstraintOptions
 from ovita.measure.predicates import Check
@@ -32,7 +23,6 @@ from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 from ovita.request import MAX_INSTRUCTION, FeedbackOn, Request, Turn
 from ovita.result import Adaptation
-from ovita.writers.base import PolicyWriter, Reply, writer_named
 from ovita.writers.prompt import ExampleMode, Prompt
 
 ABLATIONS: dict[str, str] = {
@@ -109,21 +99,15 @@ def conditions_from(text: str) -> tuple[Condition, ...]:
     varied = ""
     for part in (p.strip() for p in text.split(",") if p.strip()):
         name, equals, value = part.partition("=")
-        if equals:
-            varied = name.strip()
-        elif varied and _number(part) is not None:
-            value = part
+        varied = name.strip() if equals else varied if _number(part) is not None else ""
+        if varied == "temperature":
+            found.append(_at(value if equals else part))
+        elif varied or part not in ABLATIONS:
+            known = f"--ablate takes {', '.join(ABLATIONS)} and temperature=0,0.2,..."
+            raise RequestError(f"{varied or part!r} cannot be switched off; {known}")
         else:
-            varied = ""
-            if part not in ABLATIONS:
-                raise _unsupported(part)
             found.append(Condition(f"no {part}", without=part))
-            if part == "examples":
-                found.append(Condition(PAPER_EXAMPLES))
-            continue
-        if varied != "temperature":
-            raise _unsupported(varied)
-        found.append(_at(value))
+            found += [Condition(PAPER_EXAMPLES)] if part == "examples" else []
     return tuple(dict.fromkeys(found))
 
 
@@ -141,182 +125,12 @@ def _number(text: str) -> float | None:
         return None
 
 
-def _unsupported(name: str) -> RequestError:
-    return RequestError(
-        f"{name!r} cannot be switched off; --ablate takes {', '.join(ABLATIONS)} and temperature=0,0.2,..."
-    )
-
-
-PAUSE = 5.0
-"""Pause before a request that failed in transport is sent again; it doubles with each one [s]."""
-
-
-class Limiter:
-    """Spaces requests evenly, `per_minute` at most; safe to share between threads. None sets no limit."""
-
-    def __init__(self, per_minute: float | None = None) -> None:
-        self._gap = 60.0 / per_minute if per_minute else 0.0
-        self._next = 0.0
-        self._lock = threading.Lock()
-
-    def wait(self) -> None:
-        """Sleep until the next request may be sent."""
-        if not self._gap:
-            return
-        with self._lock:
-            now = time.monotonic()
-            turn = max(now, self._next)
-            self._next = turn + self._gap
-        time.sleep(max(0.0, turn - now))
-
-
-class RecordingWriter:
-    """A writer that delegates to another and records every reply and failure.
-
-    It has no explanations of its own, so that a benchmark never pays for them: the template explains.
-
-    Args:
-        inner: The writer to delegate to.
-        condition: What is left out of its prompts.
-        limiter: Rate limiter for its requests.
-        retries: How often a request that failed in transport is sent again.
-        pause: Before the first such retry [s].
-    """
-
-    def __init__(
-        self,
-        inner: PolicyWriter,
-        condition: Condition,
-        limiter: Limiter | None = None,
-        *,
-        retries: int = 2,
-        pause: float = PAUSE,
-    ) -> None:
-        self._inner, self._condition, self._limiter = inner, condition, limiter or Limiter()
-        self._retries, self._pause = retries, pause
-        self.name = inner.name
-        self.replies: list[dict[str, Any]] = []
-        self.waited = 0.0
-
-    def write(self, prompt: Prompt) -> Reply:
-        """Answer as the inner writer does.
-
-        Raises:
-            WriterError: As the inner writer does, once no retry is left.
-        """
-        prompt = self._condition.rewrite(prompt)
-        for tries in range(self._retries + 1):
-            started = time.perf_counter()
-            self._limiter.wait()
-            self.waited += time.perf_counter() - started
-            asked = time.perf_counter()
-            try:
-                reply = self._inner.write(prompt)
-            except WriterError as error:
-                if tries < self._retries and error.passing:
-                    time.sleep(self._pause * 2**tries)
-                    self.waited += time.perf_counter() - asked
-                    continue
-                again = {"again": True} if isinstance(error, UnusableReply) else {}
-                self.replies.append({"error": str(error), "unreached": error.unreached, **again})
-                raise
-            self.replies.append({"reply": json.loads(json.dumps(asdict(reply)))})
-            return reply
-        raise AssertionError("unreachable")
-
-
-class ReplayingWriter:
-    """Answers as the writer of that name did, with replies as `RecordingWriter.replies` holds them, in their order."""
-
-    def __init__(self, name: str, replies: Sequence[Mapping[str, Any]]) -> None:
-        self.name, self._left = name, list(replies)
-        self.replies: list[dict[str, Any]] = []
-        self.waited = 0.0
-
-    def write(self, prompt: Prompt) -> Reply:
-        """Give the next recorded reply.
-
-        Raises:
-            WriterError: If that was a failure, or there is none left.
-        """
-        if not self._left:
-            message = f"{self.name}: the record holds no further reply; run it again without --replay"
-            self.replies.append({"error": message, "unreached": False})
-            raise WriterError(message)
-        kept = dict(self._left.pop(0))
-        self.replies.append(kept)
-        if "reply" not in kept:
-            failure: WriterFailure = "no_answer" if kept.get("unreached") else "other"
-            raise (UnusableReply if kept.get("again") else WriterError)(str(kept.get("error", "")), failure)
-        try:
-            return TypeAdapter(Reply).validate_python(kept["reply"])
-        except ValidationError:
-            raise WriterError(f"{self.name}: the recorded reply cannot be read; run it again") from None
-
-
-def open_writer(name: str, *, base_url: str | None = None, temperature: float = 0.1) -> PolicyWriter:
-    """The writer of that name; "python:MODULE:NAME" calls NAME of an importable module to make one.
-
-    Raises:
-        RequestError: If there is no such writer.
-        MissingExtra: If its packages are not installed.
-    """
-    if not name.startswith("python:"):
-        return writer_named(name, base_url=None if name == "builtin" else base_url, temperature=temperature)
-    _, _, rest = name.partition(":")
-    module, _, attribute = rest.partition(":")
-    try:
-        made = getattr(import_module(module), attribute)()
-    except (ImportError, AttributeError, ValueError, TypeError) as error:
-        raise RequestError(f"{name!r} makes no writer: {error}; write python:MODULE:CLASS") from None
-    if not isinstance(made, PolicyWriter):
-        raise RequestError(f"{name!r} makes no writer: it needs a name and a method write(prompt)")
-    return made
-
-
-System = PolicyWriter | Baseline
-"""What a benchmark measures."""
-
-
-def open_system(
-    name: str, *, base_url: str | None = None, temperature: float = 0.1, timeout: float = TIMEOUT
-) -> System:
-    """The writer or baseline of that name; the timeout [s] is that of a command.
-
-    Raises:
-        RequestError: If there is no such system.
-        MissingExtra: If its packages are not installed.
-    """
-    if is_baseline(name):
-        return baseline_named(name, timeout=timeout)
-    return open_writer(name, base_url=base_url, temperature=temperature)
-
-
-def is_local(name: str) -> bool:
-    """Whether a system answers in this process, without a server or a program, and the same every time."""
-    return name == "builtin" or brought(name)
-
-
 BY_SUBSET = "by-subset"
 """The robot of a sample is told by the words of its subset: drone, ground robot, arm or manipulator."""
 
 _WORDS = {"drone": "drone", "ground": "ground", "manipulator": "arm", "arm": "arm"}
 
 _TOKENS = ("input_tokens", "output_tokens")
-
-Answering = RecordingWriter | ReplayingWriter | RecordingBaseline | ReplayingBaseline
-
-
-def recording(system: System, condition: Condition, limiter: Limiter | None = None, *, retries: int = 2) -> Answering:
-    """A system that records its answers."""
-    if isinstance(system, Baseline):
-        return RecordingBaseline(system)
-    return RecordingWriter(system, condition, limiter, retries=retries)
-
-
-def replaying(name: str, replies: Sequence[Mapping[str, Any]]) -> Answering:
-    """The system of that name as recorded."""
-    return (ReplayingBaseline if is_baseline(name) else ReplayingWriter)(name, replies)
 
 
 @dataclass(frozen=True)
@@ -327,7 +141,6 @@ class Protocol:
         feedback: How often a failed check's sentence goes back as feedback, at most.
         feedback_on: The trajectory that feedback is about.
         robot: Whose limits are enforced: a preset, a robot file, or "by-subset"; None takes the sample's own.
-        isolation: How policies are isolated.
     """
 
     feedback: int = 0
@@ -397,8 +210,10 @@ def evaluate(sample: Sample, writer: Answering, condition: Condition, protocol: 
 
 def _answered(request: Request, system: Answering, condition: Condition, protocol: Protocol) -> Adaptation:
     constraints = ConstraintOptions(enabled=condition.constraints)
-    if isinstance(system, RecordingBaseline | ReplayingBaseline):
+    if is_baseline(system.name):
+        assert not isinstance(system, RecordingWriter)
         return adapted_by(system, request, constraints)
+    assert not isinstance(system, RecordingBaseline)
     return adapt(
         request,
         writer=system,

@@ -38,13 +38,7 @@ LIFTING = (F.Height, F.Hop, F.Hover, F.Tilt, F.Trim, F.Extend, F.Smooth, F.Resam
 
 
 def expected(frames: Sequence[F.SemanticFrame], trajectory: Trajectory, scene: Scene) -> Check:
-    """The check that an adaptation does what all frames ask for.
-
-    Args:
-        frames: As a sentence was read.
-        trajectory: The original.
-        scene: Its surroundings.
-    """
+    """The check that an adaptation does what all frames ask for."""
     case = _Asked(tuple(frames), trajectory, scene)
     checks = [check for frame in frames for check in (_CHECKS[type(frame)](case, frame),) if check is not None]
     return P.all_of(*checks) if checks else P.all_of(P.not_(P.same_path(tolerance=-1.0)))
@@ -129,7 +123,6 @@ class _Asked:
 
 
 def _place(place: F.Place, case: _Asked) -> Any:
-    """A place as the checks take it."""
     if isinstance(place, tuple):
         return {"between": list(place)}
     if isinstance(place, F.Quantity) or place == "middle":
@@ -175,10 +168,6 @@ def _shift(case: _Asked, frame: F.Shift) -> Check:
     return P.all_of(P.moved(where=where, only=only and not open_, tolerance=0.1 if only else 0.25, **stated), *open_)
 
 
-def _end(case: _Asked, frame: F.MoveEnd) -> Check:
-    return _each(("start", "goal") if frame.end == "ends" else (frame.end,), partial(_one_end, case, frame))
-
-
 def _one_end(case: _Asked, frame: F.MoveEnd, end: Any) -> Check:
     place, words = _place(frame.place, case), case.offset(frame.offset)
     if frame.relation == "to" and words:
@@ -194,10 +183,6 @@ def _one_end(case: _Asked, frame: F.MoveEnd, end: Any) -> Check:
     stated, free = _sorted(words)
     open_ = [moved(word, only=alone and len(words) == 1) for word in free]
     return P.all_of(*open_, *([moved(only=alone and not open_, **stated)] if stated else []))
-
-
-def _approach(case: _Asked, frame: F.Approach) -> Check:
-    return _each(frame.objects, partial(_approached, case, frame))
 
 
 def _approached(case: _Asked, frame: F.Approach, name: str) -> Check:
@@ -257,10 +242,6 @@ def _steps(case: _Asked, q: F.Quantity | None) -> int:
     return max(1, 10 if q is None else round(q.value / (case.trajectory.timestep if q.unit in ("s", "") else 1.0)))
 
 
-def _wait(case: _Asked, frame: F.Wait) -> Check:
-    return asked.rests_at(_place(frame.place or "goal", case), steps=_steps(case, frame.duration))
-
-
 def _stop(case: _Asked, frame: F.StopAt) -> Check:
     if frame.place in ("", "goal"):
         return P.stops()
@@ -269,10 +250,6 @@ def _stop(case: _Asked, frame: F.StopAt) -> Check:
         return P.all_of(P.stops(), asked.passes_at(place, at_most=frame.by.value, at_least=frame.by.value))
     stopped = asked.rests_at(place, ends=True)
     return P.all_of(stopped, P.same_path(partly=True)) if case.alone(frame) else stopped
-
-
-def _side(case: _Asked, frame: F.Side) -> Check:
-    return _each(frame.objects, partial(asked.passes_beside, direction=case.word(frame.direction)))
 
 
 def _pace(case: _Asked, frame: F.Pace) -> Check | None:
@@ -385,10 +362,6 @@ def _curve(case: _Asked, frame: F.Curve) -> Check:
     return P.all_of(asked.bends(frame.change, where=where), *_ends(case, frame))
 
 
-def _straighten(case: _Asked, frame: F.Straighten) -> Check:
-    return P.straight(case.where(frame))
-
-
 def _resample(case: _Asked, frame: F.Resample) -> Check:
     n, q = len(case.trajectory), frame.amount
     if frame.change == "merge":
@@ -488,10 +461,6 @@ def _bound(case: _Asked, frame: F.Bound) -> Check:
                       for word, limit in limits))  # fmt: skip
 
 
-def _reverse(case: _Asked, frame: F.Reverse) -> Check | None:
-    return P.reversed_part(case.where(frame)) if case.alone(frame) else None
-
-
 def _trim(case: _Asked, frame: F.Trim) -> Check | None:
     if case.has(F.Extend, F.Return):
         return None
@@ -519,9 +488,14 @@ def _quadrant(case: _Asked, frame: F.Quadrant) -> Check:
 
 
 _CHECKS: Mapping[type[F.SemanticFrame], Callable[..., Check | None]] = {
-    F.Shift: _shift, F.MoveEnd: _end, F.Approach: _approach, F.Clearance: _clearance, F.Visit: _visit, F.Side: _side,
-    F.Pace: _pace, F.Keep: _keep, F.StopAt: _stop, F.Wait: _wait, F.Extend: _extend, F.Smooth: _smooth,
-    F.Resample: _resample, F.Figure: _figure, F.Hop: _hop, F.Hover: _hover, F.Mirror: _mirror, F.Rotate: _rotate,
-    F.Tilt: _tilt, F.Resize: _resize, F.Curve: _curve, F.Straighten: _straighten, F.Height: _height, F.Bound: _bound,
-    F.Reverse: _reverse, F.Return: _return, F.Trim: _trim, F.Quadrant: _quadrant,
+    F.MoveEnd: lambda case, f: _each(("start", "goal") if f.end == "ends" else (f.end,), partial(_one_end, case, f)),
+    F.Approach: lambda case, f: _each(f.objects, partial(_approached, case, f)),
+    F.Side: lambda case, f: _each(f.objects, partial(asked.passes_beside, direction=case.word(f.direction))),
+    F.Wait: lambda case, f: asked.rests_at(_place(f.place or "goal", case), steps=_steps(case, f.duration)),
+    F.Straighten: lambda case, f: P.straight(case.where(f)),
+    F.Reverse: lambda case, f: P.reversed_part(case.where(f)) if case.alone(f) else None,
+    F.Shift: _shift, F.Clearance: _clearance, F.Visit: _visit, F.Pace: _pace, F.Keep: _keep, F.StopAt: _stop,
+    F.Extend: _extend, F.Smooth: _smooth, F.Resample: _resample, F.Figure: _figure, F.Hop: _hop, F.Hover: _hover,
+    F.Mirror: _mirror, F.Rotate: _rotate, F.Tilt: _tilt, F.Resize: _resize, F.Curve: _curve, F.Height: _height,
+    F.Bound: _bound, F.Return: _return, F.Trim: _trim, F.Quadrant: _quadrant,
 }  # fmt: skip

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from ovita.baselines.catalogue import is_baseline, labelled
 from ovita.bench.records import Record
 from ovita.bench.tables import By, Column, Interval, Tally, columns, named, percentile, rounds, tallies
-from ovita.errors import MissingExtra
+from ovita.errors import needs
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -29,11 +29,9 @@ def panel(records: Sequence[Record], ratings: Mapping[str, Sequence[float]] | No
     Raises:
         MissingExtra: If matplotlib is not installed.
     """
-    try:
+    with needs("matplotlib", "plot"):
         from matplotlib.figure import Figure
         from matplotlib.patches import Patch
-    except ImportError:
-        raise MissingExtra("matplotlib", "plot") from None
     figure = Figure(figsize=(16, 11), layout="constrained")
     grid = figure.add_gridspec(3, 4)
     places = (

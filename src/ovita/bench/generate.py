@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import re
 import tomllib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
@@ -189,7 +189,6 @@ class ClauseMaker:
         return " ".join(self._one(CLAUSES[name]).format(**values).split())
 
     def _say_degree(self, name: str, **values: str) -> tuple[str, Amount | None]:
-        """A phrase, and the degree that it states."""
         phrase = self._one(CLAUSES[name])
         degrees: tuple[Amount | None, ...] = (None, "little", "much")
         degree = degrees[int(self.rng.integers(3))] if "{degree}" in phrase else None
@@ -405,26 +404,18 @@ def generate(
         yield _sample(rng, family, scale, split, i, seed)
 
 
-def write_dataset(
-    folder: str | os.PathLike[str],
-    *,
-    n: int,
-    seed: int = 0,
-    split: Split = "train",
-    families: Sequence[str] = (),
-    robots: Sequence[str] = (),
-) -> int:
+def write_dataset(folder: str | os.PathLike[str], samples: Iterable[Sample]) -> int:
     """Write drawn samples as scene files with the further keys check, kind, subset and source; return how many.
 
     Raises:
-        RequestError: If a family or robot is unknown, or the folder holds other .json files.
+        RequestError: If the folder holds other .json files.
         FormatError: If a file cannot be written.
     """
     root = Path(folder)
     if root.exists() and any(root.rglob("*.json")):
         raise RequestError(f"{root} holds .json files already, which would become part of the dataset; name another")
     count = 0
-    for sample in generate(n, seed=seed, split=split, families=families, robots=robots):
+    for sample in samples:
         file = root / f"{sample.id}.json"
         make_folder(file.parent)
         save_task(file, sample.task)

@@ -16,7 +16,7 @@ from ovita.baselines.catalogue import labelled
 from ovita.bench import tables
 from ovita.bench.page import render
 from ovita.bench.records import OUTCOMES, RECORDS, Record, read_manifest, read_records
-from ovita.bench.tables import Interval, Tally
+from ovita.bench.tables import Interval
 from ovita.errors import FormatError, RequestError
 from ovita.io import atomic_write
 from ovita.io.documents import validated
@@ -70,7 +70,6 @@ class EnteredRun:
     """A run as the leaderboard keeps it.
 
     Args:
-        schema: SCHEMA.
         dataset, digest: Name and fingerprint of the dataset's content; only runs of one digest can be compared.
         samples, samples_sha256: How many, and the fingerprint of the list of their ids.
         records_sha256: Of the run's records.jsonl, for whoever replays it.
@@ -78,7 +77,6 @@ class EnteredRun:
         commit: Of the code, "" where that is not known; "+changed" if files were changed.
         ovita, python, platform: Versions, and the machine's kind.
         protocol: Robot, feedback, temperature and isolation.
-        systems: What ran.
         note: What else must be known, such as that the machine was busy, so that times say little.
     """
 
@@ -118,25 +116,22 @@ def entered(run: str | os.PathLike[str], note: str = "") -> EnteredRun:
     ids = sorted({r.sample for r in records})
     _whole(str(run), records, len(ids))
     data = (Path(run) / RECORDS).read_bytes()
-    protocol = {
-        key: str(manifest.get(key, "")) for key in ("robot", "feedback", "feedback_on", "temperature", "isolation")
-    }
+    stated = {key: str(manifest.get(key, "")) for key in (*_PROTOCOL, *_STATED)}
     return EnteredRun(
         schema=SCHEMA,
-        dataset=str(manifest.get("dataset", "")),
-        digest=str(manifest["digest"]),
         samples=len(ids),
         samples_sha256=hashlib.sha256("\n".join(ids).encode()).hexdigest()[:16],
         records_sha256=hashlib.sha256(data).hexdigest()[:16],
         date=str(manifest.get("date", "")) or "unknown",
-        commit=str(manifest.get("commit", "")),
-        ovita=str(manifest.get("ovita", "")),
-        python=str(manifest.get("python", "")),
-        platform=str(manifest.get("platform", "")),
-        protocol=protocol,
+        protocol={key: stated[key] for key in _PROTOCOL},
         systems=tuple(_standings(records)),
         note=note,
+        **{key: stated[key] for key in _STATED},
     )
+
+
+_PROTOCOL = ("robot", "feedback", "feedback_on", "temperature", "isolation")
+_STATED = ("dataset", "digest", "commit", "ovita", "python", "platform")
 
 
 def add(run: str | os.PathLike[str], folder: str | os.PathLike[str] = FOLDER, note: str = "") -> Path:
@@ -181,7 +176,8 @@ def text(entries: Sequence[EnteredRun]) -> list[list[str]]:
     rows = [["dataset", "samples", "system", "success", "95 % interval", "executable", "p50 ms", "date", "commit"]]
     for entry in entries:
         for s in sorted(entry.systems, key=lambda s: -s.success.passed / s.success.n):
-            rows.append([f"{entry.dataset} {entry.digest[:6]}", str(entry.samples), _named(s), _share(s.success)])
+            name = tables.named((s.system, s.condition))
+            rows.append([f"{entry.dataset} {entry.digest[:6]}", str(entry.samples), name, _share(s.success)])
             rows[-1] += [f"{s.success.low:.1%} to {s.success.high:.1%}", _share(s.executable), f"{s.p50_ms:.0f}"]
             rows[-1] += [entry.date, entry.commit or "-"]
     return rows
@@ -193,10 +189,6 @@ def shown_name(system: str) -> str:
     if kind not in ("exec", "llamacpp"):
         return system
     return kind + colon + " ".join(PurePath(word).name if "/" in word else word for word in rest.split())
-
-
-def _named(s: EnteredSystem) -> str:
-    return tables.named((s.system, s.condition))
 
 
 def _share(part: Passed) -> str:
@@ -215,14 +207,11 @@ def _read(file: Path) -> EnteredRun:
 def _whole(run: str, records: Sequence[Record], samples: int) -> None:
     for column in tables.columns(records):
         mine = [r for r in records if (r.writer, r.condition) == column]
+        name = tables.named(column)
         if len(mine) != samples:
-            raise RequestError(
-                f"{run}: {tables.named(column)} has {len(mine)} of {samples} samples; let the run end first"
-            )
+            raise RequestError(f"{run}: {name} has {len(mine)} of {samples} samples; let the run end first")
         if any(r.unreached for r in mine):
-            raise RequestError(
-                f"{run}: {tables.named(column)} could not be reached on some samples; run it again first"
-            )
+            raise RequestError(f"{run}: {name} could not be reached on some samples; run it again first")
 
 
 def _standings(records: Sequence[Record]) -> Iterable[EnteredSystem]:
@@ -240,15 +229,11 @@ def _standings(records: Sequence[Record]) -> Iterable[EnteredSystem]:
             clauses=round(x.score, 6),
             p50_ms=round(x.p50, 1),
             p95_ms=round(x.p95, 1),
-            tokens=_tokens(x),
+            tokens=x.input_tokens + x.output_tokens,
             outcomes=dict(x.outcomes),
             subsets=subsets,
             kinds=kinds,
         )
-
-
-def _tokens(x: Tally) -> int:
-    return x.input_tokens + x.output_tokens
 
 
 def _part(group: str, share: Interval) -> Passed:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ovita.bench.records import Record, Rows
-from ovita.errors import MissingExtra, OvitaError
+from ovita.errors import OvitaError, needs
 from ovita.paths.frame import Frame
 from ovita.paths.trajectory import Array
 
@@ -53,25 +53,26 @@ def render(template: str, **values: Any) -> str:
     Raises:
         MissingExtra: If Jinja2 is not installed.
     """
-    return _template(template).render(**values)
+    return template_of("ovita.bench", template).render(**values)
 
 
 def _markup(text: str) -> str:
-    try:
+    with needs("jinja2", "plot"):
         from markupsafe import Markup
-    except ImportError:
-        raise MissingExtra("jinja2", "plot") from None
     return Markup(text)
 
 
 @cache
-def _template(name: str) -> Template:
-    try:
+def template_of(package: str, name: str) -> Template:
+    """A template among the files of a package; all values that are no markup are escaped.
+
+    Raises:
+        MissingExtra: If Jinja2 is not installed.
+    """
+    with needs("jinja2", "plot"):
         from jinja2 import Environment
-    except ImportError:
-        raise MissingExtra("jinja2", "plot") from None
     environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True)
-    return environment.from_string((files("ovita.bench") / name).read_text(encoding="utf-8"))
+    return environment.from_string((files(package) / name).read_text(encoding="utf-8"))
 
 
 def sketch(original: Rows, adapted: Rows, scene: Mapping[str, Any]) -> str:
@@ -83,8 +84,10 @@ def sketch(original: Rows, adapted: Rows, scene: Mapping[str, Any]) -> str:
         frame = Frame()
     right, front, up = (frame.direction(word) for word in ("right", "front", "up"))
     axes = np.stack([right, front])
+    places = [(str(o["name"]), np.array([o["x"], o["y"], o["z"]], dtype=float)) for o in scene.get("objects", [])]
+    things = [(name, axes @ place) for name, place in places]
     parts = [
-        _above(before[:, :3] @ axes.T, after[:, :3] @ axes.T, _things(scene, axes)),
+        _above(before[:, :3] @ axes.T, after[:, :3] @ axes.T, things),
         _along("height [m]", _travelled(before), before[:, :3] @ up, _travelled(after), after[:, :3] @ up),
         _along("speed [m/s]", _travelled(before), before[:, 3], _travelled(after), after[:, 3]),
     ]
@@ -153,7 +156,3 @@ def _line(points: Array, color: str, dashed: bool) -> str:
 
 def _travelled(rows: Array) -> Array:
     return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(rows[:, :3], axis=0), axis=1))])
-
-
-def _things(scene: Mapping[str, Any], axes: Array) -> list[tuple[str, Array]]:
-    return [(str(o["name"]), axes @ np.array([o["x"], o["y"], o["z"]], dtype=float)) for o in scene.get("objects", [])]

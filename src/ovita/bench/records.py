@@ -34,8 +34,6 @@ class Round:
     """One answer to the instruction (the first round) or to feedback.
 
     Args:
-        said: The utterance.
-        status: Of the adaptation.
         passed: Whether the check holds after it; `sentence` is what it measured.
         score: Share of the check's clauses that hold, 0..1.
         executable: Whether a policy ran.
@@ -167,7 +165,7 @@ class RecordLog:
         except OSError as error:
             raise FormatError(str(path), f"cannot be written: {error.strerror}") from None
         try:
-            lock(self._lock, str(folder))
+            lock(self._lock, f"{folder}: another run writes there; wait for it, or choose another --out")
             self.records = {record.key: record for record in read_records(path)}
         except OvitaError:
             self._lock.close()
@@ -190,8 +188,7 @@ class RecordLog:
 def read_records(path: str | os.PathLike[str]) -> list[Record]:
     """Read a run's records, in order; a torn last line is ignored, and the last record of a key counts.
 
-    Args:
-        path: The file, or the run's folder.
+    The path is the file, or the run's folder.
 
     Raises:
         FormatError: If there is no such file, or a whole line of it is no record.
@@ -236,8 +233,7 @@ def read_manifest(folder: str | os.PathLike[str]) -> dict[str, Any]:
 def read_ratings(path: str | os.PathLike[str]) -> Mapping[str, tuple[float, ...]]:
     """Read ratings by writer, from columns sample, writer, rating (1 to 5); a folder without the file has none.
 
-    Args:
-        path: The file, or a run's folder.
+    The path is the file, or a run's folder.
 
     Raises:
         FormatError: If the file lacks a column, or a rating is not between 1 and 5.
@@ -275,17 +271,18 @@ def _rating(row: Mapping[str, str | None], file: Path, number: int) -> float:
     return value
 
 
-def lock(stream: IO[bytes], folder: str) -> None:
-    """Hold a folder for this process until the stream is closed.
+def lock(stream: IO[bytes], refusal: str) -> None:
+    """Hold an open file for this process until it is closed.
 
     Raises:
-        RequestError: If another process holds it.
+        RequestError: With that refusal, if another process holds it; it is closed then.
     """
     try:
         import fcntl
-    except ImportError:  # Windows: two runs in one folder are then the user's concern
+    except ImportError:  # Windows: two processes in one folder are then the user's concern
         return
     try:
         fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError:
-        raise RequestError(f"{folder}: another run writes there; wait for it, or choose another --out") from None
+        stream.close()
+        raise RequestError(refusal) from None

@@ -7,7 +7,7 @@ import io
 import json
 import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ from ovita.bench import tables
 from ovita.bench.page import html
 from ovita.bench.records import OUTCOMES, Record
 from ovita.bench.tables import Interval
-from ovita.errors import MissingExtra, RequestError
+from ovita.errors import MissingExtra, RequestError, needs
 from ovita.io import atomic_write
 from ovita.io.files import make_folder
 
@@ -38,15 +38,8 @@ def write_report(
 
     The same records and manifest give the same files.
 
-    Args:
-        folder: Where to.
-        records: Of the run.
-        manifest: What the run was made of.
-        ratings: People's ratings by writer, 1 to 5.
-        prices: Writer to money for a million tokens read and written.
-        notes: Sentences that belong on top.
-        figures: Whether to draw the panel.
-        parquet: Whether to write records.parquet too.
+    `ratings` are people's by writer, 1 to 5; `prices` are money for a million tokens read and written by writer;
+    `notes` belong on top.
 
     Raises:
         RequestError: If there are no records.
@@ -165,15 +158,15 @@ def markdown(
     return "\n\n".join(parts) + "\n"
 
 
+def _of(item: object, *names: str) -> dict[str, Any]:
+    return {name: getattr(item, name) for name in names}
+
+
 def flat(records: Sequence[Record]) -> list[dict[str, Any]]:
     """One flat row a record."""
     return [
         {
-            "sample": r.sample,
-            "subset": r.subset,
-            "kind": r.kind,
-            "writer": r.writer,
-            "condition": r.condition,
+            **_of(r, "sample", "subset", "kind", "writer", "condition"),
             "model": r.last.model,
             "robot": r.robot,
             "instruction": r.instruction,
@@ -181,19 +174,13 @@ def flat(records: Sequence[Record]) -> list[dict[str, Any]]:
             "passed_first": r.first.passed,
             "clauses": r.last.score,
             "executable": r.first.executable,
-            "status": r.last.status,
-            "limits": r.last.limits,
-            "proposed_passed": r.last.proposed_passed,
+            **_of(r.last, "status", "limits", "proposed_passed"),
             "idle_passes": r.idle,
             "rounds": len(r.rounds),
-            "attempts": r.first.attempts,
-            "ms": r.first.ms,
+            **_of(r.first, "attempts", "ms"),
             "input_tokens": sum(x.input_tokens for x in r.rounds),
             "output_tokens": sum(x.output_tokens for x in r.rounds),
-            "sentence": r.last.sentence,
-            "error": r.last.error,
-            "matched": r.last.matched,
-            "similarity": r.last.similarity,
+            **_of(r.last, "sentence", "error", "matched", "similarity"),
             "void": "; ".join(r.void),
             "check": json.dumps(r.check, ensure_ascii=False),
         }
@@ -211,9 +198,7 @@ def summary_rows(
             found.append(
                 {
                     "by": by,
-                    "group": x.group,
-                    "writer": x.writer,
-                    "condition": x.condition,
+                    **_of(x, "group", "writer", "condition"),
                     "n": x.success.n,
                     "passed": x.success.successes,
                     "success": x.success.rate,
@@ -225,11 +210,7 @@ def summary_rows(
                     "attempts": x.attempts,
                     "p50_ms": x.p50,
                     "p95_ms": x.p95,
-                    "input_tokens": x.input_tokens,
-                    "output_tokens": x.output_tokens,
-                    "cost": x.cost,
-                    "lost_to_limits": x.lost_to_limits,
-                    "unreached": x.unreached,
+                    **_of(x, "input_tokens", "output_tokens", "cost", "lost_to_limits", "unreached"),
                     **{f"limits_{k}": x.limits.get(k, 0) for k in _VERDICTS},
                 }
             )
@@ -293,12 +274,15 @@ def cell(text: str) -> str:
     return " ".join(text.split()).replace("|", "\\|").replace("<", "&lt;")
 
 
-def _csv(rows: Sequence[Mapping[str, Any]]) -> str:
+def csv_text(rows: Iterable[Iterable[object]]) -> str:
+    """Rows as CSV, the first one the names of the columns."""
     out = io.StringIO()
-    writer = csv.DictWriter(out, list(rows[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
+    csv.writer(out, lineterminator="\n").writerows(rows)
     return out.getvalue()
+
+
+def _csv(rows: Sequence[Mapping[str, Any]]) -> str:
+    return csv_text([rows[0], *(row.values() for row in rows)])
 
 
 def _panel(records: Sequence[Record], ratings: Mapping[str, Sequence[float]] | None) -> dict[str, str | bytes]:
@@ -309,10 +293,8 @@ def _panel(records: Sequence[Record], ratings: Mapping[str, Sequence[float]] | N
 
 
 def _parquet(rows: Sequence[Mapping[str, Any]]) -> bytes:
-    try:
+    with needs("pyarrow", "bench"):
         arrow, parquet = import_module("pyarrow"), import_module("pyarrow.parquet")
-    except ImportError:
-        raise MissingExtra("pyarrow", "bench") from None
     out = io.BytesIO()
     parquet.write_table(arrow.Table.from_pylist([dict(row) for row in rows]), out)
     return out.getvalue()

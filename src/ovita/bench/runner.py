@@ -2,34 +2,24 @@
 
 from __future__ import annotations
 
+import datetime
 import os
 import platform
+import subprocess
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cache, partial
 from itertools import product
+from pathlib import Path
 from typing import Any
 
 import ovita
 from ovita.baselines.command import TIMEOUT
 from ovita.bench.dataset import Dataset, Sample
-from ovita.bench.evaluate import (
-    DEFAULT,
-    Condition,
-    Limiter,
-    Protocol,
-    System,
-    evaluate,
-    is_local,
-    open_system,
-    recording,
-    replaying,
-    robot_for,
-    waypoints,
-)
-from ovita.bench.provenance import commit, today
+from ovita.bench.evaluate import DEFAULT, Condition, Protocol, evaluate, robot_for, waypoints
 from ovita.bench.records import Record, RecordLog, ordered, read_manifest, read_records, write_manifest
+from ovita.bench.systems import Limiter, ReplayingSystem, System, is_local, open_system, recording
 from ovita.errors import RequestError
 from ovita.workers import Engine, shared
 
@@ -58,7 +48,6 @@ class RunPlan:
     Args:
         writers: Names of writers and baselines, see `open_system`.
         conditions: The default one and the ablations.
-        protocol: How samples are put to writers.
         base_url: An OpenAI-compatible server for the writers that are models.
         temperature: Of models, unless a condition says otherwise.
         jobs: Samples at a time.
@@ -161,12 +150,8 @@ def run(
     A record is on disk before the next progress is shown, so that a run that was killed goes on where it was.
     Samples whose writer could not be reached are asked again.
 
-    Args:
-        dataset: The samples.
-        out: The run's folder.
-        plan: What is run.
-        replay: The folder of an earlier run whose replies and times stand in for the writers.
-        progress: Called after each record.
+    `replay` is the folder of an earlier run whose replies and times stand in for the writers; `progress` is called
+    after each record.
 
     Raises:
         RequestError: If the folder holds another run, or a writer or option cannot be used.
@@ -312,13 +297,41 @@ def _run_cell(cell: _Cell, plan: RunPlan, inner: System | None = None, limiter: 
 def _asked(cell: _Cell, plan: RunPlan, inner: System | None, limiter: Limiter | None) -> Record:
     if cell.recorded is not None:
         replies = [reply for item in cell.recorded.rounds for reply in item.replies]
-        record = evaluate(cell.sample, replaying(cell.writer, replies), cell.condition, plan.protocol)
+        record = evaluate(cell.sample, ReplayingSystem(cell.writer, replies), cell.condition, plan.protocol)
         times = [item.ms for item in cell.recorded.rounds]
         rounds = [replace(r, ms=times[i]) if i < len(times) else r for i, r in enumerate(record.rounds)]
         return replace(record, rounds=tuple(rounds))
     writer = recording(inner or open_system(cell.writer), cell.condition, limiter, retries=plan.retries)
     record = evaluate(cell.sample, writer, cell.condition, plan.protocol)
     return replace(record, writer=cell.writer)
+
+
+CHANGED = "+changed"
+"""Follows a commit whose files were changed since."""
+
+
+@cache
+def commit() -> str:
+    """The commit that this code was checked out from, or "" if it is installed otherwise."""
+    here = Path(__file__).parent
+    if not _git(here, "ls-files", "--error-unmatch", Path(__file__).name):
+        return ""
+    found = _git(here, "rev-parse", "--short=12", "HEAD")
+    return found + (CHANGED if _git(here.parent, "status", "--porcelain", "--", ".") else "")
+
+
+def today() -> str:
+    """The date in UTC, ISO 8601."""
+    return datetime.datetime.now(datetime.UTC).date().isoformat()
+
+
+def _git(folder: Path, *arguments: str) -> str:
+    command = ["git", "-C", str(folder), *arguments]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=20, check=True)
+    except (OSError, subprocess.SubprocessError):
+        return ""
+    return done.stdout.strip()
 
 
 def default_jobs() -> int:

@@ -121,7 +121,8 @@ def comparisons(records: Sequence[Record]) -> list[Comparison]:
     }
     found: list[Comparison] = []
     for a, b in combinations(by_column, 2):
-        if not _comparable(a, b):
+        one_differs = a[1] == b[1] or a[0] == b[0]  # two writers as they are, or a condition and its default one
+        if "default" not in (a[1], b[1]) or not one_differs:
             continue
         left, right = by_column[a], by_column[b]
         common = [s for s in left if s in right]
@@ -135,18 +136,11 @@ def comparisons(records: Sequence[Record]) -> list[Comparison]:
 
 
 def _corrected(found: Sequence[Comparison]) -> list[Comparison]:
-    families = {what: [c for c in found if c.what == what] for what in dict.fromkeys(c.what for c in found)}
-    corrected = {
-        (what, c.a, c.b): p
-        for what, family in families.items()
-        for c, p in zip(family, holm([c.paired.p for c in family]), strict=True)
-    }
-    return [replace(c, holm=corrected[c.what, c.a, c.b]) for c in found]
-
-
-def _comparable(a: Column, b: Column) -> bool:
-    """Whether two writers, both as they are, or a writer's condition and its default one."""
-    return "default" in (a[1], b[1]) and (a[1] == b[1] or a[0] == b[0])
+    p = np.array([c.paired.p for c in found])
+    for what in dict.fromkeys(c.what for c in found):
+        family = [i for i, c in enumerate(found) if c.what == what]
+        p[family] = holm(p[family].tolist())
+    return [replace(c, holm=float(value)) for c, value in zip(found, p, strict=True)]
 
 
 def _pair(a: str, b: str, left: list[Record], right: list[Record], timed: bool) -> list[Comparison]:
@@ -207,7 +201,6 @@ class Paired:
 
     Args:
         test: "McNemar" or "Wilcoxon".
-        n: Number of pairs.
         changed: Pairs that differ.
         better: Pairs in which b is higher.
         p: Two-sided p value; 1 where no pair differs.
@@ -222,8 +215,8 @@ class Paired:
     effect: float
 
 
-def wilson(successes: int, n: int, *, level: float = 0.95) -> Interval:
-    """Wilson's score interval of `successes` out of `n` at a confidence level [Wilson1927]; 0..1 where n is 0.
+def wilson(successes: int, n: int) -> Interval:
+    """Wilson's 95 % score interval of `successes` out of `n` [Wilson1927]; 0..1 where n is 0.
 
     Raises:
         ValueError: If the counts make no sense.
@@ -232,7 +225,7 @@ def wilson(successes: int, n: int, *, level: float = 0.95) -> Interval:
         raise ValueError(f"{successes} successes of {n} trials make no sense")
     if n == 0:
         return Interval(0, 0, math.nan, 0.0, 1.0)
-    low, high = binomtest(successes, n).proportion_ci(level, method="wilson")
+    low, high = binomtest(successes, n).proportion_ci(0.95, method="wilson")
     return Interval(successes, n, successes / n, float(low), float(high))
 
 

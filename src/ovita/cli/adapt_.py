@@ -1,4 +1,4 @@
-"""`ovita adapt`, and its result as pictures and words: `ovita plot`, `ovita explain`, `ovita demo`."""
+"""`ovita adapt`, and its result as pictures and words: `ovita plot`, `ovita explain`, `ovita demo`, `ovita tour`."""
 
 from __future__ import annotations
 
@@ -7,11 +7,10 @@ import os
 import sys
 import webbrowser
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from importlib.resources import as_file, files
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields
 from importlib.util import find_spec
-from typing import Any, Literal, NoReturn
+from typing import Any, NoReturn
 
 import click
 from click.core import ParameterSource
@@ -28,10 +27,13 @@ from ovita.cli.common import (
     plain,
     robot_from,
     shared,
+    shipped_task,
     show,
     show_notes,
     source,
+    task_at,
     waiting,
+    writer_from,
 )
 from ovita.errors import FormatError, RequestError
 from ovita.gate import explained
@@ -44,8 +46,6 @@ from ovita.io import (
     is_skill,
     load_bare,
     load_robot,
-    load_task,
-    open_task,
     rendered,
     save_task,
     save_trajectory,
@@ -54,9 +54,11 @@ from ovita.io import (
 from ovita.io.files import make_folder
 from ovita.io.waypoints import covariance_rows
 from ovita.paths.robot import Robot
+from ovita.plots.geometry import View
 from ovita.request import FeedbackOn, Request
 from ovita.result import PICTURES, Adaptation, accept
-from ovita.writers.base import PolicyWriter, writer_named
+from ovita.text import listed
+from ovita.writers.base import PolicyWriter
 
 
 @dataclass(frozen=True)
@@ -101,17 +103,17 @@ class Outputs:
                 raise FormatError(path, "its folder does not exist; make it first")
 
 
+_ABOUT_OUTPUT = [item.name for item in fields(Outputs)]
+
+
 @click.command()
 @click.argument("file", metavar="FILE")
 @click.argument("instruction", required=False)
-@click.option("--out", "-o", metavar="FILE", help="Write the whole result (JSON).")
+@click.option("--out", "-o", "result", metavar="FILE", help="Write the whole result (JSON).")
 @click.option(
-    "--trajectory",
-    "trajectory_out",
-    metavar="FILE",
-    help="Write the adapted trajectory, in any format that ovita convert writes.",
+    "--trajectory", metavar="FILE", help="Write the adapted trajectory, in any format that ovita convert writes."
 )
-@click.option("--plot", "plot_out", metavar="FILE", help="Draw before and after (.png, .svg, .pdf or .html).")
+@click.option("--plot", "picture", metavar="FILE", help="Draw before and after (.png, .svg, .pdf or .html).")
 @click.option("--code", is_flag=True, help="Also print the policy.")
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON instead of a report.")
 @click.option(
@@ -132,15 +134,9 @@ class Outputs:
 def command(
     file: str,
     instruction: str | None,
-    out: str | None,
-    trajectory_out: str | None,
-    plot_out: str | None,
-    code: bool,
-    as_json: bool,
     time_limit: float,
     repairs: int,
     explain_with_model: bool,
-    accepting: bool,
     on: FeedbackOn | None,
     no_examples: bool,
     planner: str,
@@ -154,7 +150,7 @@ def command(
     Where the reading is not certain, it is shown and asked about. Without a terminal to ask on, the exit code is 3 and
     --out holds the finished proposal; `ovita adapt RESULT --accept` takes the one that a saved result holds.
     """
-    outputs = Outputs(out, trajectory_out, plot_out, code, as_json, accepting)
+    outputs = Outputs(**{name: options.pop(name) for name in _ABOUT_OUTPUT})
     outputs.check(file)
     choices = choices_from(options)
     if not is_address(file) and is_skill(file):
@@ -164,7 +160,7 @@ def command(
     if on is not None:
         raise RequestError(f"--on is for skills; in a conversation say it: ovita chat {file}")
     bare = load_bare(file) if options["scene_file"] is None else None
-    writer = writer_named(options["writer"], base_url=options["base_url"], temperature=options["temperature"])
+    writer = writer_from(options)
     stages: dict[str, Any] = {
         "writer": writer,
         "constraints": constraints_from(options),
@@ -177,18 +173,18 @@ def command(
     if bare is not None:
         from ovita.cli.plan_ import generated
 
-        result, task = generated(bare, file, instruction, planner, options, stages, as_json=as_json)
+        result, task = generated(bare, file, instruction, planner, options, stages, as_json=outputs.as_json)
         _finish(result, task, options, writer, outputs)
-    task = open_task(file, scene_file=options["scene_file"], frame=options["frame"], choices=choices)
-    if trajectory_out:
-        rendered(trajectory_out, task.trajectory, task.scene, choices=choices)
-    if accepting and instruction is None and not is_address(file) and is_adaptation(file):
+    task = task_at(file, options)
+    if outputs.trajectory:
+        rendered(outputs.trajectory, task.trajectory, task.scene, choices=choices)
+    if outputs.accepting and instruction is None and not is_address(file) and is_adaptation(file):
         _report(_accepted(file), task, choices, outputs)
     text = instruction if instruction is not None else task.instruction
     if instruction is None and not text.strip():
         raise RequestError(f"{file} holds no instruction; add one: ovita adapt {file} 'slow down near the cup'")
     request = Request(text, task.trajectory, task.scene, robot_from(task, options["robot"], options["max_speed"]))
-    with waiting(f"{writer.name} writes a policy", quiet=as_json) as tell:
+    with waiting(f"{writer.name} writes a policy", quiet=outputs.as_json) as tell:
         result = adapt(request, progress=tell, **stages)
     _finish(result, task, options, writer, outputs)
 
@@ -204,7 +200,6 @@ def _finish(
 
 
 def _report(result: Adaptation, task: Task, choices: Choices, outputs: Outputs, notes: Sequence[str] = ()) -> NoReturn:
-    """Write the requested files, show the result, and exit with its code."""
     written, lost = _write(result, outputs, task, choices)
     if outputs.as_json:
         click.echo(json.dumps(result.to_document(), ensure_ascii=False))
@@ -222,16 +217,11 @@ def _report(result: Adaptation, task: Task, choices: Choices, outputs: Outputs, 
 
 def _agrees(result: Adaptation) -> bool:
     """Ask on the terminal whether a proposal is meant; without a terminal nobody agrees."""
-    if not _on_a_terminal():
-        return False
-    return click.confirm(f"{plain(result.message)} Do this?", default=False)
+    return _on_a_terminal() and click.confirm(f"{plain(result.message)} Do this?", default=False)
 
 
 def _on_a_terminal() -> bool:
     return sys.stdin.isatty() and sys.stdout.isatty()
-
-
-_ABOUT_OUTPUT = ("file", "out", "trajectory_out", "plot_out", "code", "as_json", "accepting")
 
 
 def _accepted(file: str) -> Adaptation:
@@ -239,7 +229,7 @@ def _accepted(file: str) -> Adaptation:
     context = click.get_current_context()
     for parameter in context.command.params:
         name = parameter.name or ""
-        if name not in _ABOUT_OUTPUT and context.get_parameter_source(name) == ParameterSource.COMMANDLINE:
+        if name not in ("file", *_ABOUT_OUTPUT) and context.get_parameter_source(name) == ParameterSource.COMMANDLINE:
             raise RequestError(
                 f"{parameter.opts[0]} cannot change the proposal that {file} holds; say the instruction again with it,"
                 f" or accept without it"
@@ -263,21 +253,13 @@ def _write(result: Adaptation, outputs: Outputs, task: Task, choices: Choices) -
             result.adapted,
             result.scene,
             result.instruction,
-            task.extra if len(result.adapted) == len(task.trajectory) else _without_covariance(task.extra),
+            {k: v for k, v in task.extra.items() if k != "covariance" or len(result.adapted) == len(task.trajectory)},
             choices=choices,
             verdict=result.verdict,
         )
     if outputs.picture:
         draw(result, outputs.picture)
     return outputs.files, lost
-
-
-def _without_covariance(extra: Mapping[str, Any]) -> dict[str, Any]:
-    """What a task holds besides, without the covariance of waypoints that are no more."""
-    return {key: value for key, value in extra.items() if key != "covariance"}
-
-
-View = Literal["auto", "3d", "top"]
 
 
 @click.command()
@@ -303,7 +285,7 @@ def plot(file: str, out: str | None, robot: str | None, view: View, **options: A
         shown = Adaptation("", "done", made.trajectory, made.trajectory, scene=made.scene)
         draw(shown, out, robot=drawn, view=view, tube=made.extra.get("covariance"))
     else:
-        task = open_task(file, scene_file=options["scene_file"], frame=options["frame"], choices=choices_from(options))
+        task = task_at(file, options)
         shown = Adaptation(task.instruction, "done", task.trajectory, task.trajectory, scene=task.scene)
         named, notes = own_robot(task)
         draw(shown, out, robot=drawn or named, view=view, tube=task.extra.get("covariance"))
@@ -351,8 +333,7 @@ INSTRUCTIONS = (
 def demo(out: str, open_page: bool) -> None:
     """Adapt a shipped table-top scene to three instructions with the built-in writer; no key, no network."""
     folder = make_folder(out)
-    with as_file(files("ovita") / "data" / "tabletop.json") as path:
-        task = load_task(str(path))
+    task = shipped_task()
     save_task(str(folder / "scene.json"), task)
     pictures = ("png", "html") if find_spec("matplotlib") and find_spec("plotly") else ()
     for i, instruction in enumerate(INSTRUCTIONS, start=1):
@@ -368,3 +349,54 @@ def demo(out: str, open_page: bool) -> None:
     click.echo(f'\nNow your turn: {called()} adapt {folder / "scene.json"} "Go a little higher over the box"')
     if open_page and pictures:
         webbrowser.open((folder / f"{len(INSTRUCTIONS)}.html").resolve().as_uri())
+
+
+SAID, KNOB = "Go left by 0.2 and slow down near the cup", ("left", 0.3)
+
+
+@click.command()
+@click.option("--out", "-o", default="ovita-tour", show_default=True, metavar="FOLDER", help="Where to save.")
+@click.option("--yes", is_flag=True, help="Go on without waiting for the Enter key.")
+def tour(out: str, yes: bool) -> None:
+    """Show in five steps what ovita does: say, read, turn a knob, undo, save. No key, no network; a minute.
+
+    Without a terminal it does not wait between steps.
+    """
+    waits = not yes and sys.stdin.isatty() and sys.stdout.isatty()
+    for i, title in enumerate(_steps(out), start=1):
+        if i > 1 and waits:
+            click.prompt("\nEnter goes on, Ctrl-C ends", default="", show_default=False, prompt_suffix=" ")
+        click.secho(f"\n[{i}/5] {title}", bold=True)
+
+
+def _steps(out: str) -> Iterator[str]:
+    """The steps: each yields its title, then prints itself when it is asked for the next."""
+    from ovita.dialogue.session import Session
+
+    task = shipped_task()
+    session = Session(task.trajectory, task.scene, writer="builtin")
+    yield "Something to change: a trajectory and what surrounds it"
+    path_now = task.trajectory
+    click.echo(f"{len(path_now)} waypoints, {path_now.length:.2f} m in {path_now.duration:.1f} s over a table.")
+    click.echo(plain(f"On it: {listed(task.scene.names)}."))
+    yield f'Say what should change: "{SAID}"'
+    show(session.say(SAID))
+    click.echo("\nThe plan is how it was understood; the first line and the limits are the verdict.")
+    yield f"Turn a knob: {KNOB[0]} = {KNOB[1]}"
+    result = session.tune(dict([KNOB]))
+    show(result)
+    click.echo("\nThe same policy ran again with another number; nobody wrote a new one.")
+    yield "Take it back"
+    session.undo()
+    kept = session.adaptation
+    assert kept is not None
+    click.echo("\n".join(f"  {parameter.line}" for parameter in kept.parameters))
+    click.echo("Every turn can be taken back and brought back.")
+    yield "Save, and go on by yourself"
+    folder = make_folder(out)
+    save_task(str(folder / "scene.json"), task)
+    kept.save(str(folder / "result.json"))
+    click.echo(f"wrote {folder / 'scene.json'} and {folder / 'result.json'}\n")
+    click.echo(f"{called()} explain {folder / 'result.json'}")
+    click.echo(f'{called()} adapt {folder / "result.json"} "Keep at least 0.25 from the bottle" --robot arm')
+    click.echo(f"{called()} chat {folder / 'scene.json'}")

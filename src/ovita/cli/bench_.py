@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 import sys
-import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from ovita.cli.common import ENGINE, ISOLATION, waiting
+from ovita.cli.common import ENGINE, ISOLATION, counting, plain, show_notes, waiting
 from ovita.cli.main import GuessingGroup
 from ovita.errors import RequestError
 
 if TYPE_CHECKING:
     from ovita.bench.runner import Progress, RunPlan, Standing
-
-EVERY = 5.0
-"""Pause between two lines of progress where standard error is no terminal [s]."""
 
 
 @click.group(cls=GuessingGroup)
@@ -145,10 +141,11 @@ def leaderboard(runs: tuple[str, ...], note: str, folder: str, out: str | None) 
 @click.option("--robot", "robots", multiple=True, metavar="NAME", help="tabletop, drone, ground or arm. [all]")
 def generate(out: str, n: int, seed: int, split: str, families: tuple[str, ...], robots: tuple[str, ...]) -> None:
     """Make a dataset of scenes and instructions with known checks."""
-    from ovita.bench.generate import write_dataset
+    from ovita.bench.generate import generate, write_dataset
 
     with waiting("draws samples"):
-        count = write_dataset(out, n=n, seed=seed, split=split, families=families, robots=robots)  # type: ignore[arg-type]
+        samples = generate(n, seed=seed, split=split, families=families, robots=robots)  # type: ignore[arg-type]
+        count = write_dataset(out, samples)
     click.echo(f"wrote {count} samples to {out}")
 
 
@@ -167,7 +164,7 @@ def fetch(out: str, base_url: str | None) -> None:
 
 def _writers(given: tuple[str, ...]) -> tuple[str, ...]:
     """The writers as given, "all" being what can run here; what cannot is said."""
-    from ovita.bench.comparison import EVERYTHING, systems_here
+    from ovita.bench.systems import EVERYTHING, systems_here
 
     if EVERYTHING not in given:
         return given
@@ -175,6 +172,9 @@ def _writers(given: tuple[str, ...]) -> tuple[str, ...]:
     for name, reason in here.missing.items():
         click.echo(f"note: {name} is left out: {reason}", err=True)
     return (*here.names, *(name for name in given if name != EVERYTHING))
+
+
+_LIMITS = ("retries", "budget_tokens", "budget_cost", "timeout")
 
 
 def _plan(options: dict[str, Any], replay: str | None) -> RunPlan:
@@ -186,32 +186,21 @@ def _plan(options: dict[str, Any], replay: str | None) -> RunPlan:
     robot = options["robot"]
     if robot is not None and robot != BY_SUBSET:
         load_robot(robot)
-    protocol = Protocol(options["feedback"], options["feedback_on"], robot, options["isolation"])
-    temperature = options["temperature"]
     if replay is not None:
         manifest = read_manifest(replay)
-        own = manifest.get("robot")
-        protocol = Protocol(
-            int(manifest.get("feedback", 0)),
-            manifest.get("feedback_on", "original"),
-            None if own in (None, "each sample's own") else str(own),
-            options["isolation"],
-        )
-        temperature = float(manifest.get("temperature", temperature))
+        robot = manifest.get("robot")
+        options |= {"feedback": int(manifest.get("feedback", 0))}
+        options |= {"feedback_on": manifest.get("feedback_on", "original")}
+        options |= {"temperature": float(manifest.get("temperature", options["temperature"]))}
+        robot = None if robot in (None, "each sample's own") else str(robot)
     return RunPlan(
         writers=tuple(dict.fromkeys(options["writers"])) or ("builtin",),
         conditions=conditions_from(options["ablate"]),
-        protocol=protocol,
-        base_url=options["base_url"],
-        temperature=temperature,
+        protocol=Protocol(options["feedback"], options["feedback_on"], robot, options["isolation"]),
         jobs=options["jobs"] or default_jobs(),
         per_minute=options["rate"],
-        retries=options["retries"],
-        budget_tokens=options["budget_tokens"],
         prices=_prices(options["prices"]),
-        budget_cost=options["budget_cost"],
-        timeout=options["timeout"],
-        engine=options["engine"],
+        **{name: options[name] for name in ("base_url", "temperature", "engine", *_LIMITS)},
     )
 
 
@@ -230,18 +219,12 @@ def _prices(given: tuple[str, ...]) -> dict[str, tuple[float, float]]:
 
 
 def _progress() -> Progress:
-    """A line on standard error: one that is rewritten on a terminal, else one every few seconds."""
-    live, shown = sys.stderr.isatty(), [time.monotonic()]
+    tell = counting()
 
     def show(now: Standing) -> None:
         left = "" if now.left_s is None else f", {_clock(now.left_s)} left"
         tokens = f", {now.tokens} tokens" if now.tokens else ""
-        text = f"{now.done}/{now.total} done, {now.passed} pass{tokens}{left}"
-        if live:
-            click.echo(f"\r\x1b[K{text}" + ("\n" if now.done == now.total else ""), nl=False, err=True)
-        elif now.done == now.total or time.monotonic() - shown[0] >= EVERY:
-            shown[0] = time.monotonic()
-            click.echo(text, err=True)
+        tell(f"{now.done}/{now.total} done, {now.passed} pass{tokens}{left}", now.done == now.total)
 
     return show
 
@@ -265,7 +248,6 @@ def _report(
 ) -> None:
     from ovita.bench.records import read_ratings
     from ovita.bench.report import outcome_table, success_table, write_report
-    from ovita.cli.common import show_notes
 
     ratings = read_ratings(ratings_from or folder)
     written = write_report(
@@ -281,8 +263,6 @@ def _print(rows: list[list[str]]) -> None:
     """Print a table whose first row names the columns."""
     from rich.console import Console
     from rich.table import Table
-
-    from ovita.cli.common import plain
 
     console = Console(width=None if sys.stdout.isatty() else 160)
     table = Table(box=None, pad_edge=False)

@@ -10,37 +10,45 @@ import shlex
 import shutil
 import sys
 import textwrap
+import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
-from typing import Any, TypeVar
+from dataclasses import fields, replace
+from importlib.resources import as_file, files
+from typing import Any
 
 import click
 
 from ovita.errors import RequestError, RobotError
-from ovita.io import Choices, Task, load_robot
+from ovita.io import Choices, Task, load_robot, load_task, open_task
 from ovita.io.geodesy import Home
 from ovita.limits import ConstraintOptions, parse_text
 from ovita.measure import sentences
+from ovita.paths.frame import Frame
 from ovita.paths.robot import Robot
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import standing_still
 from ovita.result import Adaptation, Status
-from ovita.writers.base import MODEL_VARIABLE, PolicyWriter, Progress, UnavailableWriter, flatten
+from ovita.writers.base import MODEL_VARIABLE, PolicyWriter, Progress, UnavailableWriter, flatten, writer_named
 
-F = TypeVar("F", bound=Callable[..., Any])
+EXIT_NOTHING, EXIT_REFUSED = 3, 4
+"""Exit codes of a command that came to nothing, and of one that found what must not be used."""
+
+EVERY = 5.0
+"""Pause between two lines of progress where standard error is no terminal [s]."""
+
+Decorator = Callable[[Any], Any]
 
 
-def shared(function: F) -> F:
-    """Add the options on source, scene, robot, writer and limits to a command."""
-    for option in reversed((*_SOURCE, *_OPTIONS)):
-        function = option(function)
-    return function
+def together(*options: Decorator) -> Decorator:
+    """One decorator that adds several options to a command, in their order."""
 
+    def add(function: Any) -> Any:
+        for option in reversed(options):
+            function = option(function)
+        return function
 
-def source(function: F) -> F:
-    """Add the options that say how to read a trajectory from a file or an address."""
-    for option in reversed(_SOURCE):
-        function = option(function)
-    return function
+    return add
 
 
 WRITER = click.option(
@@ -76,11 +84,12 @@ HEADING = click.option(
     help="Where the front of a mission or of setpoints points, clockwise from north. [0; of a ROS path, x is east]",
 )
 
-_SOURCE = (
+FRAMES = click.Choice(["rfu", "flu", "ned"])
+FRAME = click.option("--frame", type=FRAMES, help="Which way is left. [default: the scene's, else rfu]")
+
+source = together(
     click.option("--scene", "scene_file", metavar="FILE", help="Scene file with the objects, for a bare trajectory."),
-    click.option(
-        "--frame", type=click.Choice(["rfu", "flu", "ned"]), help="Which way is left. [default: the scene's, else rfu]"
-    ),
+    FRAME,
     click.option("--topic", metavar="NAME", help="Topic of a ROS bag. [the only one with a path]"),
     click.option(
         "--message",
@@ -99,9 +108,10 @@ _SOURCE = (
     click.option("--to", "last", type=click.FloatRange(0), metavar="S", help="Last second of it. [its end]"),
     click.option("--raw", is_flag=True, help="Keep every sample of a recording: neither smooth nor thin it."),
 )
+"""The options that say how to read a trajectory from a file or an address."""
 
-
-_OPTIONS = (
+shared = together(
+    source,
     click.option(
         "--robot",
         metavar="NAME|FILE",
@@ -133,22 +143,17 @@ _OPTIONS = (
     click.option("--repair", is_flag=True, help="Also repair a path that the change leaves as it was."),
     ISOLATION,
 )
+"""The options on source, scene, robot, writer and limits."""
 
 
 def choices_from(options: dict[str, Any]) -> Choices:
     """What was chosen of topic, message and home, and for writing, of message type and ROS frame."""
-    return Choices(
-        topic=options.get("topic"),
-        message=options.get("message"),
-        kind=options.get("kind"),
-        frame_id=options.get("frame_id"),
-        home=Home.parse(options["home"]) if options.get("home") else None,
-        heading=options.get("heading"),
-        takeoff=bool(options.get("takeoff")),
-        frames=options.get("frames"),
-        raw=bool(options.get("raw")),
-        span=_span(options.get("first"), options.get("last")),
-    )
+    given = {item.name: options[item.name] for item in fields(Choices) if options.get(item.name) not in (None, "")}
+    if given.get("kind") == "joints":
+        del given["kind"]
+    if "home" in given:
+        given["home"] = Home.parse(given["home"])
+    return Choices(**given, span=_span(options.get("first"), options.get("last")))
 
 
 def _span(first: float | None, last: float | None) -> tuple[float, float] | None:
@@ -161,6 +166,38 @@ def _span(first: float | None, last: float | None) -> tuple[float, float] | None
     return begin, end
 
 
+def task_at(place: str, options: dict[str, Any]) -> Task:
+    """The task of a file or an address, read as the options of `source` say."""
+    return open_task(place, scene_file=options["scene_file"], frame=options["frame"], choices=choices_from(options))
+
+
+def in_frame(scene: Scene, frame: str | None) -> Scene:
+    """The scene, read in another frame where one is named."""
+    return scene if frame is None else replace(scene, frame=Frame(frame))
+
+
+def bare_task(bare: tuple[Scene, str | None, str], file: str, frame: str | None) -> Task:
+    """A task of what `load_bare` found in a file, with a path that stands still."""
+    scene, robot, instruction = bare
+    return Task(standing_still(), in_frame(scene, frame), instruction, path=file, robot=robot)
+
+
+def shipped_task() -> Task:
+    """The table-top scene that comes with ovita."""
+    with as_file(files("ovita") / "data" / "tabletop.json") as path:
+        return load_task(str(path))
+
+
+def writer_from(options: dict[str, Any]) -> PolicyWriter:
+    """The writer that the options name."""
+    return writer_named(options["writer"], base_url=options["base_url"], temperature=options.get("temperature", 0.1))
+
+
+def names_in(text: str | None) -> tuple[str, ...]:
+    """The names in a list with commas."""
+    return tuple(name.strip() for name in (text or "").split(",") if name.strip())
+
+
 def robot_from(task: Task, robot: str | None, max_speed: float | None) -> Robot:
     """The robot chosen on the command line, else the scene's, else none."""
     if robot == "scene":
@@ -170,7 +207,12 @@ def robot_from(task: Task, robot: str | None, max_speed: float | None) -> Robot:
         chosen = limits.apply(own_robot(task)[0])
     else:
         chosen = load_robot(robot) if robot else own_robot(task)[0]
-    return chosen if max_speed is None else replace(chosen, max_speed=max_speed)
+    return slowed(chosen, max_speed)
+
+
+def slowed(robot: Robot, max_speed: float | None) -> Robot:
+    """The robot with another highest speed [m/s], where one is given."""
+    return robot if max_speed is None else replace(robot, max_speed=max_speed)
 
 
 def own_robot(task: Task) -> tuple[Robot, tuple[str, ...]]:
@@ -345,3 +387,21 @@ def waiting(what: str, *, quiet: bool = False) -> Iterator[Progress]:
 
     with Console(stderr=True).status(Text(what)) as status:
         yield lambda text: status.update(Text(text))
+
+
+def counting() -> Callable[[str, bool], None]:
+    """A function that shows how far something is: on one line of a terminal, else on a line now and then.
+
+    It is told so in words, and whether this is the last word, which is always shown.
+    """
+    live, shown = sys.stderr.isatty(), time.monotonic()
+
+    def show(text: str, last: bool) -> None:
+        nonlocal shown
+        if live:
+            click.echo(f"\r\x1b[K{text}", err=True, nl=last)
+        elif last or time.monotonic() - shown >= EVERY:
+            shown = time.monotonic()
+            click.echo(text, err=True)
+
+    return show

@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, TypeVar
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from typing import Any
 
 import click
 
+from ovita.cli.common import together
 from ovita.errors import RequestError
 from ovita.io import Choices, Task, is_address
 from ovita.io.bags import load_joint_motion
-from ovita.io.joint_states import STATE_TOPIC, joint_state
+from ovita.io.controllers import STATE_TOPIC, joint_state
 from ovita.io.links import Address
 from ovita.io.messages import JointMotion
 from ovita.paths.frame import Frame
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
-
-F = TypeVar("F", bound=Callable[..., Any])
 
 TIP = click.option("--tip", metavar="NAME", help="Site or link of the arm that follows the path. [the robot file's]")
 IGNORED = click.option(
@@ -29,7 +28,7 @@ IGNORED = click.option(
     metavar="LINK,LINK",
     help="Two links of the arm that may touch each other; may be repeated. Neighbours may anyway.",
 )
-_OPTIONS = (
+arm_options = together(
     click.option("--arm", metavar="NAME|FILE", help="Kinematic model for joints: iiwa, or a .toml, .urdf or .xml."),
     click.option(
         "--base",
@@ -58,21 +57,15 @@ _OPTIONS = (
         "--approach", is_flag=True, help="Plan a slow way from where the arm is to the start, and put it first."
     ),
 )
-
-
-def arm_options(function: F) -> F:
-    """Add the options on an arm and its joints to a command."""
-    for option in reversed(_OPTIONS):
-        function = option(function)
-    return function
+"""The options on an arm and its joints."""
 
 
 @dataclass(frozen=True)
 class ArmChoice:
     """What was chosen of an arm: its model, its place, its joints' names, and how its start is checked."""
 
-    arm: str | None
-    base: str | None
+    arm: str | None = None
+    base: str | None = None
     tip: str | None = None
     ignored: tuple[str, ...] = ()
     joint_names: str | None = None
@@ -87,7 +80,7 @@ class ArmChoice:
         Raises:
             RequestError: If one of them says something of an arm that is not named.
         """
-        names = ("arm", "base", "tip", "ignored", "joint_names", "joint_state", "start_tolerance", "approach")
+        names = [item.name for item in fields(cls)]
         chosen = cls(**{name: options.pop(name) for name in names})
         if chosen.arm is None:
             for name in names[1:]:
@@ -199,7 +192,12 @@ def tool_task(file: str, chosen: ArmChoice, choices: Choices, frame: str | None)
     from ovita.sim import Base
     from ovita.sim.joints import tool_path
 
-    motion, notes = _live_joints(file, choices) if is_address(file) else (load_joint_motion(file, choices), ())
+    if is_address(file):
+        from ovita.io.ros2 import receive_joints
+
+        motion, notes = receive_joints(Address.parse(file), choices)
+    else:
+        motion, notes = load_joint_motion(file, choices), ()
     base = None if chosen.base is None else Base.parse(chosen.base)
     path = tool_path(motion, chosen.model(), base=base, names=chosen.joint_names)
     axes = motion.frame if frame is None else Frame(frame)
@@ -207,9 +205,3 @@ def tool_task(file: str, chosen: ArmChoice, choices: Choices, frame: str | None)
     if base is None:
         said += "; they begin at the arm's own base, since --base does not say where it stands"
     return Task(path, Scene(frame=axes), path=file, notes=(*notes, said), fixed_frame=True)
-
-
-def _live_joints(place: str, choices: Choices) -> tuple[JointMotion, tuple[str, ...]]:
-    from ovita.io.ros2 import receive_joints
-
-    return receive_joints(Address.parse(place), choices)

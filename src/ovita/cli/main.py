@@ -26,7 +26,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "convert": ("ovita.cli.transfer_:convert", "Convert a trajectory: ROS bags, drone missions, TUM, CSV, JSON."),
     "demo": ("ovita.cli.adapt_:demo", "Adapt a shipped scene three times and save the pictures."),
     "explain": ("ovita.cli.adapt_:explain", "Explain a result in plain words."),
-    "gate": ("ovita.cli.gate_:group", "The log of what was sent, and keys that sign results."),
+    "gate": ("ovita.cli.transfer_:gate", "The log of what was sent, and keys that sign results."),
     "generate": (
         "ovita.cli.skills_:generate",
         "Generate a trajectory of a skill: other ends, via-points, moved objects.",
@@ -36,7 +36,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "perceive": ("ovita.cli.perceive_:command", "Find the things in pictures with depth; write a scene."),
     "plan": ("ovita.cli.plan_:command", "Plan a trajectory from place to place."),
     "plot": ("ovita.cli.adapt_:plot", "Draw a result or a scene: PNG, SVG, PDF, or an interactive page."),
-    "plugins": ("ovita.cli.plugins_:command", "List what other packages add: writers, robots, formats and more."),
+    "plugins": ("ovita.cli.models_:plugins", "List what other packages add: writers, robots, formats and more."),
     "policy": ("ovita.cli.policy_:group", "Check or run policy files in the sandbox."),
     "read": ("ovita.cli.read_:command", "Show how a sentence is understood, reader by reader."),
     "ros": ("ovita.cli.ros_:group", "Look at ROS 2's topics, with or without a ROS installation."),
@@ -45,7 +45,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "simulate": ("ovita.cli.simulate_:command", "Let a robot follow a result or a trajectory in simulation; video."),
     "study": ("ovita.cli.study_:group", "Let people judge results, blinded and balanced; analyse what they say."),
     "studio": ("ovita.cli.sessions_:studio", "See it, say it, turn the knobs, in the browser."),
-    "tour": ("ovita.cli.tour_:command", "Show in five steps what ovita does."),
+    "tour": ("ovita.cli.adapt_:tour", "Show in five steps what ovita does."),
 }
 
 

@@ -1,13 +1,15 @@
-"""`ovita models`: small language models that run on this machine."""
+"""`ovita models` and `ovita plugins`: what can be added, language models that run here and other packages."""
 
 from __future__ import annotations
 
 import time
-from importlib.resources import as_file, files
 
 import click
 
-from ovita.cli.main import GuessingGroup
+import ovita.plugins as plugin
+from ovita.cli.common import plain
+from ovita.cli.main import EXIT_INPUT, GuessingGroup
+from ovita.errors import OvitaError
 from ovita.writers.base import MODEL_VARIABLE
 from ovita.writers.models import catalogue as models
 
@@ -75,14 +77,12 @@ def test(name: str, time_limit: float, threads: int | None) -> None:
     NAME may also be a file that ends in .gguf. Says what the model wrote and how long it took.
     """
     from ovita.chain import adapt
-    from ovita.cli.common import EXIT_OF, plain, waiting
-    from ovita.io import load_task
+    from ovita.cli.common import EXIT_OF, shipped_task, waiting
     from ovita.request import Request
     from ovita.writers.models.local import LocalWriter
 
     writer = LocalWriter(name, temperature=0.0, threads=threads)
-    with as_file(files("ovita") / "data" / "tabletop.json") as path:
-        task = load_task(str(path))
+    task = shipped_task()
     started = time.monotonic()
     with waiting(f"{name} is loading") as tell:
         request = Request(TEST_INSTRUCTION, task.trajectory, task.scene)
@@ -90,8 +90,7 @@ def test(name: str, time_limit: float, threads: int | None) -> None:
     click.echo(f"{TEST_INSTRUCTION}\n")
     if result.code:
         click.echo(plain(result.code.rstrip()) + "\n")
-    ran = result.usable
-    click.echo(f"policy    {'ran' if ran else 'did not run'}: {plain(result.message)}")
+    click.echo(f"policy    {'ran' if result.usable else 'did not run'}: {plain(result.message)}")
     click.echo(f"answers   {result.attempts}")
     click.echo(
         f"time      {time.monotonic() - started:.1f} s in all, {_seconds(writer.ready_seconds)} of it to get ready"
@@ -108,3 +107,29 @@ def test(name: str, time_limit: float, threads: int | None) -> None:
 
 def _seconds(seconds: float) -> str:
     return f"{seconds:.1f} s"
+
+
+@click.command()
+def plugins() -> None:
+    """List what other packages add to ovita, and import each of it; exit code 2 if one fails.
+
+    A plug-in is a package with entry points such as ovita.writers; docs/plugins.md has a whole one.
+    """
+    found = [(kind, name) for kind in plugin.KINDS for name in plugin.entries(kind)]
+    if not found:
+        click.echo(f"No installed package adds {', '.join(plugin.KINDS[:-1])} or {plugin.KINDS[-1]}.")
+    failed = [_state(kind, name) for kind, name in found]
+    if any(failed):
+        raise SystemExit(EXIT_INPUT)
+
+
+def _state(kind: str, name: str) -> bool:
+    """Print one line about an entry point; whether it fails."""
+    entry, problem = plugin.entries(kind)[name], ""
+    try:
+        plugin.load(kind, name)
+    except OvitaError as error:
+        problem = str(error)
+    said = problem or f"from {plugin.origin(entry)} ({entry.value})"
+    click.echo(plain(f"{kind:11} {entry.name:14} {said}"))
+    return bool(problem)

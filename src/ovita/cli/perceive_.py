@@ -8,20 +8,18 @@ from typing import Any
 
 import click
 
-from ovita.cli.common import plain, section, show_notes, waiting
+from ovita.cli.common import EXIT_NOTHING, FRAMES, names_in, plain, section, show_notes, waiting
 from ovita.errors import FormatError, RequestError
 from ovita.io import atomic_write, load_scene, scene_dict
 from ovita.io.json_ import dumps
 from ovita.paths.scene import Scene, SceneObject
 from ovita.perceive import Perceived, perceive, regions
 from ovita.perceive.assemble import perceive_clouds
-from ovita.perceive.detectors import detector_named
+from ovita.perceive.detect import detector_named
 from ovita.perceive.recordings import Recorded, RecordingChoices, load_mount
 from ovita.perceive.sources import gathered
-from ovita.perceive.update import SceneUpdate, impact, update
+from ovita.perceive.update import impact, update
 from ovita.result import Adaptation
-
-EXIT_NOTHING = 3
 
 
 @click.command()
@@ -30,9 +28,7 @@ EXIT_NOTHING = 3
 @click.option("--camera", metavar="FILE", help="Intrinsics and pose of loose pictures. [camera.json in each folder]")
 @click.option("--names", metavar="A,B", help="What you call the things: 'red cup, ball', or 'cup=red, bin=blue box'.")
 @click.option("--text", default="", help="What you say about the scene; it becomes its environment.")
-@click.option(
-    "--frame", type=click.Choice(["rfu", "flu", "ned"]), default="flu", show_default=True, help="Of the camera's world."
-)
+@click.option("--frame", type=FRAMES, default="flu", show_default=True, help="Of the camera's world.")
 @click.option(
     "--plane",
     default="auto",
@@ -82,20 +78,11 @@ def command(
     places: tuple[str, ...],
     out: str | None,
     camera: str | None,
-    names: str | None,
-    text: str,
-    frame: str,
-    plane: str,
-    detector: str,
-    base_url: str | None,
-    boxes: str | None,
-    without: tuple[str, ...],
-    crop: str | None,
     old: str | None,
     result: str | None,
     picture: str | None,
     as_json: bool,
-    **recorded: Any,
+    **given: Any,
 ) -> None:
     """Find the things in PICTUREs with depth, and where they are: centre, size and orientation.
 
@@ -111,6 +98,7 @@ def command(
     Exit code 3 where nothing was found, or nothing for one of the names.
     """
     _check(out, picture)
+    plane, detector = given["plane"], given["detector"]
     level = plane if plane in ("auto", "none") else _height(plane)
     if result and not old:
         raise RequestError("--result goes with --update SCENE, the scene that the path was adapted in")
@@ -118,11 +106,11 @@ def command(
     if before is not None and old is not None and not before.objects:
         raise FormatError(old, "holds no objects to compare with; name the scene of an earlier look")
     adapted = None if result is None else Adaptation.load(result)
-    leave = _Leave.of(without, crop)
-    finder = detector_named(detector, frame=frame, base_url=base_url, boxes=boxes)
+    leave = _Leave.of(given["without"], given["crop"])
+    finder = detector_named(detector, **{name: given[name] for name in ("frame", "base_url", "boxes")})
     with waiting("looking", quiet=as_json):
-        there = leave.out_of(gathered(places, camera=camera, choices=_choices(recorded)))
-        options: dict[str, Any] = {"names": _listed(names), "text": text, "frame": frame, "plane": level}
+        there = leave.out_of(gathered(places, camera=camera, choices=_choices(given)))
+        options = {"names": names_in(given["names"]), "text": given["text"], "frame": given["frame"], "plane": level}
         if there.views:
             seen = perceive(there.views, detector=finder, **options)
         elif finder is None:
@@ -132,14 +120,21 @@ def command(
     seen = regions.without(seen, leave.names)
     change = None if before is None else update(before, seen.scene, there.views)
     seen = seen if change is None else replace(seen, scene=change.scene)
-    written = _write(seen, out)
+    written = []
+    if out is not None:
+        atomic_write(out, dumps(document(seen.scene), out))
+        written.append(out)
     if picture:
         written += _draw(picture, there, seen)
     if as_json:
         click.echo(dumps(document(seen.scene), "the scene").rstrip())
     else:
-        _show(seen)
-        _show_change(change, adapted)
+        click.echo(plain(seen.environment or "Nothing was found."))
+        section("Objects", [_line(item) for item in seen.scene])
+        if change is not None:
+            section("Since the last look", change.sentences())
+        if change is not None and adapted is not None:
+            section("The path", impact(adapted, change.scene).sentences())
     show_notes((*there.notes, *seen.notes, *(f"not taken: {each}" for each in (*seen.refused, *seen.missing))))
     if not as_json:
         for path in written:
@@ -159,7 +154,7 @@ class _Leave:
     def of(cls, without: tuple[str, ...], crop: str | None) -> _Leave:
         """From the options."""
         read = [(text, regions.region_from(text, "--without")) for text in without]
-        names = tuple(part for text, region in read if region is None for part in _listed(text))
+        names = tuple(part for text, region in read if region is None for part in names_in(text))
         inside = None if crop is None else regions.region_from(crop, "--crop", flat=True)
         if crop is not None and inside is None:
             raise RequestError(f"--crop {crop}: give four numbers, x0,y0,x1,y1 in pixels")
@@ -185,28 +180,18 @@ def _check(out: str | None, picture: str | None) -> None:
 
 
 def _choices(given: dict[str, Any]) -> RecordingChoices:
-    """What was chosen of topics, times and frames."""
     mount = None if given["pose"] is None else load_mount(given["pose"])
     topics = {key: given[key] for key in ("rgb", "depth", "cloud", "at", "camera_frame", "world_frame")}
     return RecordingChoices(**topics, mount=mount)
 
 
 def _draw(picture: str, there: Recorded, seen: Perceived) -> list[str]:
-    """Draw what was found over the first view."""
     if not there.views:
         raise FormatError(picture, "a point cloud is no picture to draw over; leave --picture out")
-    from ovita.perceive.overlay import overlay
+    from ovita.perceive.pointed import overlay
 
     atomic_write(picture, overlay(there.views[0], seen.scene))
     return [picture]
-
-
-def _show_change(change: SceneUpdate | None, path: Adaptation | None) -> None:
-    """Print what moved, came and went, and what that means for a path."""
-    if change is not None:
-        section("Since the last look", change.sentences())
-    if change is not None and path is not None:
-        section("The path", impact(path, change.scene).sentences())
 
 
 def _height(plane: str) -> float:
@@ -216,26 +201,9 @@ def _height(plane: str) -> float:
         raise RequestError(f"--plane {plane}: say auto, none, or a height in metres") from None
 
 
-def _listed(names: str | None) -> tuple[str, ...]:
-    return tuple(part.strip() for part in (names or "").split(",") if part.strip())
-
-
 def document(scene: Scene) -> dict[str, object]:
     """A scene as a document that always states its frame."""
     return {**scene_dict(scene), "frame": scene.frame.name}
-
-
-def _write(seen: Perceived, out: str | None) -> list[str]:
-    if out is None:
-        return []
-    atomic_write(out, dumps(document(seen.scene), out))
-    return [out]
-
-
-def _show(seen: Perceived) -> None:
-    """Print what was found."""
-    click.echo(plain(seen.environment or "Nothing was found."))
-    section("Objects", [_line(item) for item in seen.scene])
 
 
 def _line(item: SceneObject) -> str:

@@ -8,18 +8,14 @@ from typing import Any
 
 import click
 
-from ovita.cli.common import EXIT_OF, plain, robot_from, show_notes, waiting
+from ovita.cli.common import EXIT_OF, EXIT_REFUSED, FRAME, bare_task, in_frame, plain, robot_from, show_notes, waiting
 from ovita.errors import RequestError
 from ovita.io import Task, load_robot, load_scene, save_task
 from ovita.io.documents import plain as as_json_value
-from ovita.paths.frame import Frame
 from ovita.paths.scene import Scene
-from ovita.paths.trajectory import standing_still
 from ovita.result import Adaptation
 from ovita.sources.planner import PLANNERS, TIME_LIMIT, WAYPOINTS, Plan, plan
 from ovita.sources.words import from_words
-
-EXIT_INFEASIBLE = 4
 
 
 @click.command()
@@ -36,25 +32,9 @@ EXIT_INFEASIBLE = 4
 @click.option("--speed", type=float, metavar="M/S", help="On the way. [half of the robot's highest]")
 @click.option("--seed", type=int, default=0, show_default=True, help="Of planners that sample.")
 @click.option("--time-limit", type=float, default=TIME_LIMIT, show_default=True, metavar="SECONDS")
-@click.option(
-    "--frame", type=click.Choice(["rfu", "flu", "ned"]), help="Which way is left. [default: the scene's, else rfu]"
-)
+@FRAME
 @click.option("--json", "as_json", is_flag=True, help="Print the outcome as JSON.")
-def command(
-    scene: str,
-    start: str,
-    goal: str,
-    via: tuple[str, ...],
-    planner: str,
-    robot: str,
-    out: str | None,
-    waypoints: int,
-    speed: float | None,
-    seed: int,
-    time_limit: float,
-    frame: str | None,
-    as_json: bool,
-) -> None:
+def command(scene: str, robot: str, out: str | None, frame: str | None, as_json: bool, **options: Any) -> None:
     """Plan a trajectory in SCENE, a JSON file with objects, from place to place within a robot's limits.
 
     A PLACE is an object ("box"), a place at one ("above the box", "0.1 m left of the cup", "between the posts"), or
@@ -63,30 +43,16 @@ def command(
     Planners: limits (moves the straight way around obstacles; quick), rrt_connect and rrt_star (sampling, extra
     planning), mpc (what a rover or drone would really drive), joint (all joints of an arm, extras planning and sim).
     """
-    surroundings, _ = load_scene(scene)
-    if frame is not None:
-        surroundings = replace(surroundings, frame=Frame(frame))
-    with waiting(f"{planner} plans", quiet=as_json) as tell:
-        found = plan(
-            surroundings,
-            start=start,
-            goal=goal,
-            via=via,
-            robot=load_robot(robot),
-            planner=planner,
-            waypoints=waypoints,
-            speed=speed,
-            seed=seed,
-            time_limit=time_limit,
-            progress=tell,
-        )
+    surroundings = in_frame(load_scene(scene)[0], frame)
+    with waiting(f"{options['planner']} plans", quiet=as_json) as tell:
+        found = plan(surroundings, robot=load_robot(robot), progress=tell, **options)
     lost: tuple[str, ...] = ()
     if out and found.ok:
         task = replace(found.task(None if robot == "none" else robot), path=scene)
         lost = save_task(out, task)
     _tell(found, out, as_json)
     show_notes(lost)
-    raise SystemExit(0 if found.ok else EXIT_INFEASIBLE)
+    raise SystemExit(0 if found.ok else EXIT_REFUSED)
 
 
 def generated(
@@ -103,16 +69,13 @@ def generated(
 
     A question, or a way that cannot be, is told and ends the command.
     """
-    scene, named, own = bare
-    if options["frame"] is not None:
-        scene = replace(scene, frame=Frame(options["frame"]))
-    text = own if instruction is None else instruction
+    known = bare_task(bare, file, options["frame"])
+    text = known.instruction if instruction is None else instruction
     if not text.strip():
         raise RequestError(f"{file} has no trajectory: say from where to where, ovita adapt {file} 'from A to B'")
-    known = Task(standing_still(), scene, path=file, robot=named)
     robot = robot_from(known, options["robot"], options["max_speed"])
     with waiting(f"{planner} plans", quiet=as_json) as tell:
-        made = from_words(text, scene, robot, planner=planner, progress=tell, **stages)
+        made = from_words(text, known.scene, robot, planner=planner, progress=tell, **stages)
     if made.adaptation is None or made.plan is None:
         if as_json:
             click.echo(json.dumps({"status": made.status, "instruction": text, "message": made.message}))
@@ -134,7 +97,6 @@ def _tell(found: Plan, out: str | None, as_json: bool) -> None:
 
 
 def _document(found: Plan) -> dict[str, object]:
-    """The outcome for machines."""
     path = found.trajectory
     return {
         "ok": found.ok,

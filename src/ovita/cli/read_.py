@@ -5,13 +5,12 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import asdict
-from importlib.resources import as_file, files
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from ovita.cli.common import plain
-from ovita.io import Task, load_task, open_task
+from ovita.cli.common import plain, shipped_task
+from ovita.io import open_task
 from ovita.text import quoted
 
 if TYPE_CHECKING:
@@ -42,7 +41,7 @@ def command(utterance: str, scene_file: str | None, before: str, as_json: bool) 
     from ovita.instruct.chunks import chunks
     from ovita.instruct.referee import understand
 
-    task = _task(scene_file)
+    task = shipped_task() if scene_file is None else open_task(scene_file)
     earlier = notation.parse(before, task.scene.names)
     verdict = understand(utterance, task.scene, task.trajectory, earlier)
     said, _ = chunks(utterance, task.scene, task.trajectory.positions)
@@ -53,17 +52,10 @@ def command(utterance: str, scene_file: str | None, before: str, as_json: bool) 
         return
     click.echo(plain("Words     " + "  ".join(f"{word['text']} [{word['class']}]" for word in words)))
     for name, reading in (("Rules", verdict.rules), ("Learned", verdict.learned)):
-        click.echo(plain(f"{name:8}  " + ("is not there" if reading is None else line(reading))))
+        click.echo(plain(f"{name:8}  " + ("was not asked, or is not there" if reading is None else line(reading))))
     click.echo(plain(f"Verdict   {OUTCOMES[verdict.outcome]}, by {verdict.by} ({verdict.confidence:.2f})"))
     for text in _reasons(verdict):
         click.echo(plain(f"          {text}"))
-
-
-def _task(scene_file: str | None) -> Task:
-    if scene_file is not None:
-        return open_task(scene_file)
-    with as_file(files("ovita") / "data" / "tabletop.json") as path:
-        return load_task(str(path))
 
 
 def line(reading: Reading) -> str:

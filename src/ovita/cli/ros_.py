@@ -3,28 +3,19 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Any
 
 import click
 
-from ovita.cli.common import BASE_URL, ISOLATION, WRITER, plain
+from ovita.cli.common import BASE_URL, ISOLATION, WRITER, plain, together, writer_from
 from ovita.io import load_robot, load_scene
 from ovita.io.links import Address
 
-F = TypeVar("F", bound=Callable[..., Any])
-
-_BUS = (
+on_bus = together(
     click.option("--domain", type=click.IntRange(0, 232), help="The DDS domain. [ROS_DOMAIN_ID, else 0]"),
     click.option("--local", is_flag=True, help="Stay on this machine."),
 )
-
-
-def on_bus(function: F) -> F:
-    """Add the options that say which bus is meant."""
-    for option in reversed(_BUS):
-        function = option(function)
-    return function
+"""The options that say which bus is meant."""
 
 
 def address_of(topic: str, domain: int | None, local: bool, **more: float) -> Address:
@@ -82,14 +73,7 @@ def echo(topic: str, count: int, timeout: float, domain: int | None, local: bool
 @ISOLATION
 @on_bus
 def serve(
-    name: str,
-    scene_file: str | None,
-    robot: str,
-    writer: str,
-    base_url: str | None,
-    isolation: Any,
-    domain: int | None,
-    local: bool,
+    name: str, scene_file: str | None, robot: str, isolation: Any, domain: int | None, local: bool, **options: Any
 ) -> None:
     """Adapt paths as a node: /NAME/path and /NAME/instruction in, /NAME/adapted and /NAME/status out.
 
@@ -97,8 +81,7 @@ def serve(
     the status, and taken when the next instruction says yes. docs/howto.md shows a node that asks.
     """
     from ovita.serve.ros import PathNode, serve
-    from ovita.writers.base import writer_named
 
     scene = load_scene(scene_file) if scene_file else None
-    node = PathNode(scene, load_robot(robot), writer_named(writer, base_url=base_url, temperature=0.1), isolation)
+    node = PathNode(scene, load_robot(robot), writer_from(options), isolation)
     serve(address_of(name, domain, local), node, lambda text: click.echo(f"{text}; Ctrl-C ends it"))

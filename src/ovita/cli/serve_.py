@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import click
 
-from ovita.cli.common import BASE_URL, ISOLATION, WRITER
+from ovita.cli.common import BASE_URL, ISOLATION, WRITER, together, writer_from
 from ovita.errors import RequestError
 from ovita.io import is_address, load_robot
 from ovita.paths.robot import PRESETS, Robot
@@ -17,13 +16,10 @@ from ovita.policy.sandbox import known_isolation
 from ovita.serve import protocol
 from ovita.serve.access import AccessRules, AuditLog, BearerTokens, HostNames, default_folder
 from ovita.serve.application import Application
-from ovita.writers.base import writer_named
-
-F = TypeVar("F", bound=Callable[..., Any])
 
 _FOLDER = click.Path(exists=True, file_okay=False, path_type=Path)
 _DEFAULTS = AccessRules()
-_OPTIONS = (
+ruled = together(
     click.option("--folder", "folders", type=_FOLDER, multiple=True, help="Files below it may be read. [none]"),
     click.option("--save-to", "outputs", type=_FOLDER, multiple=True, help="New files may be saved below it. [none]"),
     click.option("--robot", "robots", metavar="NAME|FILE", multiple=True, help="A robot that may be chosen. [presets]"),
@@ -34,9 +30,11 @@ _OPTIONS = (
         multiple=True,
         help="Exactly where results may be sent once a person agrees, such as ros2:/plan. [nowhere]",
     ),
-    click.option("--max-waypoints", type=click.IntRange(2), default=_DEFAULTS.waypoints, show_default=True),
     click.option(
-        "--max-tasks", type=click.IntRange(1), default=_DEFAULTS.tasks, show_default=True, help="Of an owner."
+        "--max-waypoints", "waypoints", type=click.IntRange(2), default=_DEFAULTS.waypoints, show_default=True
+    ),
+    click.option(
+        "--max-tasks", "tasks", type=click.IntRange(1), default=_DEFAULTS.tasks, show_default=True, help="Of an owner."
     ),
     click.option(
         "--idle-minutes",
@@ -47,6 +45,7 @@ _OPTIONS = (
     ),
     click.option(
         "--max-request",
+        "request_bytes",
         type=click.IntRange(1_000),
         default=_DEFAULTS.request_bytes,
         show_default=True,
@@ -62,17 +61,10 @@ _OPTIONS = (
     BASE_URL,
     ISOLATION,
 )
-
-
-def ruled(function: F) -> F:
-    """Add the options that say what clients may reach."""
-    for option in reversed(_OPTIONS):
-        function = option(function)
-    return function
+"""The options that say what clients may reach."""
 
 
 def _application(given: dict[str, Any]) -> Application:
-    """The application that the options describe."""
     protocol.require()
     for place in given["places"]:
         if not is_address(place) and not Path(place).is_absolute():
@@ -81,19 +73,15 @@ def _application(given: dict[str, Any]) -> Application:
         folders=tuple(folder.resolve() for folder in given["folders"]),
         outputs=tuple(folder.resolve() for folder in given["outputs"]),
         robots=_robots(given["robots"]),
-        places=given["places"],
-        waypoints=given["max_waypoints"],
-        tasks=given["max_tasks"],
         idle=given["idle_minutes"] * 60.0,
-        request_bytes=given["max_request"],
-        rate=given["rate"],
+        **{name: given[name] for name in ("places", "waypoints", "tasks", "request_bytes", "rate")},
     )
     folder = given["sessions"] or default_folder() / "tasks"
     return Application(
         rules,
         folder,
         AuditLog(given["audit"] or folder.parent / "audit.jsonl"),
-        writer_named(given["writer"], base_url=given["base_url"], temperature=0.1),
+        writer_from(given),
         known_isolation(given["isolation"]),
         given["sent_log"],
     )

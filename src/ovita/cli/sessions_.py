@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import shlex
-from collections.abc import Callable
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from difflib import get_close_matches
 from pathlib import Path
@@ -17,7 +21,7 @@ from ovita.cli.common import (
     ISOLATION,
     LABELS,
     WRITER,
-    choices_from,
+    bare_task,
     constraints_from,
     literal,
     notes_on,
@@ -27,21 +31,19 @@ from ovita.cli.common import (
     shared,
     show,
     show_notes,
+    task_at,
     waiting,
+    writer_from,
 )
-from ovita.cli.line import Keeper, at_a_terminal, completed, lines
 from ovita.dialogue.session import Session
 from ovita.errors import OvitaError, RequestError
-from ovita.io import WRITTEN, Task, load_bare, load_robot, open_task, save_trajectory, writable
-from ovita.limits import ConstraintOptions
-from ovita.paths.frame import Frame
-from ovita.paths.robot import Robot
-from ovita.paths.trajectory import Trajectory, standing_still
+from ovita.io import WRITTEN, load_bare, load_robot, save_trajectory, writable
+from ovita.io.files import make_folder, state_folder
+from ovita.paths.trajectory import Trajectory
 from ovita.policy.sandbox import known_isolation
 from ovita.request import FeedbackOn
 from ovita.sources.words import begun
 from ovita.text import counted, point
-from ovita.writers.base import writer_named
 
 HELP = """Say what should change, then what is not right yet: "a bit more", "no, only near the cup", "undo the speed",
 "the other cup", "make it 0.3", "again", "start over". What you say is about the current trajectory; begin with a slash
@@ -76,12 +78,13 @@ def chat(file: str, journal: str | None, resume: bool, **options: Any) -> None:
 
     Where FILE holds objects and no trajectory, the first sentence makes one: "from the box to the plate, slowly".
     """
-    task = _task_or_scene(file, options)
+    bare = load_bare(file) if options["scene_file"] is None else None
+    task = task_at(file, options) if bare is None else bare_task(bare, file, options["frame"])
     session = Session(
         task.trajectory,
         task.scene,
         robot_from(task, options["robot"], options["max_speed"]),
-        writer_named(options["writer"], base_url=options["base_url"], temperature=options["temperature"]),
+        writer_from(options),
         constraints_from(options),
         options["isolation"],
     )
@@ -136,17 +139,6 @@ def _candidates(session: Session, begun: str) -> list[str]:
     """What the end of a line may become."""
     knobs = [parameter.name for parameter in session.adaptation.parameters] if session.adaptation else []
     return completed(begun, COMMANDS, session.scene.names, knobs)
-
-
-def _task_or_scene(file: str, options: dict[str, Any]) -> Task:
-    """The task of a file; of one with objects and no trajectory, its scene with a path that stands still."""
-    bare = load_bare(file) if options["scene_file"] is None else None
-    if bare is None:
-        return open_task(file, scene_file=options["scene_file"], frame=options["frame"], choices=choices_from(options))
-    scene, robot, instruction = bare
-    if options["frame"] is not None:
-        scene = replace(scene, frame=Frame(options["frame"]))
-    return Task(standing_still(), scene, instruction, path=file, robot=robot)
 
 
 def _obey(session: Session, line: str) -> bool:
@@ -216,8 +208,6 @@ def _last(session: Session) -> Any:
 
 
 def _plot(session: Session, rest: str) -> None:
-    from dataclasses import replace
-
     from ovita.cli.adapt_ import draw
 
     path = rest or "ovita.png"
@@ -261,6 +251,149 @@ COMMANDS = tuple(sorted({"quit", "original", "current", "resume", *_WORDS, *_DEE
 """What may follow a slash."""
 
 
+MOST_LINES = 1000
+"""Lines of history that are kept."""
+
+MOST_TALKS = 20
+"""Talks about one file that are kept."""
+
+Candidates = Callable[[str], Sequence[str]]
+"""What the end of a line may become: given the line, whole replacements for its last word."""
+
+
+def at_a_terminal() -> bool:
+    """Whether a person types: only then is there a history, and every talk kept."""
+    return sys.stdin.isatty()
+
+
+def lines(candidates: Candidates) -> Iterator[str]:
+    """The lines that are typed or piped in, without blank ones."""
+    with _edited(candidates):
+        while True:
+            try:
+                line = input("> ").strip()
+            except EOFError:
+                click.echo()
+                return
+            except KeyboardInterrupt:
+                click.echo("\n/save FILE keeps the result, /quit leaves.")
+                continue
+            if line:
+                yield line
+
+
+@contextmanager
+def _edited(candidates: Candidates) -> Iterator[None]:
+    """Arrows, history and completion while the block runs, where there is a terminal and readline."""
+    history = _prepared(candidates) if at_a_terminal() else None
+    try:
+        yield
+    finally:
+        if history is not None:
+            _write_history(history)
+
+
+def _prepared(candidates: Candidates) -> Path | None:
+    """Set readline up; the file that its history goes to, if there can be one."""
+    try:
+        import readline
+    except ImportError:
+        return None
+
+    def offer(text: str, i: int) -> str | None:
+        found = candidates(readline.get_line_buffer()[: readline.get_endidx()])
+        return found[i] if i < len(found) else None
+
+    readline.set_completer(offer)
+    readline.set_completer_delims(" \t")
+    editline = "libedit" in (readline.__doc__ or "")
+    readline.parse_and_bind("bind ^I rl_complete" if editline else "tab: complete")
+    readline.set_history_length(MOST_LINES)
+    readline.clear_history()
+    with suppress(OvitaError, OSError):
+        history = make_folder(state_folder(), mode=0o700) / "chat_history"
+        with suppress(FileNotFoundError):
+            readline.read_history_file(history)
+        return history
+    return None
+
+
+def _write_history(history: Path) -> None:
+    import readline
+
+    readline.set_completer(None)
+    with suppress(OSError):
+        history.touch(mode=0o600)  # so that it is never anybody else's to read
+        readline.write_history_file(history)
+
+
+def completed(line: str, commands: Sequence[str], names: Sequence[str], knobs: Sequence[str]) -> list[str]:
+    """What the last word of a line may become: a command, a knob to set, a file, or the rest of an object's name.
+
+    Args:
+        line: Up to the cursor.
+        commands: Without their slash.
+        names: Of objects; one may have several words.
+        knobs: That /set turns.
+    """
+    _, space, last = line.rpartition(" ")
+    command = line[1:].partition(" ")[0] if line[:1] in ("/", ":") else ""
+    if command and not space:
+        return [f"{line[0]}{word} " for word in commands if word.startswith(command)]
+    if line in ("/", ":"):
+        return [f"{line}{word} " for word in commands]
+    if command == "set":
+        return [f"{name}=" for name in knobs if name.startswith(last)]
+    if command in ("save", "plot"):
+        return _files(last)
+    return [found for name in names if (found := _rest(line, name, last))]
+
+
+def _rest(line: str, name: str, last: str) -> str:
+    """The last word of a line with what is missing of a name that the line ends with the beginning of; else ""."""
+    for size in range(len(name) - 1, 0, -1):
+        begun = line[-size:].lower() == name[:size].lower() and line[-size - 1 : -size] in ("", " ")
+        if begun:
+            return last + name[size:]
+    return ""
+
+
+def _files(text: str) -> list[str]:
+    folder, name = os.path.split(text)
+    with suppress(OSError):
+        found = [entry for entry in os.scandir(folder or ".") if entry.name.startswith(name)]
+        return sorted(os.path.join(folder, entry.name) + os.sep * entry.is_dir() for entry in found)
+    return []
+
+
+class Keeper:
+    """Keeps the talk about a file in a journal of its own from its first turn on, and knows the talk before it.
+
+    Args:
+        file: That is talked about.
+    """
+
+    def __init__(self, file: str) -> None:
+        place = os.path.realpath(file)
+        stem = "".join(c if c.isalnum() else "-" for c in Path(file).stem)[:40]
+        self.mark = f"{stem}-{hashlib.sha256(place.encode('utf-8', 'surrogateescape')).hexdigest()[:12]}"
+        self.folder = make_folder(state_folder() / "chat", mode=0o700)
+        self.path = self.folder / f"{self.mark}-{time.time_ns()}.jsonl"
+        self.earlier = self._earlier()
+
+    def _earlier(self) -> Path | None:
+        """The last talk about the file; the oldest of many are deleted."""
+        found = sorted(self.folder.glob(f"{self.mark}-*.jsonl"))
+        for old in found[:-MOST_TALKS]:
+            old.unlink(missing_ok=True)
+        return found[-1] if found else None
+
+    def keep(self, session: Session) -> None:
+        """Begin the journal once something was said."""
+        if session.steps and not session.kept:
+            session.keep(str(self.path))
+
+
 @click.command()
 @click.argument("files", metavar="[FILE|FOLDER]...", nargs=-1)
 @click.option("--host", default="127.0.0.1", show_default=True, help="Address to listen on.")
@@ -282,27 +415,17 @@ COMMANDS = tuple(sorted({"quit", "original", "current", "resume", *_WORDS, *_DEE
 @click.option("--sessions", type=click.Path(path_type=Path), help="Folder where sessions are kept.")
 @ISOLATION
 def studio(
-    files: tuple[str, ...],
-    host: str,
-    port: int,
-    token: str,
-    writer: str,
-    base_url: str | None,
-    robot: str | None,
-    sessions: Path | None,
-    isolation: str,
+    files: tuple[str, ...], host: str, port: int, token: str, robot: str | None, sessions: Path | None, **options: Any
 ) -> None:
     """Adapt trajectories in the browser; begins with the first FILE, or with a shipped scene."""
     from ovita.studio import Studio, StudioSettings
     from ovita.studio.sessions import default_folder
 
-    limits = load_robot(robot) if robot else Robot.preset("none")
     template = Session(
         Trajectory([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], [0.1, 0.1]),
-        robot=limits,
-        writer=writer_named(writer, base_url=base_url, temperature=0.1),
-        constraints=ConstraintOptions(),
-        isolation=known_isolation(isolation),
+        robot=load_robot(robot or "none"),
+        writer=writer_from(options),
+        isolation=known_isolation(options["isolation"]),
     )
     server = Studio(StudioSettings(template, files, host, port, token, sessions or default_folder()))
     made = token == "auto"

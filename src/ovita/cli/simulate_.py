@@ -1,27 +1,33 @@
-"""`ovita simulate`: a robot follows the trajectories of a result, or of a scene."""
+"""`ovita simulate`: a robot follows the trajectories of a result or a scene; of all in a folder, with a table."""
 
 from __future__ import annotations
 
+import csv
+import io
 import json
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from functools import partial
+from pathlib import Path
 from typing import Any
 
 import click
 
 from ovita import sim
-from ovita.cli.common import ENGINE, EXIT_OF, choices_from, plain, show_notes, source, waiting
+from ovita.cli.common import ENGINE, EXIT_OF, plain, show_notes, source, task_at, together, waiting
 from ovita.cli.joints_ import IGNORED, TIP
-from ovita.errors import FormatError
-from ovita.io import is_adaptation, is_address, open_task
+from ovita.errors import FormatError, OvitaError, RequestError
+from ovita.io import READ, atomic_write, is_adaptation, is_address
+from ovita.io.files import suffix
 from ovita.paths.robot import Robot, preset_name
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 from ovita.result import Adaptation
-from ovita.workers import Engine
+from ovita.workers import Engine, shared
 
-_DISTURBED = (
+disturbed = together(
     click.option("--noise", type=float, default=0.0, metavar="M|RAD", help="Of measured places, standard deviation."),
     click.option("--rate-noise", type=float, default=0.0, metavar="M/S", help="Of measured speeds; rad/s of joints."),
     click.option("--delay", type=float, default=0.0, metavar="S", help="From the sensors to the actuators."),
@@ -31,13 +37,7 @@ _DISTURBED = (
     click.option("--gust", type=float, default=0.0, metavar="M/S", help="Standard deviation of the wind's changes."),
     click.option("--seed", type=int, default=0, metavar="N", help="Of noise and gusts."),
 )
-
-
-def disturbed(function: Any) -> Any:
-    """Add the options on what disturbs a simulated robot."""
-    for option in reversed(_DISTURBED):
-        function = option(function)
-    return function
+"""The options on what disturbs a simulated robot."""
 
 
 def disturbances_of(options: dict[str, Any]) -> sim.Disturbances:
@@ -96,8 +96,6 @@ def command(
     With --report, FILE is a folder; every trajectory and result in it is simulated, and the table says how each went.
     """
     if report is not None:
-        from ovita.cli.simulate_batch_ import simulate_all
-
         if video is not None or as_json:
             raise click.UsageError("--report simulates a whole folder; leave --video and --json out")
         sys.exit(simulate_all(file, report, jobs, engine, options))
@@ -169,7 +167,7 @@ def _read(
         return chosen, result.scene, result.robot, result.instruction, result.contacts
     if which == "adapted":
         raise FormatError(file, "is no result, so it has no adapted trajectory; adapt it first: ovita adapt ... --out")
-    task = open_task(file, scene_file=options["scene_file"], frame=options["frame"], choices=choices_from(options))
+    task = task_at(file, options)
     show_notes(task.notes)
     limits = Robot.preset(task.robot) if task.robot and preset_name(task.robot) in sim.STAND_INS else None
     return [("original", task.trajectory)], task.scene, limits, task.instruction, ()
@@ -196,3 +194,106 @@ def _bar(label: str, *, quiet: bool) -> Iterator[Callable[[float], None] | None]
     with Progress(console=Console(stderr=True), transient=True) as bars:
         task = bars.add_task(label, total=1.0)
         yield lambda share: bars.update(task, completed=share)
+
+
+FORMATS = (".csv", ".md", ".json")
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """A row of the table: how one trajectory of one file went; lengths in metres, times in seconds."""
+
+    file: str
+    which: str
+    robot: str
+    status: str
+    rms: float | None = None
+    peak: float | None = None
+    asked: float | None = None
+    achieved: float | None = None
+    unreachable: int = 0
+    contacts: str = ""
+    problem: str = ""
+
+    @property
+    def failed(self) -> bool:
+        """Whether nobody should run it on a robot."""
+        return self.status in (*sim.FAILED, "not simulated")
+
+
+def simulate_all(folder: str, report: str, jobs: int, engine: Engine, options: dict[str, Any]) -> int:
+    """Simulate what a folder holds, print a line for each, write the table; the exit code.
+
+    Raises:
+        RequestError: If the folder holds nothing to simulate, or the table has no known ending.
+    """
+    if suffix(report) not in FORMATS:
+        raise RequestError(f"--report {report}: tables are written as {', '.join(FORMATS)}")
+    root = Path(folder)
+    if not root.is_dir():
+        raise RequestError(f"--report wants a folder of trajectories and results; {folder} is none")
+    files = [p for p in sorted(root.iterdir()) if p.is_file() and suffix(p) in READ]
+    files = [p for p in files if p.resolve() != Path(report).resolve()]
+    if not files:
+        raise RequestError(f"{folder} holds no file of a known format ({', '.join(READ)})")
+    rows: list[Simulated] = []
+    work = partial(rows_of, options=options)
+    for several in shared(work, map(str, files), jobs=min(jobs, len(files)), engine=engine):
+        rows += several
+        for row in several:
+            click.echo(plain(_line(row)))
+    rows.sort(key=lambda row: row.file)
+    atomic_write(report, table(rows, suffix(report)))
+    failed = sum(row.failed for row in rows)
+    click.echo(plain(f"\n{len(rows)} simulations of {len(files)} files, {failed} failed; wrote {report}"))
+    return EXIT_OF["infeasible"] if failed else 0
+
+
+def rows_of(file: str, options: dict[str, Any]) -> list[Simulated]:
+    """How the trajectories of one file went; one row that says why where there is none."""
+    name = Path(file).name
+    try:
+        panes, *_, model = simulated(file, options)
+    except (OvitaError, click.UsageError) as error:
+        said = error.message if isinstance(error, click.UsageError) else str(error)
+        return [Simulated(name, options["which"], options["robot"] or "", "not simulated", problem=said)]
+    return [_row(name, pane.label, model.name, pane.simulation.report) for pane in panes]
+
+
+def _row(file: str, which: str, robot: str, report: sim.Report) -> Simulated:
+    t = report.tracking
+    struck = "; ".join(contact.told for contact in report.contacts if not contact.meant)
+    return Simulated(
+        file,
+        which,
+        robot,
+        report.status,
+        round(t.rms, 6),
+        round(t.max, 6),
+        round(report.asked, 3),
+        round(report.achieved, 3),
+        len(report.unreachable),
+        struck,
+    )
+
+
+def _line(row: Simulated) -> str:
+    if row.rms is None or row.peak is None:
+        return f"{row.file} {row.which}: {row.status}: {row.problem}"
+    more = f", touches {row.contacts}" if row.contacts else ""
+    return f"{row.file} {row.which}: {row.status}, {1e3 * row.rms:.1f} mm rms, at most {1e3 * row.peak:.1f} mm{more}"
+
+
+def table(rows: Sequence[Simulated], ending: str) -> str:
+    """The rows as a document of that ending."""
+    cells = [asdict(row) for row in rows]
+    names = list(cells[0])
+    if ending == ".json":
+        return json.dumps(cells, indent=1) + "\n"
+    shown = [["" if cell[name] is None else str(cell[name]) for name in names] for cell in cells]
+    if ending == ".md":
+        lines = [names, ["---"] * len(names), *([text.replace("|", "\\|") for text in row] for row in shown)]
+        return "".join(f"| {' | '.join(line)} |\n" for line in lines)
+    out = io.StringIO()
+    csv.writer(out, lineterminator="\n").writerows([names, *shown])
+    return out.getvalue()

@@ -3,18 +3,29 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
 from ovita.chain import enforced
-from ovita.cli.common import EXIT_OF, choices_from, constraints_from, plain, show, show_notes, source
+from ovita.cli.common import (
+    EXIT_OF,
+    FRAMES,
+    choices_from,
+    constraints_from,
+    in_frame,
+    names_in,
+    plain,
+    show,
+    show_notes,
+    slowed,
+    source,
+    writer_from,
+)
 from ovita.errors import RequestError
 from ovita.io import load_robot, load_scene, save_task
 from ovita.limits import ConstraintOptions
-from ovita.paths.frame import Frame
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
 from ovita.request import FeedbackOn
@@ -23,7 +34,6 @@ from ovita.sources.demonstrations import read_demonstrations
 from ovita.sources.learning import learn as learn_skill
 from ovita.sources.skills import COVARIANCE, KINDS, GeneratedPath, Skill, SkillKind
 from ovita.text import counted, length
-from ovita.writers.base import writer_named
 
 if TYPE_CHECKING:
     from ovita.cli.adapt_ import Outputs
@@ -61,8 +71,7 @@ def learn(
     """  # noqa: D301
     choices = choices_from(options)
     tasks = read_demonstrations(demos, scene_file=options["scene_file"], frame=options["frame"], choices=choices)
-    names = [name.strip() for name in frames.split(",") if name.strip()]
-    skill = learn_skill(tasks, kind, frames=names, align=align, components=components)
+    skill = learn_skill(tasks, kind, frames=names_in(frames), align=align, components=components)
     skill.save(out)
     around = f", relative to {', '.join(skill.frames)}" if skill.frames else ""
     click.echo(plain(f"Learned a {kind} from {counted(skill.shown, 'demonstration')}{around}: {spread(skill)}"))
@@ -96,7 +105,7 @@ def spread(skill: Skill) -> str:
 @click.option("--scene", "scene_file", metavar="FILE", help="Where the objects are now. [where they were shown]")
 @click.option(
     "--frame",
-    type=click.Choice(["rfu", "flu", "ned"]),
+    type=FRAMES,
     help="Which way is left in PLACE. [the one that the skill was learned in]",
 )
 @click.option("--waypoints", type=click.IntRange(2, 10000), metavar="N", help="Number of waypoints. [101]")
@@ -127,8 +136,7 @@ def generate(
     5 where one of them is broken, or where --repair had to change the path, 4 where they cannot all be kept. If a place
     is not reached, which can happen to a promp or by --repair, that is said and the exit code is 6.
     """
-    limits = load_robot(robot)
-    limits = limits if max_speed is None else replace(limits, max_speed=max_speed)
+    limits = slowed(load_robot(robot), max_speed)
     skill = Skill.load(file)
     scene = _scene_of(skill, scene_file, frame)
     asked = skill.generate(start, goal, [_via(text) for text in via], scene=scene, waypoints=waypoints, robot=limits)
@@ -174,7 +182,7 @@ def _scene_of(skill: Skill, scene_file: str | None, frame: str | None) -> Scene:
     """
     scene, stated = (skill.scene, "") if scene_file is None else load_scene(scene_file)
     if frame is not None:
-        return replace(scene, frame=Frame(frame))
+        return in_frame(scene, frame)
     if stated and scene.frame != skill.scene.frame:
         raise RequestError(
             f"{scene_file} is in the frame {scene.frame.name}, the skill in {skill.scene.frame.name}; "
@@ -198,23 +206,20 @@ def adapt_file(
     instruction: str,
     on: FeedbackOn,
     outputs: Outputs,
-    options: Mapping[str, Any],
+    options: dict[str, Any],
 ) -> NoReturn:
     """Adapt a skill's mean to an instruction and write the skill, its trajectory and its picture where asked."""
     from ovita.cli.adapt_ import draw
     from ovita.sources.adapted_skills import adapt_skill
 
     skill = Skill.load(file)
-    limits = load_robot(options["robot"] or "none")
-    writer = writer_named(options["writer"], base_url=options["base_url"], temperature=options["temperature"])
-    robot = limits if options["max_speed"] is None else replace(limits, max_speed=options["max_speed"])
     edited = adapt_skill(
         skill,
         instruction,
         on=on,
-        robot=robot,
-        writer=writer,
-        constraints=constraints_from(dict(options)),
+        robot=slowed(load_robot(options["robot"] or "none"), options["max_speed"]),
+        writer=writer_from(options),
+        constraints=constraints_from(options),
         accepting=outputs.accepting,
     )
     result, made, lost = edited.result, edited.skill.generate().task(instruction), tuple[str, ...]()

@@ -1,7 +1,8 @@
-"""`ovita convert` and `ovita send`: trajectories to another format, results through the gate to a robot."""
+"""`ovita convert`, `ovita send`, `ovita gate`: trajectories to another format, results through the gate to a robot."""
 
 from __future__ import annotations
 
+import json
 import os
 import sys
 from collections.abc import Mapping
@@ -10,23 +11,33 @@ from typing import Any
 
 import click
 
-from ovita.cli.common import HEADING, choices_from, plain, section, show_notes, source, waiting
+from ovita.cli.common import EXIT_REFUSED, FRAMES, HEADING, choices_from, plain, section, show_notes, source, waiting
 from ovita.cli.joints_ import ArmChoice, arm_options, joints_of, still_there, tool_task
 from ovita.errors import FormatError, RequestError
 from ovita.gate import Review, against, default_log, refuse, release, review, simulated
-from ovita.io import READ, Choices, Task, is_address, is_mission, load_robot, open_task, rendered, save_task
+from ovita.io import (
+    READ,
+    Choices,
+    Task,
+    is_adaptation,
+    is_address,
+    is_mission,
+    load_robot,
+    open_task,
+    rendered,
+    save_task,
+)
 from ovita.io.bags import save_joint_motion
 from ovita.io.geodesy import MISSION
-from ovita.io.json_ import is_adaptation_file
+from ovita.io.json_ import load_document, save_document
+from ovita.io.ledger import PREVIOUS, Ledger
 from ovita.io.links import Address
 from ovita.io.messages import TYPES, JointMotion
 from ovita.io.mission_checks import flight_of
+from ovita.io.signatures import SIGNATURE, TRUSTED, make_keys, signed
 from ovita.paths.frame import Frame, transformed
 from ovita.paths.robot import PRESETS, Robot, preset_name
 from ovita.paths.scene import Scene
-
-_FRAMES = click.Choice(["rfu", "flu", "ned"])
-
 
 _ENDINGS = f"Formats by ending: {', '.join(READ)} (ROS 1); NAME/ is the folder of a ROS 2 bag."
 
@@ -38,7 +49,7 @@ _TAKEOFF = click.option("--takeoff", is_flag=True, help="Begin a mission that ha
 @click.argument("file", metavar="IN")
 @click.argument("out", metavar="OUT")
 @source
-@click.option("--to-frame", type=_FRAMES, help="Axes of OUT (.json, .csv, .tum). [those of IN]")
+@click.option("--to-frame", type=FRAMES, help="Axes of OUT (.json, .csv, .tum). [those of IN]")
 @click.option(
     "--type", "kind", type=click.Choice([*TYPES, "joints"]), help="ROS message of OUT. [that of IN, else path]"
 )
@@ -64,7 +75,7 @@ def convert(
     arm = ArmChoice.taken(options)
     if to_frame is not None and not out.lower().endswith((".json", ".csv", ".tum", ".txt")):
         raise RequestError(f"--to-frame {to_frame}: {out} has axes of its own; only JSON, CSV and TUM can be turned")
-    choices = choices_from(options | {"kind": None if kind == "joints" else kind})
+    choices = choices_from(options | {"kind": kind})
     if arm.arm is not None and kind != "joints":
         task = tool_task(file, arm, choices, options["frame"])
     else:
@@ -109,7 +120,7 @@ def only_for_ros(place: str, **options: str | None) -> None:
 
 def _refusable(file: str, task: Task, out: str, choices: Choices) -> list[str]:
     """What the gate would say: of a result all, of another file as far as it names the robot to judge it by."""
-    if not is_address(file) and file.lower().endswith(".json") and is_adaptation_file(file):
+    if not is_address(file) and file.lower().endswith(".json") and is_adaptation(file):
         try:
             found = list(review(file, place=out, choices=choices).refusals)
         except FormatError as error:
@@ -119,9 +130,6 @@ def _refusable(file: str, task: Task, out: str, choices: Choices) -> list[str]:
         robot = Robot.preset(task.robot) if known and task.robot else None
         found = against(task.trajectory, task.scene, robot, out, choices)
     return [f"ovita send would refuse it: {' '.join(found)}"] if found else []
-
-
-EXIT_REFUSED = 4
 
 
 @click.command()
@@ -155,7 +163,7 @@ def send(
     ros2:/CONTROLLER/follow_joint_trajectory is followed to its end; Ctrl-C cancels it.
     """
     in_joints, arm = options["kind"] == "joints", ArmChoice.taken(options)
-    choices = choices_from(options | {"kind": None if in_joints else options["kind"]})
+    choices = choices_from(options)
     if is_address(place):
         Address.parse(place)
     only_for_ros(place, kind=options["kind"], topic=options["topic"], frame_id=options["frame_id"])
@@ -178,12 +186,18 @@ def send(
     if options["dry_run"]:
         click.echo("\nIt may be sent; nothing was (--dry-run).")
         return
+    if not options["yes"] and not sys.stdin.isatty():
+        raise RequestError("there is no terminal to ask for confirmation; say --yes to send without asking")
     if not options["yes"]:
-        _confirm(place)
+        click.confirm(plain(f"\nSend it to {place}?"), abort=True)
     if motion is not None:
         still_there(motion, arm, place)
+
+    def told(text: str) -> None:
+        click.echo(plain(f"  {text}"), err=True)
+
     with waiting(f"sending to {place}"):
-        receipt = release(found, place, journal, about, choices=choices, motion=motion, told=_progress)
+        receipt = release(found, place, journal, about, choices=choices, motion=motion, told=told)
     show_notes(note for note in receipt.notes if note not in found.cautions)
     click.echo(plain(f"\nSent to {place}: {receipt.size} bytes, SHA-256 {receipt.sha256}; logged in {journal}"))
 
@@ -223,18 +237,6 @@ def _simulated(found: Review, arm: str | None, base: str | None) -> Review:
     return simulated(found, said, failed=status in sim.FAILED, slowed=status == "slowed")
 
 
-def _progress(text: str) -> None:
-    """Tell of a motion that is under way."""
-    click.echo(plain(f"  {text}"), err=True)
-
-
-def _confirm(place: str) -> None:
-    """Ask a person at a terminal."""
-    if not sys.stdin.isatty():
-        raise RequestError("there is no terminal to ask for confirmation; say --yes to send without asking")
-    click.confirm(plain(f"\nSend it to {place}?"), abort=True)
-
-
 def _show(found: Review, place: str) -> None:
     """Print limits, verdict, changes and what speaks against it."""
     click.echo(plain(f"{found.result.instruction}"))
@@ -243,3 +245,71 @@ def _show(found: Review, place: str) -> None:
     for title, lines in sections.items():
         section(title, lines)
     section(f"Refused, it does not go to {place}", found.refusals)
+
+
+@click.group()
+def gate() -> None:
+    """What the gate of `ovita send` keeps."""
+
+
+@gate.command()
+@click.option("--log", metavar="FILE", help="The log. [sent.jsonl in the user's state folder]")
+@click.option("--last", type=click.IntRange(min=1), default=10, show_default=True, help="How many events are shown.")
+@click.option("--verify", is_flag=True, help="Look for lines that were changed, removed or inserted.")
+@click.option("--json", "as_json", is_flag=True, help="Print the events as JSON, one a line.")
+def log(log: str | None, last: int, verify: bool, as_json: bool) -> None:
+    """Show what was sent and refused; with --verify, whether the log is whole (exit code 4 if not)."""
+    if verify and as_json:
+        raise RequestError("--json shows events and --verify looks for faults: choose one")
+    ledger = Ledger(log or default_log())
+    if not verify:
+        for event in ledger.events()[-last:]:
+            shown = {key: value for key, value in event.items() if key != PREVIOUS}
+            click.echo(plain(json.dumps(shown, ensure_ascii=False) if as_json else _in_words(shown)))
+        return
+    found = ledger.check()
+    earlier = found.lines - found.chained
+    for fault in found.faults:
+        click.echo(plain(f"{ledger.path}: {fault}"))
+    if earlier:
+        click.echo(f"{earlier} lines at the beginning are from an earlier version and bear no hashes")
+    if found.faults:
+        raise SystemExit(EXIT_REFUSED)
+    click.echo(plain(f"{ledger.path}: {found.chained} lines, whole; the last one's SHA-256 is {found.head}"))
+
+
+def _in_words(event: Mapping[str, Any]) -> str:
+    """An event of the log as a line for a person."""
+    moment, _, rest = str(event.get("time", "")).partition("T")
+    what = os.path.basename(str(event.get("result") or event.get("task") or "?"))
+    place = str(event.get("to", "?"))
+    size = [f"robot {event['robot']}"] if "robot" in event else []
+    size += [f"{event['waypoints']} waypoints", f"{event['duration_s']} s"] if "waypoints" in event else []
+    size += [f"{event['bytes']} bytes", f"SHA-256 {str(event.get('sha256'))[:12]}..."] if "bytes" in event else []
+    why = event.get("why", ())
+    said = " ".join(map(str, why)) if isinstance(why, list | tuple) else str(why)
+    about = f" ({', '.join(size)})" if size else ""
+    line = f"{moment} {rest[:8]}  {event.get('event', '?')!s:8} {what} -> {place}{about}"
+    return " ".join((f"{line}: {said}" if said else line).split("\n"))
+
+
+@gate.command()
+@click.argument("name", metavar="NAME")
+def key(name: str) -> None:
+    """Make a key pair: NAME.key, which signs and stays with you, and NAME.pub, which the gate verifies with."""
+    secret, public = make_keys(name)
+    click.echo(plain(f"wrote {secret} (keep it to yourself) and {public} (for --trust, or {TRUSTED})"))
+
+
+@gate.command()
+@click.argument("file", metavar="RESULT.json")
+@click.option("--key", "key_file", required=True, metavar="FILE", help="The private key: NAME.key of ovita gate key.")
+def sign(file: str, key_file: str) -> None:
+    """Sign RESULT.json, a result that the gate lets through (exit code 4 if it does not)."""
+    found = review(file, trusted=())
+    if not found.released:
+        section("Refused, it is not signed", found.refusals)
+        raise SystemExit(EXIT_REFUSED)
+    document = signed(load_document(file), key_file)
+    save_document(file, document)
+    click.echo(plain(f"signed {file} with the key {document[SIGNATURE]['signer']}"))

@@ -8,13 +8,12 @@ from typing import Any, Literal, cast, get_args
 
 from ovita.errors import FormatError
 from ovita.io import atomic_write, scene_dict, trajectory_rows
-from ovita.io.documents import SceneField, TrajectoryRows, validated
+from ovita.io.documents import SceneField, validated
 from ovita.io.files import read_text
 from ovita.io.json_ import check_values, dumps, parse_object
+from ovita.io.waypoints import TrajectoryRows
 from ovita.limits import ConstraintOptions
 from ovita.paths.robot import Robot
-from ovita.paths.scene import Scene
-from ovita.paths.trajectory import Trajectory
 from ovita.request import FeedbackOn
 from ovita.result import Adaptation
 
@@ -43,8 +42,8 @@ class Situation:
         constraints: How limits are enforced.
     """
 
-    original: Trajectory
-    scene: Scene
+    original: TrajectoryRows
+    scene: SceneField
     robot: Robot
     constraints: ConstraintOptions
 
@@ -66,17 +65,9 @@ class Situation:
             FormatError: If a key is missing or malformed.
         """
         key = "situation"
-        known = validated(_SituationDocument, dict(document), file, key)
-        return cls(replace(known.original, timestep=known.timestep), known.scene, known.robot, known.constraints)
-
-
-@dataclass(frozen=True)
-class _SituationDocument:
-    original: TrajectoryRows
-    timestep: float
-    scene: SceneField
-    robot: Robot
-    constraints: ConstraintOptions
+        known = validated(cls, dict(document), file, key)
+        timestep = validated(float, document.get("timestep"), file, f"{key}.timestep")
+        return replace(known, original=replace(known.original, timestep=timestep))
 
 
 @dataclass(frozen=True)
@@ -97,11 +88,6 @@ class Step:
     adaptation: Adaptation
     kind: Kind = "said"
     situation: Situation | None = None
-
-    @property
-    def tuned(self) -> bool:
-        """Whether only knobs were turned."""
-        return self.kind == "knobs"
 
     def to_document(self) -> dict[str, Any]:
         """The turn as JSON values."""
@@ -191,10 +177,6 @@ class History:
         self.parents.append(self.head)
         self.go(len(self.steps) - 1)
 
-    def replace_head(self, step: Step) -> None:
-        """Put a turn in the place of the one in force."""
-        self.steps[self.head] = step
-
     def go(self, turn: int) -> None:
         """Make a turn, or `ROOT`, the one in force."""
         self.head = turn
@@ -253,7 +235,7 @@ def replayed(events: list[dict[str, Any]], file: str) -> tuple[Situation, Histor
         if what == "turn":
             history.add(Step.from_document(event, file))
         elif what == "again" and at != ROOT:
-            history.replace_head(Step.from_document(event, file))
+            history.steps[at] = Step.from_document(event, file)
         elif what != "head":
             raise FormatError(file, "this is not an event of a session", key="events", index=number)
     return Situation.from_document(events[0]["situation"], file), history

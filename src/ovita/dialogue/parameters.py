@@ -6,11 +6,12 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 
+from ovita.instruct import frames as F
 from ovita.instruct.editing import MORE, chosen, further, quantity_of, slots
 from ovita.instruct.edits import Drop, Edit, Rescale
 from ovita.instruct.feedback import stated
 from ovita.instruct.frames import Approach, Clearance, Curve, Offset, Pace, Quantity, SemanticFrame, Shift, Smooth, Wait
-from ovita.instruct.notation import DIRECTIONS, ENDS, name_of
+from ovita.instruct.notation import DIRECTIONS, name_of
 from ovita.paths.part import PathPart
 from ovita.paths.scene import Scene, canonical
 from ovita.policy import Parameter
@@ -149,7 +150,7 @@ def _value(was: SemanticFrame, now: SemanticFrame, slot: str) -> float | None:
     if type(was) is not type(now) or was.part != now.part or getattr(was, "objects", ()) != getattr(now, "objects", ()):
         return None
     if isinstance(now, Shift) and slot not in now.quantities:
-        back = now.quantities.get(ENDS[slot])
+        back = now.quantities.get(F.ENDS[slot])
         return None if back is None else -back.value
     q, old = now.quantities.get(slot), was.quantities.get(slot)
     return q.value if q is not None and old is not None and q.unit == old.unit else None
@@ -192,11 +193,6 @@ def shown(parameter: Parameter, *, named: bool = True) -> str:
     value = f"{parameter.value:g}" if isinstance(parameter.value, int | float) else str(parameter.value)
     unit = f" {parameter.unit}" if parameter.unit else ""
     return f"{parameter.name} {value}{unit}" if named else f"{value}{unit}"
-
-
-def meant(parameter: Parameter) -> str:
-    """What a parameter means, in brackets."""
-    return f" ({parameter.meaning})" if parameter.meaning else ""
 
 
 def which(asked: Sequence[str], frames: Sequence[SemanticFrame], parameters: Sequence[Parameter]) -> str:

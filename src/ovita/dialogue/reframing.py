@@ -11,31 +11,29 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from threading import Event
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from ovita.chain import adapt, rerun, to_confirm
 from ovita.dialogue.history import ROOT, History, Kind, Situation, Step, in_force
-from ovita.dialogue.parameters import called, frames_of, meant, scaled, shown, values_after, which
+from ovita.dialogue.parameters import called, frames_of, scaled, shown, values_after, which
 from ovita.dialogue.standing import KEEP_IT, Loss, lost
 from ovita.errors import PolicyError, RequestError
-from ovita.instruct.chunks import Chunk, chunks
+from ovita.instruct.chunks import chunks
 from ovita.instruct.editing import apply, realised_values
 from ovita.instruct.edits import Again, Also, Command, Edit, Rescale, Set
-from ovita.instruct.feedback import NOTHING, named_frames, named_objects, only_where, read_feedback
+from ovita.instruct.feedback import named_frames, named_objects, only_where, read_feedback
 from ovita.instruct.frames import Quantity, Reading, SemanticFrame, with_selection
 from ovita.instruct.notation import name_of
 from ovita.instruct.numbers import amount_at
 from ovita.instruct.referee import feedback
 from ovita.measure import compare
-from ovita.paths.part import WHOLE, PathPart
+from ovita.paths.part import PathPart
 from ovita.paths.scene import Scene, canonical
 from ovita.paths.trajectory import Array, Trajectory
-from ovita.policy.sandbox import Isolation
 from ovita.request import MAX_INSTRUCTION, FeedbackOn, Request, Turn
 from ovita.result import Adaptation
 from ovita.text import number, sentence
-from ovita.writers.base import PolicyWriter, Progress, WriterInfo
+from ovita.writers.base import PolicyWriter, WriterInfo
 from ovita.writers.builtin import FramesWriter
 
 CODE_TURNS = 2
@@ -79,7 +77,8 @@ def respond(said: str, on: FeedbackOn, state: DialogueState) -> Interpretation:
     try:
         return state._shown_first(heard, state._followed(heard, on))
     except PolicyError as error:
-        failed = state._said(said, state.current, f"took {said!r} as: {heard.meaning}")
+        meaning = heard.reading.question or "feedback on the last turn"
+        failed = state._said(said, state.current, _took(said, meaning))
         return Interpretation(replace(failed, status="failed", error=str(error), explanation=str(error)))
 
 
@@ -127,11 +126,6 @@ class Heard:
         """What is to be changed."""
         return self.reading.edits
 
-    @property
-    def meaning(self) -> str:
-        """What the words were taken to mean, where nothing was realised."""
-        return self.reading.question or "feedback on the last turn"
-
 
 @dataclass(frozen=True)
 class DialogueState:
@@ -142,24 +136,20 @@ class DialogueState:
         first: The situation before the first step.
         now: The situation as it is.
         writer: A policy writer or its name.
-        isolation: How policies must be isolated.
+        reader: Reads instructions into frames.
         asked: The utterance that led to a question right before, or "".
-        progress: Called with a short line at every stage.
-        cancel: Ends the writing once it is set.
         selection: The part of the path that a person marked by hand, which "here" means.
-        reader: Reads instructions into frames, or None.
+        stages: Of `adapt`: isolation, progress and cancel.
     """
 
     history: History
     first: Situation
     now: Situation
     writer: PolicyWriter | str
-    isolation: Isolation = "strict"
-    asked: str = ""
-    progress: Progress | None = None
-    cancel: Event | None = None
-    selection: PathPart = WHOLE
-    reader: Reader | None = None
+    reader: Reader
+    asked: str
+    selection: PathPart
+    stages: Mapping[str, Any]
 
     @property
     def steps(self) -> list[Step]:
@@ -211,8 +201,6 @@ class DialogueState:
 
     def _read(self, said: str, earlier: Sequence[SemanticFrame] = (), scene: Scene | None = None) -> Reading:
         """An instruction as the built-in reader reads it; "there" is where the frames before are, "here" is marked."""
-        if self.reader is None:
-            return NOTHING
         reading = self.reader(said, scene or self.now.scene, self.current.positions, earlier)
         return replace(reading, frames=with_selection(reading.frames, self.selection))
 
@@ -381,8 +369,8 @@ class DialogueState:
         said, _ = chunks(heard.said, self.now.scene, self.current.positions)
         if said and said[0].text.lower() in FURTHER:
             return "It may be a further change."
-        before = (one.kind == "never" for one, other in pairwise(said) if _is_of(edit, other))
-        if any(before):
+        after_never = [b.q for a, b in pairwise(said) if a.kind == "never" and b.q is not None]
+        if any(q.value == edit.quantity.value for q in after_never):
             return f"{number(edit.quantity.value)} is what it should not be."
         about = {name for frame in (*heard.frames, *result.frames) for name in frame.named}
         if any(chunk.kind == "OBJ" and not about & set(chunk.names) for chunk in said):
@@ -423,28 +411,19 @@ class DialogueState:
         if all(isinstance(edit, Also) for edit in edits):
             added = after[len(heard.frames) :]
             return self._noted(heard, None, self._adapt(heard.said, self.current, added), "said")
-        tuned = self._tuned_by(edits, heard.frames, last)
+        only = edits[0] if len(edits) == 1 else None
+        tuned = scaled(only, heard.frames, last.parameters) if isinstance(only, Rescale) else {}
         if tuned:
             return self._noted(heard, last, self._rerun(last, tuned), "knobs")
         valued = all(isinstance(edit, Rescale | Set) for edit in edits)
         words = last.instruction if valued else _joined([last.instruction, heard.said], "; ")
         return self._noted(heard, last, self._adapt(words, last.original, after), "knobs" if valued else "reworded")
 
-    def _tuned_by(
-        self, edits: Sequence[Edit], frames: Sequence[SemanticFrame], last: Adaptation
-    ) -> dict[str, float | int]:
-        """New values of parameters where more is wanted of what no frame holds an amount of, such as smoothing."""
-        if len(edits) != 1 or not isinstance(edits[0], Rescale):
-            return {}
-        return scaled(edits[0], frames, last.parameters)
-
     def _noted(
         self, heard: Heard, before: Adaptation | None, result: Adaptation, kind: Kind, on: FeedbackOn = "current"
     ) -> Interpretation:
-        """A result with what the words were taken to mean."""
-        taken = f"took {' '.join(heard.said.split())!r} as: {_meaning(before, result)}"
         if result.usable:
-            result = replace(result, taken=taken, explanation=f"{sentence(taken)}\n{result.explanation}")
+            result = _noting(result, _took(heard.said, _meaning(before, result)))
         return Interpretation(result, kind, on)
 
     def _adapt(
@@ -458,14 +437,12 @@ class DialogueState:
             Request(instruction, start, self.now.scene, self.now.robot, tuple(self.turns), selection=self.selection),
             writer=FramesWriter(tuple(frames), unplaced) if frames or unplaced else self.writer,
             constraints=self.now.constraints,
-            isolation=self.isolation,
-            progress=self.progress,
-            cancel=self.cancel,
+            **self.stages,
         )
 
     def _rerun(self, adaptation: Adaptation, values: Mapping[str, float | int]) -> Adaptation:
         asked = replace(adaptation, scene=self.now.scene, robot=self.now.robot)
-        return rerun(asked, values, constraints=self.now.constraints, isolation=self.isolation)
+        return rerun(asked, values, constraints=self.now.constraints, isolation=self.stages["isolation"])
 
     def _restored(self, said: str, losses: Sequence[Loss]) -> Interpretation:
         """Make postconditions hold again that the last step lost: the turns that promised them are run once more."""
@@ -474,12 +451,10 @@ class DialogueState:
             result = self._rerun(loss.restoring(result.adapted if result else self.current), {})
         assert result is not None
         words = "; ".join(dict.fromkeys(loss.turn.instruction for loss in losses))
-        taken = f"took {said!r} as: {words}, once more"
-        return Interpretation(replace(result, taken=taken, explanation=f"{sentence(taken)}\n{result.explanation}"))
+        return Interpretation(_noting(result, f"took {said!r} as: {words}, once more"))
 
     def _commanded(self, heard: Heard, edit: Command) -> Interpretation:
-        """A step back or forth, or an answer."""
-        taken = f"took {' '.join(heard.said.split())!r} as: {TAKEN.get(edit.command, '')}"
+        taken = _took(heard.said, TAKEN.get(edit.command, ""))
         if edit.command == "undo":
             return self._moved(heard, edit.steps)
         if edit.command == "restart":
@@ -495,12 +470,11 @@ class DialogueState:
         return Interpretation(result, kind=None)
 
     def _moved(self, heard: Heard, steps: int) -> Interpretation:
-        """Steps taken back."""
         path = self.history.path()
         turn = path[-steps - 1] if steps < len(path) else ROOT
         after = self.first.original if turn == ROOT else self.history.steps[turn].adaptation.adapted
         many = "the last turn" if steps == 1 else f"the last {steps} steps"
-        taken = f"took {' '.join(heard.said.split())!r} as: take {many} back"
+        taken = _took(heard.said, f"take {many} back")
         return Interpretation(self._said(heard.said, after, taken), goto=turn)
 
     def _asking(self, heard: Heard) -> Interpretation:
@@ -512,7 +486,6 @@ class DialogueState:
         return Interpretation(asking, asked=heard.said)
 
     def _said(self, said: str, after: Trajectory, taken: str) -> Adaptation:
-        """An answer without a policy."""
         return Adaptation(
             said,
             "done",
@@ -525,11 +498,6 @@ class DialogueState:
             changes=compare(self.current, after, self.now.scene),
             writer=WriterInfo("feedback", reason="it was feedback"),
         )
-
-
-def _is_of(edit: Set, chunk: Chunk) -> bool:
-    """Whether a number is the one that an edit took."""
-    return chunk.q is not None and chunk.q.value == edit.quantity.value
 
 
 def _frames(results: Sequence[Adaptation]) -> tuple[tuple[SemanticFrame, ...], dict[str, Quantity]]:
@@ -551,10 +519,19 @@ def _joined(texts: Sequence[str], between: str = ". ") -> str:
     return text if len(text) <= MAX_INSTRUCTION else text[: MAX_INSTRUCTION - 3] + "..."
 
 
+def _took(said: str, meaning: str) -> str:
+    return f"took {' '.join(said.split())!r} as: {meaning}"
+
+
+def _noting(result: Adaptation, taken: str) -> Adaptation:
+    return replace(result, taken=taken, explanation=f"{sentence(taken)}\n{result.explanation}")
+
+
 def _meaning(before: Adaptation | None, result: Adaptation) -> str:
     """What changed in the parameters; the plan where other things did."""
     old = {p.name: p for p in before.parameters} if before else {}
     changed = [p for p in result.parameters if p.name in old and old[p.name].value != p.value]
     if before is not None and changed and set(old) == {p.name for p in result.parameters}:
-        return ", ".join(f"{shown(old[p.name])} -> {shown(p, named=False)}" + meant(p) for p in changed)
+        turned = [(f"{shown(old[p.name])} -> {shown(p, named=False)}", p.meaning) for p in changed]
+        return ", ".join(f"{text} ({meaning})" if meaning else text for text, meaning in turned)
     return " ".join(result.plan).rstrip(".") or "nothing to do"

@@ -160,12 +160,10 @@ class Session:
             self._first,
             self.situation,
             self.writer,
-            self.isolation,
-            self._asked,
-            progress,
-            cancel,
-            selection,
             self.reader or read,
+            self._asked,
+            selection,
+            {"isolation": self.isolation, "progress": progress, "cancel": cancel},
         )
         found = respond(instruction, on, state)
         self._asked = found.asked
@@ -176,9 +174,7 @@ class Session:
             self._pending = instruction, found
         if found.kind is None or not found.result.usable:
             return found.result
-        result = self._against_earlier(found.result, found.kind, found.on)
-        self._add(instruction, found.on, result, found.kind)
-        return result
+        return self._turn(instruction, found.on, found.result, found.kind)
 
     @property
     def bare(self) -> bool:
@@ -213,10 +209,7 @@ class Session:
         if self._pending is None:
             raise RequestError("nothing waits for a yes; say what should change")
         said, found = self._pending
-        kind = found.kind or "said"
-        result = self._against_earlier(accept(found.result), kind, found.on)
-        self._add(said, found.on, result, kind)
-        return result
+        return self._turn(said, found.on, accept(found.result), found.kind or "said")
 
     def dismiss(self, said: str = "no") -> Adaptation:
         """Forget what the last turn proposed; nothing changes."""
@@ -235,13 +228,10 @@ class Session:
         draft.writer = "builtin"
         draft.accept()
         count = len(draft.history.steps)
-        result = draft.say(change)
+        draft.say(change)
         if len(draft.history.steps) == count or draft.steps[-1].kind not in ("knobs", "reworded"):
             return None
-        kind = found.kind or "said"
-        result = self._against_earlier(draft.steps[-1].adaptation, kind, found.on)
-        self._add(f"{said} ({instruction})", found.on, result, kind)
-        return result
+        return self._turn(f"{said} ({instruction})", found.on, draft.steps[-1].adaptation, found.kind or "said")
 
     def tune(self, parameters: Mapping[str, Any], *, merge: bool = False) -> Adaptation:
         """Set parameters of the last turn's policy by name and run it again, without calling a writer.
@@ -262,18 +252,17 @@ class Session:
         before = {p.name: p.value for p in base.adaptation.parameters}
         turned = {name: value for name, value in parameters.items() if name not in before or before[name] != value}
         result = rerun(base.adaptation, turned, constraints=self.constraints, isolation=self.isolation)
-        result = self._against_earlier(result, "knobs", last.feedback_on)
         if base is last:
-            self._add(last.said, last.feedback_on, result, "knobs", wait=merge)
-        else:
-            self._history.replace_head(replace(last, adaptation=result))
-            self._open = self._open or "again"
+            return self._turn(last.said, last.feedback_on, result, "knobs", wait=merge)
+        result = self._against_earlier(result, "knobs", last.feedback_on)
+        self._history.steps[self._history.head] = replace(last, adaptation=result)
+        self._open = self._open or "again"
         return result
 
     def _base_of_knobs(self, names: set[str]) -> Step:
         """The turn whose parameters are tuned: the last, or the one before if the last only tuned these."""
         last = self.steps[-1]
-        if not last.tuned or len(self.steps) < 2:
+        if last.kind != "knobs" or len(self.steps) < 2:
             return last
         base = self.steps[-2]
         before = {p.name: p.value for p in base.adaptation.parameters}
@@ -301,9 +290,7 @@ class Session:
             assumptions=(),
         )
         result = rerun(edited, {}, constraints=self.constraints, isolation=self.isolation)
-        result = self._against_earlier(result, "code", "current")
-        self._add("edited the code", last.feedback_on if last else "current", result, "code")
-        return result
+        return self._turn("edited the code", last.feedback_on if last else "current", result, "code")
 
     def draw(self, said: str, code: str, plan: str) -> Adaptation:
         """Edit the current trajectory by hand: run a policy of what the hand did, as a turn of its own.
@@ -321,9 +308,7 @@ class Session:
             self._blank(said), original=self.current, code=policy.source, parameters=policy.parameters, plan=(plan,)
         )
         result = rerun(start, {}, constraints=self.constraints, isolation=self.isolation)
-        result = self._against_earlier(result, "drawn", "current")
-        self._add(said, "current", result, "drawn")
-        return result
+        return self._turn(said, "current", result, "drawn")
 
     def change(
         self,
@@ -347,12 +332,9 @@ class Session:
             PolicyError: If a policy fails in the new situation; nothing changes then.
         """
         now = self.situation
-        then = Situation(
-            now.original if original is None else original,
-            now.scene if scene is None else scene,
-            now.robot if robot is None else robot,
-            now.constraints if constraints is None else constraints,
-        )
+        asked = {"original": original, "scene": scene, "robot": robot, "constraints": constraints}
+        given: dict[str, Any] = {name: value for name, value in asked.items() if value is not None}
+        then = replace(now, **given)
         turns = [step.adaptation for step, _ in in_force(self.steps) if step.adaptation.code != UNCHANGED]
         afresh = self._again(turns, then)
         if afresh:
@@ -363,12 +345,7 @@ class Session:
             result = enforced(said, then.original, then.scene, then.robot, constraints=then.constraints)
         moved = original is not None or scene is not None
         kind: Kind = "hand" if moved or then.constraints.pinned != now.constraints.pinned else "limits"
-        self.original, self.scene, self.robot, self.constraints = (
-            then.original,
-            then.scene,
-            then.robot,
-            then.constraints,
-        )
+        self._take(then)
         self._add(said, "current", result, kind)
         return result
 
@@ -519,6 +496,12 @@ class Session:
         start = self.original
         return Adaptation(said, "done", start, start, scene=self.scene, robot=self.robot, code=UNCHANGED)
 
+    def _turn(self, said: str, on: FeedbackOn, result: Adaptation, kind: Kind, *, wait: bool = False) -> Adaptation:
+        """Add a result, which then names what it loses of earlier turns."""
+        result = self._against_earlier(result, kind, on)
+        self._add(said, on, result, kind, wait=wait)
+        return result
+
     def _add(self, said: str, on: FeedbackOn, result: Adaptation, kind: Kind, *, wait: bool = False) -> None:
         self.settle()
         self._pending = None
@@ -541,13 +524,11 @@ class Session:
 
     def _settle_on(self, turn: int) -> None:
         self._history.go(turn)
-        then = self._history.situation(turn, self._first)
-        self.original, self.scene, self.robot, self.constraints = (
-            then.original,
-            then.scene,
-            then.robot,
-            then.constraints,
-        )
+        self._take(self._history.situation(turn, self._first))
+
+    def _take(self, then: Situation) -> None:
+        self.original, self.scene = then.original, then.scene
+        self.robot, self.constraints = then.robot, then.constraints
 
     def _note(self, event: Mapping[str, Any]) -> None:
         if self._journal is None:

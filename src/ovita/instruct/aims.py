@@ -11,40 +11,31 @@ from dataclasses import replace
 from functools import cache
 from typing import TypeAlias
 
-from ovita.instruct.frames import (
-    AIMED,
-    SPOTS,
-    Aim,
-    Extend,
-    MoveEnd,
-    SemanticFrame,
-    Span,
-    StopAt,
-    Visit,
-    Wait,
-)
+from ovita.instruct import frames as F
 from ovita.instruct.lexicon import DETERMINERS, concepts, stems
 
 _LINKS = frozenset({"and", ",", "or", "both"})
 
-_ON: dict[str, Aim] = {"on": "top", "resting": "top", "touching": "surface"}
-MEANT: Mapping[type[SemanticFrame], Mapping[str, Aim]] = {
-    MoveEnd: _ON | {"above": "above", "below": "below", "behind": "behind", "beside": "beside", "by": "beside"},
-    Extend: _ON,
-    Visit: {"resting": "top", "touching": "surface", "beside": "beside", "by": "beside"},
-    StopAt: {"resting": "top"},
-    Wait: {"resting": "top"},
+_ON: dict[str, F.Aim] = {"on": "top", "resting": "top", "touching": "surface"}
+MEANT: Mapping[type[F.SemanticFrame], Mapping[str, F.Aim]] = {
+    F.MoveEnd: _ON | {"above": "above", "below": "below", "behind": "behind", "beside": "beside", "by": "beside"},
+    F.Extend: _ON,
+    F.Visit: {"resting": "top", "touching": "surface", "beside": "beside", "by": "beside"},
+    F.StopAt: {"resting": "top"},
+    F.Wait: {"resting": "top"},
 }
 """What words before an object say of it in each kind of frame; "wait on the table" may be said of a place beside it."""
 
-Word: TypeAlias = tuple[str, Span]
+Word: TypeAlias = tuple[str, F.Span]
 """A word in small letters, and where it stands."""
 
-Named: TypeAlias = tuple[tuple[str, ...], Span]
+Named: TypeAlias = tuple[tuple[str, ...], F.Span]
 """Objects, and where they are named in the utterance."""
 
 
-def aimed(frames: Sequence[SemanticFrame], words: Sequence[Word], named: Sequence[Named]) -> tuple[SemanticFrame, ...]:
+def aimed(
+    frames: Sequence[F.SemanticFrame], words: Sequence[Word], named: Sequence[Named]
+) -> tuple[F.SemanticFrame, ...]:
     """Frames with what of an object is meant, where the words before it say so.
 
     Args:
@@ -65,19 +56,19 @@ def _ending(words: Sequence[str]) -> bool:
     return told and not {*words} & {word for phrase in concepts(folder="aiming")["amount"] for word in phrase.split()}
 
 
-def _apart(frame: SemanticFrame, said: Sequence[tuple[tuple[str, ...], Span, str]]) -> SemanticFrame:
+def _apart(frame: F.SemanticFrame, said: Sequence[tuple[tuple[str, ...], F.Span, str]]) -> F.SemanticFrame:
     """An end so far from an object, where a reader took the distance for how far the end moves."""
-    if not isinstance(frame, MoveEnd) or frame.relation not in ("away", "toward") or frame.by is None:
+    if not isinstance(frame, F.MoveEnd) or frame.relation not in ("away", "toward") or frame.by is None:
         return frame
     if any(concept == "from" and frame.place in names for names, _, concept in said):
         return replace(frame, relation="to", aim="beside")
     return frame
 
 
-def _aimed(frame: SemanticFrame, said: Sequence[tuple[tuple[str, ...], Span, str]]) -> SemanticFrame:
-    if not isinstance(frame, AIMED) or frame.aim or not _free(frame):
+def _aimed(frame: F.SemanticFrame, said: Sequence[tuple[tuple[str, ...], F.Span, str]]) -> F.SemanticFrame:
+    if not isinstance(frame, F.AIMED) or frame.aim or not _free(frame):
         return frame
-    own = {frame.place} if not isinstance(frame, Visit) else {*frame.objects}
+    own = {frame.place} if not isinstance(frame, F.Visit) else {*frame.objects}
     meant = MEANT[type(frame)]
     for names, span, concept in said:
         within = not frame.words or any(a < span[1] and span[0] < b for a, b in frame.words)
@@ -86,19 +77,19 @@ def _aimed(frame: SemanticFrame, said: Sequence[tuple[tuple[str, ...], Span, str
     return frame
 
 
-def _free(frame: SemanticFrame) -> bool:
+def _free(frame: F.SemanticFrame) -> bool:
     """Whether a frame goes to an object as such, not beside it, toward it, over it or between two."""
     match frame:
-        case MoveEnd(relation=relation, offset=offset, place=place):
+        case F.MoveEnd(relation=relation, offset=offset, place=place):
             return relation == "to" and not offset and isinstance(place, str)
-        case Visit(relation=relation):
+        case F.Visit(relation=relation):
             return relation == "at"
-        case StopAt(place=place) | Wait(place=place) | Extend(place=place):
-            return isinstance(place, str) and place not in ("", *SPOTS)
+        case F.StopAt(place=place) | F.Wait(place=place) | F.Extend(place=place):
+            return isinstance(place, str) and place not in ("", *F.SPOTS)
     return False
 
 
-def _said(words: Sequence[Word], named: Sequence[Named]) -> Iterator[tuple[tuple[str, ...], Span, str]]:
+def _said(words: Sequence[Word], named: Sequence[Named]) -> Iterator[tuple[tuple[str, ...], F.Span, str]]:
     """Each naming of objects with the concept of the words right before it, or before those named along with it."""
     spans = [span for _, span in named]
     for names, span in named:
@@ -106,7 +97,7 @@ def _said(words: Sequence[Word], named: Sequence[Named]) -> Iterator[tuple[tuple
         yield names, span, _before(before, spans)
 
 
-def _before(words: Sequence[Word], spans: Sequence[Span]) -> str:
+def _before(words: Sequence[Word], spans: Sequence[F.Span]) -> str:
     """The concept of the phrase that words end with; determiners, and other objects named before, are passed over."""
     rest = list(words)
     listed = False

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
 from ovita.instruct import edits as E
 from ovita.instruct import frames as F
+from ovita.instruct.corrections import parts_in
 from ovita.instruct.editing import OPPOSITE, directions_of, scale_of, slots
 from ovita.instruct.notation import name_of, quantity
 from ovita.instruct.remarks import (
@@ -23,7 +24,6 @@ from ovita.instruct.remarks import (
     names,
     senses_of,
 )
-from ovita.instruct.whereabouts import parts_in
 
 COUNTED = {"turns": "turns", "wave": "waves", "waypoints": "amount", "quadrant": ""}
 """The slot that a bare number is for, by the word behind it."""
@@ -35,13 +35,13 @@ ORDINALS = ("first", "last", "middle", "second")
 
 def numbers(said: Remark) -> Iterator[Candidate]:
     """Other values for slots."""
-    placed = {id(p) for part in parts_in(said) for p in part[2]}
+    placed = {id(p) for where in parts_in(said) for p in where.pieces}
     stated = [p for p in said.active if p.number and id(p) not in placed] or _turn_words(said)
     old = {id(p): where for p in stated if (where := _held(p, said)) and (len(stated) > 1 or said.negated(p))}
     found: dict[tuple[int, str], E.Edit] = {}
     used: list[Phrase] = []
     for piece in [p for p in stated if id(p) not in old]:
-        where = next(iter(old.values()), None) if len(old) == 1 else _slot_of(piece, said)
+        where = next(iter(old.values())) if len(old) == 1 else _slot_of(piece, said)
         if where is not None and not _otherwise(said, said.before[where[0]]) and not _absurd(piece, where, said):
             found[where] = _set(piece, where, said)
             used += [piece, *_around(piece, said)]
@@ -101,28 +101,27 @@ def _turn_words(said: Remark) -> list[Phrase]:
 def _slot_of(piece: Phrase, said: Remark) -> tuple[int, str] | None:
     """The frame and slot that a number fits best: named, of its unit, already filled, in the last frame."""
     assert piece.number is not None
-    unit = piece.number.unit
+    unit, only = piece.number.unit, _counted(piece, said)
     around = [p for p in said.active if p.clause == piece.clause] if unit else said.active
-    cues = {NAMED[c] for p in around for c in p.cues if c in NAMED}
-    senses = {SENSES.get(p.concept, "") for p in around}
+    named = {NAMED.get(c) for p in around for c in p.cues} | {SENSES.get(p.concept) for p in around}
     best: tuple[float, int, str] | None = None
-    only = _counted(piece, said)
     for i in said.targets:
-        frame = said.before[i]
-        for rank, (slot, units) in enumerate(slots(frame).items()):
-            if only is not None and slot != only:
+        held = said.before[i].quantities
+        for rank, (slot, units) in enumerate(slots(said.before[i]).items()):
+            if only not in (None, slot):
                 continue
-            had = frame.quantities.get(slot)
-            if unit == "m" and had is not None and had.unit == "m/s":
+            had = held[slot].unit if slot in held else None
+            if (unit, had) == ("m", "m/s") or (unit == "x" and slot == "turns" and had is not None):
                 return i, slot
-            if unit == "x" and slot == "turns" and slot in frame.quantities:
-                return i, slot
-            if unit not in units or (unit in ("%", "x") and had is not None and had.unit not in ("%", "x")):
-                continue
-            score = 3.0 * (slot in cues or slot in senses) + 2.0 * (slot in frame.quantities) - 0.1 * rank + 0.01 * i
-            if best is None or score > best[0]:
+            score = 3.0 * (slot in named) + 2.0 * (had is not None) - 0.1 * rank + 0.01 * i
+            shared = unit not in FACTORED or had is None or had in FACTORED
+            if unit in units and shared and (best is None or score > best[0]):
                 best = score, i, slot
-    return None if best is None else best[1:]
+    return best and best[1:]
+
+
+FACTORED = ("%", "x")
+"""Units of shares and multiples."""
 
 
 def _counted(piece: Phrase, said: Remark) -> str | None:
@@ -141,55 +140,51 @@ def _around(piece: Phrase, said: Remark) -> list[Phrase]:
 
 def _step(piece: Phrase, said: Remark) -> int:
     """1 or -1 if a number is more or less than before ("5 cm higher", "increase it by 0.1"), 0 if it is the value."""
-    pieces = said.active
-    i = pieces.index(piece) if piece in pieces else 0
-    before = [p for p in pieces[:i] if p.clause == piece.clause]
-    behind = [p for p in pieces[i + 1 : i + 3] if "turns" not in p.cues][:1]
-    if {p.text for p in before[-1:]} & {"another", "extra"}:
+    i = said.active.index(piece) if piece in said.active else 0
+    before = [p for p in said.active[:i] if p.clause == piece.clause]
+    last = before[-1].text if before else ""
+    cues = {c for p in before for c in p.cues}
+    if last in ("another", "extra") or (last == "by" and "more" in cues):
         return 1
-    if {p.text for p in before[-1:]} == {"by"} and (by := {c for p in before for c in p.cues} & {"more", "less"}):
-        return 1 if "more" in by else -1
-    for p in behind:
-        if p.text in ("more", "further", "extra", "farther"):
-            return 1
-        if p.text in ("less", "fewer"):
-            return -1
-        sense = SENSES.get(p.concept, "") if p.text.endswith("er") else ""
-        known = [senses_of(said.before[k]) for k in said.targets]
-        if sense and any(sense in senses for senses in known):
-            return 1
-        if sense and any(OPPOSITE.get(sense) in senses for senses in known):
-            return -1
-    return 0
+    if last == "by" and "less" in cues:
+        return -1
+    behind = next((p for p in said.active[i + 1 : i + 3] if "turns" not in p.cues), Phrase("", 0))
+    if behind.text in STEPS:
+        return STEPS[behind.text]
+    sense = SENSES.get(behind.concept) if behind.text.endswith("er") else None
+    known = {sense for k in said.targets for sense in senses_of(said.before[k])}
+    return 0 if sense is None else 1 if sense in known else -1 if OPPOSITE.get(sense) in known else 0
+
+
+STEPS = {"more": 1, "further": 1, "extra": 1, "farther": 1, "less": -1, "fewer": -1}
+"""Words behind a number that is how much more or less."""
 
 
 def amounts(said: Remark) -> Iterator[Candidate]:
     """More, less, or a factor on it."""
     sized = [i for i in said.targets if slots(said.before[i]) or isinstance(said.before[i], F.Smooth | F.Curve)]
-    if not sized:
-        return
-    degrees = {d: [p for p in said.cued(d) if not said.judged(p)] for d in ("slight", "large")}
-    degree: Any = next((d for d, found in degrees.items() if found), None)
     named = [p for p in said.active if p.cues and any(names(p, said.before[i]) for i in sized)]
     used = (*said.cued("more", "less", "weak", "slight", "large", "enough", "not", "same", "again"), *named)
     factor, pieces = _factor(said)
-    if factor is not None:
-        yield from _scaled(said, sized, lambda on: E.Rescale(on=on, factor=factor), (*used, *pieces), 1.0)
+    if sized and factor is not None:
+        yield _scaled(said, sized, lambda on: E.Rescale(on=on, factor=factor), (*used, *pieces), 1.0)
         return
     signs = {i: sensed for i in sized if (sensed := _sensed(said, said.before[i]))}
     generic = -1 if said.cued("less") else 1 if said.cued("more", "weak") else 0
-    if not signs and generic:
+    if generic and not signs:
         signs = {i: (generic, ()) for i in sized}
+    if not signs:
+        return
+    degree: Any = next((d for d in ("slight", "large") if any(not said.judged(p) for p in said.cued(d))), None)
     changes: dict[int, Any] = {i: "more" if sign > 0 else "less" for i, (sign, _) in signs.items()}
     pieces = tuple(p for _, sensed in signs.values() for p in sensed)
     if len({p for _, sensed in signs.values() for p in sensed[:1]}) == len(signs) > 1:  # each has words of its own
         edits = tuple(E.Rescale(on=_way(said, i), change=change, degree=degree) for i, change in changes.items())
         yield Candidate(edits, (*used, *pieces), 0.0)
-    elif signs:
+    else:
         last = changes[list(signs)[-1]]
-        yield from _scaled(
-            said, list(signs), lambda on: E.Rescale(on=on, change=last, degree=degree), (*used, *pieces), 0.0
-        )
+        edit = lambda on: E.Rescale(on=on, change=last, degree=degree)  # noqa: E731
+        yield _scaled(said, list(signs), edit, (*used, *pieces), 0.0)
 
 
 def _way(said: Remark, i: int) -> str:
@@ -201,29 +196,28 @@ def _way(said: Remark, i: int) -> str:
 
 def _scaled(
     said: Remark, where: list[int], edit: Callable[[str], E.Edit], used: tuple[Phrase, ...], prior: float
-) -> Iterator[Candidate]:
-    kinds = list(dict.fromkeys(name_of(said.before[i]) for i in where))
+) -> Candidate:
+    """One edit of the last of some frames; a question where they are of several kinds."""
+    kinds = tuple(dict.fromkeys(name_of(said.before[i]) for i in where))
     if len(kinds) > 1:
-        yield Candidate((), used, prior, "Which do you mean: " + " or ".join(kinds) + "?", tuple(kinds))
-    else:
-        yield Candidate((edit(_way(said, where[-1])),), used, prior)
+        return Candidate((), used, prior, "Which do you mean: " + " or ".join(kinds) + "?", kinds)
+    return Candidate((edit(_way(said, where[-1])),), used, prior)
 
 
 def _factor(said: Remark) -> tuple[float | None, tuple[Phrase, ...]]:
     """A factor on what was done: half of that, three times as much, 50 % more."""
     for i, piece in enumerate(said.active):
         before, behind = said.active[max(i - 1, 0) : i], said.active[i + 1 : i + 2]
-        ordinal = any(p.concept in ORDINALS for p in before)
         word = next((cue for cue in FACTORS if cue in piece.cues), "")
-        if word and not ordinal and not (word == "twice" and _turn_words(said)):
+        counted = any(p.concept in ORDINALS for p in before) or (word == "twice" and _turn_words(said))
+        if word and not counted:
             return FACTORS[word], (piece,)
-        near = {cue for p in (*before, *behind) for cue in p.cues}
-        q = piece.number
         by = said.active[max(i - 3, 0) : i] if any(p.text == "by" for p in before) else ()
-        near |= {cue for p in by for cue in p.cues}
-        if q is not None and q.unit == "%" and near & {"more", "less"}:
+        near = {cue for p in (*before, *behind, *by) for cue in p.cues}
+        q = piece.number or quantity("1")
+        if q.unit == "%" and near & {"more", "less"}:
             return 1 - q.value if "less" in near else 1 + q.value, (piece, *before, *behind, *by)
-        if q is not None and q.unit == "x" and not said.counted(q):
+        if q.unit == "x" and not said.counted(q):
             return q.value, (piece, *behind)
     return None, ()
 
@@ -232,28 +226,38 @@ def _sensed(said: Remark, frame: F.SemanticFrame) -> tuple[int, tuple[Phrase, ..
     """1 if more of a frame is wanted, -1 if less, by words that say which way: "slower", "too close", "not so high"."""
     senses = senses_of(frame)
     for i, piece in enumerate(said.active):
-        words = piece.text.split()
-        adjective = ADJECTIVES.get(words[0], "") if len(words) == 1 else ""
-        sense = adjective or SENSES.get(piece.concept, "")
+        sense = _adjective(piece) or SENSES.get(piece.concept, "")
         along = 1 if sense in senses else -1 if OPPOSITE.get(sense) in senses else 0
         if not along or piece.text in ("further", "farther"):
             continue
         before = [p for p in said.active[max(i - 2, 0) : i] if p.clause == piece.clause]
-        behind = said.active[i + 1 : i + 3]
-        enough = any("enough" in p.cues for p in behind[:1])
-        judged = not enough and any(p.text in JUDGING or p.cues & {"less", "not"} for p in before)
-        judged = judged or any("less" in p.cues for p in behind)
-        if piece.cues & {"slight", "large"} and not (judged or words[-1].endswith("er")):
+        judged, settled = _judgement(said, piece, before, said.active[i + 1 : i + 3])
+        if piece.cues & {"slight", "large"} and not (judged or piece.text.endswith("er")):
             continue
-        resolved = len(words) > 1 and words[0] in ("too", "so", "less", "that")
-        if (
-            resolved
-            or any(w.endswith("er") for w in words)
-            or (adjective and (judged or enough or said.cued("more", "weak")))
-        ):
-            return (-along if judged and not resolved else along), (piece, *before)
+        if settled:
+            return (-along if judged and not _resolved(piece) else along), (piece, *before)
         if said.cued("less"):
             return -1, (piece,)
         if said.cued("more", "weak") or (sense not in DIRECTIONS and said.cued("slight", "large")):
             return along, (piece,)
     return None
+
+
+def _adjective(piece: Phrase) -> str:
+    """What more of the adjective is that a piece is alone, or ""."""
+    return ADJECTIVES.get(piece.text, "")
+
+
+def _resolved(piece: Phrase) -> bool:
+    """Whether a phrase of several words turns its adjective round by itself: "too close"."""
+    first, *more = piece.text.split()
+    return bool(more) and first in ("too", "so", "less", "that")
+
+
+def _judgement(said: Remark, piece: Phrase, before: Sequence[Phrase], behind: Sequence[Phrase]) -> tuple[bool, bool]:
+    """Whether words beside a piece say that it is too much of it; and whether it says which way by itself."""
+    enough = any("enough" in p.cues for p in behind[:1])
+    judged = not enough and any(p.text in JUDGING or p.cues & {"less", "not"} for p in before)
+    judged = judged or any("less" in p.cues for p in behind)
+    graded = _adjective(piece) and (judged or enough or said.cued("more", "weak"))
+    return judged, _resolved(piece) or bool(graded) or any(w.endswith("er") for w in piece.text.split())

@@ -5,6 +5,7 @@ from __future__ import annotations
 import keyword
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -20,11 +21,11 @@ from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene, SceneObject, canonical
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.policy import Parameter
-from ovita.policy.direct import TooMuch, run_proven
+from ovita.policy.direct import TooMuch, prove_statements, run_proof
 from ovita.policy.policy import MAX_NOTE, Role
-from ovita.policy.syntax import Value, parse_tree
+from ovita.policy.syntax import Value
 from ovita.text import clean_text
-from ovita.toolkit import CATALOGUE
+from ovita.toolkit import CATALOGUE, Recorder
 
 STILL = (F.Keep, F.Pace, F.Wait, F.StopAt, F.Resample)
 """Frames that do not change where the path goes."""
@@ -196,11 +197,24 @@ class PolicyBuilder:
             return self.trajectory.to_array()
         if self._rows is None or self._rows[0] != done:
             try:
-                rows, _ = run_proven(parse_tree(self.source("")), self.trajectory.to_array(), self.scene)
+                rows, _ = self.run()
             except (TooMuch, OvitaError):
                 rows = self.trajectory.to_array()
             self._rows = done, np.asarray(rows)
         return self._rows[1]
+
+    def run(self) -> tuple[Any, Recorder]:
+        """What the steps so far make of the trajectory, unchecked, and their postconditions.
+
+        Raises:
+            TooMuch: If they are not proven, and so belong into the sandbox.
+            PolicyCrashed: If one fails.
+        """
+        proof = prove_statements(tuple(self.parameters), self.statements())
+        if proof is None:
+            raise TooMuch
+        values = {name: parameter.value for name, parameter in self.parameters.items()}
+        return run_proof(proof, self.trajectory.to_array(), self.scene, values)
 
     @property
     def positions(self) -> Array:
@@ -263,11 +277,15 @@ class PolicyBuilder:
         lines = ["def adapt(", "    traj,", "    scene,"]
         lines += ["    *,"] if self.parameters else []
         lines += [f"    {p.name}={p.value!r},  # {p.comment}" for p in self.parameters.values()]
+        lines += ["):", f'    """{" ".join(summary.split())}"""']
+        return "\n".join([*lines, *(f"    {line}" for line in self.statements()), ""])
+
+    def statements(self) -> list[str]:
+        """The statements of the policy's function."""
         body = [line for step in self.steps for line in step.code] + list(self.promises.values())
         start = ["original = traj"] if any("original" in line for line in body) else []
         named = [f"{name} = scene[{item.name!r}]" for name, item in self.objects.items()]
-        lines += ["):", f'    """{" ".join(summary.split())}"""']
-        return "\n".join([*lines, *(f"    {line}" for line in [*named, *start, *body]), "    return traj", ""])
+        return [*named, *start, *body, "return traj"]
 
 
 def direction_word(frame: Frame, direction: str) -> str:

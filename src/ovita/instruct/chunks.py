@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import Any, TypeAlias
 
 from ovita.instruct.frames import Quantity, Span
@@ -175,82 +176,101 @@ def _forbidden(chunk: Chunk, behind: Sequence[Chunk]) -> Chunk:
     return replace(chunk, kind="never") if away or behind[to].kind in MANNERS else chunk
 
 
-def _term(lowered: Sequence[str], i: int) -> tuple[str, int]:
+@dataclass(frozen=True)
+class _Place:
+    """A word of an utterance with what stands beside it, which settles which of its senses it has."""
+
+    words: Sequence[str]
+    i: int
+    kind: str
+    length: int
+
+    @property
+    def word(self) -> str:
+        return self.words[self.i]
+
+    @property
+    def before(self) -> str:
+        return self.words[self.i - 1] if self.i else ""
+
+    @property
+    def behind(self) -> str:
+        """The word behind the phrase."""
+        return "".join(self.words[self.i + self.length : self.i + self.length + 1])
+
+    @property
+    def last(self) -> str:
+        """The last word of a phrase of several."""
+        return self.words[self.i + self.length - 1] if self.length > 1 else ""
+
+    @property
+    def counted(self) -> bool:
+        """Whether an amount stands behind the phrase."""
+        return bool(self.behind) and amount_at(self.words, self.i + self.length) is not None
+
+    def classes(self, low: int, high: int) -> list[str]:
+        """The classes of the words from so many behind this one."""
+        return [term_at(self.words, j)[0] for j in range(max(self.i + low, 0), min(self.i + high, len(self.words)))]
+
+    def bare(self, *words: str) -> bool:
+        """Whether it is one of these words, and begins no phrase."""
+        return self.length <= 1 and self.word in words
+
+
+def _measured_half(at: _Place) -> bool:
+    half = amount_at(at.words, at.i + at.length - 1) if at.last == "half" else None
+    return half is not None and bool(half.unit)
+
+
+def _goes_on(at: _Place) -> bool:
+    """Whether the participle behind says more than that something moves: "slowing down", "getting so close"."""
+    first, *more = at.classes(1, 5)
+    return bool(first) if first != "plain" else not COMPARED.union(("left", "right")).isdisjoint(more)
+
+
+def _law(at: _Place) -> bool:
+    """Whether it is one of two comparatives that go together."""
+    pairs = pairwise(at.words)
+    compares = [j for j, (the, word) in enumerate(pairs) if the == "the" and word.endswith(("er", "more", "less"))]
+    return at.before == "the" and sum(term_at(at.words, j + 1)[0] in COMPARED for j in compares) > 1
+
+
+SHORTER = ("", -1)
+"""Stands for the class of the phrase without its last word."""
+
+_MOVING = ("plain", "path", "speed", "keep", "faster", "slower")
+_NO_NUMBER = frozenset({*DETERMINERS, "last", "final", "first", "middle"})
+
+_SENSES: tuple[tuple[Callable[[_Place], object], tuple[str, int]], ...] = (
+    (_measured_half, SHORTER),  # "right" half a metre
+    (lambda at: at.last == "by" and at.counted and at.kind not in ("by", "at_least", "at_most"), SHORTER),  # "up by" 10 cm
+    (lambda at: at.word == "right" and {"stop", "wait"} & {*at.classes(-1, 0)}, ("plain", 1)),
+    (lambda at: at.length == 1 and at.bare("stop", "quit") and at.behind.endswith("ing") and _goes_on(at), ("never", 1)),
+    (lambda at: at.length == 1 and at.bare("while", "whilst", "when") and at.behind in ("going", "moving", "heading")
+     and SIDEWAYS & {*at.classes(2, 3)} and (at.i + 3 >= len(at.words) or amount_at(at.words, at.i + 3) is None), ("where", 1)),
+    (lambda at: at.length == 1 and at.bare("after", "before", "while", "whilst") and at.behind.endswith("ing")
+     and at.classes(1, 2)[0] in _MOVING, ("join", 1)),  # "while going faster"
+    (lambda at: at.kind == "level" and at.counted, SHORTER),  # "at a height of" 50 cm
+    (lambda at: at.word == "another" and at.counted and "of" in at.words[at.i + 2 : at.i + 4], ("inc", 1)),  # "another 5 cm of room"
+    (lambda at: at.word == "that" and at.before in ("not", "quite", "be") and COMPARED & {*at.classes(1, 2)}, ("so", 1)),
+    (lambda at: at.length == 1 and at.bare("bend", "curve") and at.behind in ("the", "it") and SIDEWAYS & {*at.classes(1, len(at.words))},
+     ("plain", 1)),  # "bend the second half to the right"
+    (lambda at: at.word == "then" and at.counted, ("than", 1)),
+    (lambda at: at.kind in COMPARED and _law(at), ("law", 0)),  # "the closer ..., the slower"
+    (lambda at: at.bare("first", "second", "third") and at.before not in _NO_NUMBER and DOING & {*at.classes(1, 2)}, ("plain", 1)),
+    (lambda at: at.kind == "rest" and at.bare("rest") and at.before not in (*DETERMINERS, "to")
+     and at.behind in ("at", "on", "by", "above", "near", "for"), ("wait", 1)),
+)  # fmt: skip
+"""When a word or phrase has another sense than by itself, and which class, of how many words (0 for all of it)."""
+
+
+def _term(words: Sequence[str], i: int) -> tuple[str, int]:
     """The class of the words at i, where what stands beside them settles which of their senses it is."""
-    kind, length = term_at(lowered, i)
-    word, before, behind = (
-        lowered[i],
-        lowered[i - 1] if i else "",
-        lowered[i + length] if i + length < len(lowered) else "",
-    )
-    counted = bool(behind) and amount_at(lowered, i + length) is not None
-    if length > 1 and lowered[i + length - 1] == "half" and (half := amount_at(lowered, i + length - 1)) and half.unit:
-        return term_at(lowered[: i + length - 1], i)  # "right" half a metre
-    if length > 1 and counted and lowered[i + length - 1] == "by" and kind not in ("by", "at_least", "at_most"):
-        return term_at(lowered[: i + length - 1], i)  # "up by" 10 cm
-    if word == "right" and i and term_at(lowered, i - 1)[0] in ("stop", "wait"):
-        return "plain", 1
-    if word in ("stop", "quit") and behind.endswith("ing") and length == 1 and _goes_on(lowered, i + 1):
-        return "never", 1  # "stop getting so close"
-    if word in ("while", "whilst", "when") and behind in ("going", "moving", "heading") and length == 1:
-        if term_at(lowered, i + 2)[0] in SIDEWAYS and (i + 3 >= len(lowered) or amount_at(lowered, i + 3) is None):
-            return "where", 1  # "while going left"
-    if word in ("after", "before", "while", "whilst") and behind.endswith("ing") and length == 1:
-        if term_at(lowered, i + 1)[0] in ("plain", "path", "speed", "keep", "faster", "slower"):
-            return "join", 1  # "while going faster"
-    if (settled := _settled(lowered, i, kind, length, counted)) is not None:
-        return settled
-    if word == "then" and counted:
-        return "than", 1
-    if (
-        kind in COMPARED
-        and before == "the"
-        and sum(term_at(lowered, j + 1)[0] in COMPARED for j in range(len(lowered) - 1) if _compares(lowered, j)) > 1
-    ):
-        return "law", length  # "the closer ..., the slower"
-    if (
-        word in ("first", "second", "third")
-        and length <= 1
-        and before not in DETERMINERS | {"last", "final", "first", "middle"}
-        and term_at(lowered, i + 1)[0] in DOING
-    ):
-        return "plain", 1  # "first shift ..., then"
-    if (
-        kind == "rest"
-        and word == "rest"
-        and length == 1
-        and before not in (*DETERMINERS, "to")
-        and behind in ("at", "on", "by", "above", "near", "for")
-    ):
-        return "wait", 1
-    return kind, length
-
-
-def _settled(lowered: Sequence[str], i: int, kind: str, length: int, counted: bool) -> tuple[str, int] | None:
-    """The class of words of which what stands behind them settles the sense, or None."""
-    word, before, behind = lowered[i], lowered[i - 1] if i else "", lowered[i + 1 : i + 2]
-    if kind == "level" and counted:
-        return term_at(lowered[: i + length - 1], i)  # "at a height of" 50 cm
-    if word == "another" and counted and "of" in lowered[i + 2 : i + 4]:
-        return "inc", 1  # "another 5 cm of room"
-    if word == "that" and before in ("not", "quite", "be") and behind and term_at(lowered, i + 1)[0] in COMPARED:
-        return "so", 1  # "not quite that slow"
-    if word in ("bend", "curve") and length == 1 and behind in (["the"], ["it"]):
-        sideways = any(term_at(lowered, j)[0] in SIDEWAYS for j in range(i + 1, len(lowered)))
-        return ("plain", 1) if sideways else None  # "bend the second half to the right"
-    return None
-
-
-def _goes_on(lowered: Sequence[str], i: int) -> bool:
-    """Whether a participle at i says more than that something moves: "slowing down", "getting so close"."""
-    if term_at(lowered, i)[0] != "plain":
-        return bool(term_at(lowered, i)[0])
-    return any(term_at(lowered, j)[0] in COMPARED | {"left", "right"} for j in range(i + 1, min(i + 4, len(lowered))))
-
-
-def _compares(lowered: Sequence[str], j: int) -> bool:
-    """Whether "the closer", "the more" begins at j."""
-    return lowered[j] == "the" and lowered[j + 1].endswith(("er", "more", "less"))
+    at = _Place(words, i, *term_at(words, i))
+    found = next((sense for fits, sense in _SENSES if fits(at)), (at.kind, at.length))
+    if found == SHORTER:
+        return term_at(words[: i + at.length - 1], i)
+    return found[0], found[1] or at.length
 
 
 def _nicknames(catalog: Catalog) -> None:
@@ -274,119 +294,129 @@ def spoken(text: str) -> list[tuple[str, Span]]:
 def _pieces(text: str) -> list[_Word]:
     """The words and marks of a text, with signs, ranges and symbols as words."""
     found: list[_Word] = []
-    matches = list(PIECE.finditer(text.replace("’", "'")))
-    for i, match in enumerate(matches):
-        before, behind = matches[i - 1] if i else None, matches[i + 1] if i + 1 < len(matches) else None
+    matches = [None, *PIECE.finditer(text.replace("’", "'")), None]
+    for before, match, behind in zip(matches, matches[1:], matches[2:], strict=False):
+        assert match is not None
+        glued, joined = (
+            before is not None and before.end() == match.start(),
+            behind is not None and behind.start() == match.end(),
+        )
+        last, following = before.group() if before else "", behind.group() if behind else ""
         word = match.group()
         if word in ("-", "+", "/", ".."):
-            word = _mark(word, match, before, behind)
+            word = _mark(word, last, following, glued, joined)
         word = ORDINALS.get(word, SHORT.get(word, word))
-        if word == "." and behind is not None and before is not None and before.end() == match.start():
-            if before.group().lower() in ABBREVIATED and not behind.group()[0].isupper():
-                continue  # "approx. 5 cm"
-        if (
-            word in ("x", "X", "×")
-            and behind is not None
-            and behind.start() == match.end()
-            and behind.group().startswith(NUMERIC)
-        ):
+        shortened = word == "." and glued and last.lower() in ABBREVIATED
+        if shortened and following and not following[0].isupper():
+            continue  # "approx. 5 cm"
+        if word in TIMES and joined and following.startswith(NUMERIC):
             continue  # "x1.5" is 1.5 times
         found += [_Word(part, match.span()) for part in SYMBOLS.get(word, word).split()]
-        if (
-            before is not None
-            and before.group() in ("x", "X", "×")
-            and before.end() == match.start()
-            and word.startswith(NUMERIC)
-        ):
+        if last in TIMES and glued and word.startswith(NUMERIC):
             found.append(_Word("x", match.span()))
     return found
 
 
-def _mark(word: str, match: re.Match[str], before: re.Match[str] | None, behind: re.Match[str] | None) -> str:
-    """What a sign or slash is: a sign, a range, "and", a pause, or nothing inside of a word."""
-    glued = before is not None and before.end() == match.start()
-    joined = behind is not None and behind.start() == match.end()
-    number = behind is not None and behind.group().startswith(NUMERIC)
-    counted = before is not None and (before.group()[-1].isdigit() or before.group() == "%")
+TIMES = ("x", "X", "×")
+
+
+def _mark(word: str, last: str, following: str, glued: bool, joined: bool) -> str:
+    """What a sign or slash is: a sign, a range, "and", a pause, or nothing inside of a word.
+
+    `last` and `following` stand beside it, and are `glued` and `joined` to it where no space is between.
+    """
+    number, counted = following.startswith(NUMERIC), last == "%" or last[-1:].isdigit()
     if word == "/":
         return "/" if counted or not (glued and joined) else "and"
     if word == ".." or (word == "-" and glued and counted and number):
         return "to"
     if word == "+":
         return "plus" if number else "and"
-    if number and joined:
-        return "minus"
-    if joined and not glued and behind is not None and behind.group() in ("x", "y", "z"):
+    if joined and (number or (not glued and following in ("x", "y", "z"))):
         return "minus"
     return "" if glued and joined else "to" if not number and glued else ","
 
 
-def _least(lowered: Sequence[str], i: int, found: Sequence[Chunk], kind: str, length: int) -> tuple[str, int]:
-    """The class of the words at i, where "a good 20 cm" and "0.2 m and up" are a least, "good" and "and up" are not."""
-    if kind != "min" or lowered[i] not in ("good", "and"):
-        return kind, length
-    behind = lowered[i + length] if i + length < len(lowered) else ""
-    counted = bool(behind) and amount_at(lowered, i + length) is not None
-    if lowered[i] == "good":
-        return (kind, length) if counted else ("plain", 1)
+def _least(at: _Place, found: Sequence[Chunk]) -> tuple[str, int]:
+    """The class of a phrase, where "a good 20 cm" and "0.2 m and up" are a least, "good" and "and up" are not."""
+    if at.kind != "min" or at.word not in ("good", "and"):
+        return at.kind, at.length
+    if at.word == "good":
+        return ("min", at.length) if at.counted else ("plain", 1)
     after = bool(found) and found[-1].q is not None
-    goes_on = not after or counted or behind in ("by", "to", "a", "slightly", "then")
-    return ("", 0) if goes_on else (kind, length)
-
-
-def _nowhere(word: str, earlier: tuple[str, ...], found: Sequence[Chunk]) -> bool:
-    """Whether "near it" is said before anything is named."""
-    return word in ("it", "them") and not earlier and bool(found) and found[-1].kind in BESIDE
+    goes_on = not after or at.counted or at.behind in ("by", "to", "a", "slightly", "then")
+    return ("", 0) if goes_on else ("min", at.length)
 
 
 def _chunk(
     words: Sequence[_Word], lowered: list[str], i: int, catalog: Catalog, found: Sequence[Chunk]
 ) -> tuple[Chunk, int]:
-    def made(kind: str, used: int, **more: object) -> tuple[Chunk, int]:
-        span = words[i].span[0], words[i + used - 1].span[1]
-        return Chunk(kind, " ".join(w.text for w in words[i : i + used]), span, **more), used  # type: ignore[arg-type]
-
+    """The chunk that begins at a word, and how many words it takes."""
     word = lowered[i]
-    if word in BREAKS:
-        return made("dot" if word in ".;!?" else "comma", 1)
-    if not word[0].isalnum() and word not in "+-=@%" and word[0] != ".":
-        return made("filler", 1)
+    kind, length = ("", 0) if _sign(word) else _least(_Place(lowered, i, *_term(lowered, i)), found)
     earlier = next((c.names for c in reversed(found) if c.kind == "OBJ"), ())
-    kind, length = _least(lowered, i, found, *_term(lowered, i))
-    named = word[0].isalnum() and kind not in PLACING
-    mention = catalog.mention_at(lowered, i, tuple(catalog.scene[n] for n in earlier)) if named else None
-    if mention is not None and mention.used >= length and (not mention.unclear or not kind):
-        names = tuple(item.name for item in mention.items)
-        return made("CHOICE" if mention.unclear else "OBJ", mention.used, names=names)
-    amount = amount_at(lowered, i)
-    if (
-        amount is not None
-        and amount.used >= length
-        and not (word == "one" and lowered[i - 1 : i] in (["the"], ["that"], ["current"], ["present"], ["old"]))
-    ):
-        said = "".join(lowered[i : i + amount.used])
-        q = Quantity(amount.value, amount.unit, "by", said if is_digits(word) else "")
-        return made(UNIT_KIND[amount.unit], amount.used, q=q)
-    if (
-        word in PRONOUNS
-        and length <= 1
-        and earlier
-        and found
-        and (found[-1].kind in PLACING or found[-1].text.endswith(" of"))
-    ):
-        return made("OBJ", 1, names=earlier)
+    options: tuple[Callable[[], Made], ...] = (
+        lambda: _sign(word),
+        lambda: _thing(lowered, i, catalog, earlier, kind, length),
+        lambda: _quantity(lowered, i, length),
+        lambda: _pronoun(word, earlier, found) if length <= 1 else None,
+        lambda: _known(word, kind, length),
+    )
+    chunk, used = next(made for option in options if (made := option()) is not None)
+    text, span = " ".join(w.text for w in words[i : i + used]), (words[i].span[0], words[i + used - 1].span[1])
+    return replace(chunk, text=text, span=span), used
+
+
+def _of(kind: str, **more: Any) -> Chunk:
+    """A chunk whose words are still to be filled in."""
+    return Chunk(kind, "", (0, 0), **more)
+
+
+Made: TypeAlias = tuple[Chunk, int] | None
+
+
+def _sign(word: str) -> Made:
+    """A mark of punctuation."""
+    if word in BREAKS:
+        return _of("dot" if word in ".;!?" else "comma"), 1
+    return None if word[0].isalnum() or word in "+-=@%" or word[0] == "." else (_of("filler"), 1)
+
+
+def _thing(words: Sequence[str], i: int, catalog: Catalog, earlier: tuple[str, ...], kind: str, length: int) -> Made:
+    """Objects that are named or described, by as many words at least as any class."""
+    if not words[i][0].isalnum() or kind in PLACING:
+        return None
+    mention = catalog.mention_at(words, i, tuple(catalog.scene[name] for name in earlier))
+    if mention is None or mention.used < length or (mention.unclear and kind):
+        return None
+    return _of("CHOICE" if mention.unclear else "OBJ", names=tuple(item.name for item in mention.items)), mention.used
+
+
+def _quantity(words: Sequence[str], i: int, length: int) -> Made:
+    """An amount; not the "one" of "the one"."""
+    amount = amount_at(words, i)
+    pronoun = words[i] == "one" and words[i - 1 : i] in (["the"], ["that"], ["current"], ["present"], ["old"])
+    if amount is None or amount.used < length or pronoun:
+        return None
+    said = "".join(words[i : i + amount.used]) if is_digits(words[i]) else ""
+    return _of(UNIT_KIND[amount.unit], q=Quantity(amount.value, amount.unit, "by", said)), amount.used
+
+
+def _pronoun(word: str, earlier: tuple[str, ...], found: Sequence[Chunk]) -> Made:
+    """What was named last, a number of a waypoint, or "near it" before anything is named."""
+    placed = bool(found) and (found[-1].kind in PLACING or found[-1].text.endswith(" of"))
+    if word in PRONOUNS and earlier and placed:
+        return _of("OBJ", names=earlier), 1
     if ordinal := ORDINAL.fullmatch(word):
-        return made("Qth", 1, q=Quantity(float(ordinal[1])))
-    if length <= 1 and _nowhere(word, earlier, found):
-        return made("unknown", 1)
-    if kind == "plain":
-        return made("filler", length)
-    if kind == "join":
-        return made("and", length)
-    if kind:
-        return made(BARE.get(word, kind) if length == 1 else kind, length)
-    if CONTRACTION.fullmatch(word):
-        return made("filler", 1)
-    if word in ("and", "n", "or"):
-        return made("and", 1)
-    return made("unknown", 1)
+        return _of("Qth", q=Quantity(float(ordinal[1]))), 1
+    nowhere = word in ("it", "them") and not earlier and bool(found) and found[-1].kind in BESIDE
+    return (_of("unknown"), 1) if nowhere else None
+
+
+def _known(word: str, kind: str, length: int) -> tuple[Chunk, int]:
+    """A word or phrase by its class."""
+    if not kind:
+        joins, plain = word in ("and", "n", "or"), CONTRACTION.fullmatch(word)
+        return _of("filler" if plain else "and" if joins else "unknown"), 1
+    kind = BARE.get(word, kind) if length == 1 and kind not in ("plain", "join") else kind
+    return _of({"plain": "filler", "join": "and"}.get(kind, kind)), length

@@ -7,47 +7,19 @@ from dataclasses import replace
 from typing import Any, Literal, TypeAlias
 
 from ovita.errors import InputError
+from ovita.instruct import frames as F
 from ovita.instruct.edits import Again, Also, Command, Drop, Edit, Except, Flip, Replace, Rescale, Restrict, Set
-from ovita.instruct.frames import (
-    SPOTS,
-    Approach,
-    Axis,
-    Clearance,
-    Curve,
-    Direction,
-    Extend,
-    Figure,
-    Height,
-    Hop,
-    Hover,
-    Keep,
-    Mirror,
-    MoveEnd,
-    Offset,
-    Pace,
-    Quantity,
-    Resample,
-    Resize,
-    Role,
-    Rotate,
-    SemanticFrame,
-    Side,
-    Smooth,
-    Tilt,
-    Trim,
-    Visit,
-    Wait,
-)
-from ovita.instruct.notation import ENDS, ROLES, name_of, quantity
+from ovita.instruct.notation import ROLES, name_of, quantity
 from ovita.instruct.scale import Degree
 from ovita.paths.part import WHOLE, PathPart, both, outside
 from ovita.paths.scene import Scene
 from ovita.policy import Parameter
 from ovita.units import dimension
 
-Frames: TypeAlias = tuple[SemanticFrame, ...]
+Frames: TypeAlias = tuple[F.SemanticFrame, ...]
+Change: TypeAlias = Callable[[F.SemanticFrame], F.SemanticFrame]
 
-Values: TypeAlias = Mapping[str, Quantity]
+Values: TypeAlias = Mapping[str, F.Quantity]
 """What was realised for the slots that frames leave open, by "NUMBER.SLOT", such as "0.left" or "1.amount"."""
 
 MORE: dict[Degree, float] = {"slight": 1.25, "moderate": 1.5, "large": 2.0}
@@ -57,27 +29,27 @@ _PAIRS = (
     ("cw", "ccw"), ("faster", "slower"), ("closer", "farther"), ("rampup", "rampdown"), ("larger", "smaller"),
     ("more", "less"), ("toward", "away"), ("over", "under"), ("at_least", "at_most"),
 )  # fmt: skip
-OPPOSITE: dict[str, str] = {**ENDS, **dict(_PAIRS), **{b: a for a, b in _PAIRS}, "fewer": "more"}
+OPPOSITE: dict[str, str] = {**F.ENDS, **dict(_PAIRS), **{b: a for a, b in _PAIRS}, "fewer": "more"}
 """Each direction, sense and change with its opposite."""
 
 _METRES, _FACTORS, _COUNTS = ("m", ""), ("%", "x", ""), ("turns", "")
-_SLOTS: dict[type[SemanticFrame], dict[str, tuple[str, ...]]] = {
-    MoveEnd: {"by": _METRES},
-    Approach: {"by": ("m", "%", "x", "step", "")},
-    Clearance: {"distance": ("m", "step", "")},
-    Visit: {"by": _METRES},
-    Pace: {"amount": ("%", "m/s", "x", "m/s2", "")},
-    Wait: {"duration": ("s", "")},
-    Extend: {"by": ("m", "s", "%", "waypoints", "")},
-    Resample: {"amount": ("waypoints", "", "%", "x")},
-    Figure: {"radius": _METRES, "size": _METRES, "turns": _COUNTS, "waves": _COUNTS, "rise": _METRES},
-    Hop: {"by": _METRES},
-    Hover: {"by": _METRES, "duration": ("s", "")},
-    Rotate: {"angle": ("deg", "")},
-    Tilt: {"angle": ("deg", "")},
-    Resize: {"by": _FACTORS},
-    Height: {"level": _METRES},
-    Trim: {"amount": ("waypoints", "%", "m", "s", "")},
+_SLOTS: dict[type[F.SemanticFrame], dict[str, tuple[str, ...]]] = {
+    F.MoveEnd: {"by": _METRES},
+    F.Approach: {"by": ("m", "%", "x", "step", "")},
+    F.Clearance: {"distance": ("m", "step", "")},
+    F.Visit: {"by": _METRES},
+    F.Pace: {"amount": ("%", "m/s", "x", "m/s2", "")},
+    F.Wait: {"duration": ("s", "")},
+    F.Extend: {"by": ("m", "s", "%", "waypoints", "")},
+    F.Resample: {"amount": ("waypoints", "", "%", "x")},
+    F.Figure: {"radius": _METRES, "size": _METRES, "turns": _COUNTS, "waves": _COUNTS, "rise": _METRES},
+    F.Hop: {"by": _METRES},
+    F.Hover: {"by": _METRES, "duration": ("s", "")},
+    F.Rotate: {"angle": ("deg", "")},
+    F.Tilt: {"angle": ("deg", "")},
+    F.Resize: {"by": _FACTORS},
+    F.Height: {"level": _METRES},
+    F.Trim: {"amount": ("waypoints", "%", "m", "s", "")},
 }
 """The slots of each frame that hold a quantity, the one that says how much first, with the units that they take."""
 
@@ -85,59 +57,64 @@ _FIRST: dict[str, str] = {"circle": "radius", "zigzag": "size", "wave": "size", 
 _PLACES = ("place", "about", "of")
 
 
-def slots(frame: SemanticFrame) -> dict[str, tuple[str, ...]]:
+def _offset(frame: F.SemanticFrame) -> F.Offset:
+    """The directions of a frame, none where it has none."""
+    offset: F.Offset = getattr(frame, "offset", ())
+    return offset
+
+
+def slots(frame: F.SemanticFrame) -> dict[str, tuple[str, ...]]:
     """The slots of a frame that hold or may hold a quantity, with the units that they take; the main one first."""
     known = dict(_SLOTS.get(type(frame), {}))
-    offset: Offset = getattr(frame, "offset", ())
-    if offset:
+    if offset := _offset(frame):
         return {**{direction: ("m", "step", "") for direction, _ in offset}, **known}
-    if isinstance(frame, Figure) and (first := _main_of(frame)) in known:
+    if isinstance(frame, F.Figure) and (first := _main_of(frame)) in known:
         return {first: known[first], **known}
     return known
 
 
-def _main_of(figure: Figure) -> str:
+def _main_of(figure: F.Figure) -> str:
     """What "bigger" is about: what the figure states, else its radius or swing."""
     stated = [name for name in ("radius", "size") if name in figure.quantities]
     return stated[0] if stated else _FIRST.get(figure.shape, "radius")
 
 
-def _with(frame: SemanticFrame, **changed: Any) -> SemanticFrame:
+def _with(frame: F.SemanticFrame, **changed: Any) -> F.SemanticFrame:
     """A frame with other values in slots that its class has."""
     return replace(frame, **changed)
 
 
-def put(frame: SemanticFrame, slot: str, quantity: Quantity) -> SemanticFrame:
+def put(frame: F.SemanticFrame, slot: str, quantity: F.Quantity) -> F.SemanticFrame:
     """A frame with a quantity in a slot: a field, or a direction of its offset."""
-    offset: Offset = getattr(frame, "offset", ())
+    offset = _offset(frame)
     if any(direction == slot for direction, _ in offset):
         changed = tuple((d, quantity if d == slot else q) for d, q in offset)
         return _with(frame, offset=changed)
     return _with(frame, **{slot: quantity})
 
 
-def quantity_of(parameter: Parameter, value: object = None) -> Quantity | None:
+def quantity_of(parameter: Parameter, value: object = None) -> F.Quantity | None:
     """What a parameter's value is to the slot that it stands for; None if it is no number."""
     number = parameter.value if value is None else value
     if isinstance(number, bool) or not isinstance(number, int | float):
         return None
     if parameter.role == "factor":
-        return Quantity(float(number), "x", "to")
+        return F.Quantity(float(number), "x", "to")
     if parameter.role == "count" and parameter.slot.endswith(".duration"):
-        return Quantity(float(number), "step")
-    role: Role = parameter.role if parameter.role in ROLES else "by"
-    return Quantity(float(number), dimension(parameter.unit), role)
+        return F.Quantity(float(number), "step")
+    role: F.Role = parameter.role if parameter.role in ROLES else "by"
+    return F.Quantity(float(number), dimension(parameter.unit), role)
 
 
-def realised_values(parameters: Sequence[Parameter]) -> dict[str, Quantity]:
+def realised_values(parameters: Sequence[Parameter]) -> dict[str, F.Quantity]:
     """What was realised for the slots of frames."""
     found = {p.slot: quantity_of(p) for p in parameters if p.slot}
     return {slot: q for slot, q in found.items() if q is not None}
 
 
 def by_hand(
-    frames: Sequence[SemanticFrame], parameters: Sequence[Parameter], values: Mapping[str, object]
-) -> tuple[SemanticFrame, ...]:
+    frames: Sequence[F.SemanticFrame], parameters: Sequence[Parameter], values: Mapping[str, object]
+) -> tuple[F.SemanticFrame, ...]:
     """Frames with the amounts that a person gave to parameters by hand.
 
     Args:
@@ -154,19 +131,19 @@ def by_hand(
     return tuple(known)
 
 
-def _by_hand(frame: SemanticFrame, slot: str, q: Quantity) -> SemanticFrame:
+def _by_hand(frame: F.SemanticFrame, slot: str, q: F.Quantity) -> F.SemanticFrame:
     if slot == "part" and frame.part.kind in ("near", "first", "last", "middle", "turns"):
         return replace(frame, part=replace(frame.part, amount=q.value))
     if slot not in slots(frame):
         return frame
     old = frame.quantities.get(slot)
     frame = put(frame, slot, replace(q, role=old.role if old and q.unit != "x" else q.role))
-    return replace(frame, change="set") if isinstance(frame, Pace) and q.unit == "x" else frame
+    return replace(frame, change="set") if isinstance(frame, F.Pace) and q.unit == "x" else frame
 
 
 def apply(
-    edits: Sequence[Edit], frames: Sequence[SemanticFrame], scene: Scene, values: Values | None = None
-) -> tuple[SemanticFrame, ...]:
+    edits: Sequence[Edit], frames: Sequence[F.SemanticFrame], scene: Scene, values: Values | None = None
+) -> tuple[F.SemanticFrame, ...]:
     """Frames after some edits; commands change none.
 
     Args:
@@ -181,20 +158,20 @@ def apply(
     return known
 
 
-def directions_of(frame: SemanticFrame) -> tuple[str, ...]:
+def directions_of(frame: F.SemanticFrame) -> tuple[str, ...]:
     """The directions that a frame names."""
-    offset: Offset = getattr(frame, "offset", ())
+    offset = _offset(frame)
     direction = getattr(frame, "direction", "")
     over = {"over": ("up",), "under": ("down",)}.get(getattr(frame, "relation", ""), ())
     return (*(d for d, _ in offset), *((direction,) if direction else ()), *over)
 
 
-def is_called(frame: SemanticFrame, name: str) -> bool:
+def is_called(frame: F.SemanticFrame, name: str) -> bool:
     """Whether a person would call a frame so: by its kind, one of its directions or its objects."""
     return name in (name_of(frame), frame.NAME, *directions_of(frame), *frame.named)
 
 
-def chosen(frames: Sequence[SemanticFrame], on: str, fits: Callable[[SemanticFrame], object]) -> int | None:
+def chosen(frames: Sequence[F.SemanticFrame], on: str, fits: Callable[[F.SemanticFrame], object]) -> int | None:
     """Number of the frame that an edit is about: the last one that is called so, else the last one that fits."""
     named = [i for i, frame in enumerate(frames) if on and is_called(frame, on)]
     fitting = [i for i, frame in enumerate(frames) if fits(frame)]
@@ -202,38 +179,44 @@ def chosen(frames: Sequence[SemanticFrame], on: str, fits: Callable[[SemanticFra
     return next(reversed(both or named or fitting), None)
 
 
-def _changed(frames: Frames, i: int | None, change: Callable[[SemanticFrame], SemanticFrame]) -> Frames:
-    return frames if i is None else (*frames[:i], change(frames[i]), *frames[i + 1 :])
+def _changed(frames: Frames, on: str, fits: Callable[[F.SemanticFrame], object], change: Change) -> Frames:
+    """Frames with a change of the one that an edit is about."""
+    i = chosen(frames, on, fits)
+    return frames if i is None else _put_at(frames, i, change(frames[i]))
 
 
-def realised(frame: SemanticFrame, number: int, values: Values) -> SemanticFrame:
+def _put_at(frames: Frames, i: int, frame: F.SemanticFrame) -> Frames:
+    return (*frames[:i], frame, *frames[i + 1 :])
+
+
+def realised(frame: F.SemanticFrame, number: int, values: Values) -> F.SemanticFrame:
     """A frame whose open slots hold what was realised for them."""
     for slot in slots(frame):
         if slot not in frame.quantities and (q := values.get(f"{number}.{slot}")) is not None:
             frame = put(frame, slot, q)
-            if isinstance(frame, Pace) and q.unit in ("x", "%") and q.role != "by":
+            if isinstance(frame, F.Pace) and q.unit in ("x", "%") and q.role != "by":
                 frame = replace(frame, change="set")
     return frame
 
 
 def _rescaled(edit: Rescale, frames: Frames, values: Values) -> Frames:
-    i = chosen(frames, edit.on, lambda f: slots(f) or isinstance(f, Smooth | Curve))
+    i = chosen(frames, edit.on, lambda f: slots(f) or isinstance(f, F.Smooth | F.Curve))
     if i is None:
         return frames
     slot = next(iter(slots(frames[i])), "")
     frame = realised(frames[i], i, values) if slot else frames[i]
     if not set(slots(frame)) & set(frame.quantities):
-        return _changed(frames, i, lambda f: _by_degree(f, edit))
+        return _put_at(frames, i, _by_degree(frames[i], edit))
     k = MORE[edit.degree or "moderate"]
     k = edit.factor if edit.factor is not None else 1 / k if edit.change == "less" else k
     directions = [d for d, q in getattr(frame, "offset", ()) if q is not None]
     directions = [edit.on] if edit.on in directions else directions
     for name in directions or [slot if slot in frame.quantities else next(iter(frame.quantities))]:
         frame = _times(frame, name, k)
-    return _changed(frames, i, lambda _: frame)
+    return _put_at(frames, i, frame)
 
 
-def _by_degree(frame: SemanticFrame, edit: Rescale) -> SemanticFrame:
+def _by_degree(frame: F.SemanticFrame, edit: Rescale) -> F.SemanticFrame:
     """More or less of what has no amount: one degree further, or two."""
     order: list[Degree | None] = ["slight", None, "large"]
     more = edit.change == "more" or (edit.factor or 0.0) > 1.0
@@ -241,23 +224,28 @@ def _by_degree(frame: SemanticFrame, edit: Rescale) -> SemanticFrame:
     return replace(frame, degree=order[min(max(at, 0), 2)])
 
 
-def _times(frame: SemanticFrame, slot: str, k: float) -> SemanticFrame:
+def _times(frame: F.SemanticFrame, slot: str, k: float) -> F.SemanticFrame:
     """A frame with k times the effect of a slot: factors move away from 1, counts stay whole."""
     q = frame.quantities[slot]
-    if isinstance(frame, Pace) and q.unit in ("x", "%") and frame.factor is not None:
+    if isinstance(frame, F.Pace) and q.unit in ("x", "%") and frame.factor is not None:
         if q.unit == "%" and q.role == "by" and (frame.change == "faster" or q.value * k <= 0.8):
             return put(frame, slot, _like(q, q.value * k))
-        amount = Quantity(_rounded(further(frame.factor, k)), "x", "to")
+        amount = F.Quantity(_rounded(further(frame.factor, k)), "x", "to")
         return replace(frame, change="set", amount=amount)
-    if isinstance(frame, Resize | Resample) and q.unit in ("x", "%") and (q.unit == "x" or not frame.change):
+    if _is_factor(frame, q):
         return put(frame, slot, _like(q, further(q.value, k)))
-    if isinstance(frame, Approach) and q.unit == "x" and q.value > 1:
-        return put(frame, slot, _like(q, further(q.value, k)))
-    if q.unit in ("turns", "waypoints") or slot in ("turns", "waves") or isinstance(frame, Resample):
+    if isinstance(frame, F.Resample) or q.unit in ("turns", "waypoints") or slot in ("turns", "waves"):
         whole = max(round(q.value * k), 1)
         whole = whole if whole != q.value or k == 1 else max(round(q.value) + (1 if k > 1 else -1), 1)
         return put(frame, slot, _like(q, float(whole)))
     return put(frame, slot, _like(q, q.value * k))
+
+
+def _is_factor(frame: F.SemanticFrame, q: F.Quantity) -> bool:
+    """Whether a quantity is a factor of which 1 changes nothing."""
+    if isinstance(frame, F.Resize | F.Resample):
+        return q.unit == "x" or (q.unit == "%" and not frame.change)
+    return isinstance(frame, F.Approach) and q.unit == "x" and q.value > 1
 
 
 def further(factor: float, k: float) -> float:
@@ -266,19 +254,19 @@ def further(factor: float, k: float) -> float:
     return max(linear, factor**k if linear < 0.2 else linear)
 
 
-def _like(q: Quantity, value: float) -> Quantity:
+def _like(q: F.Quantity, value: float) -> F.Quantity:
     """Another value in the unit that the person used."""
     value = _rounded(value)
     unit = unit_of(q)
     return replace(q, value=value, said=f"{value / scale_of(q):.6g}{unit}" if unit or not q.unit else "")
 
 
-def unit_of(q: Quantity) -> str:
+def unit_of(q: F.Quantity) -> str:
     """The unit as the person wrote it, such as "cm"; "" where none was."""
     return q.said.lstrip("~+-0123456789.,/ ")
 
 
-def scale_of(q: Quantity) -> float:
+def scale_of(q: F.Quantity) -> float:
     """What one of the units that the person used is in SI."""
     unit = unit_of(q)
     try:
@@ -294,7 +282,7 @@ def _rounded(value: float) -> float:
     return short if abs(short - value) <= 0.02 * abs(value) else float(f"{value:.3g}")
 
 
-def slot_for(frame: SemanticFrame, slot: str, unit: str) -> str:
+def slot_for(frame: F.SemanticFrame, slot: str, unit: str) -> str:
     """The slot of a frame that an edit means: by its name, or for a role the first that takes the unit; or ""."""
     known = slots(frame)
     if slot in known and unit in known[slot]:
@@ -322,18 +310,18 @@ def _set(edit: Set, frames: Frames, values: Values) -> Frames:
     elif not q.unit:
         q = _assumed(q, slots(frame)[name][0])
     frame = put(frame, name, replace(q, role=role))
-    if isinstance(frame, Pace):
+    if isinstance(frame, F.Pace):
         frame = _as_pace(frame, q, edit.slot)
-    return _changed(frames, i, lambda _: frame)
+    return _put_at(frames, i, frame)
 
 
-def _assumed(q: Quantity, unit: str) -> Quantity:
+def _assumed(q: F.Quantity, unit: str) -> F.Quantity:
     """A bare number in the unit of the slot that it goes into: 30 is 30 %, 0.3 is 30 % as well."""
     share = unit == "%" and q.value > 1
     return replace(q, value=q.value / 100 if share else q.value, unit=unit, said="")
 
 
-def _as_pace(frame: Pace, q: Quantity, slot: str) -> Pace:
+def _as_pace(frame: F.Pace, q: F.Quantity, slot: str) -> F.Pace:
     """The change that fits a new amount of a speed."""
     assert frame.amount is not None
     if slot in ("at_least", "at_most"):
@@ -344,80 +332,72 @@ def _as_pace(frame: Pace, q: Quantity, slot: str) -> Pace:
     return frame
 
 
-def _flipped(edit: Flip, frames: Frames, values: Values) -> Frames:
-    del values
-    i = chosen(frames, edit.on, lambda f: _flip(f) != f)
-    return _changed(frames, i, _flip)
-
-
-def _flip(frame: SemanticFrame) -> SemanticFrame:
+def _flip(frame: F.SemanticFrame) -> F.SemanticFrame:
     """A frame the other way round; the same where it has no other way."""
-    offset: Offset = getattr(frame, "offset", ())
-    if offset:
+    if offset := _offset(frame):
         return _with(frame, offset=tuple((OPPOSITE[d], q) for d, q in offset))
     match frame:
-        case Pace(change="set", amount=Quantity(unit="x" | "%", value=value) as q) if value > 0:
-            return replace(frame, amount=replace(q, value=_rounded(1 / value), unit="x", said=""))
-        case Pace(change="cap" | "floor" as change, amount=Quantity() as q):
-            bound: Role = "at_least" if change == "cap" else "at_most"
-            return replace(frame, change="floor" if change == "cap" else "cap", amount=replace(q, role=bound))
-        case Clearance(distance=q) if q.role in OPPOSITE:
-            return replace(frame, distance=replace(q, role=_role(OPPOSITE[q.role])))
-        case Height(level=q) if q.role in OPPOSITE:
-            return replace(frame, level=replace(q, role=_role(OPPOSITE[q.role])))
-        case Resize(change="", by=Quantity(value=value) as q) if value > 0:
-            return replace(frame, by=replace(q, value=_rounded(1 / value), unit="x", said=""))
-        case Figure(shape="circle" | "spiral", sense=None) | Rotate(sense=None):
+        case F.Pace(change="set", amount=F.Quantity(unit="x" | "%", value=value) as q) if value > 0:
+            return replace(frame, amount=_inverse(q))
+        case F.Resize(change="", by=F.Quantity(value=value) as q) if value > 0:
+            return replace(frame, by=_inverse(q))
+        case F.Pace(change="cap", amount=F.Quantity() as q):
+            return replace(frame, change="floor", amount=replace(q, role="at_least"))
+        case F.Pace(change="floor", amount=F.Quantity() as q):
+            return replace(frame, change="cap", amount=replace(q, role="at_most"))
+        case F.Clearance(distance=q) if q.role in _BOUNDS:
+            return replace(frame, distance=replace(q, role=_BOUNDS[q.role]))
+        case F.Height(level=q) if q.role in _BOUNDS:
+            return replace(frame, level=replace(q, role=_BOUNDS[q.role]))
+        case F.Figure(shape="circle" | "spiral", sense=None) | F.Rotate(sense=None):
             return replace(frame, sense="cw")
-    for slot in ("sense", "direction", "change", "relation"):
-        word = getattr(frame, slot, None)
-        if isinstance(word, str) and word in OPPOSITE:
-            word = "fewer" if isinstance(frame, Resample) and word == "more" else OPPOSITE[word]
-            return _with(frame, **{slot: word})
-    return frame
+        case F.Resample(change="more"):
+            return replace(frame, change="fewer")
+    flipped = [s for s in ("sense", "direction", "change", "relation") if getattr(frame, s, None) in OPPOSITE]
+    return _with(frame, **{slot: OPPOSITE[getattr(frame, slot)] for slot in flipped[:1]})
 
 
-def _role(word: str) -> Role:
-    return "at_least" if word == "at_least" else "at_most"
+_BOUNDS: dict[str, F.Role] = {"at_least": "at_most", "at_most": "at_least"}
+
+
+def _inverse(q: F.Quantity) -> F.Quantity:
+    return replace(q, value=_rounded(1 / q.value), unit="x", said="")
 
 
 def _replaced(edit: Replace, frames: Frames, values: Values) -> Frames:
-    del values
-    if edit.direction is not None:
-        direction = edit.direction
-        i = chosen(frames, edit.on, lambda f: _turned(f, direction) != f)
-        return _changed(frames, i, lambda f: _turned(f, direction))
-    if edit.end:
-        end = edit.end
-        i = chosen(frames, edit.on, lambda f: _at_end(f, end) != f)
-        return _changed(frames, i, lambda f: _at_end(f, end))
-    i = chosen(frames, edit.on, lambda f: f.named)
-    return _changed(frames, i, lambda f: _about(f, edit.objects))
+    if edit.direction is None and not edit.end:
+        return _changed(frames, edit.on, lambda f: f.named, lambda f: _about(f, edit.objects))
+
+    def change(frame: F.SemanticFrame) -> F.SemanticFrame:
+        if edit.direction is not None:
+            return _turned(frame, edit.direction)
+        return _at_end(frame, "start" if edit.end == "start" else "goal")
+
+    return _changed(frames, edit.on, lambda f: change(f) != f, change)
 
 
-def _turned(frame: SemanticFrame, direction: Direction) -> SemanticFrame:
+def _turned(frame: F.SemanticFrame, direction: F.Direction) -> F.SemanticFrame:
     """A frame in another direction; of several, the one that is opposite to it, or the last."""
-    offset: Offset = getattr(frame, "offset", ())
-    if offset:
+    if offset := _offset(frame):
         old = OPPOSITE[direction] if any(d == OPPOSITE[direction] for d, _ in offset) else offset[-1][0]
         turned = tuple((direction if d == old else d, q) for d, q in offset)
         return _with(frame, offset=turned)
-    if isinstance(frame, Side | Tilt):
+    if isinstance(frame, F.Side | F.Tilt):
         return replace(frame, direction=direction)
-    if isinstance(frame, Visit) and direction in ("up", "down"):
+    if isinstance(frame, F.Visit) and direction in ("up", "down"):
         return replace(frame, relation="over" if direction == "up" else "under")
-    if isinstance(frame, Mirror):
-        axes: dict[str, Axis] = {"right": "left", "back": "front", "down": "up", "-x": "x", "-y": "y", "-z": "z"}
+    if isinstance(frame, F.Mirror):
+        axes: dict[str, F.Axis] = {"right": "left", "back": "front", "down": "up", "-x": "x", "-y": "y", "-z": "z"}
         return _with(frame, axis=axes.get(direction, direction))
     return frame
 
 
-def _at_end(frame: SemanticFrame, end: Literal["start", "goal"]) -> SemanticFrame:
+def _at_end(frame: F.SemanticFrame, end: Literal["start", "goal"]) -> F.SemanticFrame:
     other = "goal" if end == "start" else "start"
     match frame:
-        case MoveEnd(end=e) if e == other:
+        case F.MoveEnd(end=e) if e == other:
             return replace(frame, end=end)
-        case Keep(what=what) if what == other:
+        case F.Keep(what=what) if what == other:
             return replace(frame, what=end)
     if getattr(frame, "place", "") == other:
         return _with(frame, place=end)
@@ -428,13 +408,13 @@ def _at_end(frame: SemanticFrame, end: Literal["start", "goal"]) -> SemanticFram
     return frame
 
 
-def _about(frame: SemanticFrame, objects: tuple[str, ...]) -> SemanticFrame:
+def _about(frame: F.SemanticFrame, objects: tuple[str, ...]) -> F.SemanticFrame:
     """A frame about other objects: those that it acts on, else the place, else the part of the path."""
     if getattr(frame, "objects", ()):
         return _with(frame, objects=objects)
     for slot in _PLACES:
         place = getattr(frame, slot, "")
-        if isinstance(place, str) and place not in ("", *SPOTS):
+        if isinstance(place, str) and place not in ("", *F.SPOTS):
             return _with(frame, **{slot: objects[0]})
     return replace(frame, part=_part_about(frame.part, objects))
 
@@ -447,63 +427,55 @@ def _part_about(part: PathPart, objects: tuple[str, ...]) -> PathPart:
     return replace(part, places=objects[: len(part.places)]) if part.places else part
 
 
-def _restricted(edit: Restrict, frames: Frames, values: Values) -> Frames:
-    del values
-    i = chosen(frames, edit.on, bool)
-    return _changed(frames, i, lambda f: replace(f, part=edit.part))
-
-
-def _excepted(edit: Except, frames: Frames, values: Values) -> Frames:
-    del values
-    i, rest = chosen(frames, edit.on, bool), outside(edit.part)
-    return _changed(frames, i, lambda f: replace(f, part=both(f.part, rest) if f.part != WHOLE else rest))
-
-
 def _dropped(edit: Drop, frames: Frames, values: Values) -> Frames:
-    del values
-    if edit.on in ENDS:
+    if edit.on in F.ENDS:
         without = [_without(frame, edit.on) for frame in frames]
         return tuple(f for f in without if getattr(f, "offset", True) or getattr(f, "relation", ""))
     return tuple(f for f in frames if edit.on and not is_called(f, edit.on))
 
 
-def _without(frame: SemanticFrame, direction: str) -> SemanticFrame:
-    offset: Offset = getattr(frame, "offset", ())
+def _outside(frame: F.SemanticFrame, part: PathPart) -> F.SemanticFrame:
+    rest = outside(part)
+    return replace(frame, part=both(frame.part, rest) if frame.part != WHOLE else rest)
+
+
+def _without(frame: F.SemanticFrame, direction: str) -> F.SemanticFrame:
+    offset = _offset(frame)
     return _with(frame, offset=tuple(pair for pair in offset if pair[0] != direction)) if offset else frame
 
 
 def _again(edit: Again, frames: Frames, values: Values) -> Frames:
-    del values
     i = chosen(frames, edit.on, bool)
     return (*frames, *(frames if not edit.on or i is None else (frames[i],)))
 
 
 def _also(edit: Also, frames: Frames, values: Values) -> Frames:
     """One more frame; how much and how is as in the last one of its kind, where it does not say so itself."""
-    del values
     kin = next((f for f in reversed(frames) if name_of(f) == name_of(edit.frame)), None)
     return (*frames, edit.frame if kin is None else inherited(edit.frame, kin))
 
 
-def inherited(frame: SemanticFrame, kin: SemanticFrame) -> SemanticFrame:
+def inherited(frame: F.SemanticFrame, kin: F.SemanticFrame) -> F.SemanticFrame:
     """A frame whose open amount is that of another one of its kind and sense."""
     alike = all(getattr(frame, slot, None) == getattr(kin, slot, None) for slot in ("change", "sense", "relation"))
     if frame.quantities or frame.degree or not alike:
         return frame
-    offset: Offset = getattr(frame, "offset", ())
-    if offset:
+    if offset := _offset(frame):
         amounts = list(kin.quantities.values())
         one = amounts[0] if len(amounts) == 1 else None
         return _with(frame, offset=tuple((d, one) for d, _ in offset), degree=kin.degree)
     return _with(frame, **{s: q for s, q in kin.quantities.items() if hasattr(frame, s)}, degree=kin.degree)
 
 
-def _unchanged(edit: Edit, frames: Frames, values: Values) -> Frames:
-    del edit, values
-    return frames
-
-
 _APPLIED: dict[type[Edit], Callable[[Any, Frames, Values], Frames]] = {
-    Rescale: _rescaled, Set: _set, Flip: _flipped, Replace: _replaced, Restrict: _restricted, Except: _excepted,
-    Drop: _dropped, Again: _again, Also: _also, Command: _unchanged,
-}  # fmt: skip
+    Rescale: _rescaled,
+    Set: _set,
+    Flip: lambda edit, frames, _: _changed(frames, edit.on, lambda f: _flip(f) != f, _flip),
+    Replace: _replaced,
+    Restrict: lambda edit, frames, _: _changed(frames, edit.on, bool, lambda f: replace(f, part=edit.part)),
+    Except: lambda edit, frames, _: _changed(frames, edit.on, bool, lambda f: _outside(f, edit.part)),
+    Drop: _dropped,
+    Again: _again,
+    Also: _also,
+    Command: lambda _, frames, __: frames,
+}

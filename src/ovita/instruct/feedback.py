@@ -5,24 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, TypeAlias
 
+from ovita.instruct import corrections as C
 from ovita.instruct import edits as E
 from ovita.instruct import frames as F
 from ovita.instruct.amounts import amounts, numbers
-from ovita.instruct.corrections import contraries, directions, drops, ends, flips, objects
 from ovita.instruct.looking_back import Retrospect, kin, looks_back
 from ovita.instruct.notation import name_of
-from ovita.instruct.remarks import (
-    ACTING,
-    DIRECTIONS,
-    SENSES,
-    SKIPPED,
-    Candidate,
-    Phrase,
-    Remark,
-    pieces_of,
-    steps_of,
-)  # fmt: skip
-from ovita.instruct.whereabouts import everywhere, parts_in, places
+from ovita.instruct.remarks import ACTING, DIRECTIONS, SENSES, SKIPPED, Candidate, Phrase, Remark, pieces_of, steps_of
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array
 
@@ -100,11 +89,17 @@ def _further_frames(said: Remark, fresh: F.Reading, further: F.Reading) -> Itera
     opened = [p for p in said.pieces[:1] if p.text in ("and", "now", "n")]
     asked = bool(fresh.question) and all(isinstance(frame, F.Wait | F.StopAt) for frame in further.frames)
     new = [frame for frame in further.frames if also or not any(kin(frame, known) for known in said.before)]
-    likened = [p for p in said.active if "same" in p.text.split() or "except" in p.cues]
-    likened = [p for p in likened if "also" in p.cues or all(isinstance(frame, F.Keep) for frame in new)]
-    if new and not (further.question or further.improper or likened) and (also or opened or asked):
+    done = new and not (further.question or further.improper)
+    if done and (also or opened or asked) and not _likened(said, new):
         edits = tuple(E.Also(frame=frame) for frame in new)
         yield Candidate(edits, said.active if not further.unread else (*also, *opened), 1.0)
+
+
+def _likened(said: Remark, new: Sequence[F.SemanticFrame]) -> bool:
+    """Whether what is said is to be the same as, or an exception from, what was done."""
+    kept = all(isinstance(frame, F.Keep) for frame in new)
+    likened = [p for p in said.active if "same" in p.text.split() or "except" in p.cues]
+    return any(kept or "also" in p.cues for p in likened)
 
 
 def _kept(said: Remark, fresh: F.Reading) -> Iterator[Candidate]:
@@ -132,7 +127,7 @@ def named_objects(text: str, scene: Scene) -> tuple[SceneObject, ...]:
 def only_where(text: str, scene: Scene) -> tuple[str, ...]:
     """The words of an utterance that says nothing but where: "somewhere between the cup and the bottle only"; or ()."""
     said = Remark(pieces_of(text, scene, (), None), ())
-    placed = {id(p) for part in parts_in(said) for p in part[2]}
+    placed = {id(p) for part in C.parts_in(said) for p in part.pieces}
     narrow = said.cued("only", "except")
     rest = [p for p in said.active if p.content and id(p) not in placed and p not in narrow]
     vague = [p for p in rest if "vague" in p.cues]
@@ -153,15 +148,19 @@ COMMANDS: dict[str, Any] = {"redo": 0.6, "restart": 0.4, "undo": 0.0, "explain":
 
 def _commands(said: Remark) -> Iterator[Candidate]:
     for command, prior in COMMANDS.items():
-        pieces = said.cued(command) or [p for p in said.pieces if command == "accept" and p.cues & {"accept"}]
-        pieces = said.cued("redo", "undo") if command == "redo" and not said.before else pieces
-        if pieces and not (command == "accept" and said.asks):
-            extra = 2.0 if command == "redo" and not said.before else 0.0
-            why = [p for p in said.active if "why" in p.text.split()] if command == "explain" else []
-            pieces = [*said.active] if why else [*pieces, *(said.cued("undo") if command == "restart" else [])]
-            counts = [p for p in said.active if steps_of(p)] if command in ("undo", "redo") else []
+        pieces = said.cued(command)
+        if command == "accept":
+            pieces = [] if said.asks else pieces or [p for p in said.pieces if "accept" in p.cues]
+        elif command == "redo" and not said.before:
+            pieces, prior = said.cued("redo", "undo"), prior + 2.0
+        elif command == "restart" and pieces:
+            pieces = [*pieces, *said.cued("undo")]
+        elif command == "explain" and pieces and any("why" in p.text.split() for p in said.active):
+            pieces = [*said.active]
+        counts = [p for p in said.active if steps_of(p)] if command in ("undo", "redo") else []
+        if pieces:
             edit = E.Command(command=command, steps=steps_of(counts[0]) if counts else 1)  # type: ignore[arg-type]
-            yield Candidate((edit,), (*pieces, *counts, *said.cued("again", "keep")), prior + extra)
+            yield Candidate((edit,), (*pieces, *counts, *said.cued("again", "keep")), prior)
 
 
 def _repeats(said: Remark) -> Iterator[Candidate]:
@@ -171,6 +170,7 @@ def _repeats(said: Remark) -> Iterator[Candidate]:
 
 
 ROWS = (
-    _commands, _repeats, drops, ends, flips, contraries, directions, objects, places, everywhere, numbers, amounts,
+    _commands, _repeats, C.drops, C.ends, C.flips, C.contraries, C.directions, C.objects, C.places, C.everywhere,
+    numbers, amounts,
 )  # fmt: skip
 """The kinds of edits, in no order: the reading that leaves the least unread wins."""

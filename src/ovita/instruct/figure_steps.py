@@ -123,34 +123,29 @@ def _eight(d: PolicyBuilder, frame: F.Figure, place: F.Place) -> None:
 
 def _swing(d: PolicyBuilder, frame: F.Figure) -> None:
     """A zigzag, a sine wave or shaking, along the path or a part of it."""
-    part = frame.part
-    if frame.place and not part:
-        shares = {"start": "first", "goal": "last", "middle": "middle"}
-        kind = shares.get(frame.place) if isinstance(frame.place, str) else None
-        part = PathPart(kind, unit="share") if kind else _around(d, frame.place)
+    part = frame.part or (_around(d, frame.place) if frame.place else frame.part)
     where, words = d.part(part)
-    what = {"shake": "shaking"}.get(frame.shape, f"amplitude of the {frame.shape}")
-    metres = size(d, frame, frame.size or frame.radius, f"the {what}", 0.15 if frame.shape == "shake" else 0.6)
+    shaking = frame.shape == "shake"
+    what = "shaking" if shaking else f"amplitude of the {frame.shape}"
+    metres = size(d, frame, frame.size or frame.radius, f"the {what}", 0.15 if shaking else 0.6)
     a = d.knob("amplitude", metres, "to", "to each side", "size", direction="larger")
-    if frame.shape == "shake":
-        d.add(f"traj = noise(traj, {a}{argument(where)})", f"Add random displacements of {metres:g} m{words}.",
-              "expect_length(longer_by=0.0)" if d.alone else "",
-              "expect_length(longer_by=0.0)" if d.alone else "",
-              f"expect_same_path(~{where})" if where and d.alone else "")  # fmt: skip
+    alone = ("expect_length(longer_by=0.0)", f"expect_same_path(~{where})" if where else "") if d.alone else ()
+    if shaking:
+        d.add(f"traj = noise(traj, {a}{argument(where)})", f"Add random displacements of {metres:g} m{words}.", *alone)
         return
     count = frame.waves or frame.turns
     waves = max(1, round(5 if count is None else count.value))
     n = d.knob("waves", waves, "count", "number of waves", "waves", unit="")
     d.add(f"traj = {frame.shape}(traj, {a}, waves={n}{argument(where)})",
           f"Follow the path in a {frame.shape} of {metres:g} m to each side{words}.",
-          "expect_length(longer_by=0.0)" if d.alone else "",
-          f"expect_same_path(~{where})" if where and d.alone else "", ends={} if where else stay(d))  # fmt: skip
+          *alone, ends={} if where else stay(d))  # fmt: skip
 
 
 def _around(d: PolicyBuilder, place: F.Place) -> PathPart:
     """The part of the path around a place."""
     if isinstance(place, str):
-        return PathPart("near", (place,))
+        shares = {"start": "first", "goal": "last", "middle": "middle"}
+        return PathPart(shares[place], unit="share") if place in shares else PathPart("near", (place,))
     if isinstance(place, tuple):
         return PathPart("between", place)
     code, _ = spot(d, place)
@@ -327,17 +322,9 @@ def resample(d: PolicyBuilder, frame: F.Resample) -> None:
         d.add(f"traj = average(traj, {name})", f"Replace each group of {k} waypoints by its average.",
               ends={} if d.has(F.Trim) else {"waypoints": f"expect_waypoints({code})"})  # fmt: skip
         return
-    share = q is not None and q.unit in ("x", "%")
     if q is None:
-        count = n * (2.0 if frame.change == "more" else 0.5)
-        d.assume(f"the number of waypoints is {'doubled' if count > n else 'halved'}")
-    elif frame.change == "to":
-        count = n * q.value if share else q.value
-    elif share:
-        grown = {"more": 1 + q.value, "fewer": 1 - q.value if q.value < 1 else 1 / q.value}
-        count = n * (grown.get(frame.change, q.value) if q.unit == "%" or frame.change == "fewer" else q.value)
-    else:
-        count = n + (-q.value if frame.change == "fewer" else q.value)
+        d.assume(f"the number of waypoints is {'doubled' if frame.change == 'more' else 'halved'}")
+    count = _resampled(frame.change, q, n)
     if count < 2:
         d.ask(f"A path has at least 2 waypoints, this one {n}: how many should be left?")
     count = int(np.clip(round(count), 2, 100_000))
@@ -345,6 +332,17 @@ def resample(d: PolicyBuilder, frame: F.Resample) -> None:
     d.add(f"traj = resample(traj, {name})", f"Resample the path to {count} waypoints.",
           "" if d.moving else "expect_same_path()",
           ends={} if d.has(F.Trim) else {"waypoints": f"expect_waypoints({name})"})  # fmt: skip
+
+
+def _resampled(change: str, q: F.Quantity | None, n: int) -> float:
+    """How many waypoints there are after a change of n."""
+    if q is None:
+        return n * (2.0 if change == "more" else 0.5)
+    if q.unit not in ("x", "%"):
+        return q.value if change == "to" else n - q.value if change == "fewer" else n + q.value
+    if change == "fewer":
+        return n * (1 - q.value if q.value < 1 else 1 / q.value)
+    return n * (1 + q.value if change == "more" and q.unit == "%" else q.value)
 
 
 def reverse(d: PolicyBuilder, frame: F.Reverse) -> None:

@@ -3,20 +3,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, cast
 
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import COUNTED, Chunk
-from ovita.instruct.constituents import FRACTION, QUANTITIES, as_part
+from ovita.instruct.patterns import FRACTION, QUANTITIES, as_part
 from ovita.paths.part import PathPart, both
 
 Filler = Callable[["Constituents"], Any]
 
 DIRECTIONS = {"left": "left", "right": "right", "front": "front", "back": "back", "up": "up", "down": "down",
               "raise": "up", "lower": "down", "drop": "down"}  # fmt: skip
-AXES = {"x": "x", "y": "y", "z": "up"}
 
 FREE = frozenset(
     """comma dot and so where only whole path to of with for as at by on in from than around over approx then_on because
@@ -56,12 +55,21 @@ class Constituents:
                 return item
         return None
 
+    def quantity(self, *kinds: str, where: Callable[[Chunk], bool] | None = None) -> F.Quantity | None:
+        """The quantity of the first free constituent of these classes."""
+        found = self.take(*kinds, where=where)
+        return None if found is None else found.q
+
+    def worded(self, values: Mapping[str, float]) -> float | None:
+        """The value of the first of some words that is free and no quantity."""
+        return next((v for kind, v in values.items() if self.take(kind, where=lambda c: c.q is None)), None)
+
     def every(self, *kinds: str, where: Callable[[Chunk], bool] | None = None) -> list[Chunk]:
         """All free constituents of these classes."""
-        found = []
-        while (item := self.take(*kinds, where=where)) is not None:
-            found.append(item)
-        return found
+        free = [i for i, c in enumerate(self.items) if i not in self.used and c.kind in kinds]
+        found = [i for i in free if where is None or where(self.items[i])]
+        self.used.update(found)
+        return [self.items[i] for i in found]
 
     def has(self, *kinds: str) -> bool:
         """Whether any constituent is of these classes."""
@@ -198,13 +206,13 @@ def _place_of(found: Chunk) -> F.Place | None:
 
 def amount(*kinds: str, role: str = "by") -> Filler:
     """A quantity of these classes, in a role."""
+    implied = "m/s" if "Qv" in kinds else "m" if "Qm" in kinds else ""
 
     def fill(clause: Constituents) -> F.Quantity | None:
-        found = clause.take(*kinds) or (clause.take("Qn", where=_small) if "Qm" in kinds or "Qv" in kinds else None)
-        if found is None or found.q is None:
+        q = clause.quantity(*kinds) or (clause.quantity("Qn", where=_small) if implied else None)
+        if q is None:
             return _fraction(clause) if "Qpc" in kinds else None
-        unit = found.q.unit or ("m/s" if "Qv" in kinds else "m" if "Qm" in kinds else "")
-        return replace(found.q, unit=unit, role=cast(F.Role, role or found.q.role))
+        return replace(q, unit=q.unit or implied, role=cast(F.Role, role or q.role))
 
     return fill
 
@@ -249,20 +257,20 @@ def labelled(*kinds: str) -> Filler:
     """A quantity that a word beside it names: radius, size, turns."""
 
     def fill(clause: Constituents) -> F.Quantity | None:
-        found = clause.take(*kinds, where=lambda c: c.q is not None)
-        return None if found is None or found.q is None else replace(found.q, role="by", unit=found.q.unit or "m")
+        q = clause.quantity(*kinds, where=lambda c: c.q is not None)
+        return None if q is None else replace(q, role="by", unit=q.unit or "m")
 
     return fill
 
 
 def turns(clause: Constituents) -> F.Quantity | None:
     """How often: "twice", "3 laps", "one full circle"."""
-    for kind, value in (("once", 1.0), ("double", 2.0), ("triple", 3.0)):
-        if clause.take(kind, where=lambda c: c.q is None):
-            return F.Quantity(value)
-    found = clause.take("turns", "waves", "Qx", where=lambda c: c.q is not None) or clause.take("Qn")
+    times = clause.worded({"once": 1.0, "double": 2.0, "triple": 3.0})
+    if times is not None:
+        return F.Quantity(times)
+    q = clause.quantity("turns", "waves", "Qx", where=lambda c: c.q is not None) or clause.quantity("Qn")
     clause.every("times", "laps", "turns", "waves")
-    return None if found is None or found.q is None else F.Quantity(found.q.value)
+    return None if q is None else F.Quantity(q.value)
 
 
 def offset(clause: Constituents) -> F.Offset:
@@ -306,11 +314,8 @@ def direction(clause: Constituents) -> str | None:
 
 def sense(clause: Constituents) -> str | None:
     """Clockwise or counterclockwise."""
-    found = clause.take("anticlockwise", "clockwise")
-    if found is None:
-        return None
-    clause.every("clockwise", "anticlockwise")
-    return "cw" if found.kind == "clockwise" else "ccw"
+    found = clause.every("anticlockwise", "clockwise")
+    return None if not found else "cw" if found[0].kind == "clockwise" else "ccw"
 
 
 BARE_END = ("", "of", "from", "where", "on", "with", "for")
@@ -328,12 +333,11 @@ def end(*values: str) -> Filler:
 
 def share(clause: Constituents) -> F.Quantity | None:
     """A factor or a share: "half", "twice", "by 30 %", "1.5 times"."""
-    for kind, value in (("double", 2.0), ("triple", 3.0), ("halve", 0.5), ("half_again", 1.5)):
-        if clause.take(kind):
-            clause.every("times")
-            return F.Quantity(value, "x")
-    found = clause.take("Qx", "Qpc")
-    return found.q if found is not None and found.q is not None else _fraction(clause)
+    times = clause.worded({"double": 2.0, "triple": 3.0, "halve": 0.5, "half_again": 1.5})
+    if times is not None:
+        clause.every("times")
+        return F.Quantity(times, "x")
+    return clause.quantity("Qx", "Qpc") or _fraction(clause)
 
 
 def speed_amount(clause: Constituents) -> F.Quantity | None:
@@ -357,8 +361,7 @@ def waypoints(clause: Constituents) -> F.Quantity | None:
     """A number of waypoints."""
     found = clause.take("Qn", "Qpc", "Qx")
     if found is None or found.q is None:
-        q = share(clause)
-        return q
+        return share(clause)
     said = {"plus": "+", "minus": "-"}.get(str(found.value), found.q.said)
     role = cast(F.Role, "by" if found.q.role == "at" else found.q.role)
     return replace(found.q, unit=found.q.unit or "waypoints", role=role, said=said)
@@ -366,47 +369,38 @@ def waypoints(clause: Constituents) -> F.Quantity | None:
 
 def level(clause: Constituents) -> F.Quantity | None:
     """A bound on the height, or a height to come to."""
-    bound = clause.take("Hq")
-    if bound is not None and bound.q is not None:
-        return bound.q
-    high = clause.take("ceiling") is not None
-    low = clause.take("floorlimit") is not None
-    q: F.Quantity | None = bounded("Qm", default="at_most" if high else "at_least" if low else "to")(clause)
+    if bound := clause.quantity("Hq"):
+        return bound
+    roles = {"ceiling": "at_most", "floorlimit": "at_least"}
+    taken = [role for kind, role in roles.items() if clause.take(kind)]
+    q: F.Quantity | None = bounded("Qm", default=(*taken, "to")[0])(clause)
     return q
 
 
 def angle(clause: Constituents) -> F.Quantity | None:
     """How far to turn."""
-    found = clause.take("Qdeg")
-    if found is not None and found.q is not None:
-        return replace(found.q, role="by")
-    for kind, value in (("quarter", 90.0), ("half", 180.0)):
-        if clause.take(kind):
-            return F.Quantity(value, "deg")
-    return None
+    if q := clause.quantity("Qdeg"):
+        return replace(q, role="by")
+    part = clause.worded({"quarter": 90.0, "half": 180.0})
+    return None if part is None else F.Quantity(part, "deg")
 
 
 def count(clause: Constituents) -> F.Quantity | None:
     """How many are put together."""
-    found = clause.take("Qn")
-    if found is not None and found.q is not None:
-        return replace(found.q, unit="", role="by")
+    if q := clause.quantity("Qn"):
+        return replace(q, unit="", role="by")
     part = clause.take("part", where=lambda c: getattr(c.value, "kind", "") == "every")
     return None if part is None else F.Quantity(float(part.value.amount))
 
 
 def quadrant(clause: Constituents) -> int | None:
     """Which quadrant."""
-    found = clause.take("Qn")
-    if found is not None and found.q is not None:
-        return int(found.q.value)
-    second = clause.take("unknown", where=lambda c: c.text.lower() in COUNTED)
-    if second is not None:
+    if q := clause.quantity("Qn"):
+        return int(q.value)
+    if second := clause.take("unknown", where=lambda c: c.text.lower() in COUNTED):
         return COUNTED[second.text.lower()]
-    for kind, value in (("1st", 1), ("first", 1), ("second", 2), ("secondhalf", 2), ("third", 3), ("quarter", 4)):
-        if clause.take(kind):
-            return value
-    return None
+    number = clause.worded({"1st": 1, "first": 1, "second": 2, "secondhalf": 2, "third": 3, "quarter": 4})
+    return None if number is None else int(number)
 
 
 LIMITING = frozenset(

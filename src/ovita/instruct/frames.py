@@ -18,6 +18,12 @@ Span: TypeAlias = tuple[int, int]
 """First character and one past the last of a phrase in the utterance."""
 
 Direction = Literal["left", "right", "front", "back", "up", "down", "x", "-x", "y", "-y", "z", "-z"]
+ENDS: dict[str, Direction] = {
+    "left": "right", "right": "left", "front": "back", "back": "front", "up": "down", "down": "up",
+    "x": "-x", "-x": "x", "y": "-y", "-y": "y", "z": "-z", "-z": "z",
+}  # fmt: skip
+"""Each direction's opposite."""
+
 Role = Literal["by", "to", "at", "at_least", "at_most", "of"]
 End = Literal["start", "goal", "ends"]
 Sense = Literal["cw", "ccw"]
@@ -36,14 +42,12 @@ class Quantity:
             "turns", or "" where the sentence names none.
         role: A change by it, a target, a bound, or a share of something.
         said: As the person gave it, such as "10cm"; "" where it was worked out.
-        words: Where it stands in the utterance.
     """
 
     value: float
     unit: str = ""
     role: Role = "by"
     said: str = field(default="", compare=False)
-    words: Span | None = field(default=None, compare=False)
 
 
 Place: TypeAlias = "str | Quantity | tuple[str, str]"
@@ -62,14 +66,12 @@ class SemanticFrame:
         part: Which part of the path it is about.
         degree: "slight" or "large" where a word says so and no number does.
         words: The phrases of the utterance that it was read from.
-        confidence: How likely the reader thinks that it is meant (0..1).
     """
 
     NAME: ClassVar[str] = ""
     part: PathPart = WHOLE
     degree: Degree | None = None
     words: tuple[Span, ...] = field(default=(), compare=False)
-    confidence: float = field(default=1.0, compare=False)
 
     @property
     def quantities(self) -> dict[str, Quantity]:
@@ -450,9 +452,7 @@ def _plain(frame: SemanticFrame) -> SemanticFrame:
     match frame:
         case Pace(factor=float() as factor):
             frame = replace(frame, change="set", amount=Quantity(factor, "x", "to"))
-        case Pace(change="faster" | "slower", amount=Quantity(role="to")):
-            frame = replace(frame, change="set")
-        case Pace(change="constant", amount=Quantity(role="to")):
+        case Pace(change="faster" | "slower" | "constant", amount=Quantity(role="to")):
             frame = replace(frame, change="set")
         case Resize(by=Quantity(unit="x" | "%" as unit, value=value), change=change):
             factor = value if unit == "x" else 1 - value if change == "smaller" else 1 + value if change else value
@@ -539,25 +539,16 @@ def _forward(offset: Offset) -> Offset:
     for direction, quantity in offset:
         if quantity is not None and quantity.value < 0:
             quantity = replace(quantity, value=-quantity.value)
-            direction = _BEHIND[direction]
+            direction = ENDS[direction]
         found.append((direction, quantity))
     return tuple(found)
 
 
-_BEHIND: dict[Direction, Direction] = {
-    "left": "right", "right": "left", "front": "back", "back": "front", "up": "down", "down": "up",
-    "x": "-x", "-x": "x", "y": "-y", "-y": "y", "z": "-z", "-z": "z",
-}  # fmt: skip
-
-
 def _six(value: float | None) -> float | None:
-    return (
-        None
-        if value is None
-        else THIRDS.get(round(value, 2), float(f"{value:.6g}"))
-        if value < 1
-        else float(f"{value:.6g}")
-    )
+    if value is None:
+        return None
+    six = float(f"{value:.6g}")
+    return THIRDS.get(round(value, 2), six) if value < 1 else six
 
 
 _IMPLIED = {("pace", "amount"): "m/s", ("rotate", "angle"): "deg", ("tilt", "angle"): "deg", ("wait", "duration"): "s"}
@@ -566,7 +557,7 @@ _COUNTING, _COUNTS = ("waypoints", "resize"), ("turns", "waves", "place", "about
 
 
 def _rounded(frame: SemanticFrame) -> SemanticFrame:
-    changed: dict[str, Any] = {"words": (), "confidence": 1.0}
+    changed: dict[str, Any] = {"words": ()}
     for slot in fields(frame):
         value: Any = getattr(frame, slot.name)
         if isinstance(value, Quantity):

@@ -19,9 +19,8 @@ from ovita.instruct.edits import Also, Edit
 from ovita.instruct.encoder import QUERIES, Encoded, Network, Output, concepts_of, encode, network
 from ovita.instruct.fillers import held_along
 from ovita.instruct.frames import Quantity, Reading, SemanticFrame, Span
-from ovita.instruct.notation import FRAMES
 from ovita.instruct.sketch import Referent, Sketch, sketch
-from ovita.instruct.slots import ACTIONS, AMOUNTS, CHOICES, HEADS, OBJECTS, Atom, Unfit, atoms_of, items_of
+from ovita.instruct.slots import ACTIONS, AMOUNTS, CHOICES, HEADS, OBJECTS, TRAINED, Atom, Unfit, atoms_of, items_of
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array
 
@@ -79,7 +78,7 @@ POINTS: dict[str, tuple[str, ...]] = {
 }
 """What each action may point at, besides its place and its part of the path."""
 
-_FIRST = ("none", "ask", "improper", *FRAMES)
+_FIRST = ("none", "ask", "improper", *TRAINED)
 _COMPASS = HEADS["direction"][1:]
 ALLOWED: dict[tuple[str, str], tuple[str, ...]] = {
     ("clearance", "role"): ("at_least", "at_most", "at"),
@@ -439,7 +438,7 @@ def _pointed(output: Output, pointer: str, q: int, needed: bool) -> tuple[int, f
 
 def quantity_of(mention: Referent) -> Quantity:
     """The quantity that a mention says."""
-    return Quantity(mention.value, mention.unit, words=mention.words)
+    return Quantity(mention.value, mention.unit)
 
 
 LEFT_WORDS = {

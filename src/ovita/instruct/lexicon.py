@@ -16,9 +16,6 @@ from ovita.errors import OvitaError
 PLAIN = "plain"
 """The concept of words that ask for nothing by themselves."""
 
-JOIN = "join"
-"""The concept of phrases that join two things to do, such as "followed by"."""
-
 DETERMINERS = frozenset("the a an your its my our their this that these those some any his her well".split())
 """Words that may stand between the words of a phrase: "keep your distance"."""
 

@@ -7,7 +7,7 @@ trained on it. Numbers keep the person's unit; waypoints count from 1.
 from __future__ import annotations
 
 import re
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import fields
 from typing import Any, get_args
 
@@ -19,12 +19,6 @@ from ovita.units import find
 
 DIRECTIONS: tuple[F.Direction, ...] = get_args(F.Direction)
 ROLES: tuple[F.Role, ...] = get_args(F.Role)
-ENDS: dict[str, str] = {
-    "left": "right", "right": "left", "front": "back", "back": "front", "up": "down", "down": "up",
-    "x": "-x", "-x": "x", "y": "-y", "-y": "y", "z": "-z", "-z": "z",
-}  # fmt: skip
-"""Each direction's opposite."""
-
 FRAMES: dict[str, type[F.SemanticFrame]] = {
     "move": F.Shift, "end": F.MoveEnd, "closer": F.Approach, "farther": F.Approach, "clearance": F.Clearance,
     "via": F.Visit, "side": F.Side, "pace": F.Pace, "keep": F.Keep, "stop": F.StopAt, "wait": F.Wait,
@@ -43,9 +37,8 @@ EDITS = {
 }  # fmt: skip
 
 _NUMBER = re.compile(r"[~+]?(-?\d*\.?\d+)(?:-(\d*\.?\d+))?([A-Za-z%/°][\w/^°]*|%)?")
-_FIELD_OF = {"for": "duration", "at": "place", "to": "place", "toward": "place", "away": "place", "level": "level"}
+_FIELD_OF = {"for": "duration"}
 _KEY_OF = {"duration": "for"}
-_SIDES = {"over", "under", "between"}
 _AIMS: dict[str, F.Aim] = {"on": "top", "touch": "surface"}
 """Keys that say what of an object is meant; for other frames than these, objects have no such key."""
 
@@ -130,17 +123,63 @@ def _place(word: str, objects: Collection[str]) -> F.Place:
         raise
 
 
+def _objects(word: str, objects: Collection[str]) -> tuple[str, ...]:
+    return tuple(_object(name, objects) for name in word.split("+"))
+
+
+_READERS: dict[str, Callable[[str, Collection[str]], Any]] = {
+    "objects": _objects,
+    **dict.fromkeys(F.PLACES, _place),
+    "number": lambda word, _: int(word),
+}
+"""What reads the word of a slot that holds no quantity."""
+
+_AMOUNTS = ("amount", "distance", "by", "level", "angle")
+_MEASURES = (*_AMOUNTS, "duration", "radius", "size", "turns", "waves", "rise")
+
+_KEYS: dict[tuple[type[F.SemanticFrame], str], tuple[dict[str, Any], str]] = {
+    **{(kind, key): ({"aim": aim}, "place") for kind in F.AIMED for key, aim in _AIMS.items()},
+    **{(F.MoveEnd, key): ({"aim": aim, "relation": "to"}, "place") for key, aim in _AIMS.items()},
+    **{(F.Visit, key): ({"aim": aim}, "objects") for key, aim in _AIMS.items()},
+    **{(F.MoveEnd, key): ({"relation": key}, "place") for key in ("to", "toward", "away")},
+    **{(F.Visit, key): ({"relation": key}, "objects") for key in ("over", "under", "between")},
+    **{(F.Trim, key): ({"cut": key}, "amount") for key in ("first", "last")},
+    **{(F.Trim, key): ({"cut": key}, "place") for key in ("before", "after")},
+    (F.Resample, "merge"): ({"change": "merge"}, "amount"),
+    (F.Extend, "to"): ({}, "place"),
+    (F.Hop, "over"): ({}, "objects"),
+}
+"""Keys that a frame has of its own: the slots that they fill by themselves, and the one that their value goes into."""
+
+
+def _own(words: str, **renamed: str) -> dict[str, str]:
+    return {word: word for word in words.split()} | renamed
+
+
+_MORE = ("change", _own("more fewer less larger smaller"))
+_CHOICES: dict[type[F.SemanticFrame], tuple[str, dict[str, str]]] = {
+    F.Pace: ("change", _own("faster slower set constant rampup rampdown turns accelerate")),
+    F.Resample: _MORE,
+    F.Curve: _MORE,
+    F.Resize: _MORE,
+    F.Keep: ("what", _own("start goal ends speed path height rest", shape="path")),
+    F.MoveEnd: ("end", _own("start goal ends")),
+    F.Mirror: ("axis", _own("left front up x y z", right="left", back="front", down="up")),
+}
+"""The slot of a frame that bare words fill, and what each of them says."""
+
+_BARE: dict[str, str] = {"cw": "sense", "ccw": "sense", "along": "along"}
+_BARE |= {way: "direction" for way in DIRECTIONS}
+"""Bare words of several frames, and their slots."""
+
+
 def _frame(words: list[str], objects: Collection[str]) -> F.SemanticFrame:
     name, *rest = words
     kind = FRAMES.get(name)
     if kind is None:
         raise InputError(f"{name!r} is no frame; known are {', '.join(FRAMES)}")
-    slots: dict[str, Any] = {}
-    if name in ("closer", "farther"):
-        slots["sense"] = name
-    if kind is F.Figure:
-        slots["shape"] = name
     known = {slot.name for slot in fields(kind)}
+    slots: dict[str, Any] = {"sense": name} if kind is F.Approach else {"shape": name} if kind is F.Figure else {}
     parts: list[PathPart] = []
     offset: list[tuple[Any, F.Quantity | None]] = []
     for word in rest:
@@ -151,8 +190,11 @@ def _frame(words: list[str], objects: Collection[str]) -> F.SemanticFrame:
             slots["degree"] = value
         elif key in DIRECTIONS and "offset" in known and not (kind is F.Bound and not value):
             offset.append((key, quantity(value) if value else None))
-        elif not _slot(kind, name, key, value, slots, known, objects):
-            raise InputError(f"{word!r} has no place in {name!r}")
+        else:
+            found = _slots(kind, key, value, known, objects) if value else _flag(kind, word, known, objects)
+            if not found:
+                raise InputError(f"{word!r} has no place in {name!r}")
+            slots |= found
     if parts:
         slots["part"] = both(*parts) if len(parts) > 1 else parts[0]
     if "offset" in known:
@@ -165,104 +207,41 @@ def _frame(words: list[str], objects: Collection[str]) -> F.SemanticFrame:
 
 def _completed(kind: type[F.SemanticFrame], slots: dict[str, Any]) -> dict[str, Any]:
     """Slots with what the notation leaves to the rest of the frame."""
-    if kind is F.Pace and "change" not in slots and "amount" in slots:
-        role = slots["amount"].role
-        slots["change"] = {"at_most": "cap", "at_least": "floor"}.get(role, "set")
-    if kind is F.Keep and "what" not in slots:
-        slots["what"] = "part"
-    if kind is F.Resample and "change" not in slots and "amount" in slots:
-        slots["change"] = slots["amount"].role
-    return slots
+    role = slots["amount"].role if "amount" in slots else None
+    if kind is F.Pace and role:
+        return {"change": {"at_most": "cap", "at_least": "floor"}.get(role, "set")} | slots
+    if kind is F.Resample and role:
+        return {"change": role} | slots
+    return {"what": "part"} | slots if kind is F.Keep else slots
 
 
-def _slot(
-    kind: type[F.SemanticFrame],
-    name: str,
-    key: str,
-    value: str,
-    slots: dict[str, Any],
-    known: set[str],
-    objects: Collection[str],
-) -> bool:
-    """Put one word of the notation into its slot; whether there was one."""
-    if not value:
-        return _flag(kind, key, slots, known, objects)
-    if key in _AIMS and kind in F.AIMED:
-        slots["aim"] = _AIMS[key]
-        if kind is F.Visit:
-            slots["objects"] = tuple(_object(word, objects) for word in value.split("+"))
-        else:
-            slots |= {"place": _place(value, objects)} | ({"relation": "to"} if kind is F.MoveEnd else {})
-    elif (kind is F.MoveEnd and key in ("to", "toward", "away")) or (kind is F.Visit and key in _SIDES):
-        slots["relation"] = key
-        if kind is F.Visit:
-            slots["objects"] = tuple(_object(word, objects) for word in value.split("+"))
-        else:
-            slots["place"] = _place(value, objects)
-    elif kind is F.Trim and key in ("first", "last", "after", "before"):
-        slots["cut"] = key
-        slots |= {"amount": quantity(value)} if key in ("first", "last") else {"place": _place(value, objects)}
-    elif kind is F.Resample and key == "merge":
-        slots |= {"change": "merge", "amount": quantity(value)}
-    elif (kind is F.Extend and key == "to") or ("place" in known and key in ("at", "of")):
-        slots["place"] = _place(value, objects)
-    elif key in ("about", "of") and key in known:
-        slots[key] = _place(value, objects)
-    elif kind is F.Hop and key == "over":
-        slots["objects"] = (_object(value, objects),)
-    elif key in ROLES:
-        target = next((slot for slot in ("amount", "distance", "by", "level", "angle") if slot in known), "")
-        if not target:
-            return False
-        slots[target] = quantity(value, key)
-    else:
-        field = _FIELD_OF.get(key, key)
-        if field not in known or field in ("part", "degree", "words", "confidence"):
-            return False
-        slots[field] = quantity(value)
-    return True
+def _slots(
+    kind: type[F.SemanticFrame], key: str, value: str, known: Collection[str], objects: Collection[str]
+) -> dict[str, Any]:
+    """The slots that "key=value" fills; none where the frame has no place for it."""
+    fixed, slot = _KEYS.get((kind, key), ({}, ""))
+    if not slot and key in ("at", "of", "about"):
+        slot = next((s for s in (["place", key] if key != "about" else [key]) if s in known and s in _READERS), "")
+    if slot in _READERS:
+        return fixed | {slot: _READERS[slot](value, objects)}
+    if not slot and key in ROLES:
+        target = next((s for s in _AMOUNTS if s in known), "")
+        return {target: quantity(value, key)} if target else {}
+    slot = slot or _FIELD_OF.get(key, key)
+    return fixed | {slot: quantity(value)} if slot in _MEASURES and slot in known else {}
 
 
-def _flag(
-    kind: type[F.SemanticFrame], word: str, slots: dict[str, Any], known: set[str], objects: Collection[str]
-) -> bool:
-    """Put a bare word into its slot: a choice, a sense, a direction, a bare number or objects."""
-    if word in ("cw", "ccw") and "sense" in known:
-        slots["sense"] = word
-    elif kind is F.Pace and word in (
-        "faster",
-        "slower",
-        "set",
-        "constant",
-        "rampup",
-        "rampdown",
-        "turns",
-        "accelerate",
-    ):
-        slots["change"] = word
-    elif kind in (F.Resample, F.Curve, F.Resize) and word in ("more", "fewer", "less", "larger", "smaller"):
-        slots["change"] = word
-    elif kind is F.Keep and word in ("start", "goal", "ends", "speed", "path", "shape", "height", "rest"):
-        slots["what"] = "path" if word == "shape" else word
-    elif kind is F.MoveEnd and word in ("start", "goal", "ends"):
-        slots["end"] = word
-    elif kind is F.Mirror and word in ("left", "right", "front", "back", "up", "down", "x", "y", "z"):
-        slots["axis"] = {"right": "left", "back": "front", "down": "up"}.get(word, word)
-    elif word in DIRECTIONS and "direction" in known:
-        slots["direction"] = word
-    elif word == "along" and word in known:
-        slots["along"] = True
-    elif kind is F.Quadrant and word.isdigit():
-        slots["number"] = int(word)
-    elif "angle" in known and _NUMBER.fullmatch(word):
-        slots["angle"] = quantity(word)
-    elif "objects" in known:
-        slots["objects"] = tuple(_object(name, objects) for name in word.split("+"))
-    elif "place" in known:
-        slots["place"] = _place(word, objects)
-    else:
-        return False
-    return True
+def _flag(kind: type[F.SemanticFrame], word: str, known: Collection[str], objects: Collection[str]) -> dict[str, Any]:
+    """The slot that a bare word fills: a choice, a sense, a direction, a number or objects."""
+    slot, choices = _CHOICES.get(kind, ("", {}))
+    if word in choices:
+        return {slot: choices[word]}
+    if _BARE.get(word) in known:
+        return {_BARE[word]: word == "along" or word}
+    if "angle" in known and _NUMBER.fullmatch(word):
+        return {"angle": quantity(word)}
+    slot = next((s for s in ("number", "objects", "place") if s in known), "")
+    return {slot: _READERS[slot](word, objects)} if slot and (slot != "number" or word.isdigit()) else {}
 
 
 def _part(word: str, objects: Collection[str]) -> PathPart:
@@ -270,48 +249,77 @@ def _part(word: str, objects: Collection[str]) -> PathPart:
     if word.startswith("!"):
         return outside(_part(word[1:], objects))
     key, _, value = word.partition("=")
-    match key:
-        case "near":
-            names, _, radius = value.partition(",")
-            within = quantity(radius).value if radius else None
-            parts = tuple(PathPart("near", (_spot(name, objects),), within) for name in names.split("+"))
-            return parts[0] if len(parts) == 1 else PathPart("either", parts=parts)
-        case "first" | "last" | "middle" | "turns":
-            if not value:
-                return PathPart(key, unit="share") if key in ("first", "last") else PathPart(key)
-            q = quantity(value)
-            return PathPart(key, amount=q.value, unit=_UNIT.get(q.unit, "waypoints"))
-        case "between":
-            a, b = (_spot(name, objects) for name in value.split("+"))
-            return PathPart("between", (a, b))
-        case "after" | "before":
-            return _along(key, _place(value, objects))
-        case "range":
-            a, _, b = re.sub(r"[A-Za-z%]+", "", value).partition("-")
-            unit = _UNIT.get(quantity(value.split("-")[-1]).unit if not value[-1].isdigit() else "", "waypoints")
-            factor = quantity("1" + re.sub(r"[\d.\-]+", "", value)).value if unit != "waypoints" else 1.0
-            less = 1 if unit == "waypoints" else 0
-            until = float(b) * factor - less if b else float(a) * factor - less if unit == "waypoints" else None
-            return PathPart("range", amount=float(a) * factor - less, until=until, unit=unit)
-        case "rising" | "falling":
-            return PathPart("heading", direction="up" if key == "rising" else "down")
-        case "heading":
-            return PathPart("heading", direction=value)
-        case "start" | "goal":
-            return PathPart("near", (key,), quantity(value).value if value else None)
-        case "every":
-            return PathPart("every", amount=quantity(value).value)
-        case "beyond":
-            direction, _, by = value.partition(",")
-            amount = quantity(by).value if by else 0.0
-            # "Below 30 cm" counts from the ground up, against its direction.
-            return PathPart("beyond", amount=-amount if direction == "down" else amount, direction=direction)
-        case "selection":
-            return PathPart("indices")
-    raise InputError(f"'@{word}' is no part of a path")
+    if key not in _PARTS:
+        raise InputError(f"'@{word}' is no part of a path")
+    return _PARTS[key](key, value, objects)
 
 
 _UNIT: dict[str, Any] = {"%": "share", "x": "share", "m": "m", "s": "s", "waypoints": "waypoints", "": "waypoints"}
+
+
+def _near(key: str, value: str, objects: Collection[str]) -> PathPart:
+    names, _, radius = value.partition(",")
+    within = quantity(radius).value if radius else None
+    parts = tuple(PathPart("near", (_spot(name, objects),), within) for name in names.split("+"))
+    return parts[0] if len(parts) == 1 else PathPart("either", parts=parts)
+
+
+def _stretch(key: str, value: str, objects: Collection[str]) -> PathPart:
+    if not value:
+        return PathPart(key, unit="share") if key in ("first", "last") else PathPart(key)
+    q = quantity(value)
+    return PathPart(key, amount=q.value, unit=_UNIT.get(q.unit, "waypoints"))
+
+
+def _between(key: str, value: str, objects: Collection[str]) -> PathPart:
+    a, b = (_spot(name, objects) for name in value.split("+"))
+    return PathPart("between", (a, b))
+
+
+def _range(key: str, value: str, objects: Collection[str]) -> PathPart:
+    low, _, high = re.sub(r"[A-Za-z%]+", "", value).partition("-")
+    unit = _UNIT.get(quantity(value.split("-")[-1]).unit if not value[-1].isdigit() else "", "waypoints")
+    if unit == "waypoints":
+        return PathPart("range", amount=float(low) - 1, until=float(high or low) - 1, unit=unit)
+    factor = quantity("1" + re.sub(r"[\d.\-]+", "", value)).value
+    return PathPart("range", amount=float(low) * factor, until=float(high) * factor if high else None, unit=unit)
+
+
+def _beyond(key: str, value: str, objects: Collection[str]) -> PathPart:
+    direction, _, by = value.partition(",")
+    amount = quantity(by).value if by else 0.0
+    # "Below 30 cm" counts from the ground up, against its direction.
+    return PathPart("beyond", amount=-amount if direction == "down" else amount, direction=direction)
+
+
+def _along(key: str, value: str, objects: Collection[str]) -> PathPart:
+    """What lies after or before an object, or a waypoint, share, length or time of the path."""
+    place = _place(value, objects)
+    if isinstance(place, str):
+        return PathPart(key, (place,))
+    if isinstance(place, tuple):
+        return PathPart(key, ({"between": list(place)},))
+    unit = _UNIT.get(place.unit, "waypoints")
+    at = place.value - (1 if unit == "waypoints" else 0)
+    return (
+        PathPart("range", amount=at, unit=unit)
+        if key == "after"
+        else PathPart("range", amount=0.0, until=at, unit=unit)
+    )
+
+
+_PARTS: dict[str, Callable[[str, str, Collection[str]], PathPart]] = {
+    "near": _near, **dict.fromkeys(("first", "last", "middle", "turns"), _stretch), "between": _between,
+    "after": _along, "before": _along, "range": _range, "beyond": _beyond,
+    "rising": lambda *_: PathPart("heading", direction="up"),
+    "falling": lambda *_: PathPart("heading", direction="down"),
+    "heading": lambda _, value, __: PathPart("heading", direction=value),
+    **dict.fromkeys(
+        ("start", "goal"), lambda key, value, _: PathPart("near", (key,), quantity(value).value if value else None)
+    ),
+    "every": lambda _, value, __: PathPart("every", amount=quantity(value).value),
+    "selection": lambda *_: PathPart("indices"),
+}  # fmt: skip
 
 
 def _spot(word: str, objects: Collection[str]) -> str:
@@ -319,19 +327,6 @@ def _spot(word: str, objects: Collection[str]) -> str:
     if not isinstance(place, str):
         raise InputError(f"{word!r} is no single place")
     return place
-
-
-def _along(key: str, place: F.Place) -> PathPart:
-    """What lies after or before an object, or a waypoint, share, length or time of the path."""
-    if isinstance(place, str):
-        return PathPart(key, (place,))
-    if isinstance(place, tuple):
-        return PathPart(key, ({"between": list(place)},))
-    unit = _UNIT.get(place.unit, "waypoints")
-    value = place.value - (1 if unit == "waypoints" else 0)
-    if key == "after":
-        return PathPart("range", amount=value, unit=unit)
-    return PathPart("range", amount=0.0, until=value, unit=unit)
 
 
 def _edit(words: list[str], objects: Collection[str]) -> E.Edit:
@@ -342,38 +337,47 @@ def _edit(words: list[str], objects: Collection[str]) -> E.Edit:
     rest = [word for word in rest if not word.startswith("on=")]
     match name:
         case "scale":
-            degree: Any = next((word[4:] for word in rest if word.startswith("deg=")), None)
-            change: Any = next((word for word in rest if word in ("more", "less")), "")
-            number = next((quantity(word) for word in rest if word[:1].isdigit() or word[:1] == "."), None)
-            return E.Rescale(on=on, change=change, factor=number.value if number else None, degree=degree)
-        case "set" if rest:
-            key, _, value = rest[0].partition("=")
-            role = key if key in ROLES else "by"
-            step: Any = {"+": 1, "-": -1}.get(value[:1], 0)
-            return E.Set(on=on, slot=_FIELD_OF.get(key, key) if key == "for" else key,
-                         quantity=quantity(value.lstrip("+-"), role), step=step)  # fmt: skip
-        case "replace" if rest:
-            key, _, value = rest[0].partition("=")
-            if key in DIRECTIONS:
-                return E.Replace(on=on, direction=key)
-            if key in ("start", "goal"):
-                return E.Replace(on=on, end="start" if key == "start" else "goal")
-            return E.Replace(on=on, objects=tuple(_object(word, objects) for word in (value or key).split("+")))
-        case "restrict" | "except" if rest:
-            parts = [_part(word.lstrip("@"), objects) for word in rest]
-            part = both(*parts) if len(parts) > 1 else parts[0]
-            return E.Restrict(on=on, part=part) if name == "restrict" else E.Except(on=on, part=part)
+            return _rescale(rest, on)
         case "drop":
             return E.Drop(on=on or (rest[0] if rest else ""))
         case "flip":
             return E.Flip(on=on)
         case "again":
             return E.Again(on=on)
-        case "also" if rest:
-            return E.Also(on=on, frame=_frame(rest, objects))
         case "undo" | "redo" | "restart" | "accept" | "explain":
             return E.Command(command=name, steps=int(rest[0]) if rest and rest[0].isdigit() else 1)
-    raise InputError(f"{' '.join(words)!r} is no edit; known are {', '.join(EDITS)}")
+    if name not in EDITS or not rest:
+        raise InputError(f"{' '.join(words)!r} is no edit; known are {', '.join(EDITS)}")
+    if name == "also":
+        return E.Also(on=on, frame=_frame(rest, objects))
+    if name in ("set", "replace"):
+        return (_set if name == "set" else _replace)(rest[0], on, objects)
+    parts = [_part(word.lstrip("@"), objects) for word in rest]
+    part = both(*parts) if len(parts) > 1 else parts[0]
+    return E.Restrict(on=on, part=part) if name == "restrict" else E.Except(on=on, part=part)
+
+
+def _rescale(words: list[str], on: str) -> E.Rescale:
+    degree: Any = next((word[4:] for word in words if word.startswith("deg=")), None)
+    change: Any = next((word for word in words if word in ("more", "less")), "")
+    number = next((quantity(word) for word in words if word[:1].isdigit() or word[:1] == "."), None)
+    return E.Rescale(on=on, change=change, factor=number.value if number else None, degree=degree)
+
+
+def _set(word: str, on: str, objects: Collection[str]) -> E.Set:
+    key, _, value = word.partition("=")
+    q = quantity(value.lstrip("+-"), key if key in ROLES else "by")
+    step: Any = {"+": 1, "-": -1}.get(value[:1], 0)
+    return E.Set(on=on, slot=_FIELD_OF.get(key, key), quantity=q, step=step)
+
+
+def _replace(word: str, on: str, objects: Collection[str]) -> E.Replace:
+    key, _, value = word.partition("=")
+    if key in DIRECTIONS:
+        return E.Replace(on=on, direction=key)
+    if key in ("start", "goal"):
+        return E.Replace(on=on, end="start" if key == "start" else "goal")
+    return E.Replace(on=on, objects=_objects(value or key, objects))
 
 
 def _word(name: str) -> str:
@@ -397,49 +401,57 @@ def _put(place: F.Place) -> str:
 
 def _shown(frame: F.SemanticFrame) -> str:
     said = [name_of(frame)]
-    aim = next((key for key, value in _AIMS.items() if value == getattr(frame, "aim", "")), "")
     for slot in fields(frame):
         value: Any = getattr(frame, slot.name)
-        if (slot.name, value) == ("what", "part"):
-            continue
-        if slot.name in ("part", "degree", "words", "confidence", "sense") or value in ("", None, (), "at"):
-            continue
-        if slot.name == "offset":
-            said += [direction + (f"={_number(q)}" if q else "") for direction, q in value]
-        elif slot.name == "objects":
-            names = "+".join(map(_word, value))
-            relation = getattr(frame, "relation", "at")
-            key = aim or ("" if relation == "at" else relation)
-            said.append(f"{key}={names}" if key else names)
-        elif slot.name == "place":
-            key = aim or getattr(frame, "relation", "") or getattr(frame, "cut", "")
-            key = key or {"extend": "to"}.get(frame.NAME, "" if said[0] == "circle" else "at")
-            said.append((f"{key}=" if key else "") + _put(value))
-        elif slot.name == "along":
-            said += ["along"] if value else []
-        elif slot.name in ("about", "of"):
-            said.append(f"{slot.name}={_put(value)}")
+        if slot.name in _SHOWN and value not in ("", None, (), False):
+            said.append(_SHOWN[slot.name](frame, value))
         elif isinstance(value, F.Quantity):
             said.append(_slot_shown(frame, slot.name, value))
-        elif slot.name in ("change", "end", "what", "axis", "direction", "number"):
-            said += [str(value)] if value not in ("cap", "floor", "to", "by", "merge") else []
-    if getattr(frame, "sense", None) in ("cw", "ccw"):
-        said.append(frame.sense)  # type: ignore[attr-defined]
+    sense = getattr(frame, "sense", None)
+    said += [str(sense)] if sense in ("cw", "ccw") else []
     said += [f"deg={frame.degree}"] if frame.degree else []
     said += _parts_shown(frame.part)
     return " ".join(word for word in said if word)
 
 
+def _key_shown(frame: F.SemanticFrame, *slots: str) -> str:
+    """The key of a frame's objects or place: what of an object is meant, else the first slot that is filled."""
+    aim = next((key for key, value in _AIMS.items() if value == getattr(frame, "aim", "")), "")
+    return aim or next((value for slot in slots if (value := getattr(frame, slot, "")) not in ("", "at")), "")
+
+
+def _objects_shown(frame: F.SemanticFrame, names: tuple[str, ...]) -> str:
+    key = _key_shown(frame, "relation")
+    return (f"{key}=" if key else "") + "+".join(map(_word, names))
+
+
+def _place_shown(frame: F.SemanticFrame, place: F.Place) -> str:
+    usual = "to" if isinstance(frame, F.Extend) else "" if name_of(frame) == "circle" else "at"
+    key = _key_shown(frame, "relation", "cut") or usual
+    return (f"{key}=" if key else "") + _put(place)
+
+
+_SHOWN: dict[str, Callable[[F.SemanticFrame, Any], str]] = {
+    "offset": lambda _, offset: " ".join(way + (f"={_number(q)}" if q else "") for way, q in offset),
+    "objects": _objects_shown,
+    "place": _place_shown,
+    "along": lambda _, __: "along",
+    "about": lambda _, place: f"about={_put(place)}",
+    "of": lambda _, place: f"of={_put(place)}",
+    **dict.fromkeys(
+        ("change", "end", "what", "axis", "direction", "number"),
+        lambda _, word: "" if word in ("cap", "floor", "to", "by", "merge", "part") else str(word),
+    ),
+}
+"""How each slot is shown that holds no quantity; one that a frame's name or another key says is not."""
+
+
 def _slot_shown(frame: F.SemanticFrame, slot: str, q: F.Quantity) -> str:
     if slot == "angle":
         return _number(q)
-    if slot == "level" and isinstance(frame, F.MoveEnd):
-        return f"level={_number(q)}"
-    if slot == "amount" and isinstance(frame, F.Trim):
-        return f"{frame.cut}={_number(q)}"
-    if slot == "amount" and getattr(frame, "change", "") == "merge":
-        return f"merge={_number(q)}"
-    key = q.role if slot in ("amount", "distance", "level", "by") else _KEY_OF.get(slot, slot)
+    own = {"level": "level" if isinstance(frame, F.MoveEnd) else "", "amount": getattr(frame, "cut", "")}.get(slot)
+    merging = slot == "amount" and getattr(frame, "change", "") == "merge"
+    key = "merge" if merging else own or (q.role if slot in _AMOUNTS else _KEY_OF.get(slot, slot))
     return f"{key}={_number(q)}"
 
 

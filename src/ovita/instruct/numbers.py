@@ -70,7 +70,7 @@ def amount_at(words: Sequence[str], i: int) -> Amount | None:
     if found is None:
         return _of_a_unit(words, i)
     value, used = found
-    used += _and_a_half(words, i + used) if used else 0
+    used += and_a_half(words, i + used) if used else 0
     value += 0.5 if words[i + used - 1] == "half" else 0.0
     if i > 0 and words[i - 1] == "-":
         value = -value
@@ -104,39 +104,44 @@ def unit_at(words: Sequence[str], i: int) -> tuple[str, float, int]:
 
 
 def _plain(words: Sequence[str], i: int) -> tuple[float, int] | None:
-    """A number without its unit."""
-    word = words[i]
+    """A number without its unit, and how many words it takes."""
+    word, behind = words[i], list(words[i + 1 : i + 3])
     if is_digits(word):
-        thousands = re.fullmatch(r"[1-9]\d*,\d{3}", word)
-        value = float(word.replace(",", "" if thousands else "."))
-        if i + 2 < len(words) and words[i + 1] == "/" and is_digits(words[i + 2]) and float(words[i + 2]) > 0:
-            return value / float(words[i + 2]), 3
-        return value, 1
-    if word in ("a", "the") and words[i + 1 : i + 3] == ["couple", "of"]:
+        return _in_digits(word, behind)
+    if word in ("a", "the") and behind == ["couple", "of"]:
         return 2.0, 3
-    if word == "a" and words[i + 1 : i + 2] in (["dozen"], ["hundred"]):
-        return NUMBER_WORDS[words[i + 1]], 2
-    if word == "point" and i + 1 < len(words) and words[i + 1] in NUMBER_WORDS:
+    if word == "a" and behind[:1] in (["dozen"], ["hundred"]):
+        return NUMBER_WORDS[behind[0]], 2
+    if word == "point" and behind and behind[0] in NUMBER_WORDS:
         decimals, used = _decimals(words, i + 1)
         return decimals, used + 1
-    if word not in NUMBER_WORDS:
-        return None
-    value, used = NUMBER_WORDS[word], 1
+    return _in_words(words, i) if word in NUMBER_WORDS else None
+
+
+def _in_digits(word: str, behind: Sequence[str]) -> tuple[float, int]:
+    """A number in digits, or the first of two as in "3/4"."""
+    thousands = re.fullmatch(r"[1-9]\d*,\d{3}", word)
+    value = float(word.replace(",", "" if thousands else "."))
+    if len(behind) == 2 and behind[0] == "/" and is_digits(behind[1]) and float(behind[1]) > 0:
+        return value / float(behind[1]), 3
+    return value, 1
+
+
+def _in_words(words: Sequence[str], i: int) -> tuple[float, int]:
+    """Number words put together: "two hundred and thirty five", "two point five"."""
+    value, used = NUMBER_WORDS[words[i]], 1
     while i + used < len(words):
-        following = words[i + used]
-        step = NUMBER_WORDS.get(following)
-        if following == "and" and value >= 100 and words[i + used + 1 : i + used + 2] != []:
-            step = NUMBER_WORDS.get(words[i + used + 1])
-            if step is None or step >= 100:
-                break
-            value, used = value + step, used + 2
-        elif step == 100.0 and value < 100:
-            value, used = value * 100.0, used + 1
-        elif step is not None and step < 10 and value >= 20 and value % 10 == 0 and step > 0:
-            value, used = value + step, used + 1
-        elif following == "point" and i + used + 1 < len(words) and words[i + used + 1] in NUMBER_WORDS:
+        word, behind = words[i + used], "".join(words[i + used + 1 : i + used + 2])
+        step, further = NUMBER_WORDS.get(word), NUMBER_WORDS.get(behind)
+        if word == "point" and further is not None:
             decimals, more = _decimals(words, i + used + 1)
             return value + decimals, used + 1 + more
+        if word == "and" and value >= 100 and further is not None and further < 100:
+            value, used = value + further, used + 2
+        elif step == 100.0 and value < 100:
+            value, used = value * 100.0, used + 1
+        elif step is not None and 0 < step < 10 and value >= 20 and value % 10 == 0:
+            value, used = value + step, used + 1
         else:
             break
     return value, used
@@ -150,28 +155,23 @@ def _decimals(words: Sequence[str], i: int) -> tuple[float, int]:
     return float(f"0.{digits}"), used
 
 
-def _and_a_half(words: Sequence[str], i: int) -> int:
+def and_a_half(words: Sequence[str], i: int) -> int:
+    """The words of "and a half" at word i: 3, or 0 where it is not said."""
     return 3 if list(words[i : i + 3]) == ["and", "a", "half"] else 0
 
 
 def _of_a_unit(words: Sequence[str], i: int) -> Amount | None:
     """Half a metre, a quarter of a metre, a metre, for a second."""
     at = i + (words[i] in ("a", "one"))
-    if at >= len(words):
-        return None
-    share = FRACTIONS.get(words[at])
+    share = FRACTIONS.get(words[at]) if at < len(words) else None
     if share is not None:
-        skipped = 1
-        while at + skipped < len(words) and words[at + skipped] in ("of", "a", "an", "one"):
-            skipped += 1
-        unit, factor, used = unit_at(words, at + skipped)
-        if used and (unit in ("m", "m/s") or (unit == "s" and skipped > 1)):
-            return Amount(share * factor, unit, at + skipped + used - i)
+        begin = next((k for k in range(at + 1, len(words)) if words[k] not in ("of", "a", "an", "one")), len(words))
+        unit, factor, used = unit_at(words, begin)
+        timed = unit == "s" and begin > at + 1
+        return Amount(share * factor, unit, begin + used - i) if used and (timed or unit in ("m", "m/s")) else None
+    if at >= len(words) or words[i] not in ("a", "an"):
         return None
-    if words[i] in ("a", "an"):
-        unit, factor, used = unit_at(words, i + 1)
-        before = words[i - 1] if i > 0 else ""
-        timed = unit == "s" and before in ("for", "wait", "pause", "about", "than")
-        if used and (timed or (unit in ("m", "m/s") and words[i + 1] not in ("m", "unit", "units"))):
-            return Amount(factor, unit, 1 + used)
-    return None
+    unit, factor, used = unit_at(words, i + 1)
+    timed = unit == "s" and i > 0 and words[i - 1] in ("for", "wait", "pause", "about", "than")
+    measured = unit in ("m", "m/s") and words[i + 1] not in ("m", "unit", "units")
+    return Amount(factor, unit, 1 + used) if used and (timed or measured) else None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -126,25 +126,27 @@ def clearance(d: PolicyBuilder, frame: F.Clearance) -> None:
         d.assume(f"clear of {' and '.join(frame.objects)} is at least {metres:g} m from the surface")
     else:
         metres = d.metres(q, 1.0, "from " + " and ".join(frame.objects))
-    bound = q.role if q.role in ("at_most", "at") else "at_least"
     where, part = d.part(frame.part)
-    names = " and ".join(item.name for item in items)
-    if bound == "at_least" or frame.along:
-        least, told = bound == "at_least", bound.replace("_", " ")
-        about = items[0].name if len(items) == 1 else ""
-        name = d.knob("distance", metres, "at_least" if least else "at_most", f"distance to keep, {told}", "distance",
-                      about=about, direction="away" if least else "closer")  # fmt: skip
-        for item in () if least else items:
-            _reached(d, item, metres)
-        refs = [d.ref(item) for item in items]
-        code = refs[0] if len(refs) == 1 else f"[{', '.join(refs)}]"
-        call = f"traj = keep_distance(traj, {code}, {bound}={name}{argument(where)})"
-        d.distances += [(item, metres, call) for item in items] if least and not where else []
-        d.add(call, f"Keep {told} {metres:g} m from {names}{part}.",
-              *(f"expect_distance({ref}, {bound}={name}{argument(where)})" for ref in refs))  # fmt: skip
-        return
-    for item in items:
-        _come_within(d, item, metres, bound, where, part)
+    if q.role in ("at_most", "at") and not frame.along:
+        for item in items:
+            _come_within(d, item, metres, q.role, where, part)
+    else:
+        _hold(d, items, metres, q.role if q.role in ("at_most", "at") else "at_least", where, part)
+
+
+def _hold(d: PolicyBuilder, items: Sequence[SceneObject], metres: float, bound: str, where: str, part: str) -> None:
+    """A distance to objects that is kept all along."""
+    least, told = bound == "at_least", bound.replace("_", " ")
+    name = d.knob("distance", metres, "at_least" if least else "at_most", f"distance to keep, {told}", "distance",
+                  about=items[0].name if len(items) == 1 else "", direction="away" if least else "closer")  # fmt: skip
+    for item in () if least else items:
+        _reached(d, item, metres)
+    refs = [d.ref(item) for item in items]
+    code = refs[0] if len(refs) == 1 else f"[{', '.join(refs)}]"
+    call = f"traj = keep_distance(traj, {code}, {bound}={name}{argument(where)})"
+    d.distances += [(item, metres, call) for item in items] if least and not where else []
+    d.add(call, f"Keep {told} {metres:g} m from {' and '.join(item.name for item in items)}{part}.",
+          *(f"expect_distance({ref}, {bound}={name}{argument(where)})" for ref in refs))  # fmt: skip
 
 
 def _reached(d: PolicyBuilder, item: SceneObject, metres: float) -> None:

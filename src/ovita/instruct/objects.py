@@ -102,23 +102,16 @@ def singular(word: str) -> str:
 GENERIC = frozenset("object obstacle thing item one landmark entity".split())
 QUANTIFIERS = frozenset("all both every each any either".split())
 LINKS = (
-    "that is",
-    "that are",
-    "which is",
-    "which are",
-    "that looks",
-    "made of",
-    "made from",
-    "with the",
-    "with a",
-    "in",
+    "that is", "that are", "which is", "which are", "that looks", "made of", "made from", "with the", "with a", "in",
     "that has a",
-)
+)  # fmt: skip
 SHAPED = frozenset("shaped coloured colored looking colour color shape made like".split())
 BEFORE_IT = frozenset(
     """near to from at around by past over above below under behind beside toward towards through via against after
     before until""".split()
 )
+
+OF_IT = ("clear of", "left of", "right of", "front of", "top of")
 
 Measure = Callable[[SceneObject], float]
 
@@ -173,26 +166,18 @@ class Catalog:
             i: Where the mention would begin.
             earlier: The objects that were named last.
         """
-        described = self._described(words, i, earlier)
-        named = self._named(words, i)
+        described, named = self._described(words, i, earlier), self._named(words, i)
         if named is not None and (described is None or described.unclear or named.used >= described.used):
             return named
-        if described is not None and words[i] in SKIPPED and (same := self._named(words, i + 1)) is not None:
-            if same.used + 1 >= described.used:
-                return replace(same, used=same.used + 1)  # the second bracket, where one has that name
         if described is not None:
-            return described
-        of = words[i - 2 : i] in (["clear", "of"], ["left", "of"], ["right", "of"], ["front", "of"], ["top", "of"])
-        if words[i] in ("it", "them") and earlier and i > 0 and (words[i - 1] in BEFORE_IT or of):
+            same = self._named(words, i + 1) if words[i] in SKIPPED else None
+            longer = same is not None and same.used + 1 >= described.used
+            return replace(same, used=same.used + 1) if same and longer else described  # the second bracket, by name
+        before = words[i - 1] if i else ""
+        if words[i] in ("it", "them") and earlier and (before in BEFORE_IT or " ".join(words[i - 2 : i]) in OF_IT):
             return Mention(earlier, 1)
-        if (
-            words[i] in ("everything", "anything")
-            and i > 0
-            and words[i - 1] in ("from", "near", "than")
-            and self.things
-        ):
-            return Mention(self.things, 1)
-        return None
+        everything = words[i] in ("everything", "anything") and before in ("from", "near", "than") and self.things
+        return Mention(self.things, 1) if everything else None
 
     def _named(self, words: Sequence[str], i: int) -> Mention | None:
         best: Mention | None = None
@@ -238,65 +223,69 @@ class Catalog:
 
     def measure(self, word: str) -> Measure | None:
         """What a superlative compares, so that the largest value wins; None for other words."""
-        frame = self.scene.frame
-        towards = {
-            **dict.fromkeys(("leftmost",), "left"), **dict.fromkeys(("rightmost",), "right"),
-            **dict.fromkeys(("topmost", "highest", "uppermost"), "up"),
-            **dict.fromkeys(("bottommost", "lowest", "lowermost"), "down"),
-            **dict.fromkeys(("frontmost", "foremost"), "front"),
-            **dict.fromkeys(("rearmost", "backmost", "hindmost"), "back"),
-        }  # fmt: skip
-        if word in towards:
-            axis = frame.direction(towards[word])
+        if word in TOWARDS:
+            axis = self.scene.frame.direction(TOWARDS[word])
             return lambda item: float(item.position @ axis)
-        up = frame.direction("up")
-        tall: Measure = lambda item: float(np.abs(item.rotation.T @ up) @ item.size)  # noqa: E731
-        big: Measure = lambda item: float(np.prod(item.size))  # noqa: E731
-        wide: Measure = lambda item: float(item.size[:2].max())  # noqa: E731
-        sizes = {
-            **dict.fromkeys(("tallest",), tall), **dict.fromkeys(("biggest", "largest", "bulkiest", "hugest"), big),
-            "widest": wide, "longest": wide,
-            "shortest": lambda item: -tall(item),
-            **dict.fromkeys(("smallest", "tiniest", "littlest"), lambda item: -big(item)),
-            "narrowest": lambda item: -wide(item),
-        }  # fmt: skip
-        return sizes.get(word)
+        up = self.scene.frame.direction("up")
+        sizes: dict[str, Measure] = {
+            "tall": lambda item: float(np.abs(item.rotation.T @ up) @ item.size),
+            "big": lambda item: float(np.prod(item.size)),
+            "wide": lambda item: float(item.size[:2].max()),
+        }
+        sign, name = SIZED.get(word, (0.0, ""))
+        return (lambda item: sign * sizes[name](item)) if name else None
 
     def nearness(self, words: Sequence[str], i: int) -> tuple[Measure, int] | None:
         """Read "nearest [to the goal]": the measure and the words taken."""
-        sign = -1.0 if words[i] in ("nearest", "closest") else 1.0 if words[i] in ("farthest", "furthest") else 0.0
-        if not sign:
+        sign = NEARNESS.get("".join(words[i : i + 1]), 0.0)
+        at = next((k for k in range(i + 1, len(words)) if words[k] not in BEFORE_SPOT), len(words))
+        if not sign or self.path is None:
             return None
-        at = i + 1
-        while at < len(words) and words[at] in ("to", "from", "away", "the", "by"):
-            at += 1
-        behind = at > i + 1
-        target: Array | None = None
-        if behind and at < len(words) and self.path is not None:
-            place = {
-                "goal": -1,
-                "end": -1,
-                "destination": -1,
-                "target": -1,
-                "start": 0,
-                "beginning": 0,
-                "origin": 0,
-            }.get(words[at])
-            if place is not None:
-                target, at = self.path[place][None], at + 1
-                at += at < len(words) and words[at] in ("position", "point")
-            elif words[at] in ("path", "trajectory", "robot", "route", "me", "you"):
-                target, at = self.path, at + 1
-            else:
-                named = self._named(words, at)
-                if named is not None:
-                    target, at = named.items[0].position[None], at + named.used
+        target, used = self._spot(words, at) if at > i + 1 else (self.path, 0)
         if target is None:
-            if behind or self.path is None:
-                return None
-            target = self.path
+            return None
         points = target
-        return (lambda item: sign * float(item.distance(points).min())), at - i
+        return (lambda item: sign * float(item.distance(points).min())), at + used - i
+
+    def _spot(self, words: Sequence[str], at: int) -> tuple[Array | None, int]:
+        """What something is nearest to, as positions (N, 3) [m], and the words taken; None for nothing known."""
+        word = "".join(words[at : at + 1])
+        if self.path is None or not word:
+            return None, 0
+        if word in SPOTS:
+            named = words[at + 1 : at + 2] in (["position"], ["point"])
+            return self.path[SPOTS[word]][None], 1 + named
+        if word in ("path", "trajectory", "robot", "route", "me", "you"):
+            return self.path, 1
+        mention = self._named(words, at)
+        return (None, 0) if mention is None else (mention.items[0].position[None], mention.used)
+
+
+NEARNESS = {"nearest": -1.0, "closest": -1.0, "farthest": 1.0, "furthest": 1.0}
+BEFORE_SPOT = ("to", "from", "away", "the", "by")
+SPOTS = dict.fromkeys("goal end destination target".split(), -1) | dict.fromkeys("start beginning origin".split(), 0)
+"""Words for the ends of the path, as indices."""
+
+
+TOWARDS = {
+    "leftmost": "left", "rightmost": "right", "frontmost": "front", "foremost": "front",
+    **dict.fromkeys(("topmost", "highest", "uppermost"), "up"),
+    **dict.fromkeys(("bottommost", "lowest", "lowermost"), "down"),
+    **dict.fromkeys(("rearmost", "backmost", "hindmost"), "back"),
+}  # fmt: skip
+"""Superlatives of places, and the direction in which they lie."""
+
+SIZED = {
+    "tallest": (1.0, "tall"), "shortest": (-1.0, "tall"),
+    **dict.fromkeys(("biggest", "largest", "bulkiest", "hugest"), (1.0, "big")),
+    **dict.fromkeys(("smallest", "tiniest", "littlest"), (-1.0, "big")),
+    **dict.fromkeys(("widest", "longest"), (1.0, "wide")), "narrowest": (-1.0, "wide"),
+}  # fmt: skip
+"""Superlatives of sizes, and what they compare."""
+
+
+COUNTED = {"first": 0, "second": 1, "third": 2, "last": -1}
+"""Ordinals before a noun, as indices along the path."""
 
 
 class _Phrase:
@@ -324,23 +313,20 @@ class _Phrase:
         self.skip()
         self._modifiers()
         noun, plural = singular(self.word()), self.word() != singular(self.word())
-        generic = noun in GENERIC
-        special = quantified or self.key is not None or self.ordinal is not None or self.traits or self.other
-        if not generic and not self.catalog.heads.get(noun):
-            return None
-        if noun == "one" and not (self.traits or self.key is not None or self.ordinal is not None or self.other):
+        generic, told = noun in GENERIC, self._told()
+        if not (generic or self.catalog.heads.get(noun)) or (noun == "one" and not told):
             return None
         self.at += 1
-        before = len(self.traits)
         self._behind()
-        special = special or len(self.traits) > before or self.key is not None
-        if plural:
-            self.many = True
-        items = list(self.catalog.things) if generic else self.catalog.heads[noun]
+        self.many = self.many or plural
+        items = self.catalog.things if generic else self.catalog.heads[noun]
         items = [item for item in items if all(self.catalog.fits(item, trait) for trait in self.traits)]
-        if not generic and not special and not plural and len(items) == 1:
-            return None
-        return items
+        mere = not (generic or quantified or plural or told or self._told())
+        return None if mere and len(items) == 1 else items
+
+    def _told(self) -> bool:
+        """Whether something besides a noun has been said of the objects."""
+        return bool(self.traits) or self.key is not None or self.ordinal is not None or self.other
 
     def _quantifier(self) -> bool:
         word = self.word()
@@ -361,35 +347,32 @@ class _Phrase:
         return self.many
 
     def _modifiers(self) -> None:
-        while self.at < len(self.words):
-            word = self.word()
-            measure = self.catalog.measure(word)
-            near = (
-                self.catalog.nearness(self.words, self.at)
-                if word in ("nearest", "closest", "farthest", "furthest")
-                else None
-            )
-            if measure is not None:
-                self.key = measure
-                self.at += 1
-            elif near is not None and near[1] == 1:
-                self.key = near[0]
-                self.at += 1
-            elif word == "other":
-                self.other = True
-                self.at += 1
-            elif word in ("first", "second", "third", "last") and singular(self._peek()) in (
-                GENERIC | set(self.catalog.heads)
-            ):
-                self.ordinal = {"first": 0, "second": 1, "third": 2, "last": -1}[word]
-                self.at += 1
-            elif word in self.catalog.vocabulary and not self._is_noun_here():
-                self.traits.append(word)
-                self.at += 1
-                while self.word() in SHAPED:
-                    self.at += 1
-            else:
-                return
+        while self.at < len(self.words) and self._modifier():
+            self.at += 1
+
+    def _modifier(self) -> bool:
+        """Read one word before the noun; whether there was one."""
+        word = self.word()
+        near = self.catalog.nearness(self.words, self.at) if word in NEARNESS else None
+        key = self.catalog.measure(word) or (near[0] if near is not None and near[1] == 1 else None)
+        noun_behind = singular(self._peek()) in GENERIC or singular(self._peek()) in self.catalog.heads
+        if key is not None:
+            self.key = key
+        elif word == "other":
+            self.other = True
+        elif word in COUNTED and noun_behind:
+            self.ordinal = COUNTED[word]
+        elif word in self.catalog.vocabulary and not self._is_noun_here():
+            self._trait()
+        else:
+            return False
+        return True
+
+    def _trait(self) -> None:
+        """Read a word that describes, and a "shaped" or "coloured" behind it; `at` stays on the last one."""
+        self.traits.append(self.word())
+        while self._peek() in SHAPED:
+            self.at += 1
 
     def _peek(self) -> str:
         return self.words[self.at + 1] if self.at + 1 < len(self.words) else ""
@@ -407,23 +390,18 @@ class _Phrase:
     def _behind(self) -> None:
         """Read "that is red", "made of glass", "nearest to the goal", "on the left"."""
         text = " ".join(self.words[self.at : self.at + 8])
-        for link in LINKS:
-            if not text.startswith(link + " "):
-                continue
-            at = self.at + len(link.split())
-            while at < len(self.words) and self.words[at] in SKIPPED:
-                at += 1
-            if at < len(self.words) and self.words[at] in self.catalog.vocabulary:
-                self.traits.append(self.words[at])
-                self.at = at + 1
-                while self.word() in SHAPED:
-                    self.at += 1
+        for link in (link for link in LINKS if text.startswith(link + " ")):
+            begin = self.at + len(link.split())
+            at = next((k for k in range(begin, len(self.words)) if self.words[k] not in SKIPPED), len(self.words))
+            if "".join(self.words[at : at + 1]) in self.catalog.vocabulary:
+                self.at = at
+                self._trait()
+                self.at += 1
                 return
-            near = self.catalog.nearness(self.words, at) if at < len(self.words) else None
+            near = self.catalog.nearness(self.words, at)
             if near is not None:
                 self.key, self.at = near[0], at + near[1]
                 return
-        if self.at < len(self.words):
-            near = self.catalog.nearness(self.words, self.at)
-            if near is not None:
-                self.key, self.at = near[0], self.at + near[1]
+        near = self.catalog.nearness(self.words, self.at)
+        if near is not None:
+            self.key, self.at = near[0], self.at + near[1]

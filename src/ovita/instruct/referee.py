@@ -19,6 +19,8 @@ from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk, chunks
 from ovita.instruct.contradictions import NEVER, UNKNOWN, contradictions
 from ovita.instruct.edits import Also, Edit
+from ovita.instruct.notation import name_of
+from ovita.instruct.slots import TRAINED
 from ovita.instruct.together import spread
 from ovita.paths.part import WHOLE
 from ovita.paths.scene import Scene
@@ -126,7 +128,7 @@ def understand(
         rules = replace(rules, frames=spread(rules.frames, said))
         return Understanding("do", rules, "rules", confidence=DO, rules=rules)
     reader = learned_reader()
-    if reader is None:
+    if reader is None or any(name_of(frame) not in TRAINED for frame in rules.frames):
         return judged(said, rules, None)
     heard = reader.hear(text, scene, positions, before or None)
     learned = reader.reading(heard)

@@ -12,10 +12,10 @@ from ovita.instruct import frames as F
 from ovita.instruct.editing import directions_of, is_called
 from ovita.instruct.lexicon import FEEDBACK, concept_at, concepts, stems
 from ovita.instruct.notation import name_of
-from ovita.instruct.numbers import amount_at, is_digits, unit_at
+from ovita.instruct.numbers import amount_at, and_a_half, is_digits, unit_at
 from ovita.instruct.objects import GENERIC, Catalog, Mention, singular
 from ovita.instruct.spelling import cut, respelt
-from ovita.paths.scene import Scene
+from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array
 from ovita.units import symbol
 
@@ -161,34 +161,38 @@ def _denying(piece: Phrase, behind: Sequence[Phrase]) -> Phrase:
 
 
 def _piece(
-    words: Sequence[str], i: int, catalog: Catalog, earlier: Any, clause: int, figured: bool
+    words: Sequence[str], i: int, catalog: Catalog, earlier: tuple[SceneObject, ...], clause: int, figured: bool
 ) -> tuple[Phrase, int]:
+    """The phrase that begins at a word, and how many words it takes."""
     word = words[i]
     cues, cued = _cues_at(words, i)
     concept, length = concept_at(words, i)
     if word in ("wp", "wps"):
         return Phrase(word, clause, concept="waypoints"), 1
-    if word == "r":
-        cues = cues - ({"right"} if figured else {"radius"})
-    if concept == "reverse" and {"other", "opposite"} & set(words[i : i + length]) and length > cued:
+    cues = cues - ({"right"} if figured else {"radius"}) if word == "r" else cues
+    if concept == "reverse" and length > cued and {"other", "opposite"} & {*words[i : i + length]}:
         cues, cued, concept = frozenset({"flip"}), length, ""
+
+    def phrase(used: int, **what: Any) -> tuple[Phrase, int]:
+        return Phrase(" ".join(words[i : i + used]), clause, **what), used
+
+    least = max(cued, length)
     mention = _mention(words, i, catalog, earlier)
-    if mention is not None and mention.used >= max(cued, length) and not (mention.unclear and (cued or concept)):
-        items = tuple(item.name for item in mention.items)
-        return Phrase(" ".join(words[i : i + mention.used]), clause, items=items), mention.used
-    found = _amount(words, i)
-    if found is not None and found[1] >= max(cued, length) and not (cued == found[1] > 1):
-        return Phrase(" ".join(words[i : i + found[1]]), clause, number=found[0]), found[1]
-    if concept in ("at_least", "at_most") and word in ("more", "less", "fewer"):
-        concept, length = "", 0
-    if length >= cued and (same := _same(concept, words[i : i + length])):
-        return Phrase(" ".join(words[i : i + length]), clause, cues | same, concept), length
-    if cued and (cued >= length or concept in ("plain", "join")):
-        kept = concept if cued == length and concept not in ("plain", "join") else ""
-        return Phrase(" ".join(words[i : i + cued]), clause, cues, kept), cued
-    if concept not in ("", "plain", "join"):
-        return Phrase(" ".join(words[i : i + length]), clause, concept=concept), length
-    return Phrase(word, clause), max(length, 1)
+    if mention is not None and mention.used >= least and not (mention.unclear and (cued or concept)):
+        return phrase(mention.used, items=tuple(item.name for item in mention.items))
+    number, used = _amount(words, i) or (None, 0)
+    if number is not None and used >= least and not cued == used > 1:
+        return phrase(used, number=number)
+    if concept in ("plain", "join") or (concept in ("at_least", "at_most") and word in ("more", "less", "fewer")):
+        same, told = _same(concept, ()), ""
+        length = length if concept in ("plain", "join") else 0
+    else:
+        same, told = _same(concept, words[i : i + length]), concept
+    if length >= cued and same:
+        return phrase(length, cues=cues | same, concept=told)
+    if cued and (cued >= length or not told):
+        return phrase(cued, cues=cues, concept=told if cued == length else "")
+    return phrase(length, concept=told) if told else (Phrase(word, clause), max(length, 1))
 
 
 def _same(concept: str, words: Sequence[str]) -> frozenset[str]:
@@ -204,7 +208,7 @@ def _same(concept: str, words: Sequence[str]) -> frozenset[str]:
 COUNTED = frozenset("first second third last".split())
 
 
-def _mention(words: Sequence[str], i: int, catalog: Catalog, earlier: Any) -> Mention | None:
+def _mention(words: Sequence[str], i: int, catalog: Catalog, earlier: tuple[SceneObject, ...]) -> Mention | None:
     """The objects that are named; "that one" and "another thing" name none."""
     found = catalog.mention_at(words, i, earlier) if words[i][0].isalnum() else None
     if found is not None and len(earlier) < 2 and COUNTED & set(words[i : i + found.used]):
@@ -217,22 +221,29 @@ def _mention(words: Sequence[str], i: int, catalog: Catalog, earlier: Any) -> Me
 def _amount(words: Sequence[str], i: int) -> tuple[F.Quantity, int] | None:
     """The quantity that begins at a word, in the person's unit, and how many words it takes."""
     amount = amount_at(words, i)
-    if amount is None and words[i] in ("whole", "full") and unit_at(words, i + 1)[0]:
-        unit, factor, length = unit_at(words, i + 1)
-        return F.Quantity(factor, unit), 1 + length
-    if amount is None and list(words[i + 1 : i + 4]) == ["and", "a", "half"]:
-        unit, factor, _ = unit_at(words, i)
-        return (F.Quantity(1.5 * factor, unit), 4) if unit else None
-    if amount is None or (amount.used == 1 and words[i] == "one" and not _counts(words[i + 1 : i + 2])):
+    if amount is None:
+        return _whole_unit(words, i)
+    if amount.used == 1 and words[i] == "one" and not _counts(words[i + 1 : i + 2]):
         return None
     unit, used, value = amount.unit, amount.used, abs(amount.value)
-    if unit and list(words[i + used : i + used + 3]) == ["and", "a", "half"] and words[i] in ("a", "an"):
-        value, used = value * 1.5, used + 3
-    plain = is_digits(words[i]) and "/" not in words[i : i + used] and used <= 2
-    said = f"{words[i]}{symbol(' '.join(words[i + 1 : i + used]))}" if plain else ""
-    if not unit and "x" in (words[i - 1] if i else "", words[i + used] if i + used < len(words) else ""):
+    halved = and_a_half(words, i + used) if unit and words[i] in ("a", "an") else 0
+    value, used = value * (1.5 if halved else 1.0), used + halved
+    said = words[i : i + used]
+    plain = is_digits(words[i]) and "/" not in said and used <= 2
+    factor = "x" in (words[i - 1] if i else "", "".join(words[i + used : i + used + 1]))
+    if not unit and factor:
         return F.Quantity(value, "x"), used
-    return F.Quantity(value, "x" if not unit and "/" in words[i : i + used] else unit, said=said), used
+    unit = "x" if not unit and "/" in said else unit
+    return F.Quantity(value, unit, said=f"{words[i]}{symbol(' '.join(said[1:]))}" if plain else ""), used
+
+
+def _whole_unit(words: Sequence[str], i: int) -> tuple[F.Quantity, int] | None:
+    """A full metre, a metre and a half."""
+    if words[i] in ("whole", "full"):
+        unit, factor, length = unit_at(words, i + 1)
+        return (F.Quantity(factor, unit), 1 + length) if unit else None
+    unit, factor, _ = unit_at(words, i) if and_a_half(words, i + 1) else ("", 1.0, 0)
+    return (F.Quantity(1.5 * factor, unit), 4) if unit else None
 
 
 def _counts(behind: Sequence[str]) -> bool:

@@ -8,7 +8,7 @@ most. What a clause leaves open is taken from the clauses before it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -17,8 +17,9 @@ import numpy as np
 from ovita.instruct import frames as F
 from ovita.instruct.aims import aimed
 from ovita.instruct.chunks import DOING, Chunk, chunks, spoken
-from ovita.instruct.constituents import NEARBY, QUANTITIES, constituents
+from ovita.instruct.constituents import constituents
 from ovita.instruct.fillers import CONTENT, FREE, MILD, Constituents, held_along, parts
+from ovita.instruct.patterns import NEARBY, QUANTITIES
 from ovita.instruct.table import ROWS, Match, match
 from ovita.instruct.together import THEN, added, afterwards, improper, of_the_end, placed, settled, shared, within
 from ovita.paths.part import WHOLE, PathPart
@@ -109,17 +110,22 @@ def _with_pauses(found: Sequence[Chunk]) -> list[Chunk]:
     row: list[Chunk] = []
     run = not WORDS_OF_RUNNING.isdisjoint(w for c in found for w in c.text.lower().split())
     for i, chunk in enumerate(found):
-        word = chunk.text.lower().partition(" ")[0]
-        chunk = replace(chunk, kind="reverse" if run else "back") if chunk.kind == "backwards" else chunk
-        paced = chunk.kind in ("at", "with") and {c.kind for c in found[i + 1 : i + 4]} & {"constant", "speed", "Qv"}
-        if word in DESCRIBING and i + 2 < len(found) and found[i + 1].text.lower().partition(" ")[0] in PORTIONS:
-            chunk = replace(
-                chunk, kind="filler" if found[i + 2].kind in NEARBY | {"between", "before", "after"} else "unknown"
-            )
-        if row and row[-1].kind in SETTLED and (paced or (word.endswith("ing") and chunk.kind in PARTICIPLES)):
+        word, ahead = _first(chunk), found[i + 1 : i + 4]
+        if chunk.kind == "backwards":
+            chunk = replace(chunk, kind="reverse" if run else "back")
+        if word in DESCRIBING and len(ahead) > 1 and _first(ahead[0]) in PORTIONS:
+            placed = ahead[1].kind in NEARBY | {"between", "before", "after"}
+            chunk = replace(chunk, kind="filler" if placed else "unknown")
+        paced = chunk.kind in ("at", "with") and {c.kind for c in ahead} & {"constant", "speed", "Qv"}
+        begins = paced or (word.endswith("ing") and chunk.kind in PARTICIPLES)
+        if begins and row and row[-1].kind in SETTLED:
             row.append(Chunk("and", "", (chunk.span[0], chunk.span[0])))
         row.append(chunk)
     return row
+
+
+def _first(chunk: Chunk) -> str:
+    return chunk.text.lower().partition(" ")[0]
 
 
 DESCRIBING = frozenset("slow fast quick hasty high low rough jerky bumpy".split())
@@ -137,55 +143,51 @@ PARTICIPLES = frozenset(
 def _corrected(row: list[Chunk]) -> list[Chunk]:
     """Drop what a speaker takes back: "left, no, right" and "10 cm, I mean 12 cm"."""
     for at in [i for i, c in enumerate(row) if c.kind == "correct"][::-1]:
-        behind = row[at + 1 :]
-        end = next((i for i, c in enumerate(behind) if c.kind in ("dot",) and i > 0), len(behind))
-        new = {_sort(c) for c in behind[:end]} - {""}
-        kept = list(row[:at])
-        for sort in new:
-            old = next((i for i in range(len(kept) - 1, -1, -1) if _sort(kept[i]) == sort), None)
-            if old is not None and not any(c.kind == "dot" for c in kept[old : len(kept) - 1]):
-                del kept[old]
+        kept, behind = list(row[:at]), row[at + 1 :]
+        end = next((i for i, c in enumerate(behind) if c.kind == "dot" and i > 0), len(behind))
+        for sort in {_sort(c) for c in behind[:end]} - {""}:
+            old = next((i for i in reversed(range(len(kept))) if _sort(kept[i]) == sort), len(kept))
+            if all(c.kind != "dot" for c in kept[old:-1]):
+                del kept[old : old + 1]
         while kept and kept[-1].kind in ("never", "comma", "dot"):
             kept.pop()
         row = kept + behind
     return row
 
 
+SORTS = dict.fromkeys("left right front back up down raise lower".split(), "direction")
+SORTS |= {kind: kind for kind in (*QUANTITIES, "obj", "point", "clockwise", "anticlockwise")}
+
+
 def _sort(item: Chunk) -> str:
     """What a correction puts in the place of what: a direction, an object, a quantity of a unit."""
-    if item.kind in ("left", "right", "front", "back", "up", "down", "raise", "lower"):
-        return "direction"
-    if item.kind in QUANTITIES:
-        return item.kind
-    return item.kind if item.kind in ("obj", "point", "clockwise", "anticlockwise") else ""
+    return SORTS.get(item.kind, "")
 
 
 def _pieces(row: Sequence[Chunk], spoken: Sequence[Chunk]) -> list[Stretch]:
-    found: list[Stretch] = []
-    items: list[Chunk] = []
-    opening = ""
-    begin = 0
-
-    def piece(end: float) -> Stretch:
-        said = [(w, c.kind) for c in spoken if begin <= c.span[0] < end for w in c.text.lower().split()]
-        first = next((word for word, kind in said if kind not in PAUSES), "")
-        return Stretch(tuple(items), opening, frozenset(word for word, _ in said), first)
-
+    found: list[tuple[list[Chunk], str, int]] = []
+    opening, items, begin = "", list[Chunk](), 0
     for chunk in row:
-        pause = chunk.kind in PAUSES
         apart = chunk.kind in ("keep", "clear", "farther") and chunk.text.lower().startswith(("without", "not "))
-        if items and (pause or apart):
-            found.append(piece(chunk.span[0]))
-            begin = chunk.span[0]
-            opening, items = "", []
-        if pause:
+        if items and (apart or chunk.kind in PAUSES):
+            found.append((items, opening, begin))
+            opening, items, begin = "", [], chunk.span[0]
+        if chunk.kind in PAUSES:
             opening = max(opening, chunk.kind, key=lambda kind: STRENGTH[kind])
         else:
             items.append(chunk)
-    if items:
-        return [*found, piece(float("inf"))]
-    last = frozenset(w for c in spoken if c.span[0] >= begin for w in c.text.lower().split())
-    return [*found[:-1], replace(found[-1], words=found[-1].words | last)] if found else found
+    found += [(items, opening, begin)] if items else []
+    ends: list[float] = [begin for _, _, begin in found[1:]]
+    return [
+        _stretch(spoken, *piece, end) for piece, end in zip(found, [*ends, float("inf")][: len(found)], strict=True)
+    ]
+
+
+def _stretch(spoken: Sequence[Chunk], items: Sequence[Chunk], opening: str, begin: int, end: float) -> Stretch:
+    """Some constituents with the words that were said from one place to another."""
+    said = [(w, c.kind) for c in spoken if begin <= c.span[0] < end for w in c.text.lower().split()]
+    first = next((word for word, kind in said if kind not in PAUSES), "")
+    return Stretch(tuple(items), opening, frozenset(word for word, _ in said), first)
 
 
 def _cut(pieces: Sequence[Stretch]) -> list[Said]:
@@ -195,17 +197,21 @@ def _cut(pieces: Sequence[Stretch]) -> list[Said]:
         options = []
         for begin in range(max(0, end - LONGEST), end):
             span = pieces[begin:end]
-            if any(p.opening in ("dot", "because") for p in span[1:]):
-                continue
-            items = tuple(c for p in span for c in p.items)
-            said = _clause(items, span)
-            places = sum(any(c.kind in PLACING or c.kind == "turns" for c in p.items) for p in span)
-            asks = not {c.kind for c in span[0].items} <= PLACING | FREE
-            alone = len(span) > 1 and all(_complete(_clause(p.items, [p])) for p in span)
-            joint = sum(0.4 + 1.2 * (p.first in VERBS and asks) for p in span[1:]) + 1.2 * (places > 1 or alone)
-            options.append((best[begin][0] + said.cost + joint, [*best[begin][1], said]))
+            if all(p.opening not in ("dot", "because") for p in span[1:]):
+                said = _clause(tuple(c for p in span for c in p.items), span)
+                options.append((best[begin][0] + said.cost + _joint(span), [*best[begin][1], said]))
         best.append(min(options, key=lambda option: option[0]))
     return best[-1][1]
+
+
+def _joint(span: Sequence[Stretch]) -> float:
+    """What it costs to take several pieces as one clause."""
+    if len(span) == 1:
+        return 0.0
+    asks = not {c.kind for c in span[0].items} <= PLACING | FREE
+    places = sum(any(c.kind in PLACING or c.kind == "turns" for c in p.items) for p in span)
+    apart = places > 1 or all(_complete(_clause(p.items, [p])) for p in span)
+    return sum(0.4 + 1.2 * (p.first in VERBS and asks) for p in span[1:]) + 1.2 * apart
 
 
 def _complete(said: Said) -> bool:
@@ -291,19 +297,16 @@ def _tells(piece: Stretch) -> bool:
 
 def _aside(piece: Stretch, best: Match | None) -> float:
     """What it costs to take a piece as asking for nothing: a reason, a story, a name."""
-    if piece.opening == "because":
-        return 0.9 if not piece.words.isdisjoint(WANTING) else -0.6
-    kinds = {c.kind for c in piece.items}
-    telling = not piece.words.isdisjoint(TELLING) or any(w.endswith("'s") for w in piece.words)
-    calm = kinds.isdisjoint(ASKING)
-    if best is None and calm:
-        return 0.9
-    if best is None and telling and kinds.isdisjoint(QUANTITIES | PLACING):
-        return 0.9
     wanting = not piece.words.isdisjoint(WANTING)
-    if (telling and not wanting and kinds.isdisjoint(QUANTITIES | PLACING)) or (
-        calm and piece.items[0].kind == "never"
-    ):
+    if piece.opening == "because":
+        return 0.9 if wanting else -0.6
+    kinds = {c.kind for c in piece.items}
+    told = not piece.words.isdisjoint(TELLING) or any(w.endswith("'s") for w in piece.words)
+    telling = told and kinds.isdisjoint(QUANTITIES | PLACING)
+    calm = kinds.isdisjoint(ASKING)
+    if best is None and (calm or telling):
+        return 0.9
+    if (telling and not wanting) or (calm and piece.items[0].kind == "never"):
         return 4.0
     return sum(_weight(c) for c in piece.items)
 
@@ -319,7 +322,6 @@ def _reading(said: Sequence[Said], notes: tuple[str, ...], earlier: Sequence[F.S
     question = ""
     asked: tuple[str, ...] = ()
     before: Said | None = None
-    radius = next((c.number.value for clause in said for c in clause.items if c.kind == "threshold" and c.q), None)
     for clause in said:
         left = clause.match.unread if clause.match else clause.items
         words = [c.text for c in left if c.kind not in FREE and c.kind != "threshold"]
@@ -329,35 +331,38 @@ def _reading(said: Sequence[Said], notes: tuple[str, ...], earlier: Sequence[F.S
         choice = next((c for c in clause.items if c.kind == "CHOICE"), None)
         if choice is not None:
             question, asked = _which(choice), choice.names
-        only = _only(clause, made)
-        if only:
+        if only := _only(clause, made):
             made[-1] = replace(made[-1], part=only)
             continue
-        if clause.match is None:
-            unread += words
-            continue
         unread += words
-        slots, open_ = _inherited(clause.match, [*earlier, *made])
+        slots, open_ = _inherited(clause.match, [*earlier, *made]) if clause.match else ({}, [])
+        frame = _frame(clause.match, slots, clause.items) if clause.match and not open_ else None
         if open_:
-            question = question or _question(clause.match, open_)
-            continue
-        frame = _frame(clause.match, slots, clause.items)
-        if frame is None:
+            question = question or _question(open_[0])
+        elif frame is not None:
+            made = added(made, placed([*earlier, *made], _after(frame, clause, before, made)))
+            before = clause
+        elif clause.match:
             unread += [c.text for c in clause.items]
-            continue
-        if clause.opening == "and" and (_leads(before) or "them" in clause.words):
-            frame = shared(made, frame)
-        if clause.opening == "and" and "it" in clause.words and made:
-            frame = of_the_end(made[-1], frame)
-        if before is not None and made and not frame.part and not clause.words.isdisjoint(THEN):
-            frame = afterwards(made[-1], frame)
-        before = clause
-        made = added(made, placed([*earlier, *made], frame))
+    radius = next((c.number.value for clause in said for c in clause.items if c.kind == "threshold" and c.q), None)
     frames = tuple(within(frame, radius) for frame in settled(made))
     return F.Reading(
         frames, unread=tuple(unread), aside=tuple(aside), question=question, asked=asked, notes=notes,
         improper=improper(frames),
     )  # fmt: skip
+
+
+def _after(
+    frame: F.SemanticFrame, clause: Said, before: Said | None, made: Sequence[F.SemanticFrame]
+) -> F.SemanticFrame:
+    """A frame with what its clause takes from the one before: its part of the path, its end, or where it waits."""
+    if clause.opening == "and" and (_leads(before) or "them" in clause.words):
+        frame = shared(made, frame)
+    if clause.opening == "and" and "it" in clause.words and made:
+        frame = of_the_end(made[-1], frame)
+    if before is not None and made and not frame.part and not clause.words.isdisjoint(THEN):
+        frame = afterwards(made[-1], frame)
+    return frame
 
 
 def _only(clause: Said, made: Sequence[F.SemanticFrame]) -> PathPart:
@@ -370,34 +375,34 @@ def _only(clause: Said, made: Sequence[F.SemanticFrame]) -> PathPart:
 
 def _which(choice: Chunk) -> str:
     """The question which of some objects is meant."""
+    what = choice.text.lower().removeprefix("the ")
     names = [repr(name) for name in choice.names]
-    return f"Which {choice.text.lower().removeprefix('the ')}: {', '.join(names[:-1])} or {names[-1]}?"
+    return f"Which {what}: {', '.join(names[:-1])} or {names[-1]}?" if names else f"Which {what} is meant?"
 
 
 def _leads(clause: Said | None) -> bool:
     """Whether a clause opens with the part of the path that it is about."""
-    return (clause is not None and clause.items[0].kind in ("part", "point", "pair", "within_of")) or (
-        clause is not None and clause.items[0].kind == "obj" and clause.items[0].value in ("at", "near", "by")
+    opening = clause.items[0] if clause is not None else Chunk("", "", (0, 0))
+    return opening.kind in ("part", "point", "pair", "within_of") or (
+        opening.kind == "obj" and opening.value in ("at", "near", "by")
     )
 
 
-def _question(match: Match, open_: Sequence[str]) -> str:
-    asks = {"offset": "In which direction?", "objects": "From or to what?", "place": "Where?", "amount": "How much?",
-            "direction": "On which side?", "axis": "Left and right, or front and back?", "end": "Start or goal?"}  # fmt: skip
-    return asks.get(open_[0], f"Which {open_[0]}?")
+QUESTIONS = {
+    "offset": "In which direction?", "objects": "From or to what?", "place": "Where?", "amount": "How much?",
+    "direction": "On which side?", "axis": "Left and right, or front and back?", "end": "Start or goal?",
+}  # fmt: skip
+"""What is asked for a slot that stays open."""
+
+
+def _question(slot: str) -> str:
+    return QUESTIONS.get(slot, f"Which {slot}?")
 
 
 def _inherited(match: Match, made: Sequence[F.SemanticFrame]) -> tuple[dict[str, Any], list[str]]:
     """The slots with what the clauses before give for those left open; and what is still open."""
-    slots = dict(match.slots)
-    open_ = []
-    for name in match.missing:
-        value = _from_before(name, made)
-        if value:
-            slots[name] = value
-        else:
-            open_.append(name)
-    return slots, open_
+    found = {name: _from_before(name, made) for name in match.missing}
+    return {**match.slots, **{n: v for n, v in found.items() if v}}, [n for n, v in found.items() if not v]
 
 
 def _from_before(name: str, made: Sequence[F.SemanticFrame]) -> Any:
@@ -420,19 +425,11 @@ def _frame(match: Match, slots: Mapping[str, Any], items: Sequence[Chunk]) -> F.
     kind = match.row.kind
     known = {slot.name for slot in fields(kind)}
     given = {k: v for k, v in slots.items() if k in known and v is not None}
-    if kind is F.Mirror:
-        given["axis"] = _axis(items)
-    if kind is F.MoveEnd and "end" not in given:
-        given["end"] = next((c.value[0] for c in items if c.kind == "end"), None)
-    if kind is F.Visit and "objects" not in given:
-        given["objects"] = tuple(n for c in items if c.kind == "obj" for n in c.names)
-    if (
-        kind is F.Pace
-        and given["change"] in ("turns", "slower")
-        and given["part"].kind == "turns"
-        and "amount" not in given
-    ):
-        given |= {"change": "turns", "part": WHOLE}
+    if kind in _ELSEWHERE:
+        slot, find = _ELSEWHERE[kind]
+        given.setdefault(slot, find(items))
+    if kind is F.Pace and given["part"].kind == "turns" and "amount" not in given:
+        given |= {"change": "turns", "part": WHOLE} if given["change"] in ("turns", "slower") else {}
     if kind not in GRADED and "degree" not in match.row.fixed:
         given.pop("degree", None)
     if not given.get("place", ""):
@@ -452,3 +449,11 @@ def _axis(items: Sequence[Chunk]) -> str:
             if item.kind in words or (item.kind == "sideways" and not set(words).isdisjoint(item.text.lower().split())):
                 return axis
     return "left"
+
+
+_ELSEWHERE: Mapping[type[F.SemanticFrame], tuple[str, Callable[[Sequence[Chunk]], Any]]] = {
+    F.Mirror: ("axis", _axis),
+    F.MoveEnd: ("end", lambda items: next((c.value[0] for c in items if c.kind == "end"), None)),
+    F.Visit: ("objects", lambda items: tuple(n for c in items if c.kind == "obj" for n in c.names)),
+}
+"""Slots that are found anywhere in a clause where no filler has filled them."""

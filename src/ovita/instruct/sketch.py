@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from ovita.instruct.frames import SemanticFrame, Span, unaimed
 from ovita.instruct.lexicon import concept_at, is_filler
 from ovita.instruct.notation import show
-from ovita.instruct.numbers import FRACTIONS, NUMBER_WORDS, amount_at, is_digits, unit_at
+from ovita.instruct.numbers import FRACTIONS, NUMBER_WORDS, amount_at, and_a_half, is_digits, unit_at
 from ovita.instruct.objects import WORD, Catalog
 from ovita.instruct.spelling import respelt
 from ovita.paths.scene import Scene
@@ -256,7 +256,7 @@ def _amount(raw: Sequence[Fragment], words: Sequence[str], i: int) -> tuple[Refe
         return None, 1
     used, value = amount.used, abs(amount.value)
     number = _number_of(words[i], value)
-    if amount.unit in ("m", "s") and words[i] in ("a", "an", "one") and _and_a_half(words, i + used):
+    if amount.unit in ("m", "s") and words[i] in ("a", "an", "one") and and_a_half(words, i + used):
         value, used = value * 1.5, used + 3
     if amount.unit:
         return Referent(None, value=value, unit=amount.unit, number=number), used
@@ -302,7 +302,7 @@ def _whole_unit(words: Sequence[str], i: int) -> tuple[Referent | None, int]:
     unit, factor, used = unit_at(words, i)
     if unit not in ("m", "s"):
         return None, 1
-    more = _and_a_half(words, i + used)
+    more = and_a_half(words, i + used)
     return Referent(None, value=factor * (1.5 if more else 1), unit=unit, number=1.0), used + more
 
 
@@ -344,10 +344,6 @@ def _other_unit(raw: Sequence[Fragment], words: Sequence[str], i: int, used: int
     if behind not in _ODD_UNITS or (behind in _TOUCHING and not touching and not last):
         return None
     return (*_ODD_UNITS[behind], 1)
-
-
-def _and_a_half(words: Sequence[str], i: int) -> int:
-    return 3 if list(words[i : i + 3]) == ["and", "a", "half"] else 0
 
 
 def _number_of(word: str, value: float) -> float:

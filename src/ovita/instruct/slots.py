@@ -15,7 +15,13 @@ from ovita.instruct.notation import DIRECTIONS, EDITS, FRAMES, name_of
 from ovita.paths.part import WHOLE, PathPart, outside
 
 COMMANDS = ("undo", "redo", "restart", "accept", "explain")
-ACTIONS = ("none", "ask", "improper", *FRAMES, *(name for name in EDITS if name != "also"))
+TRAINED = (
+    "move", "end", "closer", "farther", "clearance", "via", "side", "pace", "keep", "stop", "wait", "extend", "smooth",
+    "waypoints", "circle", "spiral", "eight", "zigzag", "wave", "shake", "hop", "hover", "mirror", "rotate", "tilt",
+    "resize", "curve", "straighten", "height", "bound", "reverse", "return", "trim", "quadrant",
+)  # fmt: skip
+"""The frames that the network was trained on, in the order of its classes; the rules alone read any other."""
+ACTIONS = ("none", "ask", "improper", *TRAINED, *(name for name in EDITS if name != "also"))
 CHOICES: dict[str, tuple[str, ...]] = {
     "pace": ("faster", "slower", "set", "cap", "floor", "constant", "rampup", "rampdown", "turns", "accelerate",
              "brake"),
@@ -55,7 +61,7 @@ HEADS: dict[str, tuple[str, ...]] = {
     "place": ("", "object", "start", "goal"),
     "toward": ("", *DIRECTIONS),
     "step": ("0", "1", "-1"),
-    "on": ("", *FRAMES),
+    "on": ("", *TRAINED),
 }
 """Every head of the network with its classes: `spot` is the place of the frame, `place` and `toward` are the part's."""
 
@@ -208,7 +214,7 @@ def _edit_atoms(edit: E.Edit) -> list[Atom]:
     if isinstance(edit, E.Also):
         return _frame_atoms(edit.frame)
     value: Any = edit
-    on = edit.on if edit.on in FRAMES else ""
+    on = edit.on if edit.on in TRAINED else ""
     labels = {"action": value.command if isinstance(edit, E.Command) else edit.NAME, "on": on}
     amounts: dict[str, F.Quantity] = {}
     places: tuple[str, ...] = ()

@@ -9,7 +9,6 @@ from typing import Any
 
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk
-from ovita.instruct.constituents import QUANTITIES
 from ovita.instruct.fillers import (
     CLEAR,
     CONTENT,
@@ -39,6 +38,7 @@ from ovita.instruct.fillers import (
     turns,
     waypoints,
 )
+from ovita.instruct.patterns import QUANTITIES
 from ovita.paths.part import PathPart
 
 
@@ -205,10 +205,6 @@ def _signed_pace(slots: dict[str, Any]) -> dict[str, Any] | None:
     return None if slots.get("amount") is None else slots
 
 
-def _accelerate(slots: dict[str, Any]) -> dict[str, Any]:
-    return slots
-
-
 def _braking(slots: dict[str, Any]) -> dict[str, Any] | None:
     q = slots.get("amount")
     return None if q is None else slots | {"amount": replace(q, value=-abs(q.value), said="")}
@@ -216,25 +212,26 @@ def _braking(slots: dict[str, Any]) -> dict[str, Any] | None:
 
 def _resample(slots: dict[str, Any]) -> dict[str, Any]:
     """How many waypoints: a count is a target unless "more" or a sign says by how many."""
-    q = slots.get("amount")
-    change = slots["change"]
+    q, change = slots.get("amount"), slots["change"]
     if q is None:
         return slots
     if q.said in ("+", "-"):
         return slots | {"change": "by", "amount": F.Quantity(q.value if q.said == "+" else -q.value, "waypoints", "by")}
     if q.unit in ("%", "x"):
-        factor = q.value
-        if change == "fewer" and factor > 1:
-            factor = 1 / factor
-        elif change == "fewer" and q.unit == "%":
-            factor = 1 - factor
-        elif change == "more" and q.unit == "%":
-            factor = 1 + factor
-        return slots | {"change": "by", "amount": F.Quantity(round(factor, 6), q.unit if change == "" else "x", "by")}
+        factor = round(_of_all(q, change), 6)
+        return slots | {"change": "by", "amount": F.Quantity(factor, q.unit if change == "" else "x", "by")}
     if change in ("more", "fewer") and q.role != "to":
         signed = q.value if change == "more" else -q.value
         return slots | {"change": "by", "amount": F.Quantity(signed, "waypoints", "by")}
     return slots | {"change": "to", "amount": replace(q, role="to", unit="")}
+
+
+def _of_all(q: F.Quantity, change: str) -> float:
+    """The share of all waypoints that "half as many", "30 % more" or "three times fewer" leaves."""
+    if change == "fewer" and q.value > 1:
+        return 1 / q.value
+    grown = {"fewer": 1 - q.value, "more": 1 + q.value} if q.unit == "%" else {}
+    return float(grown.get(change, q.value))
 
 
 def _keep(slots: dict[str, Any]) -> dict[str, Any] | None:
@@ -247,19 +244,19 @@ def _keep(slots: dict[str, Any]) -> dict[str, Any] | None:
 def _trim_place(slots: dict[str, Any]) -> dict[str, Any] | None:
     """What comes after or before an object, or the first or last so much."""
     of: PathPart = slots.pop("part", PathPart())
+    unit = {"share": "%"}.get(of.unit, of.unit)
     if of.kind in ("first", "last") and of.amount:
-        unit = {"share": "%", "waypoints": "waypoints"}.get(of.unit, of.unit)
         return slots | {"cut": of.kind, "amount": F.Quantity(of.amount, unit)}
     if of.kind in ("after", "before") and of.places:
         return slots | {"cut": of.kind, "place": of.places[0]}
     if of.kind == "range" and of.amount is not None and of.until is None:
-        return slots | {
-            "cut": "after",
-            "place": F.Quantity(of.amount + (of.unit == "waypoints"), {"share": "%"}.get(of.unit, of.unit), "at"),
-        }
-    if of.kind in ("first", "last") or of.kind == "range":
-        return None
+        return slots | {"cut": "after", "place": F.Quantity(of.amount + (of.unit == "waypoints"), unit, "at")}
     return None
+
+
+def _extend(slots: dict[str, Any]) -> dict[str, Any]:
+    """Going on to the goal, the start or the middle is going on."""
+    return {k: v for k, v in slots.items() if k != "place" or v not in F.SPOTS}
 
 
 def _stays(what: str) -> Mapping[str, Any]:
@@ -350,14 +347,14 @@ ROWS: tuple[Row, ...] = (
     # speed
     Row(F.Pace, ("faster", "more speed", "inc Qv"), {"amount": speed_amount}, {"change": "faster"}, (), "speed path whole keep pass inc more times faster thru as", 0.1, check=_pace),
     Row(F.Pace, ("inc|raise|up speed",), {"amount": speed_amount}, {"change": "faster"}, (), "speed path whole keep pass inc up raise more times faster thru as", 0.1, check=_pace),
-    Row(F.Pace, ("multiply speed Qn|Qx|Qpc",), {"amount": lambda c: (lambda f: f and F.Quantity(f.number.value, "x", "to"))(c.take("Qn", "Qx", "Qpc"))}, {"change": "set"}, ("amount",), "speed", 0.0),
+    Row(F.Pace, ("multiply speed Qn|Qx|Qpc",), {"amount": lambda c: (lambda q: q and F.Quantity(q.value, "x", "to"))(c.quantity("Qn", "Qx", "Qpc"))}, {"change": "set"}, ("amount",), "speed", 0.0),
     Row(F.Pace, ("slower_time",), {}, {"change": "set", "amount": F.Quantity(0.5, "x", "to")}, (), "speed path whole in endup", 0.1),
     Row(F.Pace, ("faster_time",), {}, {"change": "set", "amount": F.Quantity(2.0, "x", "to")}, (), "speed path whole in endup", 0.1),
     Row(F.Pace, ("slower", "less speed", "brake", "creep", "Qpc|Qv from speed"), {"amount": speed_amount}, {"change": "slower"}, (), "speed path whole keep pass dec times slower brake trim creep thru", 0.1, check=_pace),
     Row(F.Pace, ("dec|lower|drop|down|trim speed",), {"amount": speed_amount}, {"change": "slower"}, (), "speed path whole keep pass dec lower drop down times slower brake trim creep thru", 0.1, check=_pace),
     Row(F.Pace, ("double|triple speed", "speed double|triple"), {"amount": share}, {"change": "faster"}, (), "speed times", 0.1),
-    Row(F.Pace, ("speed Qpc:by", "Qv"), {"amount": lambda c: (lambda f: None if f is None else f.q)(c.take("Qpc", "Qv", where=lambda x: x.value == "plus"))}, {"change": "faster"}, ("amount",), "speed", 0.05, check=_signed_pace),
-    Row(F.Pace, ("speed Qpc|Qv", "Qpc|Qv:by speed", "Qv"), {"amount": lambda c: (lambda f: None if f is None else f.q)(c.take("Qpc", "Qv", where=lambda x: x.value == "minus"))}, {"change": "slower"}, ("amount",), "speed", 0.05, check=_signed_pace),
+    Row(F.Pace, ("speed Qpc:by", "Qv"), {"amount": lambda c: c.quantity("Qpc", "Qv", where=lambda x: x.value == "plus")}, {"change": "faster"}, ("amount",), "speed", 0.05, check=_signed_pace),
+    Row(F.Pace, ("speed Qpc|Qv", "Qpc|Qv:by speed", "Qv"), {"amount": lambda c: c.quantity("Qpc", "Qv", where=lambda x: x.value == "minus")}, {"change": "slower"}, ("amount",), "speed", 0.05, check=_signed_pace),
     Row(F.Pace, ("Qv", "speed|vmax|vmin Qv|Qn", "half speed", "halve speed", "speed Qpc|Qx|half|third|quarter", "Qpc|quarter|third|fifth|tenth speed"),
         {"amount": lambda c: amount("Qv", "Qpc", "Qx", role="")(c) or share(c)}, {}, ("amount",), "speed path whole keep max limit at_most at_least min vmax vmin faster slower brake raise lower extend pass multiply resize", 0.3, check=_set_pace),
     Row(F.Pace, ("vmax|limit|max|at_most Qv", "vmax Qn", "speed max|at_most|limit Qv|Qn"), {"amount": amount("Qv", role="at_most")}, {"change": "cap"}, ("amount",), "speed whole path max limit at_most faster vmax up keep dec lower drop down", 0.1),
@@ -387,7 +384,7 @@ ROWS: tuple[Row, ...] = (
     Row(F.Hover, ("hover", "wait obj:over", "keep obj:over Qs"), {"duration": amount("Qs", "Qstep"), "by": LENGTH, "objects": objects("over", "", "at", "near", "by", "on")}, {}, ("objects",), "hover wait over up keep raise touch", 0.0, where=False),
     Row(F.Hop, ("hop",), {"by": LENGTH, "objects": objects("over", "", "to", "on", "by")}, {}, ("objects",), "hop over up down raise at_least distance min", 0.0, where=False),
     # ends and waypoints
-    Row(F.Extend, ("extend", "inc end:goal/after,goal/over,goal/to Qm"), {"by": LENGTH, "place": place("to", "", "at", "toward", "before", "on")}, {}, (), "extend end path after part whole inc double farther distance smooth touch straight", 0.2, where=False, check=lambda s: _extend(s)),
+    Row(F.Extend, ("extend", "inc end:goal/after,goal/over,goal/to Qm"), {"by": LENGTH, "place": place("to", "", "at", "toward", "before", "on")}, {}, (), "extend end path after part whole inc double farther distance smooth touch straight", 0.2, where=False, check=_extend),
     Row(F.Extend, ("extend up|down|left|right|front|back|raise|lower", "end:goal/after up|down|left|right|front|back|raise|lower", "inc end:goal/at up|down|left|right|front|back|raise|lower"), {"offset": offset}, {}, ("offset",), "extend end path after part inc", 0.1, where=False),
     Row(F.Extend, ("end:goal/after obj:to,toward,by,at,near !wait|stop|hover", "end:goal/after pair"), {"place": lambda c: c.take("end") and (pair(c) or place("to", "toward", "by", "at", "near")(c))}, {}, ("place",), "end path straight smooth touch extend", 0.0, where=False),
     Row(F.Return, ("return",), {}, {}, (), "return end start path stop reverse", 0.0, where=False),
@@ -429,9 +426,3 @@ ROWS: tuple[Row, ...] = (
     Row(F.Quadrant, ("quadrant",), {"number": quadrant}, {}, ("number",), "quadrant keep whole path only third second 1st quarter", -0.1, where=False),
 )
 # fmt: on
-
-
-def _extend(slots: dict[str, Any]) -> dict[str, Any] | None:
-    if slots.get("place") in ("goal", "start", "middle"):
-        slots = {k: v for k, v in slots.items() if k != "place"}
-    return slots

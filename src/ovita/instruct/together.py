@@ -12,26 +12,24 @@ from ovita.paths.part import WHOLE, PathPart, outside
 
 
 def added(made: list[F.SemanticFrame], frame: F.SemanticFrame) -> list[F.SemanticFrame]:
-    """The frames with one more; two shifts of the same part are one."""
-    last = made[-1] if made else None
-    if (
-        isinstance(last, F.Hop | F.Hover | F.Visit)
-        and last.by is None
-        and getattr(last, "relation", "over") in ("over", "under")
-    ):
+    """The frames with one more; two shifts of a part are one, and a distance to what is passed over is how far over."""
+    joined = _joined(made[-1], frame) if made else None
+    return [*made, frame] if joined is None else [*made[:-1], replace(joined, words=made[-1].words + frame.words)]
+
+
+def _joined(last: F.SemanticFrame, frame: F.SemanticFrame) -> F.SemanticFrame | None:
+    """Two frames as one, or None where they are two."""
+    over = isinstance(last, F.Hop | F.Hover) or (isinstance(last, F.Visit) and last.relation in ("over", "under"))
+    if over and last.named == frame.named and not last.quantities.get("by"):
         by = frame.by if isinstance(frame, F.Approach) else frame.distance if isinstance(frame, F.Clearance) else None
-        if by is not None and frame.named == last.named:
-            return [*made[:-1], replace(last, by=replace(by, role="by"), words=last.words + frame.words)]
-    if (
-        isinstance(last, F.Shift | F.MoveEnd)
-        and isinstance(frame, F.Shift | F.MoveEnd)
-        and last.offset
-        and last == replace(frame, offset=last.offset)
-    ):
-        taken = {direction: q for direction, q in last.offset if q is not None or direction not in dict(frame.offset)}
-        if not any(direction in taken for direction, _ in frame.offset):
-            return [*made[:-1], replace(last, offset=(*taken.items(), *frame.offset), words=last.words + frame.words)]
-    return [*made, frame]
+        return None if by is None else replace(last, by=replace(by, role="by"))  # type: ignore[call-arg]
+    if not isinstance(last, F.Shift | F.MoveEnd) or not isinstance(frame, F.Shift | F.MoveEnd):
+        return None
+    if not last.offset or last != replace(frame, offset=last.offset):
+        return None
+    ways = dict(frame.offset)
+    taken = {way: q for way, q in last.offset if q is not None or way not in ways}
+    return None if taken.keys() & ways.keys() else replace(last, offset=(*taken.items(), *frame.offset))
 
 
 def of_the_end(last: F.SemanticFrame, frame: F.SemanticFrame) -> F.SemanticFrame:
@@ -47,18 +45,12 @@ THEN = frozenset("then after afterwards thereafter that afterward next onwards".
 
 def afterwards(last: F.SemanticFrame, frame: F.SemanticFrame) -> F.SemanticFrame:
     """After a wait at an object, what comes then begins there."""
-    if last.part.kind == "before" and isinstance(frame, (F.Pace, F.Shift)):
-        return replace(frame, part=replace(last.part, kind="after"))  # "faster until the cup, then slower"
-    at = (
-        getattr(last, "place", "")
-        if isinstance(last, F.Wait)
-        else (*getattr(last, "objects", ()), "")[0]
-        if isinstance(last, F.Hover)
-        else ""
-    )
-    if not isinstance(frame, (F.Pace, F.Shift)) or not isinstance(at, str) or at in ("", *F.SPOTS):
+    if not isinstance(frame, F.Pace | F.Shift):
         return frame
-    return replace(frame, part=PathPart("after", (at,)))
+    if last.part.kind == "before":
+        return replace(frame, part=replace(last.part, kind="after"))  # "faster until the cup, then slower"
+    at = last.place if isinstance(last, F.Wait) else last.objects[0] if isinstance(last, F.Hover) else ""
+    return replace(frame, part=PathPart("after", (at,))) if isinstance(at, str) and at not in ("", *F.SPOTS) else frame
 
 
 def shared(made: Sequence[F.SemanticFrame], frame: F.SemanticFrame) -> F.SemanticFrame:

@@ -152,7 +152,11 @@ def _load(path: str | os.PathLike[str], choices: Choices) -> Task:
         raise _unknown_suffix(path, "reads")
     content = read_text(path)
     if parse is not None:
-        return _parsed(parse, content, file)
+        with errors_of(file):
+            task = parse(content, file)
+        if not isinstance(task, Task):
+            raise FormatError(file, f"the plug-in of {ending} gave a {type(task).__name__}, not a Task")
+        return task
     if ending in _PARSED:
         return _PARSED[ending](content, file)
     from ovita.io.mission_files import looks_like_wpl, parse_plan, parse_wpl
@@ -387,14 +391,6 @@ def _of_a_plugin(ending: str, function: str) -> Callable[..., Any] | None:
     name = ending.removeprefix(".")
     found = plugins.load("formats", name, RequestError) if name else None
     return getattr(plugins.Guarded(found, "formats", name), function, None)
-
-
-def _parsed(parse: Callable[[str, str], Any], content: str, file: str) -> Task:
-    with errors_of(file):
-        task = parse(content, file)
-    if not isinstance(task, Task):
-        raise FormatError(file, f"the plug-in of {suffix(file)} gave a {type(task).__name__}, not a Task")
-    return task
 
 
 def _unknown_suffix(path: str | os.PathLike[str], does: str) -> FormatError:

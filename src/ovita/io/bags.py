@@ -9,17 +9,16 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ovita.errors import FormatError, MissingExtra, OvitaError, RequestError, TrajectoryError
-from ovita.io.definitions import typestore
 from ovita.io.documents import NONE, Choices, Kind, Task, listing
-from ovita.io.files import BAGS, atomic_write, errors_of, file_name, is_bag, suffix
+from ovita.io.files import BAGS, atomic_write, errors_of, file_name, is_bag, suffix, system_errors
 from ovita.io.geodesy import MISSION, ROS, on_earth
-from ovita.io.mcap import rescued
 from ovita.io.messages import (
     BODY,
     FRAME_ID,
@@ -27,6 +26,7 @@ from ovita.io.messages import (
     TYPES,
     JointMotion,
     Maker,
+    TopicMessage,
     build,
     build_joints,
     frame_of,
@@ -34,6 +34,7 @@ from ovita.io.messages import (
     parse,
     parse_joints,
     stamp_ns,
+    typestore,
 )
 from ovita.io.recorded import JOINT_STATE, RECORDED, TRANSFORMS, StampedMessage, joints_of, looks_recorded, path_of
 from ovita.io.waypoints import excerpt
@@ -50,15 +51,17 @@ VERDICT_TOPIC, STRING = "/verdict", "std_msgs/msg/String"
 ROBOT_PLAN, DISPLAYED_PLAN = "moveit_msgs/msg/RobotTrajectory", "moveit_msgs/msg/DisplayTrajectory"
 """What MoveIt plans, and what it publishes to be seen."""
 
+JOINT_PLANS = (JOINTS, ROBOT_PLAN, DISPLAYED_PLAN)
+"""Messages that hold a motion of joints as a plan."""
+
 _KINDS: Mapping[str, Kind] = {name: kind for kind, name in TYPES.items()}
-_JOINT_PLANS = (JOINTS, ROBOT_PLAN, DISPLAYED_PLAN)
 _PATHS = (
-    (*TYPES.values(), *_JOINT_PLANS),
+    (*TYPES.values(), *JOINT_PLANS),
     tuple(n for n in RECORDED if n not in TRANSFORMS),
     TRANSFORMS,
     (JOINT_STATE,),
 )
-_JOINT_MOTIONS = (_JOINT_PLANS, (JOINT_STATE,))
+_JOINT_MOTIONS = (JOINT_PLANS, (JOINT_STATE,))
 _VERSION = 8
 _STORAGE = {".mcap": "MCAP", ".db3": "SQLITE3"}
 
@@ -173,7 +176,7 @@ def dumps(
 
 def _messages(
     path: str | os.PathLike[str], trajectory: Trajectory, scene: Scene, choices: Choices, verdict: str
-) -> tuple[list[LoggedMessage], tuple[str, ...]]:
+) -> tuple[list[TopicMessage], tuple[str, ...]]:
     """The messages of a bag, stamped as the one that the trajectory came from, else with the time of writing."""
     maker = bag_maker(ros1=suffix(path) == ".bag")
     kept = scene.extra.get(ROS)
@@ -181,7 +184,7 @@ def _messages(
     at = at if isinstance(at, int) and at > 0 else time.time_ns()
     topic, kind, message, notes = message_of(trajectory, scene, choices, maker, start=at)
     said = [text_message(maker, VERDICT_TOPIC, verdict, at)] if verdict else []
-    return [LoggedMessage(topic, TYPES[kind], message, at), *said], notes
+    return [TopicMessage(topic, TYPES[kind], message, at), *said], notes
 
 
 def save_folder(
@@ -192,30 +195,17 @@ def save_folder(
     if target.exists():
         raise FormatError(file, "there is something of this name already; a bag's folder must be new")
     messages, notes = _messages(os.fspath(path).rstrip("/" + os.sep), trajectory, scene, choices, verdict)
-    try:
-        with tempfile.TemporaryDirectory(prefix=".ovita-", dir=target.parent) as folder:
-            os.rename(_written(Path(folder, target.name), file, messages), target)
-    except OSError as error:
-        raise FormatError(file, f"cannot be written: {(error.strerror or str(error)).lower()}") from None
+    with system_errors(path, "written"), tempfile.TemporaryDirectory(prefix=".ovita-", dir=target.parent) as folder:
+        os.rename(_written(Path(folder, target.name), file, messages), target)
     return notes
 
 
-@dataclass(frozen=True)
-class LoggedMessage:
-    """A message to write to a bag: its topic and type, itself, and when it is logged [ns]."""
-
-    topic: str
-    type: str
-    message: Any
-    at: int = 0
-
-
-def text_message(maker: Maker, topic: str, text: str, at: int = 0) -> LoggedMessage:
+def text_message(maker: Maker, topic: str, text: str, at: int = 0) -> TopicMessage:
     """A std_msgs/String."""
-    return LoggedMessage(topic, STRING, maker.new(STRING, data=text), at)
+    return TopicMessage(topic, STRING, maker.new(STRING, data=text), at)
 
 
-def bag_of(path: str | os.PathLike[str], messages: Sequence[LoggedMessage]) -> bytes:
+def bag_of(path: str | os.PathLike[str], messages: Sequence[TopicMessage]) -> bytes:
     """The content of a bag file that holds some messages, by file extension."""
     file = file_name(path)
     with tempfile.TemporaryDirectory(prefix="ovita-") as folder:
@@ -224,7 +214,7 @@ def bag_of(path: str | os.PathLike[str], messages: Sequence[LoggedMessage]) -> b
         return Path(inside, written[0]).read_bytes()
 
 
-def _written(folder: Path, file: str, messages: Sequence[LoggedMessage]) -> Path:
+def _written(folder: Path, file: str, messages: Sequence[TopicMessage]) -> Path:
     """The folder after a bag was written into it: MCAP, or sqlite3 where its name ends in .db3; or a ROS 1 bag file."""
     ros1 = folder.suffix.lower() == ".bag"
     store = typestore(ros1)
@@ -265,6 +255,7 @@ def read_topic(path: str | os.PathLike[str], choices: Choices, tiers: Sequence[S
         types = {c.topic: c.msgtype for c in bag.connections}
         topic, name = _topic(types, choices.topic, tiers, file)
         raw = _raw(bag, topic, name)
+        notes: tuple[str, ...] = ()
         if name in (*RECORDED, JOINT_STATE):
             _index(bag, raw, topic, name, 0, file)
             if choices.message is not None:
@@ -274,13 +265,12 @@ def read_topic(path: str | os.PathLike[str], choices: Choices, tiers: Sequence[S
             extra = [t for t, n in types.items() if n == name and t.endswith("tf_static") and t != topic]
             raw = [pair for t in extra if name in TRANSFORMS for pair in _raw(bag, t, name)] + raw
         else:
-            several = choices.message is None and len(raw) > 1
-            said = (f"{topic} holds {len(raw)} messages; read the last (--message picks another)",) if several else ()
+            several = len(raw) if choices.message is None and len(raw) > 1 else 0
             raw = [raw[_index(bag, raw, topic, name, choices.message, file)]]
-            notes = said
+            notes = (f"{topic} holds {several} messages; read the last (--message picks another)",) if several else ()
         samples = tuple(StampedMessage(at, bag.deserialize(data, name)) for at, data in raw)
         verdicts = [bag.deserialize(data, STRING).data for _, data in _raw(bag, VERDICT_TOPIC, STRING)]
-        notes = (*getattr(bag, "rescued", ()), *(() if name in (*RECORDED, JOINT_STATE) else notes))
+        notes = (*bag.rescued, *notes)
     return BagTopic(topic, name, samples, notes, str(verdicts[0]) if verdicts else "")
 
 
@@ -378,8 +368,6 @@ def _in_ros_axes(trajectory: Trajectory, scene: Scene, frame_id: str) -> tuple[T
 
 
 def _import(name: str) -> Any:
-    from importlib import import_module
-
     try:
         return import_module(name)
     except ImportError:
@@ -398,6 +386,70 @@ def _damage(file: str, what: str = "cannot be read as a bag; it may be cut off o
         raise FormatError(file, f"{what} ({reason[:120]})") from None
 
 
+# MCAP files whose recording was cut off (https://mcap.dev/spec)
+
+_MAGIC = b"\x89MCAP0\r\n"
+_END = b"\x0f" + (4).to_bytes(8, "little") + bytes(4) + b"\x02" + (20).to_bytes(8, "little") + bytes(20) + _MAGIC
+_CHUNK, _DATA_END, _FOOTER = 0x06, 0x0F, 0x02
+
+
+@contextmanager
+def rescued(path: str | os.PathLike[str]) -> Iterator[tuple[Path, tuple[str, ...]]]:
+    """The file itself; or where it is an MCAP that was cut off, a copy of its whole records, and a note on that."""
+    whole = Path(path)
+    inside = sorted(whole.glob("*.mcap")) if whole.is_dir() else [whole]
+    file = inside[-1] if inside else whole
+    if file.suffix.lower() != ".mcap" or not file.is_file() or _ended(file):
+        yield whole, ()
+        return
+    data = file.read_bytes()
+    end = _whole(data, len(_MAGIC))
+    inner = _of_chunk(data[end:])
+    if end <= len(_MAGIC) and not inner:
+        yield whole, ()
+        return
+    note = f"the recording was cut off; what is whole in its {len(data)} bytes was read, and the rest is lost"
+    with tempfile.TemporaryDirectory(prefix="ovita-") as folder:
+        copy = Path(folder, "whole.mcap")
+        copy.write_bytes(data[:end] + inner + _END)
+        yield copy, (note,)
+
+
+def _ended(file: Path) -> bool:
+    size = file.stat().st_size
+    with open(file, "rb") as stream:
+        begins = stream.read(len(_MAGIC)) == _MAGIC
+        stream.seek(max(size - len(_MAGIC), 0))
+        return not begins or (size > len(_MAGIC) and stream.read() == _MAGIC)
+
+
+def _whole(data: bytes, at: int) -> int:
+    """Where the last whole record ends, of those before the summary."""
+    while at + 9 <= len(data) and data[at] not in (_DATA_END, _FOOTER):
+        after = at + 9 + int.from_bytes(data[at + 1 : at + 9], "little")
+        if after > len(data):
+            break
+        at = after
+    return at
+
+
+def _of_chunk(data: bytes) -> bytes:
+    """The whole records in the beginning of a chunk, b"" if there are none."""
+    if len(data) < 49 or data[0] != _CHUNK:
+        return b""
+    named = 41 + int.from_bytes(data[37:41], "little")
+    records = data[named + 8 :]
+    if data[41:named] == b"zstd":
+        zstandard = import_module("zstandard")
+        try:
+            records = zstandard.ZstdDecompressor().decompressobj().decompress(records)
+        except zstandard.ZstdError:
+            return b""
+    elif named > 41:
+        return b""
+    return records[: _whole(records, 0)]
+
+
 def save_joint_motion(path: str | os.PathLike[str], motion: JointMotion, choices: Choices = NONE) -> None:
     """Write a motion of joints as a bag with one JointTrajectory message.
 
@@ -411,7 +463,7 @@ def save_joint_motion(path: str | os.PathLike[str], motion: JointMotion, choices
 def dumps_joints(path: str | os.PathLike[str], motion: JointMotion, choices: Choices = NONE) -> bytes:
     """What `save_joint_motion` writes, by the ending of the file's name."""
     message = build_joints(motion, bag_maker(ros1=suffix(path) == ".bag"), frame_id=choices.frame_id or "")
-    return bag_of(path, [LoggedMessage(topic_named(choices.topic or JOINT_TOPIC), JOINTS, message, time.time_ns())])
+    return bag_of(path, [TopicMessage(topic_named(choices.topic or JOINT_TOPIC), JOINTS, message, time.time_ns())])
 
 
 def load_joint_motion(path: str | os.PathLike[str], choices: Choices = NONE) -> JointMotion:

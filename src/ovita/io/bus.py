@@ -16,14 +16,13 @@ from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from importlib.util import find_spec
-from typing import Any, Protocol
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from ovita.errors import LinkError, MissingExtra
-from ovita.io.definitions import typestore
 from ovita.io.links import Address
-from ovita.io.messages import Maker
+from ovita.io.messages import Maker, typestore
 
 Way = tuple[bool, bool]
 """A quality of service: whether it is reliable, and whether it is latched."""
@@ -55,42 +54,23 @@ class BusEndpoint:
     way: Way
 
 
-class Publisher(Protocol):
-    """Publishes on one topic, reliably."""
+@dataclass(frozen=True, eq=False)
+class Publisher:
+    """Publishes on one topic, reliably.
 
-    def matched(self) -> int:
-        """How many subscribe."""
+    Args:
+        matched: How many subscribe.
+        write: Publishes a message; its bytes as CDR.
+        acknowledged: Waits until every subscriber has what was written, at most so many seconds.
+    """
 
-    def write(self, message: Any) -> bytes:
-        """Publish a message; its bytes as CDR."""
-
-    def acknowledged(self, timeout: float) -> bool:
-        """Wait until every subscriber has what was written, at most so many seconds."""
+    matched: Callable[[], int]
+    write: Callable[[Any], bytes]
+    acknowledged: Callable[[float], bool]
 
 
 Take = Callable[[], list[Any]]
 """Gives the messages that came since it was last called, each once, oldest first."""
-
-
-class Bus(Protocol):
-    """A participant on ROS 2's bus."""
-
-    maker: Maker
-
-    def others(self, *, publishing: bool) -> list[BusEndpoint]:
-        """What others publish, or subscribe to."""
-
-    def publisher(self, topic: str, kind: str, *, latched: bool = True) -> Publisher:
-        """A publisher on a topic, of the type of that name."""
-
-    def subscribe(self, topic: str, kind: str, ways: Iterable[Way] = WAYS) -> Take:
-        """Hear what is published on a topic in these ways."""
-
-    def offer(self, name: str, action: Callable[[], tuple[bool, str]]) -> bool:
-        """Offer a std_srvs/Trigger that answers with success and message; whether this bus has services."""
-
-    def rest(self) -> None:
-        """Let the bus work for a moment."""
 
 
 def wait(ready: Callable[[], Any], timeout: float, rest: Callable[[], None]) -> Any:
@@ -111,8 +91,12 @@ def joined(address: Address) -> Iterator[Bus]:
         LinkError: If it cannot be joined.
         MissingExtra: If neither rclpy nor cyclonedds is installed.
     """
-    with (_RclpyBus.joined if has_rclpy() else _DdsBus.joined)(address) as bus:
-        yield bus
+    if has_rclpy():
+        with ros_node(address) as (node, spin):
+            yield _RclpyBus(node, spin)
+    else:
+        with dds_bus(address) as bus:
+            yield bus
 
 
 def has_rclpy() -> bool:
@@ -212,8 +196,8 @@ def _qos(way: Way, depth: int) -> Any:
 
 
 @contextmanager
-def _participant(address: Address) -> Iterator[Any]:
-    """A DDS participant in the address's domain, restricted to this machine if requested."""
+def dds_bus(address: Address) -> Iterator[Bus]:
+    """The bus over DDS, restricted to this machine if the address asks for that."""
     try:
         import_module("cyclonedds")
         from cyclonedds.core import DDSException
@@ -229,40 +213,17 @@ def _participant(address: Address) -> Iterator[Any]:
         what = " ".join(str(error).split())
         raise LinkError(f"{address}: DDS cannot start here ({what}); check CYCLONEDDS_URI and the network") from None
     try:
-        yield participant
+        yield _DdsBus(participant)
     except DDSException as error:
         raise LinkError(f"{address}: DDS failed ({' '.join(str(error).split())})") from None
     finally:
         del participant, domain
 
 
-@dataclass(frozen=True, eq=False)
-class _DdsPublisher:
-    writer: Any
-
-    def matched(self) -> int:
-        return len(self.writer.get_matched_subscriptions())
-
-    def write(self, message: Any) -> bytes:
-        self.writer.write(message)
-        return bytes(message.serialize())
-
-    def acknowledged(self, timeout: float) -> bool:
-        from cyclonedds.util import duration
-
-        return bool(self.writer.wait_for_acks(duration(seconds=timeout)))
-
-
 class _DdsBus:
     def __init__(self, participant: Any) -> None:
         self._participant = participant
         self.maker = Maker(lambda kind, /, **fields: idl_type(kind)(**fields))
-
-    @classmethod
-    @contextmanager
-    def joined(cls, address: Address) -> Iterator[_DdsBus]:
-        with _participant(address) as participant:
-            yield cls(participant)
 
     def others(self, *, publishing: bool) -> list[BusEndpoint]:
         from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsPublication, BuiltinTopicDcpsSubscription
@@ -289,8 +250,19 @@ class _DdsBus:
 
     def publisher(self, topic: str, kind: str, *, latched: bool = True) -> Publisher:
         from cyclonedds.pub import DataWriter
+        from cyclonedds.util import duration
 
-        return _DdsPublisher(DataWriter(self._participant, self._topic(topic, kind), qos=_qos((True, latched), 1)))
+        writer = DataWriter(self._participant, self._topic(topic, kind), qos=_qos((True, latched), 1))
+
+        def write(message: Any) -> bytes:
+            writer.write(message)
+            return bytes(message.serialize())
+
+        return Publisher(
+            lambda: len(writer.get_matched_subscriptions()),
+            write,
+            lambda timeout: bool(writer.wait_for_acks(duration(seconds=timeout))),
+        )
 
     def subscribe(self, topic: str, kind: str, ways: Iterable[Way] = WAYS) -> Take:
         from cyclonedds.sub import DataReader
@@ -384,35 +356,10 @@ def _profile(way: Way, depth: int) -> Any:
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _RclpyPublisher:
-    publisher: Any
-
-    def matched(self) -> int:
-        return int(self.publisher.get_subscription_count())
-
-    def write(self, message: Any) -> bytes:
-        from rclpy.serialization import serialize_message
-
-        self.publisher.publish(message)
-        return bytes(serialize_message(message))
-
-    def acknowledged(self, timeout: float) -> bool:
-        from rclpy.duration import Duration
-
-        return bool(self.publisher.wait_for_all_acked(Duration(seconds=timeout)))
-
-
 class _RclpyBus:
     def __init__(self, node: Any, spin: Callable[[], None]) -> None:
         self.node, self.rest = node, spin
         self.maker = Maker(lambda kind, /, **fields: message_class(kind)(**fields), floats=np.ndarray.tolist)
-
-    @classmethod
-    @contextmanager
-    def joined(cls, address: Address) -> Iterator[_RclpyBus]:
-        with ros_node(address) as (node, spin):
-            yield cls(node, spin)
 
     def others(self, *, publishing: bool) -> list[BusEndpoint]:
         from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
@@ -433,7 +380,20 @@ class _RclpyBus:
         ]
 
     def publisher(self, topic: str, kind: str, *, latched: bool = True) -> Publisher:
-        return _RclpyPublisher(self.node.create_publisher(message_class(kind), topic, _profile((True, latched), 1)))
+        from rclpy.duration import Duration
+        from rclpy.serialization import serialize_message
+
+        publisher = self.node.create_publisher(message_class(kind), topic, _profile((True, latched), 1))
+
+        def write(message: Any) -> bytes:
+            publisher.publish(message)
+            return bytes(serialize_message(message))
+
+        return Publisher(
+            lambda: int(publisher.get_subscription_count()),
+            write,
+            lambda timeout: bool(publisher.wait_for_all_acked(Duration(seconds=timeout))),
+        )
 
     def subscribe(self, topic: str, kind: str, ways: Iterable[Way] = WAYS) -> Take:
         heard = _Heard()
@@ -452,3 +412,11 @@ class _RclpyBus:
 
         self.node.create_service(message_class("std_srvs/srv/Trigger"), name, answer)
         return True
+
+
+Bus: TypeAlias = _DdsBus | _RclpyBus
+"""A participant on ROS 2's bus.
+
+Its `maker` builds messages; `others` is what others publish or subscribe to; `publisher` and `subscribe` name a topic,
+a type and ways; `offer` offers a std_srvs/Trigger, and says whether this bus has services; `rest` lets it work.
+"""

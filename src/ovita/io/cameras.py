@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 from collections import deque
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 from ovita.errors import FormatError, MissingExtra
 from ovita.io.clouds import PointCloud, of_columns
 from ovita.io.documents import brief, listing
+from ovita.io.messages import stamp_ns
 from ovita.paths.frame import matrix
 from ovita.paths.trajectory import Array
 
@@ -157,9 +159,9 @@ class CameraModel:
 
 def camera_of(message: Any, *, rectified: bool) -> CameraModel:
     """The camera matrix of a CameraInfo: that of the rectified picture, or of the raw one."""
-    raw = np.array(message.k if hasattr(message, "k") else message.K, dtype=float).reshape(3, 3)
-    projected = np.array(message.p if hasattr(message, "p") else message.P, dtype=float).reshape(3, 4)[:, :3]
-    lens = np.array(message.d if hasattr(message, "d") else message.D, dtype=float)
+    names = "kpd" if hasattr(message, "k") else "KPD"  # of ROS 2 and ROS 1
+    raw, projected, lens = (np.array(getattr(message, name), dtype=float) for name in names)
+    raw, projected = raw.reshape(3, 3), projected.reshape(3, 4)[:, :3]
     bends = bool(np.abs(lens).max(initial=0.0) > 1e-6)
     use = rectified and projected[0, 0] > 0
     return CameraModel((int(message.width), int(message.height)), projected if use else raw, bends and not rectified)
@@ -176,11 +178,11 @@ class Transforms:
     wanted: int | None = None
     edges: dict[str, tuple[str, Array, int | None]] = field(default_factory=dict)
 
-    def add(self, message: Any, *, fixed: bool = False) -> None:
-        """Take in a TFMessage; `fixed` for those of /tf_static, which hold for all time."""
-        for one in message.transforms:
+    def add(self, transforms: Iterable[Any], *, fixed: bool = False) -> None:
+        """Take in a TFMessage's transforms; `fixed` for those of /tf_static, which hold for all time."""
+        for one in transforms:
             child, parent = named(one.child_frame_id), named(one.header.frame_id)
-            off = None if fixed else self._off(stamp_of(one))
+            off = None if fixed else self._off(stamp_ns(one.header.stamp))
             before = self.edges.get(child)
             if before is None or off is None or (before[2] is not None and off <= before[2]):
                 self.edges[child] = (parent, _matrix(one.transform), off)
@@ -223,12 +225,6 @@ class Transforms:
 def named(frame_id: object) -> str:
     """A frame's name without the slash that ROS 1 puts before it."""
     return str(frame_id).lstrip("/")
-
-
-def stamp_of(message: Any) -> int:
-    """The time of a message with a header [ns]."""
-    stamp = message.header.stamp
-    return int(stamp.sec) * 10**9 + int(stamp.nanosec)
 
 
 def _matrix(transform: Any) -> Array:

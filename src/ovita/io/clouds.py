@@ -6,6 +6,7 @@ import io
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 
 from ovita.errors import FormatError, SceneError
 from ovita.io.documents import listing
-from ovita.io.files import errors_of, examine, file_name, suffix
+from ovita.io.files import errors_of, examine, file_name, suffix, system_errors
 from ovita.paths.trajectory import Array
 
 CLOUDS = (".ply", ".pcd", ".npy")
@@ -85,11 +86,8 @@ def load_cloud(path: str | os.PathLike[str]) -> PointCloud:
     file, ending = file_name(path), suffix(path)
     if ending not in CLOUDS:
         raise FormatError(file, f"point clouds are read from {', '.join(CLOUDS)} files")
-    try:
-        with open(path, "rb") as stream:
-            data = stream.read()
-    except OSError as error:
-        raise FormatError(file, f"cannot be read: {error.strerror}") from None
+    with system_errors(path, "read"):
+        data = Path(path).read_bytes()
     with errors_of(path):
         read = {".ply": _ply, ".pcd": _pcd, ".npy": _npy}[ending](data, file)
         return replace(read, name=file)
@@ -156,7 +154,6 @@ def _header(data: bytes, last: Sequence[str], file: str, kind: str) -> tuple[lis
 
 
 def _table(body: bytes, kind: np.dtype[Any], count: int, file: str) -> Columns:
-    """Rows of binary numbers as columns."""
     if kind.itemsize * count > len(body):
         raise FormatError(file, f"is cut off: {count} points are announced, and there are {len(body) // kind.itemsize}")
     rows = np.frombuffer(body, dtype=kind, count=count)
@@ -164,7 +161,6 @@ def _table(body: bytes, kind: np.dtype[Any], count: int, file: str) -> Columns:
 
 
 def _text_table(body: bytes, names: Sequence[str], count: int, file: str) -> Columns:
-    """Rows of numbers in text as columns."""
     lines = [line for line in body.decode("ascii", "replace").split("\n") if line.strip()][:count]
     if len(lines) < max(count, 1):
         raise FormatError(file, f"is cut off: {count} points are announced, and there are {len(lines)}")

@@ -1,16 +1,22 @@
-"""An arm's controller in ROS 2: goals of FollowJointTrajectory, through rclpy."""
+"""An arm's joints in ROS 2: where they are now, and goals for its controller (FollowJointTrajectory) by rclpy."""
 
 from __future__ import annotations
 
+import json
+import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from typing import Any
 
-from ovita.errors import LinkError
+from ovita.errors import FormatError, LinkError, MissingExtra
+from ovita.io import bags
 from ovita.io.bus import message_class, ros_node, wait
+from ovita.io.documents import number_problem
+from ovita.io.files import file_name, is_address, is_bag, read_text, suffix
 from ovita.io.links import Address
-from ovita.io.messages import JointMotion, Maker, build_joints
+from ovita.io.messages import JointMotion, Maker, build_joints, stamp_ns
+from ovita.io.recorded import JOINT_STATE
 
 ACTION = "control_msgs/action/FollowJointTrajectory"
 
@@ -64,8 +70,7 @@ def follow(address: Address, motion: JointMotion, told: Told | None = None, fram
         if not wait(client.server_is_ready, address.timeout, spin):
             what = f"no controller offers {ACTION} as {address.target} in domain {address.domain}"
             raise LinkError(f"{address}: {what} within {address.timeout:g} s; nothing was sent")
-        progress = _Progress(motion, told)
-        sent = client.send_goal_async(kind.Goal(trajectory=message), feedback_callback=progress)
+        sent = client.send_goal_async(kind.Goal(trajectory=message), feedback_callback=_progress(motion, told))
         if not wait(sent.done, address.timeout, spin):
             raise LinkError(f"{address}: the controller did not answer the goal within {address.timeout:g} s")
         goal = sent.result()
@@ -77,20 +82,19 @@ def follow(address: Address, motion: JointMotion, told: Told | None = None, fram
     return bytes(serialize_message(message))
 
 
-class _Progress:
+def _progress(motion: JointMotion, told: Told | None) -> Callable[[Any], None]:
     """Tells of feedback, at most every `TOLD_EVERY`."""
+    due = 0.0
 
-    def __init__(self, motion: JointMotion, told: Told | None) -> None:
-        self._motion, self._told, self._next = motion, told, 0.0
+    def tell(message: Any) -> None:
+        nonlocal due
+        if told is not None and time.monotonic() >= due:
+            due = time.monotonic() + TOLD_EVERY
+            seen = message.feedback
+            at = stamp_ns(seen.desired.time_from_start) / 1e9
+            told(progress_line(motion, at, seen.joint_names, seen.error.positions))
 
-    def __call__(self, message: Any) -> None:
-        if self._told is None or time.monotonic() < self._next:
-            return
-        self._next = time.monotonic() + TOLD_EVERY
-        seen = message.feedback
-        self._told(
-            progress_line(self._motion, _seconds(seen.desired.time_from_start), seen.joint_names, seen.error.positions)
-        )
+    return tell
 
 
 def progress_line(motion: JointMotion, at: float, names: Sequence[str], errors: Sequence[float]) -> str:
@@ -124,7 +128,6 @@ def _await(address: Address, goal: Any, patience: float, spin: Callable[[], None
 
 
 def _check(address: Address, response: Any) -> None:
-    """Raise what a result says against the motion."""
     code, text = int(response.result.error_code), str(response.result.error_string).strip()
     if response.status == SUCCEEDED and code == 0:
         return
@@ -134,5 +137,90 @@ def _check(address: Address, response: Any) -> None:
     raise LinkError(f"{address}: the motion {how or f'ended with status {response.status}'}: {meaning}{also}")
 
 
-def _seconds(duration: Any) -> float:
-    return int(duration.sec) + int(duration.nanosec) / 1e9
+STATE_TOPIC = "/joint_states"
+
+
+def joint_state(place: str) -> dict[str, float]:
+    """The last position of every joint [rad or m] in a file, a bag, or on a live topic such as ros2:/joint_states.
+
+    A file is JSON or YAML: names with their positions, or `name` and `position` as `ros2 topic echo --once` prints
+    them.
+
+    Raises:
+        FormatError: If the file holds no joint state.
+        LinkError: If none comes.
+        MissingExtra: If a package is missing.
+    """
+    if is_address(place):
+        return _live(Address.parse(place))
+    if is_bag(place):
+        return _recorded(place)
+    document = _document(place)
+    if not isinstance(document, Mapping):
+        raise FormatError(file_name(place), "holds no joint state; write a table of joint names and positions [rad]")
+    if "name" in document or "position" in document:
+        return _paired(document.get("name"), document.get("position"), file_name(place))
+    return _paired(list(document), list(document.values()), file_name(place))
+
+
+def _paired(names: Any, values: Any, where: str) -> dict[str, float]:
+    names, values = _items(names), _items(values)
+    if not names or len(names) != len(values):
+        raise FormatError(where, f"holds {len(names)} joint names and {len(values)} positions; give one for each")
+    if len(set(names)) != len(names):
+        raise FormatError(where, "names a joint twice")
+    for name, value in zip(names, values, strict=True):
+        problem = number_problem(value)
+        if problem:
+            raise FormatError(where, problem, key=str(name))
+    return {str(name): float(value) for name, value in zip(names, values, strict=True)}
+
+
+def _items(values: Any) -> Sequence[Any]:
+    if hasattr(values, "tolist"):
+        values = values.tolist()
+    return list(values) if isinstance(values, list | tuple) else []
+
+
+def _document(place: str) -> Any:
+    text = read_text(place)
+    if suffix(place) not in (".yaml", ".yml"):
+        try:
+            return json.loads(text)
+        except ValueError as error:
+            raise FormatError(file_name(place), f"this is not JSON ({error}); YAML ends in .yaml") from None
+    try:
+        from ruamel.yaml import YAML
+        from ruamel.yaml.error import YAMLError
+    except ImportError:
+        raise MissingExtra("ruamel.yaml", "ros") from None
+    try:
+        return next(iter(YAML(typ="safe").load_all(text)), None)
+    except YAMLError as error:
+        raise FormatError(file_name(place), f"this is not YAML ({' '.join(str(error).split())[:120]})") from None
+
+
+def _recorded(place: str | os.PathLike[str]) -> dict[str, float]:
+    """The last state of every joint in a bag; several publishers may each know some of them."""
+    file, found = file_name(place), dict[str, float]()
+    with bags.opened(place) as bag:
+        wanted = [c for c in bag.connections if c.msgtype == JOINT_STATE]
+        for connection, _, data in bag.messages(connections=wanted) if wanted else ():
+            message = bag.deserialize(data, connection.msgtype)
+            found |= _paired(message.name, message.position, f"{file} {connection.topic}")
+    if not found:
+        raise FormatError(file, f"holds no {JOINT_STATE}; record one: ros2 bag record {STATE_TOPIC}")
+    return found
+
+
+def _live(address: Address) -> dict[str, float]:
+    if address.bus != "ros2":
+        raise LinkError(f"{address}: joint states come from ROS 2 topics, such as ros2:{STATE_TOPIC}")
+    from ovita.io import ros2
+
+    came = ros2.capture(address, lambda there: [address.target], bool)
+    fitting = [one.message for one in came if one.type == JOINT_STATE]
+    if not fitting:
+        where = f"on {address.target} in domain {address.domain} within {address.timeout:g} s"
+        raise LinkError(f"{address}: no {JOINT_STATE} came {where}; so nobody knows where the arm is")
+    return _paired(fitting[-1].name, fitting[-1].position, str(address))

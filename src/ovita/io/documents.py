@@ -24,7 +24,6 @@ from pydantic import (
     BaseModel,
     BeforeValidator,
     Field,
-    PlainSerializer,
     PlainValidator,
     TypeAdapter,
     ValidationError,
@@ -161,11 +160,11 @@ def brief(name: str) -> str:
     return cut if cut.isprintable() else repr(cut)[1:-1]
 
 
-def listing(names: Iterable[object], limit: int = 8) -> str:
-    """Names joined by commas, cut after `limit`; "none" if there are none."""
+def listing(names: Iterable[object]) -> str:
+    """Names joined by commas, eight at most; "none" if there are none."""
     shown = [brief(str(name)) for name in names]
-    more = f" and {len(shown) - limit} more" if len(shown) > limit else ""
-    return (", ".join(shown[:limit]) + more) or "none"
+    more = f" and {len(shown) - 8} more" if len(shown) > 8 else ""
+    return (", ".join(shown[:8]) + more) or "none"
 
 
 def nearest(name: str, known: Sequence[str]) -> str | None:
@@ -399,7 +398,7 @@ def parse_toml(content: str, file: str) -> dict[str, Any]:
         raise FormatError(file, "this is not TOML: a number or date in it is out of range") from None
 
 
-def _custom(read: Any) -> PlainValidator:
+def read_by(read: Any) -> PlainValidator:
     """A validator that makes an error of ovita one of pydantic, with its key and index."""
 
     def run(value: Any) -> Any:
@@ -412,22 +411,7 @@ def _custom(read: Any) -> PlainValidator:
     return PlainValidator(run)
 
 
-def _trajectory(rows: Any) -> Trajectory:
-    from ovita.io.waypoints import read_rows
-
-    return read_rows(rows, key=None)[0]
-
-
-def _trajectory_rows(trajectory: Trajectory) -> list[list[float]]:
-    from ovita.io.waypoints import trajectory_rows
-
-    return trajectory_rows(trajectory)
-
-
-TrajectoryRows = Annotated[Trajectory, _custom(_trajectory), PlainSerializer(_trajectory_rows)]
-"""A trajectory as rows [x, y, z, speed(, qw, qx, qy, qz)], without its timestep, for pydantic models."""
-
-SceneField = Annotated[Scene, _custom(scene_from_dict), PlainSerializer(scene_dict)]
+SceneField = Annotated[Scene, read_by(scene_from_dict)]
 """A scene in the layout of `scene_dict`, for pydantic models."""
 
 

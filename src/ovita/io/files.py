@@ -140,6 +140,15 @@ def errors_of(path: str | os.PathLike[str]) -> Iterator[None]:
         raise FormatError(file_name(path), str(error)) from None
 
 
+@contextlib.contextmanager
+def system_errors(path: str | os.PathLike[str], done: str) -> Iterator[None]:
+    """Turn an error of the operating system inside the block into one that says what cannot be done to the file."""
+    try:
+        yield
+    except OSError as error:
+        raise FormatError(file_name(path), f"cannot be {done}: {_reason(error)}") from None
+
+
 def suffix(path: str | os.PathLike[str]) -> str:
     """The ending of a file name in lower case, such as ".json"."""
     return Path(path).suffix.lower()
@@ -182,10 +191,6 @@ def _replace(target: str, content: bytes, mode: int | None) -> None:
         with contextlib.suppress(OSError):
             os.unlink(temporary)
         raise
-    _sync_folder(folder)
-
-
-def _sync_folder(folder: str) -> None:
     # Makes the new name survive a power cut; some systems cannot open a folder, and then there is nothing to do.
     with contextlib.suppress(OSError):
         handle = os.open(folder, os.O_RDONLY)
@@ -209,16 +214,12 @@ class Journal:
     def add(self, event: Mapping[str, Any]) -> None:
         """Write one event; it is on disk when this returns."""
         line = self._line(event)
-        handle = self._open()
-        try:
-            with os.fdopen(handle, "rb+") as stream:
-                stream.seek(_whole(stream))
-                stream.truncate()
-                stream.write(line.encode("ascii"))
-                stream.flush()
-                os.fsync(stream.fileno())
-        except OSError as error:
-            raise FormatError(file_name(self.path), f"cannot be written: {error.strerror}") from None
+        with system_errors(self.path, "written"), os.fdopen(self._open(), "rb+") as stream:
+            stream.seek(_whole(stream))
+            stream.truncate()
+            stream.write(line.encode("ascii"))
+            stream.flush()
+            os.fsync(stream.fileno())
 
     def rewrite(self, events: Iterable[Mapping[str, Any]]) -> None:
         """Put these events in the place of all there are, in one step."""
@@ -229,10 +230,8 @@ class Journal:
     def read(self) -> list[dict[str, Any]]:
         """All events, oldest first; an incomplete last line is skipped."""
         examine(self.path)
-        try:
+        with system_errors(self.path, "read"):
             lines = self.path.read_bytes().split(b"\n")
-        except OSError as error:
-            raise FormatError(file_name(self.path), f"cannot be read: {error.strerror}") from None
         events = []
         for number, line in enumerate(lines[:-1]):
             try:
@@ -245,10 +244,8 @@ class Journal:
         return events
 
     def _open(self) -> int:
-        try:
+        with system_errors(self.path, "written"):
             return os.open(self.path, os.O_RDWR | os.O_CREAT, 0o600)
-        except OSError as error:
-            raise FormatError(file_name(self.path), f"cannot be written: {error.strerror}") from None
 
     def _line(self, event: Mapping[str, Any]) -> str:
         try:

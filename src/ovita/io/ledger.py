@@ -16,8 +16,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from ovita.errors import FormatError
-from ovita.io.files import Journal, atomic_write, examine, file_name
+from ovita.io.files import Journal, atomic_write, examine, system_errors
 
 PREVIOUS = "previous"
 """Key of a line that holds the hash of the line before it."""
@@ -99,10 +98,8 @@ class Ledger:
         return ["the last line is another than was written"]
 
     def _lines(self) -> list[bytes]:
-        try:
+        with system_errors(self.path, "read"):
             return self.path.read_bytes().split(b"\n")[:-1]
-        except OSError as error:
-            raise FormatError(file_name(self.path), f"cannot be read: {(error.strerror or '').lower()}") from None
 
     @contextlib.contextmanager
     def _locked(self) -> Iterator[None]:
@@ -111,10 +108,8 @@ class Ledger:
         except ImportError:  # a system without it has no other process here either, as far as we know
             yield
             return
-        try:
+        with system_errors(self.path, "written"):
             handle = os.open(f"{self.path}.lock", os.O_RDWR | os.O_CREAT, 0o600)
-        except OSError as error:
-            raise FormatError(file_name(self.path), f"cannot be written: {error.strerror}") from None
         try:
             fcntl.flock(handle, fcntl.LOCK_EX)
             yield

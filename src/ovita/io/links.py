@@ -13,7 +13,6 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from hashlib import sha256
-from typing import Any
 from urllib.parse import parse_qsl
 
 from ovita.errors import RequestError
@@ -151,6 +150,11 @@ class Receipt:
     size: int
     notes: tuple[str, ...] = ()
 
+    @classmethod
+    def of(cls, data: bytes, notes: tuple[str, ...] = ()) -> Receipt:
+        """Of what was delivered."""
+        return cls(sha256(data).hexdigest(), len(data), notes)
+
 
 def receive(address: Address, choices: Choices = NONE) -> Task:
     """Read one trajectory from a live link."""
@@ -169,17 +173,15 @@ def deliver(
     scene: Scene,
     *,
     instruction: str = "",
-    extra: Mapping[str, Any] | None = None,
     choices: Choices = NONE,
     verdict: str = "",
     robot: Robot | None = None,
 ) -> Receipt:
     """Send a trajectory to an address, or write it to a file; a `robot` is needed to fly setpoints."""
     if not is_address(place):
-        content, notes = rendered(place, trajectory, scene, instruction, extra, choices=choices, verdict=verdict)
+        content, notes = rendered(place, trajectory, scene, instruction, choices=choices, verdict=verdict)
         atomic_write(place, content)
-        data = content.encode() if isinstance(content, str) else content
-        return Receipt(sha256(data).hexdigest(), len(data), notes)
+        return Receipt.of(content.encode() if isinstance(content, str) else content, notes)
     address = Address.parse(place)
     if address.bus == "ros2":
         from ovita.io import ros2
@@ -195,7 +197,7 @@ def deliver(
         from ovita.io import mavlink
 
         data, notes = mavlink.upload(address, trajectory, scene, choices)
-    return Receipt(sha256(data).hexdigest(), len(data), notes)
+    return Receipt.of(data, notes)
 
 
 def deliver_joints(
@@ -208,7 +210,7 @@ def deliver_joints(
     if not is_address(place):
         data = bags.dumps_joints(place, motion, choices)
         atomic_write(place, data)
-        return Receipt(sha256(data).hexdigest(), len(data))
+        return Receipt.of(data)
     address = Address.parse(place)
     if address.bus != "ros2":
         raise RequestError(f"{place}: motions of joints go to ROS 2 topics or bags only")
@@ -219,4 +221,4 @@ def deliver_joints(
         data = controllers.follow(address, motion, told, frame_id)
     else:
         data = ros2.send_joints(address, motion, choices)
-    return Receipt(sha256(data).hexdigest(), len(data))
+    return Receipt.of(data)

@@ -226,7 +226,6 @@ def _refusal(dialect: Any, code: int) -> str:
 
 
 def _single(value: float) -> float:
-    """The value rounded to single precision."""
     return float(struct.unpack("<f", struct.pack("<f", value))[0])
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from ovita.io.documents import Choices, listing
 from ovita.io.geodesy import MISSION, ROS, Home
-from ovita.io.missions import LEAST_SPEED, TAKEOFFS, Mission, mission_from, waypoints_of
+from ovita.io.missions import LEAST_SPEED, TAKEOFFS, Mission, legs_of, mission_from, waypoints_of
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
@@ -57,10 +57,9 @@ class Flight:
     def of(cls, mission: Mission, told: float) -> Flight:
         """The flight of a mission that stands for a path of a duration [s]."""
         waypoints, _ = waypoints_of(mission)
-        places = np.array([waypoint.position for waypoint in waypoints]).reshape(-1, 3)
         speeds, holds = np.array([w.speed for w in waypoints]), np.array([w.hold for w in waypoints])
-        lengths = np.linalg.norm(np.diff(places, axis=0), axis=1)
-        return cls(told, lengths, speeds, holds, places[:, 2], mission.home)
+        heights = np.array([w.position[2] for w in waypoints])
+        return cls(told, legs_of(waypoints), speeds, holds, heights, mission.home)
 
     @property
     def duration(self) -> float:
@@ -133,7 +132,7 @@ def remarks(mission: Mission, told: float, lost: Sequence[str], scene: Scene) ->
         said += f" (and about {flight.ramps:.1f} s for speeding up and slowing down at {ACCELERATION:g} m/s^2)"
     axes = flight.home.axes(ros=ROS in scene.extra and MISSION not in scene.extra)
     said += f", about home ({flight.home.describe()}): {axes}"
-    otherwise = [*_slow(flight), *_low(flight), *_close(flight), *lost]
+    otherwise = [*_otherwise(flight), *lost]
     to_do = _to_do(mission, scene, float(flight.lengths.max()) < RADIUS)
     notes = [said, f"not as the path: {'; '.join(otherwise)}" if otherwise else "", f"to do: {to_do}" if to_do else ""]
     return tuple(note for note in notes if note)
@@ -151,25 +150,19 @@ def _to_do(mission: Mission, scene: Scene, small: bool) -> str:
     return "; ".join(said)
 
 
-def _slow(flight: Flight) -> list[str]:
+def _otherwise(flight: Flight) -> list[str]:
+    """What a vehicle makes of slow legs, low waypoints and short legs."""
     slow = np.flatnonzero(flight.speeds[1:] <= LEAST_SPEED) + 2
-    if not len(slow):
-        return []
-    what = f"{LEAST_SPEED:g} m/s, the slowest that autopilots take, or less is commanded on {counted(len(slow), 'leg')}"
-    return [f"{what} (to waypoint {listing(map(str, slow))})"]
-
-
-def _low(flight: Flight) -> list[str]:
     low = np.flatnonzero(flight.heights < LEAST_HEIGHT) + 1
-    if not len(low):
-        return []
-    where = f"as low as {flight.heights.min():.2f} m above home (waypoint {listing(map(str, low))})"
-    return [f"{where} GPS is too coarse for heights"]
-
-
-def _close(flight: Flight) -> list[str]:
     close = int(np.count_nonzero(flight.lengths < RADIUS))
-    if not close:
-        return []
-    legs = f"{close} of {len(flight.lengths)} legs are shorter than the {RADIUS:g} m"
-    return [f"corners are cut, for {legs} at which ArduPilot counts a waypoint as reached (PX4 up to 10 m)"]
+    said = []
+    if len(slow):
+        what = f"{LEAST_SPEED:g} m/s, the slowest that autopilots take, or less is commanded on"
+        said.append(f"{what} {counted(len(slow), 'leg')} (to waypoint {listing(map(str, slow))})")
+    if len(low):
+        where = f"as low as {flight.heights.min():.2f} m above home (waypoint {listing(map(str, low))})"
+        said.append(f"{where} GPS is too coarse for heights")
+    if close:
+        legs = f"{close} of {len(flight.lengths)} legs are shorter than the {RADIUS:g} m"
+        said.append(f"corners are cut, for {legs} at which ArduPilot counts a waypoint as reached (PX4 up to 10 m)")
+    return said

@@ -123,7 +123,8 @@ def numbered(mission: Mission, *, with_home: bool) -> list[Item]:
     items = list(mission.items)
     for i, item in enumerate(items):
         if item.command < 0:
-            problem = f"item {i + 1} is a pattern ({_pattern(item)}) that only QGroundControl unfolds; write a .plan"
+            kind = str((item.raw or {}).get("complexItemType", "complex item"))[:30]
+            problem = f"item {i + 1} is a pattern ({kind}) that only QGroundControl unfolds; write a .plan"
             raise TrajectoryError(problem)
     if with_home:
         h = mission.home
@@ -136,10 +137,6 @@ def numbered(mission: Mission, *, with_home: bool) -> list[Item]:
         if item.command == JUMP and target is not None and int(target) in places:
             items[k] = replace(item, params=(float(places[int(target)]), *item.params[1:]))
     return items
-
-
-def _pattern(item: Item) -> str:
-    return str((item.raw or {}).get("complexItemType", "complex item"))[:30]
 
 
 _ABOVE_SEA = (GLOBAL, 5)
@@ -193,7 +190,8 @@ def task_of(mission: Mission, file: str, setting: str = "") -> Task:
         what = f"holds {len(waypoints)} waypoint{'s' * (len(waypoints) != 1)} ({known})"
         raise TrajectoryError(f"{what}; a trajectory needs at least 2", key="mission")
     trajectory, remarks = expanded(waypoints)
-    said = [] if _commands_speed(mission) else [f"no speed is commanded; assumed {setting}{mission.speed:g} m/s"]
+    paced = any(item.command == CHANGE_SPEED for item in mission.items)
+    said = [] if paced else [f"no speed is commanded; assumed {setting}{mission.speed:g} m/s"]
     said += [f"metres are right, front and up of home ({mission.home.describe()}); {mission.home.axes()}", *remarks]
     others = {i: item for i, item in enumerate(mission.items) if i not in chosen and commanded_speed(item, 1.0) is None}
     kept = [f"{item.name} (item {i + 1})" for i, item in others.items()]
@@ -223,10 +221,16 @@ def expanded(waypoints: Sequence[MissionWaypoint]) -> tuple[Trajectory, tuple[st
     return Trajectory(positions, speeds, None, timestep), notes
 
 
+def legs_of(waypoints: Sequence[MissionWaypoint]) -> Array:
+    """Lengths of the legs between waypoints (N-1,) [m]."""
+    places = np.array([waypoint.position for waypoint in waypoints]).reshape(-1, 3)
+    return np.asarray(np.linalg.norm(np.diff(places, axis=0), axis=1))
+
+
 def _speeds(waypoints: Sequence[MissionWaypoint], counts: Sequence[int]) -> tuple[list[float], list[float]]:
     """Speeds of arrival at each waypoint, and of departure [m/s]; they differ only at holds."""
     commanded = [waypoint.speed for waypoint in waypoints[1:]]
-    lengths = np.linalg.norm(np.diff([waypoint.position for waypoint in waypoints], axis=0), axis=1).tolist()
+    lengths = legs_of(waypoints).tolist()
     arrivals, departures, owed = [commanded[0]], [commanded[0]], 0.0
     for j, (a, b) in enumerate(zip(commanded, [*commanded[1:], commanded[-1]], strict=True), start=1):
         before, after = lengths[j - 1], lengths[j] if j < len(lengths) else 0.0
@@ -315,10 +319,6 @@ def _check(item: Item, i: int) -> None:
             raise TrajectoryError(f"{what} is at {latitude:g}, {longitude:g}, which is no place on earth")
 
 
-def _commands_speed(mission: Mission) -> bool:
-    return any(item.command == CHANGE_SPEED for item in mission.items)
-
-
 def _timestep(holds: Sequence[float]) -> float:
     """The default timestep if all holds are whole numbers of it, else their largest common part, from 1 ms on."""
     if sum(holds) / TIMESTEP <= _MOST_DWELLS and all(abs(round(h / TIMESTEP) * TIMESTEP - h) < 1e-6 for h in holds):
@@ -369,7 +369,6 @@ def _lost(trajectory: Trajectory, scene: Scene, waypoints: Sequence[MissionWaypo
 
 
 def _moved_home(before: Mission, home: Home | None, heading: float | None) -> tuple[Mission, list[str]]:
-    """The mission about another home, and that it is."""
     if heading is not None and heading != (before.home.heading or 0.0):
         there = "in the mission it came from"
         raise TrajectoryError(f"where front points is said {there} ({before.home.axes()}); leave --heading out")
@@ -386,7 +385,7 @@ def _takeoff(first: MissionWaypoint, home: Home) -> Item:
     PX4 flies to a takeoff's latitude and longitude where it has them, so 0, 0 will not do; ArduPilot ignores them.
     """
     height = max(float(first.position[2]), _LEAST_TAKEOFF)
-    return moved(Item(TAKEOFF, RELATIVE, (0.0, 0.0, 0.0, None, 0.0, 0.0, 0.0)), np.array([0.0, 0.0, height]), home)
+    return moved(replace(_FRESH, command=TAKEOFF), np.array([0.0, 0.0, height]), home)
 
 
 def _merged(waypoints: Sequence[MissionWaypoint], before: Mission) -> tuple[list[Item], list[str]]:
@@ -442,7 +441,6 @@ def _others(before: Mission, places: Sequence[int], n: int) -> list[list[Item]]:
 
 
 def _changed(item: Item, was: MissionWaypoint, now: MissionWaypoint, home: Home) -> Item:
-    """The item with what differs between two waypoints."""
     if not np.array_equal(was.position, now.position):
         item = moved(item, now.position, home)
     return item if abs(was.hold - now.hold) < 1e-6 else _with_hold(item, now.hold)
@@ -516,9 +514,7 @@ def _scaled(
 
 def _off(waypoints: Sequence[MissionWaypoint], commands: Sequence[float | None]) -> float:
     """How far the legs' durations as commanded are from those of the path, as a share."""
-    places = np.array([waypoint.position for waypoint in waypoints])
-    lengths = np.linalg.norm(np.diff(places, axis=0), axis=1)
-    pairs = zip(lengths, waypoints[1:], commands[1:], strict=True)
+    pairs = zip(legs_of(waypoints), waypoints[1:], commands[1:], strict=True)
     times = np.array([(length / w.speed, length / speed) for length, w, speed in pairs if w.speed > 0.0 and speed])
     told, commanded = times.reshape(-1, 2).sum(axis=0)
     return float(abs(commanded - told) / max(told, 1e-9))

@@ -8,16 +8,16 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ovita.errors import RequestError, TrajectoryError
-from ovita.io.cameras import Transforms, named, stamp_of
+from ovita.io.cameras import Transforms, named
 from ovita.io.documents import NONE, Choices, brief, listing
-from ovita.io.messages import JointMotion, frame_of
+from ovita.io.messages import JointMotion, frame_of, stamp_ns
 from ovita.io.smoothing import FEWEST, Smoothed, noise_of, smoothed
 from ovita.io.waypoints import from_columns
 from ovita.paths.frame import quaternion
@@ -141,12 +141,11 @@ def _of_poses(samples: Sequence[StampedMessage], fields: Sequence[str]) -> PoseS
 
 def _stamps(samples: Sequence[StampedMessage]) -> tuple[NDArray[np.int64], tuple[str, ...]]:
     """The stamps [ns] of messages: their own, or when they were logged where those are not set."""
-    own = np.array([stamp_of(sample.message) for sample in samples], dtype=np.int64)
-    if len(own) > 1 and len(set(own.tolist())) == 1:
-        return np.array([s.logged for s in samples], dtype=np.int64), (
-            "the stamps are not set; the times of logging count",
-        )
-    return own, ()
+    own = np.array([stamp_ns(sample.message.header.stamp) for sample in samples], dtype=np.int64)
+    if len(own) < 2 or len(set(own.tolist())) > 1:
+        return own, ()
+    notes = ("the stamps are not set; the times of logging count",)
+    return np.array([s.logged for s in samples], dtype=np.int64), notes
 
 
 def _of_transforms(samples: Sequence[StampedMessage], frames: str | None, *, single: bool) -> PoseSeries:
@@ -167,24 +166,19 @@ def _of_transforms(samples: Sequence[StampedMessage], frames: str | None, *, sin
     while below not in moves and below in ancestors:
         below = ancestors[below]
     for at, one in flat:
-        tree.add(_Transforms([one]))
+        tree.add([one])
         found = tree.between(child, parent) if named(one.child_frame_id) == below else None
         if found is not None:
             turn = one.transform.rotation
             unset = turn.w == turn.x == turn.y == turn.z == 0
             rows.append(found[0][:3, 3])
             turns.append(np.zeros(4) if unset else quaternion(found[0][:3, :3]))
-            stamps.append(stamp_of(one))
+            stamps.append(stamp_ns(one.header.stamp))
             logged.append(at)
     several = len(edges) > 1
     notes = (f"the path of {child} in {parent}, by the transforms between them",) if several else ()
     own = np.array(stamps if len(set(stamps)) > 1 else logged, dtype=np.int64)
     return PoseSeries(own, np.array(rows).reshape(-1, 3), np.array(turns).reshape(-1, 4), parent, child, notes)
-
-
-@dataclass(frozen=True)
-class _Transforms:
-    transforms: list[Any]
 
 
 def _frames(edges: dict[tuple[str, str], set[Any]], wanted: str | None) -> tuple[str, str]:
@@ -228,7 +222,7 @@ def _usable(series: PoseSeries) -> PoseSeries:
         none = np.linalg.norm(turns, axis=1) < 1e-9
         if none.all():
             notes.append("every quaternion has length zero, so the orientations were left out")
-            series = PoseSeries(series.stamps, series.positions, None, series.frame_id, series.child)
+            series = replace(series, turns=None)
         else:
             series = _picked(series, ~none, notes, "have a quaternion of length zero")
     if len(series.stamps) < 2:
@@ -237,7 +231,7 @@ def _usable(series: PoseSeries) -> PoseSeries:
         )
     turns = series.turns
     unit = None if turns is None else turns / np.linalg.norm(turns, axis=1, keepdims=True)
-    return PoseSeries(series.stamps, series.positions, unit, series.frame_id, series.child, tuple(notes))
+    return replace(series, turns=unit, notes=tuple(notes))
 
 
 def _picked(series: PoseSeries, mask: Mask, notes: list[str], why: str) -> PoseSeries:
@@ -251,7 +245,7 @@ def _picked(series: PoseSeries, mask: Mask, notes: list[str], why: str) -> PoseS
 
 def _taken(series: PoseSeries, index: NDArray[np.intp]) -> PoseSeries:
     turns = None if series.turns is None else series.turns[index]
-    return PoseSeries(series.stamps[index], series.positions[index], turns, series.frame_id, series.child, series.notes)
+    return replace(series, stamps=series.stamps[index], positions=series.positions[index], turns=turns)
 
 
 def joints_of(samples: Iterable[StampedMessage], choices: Choices = NONE) -> tuple[JointMotion, tuple[str, ...]]:

@@ -12,30 +12,15 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from ovita.errors import LinkError
-from ovita.io.bags import message_of, motion_of, recorded_task, task_of
-from ovita.io.bus import (
-    WAYS,
-    Bus,
-    BusEndpoint,
-    Take,
-    Way,
-    idl_type,
-    joined,
-    message_class,
-    plain_type,
-    ros_node,
-    ros_type,
-    wait,
-)
+from ovita.io.bags import JOINT_PLANS, message_of, motion_of, recorded_task, task_of
+from ovita.io.bus import WAYS, Bus, BusEndpoint, Take, Way, joined, wait
 from ovita.io.documents import NONE, Choices, Kind, Task, listing
 from ovita.io.files import errors_of
 from ovita.io.links import Address
-from ovita.io.messages import JOINTS, TYPES, JointMotion, Maker, build_joints, listed_names
+from ovita.io.messages import JOINTS, TYPES, JointMotion, Maker, TopicMessage, build_joints, listed_names
 from ovita.io.recorded import JOINT_STATE, RECORDED, TRANSFORMS, StampedMessage
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
-
-__all__ = ["idl_type", "message_class", "plain_type", "ros_node", "ros_type"]
 
 Build = Callable[[Maker], tuple[str, Any]]
 """Builds the message to send, and the name of its type, with the library's maker."""
@@ -112,12 +97,9 @@ def receive(address: Address, choices: Choices) -> Task:
 
 def receive_joints(address: Address, choices: Choices = NONE) -> tuple[JointMotion, tuple[str, ...]]:
     """Wait for a motion of joints on a topic, a JointTrajectory or a plan of MoveIt, or record the joints' states."""
-    name, came = _heard(address, [JOINTS, *MOVEIT, JOINT_STATE], [JOINT_STATE])
+    name, came = _heard(address, [*JOINT_PLANS, JOINT_STATE], [JOINT_STATE])
     with errors_of(str(address)):
         return motion_of(name, came, choices)
-
-
-MOVEIT = ("moveit_msgs/msg/RobotTrajectory", "moveit_msgs/msg/DisplayTrajectory")
 
 
 def _heard(address: Address, wanted: Sequence[str], series: Sequence[str]) -> tuple[str, list[StampedMessage]]:
@@ -125,7 +107,8 @@ def _heard(address: Address, wanted: Sequence[str], series: Sequence[str]) -> tu
     with joined(address) as bus:
         there = wait(lambda: _on(bus, address.target), address.timeout, bus.rest)
         name = _fitting(address, _types(there, address.target), wanted, bus)
-        others = _statics(bus) if name in TRANSFORMS else ()
+        fixed = {e.topic for e in bus.others(publishing=True) if e.topic.endswith("tf_static")}
+        others = sorted(fixed) if name in TRANSFORMS else ()
         takes = [_reader(bus, address.target, name), *(_reader(bus, topic, name) for topic in others)]
         came = list[StampedMessage]()
 
@@ -140,10 +123,6 @@ def _heard(address: Address, wanted: Sequence[str], series: Sequence[str]) -> tu
     return name, came
 
 
-def _statics(bus: Bus) -> list[str]:
-    return sorted({e.topic for e in bus.others(publishing=True) if e.topic.endswith("tf_static")})
-
-
 def _on(bus: Bus, topic: str) -> list[BusEndpoint]:
     return [endpoint for endpoint in bus.others(publishing=True) if endpoint.topic == topic]
 
@@ -153,14 +132,9 @@ def _types(endpoints: Iterable[BusEndpoint], topic: str) -> list[str]:
 
 
 def _reader(bus: Bus, topic: str, kind: str) -> Take:
-    """Hear a topic in the ways in which it is offered now."""
-    ways = {endpoint.way for endpoint in _on(bus, topic)}
-    return bus.subscribe(topic, kind, _asking(ways) or WAYS)
-
-
-def _asking(ways: Iterable[Way]) -> list[Way]:
-    """Ways that hear publishers of these; one that is latched but not reliable is heard as if it were neither."""
-    return sorted({way if way in WAYS else (False, False) for way in ways})
+    """Hear a topic in the ways in which it is offered now; latched but not reliable is heard as if it were neither."""
+    ways = {endpoint.way if endpoint.way in WAYS else (False, False) for endpoint in _on(bus, topic)}
+    return bus.subscribe(topic, kind, sorted(ways) or WAYS)
 
 
 def _fitting(address: Address, offered: Sequence[str], wanted: Sequence[str], bus: Bus) -> str:
@@ -176,21 +150,11 @@ def _fitting(address: Address, offered: Sequence[str], wanted: Sequence[str], bu
     return fits[0]
 
 
-@dataclass(frozen=True)
-class LiveMessage:
-    """A message that came on a topic: its type, when it came [ns, on this machine's clock], and itself."""
-
-    topic: str
-    type: str
-    stamp: int
-    message: Any
-
-
 def capture(
     address: Address,
     choose: Callable[[Mapping[str, str]], Iterable[str]],
-    enough: Callable[[Sequence[LiveMessage]], bool],
-) -> tuple[LiveMessage, ...]:
+    enough: Callable[[Sequence[TopicMessage]], bool],
+) -> tuple[TopicMessage, ...]:
     """Listen to several topics until there is enough, or the address's time is up.
 
     Args:
@@ -209,11 +173,11 @@ def capture(
         wait(lambda: False, min(_SETTLE, address.timeout), bus.rest)  # the others become known a little later
         there = {endpoint.topic: endpoint.type for endpoint in bus.others(publishing=True)}
         takes = {topic: (there[topic], _reader(bus, topic, there[topic])) for topic in choose(there)}
-        came: list[LiveMessage] = []
+        came: list[TopicMessage] = []
 
         def more() -> bool:
             for topic, (name, take) in takes.items():
-                came.extend(LiveMessage(topic, name, time.time_ns(), message) for message in take())
+                came.extend(TopicMessage(topic, name, message, time.time_ns()) for message in take())
             return enough(came)
 
         wait(more, max(end - time.monotonic(), 0.0), bus.rest)

@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from ovita.errors import LinkError
 from ovita.io.documents import NONE, Choices
 from ovita.io.geodesy import on_earth
 from ovita.io.links import Address
-from ovita.io.mavlink import ARDUPILOT, RESEND, RETRIES, vehicle_at
+from ovita.io.mavlink import ARDUPILOT, RESEND, RETRIES, Vehicle, vehicle_at
 from ovita.paths.frame import RFU, Frame, transformed
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
@@ -67,26 +67,6 @@ _OTHER_MODES: Mapping[int, Mapping[tuple[int, int], str]] = {
     ARDUPILOT: {(0, 0): "STABILIZE", (2, 0): "ALT_HOLD", (4, 0): "GUIDED", (5, 0): "LOITER", (6, 0): "RTL",
                 (9, 0): "LAND", (16, 0): "POSHOLD", (17, 0): "BRAKE"},
 }  # fmt: skip
-
-
-class Link(Protocol):
-    """What flying needs of a vehicle's connection."""
-
-    address: Address
-    dialect: Any
-    system: int
-    component: int
-    autopilot: int
-    kind: int
-
-    def send(self, message: Any) -> None:
-        """Send a message."""
-
-    def wait(self, names: tuple[str, ...], timeout: float) -> Any | None:
-        """The next message of these types from the vehicle, or None on timeout."""
-
-    def now(self) -> float:
-        """A clock that only goes forward [s]."""
 
 
 class _StoppedError(Exception):
@@ -155,7 +135,7 @@ def fly(
 class Pilot:
     """Flies one course on one vehicle."""
 
-    def __init__(self, vehicle: Link, course: Course) -> None:
+    def __init__(self, vehicle: Vehicle, course: Course) -> None:
         self.vehicle, self.course = vehicle, course
         self.sent, self.worst = 0, 0.0
         self._began = self._due = self._beat_at = self._place_at = vehicle.now()

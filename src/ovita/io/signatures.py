@@ -18,7 +18,7 @@ from hashlib import sha256
 from typing import Any
 
 from ovita.errors import FormatError, MissingExtra, RequestError
-from ovita.io.files import atomic_write, file_name, read_text
+from ovita.io.files import atomic_write, file_name, read_text, system_errors
 from ovita.io.json_ import seal
 
 SIGNATURE = "signature"
@@ -58,11 +58,10 @@ def make_keys(name: str) -> tuple[str, str]:
     pem, plain = serialization.Encoding.PEM, serialization.NoEncryption()
     secret = key.private_bytes(pem, serialization.PrivateFormat.PKCS8, plain)
     public = key.public_key().public_bytes(pem, serialization.PublicFormat.SubjectPublicKeyInfo)
-    try:
-        with os.fdopen(os.open(files[0], os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as stream:
+    with system_errors(files[0], "written"):
+        handle = os.open(files[0], os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+        with os.fdopen(handle, "wb") as stream:
             stream.write(secret)
-    except OSError as error:
-        raise FormatError(file_name(files[0]), f"cannot be written: {(error.strerror or '').lower()}") from None
     atomic_write(files[1], public)
     return files
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import chain
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ovita.errors import FormatError, TrajectoryError
-from ovita.io.documents import LARGEST, Choices, Number, Table, listing, number_problem, show, validated
+from ovita.io.documents import LARGEST, Choices, Number, Table, listing, number_problem, read_by, show, validated
+from ovita.paths.geometry import Mask
 from ovita.paths.trajectory import TIMESTEP, Array, Trajectory, first_bad, interpolate
 
 DEFAULT_SPEED = 0.1
@@ -67,6 +67,10 @@ def read_rows(
         raise TrajectoryError(f"is {show(first)}, expected a row [x, y, z, speed]", key=key, index=0)
     table = _table(lists, names, key)
     return from_columns(dict(zip(names, table.T, strict=True)), key=key, timestep=timestep)
+
+
+TrajectoryRows = Annotated[Trajectory, read_by(lambda rows: read_rows(rows, key=None)[0])]
+"""A trajectory as rows [x, y, z, speed(, qw, qx, qy, qz)], without its timestep, for pydantic models."""
 
 
 def covariance_rows(rows: object, file: str, count: int) -> Array:
@@ -225,8 +229,6 @@ def _count(n: int) -> str:
 
 SMOOTHNESS = 0.02
 """Weight of the speeds' second differences against the fit of the times; 1/64 passes alternating noise unamplified."""
-
-Mask = NDArray[np.bool_]
 
 TOLERANCE = 0.05
 """Relative error of a segment's duration from which on it is remarked."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from ovita.limits.problem import ConstraintCheck, ConstraintOptions, Solution, Verdict, Violation
+from ovita.limits.problem import ConstraintCheck, ConstraintOptions, Solution, Verdict
 from ovita.limits.stated import TextLimits, parse_text
 from ovita.limits.verify import verify
 
@@ -21,7 +21,6 @@ __all__ = [
     "Solution",
     "TextLimits",
     "Verdict",
-    "Violation",
     "constrain",
     "parse_text",
     "verify",

@@ -38,9 +38,8 @@ from ovita.limits.obstacles import Obstacle
 from ovita.limits.qp import Rows
 from ovita.paths.geometry import lengths
 from ovita.paths.trajectory import Array, Trajectory
-
-GROUP = "ovita.limits"
-"""Entry point group; each entry is a constraint or a callable that returns one."""
+from ovita.plugins import entries
+from ovita.plugins import load as loaded
 
 
 @runtime_checkable
@@ -82,13 +81,10 @@ def load(name: str, **values: Any) -> Constraint:
     Raises:
         ConstraintDefinitionError: If there is none, or it is not a constraint.
     """
-    from importlib.metadata import entry_points
-
-    offered = {entry.name: entry for entry in entry_points(group=GROUP)}
-    if name not in offered:
-        known = ", ".join(sorted(offered)) or "none at all"
+    found = loaded("limits", name, ConstraintDefinitionError)
+    if found is None:
+        known = ", ".join(sorted(entries("limits"))) or "none at all"
         raise ConstraintDefinitionError(f"no installed package offers the constraint {name!r}; on offer: {known}")
-    found = offered[name].load()
     return check(found(**values) if callable(found) else found)
 
 

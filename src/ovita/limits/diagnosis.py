@@ -23,15 +23,7 @@ def explain(
     blocked: Sequence[Blocked],
     options: ConstraintOptions,
 ) -> tuple[str, ...]:
-    """Sentences on the limits that cannot hold together.
-
-    Args:
-        problem: The path's part of the problem.
-        robot: Whose limits.
-        checks: Of the best effort.
-        blocked: Stretches for which there is no way.
-        options: As asked for.
-    """
+    """Sentences on the limits that cannot hold together, by the checks of the best effort and the blocked stretches."""
     said = list(_empty_workspace(robot))
     illegal = set()
     for pin in problem.pins:

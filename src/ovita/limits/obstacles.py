@@ -20,7 +20,7 @@ import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, lru_cache
 from importlib.resources import files
 from typing import Literal
 
@@ -85,6 +85,11 @@ def kind_of(name: str, extra: Mapping[str, object] | None = None) -> Kind | None
     given = (extra or {}).get("kind")
     if isinstance(given, str):
         return next((kind for kind in kinds() if kind.name == given.strip().lower()), None)
+    return _named(name)
+
+
+@lru_cache(maxsize=1024)
+def _named(name: str) -> Kind | None:
     head = " ".join(_AFTER_THE_HEAD.sub(" ", name.lower().replace("_", " ")).split())
     for kind in kinds():
         if any(head == word or head.endswith((f" {word}", f" {word}s")) or head == f"{word}s" for word in kind.words):
@@ -100,25 +105,22 @@ def build(
     path: Array | None = None,
     shape: Literal["box", "sphere"] = "box",
     original: Array | None = None,
-    granted: bool = True,
 ) -> tuple[Obstacle, ...]:
     """The scene's objects as obstacles, without those in `contacts`.
 
     Args:
         scene: Whose objects.
         robot: Its radius and margins are the distance to keep, its `object_size` the edge of an object of unknown size.
-        contacts: Names of objects that are meant to be touched.
+        contacts: Objects to be touched.
         path: Waypoints (N, 3) [m] of the proposal; see `in_the_way`.
         shape: "box" keeps the cuboid, "sphere" replaces it by its bounding sphere (the paper).
-        original: Waypoints (N, 3) [m] of the path before the change, which limits the sizes assumed.
-        granted: Whether the change may pass people as near as the original does; otherwise the margin is asked for.
+        original: Waypoints (N, 3) [m] of the path before the change, which limits the sizes assumed and how far people
+            are kept off.
 
     Raises:
         UnknownObject: If a contact is not in the scene.
     """
-    return tuple(
-        from_object(item, robot, shape, original, granted) for item in in_the_way(scene, robot, contacts, path)
-    )
+    return tuple(from_object(item, robot, shape, original) for item in in_the_way(scene, robot, contacts, path))
 
 
 def in_the_way(
@@ -180,7 +182,7 @@ def from_object(
     original: Array | None = None,
     granted: bool = True,
 ) -> Obstacle:
-    """One object as an obstacle; see `build`."""
+    """One object as an obstacle; see `build`. Where nothing is `granted`, people are kept off by the whole margin."""
     kind = kind_of(item.name, item.extra)
     least = robot.radius + robot.obstacle_margin
     item, support = counted(item, robot), is_support(item)

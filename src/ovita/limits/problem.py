@@ -15,15 +15,28 @@ ovita asks more: the limits hold along whole segments, not only at waypoints, an
 
 from __future__ import annotations
 
-import sys
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from ovita.errors import ConstraintDefinitionError
+from ovita.paths.robot import is_real
 from ovita.paths.trajectory import Trajectory
 from ovita.text import counted, listed, sentence
 
-_CHOICES = (("method", ("verified", "paper")), ("obstacle_shape", ("box", "sphere")))
+_WANTED: Mapping[str, tuple[Callable[[Any], bool], str]] = {
+    "method": (lambda value: value in ("verified", "paper"), "one of verified, paper"),
+    "lambda_dev": (lambda value: is_real(value) and value >= 1e-12, "a weight > 0"),
+    "lambda_smooth": (lambda value: value == "auto" or (is_real(value) and value >= 0), "a weight >= 0"),
+    "lambda_shape": (lambda value: is_real(value) and value >= 0, "a weight >= 0"),
+    "obstacle_shape": (lambda value: value in ("box", "sphere"), "one of box, sphere"),
+    **dict.fromkeys(
+        ("max_acceleration", "max_lateral_acceleration"),
+        (lambda value: value is None or (is_real(value) and value > 0), "> 0 m/s^2; leave it out for no limit"),
+    ),
+    "steps": (lambda value: is_real(value) and value >= 1, "a number >= 1"),
+}
+"""What each option has to be."""
 
 TOLERANCE = 1e-6
 """A violation up to this counts as none [m, m/s, ...]."""
@@ -81,19 +94,9 @@ class ConstraintOptions:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        for key, lowest in (("lambda_dev", 1e-12), ("lambda_smooth", 0.0), ("lambda_shape", 0.0)):
-            value = getattr(self, key)
-            if not (value == "auto" and key == "lambda_smooth") and not (_number(value) and lowest <= value):
-                raise ConstraintDefinitionError(f"{key} {value!r} is not a weight {'> 0' if lowest else '>= 0'}")
-        for key in ("max_acceleration", "max_lateral_acceleration"):
-            value = getattr(self, key)
-            if value is not None and not (_number(value) and value > 0):
-                raise ConstraintDefinitionError(f"{key} {value!r} is not > 0 m/s^2; leave it out for no limit")
-        if not (_number(self.steps) and self.steps >= 1):
-            raise ConstraintDefinitionError(f"steps {self.steps!r} is not a number >= 1")
-        for key, known in _CHOICES:
-            if getattr(self, key) not in known:
-                raise ConstraintDefinitionError(f"{key} {getattr(self, key)!r} is not one of {', '.join(known)}")
+        for key, (fits, what) in _WANTED.items():
+            if not fits(getattr(self, key)):
+                raise ConstraintDefinitionError(f"{key} {getattr(self, key)!r} is not {what}")
 
     def pins(self, n: int) -> tuple[int, ...]:
         """The waypoints of a trajectory with n waypoints that must not move, ascending.
@@ -108,21 +111,6 @@ class ConstraintOptions:
                 raise ConstraintDefinitionError(f"pinned waypoint {which} does not exist; there are {n} waypoints")
             chosen.add(i % n)
         return tuple(sorted(chosen | ({0} if self.fix_start else set()) | ({n - 1} if self.fix_goal else set())))
-
-
-@dataclass(frozen=True)
-class Violation:
-    """By how much a limit is broken at its worst, and where.
-
-    Args:
-        amount: >= 0, in the unit of the limit; 0 where the limit holds.
-        where: Waypoint or segment (i joins waypoints i and i+1), or None where the limit holds.
-        place: What `where` counts.
-    """
-
-    amount: float = 0.0
-    where: int | None = None
-    place: Place = "waypoint"
 
 
 def about_path(unit: str) -> bool:
@@ -280,7 +268,3 @@ def _tell(check: ConstraintCheck, status: Status, moved: bool) -> list[str]:
 def amount(value: float) -> str:
     """A violation for people: to the millimetre, smaller ones by their first digit."""
     return f"{value:.3f}" if value >= 0.001 else f"{value:.1g}"
-
-
-def _number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= sys.float_info.max

@@ -229,10 +229,10 @@ def decay(weights: Weights) -> float:
     return 0.0 if r == 0 else 2.0 * r / (1.0 + 2.0 * r + math.sqrt(1.0 + 4.0 * r))
 
 
-def halo(weights: Weights, remaining: float = 1e-7) -> int:
-    """Number of waypoints after which a disturbance has faded to a share of `remaining`."""
+def halo(weights: Weights) -> int:
+    """Number of waypoints after which a disturbance has faded to a ten-millionth."""
     rho = decay(weights)
-    return 2 if rho == 0 else 2 + math.ceil(math.log(remaining) / math.log(rho))
+    return 2 if rho == 0 else 2 + math.ceil(math.log(1e-7) / math.log(rho))
 
 
 def tridiagonal(reference: Array, weights: Weights, shape: Array | None = None) -> tuple[Array, float, Array]:

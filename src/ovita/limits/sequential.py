@@ -9,8 +9,6 @@ disturbance fades geometrically (see `qp.decay`), so outside them the banded sol
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -34,32 +32,25 @@ LEAD = 1.0
 """Most steps that a linearisation anticipates."""
 
 
-@dataclass(frozen=True)
-class SolverSettings:
-    """When to stop.
+STEPS = 12
+"""Most linearisations in a row, unless it is said; each iterate is legal, so fewer only cost optimality."""
 
-    Args:
-        steps: Most linearisations in a row; each iterate is legal, so fewer only cost optimality.
-        gain: Stop when a step gains less than this share of what could be gained at all.
-    """
-
-    steps: int = 12
-    gain: float = 2e-2
+GAIN = 2e-2
+"""It ends when a step gains less than this share of what could be gained at all."""
 
 
-def improve(problem: PathProblem, base: Array, x: Array, settings: SolverSettings | None = None) -> Array:
+def improve(problem: PathProblem, base: Array, x: Array, steps: int = STEPS) -> Array:
     """Pull a path back towards the optimum.
 
     Args:
         problem: What to minimise under what.
         base: The optimum without bodies and regions (N, 3) [m]: it stands wherever x equals it.
         x: The path to start from (N, 3) [m], legal where the problem can be solved at all.
-        settings: When to stop.
+        steps: Most linearisations in a row.
 
     Returns:
         A path (N, 3) [m], legal if x is.
     """
-    settings = settings or SolverSettings()
     out = x.copy()
     for first, last in _windows(problem, base, x):
         part = problem.part(first, last)
@@ -67,7 +58,7 @@ def improve(problem: PathProblem, base: Array, x: Array, settings: SolverSetting
         fixed = part.pinned
         fixed[[i - first for i in ends]] = True
         window = slice(first, last + 1)
-        found = _Window(part, fixed, base[window], out[window], settings).solve()
+        found = _Window(part, fixed, base[window], out[window]).solve(steps)
         still = np.abs(found - base[window]).max(axis=1) < STILL
         out[window] = np.where(still[:, None], base[window], found)
     return out
@@ -90,10 +81,8 @@ def _windows(problem: PathProblem, base: Array, x: Array) -> list[tuple[int, int
 class _Window:
     """One stretch of the path with its own quadratic programs."""
 
-    def __init__(
-        self, problem: PathProblem, fixed: NDArray[np.bool_], base: Array, x: Array, settings: SolverSettings
-    ) -> None:
-        self.problem, self.fixed, self.base, self.x, self.settings = problem, fixed, base, x, settings
+    def __init__(self, problem: PathProblem, fixed: NDArray[np.bool_], base: Array, x: Array) -> None:
+        self.problem, self.fixed, self.base, self.x = problem, fixed, base, x
         n = len(x)
         # fixed waypoints stay at x, which is the base outside of what moved
         self.lower = np.where(fixed[:, None], x, np.broadcast_to(problem.lower, (n, 3)))
@@ -104,7 +93,7 @@ class _Window:
         if n <= LONGEST:
             self.short = ShortWindow(problem.reference, problem.weights, self.lower, self.upper, fixed, self.shape)
 
-    def solve(self) -> Array:
+    def solve(self, steps: int) -> Array:
         x = self.x
         soft = bool(self.problem.rows) or not self._legal(x)
         value = self._value(x)
@@ -112,7 +101,7 @@ class _Window:
         step: Array | None = None
         gained = enough = 0.0
         lead = 1.0  # how many further such steps the next linearisation anticipates
-        for _ in range(self.settings.steps):
+        for _ in range(steps):
             new = None if step is None or soft else self._step(x, soft, x + lead * step)
             there = value if new is None else self._value(new)
             if new is None or there >= value:
@@ -127,7 +116,7 @@ class _Window:
                 ratio = min(_size(new - x) / max(_size(step), 1e-300), LEAD / (1.0 + LEAD))
                 lead = ratio / (1.0 - ratio)
             step, x = new - x, new
-            enough = self.settings.gain * max(value - bottom, 1e-15)
+            enough = GAIN * max(value - bottom, 1e-15)
             if _size(step) < 1e-7 or (not soft and gained <= enough):
                 break
         return x

@@ -20,13 +20,12 @@ from ovita.limits.problem import (
     Solution,
     Status,
     Verdict,
-    Violation,
 )
 from ovita.limits.qp import Weights, smooth_axes
 from ovita.limits.route import Blocked, legal_path
-from ovita.limits.sequential import SolverSettings, improve
+from ovita.limits.sequential import STEPS, improve
 from ovita.limits.speed import dynamics, limit_speeds
-from ovita.limits.verify import FLAT, Measure, compare, measure_all, plane
+from ovita.limits.verify import FLAT, Measure, Worst, compare, measure_all, plane
 from ovita.paths.geometry import lengths
 from ovita.paths.robot import Robot, Shell
 from ovita.paths.scene import Scene
@@ -67,8 +66,7 @@ def constrain(
         ConstraintDefinitionError: If a pinned waypoint does not exist, or a custom constraint is none.
         MissingExtra: If method "paper" is to search its weights and optuna is not installed.
     """
-    task = _Task(proposed, scene, robot, original, tuple(contacts), options or ConstraintOptions())
-    return task.solve()
+    return _Task(proposed, scene, robot, original, tuple(contacts), options or ConstraintOptions()).solve()
 
 
 TIP_ONLY = (
@@ -109,34 +107,28 @@ class _Task:
         move = not keep_path and (smooth or any(m.geometric for m in self.pressing))
         for height in self.heights if move else (None,):
             problem = self.problem(options, height)
-            positions, blocked = self.path(problem) if move else (self.proposed.positions, ())
+            positions, blocked = self.proposed.positions, tuple[Blocked, ...]()
+            if move:
+                positions, blocked = solve_with_dwells(problem, int(self.options.steps))
             result = self.proposed.with_(positions=positions, speeds=self.speeds(positions, problem.weights))
             after = self.judge(result)
             broken = [m for m, check in zip(self.measured[0], after, strict=True) if not check.held]
             left = [m for m in broken if not (m.excused(result) or (keep_path and m.geometric))]
             if not left:
-                return self.answer(result, after, "preexisting" if broken else self.legal, notes=notes)
+                status: Status = "preexisting" if broken else "repaired" if self.broken else "satisfied"
+                return self.answer(result, after, status, notes=notes)
         conflicts = diagnosis.explain(problem, self.robot, after, blocked, self.options)
         return self.answer(result, after, "infeasible", conflicts, notes)
-
-    def path(self, problem: PathProblem) -> tuple[Array, tuple[Blocked, ...]]:
-        """The legal path nearest to the reference, and what stays blocked."""
-        return solve_with_dwells(problem, SolverSettings(steps=int(self.options.steps)))
 
     @cached_property
     def broken(self) -> list[Measure]:
         """The limits that the proposal breaks."""
-        return [m for m, violation in zip(*self.measured, strict=True) if violation.amount > TOLERANCE]
+        return [m for m, (amount, _) in zip(*self.measured, strict=True) if amount > TOLERANCE]
 
     @cached_property
     def pressing(self) -> list[Measure]:
         """Those of them that it breaks worse than the original path."""
         return [m for m in self.broken if not m.excused(self.proposed)]
-
-    @property
-    def legal(self) -> Status:
-        """The status of a result that keeps every limit."""
-        return "repaired" if self.broken else "satisfied"
 
     @property
     def heights(self) -> tuple[float | None, ...]:
@@ -152,7 +144,7 @@ class _Task:
         result, notes = paper.solve(self.proposed, self.scene, self.robot, self.contacts, self.options)
         after = self.judge(result)
         if all(check.held for check in after):
-            return self.answer(result, after, self.legal, notes=notes)
+            return self.answer(result, after, "repaired" if self.broken else "satisfied", notes=notes)
         left = ", ".join(dict.fromkeys(f"'{c.subject}'" if c.subject else c.name for c in after if not c.held))
         conflict = f"The published module leaves a limit broken ({left}); method 'verified' looks further."
         return self.answer(result, after, "infeasible", (conflict,), notes)
@@ -204,7 +196,7 @@ class _Task:
         return compare(measures, self.original, before, after)
 
     @cached_property
-    def measured(self) -> tuple[list[Measure], list[Violation]]:
+    def measured(self) -> tuple[list[Measure], list[Worst]]:
         """Every limit, and its violation by the proposal."""
         measures = measure_all(self.scene, self.robot, self.proposed, self.original, self.contacts, self.options)
         return measures, [m.worst(self.proposed) for m in measures]
@@ -245,22 +237,20 @@ class _Task:
         return Solution(result, verdict)
 
 
-def solve_with_dwells(
-    problem: PathProblem, settings: SolverSettings | None = None
-) -> tuple[Array, tuple[Blocked, ...]]:
+def solve_with_dwells(problem: PathProblem, steps: int = STEPS) -> tuple[Array, tuple[Blocked, ...]]:
     """As `solve_path`; waypoints that repeat the one before them, a dwell, move as one and stay equal bit by bit."""
     same = (problem.reference[1:] == problem.reference[:-1]).all(axis=1)
     if not same.any() or same.all():
-        return solve_path(problem, settings)
+        return solve_path(problem, steps)
     new = np.concatenate([[True], ~same])
     group = np.cumsum(new) - 1
     firsts = np.flatnonzero(new)
     pins = tuple(sorted({int(group[i]) for i in problem.pins}))
-    path, blocked = solve_path(replace(problem, reference=problem.reference[new], pins=pins), settings)
+    path, blocked = solve_path(replace(problem, reference=problem.reference[new], pins=pins), steps)
     return path[group], tuple(replace(b, first=int(firsts[b.first]), last=int(firsts[b.last])) for b in blocked)
 
 
-def solve_path(problem: PathProblem, settings: SolverSettings | None = None) -> tuple[Array, tuple[Blocked, ...]]:
+def solve_path(problem: PathProblem, steps: int = STEPS) -> tuple[Array, tuple[Blocked, ...]]:
     """The path nearest to the reference (in the sense of the objective) that is legal, and what stays blocked.
 
     Four steps: smooth and bound each axis (`qp.smooth_axes`), move into the convex sets, find a way around every
@@ -275,11 +265,11 @@ def solve_path(problem: PathProblem, settings: SolverSettings | None = None) -> 
     if outside.any():
         start[outside] = problem.project(base[outside])
     if problem.rows:
-        start = improve(replace(problem, bodies=()), base, start, settings)
+        start = improve(replace(problem, bodies=()), base, start, steps)
     start, blocked = legal_path(problem, start)
     if np.array_equal(start, base) and not problem.rows:
         return base, blocked
-    return improve(problem, base, start, settings), blocked
+    return improve(problem, base, start, steps), blocked
 
 
 def choose_smoothing(

@@ -7,11 +7,13 @@ Between two waypoints the acceleration is constant (the time law of `Trajectory`
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from ovita.limits.problem import ConstraintOptions
+from ovita.paths.geometry import crosses, dots, lengths
 from ovita.paths.robot import Robot
 from ovita.paths.trajectory import Array, Trajectory, arc_length
 
@@ -36,32 +38,25 @@ class Dynamics:
 def dynamics(robot: Robot, options: ConstraintOptions, original: Trajectory | None = None) -> Dynamics:
     """The limits of the robot and of the options, whichever is lower.
 
-    Args:
-        robot: Whose limits.
-        options: Their accelerations hold without exception.
-        original: A trajectory that may accelerate as hard as it does against the robot's limits, or None.
+    An original trajectory may accelerate as hard as it does against the robot's limits, but not against the options'.
     """
-    along, across = _limit(robot.max_acceleration), _limit(robot.max_lateral_acceleration)
-    if original is not None and np.isfinite(along):
-        along = max(along, float(accelerations(original).max(initial=0.0)))
-    if original is not None and np.isfinite(across):
-        across = max(across, float(lateral_accelerations(original).max(initial=0.0)))
+
+    def limit(own: float | None, option: float | None, measure: Callable[[Trajectory], Array]) -> float:
+        bound = np.inf if own is None else own
+        if original is not None and np.isfinite(bound):
+            bound = max(bound, float(measure(original).max(initial=0.0)))
+        return bound if option is None else min(bound, option)
+
     return Dynamics(
-        _limit(robot.max_speed),
-        min(along, _limit(options.max_acceleration)),
-        min(across, _limit(options.max_lateral_acceleration)),
+        np.inf if robot.max_speed is None else robot.max_speed,
+        limit(robot.max_acceleration, options.max_acceleration, accelerations),
+        limit(robot.max_lateral_acceleration, options.max_lateral_acceleration, lateral_accelerations),
         robot.min_speed,
     )
 
 
 def limit_speeds(speeds: Array, positions: Array, limits: Dynamics) -> Array:
-    """The speeds (N,) [m/s] raised to the least one, then the highest ones below that obey every limit.
-
-    Args:
-        speeds: (N,) [m/s].
-        positions: (N, 3) [m].
-        limits: To be obeyed.
-    """
+    """The speeds (N,) [m/s] at positions (N, 3) [m], raised to the least one and then lowered to every limit."""
     legal = np.maximum(speeds, 0.0) if (speeds < 0).any() else speeds
     if limits.least > 0.0:
         legal = np.where((legal > 0.0) & (legal < limits.least), limits.least, legal)
@@ -132,15 +127,15 @@ def curvature(positions: Array) -> Array:
     It is 0 at start and goal; a repeated waypoint has the curvature of the place.
     """
     n = len(positions)
-    new = np.concatenate([[True], np.linalg.norm(np.diff(positions, axis=0), axis=1) > 1e-12])
+    new = np.concatenate([[True], lengths(positions[1:] - positions[:-1]) > 1e-12])
     place = np.cumsum(new) - 1
     p = positions[new]
     bend = np.zeros(len(p))
     if len(p) >= 3:
         a, b, c = p[1:-1] - p[:-2], p[2:] - p[1:-1], p[2:] - p[:-2]
-        twice_area = np.linalg.norm(np.cross(a, b), axis=1)
-        sides = np.linalg.norm(a, axis=1) * np.linalg.norm(b, axis=1) * np.linalg.norm(c, axis=1)
-        turned_back = (sides <= 1e-300) | (((a * b).sum(axis=1) < 0) & (twice_area <= 1e-12))
+        twice_area = lengths(crosses(a, b))
+        sides = lengths(a) * lengths(b) * lengths(c)
+        turned_back = (sides <= 1e-300) | ((dots(a, b) < 0) & (twice_area <= 1e-12))
         bend[1:-1] = np.where(turned_back, np.inf, 2.0 * twice_area / np.maximum(sides, 1e-300))
     return np.asarray(bend[place]) if n else bend
 
@@ -149,7 +144,3 @@ def _bend_speed(positions: Array, limit: float) -> Array:
     """Highest speed (N,) [m/s] that keeps the acceleration across the path within a limit [m/s^2]."""
     bend = curvature(positions)
     return np.asarray(np.sqrt(np.divide(limit, bend, out=np.full(len(bend), np.inf), where=bend > 0)))
-
-
-def _limit(value: float | None) -> float:
-    return np.inf if value is None else value

@@ -8,14 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from ovita.errors import called_as
 from ovita.limits.obstacles import Obstacle, counted, from_object, in_the_way, is_support
-from ovita.limits.problem import TOLERANCE, ConstraintCheck, ConstraintOptions, Place, Violation, about_path
+from ovita.limits.problem import TOLERANCE, ConstraintCheck, ConstraintOptions, Place, about_path
 from ovita.limits.speed import dynamics, too_bent, too_quick, too_slow
+from ovita.paths.geometry import lengths
 from ovita.paths.robot import Box, Robot, Shell
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array, Trajectory
@@ -25,6 +27,10 @@ FLAT = 1e-6
 
 SAMPLES = 20
 """Points per segment of the dense check."""
+
+
+Worst = tuple[float, int | None]
+"""By how much a limit is broken, 0 where it holds, and at which waypoint or segment (i joins waypoints i and i + 1)."""
 
 
 @dataclass(frozen=True)
@@ -47,20 +53,15 @@ class Measure:
         """Whether the limit is about the path rather than about speed."""
         return about_path(self.unit)
 
-    def worst(self, trajectory: Trajectory) -> Violation:
-        """The worst violation."""
-        return self._worst(self.excess(trajectory))
+    def worst(self, trajectory: Trajectory) -> Worst:
+        """By how much the limit is broken at its worst, and where."""
+        excess = self.excess(trajectory)
+        where = int(excess.argmax()) if len(excess) else 0
+        return (float(excess[where]), where) if len(excess) and excess[where] > 0 else (0.0, None)
 
     def excused(self, trajectory: Trajectory) -> bool:
         """Whether a trajectory that breaks the limit does so no worse than the original path."""
-        return self.granted is not None and self._worst(self.granted(trajectory)).amount <= TOLERANCE
-
-    def _worst(self, excess: Array) -> Violation:
-        if not len(excess):
-            return Violation(place=self.place)
-        where = int(excess.argmax())
-        amount = float(excess[where])
-        return Violation(amount, where, self.place) if amount > 0 else Violation(place=self.place)
+        return self.granted is not None and float(self.granted(trajectory).max(initial=0.0)) <= TOLERANCE
 
 
 @called_as("verify(result, scene, robot, proposed=result, original=before)")
@@ -91,27 +92,18 @@ def verify(
 
 
 def compare(
-    measures: Sequence[Measure], original: Trajectory, before: Sequence[Violation], after: Sequence[Violation]
+    measures: Sequence[Measure], original: Trajectory, before: Sequence[Worst], after: Sequence[Worst]
 ) -> tuple[ConstraintCheck, ...]:
     """One check per measure, from its violations by proposal and result.
 
     The original is measured where one of those breaks the limit.
     """
-    return tuple(
-        ConstraintCheck(
-            name=m.name,
-            subject=m.subject,
-            limit=m.limit,
-            violation_before=b.amount,
-            violation_after=a.amount,
-            unit=m.unit,
-            where_before=b.where,
-            where_after=a.where,
-            place=m.place,
-            violation_original=m.worst(original).amount if b.amount > 0 or a.amount > 0 else None,
-        )
-        for m, b, a in zip(measures, before, after, strict=True)
-    )
+    found = []
+    for m, (proposed, before_at), (left, after_at) in zip(measures, before, after, strict=True):
+        own = m.worst(original)[0] if max(proposed, left) > 0 else None
+        places = before_at, after_at, m.place
+        found.append(ConstraintCheck(m.name, m.subject, m.limit, proposed, left, m.unit, *places, own))
+    return tuple(found)
 
 
 def measure_all(
@@ -141,7 +133,7 @@ def measure_all(
         start, goal = i == 0 and options.fix_start, i == len(proposed) - 1 and options.fix_goal
         name = "start" if start else "goal" if goal else "pinned"
         place = proposed.positions[i]
-        found.append(Measure(name, "", f"waypoint {i + 1} stays", "m", "waypoint", _moved(i, place)))
+        found.append(Measure(name, "", f"waypoint {i + 1} stays", "m", "waypoint", partial(_moved, i, place)))
     return found
 
 
@@ -168,18 +160,15 @@ def _dynamic(robot: Robot, original: Trajectory, options: ConstraintOptions) -> 
     if limits.least > 0.0:
         text = f"at least {limits.least:g} m/s while moving"
         found.append(Measure("least speed", "", text, "m/s", "waypoint", lambda t: too_slow(t, granted)))
-    if np.isfinite(limits.along):
-        text = f"at most {limits.along:g} m/s^2"
-        along = lambda t: too_quick(t, granted.along)  # noqa: E731
-        excuse = along if granted.along > limits.along else None
-        found.append(Measure("acceleration", "", text, "m/s", "segment", lambda t: too_quick(t, limits.along), excuse))
-    if np.isfinite(limits.across):
-        text = f"at most {limits.across:g} m/s^2"
-        across = lambda t: too_bent(t, granted.across)  # noqa: E731
-        excuse = across if granted.across > limits.across else None
-        found.append(
-            Measure("lateral acceleration", "", text, "m/s", "waypoint", lambda t: too_bent(t, limits.across), excuse)
-        )
+    accelerations: tuple[tuple[str, Place, Callable[..., Array], float, float], ...] = (
+        ("acceleration", "segment", too_quick, limits.along, granted.along),
+        ("lateral acceleration", "waypoint", too_bent, limits.across, granted.across),
+    )
+    for name, place, excess, limit, grant in accelerations:
+        if np.isfinite(limit):
+            excuse = partial(excess, limit=grant) if grant > limit else None
+            text = f"at most {limit:g} m/s^2"
+            found.append(Measure(name, "", text, "m/s", place, partial(excess, limit=limit), excuse))
     return found
 
 
@@ -187,10 +176,8 @@ def _custom(constraint: Any, proposed: Trajectory) -> Measure:
     """A constraint of the user's own, see `custom.Constraint`."""
     place: Place = "segment" if len(constraint.margin(proposed)) == len(proposed) - 1 else "waypoint"
 
-    def excess(trajectory: Trajectory) -> Array:
-        return -np.asarray(constraint.margin(trajectory), dtype=float)
-
-    return Measure(constraint.name, "", constraint.limit, constraint.unit, place, excess)
+    names = constraint.name, "", constraint.limit, constraint.unit
+    return Measure(*names, place, lambda t: -np.asarray(constraint.margin(t), dtype=float))
 
 
 def _outside(positions: Array, robot: Robot) -> Array:
@@ -241,11 +228,8 @@ def _too_close(positions: Array, body: Obstacle, distance: Callable[[Array], Arr
     return excess
 
 
-def _moved(i: int, place: Array) -> Callable[[Trajectory], Array]:
-    def excess(trajectory: Trajectory) -> Array:
-        out = np.full(len(trajectory), -np.inf)
-        if i < len(trajectory):
-            out[i] = float(np.linalg.norm(trajectory.positions[i] - place))
-        return out
-
-    return excess
+def _moved(i: int, place: Array, trajectory: Trajectory) -> Array:
+    """How far waypoint i is from a place, (N,) [m]; the others may be anywhere."""
+    out = np.full(len(trajectory), -np.inf)
+    out[i : i + 1] = lengths(trajectory.positions[i : i + 1] - place)
+    return out

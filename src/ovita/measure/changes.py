@@ -21,6 +21,7 @@ from ovita.paths.geometry import (
     fractions,
     lengths,
     path_distances,
+    runs,
     spacing,
     turning_angles,
     within,
@@ -293,10 +294,11 @@ def compare(original: Trajectory, adapted: Trajectory, scene: Scene) -> Changes:
     before = found.of_adapted(original.to_array())
     compared = found.old if found.method == "index" else found.old & ~adapted.dwells
     objects = tuple(_object_change(item, original, adapted) for item in scene)
+    off = path_distances(original.positions, adapted.positions) if found.added else np.zeros(0)
     return Changes(
         matching=found.method,
         removed=found.removed,
-        added=_insertions(original, adapted, found),
+        added=tuple(Insertion(a, b, float(off[a : b + 1].max())) for a, b in found.added),
         path_unchanged=np.array_equal(original.positions, adapted.positions),
         speeds_unchanged=np.array_equal(original.speeds, adapted.speeds),
         orientations_unchanged=_same_turns(original, adapted),
@@ -345,11 +347,6 @@ def _displacement(before: Array, adapted: Trajectory, compared: Mask, frame: Fra
         first=int(moved[0]) if len(moved) else None,
         last=int(moved[-1]) if len(moved) else None,
     )
-
-
-def _insertions(original: Trajectory, adapted: Trajectory, found: Correspondence) -> tuple[Insertion, ...]:
-    off = path_distances(original.positions, adapted.positions) if found.added else np.zeros(0)
-    return tuple(Insertion(a, b, float(off[a : b + 1].max())) for a, b in found.added)
 
 
 def _shape(original: Array, adapted: Array, found: Correspondence) -> ShapeChange:
@@ -419,9 +416,9 @@ def _speed_change(
     ratios = new[moving] / old[moving]
     own = original.speeds[~original.dwells] if len(original) != len(adapted) else original.speeds
     cuts = np.flatnonzero(np.diff(sign)) + 1
-    runs = [run for run in np.split(np.arange(len(index)), cuts) if sign[run[0]]]
-    if len(runs) > _MANY_RANGES:
-        runs = [np.arange(runs[0][0], runs[-1][-1] + 1)]
+    parts = [part for part in np.split(np.arange(len(index)), cuts) if sign[part[0]]]
+    if len(parts) > _MANY_RANGES:
+        parts = [np.arange(parts[0][0], parts[-1][-1] + 1)]
     steps = Span(int(original.dwells.sum()), int(adapted.dwells.sum()))
     where = index[changed]
     radii = {item.name: item.neighbourhood for item in objects}
@@ -436,7 +433,7 @@ def _speed_change(
         everywhere=bool(changed.any() and changed[moving].all()),
         first=int(where[0]) if len(where) else None,
         last=int(where[-1]) if len(where) else None,
-        ranges=tuple(_speed_range(index[run], old[run], new[run], objects) for run in runs),
+        ranges=tuple(_speed_range(index[part], old[part], new[part], objects) for part in parts),
         stops=Span(len(_stops(original, scene, radii)), len(stopped)),
         stopped=stopped,
         dwell_steps=steps,
@@ -463,16 +460,13 @@ def _near(first: int, last: int, objects: tuple[ObjectChange, ...]) -> tuple[str
 
 def _stops(trajectory: Trajectory, scene: Scene, radii: Mapping[str, float]) -> tuple[Stop, ...]:
     """Runs of waypoints at speed 0 that lie on the way or hold a dwell."""
-    still = trajectory.speeds == 0
-    runs = np.split(np.arange(len(still)), np.flatnonzero(np.diff(still)) + 1)
-    waits, last = trajectory.dwells, len(still) - 1
     stops = []
-    for run in runs:
-        if still[run[0]] and (waits[run].any() or (run[0] > 0 and run[-1] < last)):
-            away = {o.name: float(o.distance(trajectory.positions[run]).min()) for o in scene}
+    for a, b in runs(trajectory.speeds == 0):
+        waits = int(trajectory.dwells[a : b + 1].sum())
+        if waits or 0 < a <= b < len(trajectory) - 1:
+            away = {o.name: float(o.distance(trajectory.positions[a : b + 1]).min()) for o in scene}
             near = sorted((name for name in away if away[name] <= radii[name]), key=away.__getitem__)
-            seconds = int(waits[run].sum()) * trajectory.timestep
-            stops.append(Stop(int(run[0]), int(run[-1]), seconds, tuple(near[:1])))
+            stops.append(Stop(a, b, waits * trajectory.timestep, tuple(near[:1])))
     return tuple(stops)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ovita.measure.changes import Changes, Endpoint, Insertion, ObjectChange, Span, SpeedChange, SpeedRange
+from ovita.measure.changes import Changes, Insertion, ObjectChange, Span, SpeedChange, SpeedRange
 from ovita.text import counted, listed, number, the, waypoints
 
 _VISIBLE = 1e-3
@@ -125,7 +125,7 @@ def _moved(changes: Changes, cut: bool, grown: bool) -> list[str]:
     ends = [("start", changes.start, cut), ("goal", changes.goal, grown)]
     shifted = [(name, end) for name, end, other in ends if end.shift >= _VISIBLE and not other]
     if moved.max < _VISIBLE or moved.first is None or moved.last is None:
-        return [_end(name, end) for name, end in shifted]
+        return [f"The {name} moved {directions(end.words)}." for name, end in shifted]
     mean = sum(part**2 for part in moved.vector) ** 0.5
     if moved.spread <= max(_VISIBLE, 0.01 * mean):
         return [f"The whole path moved {directions(moved.words)}."]
@@ -135,16 +135,12 @@ def _moved(changes: Changes, cut: bool, grown: bool) -> list[str]:
         f"(waypoint {moved.index + 1}: {directions(moved.max_words)}), "
         f"{number(moved.mean)} m on average over all waypoints."
     ]
-    told += [_end(name, end) for name, end in shifted]
+    told += [f"The {name} moved {directions(end.words)}." for name, end in shifted]
     still = [name for name, end, other in ends if end.shift < _VISIBLE and not other]
     if still:
         stays = "stay where they were" if len(still) == 2 else "stays where it was"
         told.append(f"The {' and the '.join(still)} {stays}.")
     return told
-
-
-def _end(name: str, end: Endpoint) -> str:
-    return f"The {name} moved {directions(end.words)}."
 
 
 def _still(changes: Changes, what: str) -> str:

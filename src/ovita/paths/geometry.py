@@ -22,6 +22,7 @@ SAME_PLACE = 1e-9
 """Waypoints nearer than this to the one before them are taken for its repeats, as in a dwell [m]."""
 
 _ONES = np.ones(3)
+_NEXT, _AFTER = np.array([1, 2, 0]), np.array([2, 0, 1])
 _PAIRS = np.triu_indices(6, 1)
 _BLOCK = 1_000_000
 
@@ -34,6 +35,11 @@ def dots(a: Array, b: Array) -> Array:
 def lengths(vectors: Array) -> Array:
     """Lengths of vectors (..., 3), (...)."""
     return np.asarray(np.sqrt(dots(vectors, vectors)))
+
+
+def crosses(a: Array, b: Array) -> Array:
+    """Vector products of vectors (..., 3), (..., 3); quicker than numpy's, which takes any axes."""
+    return np.asarray(a[..., _NEXT] * b[..., _AFTER] - a[..., _AFTER] * b[..., _NEXT])
 
 
 def fractions(positions: Array) -> Array:
@@ -97,8 +103,12 @@ def path_distances(path: Array, points: Array) -> Array:
 
 def closest_to_point(path: Array, point: Array) -> tuple[float, float]:
     """Distance [m] of a polyline (N, 3) to a point (3,), and the fractional waypoint where it occurs."""
-    distance, place = project(path, np.asarray(point, dtype=float)[None])
-    return float(distance[0]), float(place[0])
+    step, away = path[1:] - path[:-1], np.asarray(point, dtype=float) - path[:-1]
+    share = np.minimum(np.maximum(dots(away, step) / np.maximum(dots(step, step), 1e-300), 0.0), 1.0)
+    away = away - share[:, None] * step
+    gap = dots(away, away)
+    nearest = int(gap.argmin())
+    return float(np.sqrt(gap[nearest])), float(nearest + share[nearest])
 
 
 def within(path: Array, point: Array, radius: float) -> Mask:
@@ -126,7 +136,7 @@ def turning_angles(path: Array, least: float = 0.0) -> Array:
     moving = np.flatnonzero(lengths(steps) > max(SAME_PLACE, least))
     if len(moving) > 1:
         a, b = steps[moving[:-1]], steps[moving[1:]]
-        angles[moving[:-1] + 1] = np.arctan2(lengths(np.cross(a, b)), dots(a, b))
+        angles[moving[:-1] + 1] = np.arctan2(lengths(crosses(a, b)), dots(a, b))
     return angles
 
 
@@ -200,6 +210,13 @@ class Cuboid:
             distance[inner] = beyond[inner, axis]
         return np.asarray(distance - self.radius), np.asarray(normals @ self.rotation.T)
 
+    def depth(self, points: Array) -> Array:
+        """Signed distance of points (M, 3) [m], (M,), as `signed` has it, without normals."""
+        if self._ball:
+            return np.asarray(lengths(points - self.center) - self.radius)
+        beyond = np.abs((points - self.center) @ self.rotation) - self.half
+        return np.asarray(lengths(np.maximum(beyond, 0.0)) + np.minimum(beyond.max(axis=1), 0.0) - self.radius)
+
     def on_surface(self, point: Array) -> Array:
         """The point of the surface (3,) [m] that is nearest to a point (3,), from inside and outside alike."""
         distance, normal = self.signed(point[None])
@@ -231,6 +248,8 @@ class Cuboid:
 
     def hit(self, start: Array, end: Array, pad: float) -> Mask:
         """Whether segments from (M, 3) to (M, 3) [m] come closer than `pad` [m], (M,); quicker than `along`."""
+        if self.radius + pad <= 0.0:
+            return np.asarray(self.along(start, end)[0] < pad)
         a, d = self._local(start, end)
         beyond = self._to_core(a + _closest(a, d, self.half)[:, None] * d)
         return np.asarray(dots(beyond, beyond) < (self.radius + pad) ** 2)
@@ -250,19 +269,21 @@ def _closest(a: Array, d: Array, half: Array) -> Array:
     if not half.any():
         nearest = -dots(a, d) / np.maximum(dots(d, d), 1e-300)
         return np.asarray(np.minimum(np.maximum(nearest, 0.0), 1.0))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        breaks = np.concatenate([(half - a) / d, (-half - a) / d], axis=1)
-    breaks = np.clip(np.where(np.isfinite(breaks), breaks, 0.0), 0.0, 1.0)
-    rows = len(a)
-    t = np.sort(np.concatenate([np.zeros((rows, 1)), breaks, np.ones((rows, 1))], axis=1), axis=1)
+    rows, moving = len(a), d != 0.0
+    t = np.zeros((rows, 8))
+    t[:, 7] = 1.0
+    np.divide(half - a, d, out=t[:, 1:4], where=moving)
+    np.divide(-half - a, d, out=t[:, 4:7], where=moving)
+    t = np.minimum(np.maximum(t, 0.0), 1.0)
+    t.sort(axis=1)
     x = a[:, None, :] + t[:, :, None] * d[:, None, :]
-    slope = ((x - np.clip(x, -half, half)) * d[:, None, :]).sum(axis=2)
+    slope = ((x - np.minimum(np.maximum(x, -half), half)) @ d[:, :, None])[:, :, 0]
     last = np.maximum((slope <= 0).sum(axis=1) - 1, 0)
-    after = np.minimum(last + 1, t.shape[1] - 1)
+    after = np.minimum(last + 1, 7)
     i = np.arange(rows)
     t0, t1, g0, g1 = t[i, last], t[i, after], slope[i, last], slope[i, after]
     share = np.divide(-g0, g1 - g0, out=np.zeros(rows), where=g1 > g0)
-    return np.asarray(t0 + np.clip(share, 0.0, 1.0) * (t1 - t0))
+    return np.asarray(t0 + np.minimum(np.maximum(share, 0.0), 1.0) * (t1 - t0))
 
 
 def _deepest(a: Array, d: Array, half: Array) -> tuple[Array, Array]:

@@ -90,31 +90,7 @@ class PathPart:
 
     def to_json(self) -> dict[str, Any]:
         """The part as a JSON document, which `from_json` reads."""
-        first = self.places[0] if self.places else None
-        match self.kind:
-            case "near":
-                return {"near": first} | ({} if self.amount is None else {"within": self.amount})
-            case "first" | "last":
-                return {self.kind: self.amount} | _counted(self.unit)
-            case "between":
-                return {"from": first, "to": self.places[1]}
-            case "after" | "before":
-                return {self.kind: first}
-            case "range":
-                return {"range": [self.amount, self.until]} | ({} if self.unit == "waypoints" else {"unit": self.unit})
-            case "beyond":
-                return {"beyond": self.direction, "by": self.amount}
-            case "heading":
-                return {"heading": self.direction}
-            case "indices":
-                return {"count": self.count, "ranges": [list(pair) for pair in self.ranges]}
-            case "outside":
-                return {"outside": self.parts[0].to_json()}
-            case "both" | "either":
-                return {self.kind: [part.to_json() for part in self.parts]}
-            case "middle" | "turns" | "every":
-                return {self.kind: self.amount}
-        return {}
+        return _DOCUMENTS[self.kind](self) if self.kind in _DOCUMENTS else {}
 
     @classmethod
     def from_json(cls, document: PathPart | Mapping[str, Any] | None) -> PathPart:
@@ -227,28 +203,46 @@ def _counted(unit: Unit) -> dict[str, Any]:
     return {"fraction": True} if unit == "share" else {} if unit == "waypoints" else {"unit": unit}
 
 
+_DOCUMENTS: Mapping[str, Callable[[PathPart], dict[str, Any]]] = {
+    "near": lambda p: {"near": p.places[0]} | ({} if p.amount is None else {"within": p.amount}),
+    **dict.fromkeys(("first", "last"), lambda p: {p.kind: p.amount} | _counted(p.unit)),
+    **dict.fromkeys(("middle", "turns", "every"), lambda p: {p.kind: p.amount}),
+    **dict.fromkeys(("after", "before"), lambda p: {p.kind: p.places[0]}),
+    "between": lambda p: {"from": p.places[0], "to": p.places[1]},
+    "range": lambda p: {"range": [p.amount, p.until]} | ({} if p.unit == "waypoints" else {"unit": p.unit}),
+    "heading": lambda p: {"heading": p.direction},
+    "beyond": lambda p: {"beyond": p.direction, "by": p.amount},
+    "indices": lambda p: {"count": p.count, "ranges": [list(pair) for pair in p.ranges]},
+    "outside": lambda p: {"outside": p.parts[0].to_json()},
+    **dict.fromkeys(("both", "either"), lambda p: {p.kind: [part.to_json() for part in p.parts]}),
+}
+
+_FIELDS: Mapping[str, Callable[[Any, Mapping[str, Any]], dict[str, Any]]] = {
+    "near": lambda value, more: {"places": (value,), "amount": more.get("within")},
+    **dict.fromkeys(("after", "before"), lambda value, _: {"places": (value,)}),
+    "range": lambda value, more: {"amount": value[0], "until": value[1], "unit": _unit(more)},
+    **dict.fromkeys(("heading", "beyond"), lambda value, more: {"direction": value, "amount": more.get("by")}),
+    "outside": lambda value, _: {"parts": (PathPart.from_json(value),)},
+    **dict.fromkeys(("both", "either"), lambda value, _: {"parts": tuple(map(PathPart.from_json, value))}),
+}
+"""What a part's value and the other keys of its document stand for; any other value is an amount."""
+
+
+def _unit(document: Mapping[str, Any]) -> Unit:
+    return "share" if document.get("fraction") else document.get("unit", "waypoints")
+
+
 def _read(document: Mapping[str, Any]) -> PathPart:
     if "ranges" in document:
         pairs = tuple((int(a), int(b)) for a, b in document["ranges"])
         return PathPart("indices", ranges=pairs, count=int(document["count"]))
     if "from" in document:
         return between(document["from"], document["to"])
-    kind = next(key for key in document if key in _MASKS) if any(key in _MASKS for key in document) else ""
+    kind = next((key for key in document if key in _MASKS), "")
     value = document[kind]
-    unit: Unit = "share" if document.get("fraction") else document.get("unit", "waypoints")
-    match kind:
-        case "near":
-            return near(value, document.get("within"))
-        case "after" | "before":
-            return PathPart(kind, (value,))
-        case "range":
-            return PathPart(kind, amount=value[0], until=value[1], unit=unit)
-        case "heading" | "beyond":
-            return PathPart(kind, direction=value, amount=document.get("by"))
-        case "outside":
-            return outside(PathPart.from_json(value))
-        case "both" | "either":
-            return PathPart(kind, parts=tuple(PathPart.from_json(part) for part in value))
+    if kind in _FIELDS:
+        return PathPart(kind, **_FIELDS[kind](value, document))
+    unit = _unit(document)
     return PathPart(kind, amount=float(value) if unit != "waypoints" else value, unit=unit)
 
 

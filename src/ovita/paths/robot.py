@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
 from numbers import Real
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -107,17 +108,14 @@ class Robot:
 
     def __post_init__(self) -> None:
         for key in ("margin", "obstacle_margin", "object_size", "radius", "person_margin"):
-            if not (_real(getattr(self, key)) and getattr(self, key) >= 0):
+            if not (is_real(getattr(self, key)) and getattr(self, key) >= 0):
                 raise RobotError(f"{key} {getattr(self, key)!r} is not a length >= 0 m")
-        for key, what in (
-            ("max_speed", "a speed > 0 m/s"),
-            ("max_acceleration", "an acceleration > 0 m/s^2"),
-            ("max_lateral_acceleration", "an acceleration > 0 m/s^2"),
-        ):
+        for key in ("max_speed", "max_acceleration", "max_lateral_acceleration"):
             value = getattr(self, key)
-            if value is not None and not (_real(value) and value > 0):
+            if value is not None and not (is_real(value) and value > 0):
+                what = "a speed > 0 m/s" if key == "max_speed" else "an acceleration > 0 m/s^2"
                 raise RobotError(f"{key} {value!r} is not {what}; leave it out for no limit")
-        if not (_real(self.min_speed) and self.min_speed >= 0):
+        if not (is_real(self.min_speed) and self.min_speed >= 0):
             raise RobotError(f"min_speed {self.min_speed!r} is not a speed >= 0 m/s")
         if self.max_speed is not None and self.min_speed > self.max_speed:
             raise RobotError(f"min_speed {self.min_speed:g} m/s exceeds max_speed {self.max_speed:g} m/s")
@@ -165,8 +163,13 @@ def preset_name(name: str) -> str:
     return ALIASES.get(name.lower(), name.lower())
 
 
-def _real(value: object) -> bool:
-    return isinstance(value, Real) and not isinstance(value, bool) and bool(np.isfinite(float(value)))
+LARGEST = sys.float_info.max
+
+
+def is_real(value: object) -> bool:
+    """Whether a value is a finite number, other than True and False."""
+    number: Any = value
+    return isinstance(value, Real) and not isinstance(value, bool) and bool(-LARGEST <= number <= LARGEST)
 
 
 def _vector(key: str, value: object) -> Vector:

@@ -6,7 +6,7 @@ import difflib
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -264,6 +264,7 @@ class Scene:
         return tuple(map(_singular, self._canonical))
 
 
+@lru_cache(maxsize=1024)
 def canonical(name: str) -> str:
     """A name for comparison: lower case, words separated by one space, without a leading article."""
     words = re.sub(r"[\W_]+", " ", name.lower()).split()

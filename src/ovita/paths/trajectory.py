@@ -241,7 +241,8 @@ class Trajectory:
         # With constant acceleration, the share of the length is (v0 t + (v1 - v0) t^2 / 2) / ((v0 + v1) / 2).
         share = np.divide(since * (2.0 * start + since * (end - start)), total, out=since.copy(), where=moving)
         where = i + np.clip(share, 0.0, 1.0)
-        return PathState(where, interpolate(self.positions, where), start + since * (end - start), self._turned(where))
+        speeds = start + since * (end - start)
+        return PathState(where, interpolate(self.positions, where), speeds, self.orientations_at(where))
 
     def time_at(self, where: ArrayLike) -> Array:
         """The times (M,) [s] at which fractional waypoints (M,) are reached: the inverse of `at(t).where`."""
@@ -255,10 +256,8 @@ class Trajectory:
 
     def orientations_at(self, where: ArrayLike) -> Array | None:
         """Unit quaternions (M, 4) wxyz at fractional waypoints (M,), or None if the trajectory has none."""
-        return self._turned(np.atleast_1d(np.asarray(where, dtype=float)))
-
-    def _turned(self, where: Array) -> Array | None:
-        return None if self.orientations is None else nlerp(self.orientations, where)
+        places = np.atleast_1d(np.asarray(where, dtype=float))
+        return None if self.orientations is None else nlerp(self.orientations, places)
 
     @property
     def dwells(self) -> NDArray[np.bool_]:
@@ -287,10 +286,7 @@ class Trajectory:
             raise TrajectoryError(f"cannot resample to {n} waypoints; at least 2 are needed", key="n")
         source = source_indices(self.positions, n, by)
         speeds = interpolate(self.speeds[:, None], source)[:, 0]
-        quaternions = None
-        if self.orientations is not None:
-            quaternions = nlerp(self.orientations, source)
-        return Trajectory(interpolate(self.positions, source), speeds, quaternions, self.timestep)
+        return Trajectory(interpolate(self.positions, source), speeds, self.orientations_at(source), self.timestep)
 
 
 def standing_still() -> Trajectory:
@@ -300,8 +296,10 @@ def standing_still() -> Trajectory:
 
 def arc_length(positions: Array) -> Array:
     """Cumulative length of a polyline: (N, D) [m] to (N,) [m]."""
-    steps = np.linalg.norm(np.diff(positions, axis=0), axis=1)
-    return np.concatenate([[0.0], np.cumsum(steps)])
+    steps = positions[1:] - positions[:-1]
+    travelled = np.zeros(len(positions))
+    np.sqrt((steps * steps).sum(axis=1)).cumsum(out=travelled[1:])
+    return travelled
 
 
 def source_indices(positions: Array, n: int, by: Literal["arc_length", "index"]) -> Array:
@@ -312,9 +310,9 @@ def source_indices(positions: Array, n: int, by: Literal["arc_length", "index"])
     s = arc_length(positions)
     if s[-1] == 0.0:
         return np.linspace(0.0, last, n)
-    keep = np.concatenate([[True], np.diff(s) > 0])
-    indices = np.arange(len(s), dtype=float)[keep]
-    source: Array = np.interp(np.linspace(0.0, s[-1], n), s[keep], indices)
+    keep = np.ones(len(s), dtype=bool)
+    np.greater(s[1:], s[:-1], out=keep[1:])
+    source: Array = np.interp(np.linspace(0.0, s[-1], n), s[keep], np.flatnonzero(keep))
     source[0], source[-1] = 0.0, last
     return source
 
@@ -323,7 +321,7 @@ def interpolate(rows: Array, source: Array) -> Array:
     """Rows (N, D) at fractional indices (M,), linearly; integer indices return the rows bit by bit."""
     if len(source) == len(rows) and np.array_equal(source, np.arange(len(rows))):
         return np.array(rows)
-    low = np.clip(np.floor(source).astype(int), 0, len(rows) - 1)
+    low = np.minimum(np.maximum(np.floor(source).astype(int), 0), len(rows) - 1)
     high = np.minimum(low + 1, len(rows) - 1)
     t = (source - low)[:, None]
     return np.asarray(np.where(t == 0.0, rows[low], rows[low] * (1.0 - t) + rows[high] * t))

@@ -13,7 +13,7 @@ from ovita.limits.obstacles import is_support
 from ovita.paths.frame import Frame, quaternion
 from ovita.paths.scene import Scene, SceneObject, canonical
 from ovita.paths.trajectory import Array
-from ovita.perceive.detect import Detector, Found, Sighting, mask_of, sighting
+from ovita.perceive.detect import FEWEST, Detector, Found, Sighting, clusters, mask_of, sighting
 from ovita.perceive.doubts import doubts, strange_sizes
 from ovita.perceive.evidence import Evidence, evidence_of, joined
 from ovita.perceive.fit import fit
@@ -23,9 +23,6 @@ from ovita.perceive.solids import Solid
 from ovita.perceive.space import SpaceSegments, taken_apart
 from ovita.perceive.support import description, support_object
 from ovita.perceive.view import Mask, View
-
-FEWEST = 60
-"""Pixels that a thing needs at least."""
 
 COLOURS = 400
 """Most pixels of a thing, in each view, whose colour is looked at."""
@@ -108,7 +105,7 @@ def perceive(
         refused += without
         things = _merged(things, _whole(new, ground), ground)
     things = _settled([thing.refined(ground) for thing in things], ground)
-    return _result(things, ground, _Told(axes, names, said or text, tuple(notes), tuple(refused)))
+    return _result(things, ground, axes, names, said or text, notes, tuple(refused))
 
 
 def perceive_clouds(
@@ -121,12 +118,8 @@ def perceive_clouds(
 ) -> Perceived:
     """Make a scene of point clouds, where there is no picture: things are clusters in space.
 
-    Args:
-        clouds: At least one, in the world of the scene.
-        names: As for `perceive`; colours count where every cloud has them.
-        text: What the person says about the scene.
-        frame: Of the world: which way is up.
-        plane: As for `perceive`.
+    At least one cloud, in the world of the scene; the rest is as for `perceive`, and colours count where every cloud
+    has them.
 
     Raises:
         SceneError: Without clouds, or with a plane or a name that cannot be.
@@ -143,40 +136,35 @@ def perceive_clouds(
         notes.append(f"{_things_are(parts.large)} left out: as large as a wall or another piece of furniture")
     if ground.plane is None and plane == "auto":
         notes.append("no level support was found, so shapes were fitted in space")
-    return _result(things, ground, _Told(axes, names, text, tuple(notes)))
+    return _result(things, ground, axes, names, text, notes)
 
 
-@dataclass(frozen=True)
-class _Told:
-    """What is known of a scene beside its things: its axes, the person's names, a description, notes, refusals."""
-
-    axes: Frame
-    names: Sequence[str]
-    text: str
-    notes: tuple[str, ...] = ()
-    refused: tuple[str, ...] = ()
-
-
-def _result(things: Sequence[_Thing], ground: _Ground, told: _Told) -> Perceived:
-    """The scene of things that were seen."""
-    base = ground.object(told.axes.direction("up"))
-    called, rest = names_of_support(told.names, base.name if base else "")
+def _result(
+    things: Sequence[_Thing],
+    ground: _Ground,
+    axes: Frame,
+    names: Sequence[str],
+    text: str,
+    notes: list[str],
+    refused: tuple[str, ...] = (),
+) -> Perceived:
+    base = ground.object(axes.direction("up"))
+    called, rest = names_of_support(names, base.name if base else "")
     named, unplaced = _named(things, rest)
     *labels, called = distinct([*named, called])
     objects = [thing.object(label, ground) for thing, label in zip(things, labels, strict=True)]
     supports = [replace(base, name=called)] if base else []
-    notes = [note for thing, label in zip(things, labels, strict=True) for note in thing.remarks(label)]
-    notes += strange_sizes(objects)
-    scene = Scene((*objects, *supports), told.axes, told.text)
-    scene = scene if told.text else replace(scene, environment=description(scene))
-    return Perceived(scene, ground.plane, tuple(dict.fromkeys([*told.notes, *notes])), told.refused, unplaced)
+    remarks = [note for thing, label in zip(things, labels, strict=True) for note in thing.remarks(label)]
+    scene = Scene((*objects, *supports), axes, text)
+    scene = scene if text else replace(scene, environment=description(scene))
+    said = tuple(dict.fromkeys([*notes, *remarks, *strange_sizes(objects)]))
+    return Perceived(scene, ground.plane, said, refused, unplaced)
 
 
 _WHOLE = (0.0, 0.0, 1.0, 1.0)
 
 
 def _height(plane: str | float, up: Array) -> Plane | None:
-    """The support that a person gave, or None."""
     if isinstance(plane, str):
         if plane not in ("auto", "none"):
             raise SceneError(f"is {plane!r}, expected auto, none or a height in metres", key="plane")
@@ -201,7 +189,6 @@ def _notes(views: Sequence[View], parts: Sequence[Segments], ground: _Ground, pl
 
 
 def _view_notes(view: View, part: Segments, where: str) -> Iterator[str]:
-    """What a person should know about one picture."""
     if part.beyond:
         yield f"{_things_are(part.beyond)} left out{where}: not on the support"
     if part.backdrops:
@@ -400,9 +387,3 @@ def _same_place(one: Solid, other: Solid) -> bool:
         bool((np.abs(turn.T @ gap) < 0.5 * size + 0.005).all())
         for turn, size in ((one.rotation, one.size), (other.rotation, other.size))
     )
-
-
-def clusters(parts: Segments) -> tuple[Found, ...]:
-    """Each cluster of depth as a nameless finding."""
-    sizes = np.bincount(parts.labels.ravel(), minlength=parts.count + 1)
-    return tuple(Found("", parts.labels == i) for i in range(1, parts.count + 1) if sizes[i] >= FEWEST)

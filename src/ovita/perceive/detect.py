@@ -1,4 +1,4 @@
-"""Detectors: what tells things in a picture apart and names them, and the mask that a finding stands for."""
+"""Detectors, by name: what tells things in a picture apart and names them, and the mask that a finding stands for."""
 
 from __future__ import annotations
 
@@ -9,8 +9,14 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from ovita.errors import SceneError
+import ovita.plugins as plugins
+from ovita.errors import RequestError, SceneError
+from ovita.paths.frame import Frame
+from ovita.perceive.segment import Segments, segment
 from ovita.perceive.view import Mask, View
+
+FEWEST = 60
+"""Pixels that a thing needs at least."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +70,6 @@ class Sighting:
     """What a detector has to say of a view beyond what it found.
 
     Args:
-        found: The things.
         environment: A description of the scene, or "": data, to be quoted wherever it goes on to.
         notes: What a person should know, each a sentence.
     """
@@ -93,9 +98,7 @@ def sighting(detector: Detector, view: View, names: Sequence[str], text: str) ->
 def mask_of(found: Found, labels: NDArray[np.intp]) -> Mask:
     """The pixels of a finding: its mask where it has one, else the cluster that its box holds best.
 
-    Args:
-        found: By a detector.
-        labels: Cluster of each pixel (H, W), from 1; 0 for none.
+    `labels` are the cluster of each pixel (H, W), from 1; 0 for none.
 
     Returns:
         (H, W), all False where no cluster lies in the box. A box that several clusters share takes the one that it
@@ -115,3 +118,79 @@ def mask_of(found: Found, labels: NDArray[np.intp]) -> Mask:
     share[0] = 0.0
     best = int(share.argmax())
     return np.asarray(labels == best) if share[best] > 0 else np.zeros(labels.shape, dtype=bool)
+
+
+def clusters(parts: Segments) -> tuple[Found, ...]:
+    """Each cluster of depth as a nameless finding."""
+    sizes = np.bincount(parts.labels.ravel(), minlength=parts.count + 1)
+    return tuple(Found("", parts.labels == i) for i in range(1, parts.count + 1) if sizes[i] >= FEWEST)
+
+
+KINDS = "clusters, vlm:PROVIDER:MODEL, onnx:ENCODER,DECODER, or both: vlm:PROVIDER:MODEL+onnx:ENCODER,DECODER"
+
+
+class ClusterDetector:
+    """Each cluster of depth above the support, nameless: for masks that a model then refines."""
+
+    name = "clusters"
+
+    def __init__(self, frame: Frame) -> None:
+        self._up = frame.direction("up")
+
+    def find(self, view: View, names: Sequence[str], text: str) -> tuple[Found, ...]:
+        """The clusters of a view."""
+        return clusters(segment(view, self._up))
+
+
+def detector_named(
+    name: str, *, frame: Frame | str = "flu", base_url: str | None = None, boxes: str | None = None
+) -> Detector | None:
+    """Return the detector of that name, or None for "clusters", which `perceive` does by itself.
+
+    Args:
+        name: "clusters"; "vlm:PROVIDER:MODEL"; "onnx:ENCODER,DECODER" or "onnx:FILE" for masks of clusters; and of a
+            model's boxes with both, joined by "+".
+        frame: Of the world: which way is up.
+        base_url: Address of an OpenAI-compatible server; the model is then one of its own, vlm:MODEL.
+        boxes: How the model writes boxes, where its name does not tell: see `ovita.perceive.vlm.CONVENTIONS`.
+
+    Raises:
+        RequestError: If the name is none of these, or an option does not go with it.
+        FormatError: If a model's file cannot be used.
+        MissingExtra: If a package is not installed.
+    """
+    finder, _, masks = name.partition("+")
+    if not masks and finder.startswith("onnx:"):
+        finder, masks = "clusters", finder
+    kind, _, model = finder.partition(":")
+    if kind != "vlm" and (base_url or boxes):
+        raise RequestError("--base-url and --boxes go with a vlm: detector")
+    up = Frame(frame) if isinstance(frame, str) else frame
+    if finder == "clusters":
+        return _masked(ClusterDetector(up), masks, name) if masks else None
+    if kind == "vlm" and model.strip():
+        from ovita.perceive.vlm import VlmDetector
+
+        found: Detector = VlmDetector(model.strip(), base_url=base_url, boxes=boxes)
+    else:
+        found = _of_a_plugin(name, kind, model.strip(), up)
+    return _masked(found, masks, name) if masks else found
+
+
+def _of_a_plugin(name: str, kind: str, model: str, frame: Frame) -> Detector:
+    found: Detector | None = plugins.make("detectors", kind, "find", model, frame)
+    if found is None:
+        others = "".join(f", {known}" for known in plugins.entries("detectors"))
+        raise RequestError(f"unknown detector {name!r}; use {KINDS}{others}")
+    return found
+
+
+def _masked(found: Detector, masks: str, name: str) -> Detector:
+    """A detector with masks of a segmentation model for what it finds."""
+    kind, _, files = masks.partition(":")
+    encoder, _, decoder = files.partition(",")
+    if kind != "onnx" or not encoder:
+        raise RequestError(f"unknown detector {name!r}; use {KINDS}")
+    from ovita.perceive.segmenter import BoxSegmenter
+
+    return BoxSegmenter(found, encoder.strip(), decoder.strip() or None)

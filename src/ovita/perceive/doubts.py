@@ -45,11 +45,8 @@ match: it was 1.7 to 12 for 80 pairs of pictures of one view, and below 1.6 for 
 def doubts(views: Sequence[View], parts: Sequence[Segments], up: Array, *, level: bool) -> list[str]:
     """What is strange about pictures and cameras, each a sentence.
 
-    Args:
-        views: The pictures.
-        parts: What each was taken apart into.
-        up: Unit vector (3,) in the world.
-        level: Whether a level support was looked for.
+    `parts` are what each view was taken apart into, `up` is a unit vector (3,) in the world, and `level` whether a
+    level support was looked for.
     """
     said: list[str] = []
     for view, part in zip(views, parts, strict=True):
@@ -72,7 +69,6 @@ def strange_sizes(things: Sequence[SceneObject]) -> list[str]:
 
 
 def _range(view: View) -> Iterator[str]:
-    """A median depth out of the range of cameras."""
     median = float(np.nanmedian(view.depth))
     if not NEAR <= median <= FAR:
         what = "nearer than usual cameras measure" if median < NEAR else "farther than usual cameras measure well"
@@ -80,7 +76,6 @@ def _range(view: View) -> Iterator[str]:
 
 
 def _place(view: View) -> Iterator[str]:
-    """A camera that stands far away from everything."""
     away = float(np.linalg.norm(view.center))
     if away > max(ASTRAY, 20.0 * float(np.nanmedian(view.depth))):
         yield (

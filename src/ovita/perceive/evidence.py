@@ -132,7 +132,6 @@ class _Patch:
     """A part of a picture: one thing, and `GAP` pixels around it.
 
     Args:
-        view: The whole picture.
         mask: The thing's pixels, (h, w) like all that follow; none at the patch's own border.
         depth: Smoothed depth [m], nan beyond the picture.
         noise: Of the depth [m].
@@ -192,7 +191,6 @@ def _some(count: int, most: int) -> Indices:
 
 
 def _grown(mask: Mask) -> Mask:
-    """The mask and the pixels beside it."""
     more = mask.copy()
     more[1:] |= mask[:-1]
     more[:-1] |= mask[1:]

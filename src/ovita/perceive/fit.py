@@ -190,7 +190,6 @@ def _lying(box: Array, quarter: float) -> _Model:
 
 
 def _floating(evidence: Evidence) -> list[_Model]:
-    """Boxes, cylinders and balls of any attitude."""
     turns = _attitudes(evidence)
     starts = np.zeros((len(turns), 9))
     for start, turn in zip(starts, turns, strict=True):
@@ -261,7 +260,6 @@ def _flat(points: Array, noise: Array) -> tuple[Array, Mask]:
 
 
 def _extent(points: Array, turn: Array) -> tuple[Array, Array]:
-    """Centre and size of points in the axes of a rotation."""
     low, high = np.percentile(points @ turn, [1.5, 98.5], axis=0)
     return turn @ (0.5 * (low + high)), np.maximum(high - low, SMALLEST)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from ovita.errors import SceneError
+from ovita.paths.scene import canonical
 from ovita.paths.trajectory import Array
 
 COLOURED = 0.28
@@ -176,15 +177,15 @@ def _unplaced(one: Wanted, where: Sequence[int], looks: Sequence[Look]) -> str:
     return f"{one.name}: it may be any of {several}; say more, as in '{one.name}=COLOUR SHAPE'"
 
 
-def distinct(names: Sequence[str]) -> tuple[str, ...]:
-    """The names, numbered from the second of a kind on, so that no two are alike."""
-    used: set[str] = set()
+def distinct(names: Sequence[str], taken: Iterable[str] = ()) -> tuple[str, ...]:
+    """The names, numbered from the second of a kind on, so that no two are alike, and none is one that is taken."""
+    used = set(map(canonical, taken))
     out = []
     for name in names:
         unique, count = name, 1
-        while unique.lower() in used:
+        while canonical(unique) in used:
             count += 1
             unique = f"{name} {count}"
-        used.add(unique.lower())
+        used.add(canonical(unique))
         out.append(unique)
     return tuple(out)

@@ -134,8 +134,13 @@ def _view(raw: Array, colours: Any, camera: CameraFile, depth: str, rgb: str, wh
     if raw.dtype == np.uint8:
         raise FormatError(file_name(depth), "is an 8-bit picture, which is too coarse for depth; give 16-bit, or NPY")
     try:
-        seen = raw.astype(float) * _scale(camera, raw)
-        return View(seen, np.array(camera.intrinsics), _pose(camera), _in_colour(colours), _name(depth))
+        unit = 0.001 if np.issubdtype(raw.dtype, np.integer) else 1.0
+        seen = raw.astype(float) * (unit if camera.depth_scale is None else camera.depth_scale)
+        square = np.shape(camera.pose) == (4, 4)
+        pose = np.array(camera.pose, dtype=float) @ np.diag(_AXES[camera.axes]) if square else np.zeros((4, 0))
+        if isinstance(colours, np.ndarray) and colours.ndim == 2 and colours.dtype == np.uint8:
+            colours = np.repeat(colours[..., None], 3, axis=2)
+        return View(seen, np.array(camera.intrinsics), pose, colours, _name(depth))
     except SceneError as error:
         of_picture = {"depth": depth, "rgb": rgb}
         key = None if error.key in of_picture else error.key
@@ -144,27 +149,7 @@ def _view(raw: Array, colours: Any, camera: CameraFile, depth: str, rgb: str, wh
         raise FormatError(file_name(where), "must be a 3x3 matrix of numbers", key="intrinsics") from None
 
 
-def _scale(camera: CameraFile, raw: Array) -> float:
-    """Metres a unit of a depth picture."""
-    if camera.depth_scale is not None:
-        return camera.depth_scale
-    return 0.001 if np.issubdtype(raw.dtype, np.integer) else 1.0
-
-
-def _pose(camera: CameraFile) -> Array:
-    """A camera's pose with the axes of OpenCV (4, 4); something of another shape where it is none."""
-    if np.shape(camera.pose) != (4, 4):
-        return np.zeros((4, 0))
-    return np.array(camera.pose, dtype=float) @ np.diag(_AXES[camera.axes])
-
-
 _AXES = {"opencv": [1.0, 1.0, 1.0, 1.0], "opengl": [1.0, -1.0, -1.0, 1.0]}
-
-
-def _in_colour(picture: Any) -> Any:
-    """A grey picture of 8 bits as one in colours; anything else as it is."""
-    grey = isinstance(picture, np.ndarray) and picture.ndim == 2 and picture.dtype == np.uint8
-    return np.repeat(picture[..., None], 3, axis=2) if grey else picture
 
 
 def _name(depth: str) -> str:
@@ -217,7 +202,6 @@ def _archive(place: str, camera: str | None) -> View:
 
 
 def _loose(pictures: Sequence[str], camera: str | None) -> View:
-    """The view of one or two loose pictures."""
     for path in pictures:
         examine(path)
     if camera is None:

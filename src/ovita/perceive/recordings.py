@@ -27,14 +27,14 @@ from ovita.io.cameras import (
     holds_depth,
     is_grey,
     named,
-    stamp_of,
 )
 from ovita.io.clouds import PointCloud
 from ovita.io.documents import listing, validated
 from ovita.io.files import errors_of, file_name, read_text
 from ovita.io.json_ import parse_object
 from ovita.io.links import Address
-from ovita.io.ros2 import LiveMessage, capture
+from ovita.io.messages import TopicMessage, stamp_ns
+from ovita.io.ros2 import capture
 from ovita.paths.trajectory import Array
 from ovita.perceive.view import View
 
@@ -114,8 +114,6 @@ def _base(topic: str) -> str:
 
 @dataclass
 class _Reader:
-    """An open bag, with its streams."""
-
     bag: Any
     file: str
     streams: Mapping[str, _Topic]
@@ -138,7 +136,7 @@ class _Reader:
         best: tuple[int, Any] | None = None
         for _, _, raw in self.bag.messages(connections=[stream.connection]):
             message = self.bag.deserialize(raw, stream.type)
-            off = abs(stamp_of(message) - stamp)
+            off = abs(stamp_ns(message.header.stamp) - stamp)
             if best is not None and off > best[0]:
                 break
             best = off, message
@@ -150,7 +148,8 @@ class _Reader:
         for stream in self.streams.values():
             if stream.kind == "tf":
                 for _, _, raw in self.bag.messages(connections=[stream.connection]):
-                    tree.add(self.bag.deserialize(raw, stream.type), fixed=stream.topic.endswith("tf_static"))
+                    message = self.bag.deserialize(raw, stream.type)
+                    tree.add(message.transforms, fixed=stream.topic.endswith("tf_static"))
         return tree
 
 
@@ -169,7 +168,9 @@ def read_recording(path: str | os.PathLike[str], choices: RecordingChoices | Non
 
 
 def _recorded(bag: Any, file: str, choices: RecordingChoices) -> Recorded:
-    reader = _Reader(bag, file, {s.topic: s for s in _streams(bag)})
+    kinds = [(one, _kind(bag, one)) for one in bag.connections]
+    streams = {one.topic: _Topic(one.topic, one.msgtype, kind, one) for one, kind in kinds if kind is not None}
+    reader = _Reader(bag, file, streams)
     depth = None if choices.cloud else _chosen(reader, ("depth",), choices.depth, "--depth")
     times = _times(bag, file, choices.at) or [None]
     if depth is not None:
@@ -224,7 +225,7 @@ class _LiveConnection:
 class _Capture:
     """Messages that came live, as an open bag shows them."""
 
-    came: tuple[LiveMessage, ...]
+    came: tuple[TopicMessage, ...]
 
     @property
     def connections(self) -> list[_LiveConnection]:
@@ -232,7 +233,7 @@ class _Capture:
 
     def messages(self, connections: Sequence[_LiveConnection]) -> Iterable[tuple[_LiveConnection, int, Any]]:
         topics = {connection.topic: connection for connection in connections}
-        return ((topics[one.topic], one.stamp, one.message) for one in self.came if one.topic in topics)
+        return ((topics[one.topic], one.at, one.message) for one in self.came if one.topic in topics)
 
     def deserialize(self, message: Any, kind: str) -> Any:
         return message
@@ -258,7 +259,7 @@ def read_live(place: str, choices: RecordingChoices | None = None) -> Recorded:
         infos = [topic for topic, kind in there.items() if kind == INFO and topic.rpartition("/")[0] in homes]
         return [*(wanted & set(there)), *infos, *(topic for topic, kind in there.items() if kind == TRANSFORMS)]
 
-    def enough(came: Sequence[LiveMessage]) -> bool:
+    def enough(came: Sequence[TopicMessage]) -> bool:
         topics = {one.topic for one in came}
         kinds = {one.type for one in came}
         camera = INFO in kinds or any(one.topic == address.target and one.type == CLOUD for one in came)
@@ -273,13 +274,6 @@ def read_live(place: str, choices: RecordingChoices | None = None) -> Recorded:
 
 
 # Topics
-
-
-def _streams(bag: Any) -> Iterable[_Topic]:
-    for connection in bag.connections:
-        kind = _kind(bag, connection)
-        if kind is not None:
-            yield _Topic(connection.topic, connection.msgtype, kind, connection)
 
 
 def _kind(bag: Any, connection: Any) -> StreamKind | None:
@@ -338,7 +332,6 @@ def _camera(reader: _Reader, stream: _Topic, size: tuple[int, int]) -> CameraMod
 
 
 def _models(reader: _Reader, stream: _Topic, infos: Sequence[_Topic]) -> list[CameraModel]:
-    """The camera models beside a stream, or all that there are."""
     home = stream.base.rpartition("/")[0]
     beside = [info for info in infos if info.topic.rpartition("/")[0] == home]
     return [camera_of(reader.nearest(info, None), rectified="rect" in stream.base) for info in beside or infos]
@@ -352,7 +345,7 @@ def _view(reader: _Reader, depth: _Topic, colour: _Topic | None, at: int | None,
     where = f"{reader.file} {depth.topic}"
     distances = depth_of(message, where)
     size = distances.shape[1], distances.shape[0]
-    model, stamp = _camera(reader, depth, size), stamp_of(message)
+    model, stamp = _camera(reader, depth, size), stamp_ns(message.header.stamp)
     tree = reader.transforms(stamp)
     own = named(choices.camera_frame or message.header.frame_id)
     pose = _pose(reader, tree, own, choices)
@@ -417,12 +410,7 @@ def _colours(
 def carried_over(picture: Colours, theirs: CameraModel, depth: Array, own: CameraModel, link: Array) -> Colours:
     """Colours (H, W, 3) for each pixel of a depth picture (H, W) [m], from a picture of another camera.
 
-    Args:
-        picture: Of the other camera.
-        theirs: The other camera.
-        depth: Distances [m].
-        own: The depth camera.
-        link: Pose (4, 4) of the depth camera in the other one's frame.
+    `link` is the pose (4, 4) of the depth camera in the other one's frame.
     """
     rows, columns = np.indices(depth.shape, dtype=float)
     rays = np.stack([columns, rows, np.ones(depth.shape)], axis=-1) @ np.linalg.inv(own.intrinsics).T
@@ -441,7 +429,7 @@ def _cloud(reader: _Reader, stream: _Topic, at: int | None, choices: RecordingCh
     where = f"{reader.file} {stream.topic}"
     with errors_of(where):
         cloud = cloud_of(message, where)
-    tree = reader.transforms(stamp_of(message))
+    tree = reader.transforms(stamp_ns(message.header.stamp))
     own = named(choices.camera_frame or message.header.frame_id)
     if not tree.frames and choices.mount is None:
         reader.notes.append(f"the recording holds no transforms; the scene is in the cloud's own frame {own!r}")

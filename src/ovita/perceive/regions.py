@@ -48,10 +48,7 @@ class CutRegion:
 def region_from(text: str, option: str, *, flat: bool = False) -> CutRegion | None:
     """Read "x0,y0,x1,y1" [pixels] or "x0,y0,z0,x1,y1,z1" [m]; None where the text is no list of numbers.
 
-    Args:
-        text: As given.
-        option: To name in errors.
-        flat: Whether only a rectangle of the picture will do.
+    Errors name the `option`; with `flat`, only a rectangle of the picture will do.
 
     Raises:
         RequestError: If there are too few or too many numbers, or the corners enclose nothing.

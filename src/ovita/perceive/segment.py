@@ -151,11 +151,8 @@ def noise_of(view: View) -> Array:
 def segment(view: View, up: Array, plane: Plane | None = None, *, find_plane: bool = True) -> Segments:
     """Take a view apart into the support and the things above it.
 
-    Args:
-        view: One view.
-        up: Unit vector (3,) in the world.
-        plane: The support where it is known.
-        find_plane: Whether to look for a support where none is given; without one, clusters are parted by depth alone.
+    `up` is a unit vector (3,) in the world. A support is looked for where none is given, unless `find_plane` is off;
+    without one, clusters are parted by depth alone.
     """
     noise = noise_of(view)
     depth, jumps = _smooth(view, noise)
@@ -184,7 +181,6 @@ def _located(view: View, depth: Array, pixels: NDArray[np.intp]) -> Array:
 
 
 def _support(view: View, depth: Array, noise: Array, up: Array) -> Plane | None:
-    """The support, by a sample of the pixels."""
     known = np.flatnonzero(np.isfinite(depth))
     chosen = np.random.default_rng(SEED).choice(known, min(SAMPLE, len(known)), replace=False)
     spread = np.abs(view.along(up)).ravel()[chosen] * noise.ravel()[chosen]

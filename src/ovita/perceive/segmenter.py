@@ -15,7 +15,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ovita.errors import FormatError, MissingExtra, SceneError
+from ovita.errors import FormatError, SceneError, needs
 from ovita.io.documents import listing
 from ovita.io.files import file_name
 from ovita.paths.trajectory import Array
@@ -230,10 +230,8 @@ def _box(found: Found) -> tuple[float, float, float, float]:
 def _session(file: str) -> Any:
     if not os.path.isfile(file):
         raise FormatError(file_name(file), "there is no such file; ovita ships and fetches no weights")
-    try:
+    with needs("onnxruntime", "perceive-onnx"):
         import onnxruntime
-    except ImportError:
-        raise MissingExtra("onnxruntime", "perceive-onnx") from None
     options = onnxruntime.SessionOptions()
     options.log_severity_level = 4
     try:
@@ -270,10 +268,8 @@ def _edges(shape: Sequence[Any], otherwise: int = TARGET) -> tuple[int, int]:
 
 
 def _scaled(rgb: Picture, shape: tuple[int, int]) -> Picture:
-    try:
+    with needs("pillow", "perceive"):
         from PIL import Image
-    except ImportError:
-        raise MissingExtra("pillow", "perceive") from None
     image = Image.fromarray(np.ascontiguousarray(rgb)).resize(shape[::-1], Image.Resampling.BILINEAR)
     return np.asarray(image, dtype=np.uint8)
 

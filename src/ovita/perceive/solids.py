@@ -141,7 +141,6 @@ def _signed(kind: Kind, local: Array, half: Array, grounded: bool) -> Array:
 
 
 def _length(*parts: Array) -> Array:
-    """Lengths of vectors by their components."""
     total = parts[0] * parts[0]
     for part in parts[1:]:
         total += part * part
@@ -157,7 +156,11 @@ def _deepest(kind: Kind, eyes: Array, rays: Array, half: Array, grounded: bool) 
     nearest = np.asarray(-np.einsum("pie,pie->pe", eyes, rays))
     if kind == "sphere":
         return nearest
-    into, out = _through_tube(eyes, rays, half) if kind == "cylinder" else _through_sides(eyes, rays, half)
+    if kind == "cylinder":
+        into, out = _through_tube(eyes, rays, half)
+    else:
+        first, second = (_through_slab(eyes[:, i], rays[:, i], half[:, i]) for i in (0, 1))
+        into, out = np.maximum(first[0], second[0]), np.minimum(first[1], second[1])
     bottom, top = _through_slab(eyes[:, 2], rays[:, 2], half[:, 2], grounded)
     into, out = np.maximum(into, bottom), np.minimum(out, top)
     reach = 2.0 * np.sqrt((half**2).sum(axis=1))
@@ -175,12 +178,6 @@ def _through_slab(eyes: Array, rays: Array, half: Array, grounded: bool = False)
         return np.where(down, end, -np.inf), np.where(down, np.inf, end)
     reach = np.abs(steep) * half
     return -middle - reach, reach - middle
-
-
-def _through_sides(eyes: Array, rays: Array, half: Array) -> tuple[Array, Array]:
-    """Where lines enter and leave the four sides of a box."""
-    first, second = (_through_slab(eyes[:, i], rays[:, i], half[:, i]) for i in (0, 1))
-    return np.maximum(first[0], second[0]), np.minimum(first[1], second[1])
 
 
 def _through_tube(eyes: Array, rays: Array, half: Array) -> tuple[Array, Array]:

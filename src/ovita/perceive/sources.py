@@ -30,9 +30,11 @@ def gathered(places: Sequence[str], *, camera: str | None = None, choices: Recor
         MissingExtra: If a package is not installed.
     """
     choices = choices or RecordingChoices()
-    recorded = [_recorded(place, choices) for place in places if is_address(place) or is_bag(place)]
-    clouds = [load_cloud(place) for place in places if _is_cloud(place)]
-    pictures = [p for p in places if not (is_address(p) or is_bag(p) or _is_cloud(p))]
+    recordings = [place for place in places if is_address(place) or is_bag(place)]
+    files = [place for place in places if _is_cloud(place)]
+    pictures = [place for place in places if place not in (*recordings, *files)]
+    recorded = [(read_live if is_address(place) else read_recording)(place, choices) for place in recordings]
+    clouds = [load_cloud(place) for place in files]
     if choices.options and not recorded:
         raise RequestError(f"{listed(choices.options)}: for a bag or a live camera; there is none among the pictures")
     if camera is not None and not pictures:
@@ -47,10 +49,6 @@ def gathered(places: Sequence[str], *, camera: str | None = None, choices: Recor
 def is_view(path: str) -> bool:
     """Whether a file or folder is something to look at: a folder with a camera.json, a view in one file, or a bag."""
     return os.path.isfile(os.path.join(path, CAMERA)) or suffix(path) == ".npz" or is_bag(path) or _is_cloud(path)
-
-
-def _recorded(place: str, choices: RecordingChoices) -> Recorded:
-    return read_live(place, choices) if is_address(place) else read_recording(place, choices)
 
 
 def _is_cloud(place: str) -> bool:

@@ -57,12 +57,8 @@ def taken_apart(
 ) -> SpaceSegments:
     """Take clouds of one scene apart.
 
-    Args:
-        clouds: In the world of the scene.
-        up: Unit vector (3,).
-        fewest: Points that a cluster has at least.
-        plane: The support where it is known.
-        find_plane: Whether to look for a support where none is given.
+    `up` is a unit vector (3,), `fewest` are the points that a cluster has at least; a support is looked for as in
+    `segment`.
     """
     points = np.concatenate([cloud.points for cloud in clouds])
     known = [cloud.colours for cloud in clouds if cloud.colours is not None]

@@ -31,10 +31,7 @@ LEVEL = np.cos(np.radians(0.6))
 def support_object(plane: Plane, up: Array, footings: Sequence[Footing]) -> SceneObject | None:
     """The support as a box: the rectangle around what was seen of it, its own z axis up, its thickness assumed.
 
-    Args:
-        plane: Its upper side.
-        up: Unit vector (3,) in the world.
-        footings: What each view saw of it.
+    `plane` is its upper side, `up` a unit vector (3,) in the world, `footings` what each view saw of it.
 
     Returns:
         An object of the kind "support", named "table" or "floor"; None where no view saw it.

@@ -14,6 +14,7 @@ from ovita.limits.verify import verify
 from ovita.paths.frame import Frame
 from ovita.paths.scene import Scene, SceneObject, canonical
 from ovita.paths.trajectory import Array
+from ovita.perceive.looks import distinct
 from ovita.perceive.support import description, with_objects
 from ovita.perceive.view import View
 from ovita.result import Adaptation, Postcondition
@@ -108,21 +109,21 @@ def update(before: Scene, seen: Scene, views: Sequence[View] = ()) -> SceneUpdat
     Things are told apart by name, or by what they were seen as, by size, colour and shape, and by how far they would
     have moved; the assignment of least cost over all of them counts. Names that a person gave stay.
 
-    Args:
-        before: The scene to update.
-        seen: What was perceived now; it is turned into the frame of the other.
-        views: What it was perceived in; an object that was there is gone only where one of them sees its place.
+    What is seen is turned into the frame of the scene before. An object that was there is gone only where one of the
+    views sees its place.
     """
     seen = seen.in_frame(before.frame)
     pairs = _assigned(before.objects, seen.objects)
-    matches = tuple(FoundAgain(old, _renamed(_better_founded(old, new), old, new.name)) for old, new in pairs)
+    matches = tuple(FoundAgain(old, _taken_over(old, new)) for old, new in pairs)
     matched = {id(old) for old, _ in pairs}
     found = {id(new) for _, new in pairs}
     missing = [item for item in before if id(item) not in matched]
     gone = tuple(item for item in missing if SEEN in item.extra and sees_through(views, item))
     unseen = tuple(item for item in missing if not any(item is other for other in gone))
     kept = [*(m.now for m in matches), *unseen]
-    new = _with_own_names([item for item in seen if id(item) not in found], kept)
+    came = [item for item in seen if id(item) not in found]
+    names = distinct([item.name for item in came], [item.name for item in kept])
+    new = tuple(replace(item, name=name) for item, name in zip(came, names, strict=True))
     order = {canonical(item.name): i for i, item in enumerate(before)}
     kept.sort(key=lambda item: order[canonical(item.name)])
     said = "" if seen.environment == description(seen) else seen.environment
@@ -172,14 +173,15 @@ def _same_level(old: SceneObject, new: SceneObject) -> bool:
     return bool(abs(gap @ up) < 2.0 * STILL and np.linalg.norm(level) < 0.5 * (max(old.size) + max(new.size)))
 
 
-def _better_founded(old: SceneObject, new: SceneObject) -> SceneObject:
+def _taken_over(old: SceneObject, new: SceneObject) -> SceneObject:
     """Of two looks at one thing, the one that rests on more: seen whole, by more views; if they are equal, the later.
 
-    What moved is where it was seen last.
+    What moved is where it was seen last. It keeps its name, and what the scene said of it beyond what is seen.
     """
-    if SEEN not in old.extra or FoundAgain(old, new).moved:
-        return new
-    return old if _foundation(old) > _foundation(new) else new
+    later = SEEN not in old.extra or FoundAgain(old, new).moved or _foundation(old) <= _foundation(new)
+    kept = new if later else old
+    label = {} if canonical(new.name) == canonical(old.name) else {LABEL: new.name}
+    return replace(kept, name=old.name, extra={**old.extra, **kept.extra, **label})
 
 
 def _foundation(item: SceneObject) -> tuple[float, ...]:
@@ -188,26 +190,6 @@ def _foundation(item: SceneObject) -> tuple[float, ...]:
         return (float(np.prod(item.size[:2])),)
     whole = not (item.extra.get("cut") or item.extra.get("partly_hidden"))
     return (float(whole), float(item.extra[SEEN]))
-
-
-def _renamed(kept: SceneObject, old: SceneObject, seen_as: str) -> SceneObject:
-    """What is kept, under the name that it had, with what the scene said of it beyond what is seen."""
-    label = {} if canonical(seen_as) == canonical(old.name) else {LABEL: seen_as}
-    return replace(kept, name=old.name, extra={**old.extra, **kept.extra, **label})
-
-
-def _with_own_names(new: Sequence[SceneObject], kept: Sequence[SceneObject]) -> tuple[SceneObject, ...]:
-    """New objects under names that no other bears."""
-    taken = {canonical(item.name) for item in kept}
-    named = []
-    for item in new:
-        name, count = item.name, 1
-        while canonical(name) in taken:
-            count += 1
-            name = f"{item.name} {count}"
-        taken.add(canonical(name))
-        named.append(item if name == item.name else replace(item, name=name))
-    return tuple(named)
 
 
 def sees_through(views: Sequence[View], item: SceneObject) -> bool:
@@ -236,12 +218,9 @@ def _share_behind(view: View, item: SceneObject) -> float:
 def _faces() -> tuple[Array, Array]:
     """Points (150, 3) on the faces of the cube from -1 to 1, and the normals there."""
     grid = np.stack(np.meshgrid(*[np.linspace(-0.8, 0.8, 5)] * 2), axis=-1).reshape(-1, 2)
-    points, normals = [], []
-    for axis in range(3):
-        for side in (-1.0, 1.0):
-            points.append(np.insert(grid, axis, side, axis=1))
-            normals.append(np.tile(side * np.eye(3)[axis], (len(grid), 1)))
-    return np.concatenate(points), np.concatenate(normals)
+    faces = [(axis, side) for axis in range(3) for side in (-1.0, 1.0)]
+    points = [np.insert(grid, axis, side, axis=1) for axis, side in faces]
+    return np.concatenate(points), np.repeat([side * np.eye(3)[axis] for axis, side in faces], len(grid), axis=0)
 
 
 _FACES, _NORMALS = _faces()

@@ -37,7 +37,6 @@ class View:
         intrinsics: Camera matrix (3, 3) [pixels].
         pose: Camera to world (4, 4), a rigid transform [m].
         rgb: Colours (H, W, 3), registered to the depth, or None.
-        name: What to call the view in messages.
 
     Raises:
         SceneError: On shapes that do not fit, a camera that cannot be, or depth that is empty or in another unit.
@@ -97,10 +96,7 @@ class View:
     def located(self, rows: Any, columns: Any, depth: Array) -> Array:
         """Where pixels of a depth hit something, in the world (..., 3) [m]; nan without depth.
 
-        Args:
-            rows: Of the pixels; all three are broadcast to one shape.
-            columns: Of the pixels.
-            depth: At the pixels [m].
+        Rows, columns and depth [m] are broadcast to one shape.
         """
         x, y, z = (np.linalg.inv(self.intrinsics).T @ self.pose[:3, :3].T)[:, None]
         rays = np.asarray(rows)[..., None] * y + (np.asarray(columns)[..., None] * x + z)

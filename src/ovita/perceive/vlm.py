@@ -17,9 +17,10 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ovita.errors import MissingExtra, RequestError, SceneError, WriterError
+from ovita.errors import RequestError, SceneError, WriterError, needs
 from ovita.paths.scene import canonical
 from ovita.perceive.detect import Found, Sighting
+from ovita.perceive.looks import distinct
 from ovita.perceive.view import View
 from ovita.text import quoted
 from ovita.writers.base import WritingBudget, as_data, harmless
@@ -55,8 +56,6 @@ class BoxConvention:
     """How a family of models writes a box.
 
     Args:
-        name: For people and options.
-        key: The key of the box in the reply.
         unit: Of its four numbers: thousandths or fractions of the picture's edges, or pixels of the picture sent.
         rows_first: Whether y comes before x.
         models: What the names of such models contain.
@@ -204,10 +203,8 @@ def convention_of(model: str, boxes: str | None = None) -> BoxConvention:
 
 def _sent(rgb: np.ndarray, convention: BoxConvention) -> _Picture:
     """A picture as a PNG file, not too large, and in whole patches where boxes come in pixels of it."""
-    try:
+    with needs("pillow", "perceive"):
         from PIL import Image
-    except ImportError:
-        raise MissingExtra("pillow", "perceive") from None
     height, width = rgb.shape[:2]
     size = _fitting(width, height, PATCH if convention.unit == "pixels" else 1)
     image = Image.fromarray(np.ascontiguousarray(rgb))
@@ -286,7 +283,6 @@ _KEYS = ("box_2d", "bbox_2d", "box", "bbox")
 
 
 def _box_of(entry: Mapping[str, Any]) -> tuple[str, list[Any]] | None:
-    """The key and the value of an entry's box."""
     found = next((key for key in _KEYS if isinstance(entry.get(key), list)), None)
     if found is None:
         return None
@@ -322,7 +318,9 @@ def _judged(
     missing = [name for name in names if canonical(name) not in {canonical(one.label) for one in found}]
     notes += [f"the model did not find {quoted(missing)}"] if missing else []
     environment = harmless(" ".join(reply.description.split()))[:MAX_TEXT]
-    return Sighting(numbered(found), environment, tuple(notes))
+    labels = distinct([one.label for one in found])
+    named = tuple(replace(one, label=label) for one, label in zip(found, labels, strict=True))
+    return Sighting(named, environment, tuple(notes))
 
 
 def _label(entry: Mapping[str, Any], names: Sequence[str]) -> tuple[str, str]:
@@ -380,7 +378,6 @@ def _box(
 
 
 def _overlap(a: Sequence[float], b: Sequence[float]) -> float:
-    """Intersection over union of two boxes."""
     width, height = min(a[2], b[2]) - max(a[0], b[0]), min(a[3], b[3]) - max(a[1], b[1])
     common = max(width, 0.0) * max(height, 0.0)
     return common / ((a[2] - a[0]) * (a[3] - a[1]) + (b[2] - b[0]) * (b[3] - b[1]) - common)
@@ -397,13 +394,3 @@ def _attributes(entry: Mapping[str, Any]) -> dict[str, str]:
     """Colour, shape and what is written on a thing, as short harmless text."""
     given = {key: harmless(" ".join(_text(entry.get(key)).split())) for key in ("colour", "shape", "text")}
     return {key: value[:MAX_ATTRIBUTE] for key, value in given.items() if value}
-
-
-def numbered(found: Sequence[Found]) -> tuple[Found, ...]:
-    """The same things with names that differ: a second cup is "cup 2"."""
-    taken: dict[str, int] = {}
-    renamed = []
-    for one in found:
-        count = taken[canonical(one.label)] = taken.get(canonical(one.label), 0) + 1
-        renamed.append(one if count == 1 else replace(one, label=f"{one.label} {count}"))
-    return tuple(renamed)

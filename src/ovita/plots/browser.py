@@ -91,7 +91,6 @@ def interactive(
     paths = {"before": original, "after": adapted}
     if proposed is not None:
         paths["proposed"] = proposed
-    shown = geometry.extent(list(paths.values()), scene)
     figure: Any = make_subplots(
         rows=2,
         cols=2,
@@ -99,8 +98,7 @@ def interactive(
         row_heights=[0.72, 0.28],
         vertical_spacing=0.06,
     )
-    for word, path in paths.items():
-        _add_path(figure, word, path)
+    shown = _draw(figure, paths, scene, list(paths.values()), view, ("time", "distance"))
     if tube is not None:
         rings = geometry.tube(adapted.positions, tube)
         x, y, z = np.moveaxis(rings, 2, 0)
@@ -113,27 +111,15 @@ def interactive(
         for i, line in enumerate(geometry.workspace_lines(robot.workspace, shown.lower, shown.upper)):
             style = {"color": COLOURS["workspace"], "width": 1.5}
             figure.add_trace(_line(line, style, name="workspace", legendgroup="workspace", showlegend=i == 0), 1, 1)
-    for i, item in enumerate(shown.shown):
-        _add_object(figure, item, OBJECT_COLOURS[i % len(OBJECT_COLOURS)], 0.012 * float(shown.size.max()))
-    flat = view == "top" or (view == "auto" and geometry.planar(list(paths.values())))
-    figure.update_layout(
-        template="plotly_white",
-        height=860,
-        margin={"l": 60, "r": 20, "t": 50, "b": 50},
-        legend={"orientation": "h", "x": 0.5, "xanchor": "center", "y": 1.0, "yanchor": "bottom"},
-        scene=_axes(shown, scene.frame, flat, list(paths.values())),
-        updatemenus=[_buttons(figure)],
-        hoverlabel={"namelength": -1},
-    )
-    for column, label in ((1, "time [s]"), (2, "distance [m]")):
-        figure.update_xaxes(title_text=label, row=2, col=column)
-        figure.update_yaxes(title_text="speed [m/s]", rangemode="tozero", row=2, col=column)
+    figure.update_layout(height=860, margin={"l": 60, "r": 20, "t": 50, "b": 50}, updatemenus=[_buttons(figure)])
     drawing = figure.to_html(full_html=False, include_plotlyjs=True, config=_CONFIG)
+    far = html.escape(", ".join(shown.left_out))
+    items = "\n".join(f"<li>{html.escape(note)}</li>" for note in notes if note.strip())
     return _PAGE.format(
         title=html.escape(title or "Before and after"),
         figure=drawing,
-        remarks=_left_out(shown),
-        notes=_listed(notes),
+        remarks=f"<p>Too far away to be shown: {far}.</p>\n" if far else "",
+        notes=f"<ul>\n{items}\n</ul>" if items else "",
     )
 
 
@@ -145,7 +131,7 @@ _COMPACT = 400.0 / 616.0
 
 
 def playable(
-    original: Trajectory, adapted: Trajectory, scene: Scene, *, beside: Sequence[Trajectory] = (), view: View = "auto"
+    original: Trajectory, adapted: Trajectory, scene: Scene, *, beside: Sequence[Trajectory] = ()
 ) -> dict[str, Any]:
     """Return what a page needs to draw both paths in their scene, the speeds over time below, and to play them.
 
@@ -154,7 +140,6 @@ def playable(
         adapted: After (red).
         scene: Objects are drawn as cuboids with their names, the frame names the axes.
         beside: Paths of other pictures of the same scene, so that all show the same part of it, the same way.
-        view: First look, as in `interactive`.
 
     Returns:
         JSON values: "figure" for plotly, "times" (M,) [s], "before" and "after" (M, 4), where the robot is then (x, y,
@@ -163,28 +148,14 @@ def playable(
     """
     paths = {"before": original, "after": adapted}
     together = [*paths.values(), *beside]
-    shown = geometry.extent(together, scene)
     figure: Any = make_subplots(
         rows=2, cols=1, specs=[[{"type": "scene"}], [{"type": "xy"}]], row_heights=[0.76, 0.24], vertical_spacing=0.04
     )
-    for word, path in paths.items():
-        _add_path(figure, word, path, charts=("time",))
-    for i, item in enumerate(shown.shown):
-        _add_object(figure, item, OBJECT_COLOURS[i % len(OBJECT_COLOURS)], 0.012 * float(shown.size.max()))
+    shown = _draw(figure, paths, scene, together, "auto", ("time",), _COMPACT)
     times = np.linspace(0.0, max(path.duration for path in paths.values()), PLAYED)
     played = {word: _played(path, times) for word, path in paths.items()}
     dots = _add_dots(figure, {word: rows[0] for word, rows in played.items()})
-    flat = view == "top" or (view == "auto" and geometry.planar(together))
-    figure.update_layout(
-        template="plotly_white",
-        autosize=True,
-        margin={"l": 48, "r": 8, "t": 26, "b": 36},
-        legend={"orientation": "h", "x": 0.5, "xanchor": "center", "y": 1.0, "yanchor": "bottom"},
-        scene=_axes(shown, scene.frame, flat, list(paths.values()), _COMPACT),
-        hoverlabel={"namelength": -1},
-    )
-    figure.update_xaxes(title_text="time [s]", row=2, col=1)
-    figure.update_yaxes(title_text="speed [m/s]", rangemode="tozero", row=2, col=1)
+    figure.update_layout(autosize=True, margin={"l": 48, "r": 8, "t": 26, "b": 36})
     return {
         "figure": json.loads(figure.to_json()),
         "times": times.tolist(),
@@ -194,8 +165,36 @@ def playable(
     }
 
 
+def _draw(
+    figure: Any,
+    paths: dict[str, Trajectory],
+    scene: Scene,
+    together: Sequence[Trajectory],
+    view: View,
+    charts: Sequence[str],
+    size: float = 1.0,
+) -> Extent:
+    """Draw paths in their scene and their speeds in charts, over what is named; what is shown so that all fit."""
+    shown = geometry.extent(together, scene)
+    for word, path in paths.items():
+        _add_path(figure, word, path, charts)
+    for i, item in enumerate(shown.shown):
+        _add_object(figure, item, OBJECT_COLOURS[i % len(OBJECT_COLOURS)], 0.012 * float(shown.size.max()))
+    flat = view == "top" or (view == "auto" and geometry.planar(together))
+    figure.update_layout(
+        template="plotly_white",
+        legend={"orientation": "h", "x": 0.5, "xanchor": "center", "y": 1.0, "yanchor": "bottom"},
+        scene=_axes(shown, scene.frame, flat, list(paths.values()), size),
+        hoverlabel={"namelength": -1},
+    )
+    for column, chart in enumerate(charts, 1):
+        unit = {"time": "s", "distance": "m"}[chart]
+        figure.update_xaxes(title_text=f"{chart} [{unit}]", row=2, col=column)
+        figure.update_yaxes(title_text="speed [m/s]", rangemode="tozero", row=2, col=column)
+    return shown
+
+
 def _played(path: Trajectory, times: Array) -> Array:
-    """Where a robot that follows a path is at some moments, and how fast, (M, 4)."""
     state = path.at(times)
     return np.asarray(np.column_stack([state.positions, state.speeds]).round(5), dtype=float)
 
@@ -218,7 +217,7 @@ def plain(text: str) -> str:
     return text.replace("<", "\u2039").replace(">", "\u203a").replace("&", "\uff06")
 
 
-def _add_path(figure: Any, word: str, path: Trajectory, charts: Sequence[str] = ("time", "distance")) -> None:
+def _add_path(figure: Any, word: str, path: Trajectory, charts: Sequence[str]) -> None:
     times, distance = path.times, path.arc_length
     data = np.column_stack([np.arange(len(path)), path.speeds, times, distance])
     told = (
@@ -366,14 +365,3 @@ def _buttons(figure: Any) -> dict[str, Any]:
     buttons = [button("both", ()), button("before", ("after", "proposed")), button("after", ("before", "proposed"))]
     place = {"x": 0.0, "xanchor": "left", "y": 1.0, "yanchor": "top"}
     return {"type": "buttons", "direction": "right", **place, "buttons": buttons}
-
-
-def _left_out(shown: Extent) -> str:
-    if not shown.left_out:
-        return ""
-    return f"<p>Too far away to be shown: {html.escape(', '.join(shown.left_out))}.</p>\n"
-
-
-def _listed(notes: Sequence[str]) -> str:
-    items = "\n".join(f"<li>{html.escape(note)}</li>" for note in notes if note.strip())
-    return f"<ul>\n{items}\n</ul>" if items else ""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import Literal
 
 import numpy as np
@@ -40,6 +41,7 @@ FACES: NDArray[np.int_] = np.array([[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2
 TRIANGLES: NDArray[np.int_] = np.concatenate([FACES[:, [0, 1, 2]], FACES[:, [0, 2, 3]]])
 """Corner numbers of the 12 triangles that make up a cuboid."""
 
+_CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
 _FAR = 2.0
 _FLAT = 0.01
 
@@ -68,8 +70,7 @@ class Extent:
 
 def corners(item: SceneObject, least: float = 0.0) -> Array:
     """The 8 corners (8, 3) [m] of an object's cuboid; edges shorter than `least` [m] are drawn that long."""
-    signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
-    return np.asarray(item.position + (signs * np.maximum(item.size, least) / 2.0) @ item.rotation.T)
+    return np.asarray(item.position + (_CORNERS * np.maximum(item.size, least) / 2.0) @ item.rotation.T)
 
 
 def extent(paths: Sequence[Trajectory], scene: Scene) -> Extent:
@@ -99,14 +100,12 @@ def planar(paths: Sequence[Trajectory]) -> bool:
     return bool(spread[2] <= _FLAT * max(float(spread[0]), float(spread[1])))
 
 
-def tube(path: Array, covariance: Array, deviations: float = 2.0, sides: int = 24) -> Array:
-    """Rings (N, sides, 3) [m] around a path: what lies within some standard deviations across its direction.
+def tube(path: Array, covariance: Array) -> Array:
+    """Rings (N, 24, 3) [m] around a path: what lies within two standard deviations across its direction.
 
     Args:
         path: (N, 3) [m].
         covariance: Rows xx, xy, xz, yy, yz, zz (N, 6) [m2].
-        deviations: How many.
-        sides: Points of a ring, the last of them the first again.
     """
     along = np.gradient(path, axis=0)
     along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
@@ -117,9 +116,9 @@ def tube(path: Array, covariance: Array, deviations: float = 2.0, sides: int = 2
     full = covariance[:, [0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(-1, 3, 3)
     values, axes = np.linalg.eigh(across.transpose(0, 2, 1) @ full @ across)
     roots = (axes * np.sqrt(np.maximum(values, 0.0))[:, None, :]) @ axes.transpose(0, 2, 1)
-    turn = np.linspace(0.0, 2.0 * np.pi, sides)
+    turn = np.linspace(0.0, 2.0 * np.pi, 24)
     ring = np.stack([np.cos(turn), np.sin(turn)])
-    return np.asarray(path[:, None] + deviations * (across @ roots @ ring).transpose(0, 2, 1))
+    return np.asarray(path[:, None] + 2.0 * (across @ roots @ ring).transpose(0, 2, 1))
 
 
 def walls(rings: Array) -> Array:
@@ -155,7 +154,7 @@ def workspace_lines(workspace: Box | Shell, lower: Array, upper: Array) -> list[
 
 
 def _box_lines(box: Box) -> list[Array]:
-    item = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
+    item = (_CORNERS + 1.0) / 2.0
     points = np.asarray(box.lower) + item * (np.asarray(box.upper) - box.lower)
     edges = [(i, j) for i in range(8) for j in range(i + 1, 8) if np.abs(item[i] - item[j]).sum() == 1]
     share = np.linspace(0.0, 1.0, 201)[:, None]

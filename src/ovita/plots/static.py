@@ -74,12 +74,16 @@ def figure(
     flat = view == "top" or (view == "auto" and geometry.planar(paths))
     canvas: Canvas = TopCanvas(drawing, shown, scene.frame) if flat else SpaceCanvas(drawing, shown, scene.frame)
     drawn = _workspace(canvas, robot, shown)
-    _objects(canvas, shown)
+    least = 0.012 * float(shown.size.max())
+    colours = [OBJECT_COLOURS[i % len(OBJECT_COLOURS)] for i in range(len(shown.shown))]
+    boxes = [geometry.corners(item) for item in shown.shown]
+    for item, colour in zip(shown.shown, colours, strict=True):
+        canvas.cuboid(geometry.corners(item, least), colour)
     if tube is not None:
         canvas.tube(geometry.walls(geometry.tube(adapted.positions, tube)))
     _paths(canvas, original, adapted, proposed, scene)
     _broken(canvas, adapted, violations or ())
-    _names(canvas, shown, paths)
+    canvas.labels([printable(_short(item.name)) for item in shown.shown], colours, boxes, geometry.busy(paths))
     _speeds(drawing, original, adapted, proposed, robot)
     _captions(drawing, canvas, title, _remarks(robot, drawn, shown))
     return drawing
@@ -107,12 +111,6 @@ def _workspace(canvas: Canvas, robot: Robot | None, shown: Extent) -> bool:
     for i, line in enumerate(lines):
         canvas.line(line, color=COLOURS["workspace"], lw=0.8, alpha=0.55, label="" if i else "workspace")
     return bool(lines)
-
-
-def _objects(canvas: Canvas, shown: Extent) -> None:
-    least = 0.012 * float(shown.size.max())
-    for i, item in enumerate(shown.shown):
-        canvas.cuboid(geometry.corners(item, least), OBJECT_COLOURS[i % len(OBJECT_COLOURS)])
 
 
 def _paths(
@@ -162,13 +160,6 @@ def _broken(canvas: Canvas, adapted: Trajectory, checks: Sequence[ConstraintChec
     if inside:
         points = adapted.positions[inside]
         canvas.points(points, marker="X", s=110, color=COLOURS["violation"], label="limit broken")
-
-
-def _names(canvas: Canvas, shown: Extent, paths: Sequence[Trajectory]) -> None:
-    texts = [printable(_short(item.name)) for item in shown.shown]
-    boxes = [geometry.corners(item) for item in shown.shown]
-    colours = [OBJECT_COLOURS[i % len(OBJECT_COLOURS)] for i in range(len(texts))]
-    canvas.labels(texts, colours, boxes, geometry.busy(paths))
 
 
 def _speeds(

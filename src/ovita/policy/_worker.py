@@ -129,7 +129,6 @@ class Server:
                 self.environment.load_scipy(head.scipy)
                 spare = _Spare(self.environment, self.run, self.max_fd)
             child = spare
-            started = time.monotonic()
             os.write(child.control, data)
             spare = _Spare(self.environment, self.run, self.max_fd)
             ended, length = self._listen(head, child.reading)
@@ -137,7 +136,7 @@ class Server:
             if complete:
                 os.kill(child.pid, 9)
             code = 0 if complete else child.end(grace_s=0.1 if ended == ENDED else 0.0)
-            write_all(1, JobEnd(ended, code, int((time.monotonic() - started) * 1e6), length).pack())
+            write_all(1, JobEnd(ended, code, length).pack())
             write_all(1, self.view[:length])
             if complete:
                 child.end()

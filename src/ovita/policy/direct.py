@@ -10,8 +10,9 @@ from __future__ import annotations
 import ast
 import contextlib
 import operator
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from types import MappingProxyType
 from typing import Any
 
@@ -21,11 +22,11 @@ from numpy.typing import NDArray
 from ovita.errors import PolicyCrashed
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array
-from ovita.policy.syntax import all_bindings, entry_of, literal, names_in
+from ovita.policy.syntax import all_bindings, entry_of, literal, names_in, own_bindings, parse_tree
 from ovita.policy.wire import MAX_MESSAGE
 from ovita.text import clean_text
-from ovita.toolkit import CATALOGUE, Expectation, Recorder, namespace
-from ovita.toolkit.catalogue import is_shipped
+from ovita.toolkit import CATALOGUE, Expectation, Recorder
+from ovita.toolkit.catalogue import invoked, is_shipped
 
 MAX_WAYPOINTS = 5_000
 """Most rows of an array that is handed to the toolkit in this process."""
@@ -91,15 +92,76 @@ class TooMuch(Exception):
 
 def proven(tree: ast.Module) -> bool:
     """Whether a policy is one function made of toolkit calls, scene look-ups and arithmetic, and nothing else."""
-    body = [s for s in tree.body if not _is_text(s)]
+    return _proven_function(tree) is not None
+
+
+def _proven_function(tree: ast.Module) -> ast.FunctionDef | None:
+    body = [s for s in tree.body if not (isinstance(s, ast.Expr) and isinstance(s.value, ast.Constant))]
     if len(body) != 1 or not isinstance(body[0], ast.FunctionDef) or not _is_plain(body[0]):
-        return False
-    bound = all_bindings(body[0])
+        return None
+    bound = {body[0].name, *all_bindings(body[0].args)}
+    return body[0] if _fit([_statements(tuple(body[0].body))], bound) else None
+
+
+@dataclass(frozen=True)
+class _Statements:
+    """Statements with what a proof needs of them.
+
+    Args:
+        body: The statements.
+        simple: Whether all in them is of the kinds that a proven policy may contain.
+        read: The names that they read or bind, what they call left out.
+        bound: The names that they bind.
+    """
+
+    body: tuple[ast.stmt, ...]
+    simple: bool
+    read: frozenset[str]
+    bound: frozenset[str]
+
+
+def _statements(body: tuple[ast.stmt, ...]) -> _Statements:
+    nodes = [node for statement in body for node in ast.walk(statement)]
+    functions = {id(node.func) for node in nodes if isinstance(node, ast.Call)}
+    own = [node for node in nodes if id(node) not in functions]
+    return _Statements(
+        body,
+        all(isinstance(node, ast.Name) or _is_simple(node) for node in own),
+        frozenset(node.id for node in own if isinstance(node, ast.Name)),
+        frozenset(name for node in nodes for name in own_bindings(node)),
+    )
+
+
+def _fit(parts: Sequence[_Statements], given: Iterable[str]) -> bool:
+    """Whether statements are simple together, where some names have values from the start."""
+    bound = frozenset(given).union(*(part.bound for part in parts))
     if bound & _RESERVED or any(name.startswith("_") for name in bound):
         return False
-    nodes = [node for statement in body[0].body for node in ast.walk(statement)]
-    called = {id(node.func) for node in nodes if isinstance(node, ast.Call)}
-    return all(id(node) in called or _is_simple(node, bound) for node in nodes)
+    return all(part.simple and part.read <= bound for part in parts)
+
+
+@lru_cache(maxsize=8192)
+def _read(statement: str) -> _Statements:
+    return _statements(tuple(parse_tree(statement).body))
+
+
+def prove_statements(parameters: Sequence[str], statements: Sequence[str]) -> Proof | None:
+    """The proof of adapt(traj, scene, *, parameters) whose body is some statements, or None where there is none.
+
+    Each statement is read once and kept, since the policies that ovita writes have most of them in common. The
+    parameters have no values; `run_proof` takes them.
+
+    Raises:
+        PolicyRejected: If a statement is not Python.
+    """
+    parts = [_read(statement) for statement in statements]
+    if not _fit(parts, ("adapt", "traj", "scene", *parameters)):
+        return None
+    inputs, knobs = ([ast.arg(name) for name in names] for names in (("traj", "scene"), parameters))
+    none: list[ast.expr | None] = [None] * len(knobs)
+    arguments = ast.arguments(posonlyargs=[], args=inputs, kwonlyargs=knobs, kw_defaults=none, defaults=[])
+    body = [statement for part in parts for statement in part.body]
+    return Proof(ast.FunctionDef("adapt", arguments, body, decorator_list=[]), 2)
 
 
 def _is_plain(function: ast.FunctionDef) -> bool:
@@ -117,13 +179,11 @@ _PLAIN_NODES = (
 """Kinds of nodes that a proven policy may contain as they are."""
 
 
-def _is_simple(node: ast.AST, bound: set[str]) -> bool:
+def _is_simple(node: ast.AST) -> bool:
     """Whether a node may be in a proven policy, if all that is inside it may; what a call calls is judged with it."""
     match node:
         case ast.Constant(value=value):
             return value is None or type(value) in (bool, int, float, str)
-        case ast.Name(id=name):
-            return name in bound
         case ast.Return(value=value):
             return value is not None
         case ast.Assign(targets=[ast.Name()]):
@@ -149,33 +209,23 @@ def _is_literal(node: ast.expr) -> bool:
     return True
 
 
-def _is_text(node: ast.stmt) -> bool:
-    return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
-
-
 @dataclass(frozen=True)
 class Proof:
     """A policy that is proven, with what running it needs to know: so that it is proven once and run often.
 
     Args:
-        tree: The policy.
         function: Its function.
         arguments: How many of (traj, scene) it takes.
-        names: What it calls of the toolkit.
     """
 
-    tree: ast.Module
     function: ast.FunctionDef
     arguments: int
-    names: frozenset[str]
 
 
 def prove(tree: ast.Module) -> Proof | None:
     """The proof of a policy, or None where there is none."""
-    if not proven(tree):
-        return None
-    function = next(s for s in tree.body if isinstance(s, ast.FunctionDef))
-    return Proof(tree, function, entry_of(tree).arguments, frozenset(names_in(tree) & CATALOGUE.keys()))
+    function = _proven_function(tree)
+    return None if function is None else Proof(function, entry_of(tree).arguments)
 
 
 def run_proven(tree: ast.Module, given: Array, scene: Scene) -> tuple[Any, Recorder]:
@@ -199,7 +249,7 @@ def run_proven(tree: ast.Module, given: Array, scene: Scene) -> tuple[Any, Recor
 def run_proof(
     proof: Proof, given: Array, scene: Scene, values: Mapping[str, Any] = MappingProxyType({})
 ) -> tuple[Any, Recorder]:
-    """As `run_proven`, with a proof at hand and other values of some parameters."""
+    """As `run_proven`, with a proof at hand and values of some parameters."""
     if len(given) > MAX_WAYPOINTS:
         raise TooMuch
     run = _Run(proof, scene)
@@ -226,7 +276,6 @@ class _Run:
     def __init__(self, proof: Proof, scene: Scene) -> None:
         self.scene, self.recorder = scene, Recorder()
         self.calls, self.work, self.line = 0, 0, 0
-        self.toolkit = namespace(scene.frame, self.recorder, proof.names)
         self.values: dict[str, Any] = {}
 
     def function(self, proof: Proof, given: Array, values: Mapping[str, Any]) -> Any:
@@ -316,7 +365,7 @@ class _Run:
         self.calls += 1
         if self.calls > MAX_CALLS or any(len(a) > MAX_WAYPOINTS for a in (*arguments, *named.values()) if _is_array(a)):
             raise TooMuch
-        return self.toolkit[name](*arguments, **named)
+        return invoked(CATALOGUE[name], arguments, named, self.scene.frame, self.recorder)
 
     def index(self, node: ast.expr) -> Any:
         """An index that takes a part and never more than there is: numbers, slices, one mask, a name."""
@@ -400,10 +449,6 @@ def _is_array(value: Any) -> bool:
     return type(value) is np.ndarray
 
 
-def _is_rows(value: Any) -> bool:
-    return _is_array(value) and value.ndim == 2
-
-
 def _is_number(value: Any) -> bool:
     return isinstance(value, int | float | np.number | np.bool_)
 
@@ -417,10 +462,8 @@ class _Watched(_Run):
 
     def call(self, node: ast.Call) -> Any:
         result = super().call(node)
-        if not (node.args and isinstance(node.args[0], ast.Name) and _is_rows(result)):
-            return result
-        before = self.value(node.args[0])
-        if _is_rows(before):
+        before: Any = self.value(node.args[0]) if node.args and isinstance(node.args[0], ast.Name) else ()
+        if _is_array(before) and _is_array(result) and before.ndim == result.ndim == 2:
             same = before.shape == result.shape
             changed = (np.abs(before - result) > 1e-9).any(axis=1) if same else np.ones(len(result), dtype=bool)
             self.found.append((node.lineno, changed))
@@ -444,15 +487,13 @@ def carries_columns(tree: ast.Module) -> bool:
     If it does, further columns such as a quaternion may ride along: the toolkit repeats and interpolates them, but
     `traj + 0.1` would spoil them.
     """
-    if not proven(tree):
+    function = _proven_function(tree)
+    if function is None:
         return False
-    function = next(s for s in tree.body if isinstance(s, ast.FunctionDef))
     follows: dict[str, list[str]] = {}
-    for node in ast.walk(function):
-        if isinstance(node, ast.Assign):
-            targets = [t.id for t in node.targets if isinstance(t, ast.Name)]
-            for name in names_in(node.value):
-                follows.setdefault(name, []).extend(targets)
+    for node in (node for node in ast.walk(function) if isinstance(node, ast.Assign)):
+        for name in names_in(node.value):
+            follows.setdefault(name, []).extend(t.id for t in node.targets if isinstance(t, ast.Name))
     fresh = [a.arg for a in [*function.args.posonlyargs, *function.args.args][:1]]
     tainted = set[str]()
     while fresh:

@@ -126,7 +126,7 @@ class Modules:
         self._copies[name] = copy
         copy.__dict__.update(_public(importlib.import_module(name), name))
         if name == "functools":
-            copy.__dict__["wraps"] = _wraps
+            copy.__dict__["wraps"] = lambda wrapped: functools.wraps(wrapped)
         if name == "enum":
             copy.__dict__.update(_closed_enums())
         if name == "collections":
@@ -167,7 +167,7 @@ def reduced_builtins(import_: Callable[..., Any], print_: Callable[..., None]) -
         "getattr": _getattr,
         "hasattr": _hasattr,
         "setattr": _setattr,
-        "type": _type,
+        "type": lambda value: type(value),
     }
 
 
@@ -239,17 +239,8 @@ def _setattr(target: Any, name: str, value: Any) -> None:
     setattr(target, name, value)
 
 
-def _type(value: Any) -> Any:
-    return type(value)
-
-
-def _wraps(wrapped: Callable[..., Any]) -> Callable[..., Any]:
-    return functools.wraps(wrapped)
-
-
 FILENAME = "<policy>"
 SEED = 20240229
-FRAMES = ("rfu", "flu", "ned")
 
 _REHEARSAL = wire.pack_payload(
     {
@@ -360,15 +351,13 @@ class Environment:
             if not name.startswith("scipy"):
                 modules.load(name)
         self.builtins = reduced_builtins(modules.import_, self.prints.print)
-        self._toolkits: dict[str, tuple[Recorder, dict[str, Any]]] = {}
         make_deterministic()
 
     def warm_up(self) -> None:
         """Import everything in advance, since nothing can be imported after lockdown."""
         warm_up()
         extended()
-        for name in FRAMES:
-            self.toolkit(Frame(name))
+        namespace(Frame(), Recorder())
         _freeze()
 
     def load_scipy(self, mask: int) -> None:
@@ -380,16 +369,6 @@ class Environment:
                     self.modules.load(part)
             warm_up_scipy()
             _freeze()
-
-    def toolkit(self, frame: Frame) -> tuple[Recorder, dict[str, Any]]:
-        """The toolkit for a frame, and the recorder that it writes to."""
-        if frame.level is not None:
-            recorder = Recorder()
-            return recorder, namespace(frame, recorder)
-        if frame.name not in self._toolkits:
-            recorder = Recorder()
-            self._toolkits[frame.name] = recorder, namespace(frame, recorder)
-        return self._toolkits[frame.name]
 
     def rehearsal(self) -> Iterator[Callable[[], object]]:
         """Steps of going through the motions, so that a forked process has its pages before the clock runs."""
@@ -410,14 +389,13 @@ class Environment:
                 check(tree)
         except PolicyError as error:
             return PolicyRun.failed("rejected", error.problem, error.line)
-        job.recorder, toolkit = self.toolkit(job.scene.frame)
         name = "__main__" if job.entry.form == "script" else "policy"
         module = sys.modules[name] = types.ModuleType(name)
         job.namespace = module.__dict__
         for hidden in ("__loader__", "__spec__", "__package__"):
             del job.namespace[hidden]
         job.namespace.update(
-            toolkit,
+            namespace(job.scene.frame, job.recorder),
             np=self.modules.load("numpy") if checked else np,
             math=self.modules.load("math") if checked else math,
             get_trajectory=trajectory_getter(job.original),

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ovita.errors import PolicyOutputInvalid, TrajectoryError
+from ovita.paths.geometry import lengths
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory, arc_length, nlerp
 from ovita.policy.wire import MAX_ROWS
@@ -84,7 +85,9 @@ def _row(waypoint: Mapping[str, Any], i: int, original: Array, count: int, what:
     return [waypoint["x"], waypoint["y"], waypoint["z"], speed]
 
 
-def to_trajectory(rows: Array, original: Trajectory, scene: Scene) -> Trajectory:
+def to_trajectory(
+    rows: Array, original: Trajectory, scene: Scene, within: tuple[Array, float] | None = None
+) -> Trajectory:
     """Turn rows that nobody vouches for into a trajectory.
 
     Positions may lie at most 100 times the size of the scene from its middle (the diagonal and the centre of the box
@@ -95,6 +98,7 @@ def to_trajectory(rows: Array, original: Trajectory, scene: Scene) -> Trajectory
         rows: (M, 4) or (M, 8).
         original: Gives orientations and the time step: row by row if the counts agree, else along the path.
         scene: Its objects count for the size of the scene.
+        within: What `reach` says of both, where that is known.
 
     Raises:
         PolicyOutputInvalid: Naming the first waypoint that is wrong.
@@ -106,12 +110,12 @@ def to_trajectory(rows: Array, original: Trajectory, scene: Scene) -> Trajectory
         )
     speeds = np.where((rows[:, 3] < 0) & (rows[:, 3] > -1e-9), 0.0, rows[:, 3])
     top = max(MIN_TOP_SPEED, MAX_SPEED_FACTOR * float(original.speeds.max()))
-    centre, reach = _reach(original, scene)
-    away = np.linalg.norm(rows[:, :3] - centre, axis=1)
+    centre, farthest = within or reach(original, scene)
+    away = lengths(rows[:, :3] - centre)
     _refuse(np.asarray(~np.isfinite(rows).all(axis=1)), lambda i: f"is {rows[i, :4].tolist()}, which is not finite")
     _refuse(speeds < 0, lambda i: f"has the negative speed {speeds[i]:g} m/s")
     _refuse(speeds > top, lambda i: f"has the speed {speeds[i]:g} m/s; {top:g} is the most")
-    _refuse(away > reach, lambda i: f"is {away[i]:g} m from the middle of the scene; {reach:g} m is the most")
+    _refuse(away > farthest, lambda i: f"is {away[i]:g} m from the middle of the scene; {farthest:g} m is the most")
     try:
         return Trajectory(rows[:, :3], speeds, _orientations(rows, original), original.timestep)
     except TrajectoryError as error:
@@ -124,7 +128,8 @@ def _refuse(bad: NDArray[np.bool_], problem: Callable[[int], str]) -> None:
         raise PolicyOutputInvalid(f"waypoint {i} of the result {problem(i)}")
 
 
-def _reach(original: Trajectory, scene: Scene) -> tuple[Array, float]:
+def reach(original: Trajectory, scene: Scene) -> tuple[Array, float]:
+    """The middle of the scene (3,) [m], and how far from it a policy's path may lie [m]."""
     corners = [original.positions, *(item.position[None] + sign * item.radius for item in scene for sign in (-1, 1))]
     points = np.concatenate(corners)
     low, high = points.min(axis=0), points.max(axis=0)

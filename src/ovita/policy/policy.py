@@ -9,9 +9,10 @@ import re
 import tokenize
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Literal, NoReturn
+from typing import Any, Literal
 
 from ovita.errors import PolicyRejected
 from ovita.policy.direct import carries_columns, proven
@@ -85,16 +86,6 @@ class Parameter:
         return f"{self.name} = {value}{unit}{meaning}"
 
 
-@dataclass(frozen=True)
-class _Slot:
-    """A literal in the source that holds a parameter's value."""
-
-    name: str
-    value: Value
-    node: ast.expr
-    line: int
-
-
 def find_parameters(source: str, tree: ast.Module, entry: EntryPoint) -> tuple[Parameter, ...]:
     """Read the parameters off a policy that a model or a person wrote.
 
@@ -102,22 +93,17 @@ def find_parameters(source: str, tree: ast.Module, entry: EntryPoint) -> tuple[P
     top-level names that are assigned a literal exactly once. Unit and meaning come from the comment at the end of
     the line, or from a docstring line such as `distance: how far to shift [m]`.
     """
-    slots = _slots(tree, entry)
-    lines = Counter(slot.line for slot in slots)
-    names = {slot.name for slot in slots}
+    held = _literals(tree, entry)
+    lines = Counter(node.end_lineno for _, node in held.values())
     comments = _comments(source)
     notes = _notes(ast.get_docstring(find_function(tree, entry.name) if entry.form == "function" else tree) or "")
     parameters = []
-    for slot in slots:
-        comment = comments.get(slot.line, "")
+    for name, (value, node) in held.items():
+        comment = comments.get(node.end_lineno or node.lineno, "")
         named = _notes(comment)
-        if slot.name in named:
-            text = named[slot.name]
-        elif lines[slot.line] == 1 and comment and not named.keys() & names:
-            text = comment
-        else:
-            text = notes.get(slot.name, "")
-        parameters.append(Parameter(slot.name, slot.value, *_unit(clean_text(text, MAX_NOTE))))
+        own = comment if lines[node.end_lineno] == 1 and not named.keys() & held.keys() else ""
+        text = named.get(name) or own or notes.get(name, "")
+        parameters.append(Parameter(name, value, *_unit(clean_text(text, MAX_NOTE))))
     return tuple(parameters)
 
 
@@ -132,35 +118,31 @@ def rewrite(
     Raises:
         PolicyRejected: If there is no such parameter, or a value has another type than the one it replaces.
     """
-    slots = {slot.name: slot for slot in _slots(tree, entry)}
-    unknown = [name for name in values if name not in slots]
+    held = _literals(tree, entry)
+    unknown = [name for name in values if name not in held]
     if unknown:
-        known = ", ".join(slots) or "none"
+        known = ", ".join(held) or "none"
         raise PolicyRejected(f"the policy has no parameter {unknown[0]!r}; its parameters are: {known}")
     lines = source.split("\n")  # as the parser counts them; splitlines knows more line ends
-    written = {name: _fitting(slots[name], value, units.get(name, "")) for name, value in values.items()}
-    for slot in sorted((slots[n] for n in values), key=lambda s: (s.node.lineno, s.node.col_offset), reverse=True):
-        text = repr(written[slot.name])
-        node = slot.node
+    written = {name: _fitting(name, held[name][0], value, units.get(name, "")) for name, value in values.items()}
+    for name in sorted(values, key=lambda n: (held[n][1].lineno, held[n][1].col_offset), reverse=True):
+        node = held[name][1]
         assert node.end_lineno is not None and node.end_col_offset is not None
         head = lines[node.lineno - 1].encode()[: node.col_offset].decode()
         tail = lines[node.end_lineno - 1].encode()[node.end_col_offset :].decode()
-        lines[node.lineno - 1 : node.end_lineno] = [head + text + tail]
+        lines[node.lineno - 1 : node.end_lineno] = [f"{head}{written[name]!r}{tail}"]
     return "\n".join(lines), written
 
 
-def _slots(tree: ast.Module, entry: EntryPoint) -> list[_Slot]:
-    candidates = _defaults(tree, entry) if entry.form == "function" else _assignments(tree)
-    slots = []
-    for name, node in candidates:
-        try:
+def _literals(tree: ast.Module, entry: EntryPoint) -> dict[str, tuple[Value, ast.expr]]:
+    """The parameters' values by name, and the literals in the source that hold them."""
+    found: dict[str, tuple[Value, ast.expr]] = {}
+    for name, node in _defaults(tree, entry) if entry.form == "function" else _assignments(tree):
+        with suppress(ValueError, OverflowError, RecursionError):
             value = literal(node)
-        except (ValueError, OverflowError, RecursionError):
-            continue
-        if isinstance(value, float) and not math.isfinite(value):
-            continue
-        slots.append(_Slot(name, value, node, node.end_lineno or node.lineno))
-    return slots
+            if not isinstance(value, float) or math.isfinite(value):
+                found[name] = value, node
+    return found
 
 
 def _defaults(tree: ast.Module, entry: EntryPoint) -> Iterator[tuple[str, ast.expr]]:
@@ -176,14 +158,8 @@ def _defaults(tree: ast.Module, entry: EntryPoint) -> Iterator[tuple[str, ast.ex
 
 
 def _assignments(tree: ast.Module) -> Iterator[tuple[str, ast.expr]]:
-    count: dict[str, int] = {}
-    for statement in tree.body:
-        for name in bound_names(statement):
-            count[name] = count.get(name, 0) + 1
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Global):
-            for name in node.names:
-                count[name] = count.get(name, 0) + 1
+    count = Counter(name for statement in tree.body for name in bound_names(statement))
+    count.update(name for node in ast.walk(tree) if isinstance(node, ast.Global) for name in node.names)
     for statement in tree.body:
         match statement:
             case (
@@ -232,33 +208,30 @@ def _measures(text: str) -> bool:
 
 def _unit(text: str) -> tuple[str, str]:
     """Split `how far to shift [m]` or `how far to shift (m)` into unit and meaning."""
-    found = next(
-        (f for f in [*_BRACKETS.finditer(text)][::-1]),
-        next((f for f in [*_PARENTHESES.finditer(text)][::-1] if _measures(f[1])), None),
-    )
-    if found is None:
-        if _measures(text):
-            return text.strip(), ""
-        return "", text.strip()
-    meaning = (text[: found.start()] + text[found.end() :]).strip(" ,;")
-    return found[1].strip(), meaning
+    found = [*(f for f in _PARENTHESES.finditer(text) if _measures(f[1])), *_BRACKETS.finditer(text)][-1:]
+    if not found:
+        return (text.strip(), "") if _measures(text) else ("", text.strip())
+    return found[0][1].strip(), (text[: found[0].start()] + text[found[0].end() :]).strip(" ,;")
 
 
-def _fitting(slot: _Slot, value: Value, unit: str) -> Value:
+def _fitting(name: str, old: Value, value: Value, unit: str) -> Value:
     """The value in the type that the parameter has; a whole number with a unit may become any number.
 
     Raises:
         PolicyRejected: If it has another type.
     """
-    if value is None and slot.value is None:
+    if value is None and old is None:
         return None
-    if isinstance(slot.value, tuple):
-        return _group(slot, slot.value, value, unit)
-    number = float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
-    if number is not None and not math.isfinite(number):
-        number = None
-    kind, fitting = _alike(slot.value, value, number, bool(unit))
-    return _unfitting(slot, value, kind) if fitting is None else fitting
+    if isinstance(old, tuple):
+        kind = f"a group of {len(old)} values"
+        if isinstance(value, tuple | list) and len(value) == len(old):
+            return tuple(_fitting(name, a, b, unit or "-") for a, b in zip(old, value, strict=True))
+    else:
+        number = float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
+        kind, fitting = _alike(old, value, number if number is not None and math.isfinite(number) else None, bool(unit))
+        if fitting is not None:
+            return fitting
+    raise PolicyRejected(f"parameter {name} is {kind}, such as {old!r}; {value!r} is not")
 
 
 def _alike(old: Value, value: Value, number: float | None, any_number: bool) -> tuple[str, Value]:
@@ -275,17 +248,6 @@ def _alike(old: Value, value: Value, number: float | None, any_number: bool) -> 
         case str():
             return "a text", value if isinstance(value, str) else None
     return "a plain value", value if number is not None or isinstance(value, bool | str | tuple) else None
-
-
-def _group(slot: _Slot, old: tuple[Any, ...], value: Value, unit: str) -> Value:
-    if not isinstance(value, tuple | list) or len(value) != len(old):
-        return _unfitting(slot, value, f"a group of {len(old)} values")
-    pairs = zip(old, value, strict=True)
-    return tuple(_fitting(replace(slot, value=a), b, unit or "-") for a, b in pairs)
-
-
-def _unfitting(slot: _Slot, value: Value, kind: str) -> NoReturn:
-    raise PolicyRejected(f"parameter {slot.name} is {kind}, such as {slot.value!r}; {value!r} is not")
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import atexit
-import io
 import os
 import select
 import subprocess
@@ -11,6 +10,7 @@ import sys
 import threading
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -54,15 +54,31 @@ class WorkerLost(Exception):
 
 
 class Worker:
-    """A long-lived worker process; one request at a time."""
+    """A worker process: a long-lived one that answers request after request, or one that runs a single policy.
 
-    def __init__(self) -> None:
-        self.process = start("serve")
-        hello(self.process)
+    Args:
+        mode: "serve" or "once", as in `_worker.main`.
+
+    Raises:
+        IsolationUnavailable: If it cannot be started.
+    """
+
+    def __init__(self, mode: str = "serve") -> None:
+        self.process = _start(mode)
         assert self.process.stdin is not None and self.process.stdout is not None
         self.writing, self.reading = self.process.stdin.fileno(), self.process.stdout.fileno()
         os.set_blocking(self.writing, False)
         os.set_blocking(self.reading, False)
+        try:
+            greeting = self._read(1, time.monotonic() + START_LIMIT_S)
+        except WorkerLost:
+            greeting = b""
+        if greeting != READY:
+            self.stop()
+            raise IsolationUnavailable(
+                f"the sandbox's worker did not start (exit code {self.process.returncode}); "
+                f"try: {sys.executable} -s -P -c 'import numpy, ovita'"
+            )
 
     def ask(self, head: JobHeader, body: bytes) -> JobEnd:
         """Send a request and wait for its answer.
@@ -79,6 +95,24 @@ class Worker:
         except (OSError, BadFrame) as error:
             raise WorkerLost(str(error)) from None
 
+    def run(self, head: JobHeader, body: bytes) -> JobEnd:
+        """Have the one policy of this process run, and take what it writes until it ends."""
+        data, ended = bytearray(), UNREAD
+        try:
+            loaded = time.monotonic() + SCIPY_GRACE_S
+            self._write(head.pack() + body, loaded)
+            self._read(1, loaded)  # it acknowledges once everything is loaded and read
+            ended, deadline = TIMED_OUT, time.monotonic() + head.wall_ms / 1000.0
+            while len(data) <= MAX_RESULT and (part := self._part(1 << 16, deadline)):
+                data += part
+            ended = ENDED if len(data) <= MAX_RESULT else FLOODED
+        except (OSError, WorkerLost):
+            pass
+        if ended != ENDED:
+            self.process.kill()
+        result = bytes(data) if ended == ENDED else b""
+        return JobEnd(ended, self.process.wait(), len(result), result)
+
     def _write(self, data: bytes, deadline: float) -> None:
         view = memoryview(data)
         while view:
@@ -88,12 +122,16 @@ class Worker:
     def _read(self, length: int, deadline: float) -> bytes:
         data = bytearray()
         while len(data) < length:
-            self._wait(self.reading, select.POLLIN, deadline)
-            part = os.read(self.reading, min(1 << 20, length - len(data)))
+            part = self._part(length - len(data), deadline)
             if not part:
                 raise WorkerLost("the worker ended")
             data += part
         return bytes(data)
+
+    def _part(self, most: int, deadline: float) -> bytes:
+        """What there is to read; nothing once the worker has ended."""
+        self._wait(self.reading, select.POLLIN, deadline)
+        return os.read(self.reading, min(1 << 20, most))
 
     def _wait(self, descriptor: int, event: int, deadline: float) -> None:
         poll = select.poll()
@@ -102,15 +140,21 @@ class Worker:
             raise WorkerLost("the worker does not answer")
 
     def stop(self) -> None:
-        """Kill the worker, and with it the policy that it may be running."""
-        end(self.process)
+        """Kill the worker, and with it the policy that it may be running; wait for it and close its pipes."""
+        self.process.kill()
+        self.process.wait()
+        self._close_pipes()
 
     def forget(self) -> None:
         """Let go of a worker that belongs to the process this one was forked from."""
         self.process.returncode = 0  # or its destructor would wait for a process that is not ours
+        self._close_pipes()
+
+    def _close_pipes(self) -> None:
         for pipe in (self.process.stdin, self.process.stdout):
-            if pipe is not None:
-                pipe.close()
+            with suppress(OSError):
+                if pipe is not None:
+                    pipe.close()
 
 
 class Pool:
@@ -187,7 +231,7 @@ if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=POOL.after_fork)
 
 
-def start(mode: str) -> subprocess.Popen[bytes]:
+def _start(mode: str) -> subprocess.Popen[bytes]:
     """Start a worker with an environment made from nothing.
 
     The flags are those of `-I`, except that it would ignore PYTHONHASHSEED too, and with it sets of texts would
@@ -216,40 +260,6 @@ def start(mode: str) -> subprocess.Popen[bytes]:
         raise IsolationUnavailable(f"the sandbox's Python could not be started: {error}") from None
 
 
-def hello(process: subprocess.Popen[bytes]) -> None:
-    """Wait until a fresh worker says that it is ready.
-
-    Raises:
-        IsolationUnavailable: If it ends or says nothing.
-    """
-    assert process.stdout is not None
-    timer = threading.Timer(START_LIMIT_S, process.kill)
-    timer.daemon = True
-    timer.start()
-    try:
-        greeting = process.stdout.read(1)
-    finally:
-        timer.cancel()
-    if greeting != READY:
-        end(process)
-        raise IsolationUnavailable(
-            f"the sandbox's worker did not start (exit code {process.returncode}); "
-            f"try: {sys.executable} -s -P -c 'import numpy, ovita'"
-        )
-
-
-def end(process: subprocess.Popen[bytes]) -> None:
-    """Kill a process, wait for it and close its pipes."""
-    process.kill()
-    process.wait()
-    for pipe in (process.stdin, process.stdout):
-        try:
-            if pipe is not None:
-                pipe.close()
-        except OSError:
-            pass
-
-
 def _paths() -> Sequence[str]:
     """Import paths of ovita, numpy, scipy and of plug-ins with operations for the worker."""
     found = []
@@ -268,56 +278,8 @@ def once(head: JobHeader, body: bytes) -> JobEnd:
     """
     if sys.platform == "win32":
         raise IsolationUnavailable("nothing bounds a policy's memory on Windows; run ovita in WSL")
-    process = start("once")
+    worker = Worker("once")
     try:
-        hello(process)
-        return _communicate(process, head, body)
+        return worker.run(head, body)
     finally:
-        end(process)
-
-
-class _Received:
-    """What a process writes, collected by a thread up to a cap."""
-
-    def __init__(self, process: subprocess.Popen[bytes]) -> None:
-        self.data = bytearray()
-        self.begun = threading.Event()
-        self.thread = threading.Thread(target=self._collect, args=(process,), daemon=True)
-        self.thread.start()
-
-    def _collect(self, process: subprocess.Popen[bytes]) -> None:
-        stream = process.stdout
-        assert isinstance(stream, io.BufferedReader)
-        while len(self.data) <= MAX_RESULT:
-            part = stream.read1(1 << 16)
-            if not part:
-                break
-            self.data += part
-            self.begun.set()
-        self.begun.set()
-
-
-def _communicate(process: subprocess.Popen[bytes], head: JobHeader, body: bytes) -> JobEnd:
-    received = _Received(process)
-    threading.Thread(target=_feed, args=(process, head.pack() + body), daemon=True).start()
-    received.begun.wait(SCIPY_GRACE_S)  # the process acknowledges once everything is loaded and read
-    started = time.monotonic()
-    received.thread.join(head.wall_ms / 1000.0)
-    timed_out = received.thread.is_alive()
-    flooded = len(received.data) > MAX_RESULT
-    if timed_out or flooded:
-        process.kill()
-    code = process.wait()
-    received.thread.join(1.0)
-    ended = TIMED_OUT if timed_out else FLOODED if flooded else ENDED if received.data else UNREAD
-    data = bytes(received.data[1:]) if ended == ENDED else b""
-    return JobEnd(ended, code, int((time.monotonic() - started) * 1e6), len(data), data)
-
-
-def _feed(process: subprocess.Popen[bytes], data: bytes) -> None:
-    assert process.stdin is not None
-    try:
-        process.stdin.write(data)
-        process.stdin.close()
-    except OSError:
-        pass
+        worker.stop()

@@ -51,13 +51,13 @@ def parse(text: str, *, checked: bool = True) -> Policy:
             within the code.
     """
     try:
-        cleaned = clean(extract(text))
-        tree = parse_tree(cleaned.source)
+        source, lines = clean(extract(text))
+        tree = parse_tree(source)
         entry = entry_of(tree)
-        parameters = find_parameters(cleaned.source, tree, entry)
+        parameters = find_parameters(source, tree, entry)
     except PolicyRejected as rejected:
         raise _printable(rejected, rejected.line) from None
-    policy = Policy(cleaned.source, entry.form, parameters, _summary(cleaned.source, tree, entry), cleaned.lines)
+    policy = Policy(source, entry.form, parameters, _summary(source, tree, entry), lines)
     try:
         if checked:
             check(tree)
@@ -222,27 +222,17 @@ def _summary(source: str, tree: ast.Module, entry: EntryPoint) -> str:
 _HARMLESS = MODULES | {"time", "datetime", "logging", "pprint"}
 _MUTATORS = frozenset({"pop", "append", "extend", "insert", "remove", "update", "sort", "popleft", "add", "clear"})
 _GIVEN_MODULES = {"numpy": "np", "math": "math"}
-_COMMENT = re.compile(r"(\s*)#")
+_INDENTED_COMMENT = re.compile(r"\s+#")
 
 
-@dataclass(frozen=True)
-class Cleaned:
-    """Policy source without surplus statements.
-
-    Args:
-        source: What is left.
-        lines: For each line of it, its number in the original, counted from 1.
-    """
-
-    source: str
-    lines: tuple[int, ...]
-
-
-def clean(source: str) -> Cleaned:
+def clean(source: str) -> tuple[str, tuple[int, ...]]:
     """Remove what a policy does not need.
 
     That is: imports of what is provided anyway, dummies of `get_trajectory` and `detect_objects`, the demo of a
     function, prints, and code that is never reached.
+
+    Returns:
+        What is left, and for each line of it its number in the source, counted from 1.
 
     Raises:
         PolicyRejected: If the source is not Python or holds no policy.
@@ -254,7 +244,7 @@ def clean(source: str) -> Cleaned:
     _drop(tree.body, surplus, page, is_module=True)
     cleaned = page.rest()
     try:
-        if entry_of(parse_tree(cleaned.source)).form == entry.form:
+        if entry_of(parse_tree(cleaned[0])).form == entry.form:
             return cleaned
     except PolicyRejected:
         pass
@@ -470,14 +460,14 @@ class _Page:
         if instead is not None:
             self.instead[first] = " " * statement.col_offset + instead
         if isinstance(statement, ast.If | ast.FunctionDef) and statement.col_offset == 0:
-            while last < len(self.lines) and _indented_comment(self.lines[last]):
+            while last < len(self.lines) and _INDENTED_COMMENT.match(self.lines[last]):
                 last += 1
             while first > 1 and self.lines[first - 2].startswith("#"):
                 first -= 1
         self.gone |= set(range(first, last + 1)) - self.instead.keys()
 
-    def rest(self) -> Cleaned:
-        """What is left, without runs of more than two blank lines."""
+    def rest(self) -> tuple[str, tuple[int, ...]]:
+        """What is left, without runs of more than two blank lines, and the numbers of its lines."""
         kept: list[tuple[int, str]] = []
         blanks, most = 0, 2
         for number, line in enumerate(self.lines, start=1):
@@ -494,15 +484,10 @@ class _Page:
             kept.append((number, line))
         while kept and not kept[-1][1]:
             kept.pop()
-        return Cleaned("\n".join(line for _, line in kept) + "\n", tuple(number for number, _ in kept))
+        return "\n".join(line for _, line in kept) + "\n", tuple(number for number, _ in kept)
 
 
 def _span(statement: ast.stmt) -> tuple[int, int]:
     """First and last line of a statement, its decorators included."""
     decorators = getattr(statement, "decorator_list", [])
     return min([statement.lineno, *(d.lineno for d in decorators)]), statement.end_lineno or statement.lineno
-
-
-def _indented_comment(line: str) -> bool:
-    found = _COMMENT.match(line)
-    return found is not None and bool(found[1])

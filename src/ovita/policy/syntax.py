@@ -158,9 +158,7 @@ def bound_names(node: ast.AST) -> Iterator[str]:
         yield node.name
         return
     if isinstance(node, ast.Lambda | ast.ListComp | ast.SetComp | ast.DictComp | ast.GeneratorExp):
-        for inner in ast.walk(node):
-            if isinstance(inner, ast.NamedExpr):
-                yield inner.target.id
+        yield from (inner.target.id for inner in ast.walk(node) if isinstance(inner, ast.NamedExpr))
         return
     yield from own_bindings(node)
     if isinstance(node, ast.Subscript | ast.Attribute) and not isinstance(node.ctx, ast.Load):
@@ -171,25 +169,26 @@ def bound_names(node: ast.AST) -> Iterator[str]:
         yield from bound_names(child)
 
 
+_NAMED_BY = {
+    "Name": "id",
+    "arg": "arg",
+    "MatchMapping": "rest",
+    **dict.fromkeys("FunctionDef AsyncFunctionDef ClassDef ExceptHandler MatchAs MatchStar".split(), "name"),
+    **dict.fromkeys("TypeVar ParamSpec TypeVarTuple".split(), "name"),
+}
+"""The attribute of a node that holds the name which it binds."""
+
+
 def own_bindings(node: ast.AST) -> Iterator[str]:
     """Names that this node itself binds, its children left aside."""
-    if isinstance(node, ast.Name) and not isinstance(node.ctx, ast.Load):
-        yield node.id
-    elif isinstance(node, ast.Import | ast.ImportFrom):
-        for alias in node.names:
-            yield alias.asname or alias.name.split(".")[0]
-    elif isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
-        yield node.name
-    elif isinstance(node, ast.arg):
-        yield node.arg
-    elif isinstance(node, ast.ExceptHandler | ast.MatchAs | ast.MatchStar) and node.name:
-        yield node.name
-    elif isinstance(node, ast.MatchMapping) and node.rest:
-        yield node.rest
+    if isinstance(node, ast.Import | ast.ImportFrom):
+        yield from (alias.asname or alias.name.split(".")[0] for alias in node.names)
     elif isinstance(node, ast.Global | ast.Nonlocal):
         yield from node.names
-    elif type(node).__name__ in ("TypeVar", "ParamSpec", "TypeVarTuple"):
-        yield node.name  # type: ignore[attr-defined]
+    elif not isinstance(getattr(node, "ctx", None), ast.Load):
+        name = getattr(node, _NAMED_BY.get(type(node).__name__, ""), None)
+        if name:
+            yield name
 
 
 def all_bindings(tree: ast.AST) -> set[str]:

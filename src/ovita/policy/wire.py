@@ -36,7 +36,7 @@ ACKNOWLEDGED = b"R"
 """What a child writes first, once it has read the request."""
 
 _HEADER = struct.Struct("<4sIIIIQ")
-_END = struct.Struct("<4sIiIQ")
+_END = struct.Struct("<4sIiQ")
 _PAYLOAD = struct.Struct("<4sIIQ")
 _MAGIC = b"OVTA"
 
@@ -91,14 +91,12 @@ class JobEnd(NamedTuple):
     Args:
         ended: ENDED, TIMED_OUT, FLOODED or UNREAD.
         code: Its exit code, or minus the signal that killed it.
-        elapsed_us: Time from the fork to its end [µs].
         length: Of what it wrote [bytes].
         data: What it wrote, which nobody vouches for; it does not travel in the header.
     """
 
     ended: int
     code: int
-    elapsed_us: int
     length: int
     data: bytes = b""
 

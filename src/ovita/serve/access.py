@@ -56,10 +56,6 @@ class ServeUnsafe(OvitaError):
     """The requested server settings would give strangers access."""
 
 
-def _all_robots() -> dict[str, Robot]:
-    return dict(PRESETS)
-
-
 @dataclass(frozen=True)
 class AccessRules:
     """What clients may reach, and how much; whatever is not named is refused.
@@ -80,7 +76,7 @@ class AccessRules:
 
     folders: tuple[Path, ...] = ()
     outputs: tuple[Path, ...] = ()
-    robots: Mapping[str, Robot] = field(default_factory=_all_robots)
+    robots: Mapping[str, Robot] = field(default_factory=lambda: dict(PRESETS))
     places: tuple[str, ...] = ()
     waypoints: int = 20_000
     tasks: int = 100
@@ -334,9 +330,7 @@ class Caller:
     def answer(self, question: str, about: str) -> str:
         """What a person answers.
 
-        Args:
-            question: With everything they need to know.
-            about: What exactly they agree to, as a digest, so that no answer counts for anything else.
+        `about` is what exactly they agree to, as a digest, so that no answer counts for anything else.
 
         Raises:
             RequestError: If the client cannot ask.

@@ -29,7 +29,7 @@ from ovita.io import (
 )
 from ovita.measure import compare, sentences
 from ovita.paths.scene import Scene
-from ovita.paths.trajectory import Trajectory, standing_still
+from ovita.paths.trajectory import standing_still
 from ovita.policy.sandbox import Isolation
 from ovita.result import Adaptation
 from ovita.serve import messages as m
@@ -77,11 +77,6 @@ class Application:
     """Tools over open tasks.
 
     Args:
-        rules: What clients may reach.
-        folder: Where tasks are kept.
-        audit: What every client did.
-        writer: A policy writer or its name.
-        isolation: How policies are isolated.
         sent: The log of sendings; None takes the user's own.
     """
 
@@ -103,10 +98,7 @@ class Application:
     def logged(self, caller: Caller, tool: str, about: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
         """Count a call against its owner's rate and write what became of it to the audit log.
 
-        Args:
-            caller: Who asks.
-            tool: What for.
-            about: The call's arguments, of which only the task's name and the place are logged.
+        Of the call's arguments only the task's name and the place are logged.
 
         Raises:
             TooManyRequests: If the owner asks too often.
@@ -140,7 +132,9 @@ class Application:
         task, shown = self._read(given.path, given.document)
         if given.scene is not None:
             task = with_scene(task, *self._scene_of(given.scene, None))
-        self._measured(task.trajectory, shown)
+        if len(task.trajectory) > self.rules.waypoints:
+            count = len(task.trajectory)
+            raise NotAllowed(f"{shown} has {count} waypoints; up to {self.rules.waypoints} are taken here")
         robot = self.rules.robot(given.robot or task.robot)
         session = Session(task.trajectory, task.scene, robot, self.writer, isolation=self.isolation)
         opened = self.tasks.add(caller.owner, session)
@@ -206,14 +200,8 @@ class Application:
         """Measure every limit anew, as the gate does before anything is sent."""
         with self._using(caller.owner, given.task) as task, _saved(task.result(given.turn)) as file:
             found = gate.review(file)
-            return m.CheckReport(
-                task=task.id,
-                turn=task.at(given.turn),
-                released=found.released,
-                refusals=found.refusals,
-                cautions=found.cautions,
-                checks=found.checks,
-            )
+            said = {key: getattr(found, key) for key in ("released", "refusals", "cautions", "checks")}
+            return m.CheckReport(task=task.id, turn=task.at(given.turn), **said)
 
     def simulate(self, caller: Caller, given: m.SimulateArguments) -> m.SimulationReport:
         """Let a robot follow the path of a turn in simulation."""
@@ -299,7 +287,8 @@ class Application:
         if not found.released:
             gate.refuse(found, place, log, about)
             return report.model_copy(update={"why": found.refusals})
-        answer = caller.answer(_question(found, place, sentences(whole)), _digest(found.sha256, place))
+        digest = sha256(f"{found.sha256}\0{place}".encode()).hexdigest()
+        answer = caller.answer(_question(found, place, sentences(whole)), digest)
         if answer != "accept":
             why = f"the person did not agree ({answer})"
             gate.refuse(found, place, log, about, [why])
@@ -358,17 +347,12 @@ class Application:
         return (json_.parse(text, "document") if bare is None else _standing(bare)), "document"
 
     def _scene_of(self, path: str | None, document: Mapping[str, Any] | None) -> tuple[Scene, bool]:
-        """A scene, and whether it states its frame."""
         if (path is None) == (document is None):
             raise RequestError("give either scene, a file, or document")
         if path is None:
             return json_.parse_scene(json.dumps(document), "document")
         with _named(path, self.rules.file(path)) as file:
             return load_scene(file)
-
-    def _measured(self, path: Trajectory, name: str) -> None:
-        if len(path) > self.rules.waypoints:
-            raise NotAllowed(f"{name} has {len(path)} waypoints; up to {self.rules.waypoints} are taken here")
 
     def _task_report(
         self, task: OpenTask, *, notes: Sequence[str] = (), texts: Mapping[str, str] | None = None
@@ -452,7 +436,6 @@ def _saved(result: Adaptation) -> Iterator[str]:
 
 
 def _picture(task: OpenTask, turn: int) -> bytes:
-    """A picture of a turn (.png)."""
     path, session = task.path(turn), task.session
     shown = task.result(turn) if turn else Adaptation("", "done", path, path, scene=session.scene, robot=session.robot)
     with tempfile.TemporaryDirectory(prefix="ovita-serve-") as folder:
@@ -493,7 +476,3 @@ def _question(found: gate.Review, place: str, whole: Sequence[object]) -> str:
         if lines:
             parts.append("\n".join([f"{title}:", *(f"- {one_line(line, 400)}" for line in lines)]))
     return "\n\n".join(parts)
-
-
-def _digest(*parts: str) -> str:
-    return sha256("\0".join(parts).encode()).hexdigest()

@@ -194,6 +194,13 @@ class TaskReport(ToolOutcome):
     resources: Mapping[str, str] = {}
 
 
+class TurnReport(ToolOutcome):
+    """What a tool gives on a turn of a task."""
+
+    task: str
+    turn: int
+
+
 class ProposalReport(ToolOutcome):
     """A reading that waits for a yes: say accept with its id, or adapt with what is different."""
 
@@ -203,11 +210,9 @@ class ProposalReport(ToolOutcome):
     warnings: tuple[str, ...]
 
 
-class AdaptationReport(ToolOutcome):
+class AdaptationReport(TurnReport):
     """A turn: what was done, what changed as measured, what the limits say, and what can be turned."""
 
-    task: str
-    turn: int
     status: Status
     message: str
     plan: tuple[str, ...] = ()
@@ -221,11 +226,9 @@ class AdaptationReport(ToolOutcome):
     resources: Mapping[str, str] = {}
 
 
-class ExplanationReport(ToolOutcome):
+class ExplanationReport(TurnReport):
     """An explanation in plain words, every number measured again."""
 
-    task: str
-    turn: int
     explanation: str
 
 
@@ -238,22 +241,18 @@ class ComparisonReport(ToolOutcome):
     changes: tuple[str, ...]
 
 
-class CheckReport(ToolOutcome):
+class CheckReport(TurnReport):
     """Every limit measured anew, and whether the gate would let the result through to a robot."""
 
-    task: str
-    turn: int
     released: bool
     refusals: tuple[str, ...]
     cautions: tuple[str, ...]
     checks: tuple[ConstraintCheck, ...]
 
 
-class SimulationReport(ToolOutcome):
+class SimulationReport(TurnReport):
     """How a simulated robot followed the path."""
 
-    task: str
-    turn: int
     said: tuple[str, ...]
     report: Report
 
@@ -266,11 +265,9 @@ class SceneReport(ToolOutcome):
     notes: tuple[str, ...]
 
 
-class PictureReport(ToolOutcome):
+class PictureReport(TurnReport):
     """A picture of a path before and after."""
 
-    task: str
-    turn: int
     resource: str
     _png: bytes = PrivateAttr(default=b"")
 
@@ -287,11 +284,9 @@ class SavedReport(ToolOutcome):
     notes: tuple[str, ...]
 
 
-class SendingReport(ToolOutcome):
+class SendingReport(TurnReport):
     """What became of a sending: "sent", "declined" or "refused", and why."""
 
-    task: str
-    turn: int
     to: str
     outcome: str
     why: tuple[str, ...] = ()

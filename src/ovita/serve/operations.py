@@ -31,12 +31,7 @@ class Operation:
     """One tool.
 
     Args:
-        name: Of the tool.
-        title: For people.
         about: What it does, for agents.
-        takes: Its arguments.
-        gives: Its result.
-        run: The method that does it.
         method, path: In REST; a `{task}` of the path is the argument of that name.
         read_only: Whether it changes nothing, as a hint.
         destructive: Whether it may do what cannot be taken back, as a hint.
@@ -177,12 +172,7 @@ OPERATIONS: Mapping[str, Operation] = {
 def perform(application: Application, name: str, arguments: object, caller: Caller, size: int) -> m.ToolOutcome:
     """Do what a client asks: count, check, run and log it.
 
-    Args:
-        application: That does it.
-        name: Of the tool.
-        arguments: As the client sent them.
-        caller: Who asks.
-        size: Of the arguments as they were sent [bytes].
+    `size` is that of the arguments as they were sent [bytes].
 
     Raises:
         OvitaError: One sentence on what is wrong.

@@ -9,11 +9,10 @@ import logging
 import secrets
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass
 from importlib.metadata import version
 from typing import Any
 
-from ovita.errors import MissingExtra, OvitaError, RequestError
+from ovita.errors import OvitaError, RequestError, needs
 from ovita.serve.access import Caller, Transport, Unanswered, one_line
 from ovita.serve.application import ADDRESS, RESOURCES, Application, address_of
 from ovita.serve.messages import PictureReport, ToolOutcome
@@ -49,26 +48,12 @@ def require() -> None:
     Raises:
         MissingExtra: If it is not.
     """
-    try:
+    with needs("mcp", "serve"):
         import mcp.server.lowlevel  # noqa: F401
-    except ImportError:
-        raise MissingExtra("mcp", "serve") from None
-
-
-@dataclass(frozen=True)
-class _Limits:
-    """How much is worked on at a time; made inside the event loop."""
-
-    work: Any
-    questions: Any
 
 
 class ToolServer:
-    """The MCP server of an application.
-
-    Args:
-        application: That does what is asked.
-    """
+    """The MCP server of an application."""
 
     def __init__(self, application: Application) -> None:
         from mcp.server.lowlevel import Server
@@ -96,22 +81,22 @@ class ToolServer:
             await self.server.run(reading, writing, self.server.create_initialization_options())
 
     @functools.cached_property
-    def limits(self) -> _Limits:
-        """How much is worked on at a time."""
+    def _limits(self) -> tuple[Any, Any]:
+        """How much is worked on, and how many people are asked, at a time; made inside the event loop."""
         import anyio
 
-        return _Limits(anyio.CapacityLimiter(WORKERS), anyio.CapacityLimiter(QUESTIONS))
+        return anyio.CapacityLimiter(WORKERS), anyio.CapacityLimiter(QUESTIONS)
 
     async def work(self, do: Callable[[], Any], *, asks: bool = False) -> Any:
         """Do something on a worker thread."""
         import anyio.to_thread
 
-        return await anyio.to_thread.run_sync(do, limiter=self.limits.questions if asks else self.limits.work)
+        return await anyio.to_thread.run_sync(do, limiter=self._limits[asks])
 
     async def _list_tools(self, ctx: Any, params: Any) -> Any:
         import mcp_types as types
 
-        return types.ListToolsResult(tools=_tools())
+        return types.ListToolsResult(tools=[_tool(operation) for operation in OPERATIONS.values()])
 
     async def _call_tool(self, ctx: Any, params: Any) -> Any:
         import mcp_types as types
@@ -158,9 +143,14 @@ class ToolServer:
 
         caller = self._caller(ctx, params)
         uri = str(params.uri)
+
+        def read() -> str | bytes:
+            with self.application.logged(caller, f"read {name}", {"task": task, "turn": turn}):
+                return self.application.resource(caller, task, turn, name)
+
         try:
             task, turn, name = _parsed(uri)
-            content = await self.work(lambda: self._resource(caller, task, turn, name))
+            content = await self.work(read)
         except OvitaError as error:
             raise MCPError(code=types.INVALID_PARAMS, message=str(error)) from None
         kind = RESOURCES[name]
@@ -171,17 +161,13 @@ class ToolServer:
             held = types.TextResourceContents(uri=uri, mime_type=kind, text=content)
         return types.ReadResourceResult(contents=[held])
 
-    def _resource(self, caller: Caller, task: str, turn: int, name: str) -> str | bytes:
-        with self.application.logged(caller, f"read {name}", {"task": task, "turn": turn}):
-            return self.application.resource(caller, task, turn, name)
-
     def _caller(self, ctx: Any, params: Any) -> Caller:
-        """Who asks, and whether a person can be asked through them."""
         known = ctx.session.client_params
         client = "unknown" if known is None else f"{known.client_info.name} {known.client_info.version}"
         transport: Transport = "stdio" if ctx.request is None else "http"
         asks = self._asker(ctx, params) if _can_ask(ctx) else None
-        return Caller(_owner_of(ctx), one_line(client, 80), transport, ask=asks)
+        owner = "local" if ctx.request is None else str(ctx.request.scope[SERVE_OWNER])
+        return Caller(owner, one_line(client, 80), transport, ask=asks)
 
     def _asker(self, ctx: Any, params: Any) -> Callable[[str, str], str]:
         """How a person is asked: in the middle of the call, or since protocol 2026-07-28 between two tries of it."""
@@ -231,11 +217,6 @@ _HELD = {
 }
 
 
-def _owner_of(ctx: Any) -> str:
-    """The owner of the token that a message came with; "local" over stdio."""
-    return "local" if ctx.request is None else str(ctx.request.scope[SERVE_OWNER])
-
-
 def _can_ask(ctx: Any) -> bool:
     """Whether the client says that it shows forms to a person."""
     known = ctx.session.client_capabilities
@@ -278,13 +259,7 @@ def _parsed(uri: str) -> tuple[str, int, str]:
 
 
 @functools.cache
-def _tools() -> list[Any]:
-    """All tools as the protocol lists them."""
-    return [_tool(operation) for operation in OPERATIONS.values()]
-
-
 def _tool(operation: Operation) -> Any:
-    """A tool as the protocol lists it."""
     import mcp_types as types
 
     hints = types.ToolAnnotations(

@@ -42,6 +42,9 @@ from ovita.writers.base import PolicyWriter
 Status = dict[str, Any]
 """What the status topic says, as JSON."""
 
+Told = tuple[Status, Adaptation | None]
+"""A status, and the result if its path may be followed."""
+
 ARRIVAL = 1.0
 """Longest wait for subscribers to have what was published [s]."""
 
@@ -56,8 +59,6 @@ class PathNode:
     Args:
         scene: With the objects, and whether it states its frame; None for none.
         robot: Whose limits hold; "none" for none, and then nothing is verified.
-        writer: A policy writer or its name.
-        isolation: How policies are isolated.
     """
 
     scene: tuple[Scene, bool] | None = None
@@ -69,7 +70,7 @@ class PathNode:
     def take_path(self, message: Any) -> Status:
         """Begin with a nav_msgs/Path."""
 
-        def begin() -> Status:
+        def begin() -> Told:
             self.session = None
             task = task_of("path", message, topic="/path")
             if self.scene is not None:
@@ -77,75 +78,65 @@ class PathNode:
             self.session = Session(task.trajectory, task.scene, self.robot, self.writer, isolation=self.isolation)
             path = task.trajectory
             about = f"a path of {len(path)} waypoints, {path.length:.3g} m in {path.duration:.3g} s"
-            return {"status": "ready", "message": about, "notes": list(task.notes)}
+            return {"status": "ready", "message": about, "notes": list(task.notes)}, None
 
-        return _reported({"about": "path"}, begin)
+        return _reported({"about": "path"}, begin)[0]
 
-    def take_words(self, text: str) -> tuple[Status, Adaptation | None]:
-        """Adapt to an instruction; the status, and the result if its path may be followed."""
+    def take_words(self, text: str) -> Told:
+        """Adapt to an instruction."""
         about: Status = {"about": "instruction"}
-        found: list[Adaptation] = []
 
-        def adapt() -> Status:
+        def adapt() -> Told:
             said = _said(text)
             about.update({key: said[key] for key in ("id", "instruction") if key in said})
             if said.get("on", "current") not in ("current", "original"):
                 raise RequestError('"on" is "current" or "original"')
             result = self._open().say(said["instruction"], on=said.get("on", "current"))
-            return self._judged(result, found)
+            return self._judged(result)
 
-        return _reported(about, adapt), next(iter(found), None)
+        return _reported(about, adapt)
 
-    def accept(self) -> tuple[Status, Adaptation | None]:
+    def accept(self) -> Told:
         """Take the reading that is offered."""
-        found: list[Adaptation] = []
-        return _reported({"about": "accept"}, lambda: self._judged(self._open().accept(), found)), next(
-            iter(found), None
-        )
+        return _reported({"about": "accept"}, lambda: self._judged(self._open().accept()))
 
-    def undo(self) -> tuple[Status, Adaptation | None]:
+    def undo(self) -> Told:
         """Take the last turn back."""
-        found: list[Adaptation] = []
 
-        def back() -> Status:
+        def back() -> Told:
             session = self._open()
             if not session.undo():
                 raise RequestError("there is nothing to undo")
-            last = session.adaptation
             path = session.original
-            return self._judged(
-                last or Adaptation("", "done", path, path, scene=session.scene, robot=session.robot), found
-            )
+            first = Adaptation("", "done", path, path, scene=session.scene, robot=session.robot)
+            return self._judged(session.adaptation or first)
 
-        return _reported({"about": "undo"}, back), next(iter(found), None)
+        return _reported({"about": "undo"}, back)
 
     def _open(self) -> Session:
         if self.session is None:
             raise RequestError("there is no path yet; publish a nav_msgs/Path first")
         return self.session
 
-    def _judged(self, result: Adaptation, found: list[Adaptation]) -> Status:
-        """What a result's status says; what may be followed is added to `found`."""
+    def _judged(self, result: Adaptation) -> Told:
         refusals, verified = self._refusals(result)
-        if result.usable and not refusals:
-            found.append(result)
+        followed = result.usable and not refusals
         said = {
             "status": result.status,
             "message": result.message,
-            "published": bool(found),
+            "published": followed,
             "verified": verified,
             "refusals": refusals,
             "plan": list(result.plan),
-            "changes": [str(text) for text in sentences(result.changes)] if result.changes else [],
+            "changes": _changes(result),
             "assumptions": list(result.assumed),
             "warnings": list(result.cautions),
             "question": result.question,
         }
         if result.proposal is not None:
             offered = result.proposal
-            changes = [str(text) for text in sentences(offered.changes)] if offered.changes else []
-            said["proposal"] = {"plan": list(offered.plan), "changes": changes, "accept": "say yes"}
-        return said
+            said["proposal"] = {"plan": list(offered.plan), "changes": _changes(offered), "accept": "say yes"}
+        return said, result if followed else None
 
     def _refusals(self, result: Adaptation) -> tuple[list[str], bool]:
         """What speaks against following a result, and whether its limits were measured for that."""
@@ -180,28 +171,28 @@ def _said(text: str) -> Mapping[str, Any]:
     return {**said, **({"id": clean_text(str(said["id"]), 200)} if "id" in said else {})}
 
 
-def _reported(about: Status, action: Callable[[], Status]) -> Status:
-    """The status of an action; an error is one, too."""
+def _changes(result: Adaptation) -> list[str]:
+    return [str(text) for text in sentences(result.changes)] if result.changes else []
+
+
+def _reported(about: Status, action: Callable[[], Told]) -> Told:
+    """What came of an action; an error is a status, too."""
     try:
-        done = action()
+        done, result = action()
+        return about | done, result
     except OvitaError as error:
-        done = {"status": "error", "message": str(error)}
+        problem = str(error)
     except Exception as error:  # a node that adapts for others goes on whatever one message holds
         traceback.print_exc()
-        done = {"status": "error", "message": f"this failed inside ovita ({type(error).__name__}); its log has more"}
-    return {**about, **done}
+        problem = f"this failed inside ovita ({type(error).__name__}); its log has more"
+    return about | {"status": "error", "message": problem}, None
 
 
-def serve(
-    address: Address, node: PathNode, ready: Callable[[str], None], goes_on: Callable[[], bool] = lambda: True
-) -> None:
-    """Serve a node on the bus until it is to end.
+def serve(address: Address, node: PathNode, ready: Callable[[str], None]) -> None:
+    """Serve a node on the bus until the process is interrupted.
 
-    Args:
-        address: Its topic is the name under which the node's own lie, such as ros2:/ovita?domain=3.
-        node: What it does.
-        ready: Told once it listens.
-        goes_on: Whether it is to go on.
+    The address's topic is the name under which the node's own lie, such as ros2:/ovita?domain=3; `ready` is told once
+    it listens.
 
     Raises:
         LinkError: If the bus cannot be joined.
@@ -216,7 +207,7 @@ def serve(
         services = services and bus.offer(f"{name}/undo", lambda: out.answer(node.undo))
         more = f", services {name}/accept and {name}/undo" if services else ""
         ready(f"serving {name}/path and {name}/instruction{more}")
-        while goes_on():
+        while True:
             for message in paths():
                 out.tell(node.take_path(message), None)
             for message in words():
@@ -226,8 +217,6 @@ def serve(
 
 @dataclass(frozen=True, eq=False)
 class _Out:
-    """Where the node's answers go."""
-
     bus: Bus
     adapted: Publisher
     status: Publisher
@@ -240,7 +229,7 @@ class _Out:
             _publish(self.adapted, message)
         _publish(self.status, self.bus.maker.new(STRING, data=json.dumps(status)))
 
-    def answer(self, action: Callable[[], tuple[Status, Adaptation | None]]) -> tuple[bool, str]:
+    def answer(self, action: Callable[[], Told]) -> tuple[bool, str]:
         """Do what a service asks for; whether there is a path to follow, and the status as JSON."""
         status, result = action()
         self.tell(status, result)

@@ -77,11 +77,8 @@ class OpenTasks:
     same name, in the owner's folder; one that nobody used for `idle` seconds is deleted.
 
     Args:
-        folder: Where journals are kept.
         most: Open tasks of one owner.
         idle: How long a task stays open without use [s].
-        writer: Of all tasks.
-        isolation: Of their policies.
     """
 
     def __init__(

@@ -40,9 +40,6 @@ class Door:
     """The checks on every request, as an ASGI application around another.
 
     Args:
-        inner: What is behind it.
-        tokens: Whom to let in.
-        hosts: The names that are answered to.
         most: Largest request [bytes].
     """
 
@@ -59,7 +56,7 @@ class Door:
         if scope["type"] != "http":
             await send({"type": "websocket.close", "code": 1008})
             return
-        headers = _headers(scope)
+        headers = {name.decode("latin-1").lower(): value.decode("latin-1") for name, value in scope["headers"]}
         refusal = self.hosts.refusal(headers.get("host", ""), headers.get("origin"))
         if refusal:
             await _answer(403, refusal)(scope, receive, send)
@@ -82,11 +79,6 @@ class Door:
             await _answer(413, f"the request is larger than {self.most} bytes, the most allowed")(scope, receive, send)
             return
         await self.inner(scope, _again(body, receive), send)
-
-
-def _headers(scope: Any) -> dict[str, str]:
-    """The headers of a request by their name in lower case."""
-    return {name.decode("latin-1").lower(): value.decode("latin-1") for name, value in scope["headers"]}
 
 
 async def _body(receive: Any, most: int) -> bytes | None:
@@ -116,19 +108,13 @@ def _again(body: bytes, receive: Any) -> Any:
 
 
 def _answer(status: int, problem: str, **more: object) -> Any:
-    """An error as JSON, in one sentence."""
     from starlette.responses import JSONResponse
 
     return JSONResponse({"error": clean_text(problem, 1_000), **more}, status)
 
 
 class RestInterface:
-    """The tools as REST.
-
-    Args:
-        application: That does what is asked.
-        tools: Whose worker threads are used.
-    """
+    """The tools as REST."""
 
     def __init__(self, application: Application, tools: ToolServer) -> None:
         self.application, self.tools = application, tools
@@ -148,14 +134,13 @@ class RestInterface:
         async def unknown(request: Any) -> Any:
             return _answer(404, "there is no such path for this method; the page under / lists them all")
 
-        routes = [
+        return [
             Route("/", page),
             Route("/openapi.json", document),
             Route(_RESOURCE_PATH.replace("{turn}", "{turn:int}"), self._resource),
+            *(Route(o.path, self._endpoint(o), methods=[o.method]) for o in OPERATIONS.values()),
+            Route("/{rest:path}", unknown, methods=["GET", "POST", "PUT", "PATCH", "DELETE"]),
         ]
-        for operation in OPERATIONS.values():
-            routes.append(Route(operation.path, self._endpoint(operation), methods=[operation.method]))
-        return [*routes, Route("/{rest:path}", unknown, methods=["GET", "POST", "PUT", "PATCH", "DELETE"])]
 
     def _endpoint(self, operation: Operation) -> Any:
         async def endpoint(request: Any) -> Any:
@@ -202,7 +187,6 @@ def _status_of(error: OvitaError) -> int:
 
 
 def _object(body: bytes) -> dict[str, Any]:
-    """A body as a JSON object."""
     try:
         value = json.loads(body) if body.strip() else {}
     except (ValueError, RecursionError):
@@ -301,7 +285,6 @@ def interface_page() -> str:
 
 
 def _table(schema: Mapping[str, Any]) -> str:
-    """The properties of a body as a table."""
     rows = [
         f"<tr><td><code>{escape(name)}</code></td><td>{'required' if name in schema['required'] else ''}</td>"
         f"<td>{escape(sentence(known['description']) if 'description' in known else '')}</td></tr>"

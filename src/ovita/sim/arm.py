@@ -7,6 +7,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ovita.errors import RobotError
+from ovita.paths.frame import quaternion
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.sim.models import ArmLimits, RobotModel
 from ovita.sim.timing import (
@@ -53,8 +54,6 @@ class Arm:
     where a joint would be too fast. The torques cancel gravity and inertia and pull back onto the plan.
 
     Args:
-        robot: With `ArmLimits`.
-        stage: With the arm on its base.
         trajectory: In the simulator's coordinates.
         orientation: "auto" keeps to the trajectory's orientations if it has any and is else free; "free" ignores them;
             "keep" holds the tip as it is at the start.
@@ -138,11 +137,13 @@ class Kinematics:
     def choose(self) -> tuple[Array, tuple[Unreachable, ...]]:
         """Joints (J,) [rad] at the start of the best posture, and the waypoints that it cannot reach."""
         best: tuple[int, int, float, Array, Array, Array] | None = None
+        turns = self.trajectory.orientations
         for posture in self.postures:
             self._rest = posture
             self._posture.set_target(posture)
             self._held = None
-            first = self._solve(self.trajectory.positions[0], self._asked(0), posture, 200, settle=1e-6)
+            turn = turns[0] if self.turned and turns is not None else None
+            first = self._solve(self.trajectory.positions[0], turn, posture, 200, settle=1e-6)
             if self.keep:
                 self.configuration.update(first)
                 self._held = self._turn()
@@ -183,10 +184,6 @@ class Kinematics:
                 guess = np.where(self.stage.model.jnt_limited, np.clip(ahead, low, high), ahead)
         return path
 
-    def _asked(self, i: int) -> Array | None:
-        turns = self.trajectory.orientations
-        return turns[i] if self.turned and turns is not None else None
-
     def _solve(self, point: Array, turn: Array | None, start: Array, steps: int, settle: float = np.inf) -> Array:
         mink = self._mink
         self.configuration.update(start)
@@ -217,11 +214,7 @@ class Kinematics:
             before, last = miss, float(np.abs(velocity).max())
 
     def _turn(self) -> Array:
-        import mujoco
-
-        out = np.zeros(4)
-        mujoco.mju_mat2Quat(out, self.configuration.data.site_xmat[self.stage.tip])
-        return out
+        return quaternion(self.configuration.data.site_xmat[self.stage.tip].reshape(3, 3))
 
     def _struck(self, joints: Array) -> bool:
         """Whether the arm touches the floor or itself."""

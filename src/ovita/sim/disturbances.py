@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from ovita.errors import RequestError
+from ovita.paths.frame import matrix, quaternion
 from ovita.paths.trajectory import Array
 from ovita.sim.world import SimWorld
 
@@ -88,8 +89,6 @@ class Plant:
     """The robot as it really is, beside the one that its controller believes in.
 
     Args:
-        stage: The controller's.
-        wanted: What disturbs it.
         signs: (3,) from the scene's coordinates to the simulator's.
         free: Whether the robot moves about, so that its place is what is measured.
     """
@@ -112,14 +111,13 @@ class Plant:
         self._drive: Array | None = None
 
     def _laden(self, model: Any) -> Any:
-        """The model with the payload as a point mass at the tip."""
         import mujoco
 
         if not self.wanted.payload:
             return model
         body, load = int(model.site_bodyid[self.stage.tip]), self.wanted.payload
         place, mass = model.site_pos[self.stage.tip], float(model.body_mass[body])
-        rotation = _matrix(model.body_iquat[body])
+        rotation = matrix(model.body_iquat[body])
         inertia = rotation @ np.diag(model.body_inertia[body]) @ rotation.T
         centre = (mass * model.body_ipos[body] + load * place) / (mass + load)
         for m, at in ((mass, model.body_ipos[body].copy()), (load, place)):
@@ -127,10 +125,8 @@ class Plant:
             inertia = inertia + m * (d @ d * np.eye(3) - np.outer(d, d))
         values, axes = np.linalg.eigh(inertia)
         axes *= np.sign(np.linalg.det(axes))
-        quaternion = np.zeros(4)
-        mujoco.mju_mat2Quat(quaternion, axes.ravel())
         model.body_mass[body], model.body_ipos[body] = mass + load, centre
-        model.body_inertia[body], model.body_iquat[body] = values, quaternion
+        model.body_inertia[body], model.body_iquat[body] = values, quaternion(axes)
         mujoco.mj_setConst(model, mujoco.MjData(model))
         return model
 
@@ -157,11 +153,3 @@ class Plant:
             push = self.wanted.gust * np.sqrt(1.0 - self._fade**2)
             self._gust = self._fade * self._gust + push * self._rng.normal(size=3)
         self.model.opt.wind[:] = self._wind + self._gust
-
-
-def _matrix(wxyz: Array) -> Array:
-    import mujoco
-
-    out = np.zeros(9)
-    mujoco.mju_quat2Mat(out, np.asarray(wxyz, dtype=float))
-    return out.reshape(3, 3)

@@ -33,7 +33,6 @@ class ArmJoints:
     """An arm's joints and how others call them.
 
     Args:
-        title: The arm's, for people.
         own: Names in its model, J of them.
         sent: Names under which its controller knows them.
         known: Every set of names that is understood, each in the model's order.
@@ -124,15 +123,8 @@ def joint_motion(
     It is what the arm's controller tracked in the simulation: positions, velocities and accelerations at 50 Hz. The arm
     is a shipped one's name, a file or a model; the rest is as in `simulate`.
 
-    Args:
-        trajectory: In the scene's coordinates.
-        scene: Its objects.
-        arm: Which.
-        base: Where it stands.
-        limits: Of the result.
-        contacts: Objects that are meant to be touched.
-        names: Of the controller's joints; see `joints_of_arm`.
-        state: Where the joints are now [rad]; the motion starts in that posture if it reaches the path from there.
+    `names` are those of the controller's joints, see `joints_of_arm`; `state` is where the joints are now [rad], and
+    the motion starts in that posture if it reaches the path from there.
 
     Raises:
         RequestError: If a waypoint is out of reach, the arm strays from the path, or it touches what it must not.

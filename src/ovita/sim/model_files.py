@@ -96,10 +96,7 @@ def _keep_chain(spec: Any, robot: RobotModel) -> list[Any]:
     """The joints between base and tip; all others are fixed where they are, with what depends on them removed."""
     import mujoco
 
-    chain, body = [], _tip_body(spec, robot)
-    while body is not None and body.name != "world":
-        chain.append(body)
-        body = body.parent
+    chain = list(_to_base(_tip_body(spec, robot)))
     joints = [joint for link in reversed(chain) for joint in link.joints]
     turning = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
     if not joints or any(joint.type not in turning for joint in joints):
@@ -108,12 +105,10 @@ def _keep_chain(spec: Any, robot: RobotModel) -> list[Any]:
     for key in list(spec.keys):
         spec.delete(key)
     if len(kept) < len(list(spec.joints)):
-        for things in (spec.equalities, spec.sensors, spec.actuators, spec.tendons):
-            for thing in list(things):
-                if getattr(thing, "target", None) not in kept:
-                    spec.delete(thing)
-        for joint in [joint for joint in spec.joints if joint.name not in kept]:
-            spec.delete(joint)
+        things = (*spec.equalities, *spec.sensors, *spec.actuators, *spec.tendons)
+        loose = [thing for thing in things if getattr(thing, "target", None) not in kept]
+        for thing in (*loose, *(joint for joint in spec.joints if joint.name not in kept)):
+            spec.delete(thing)
     return joints
 
 
@@ -210,10 +205,11 @@ def model_file(folder: Path) -> Path:
     """
     files = [p for p in sorted(folder.iterdir()) if p.suffix.lower() in MODELS and not p.stem.startswith("scene")]
     named = [p for p in files if folder.name.endswith(p.stem)]
-    if len(named) != 1 and len(files) != 1:
+    robots = named if len(named) == 1 else files
+    if len(robots) != 1:
         found = f"several robots ({listed([p.name for p in files[:8]])}); name one" if files else "no .xml and no .urdf"
         raise RobotError(f"{folder}: holds {found}")
-    return (named or files)[0] if len(named) == 1 else files[0]
+    return robots[0]
 
 
 def model_of(path: Path, tip: str | None = None) -> RobotModel:
@@ -236,6 +232,8 @@ def model_of(path: Path, tip: str | None = None) -> RobotModel:
 
 
 def _arm_of(path: Path, spec: Any, tip: str) -> RobotModel:
+    from scipy.stats import qmc
+
     wide = RobotModel(path.stem, path.stem, path, "arm", tip, ArmLimits((), (), ()))
     home = next((np.array(key.qpos) for key in spec.keys if len(key.qpos)), None)
     every = [joint.name for joint in spec.joints]
@@ -248,7 +246,8 @@ def _arm_of(path: Path, spec: Any, tip: str) -> RobotModel:
         low, high = (np.where([r[1] > r[0] for _, r in kept], np.radians(x), x) for x in (low, high))
     low, high = np.maximum(low, -np.pi), np.minimum(high, np.pi)
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
-    rows = [middle + half * 0.5 * (2.0 * _halton(k, len(kept)) - 1.0) for k in range(1, POSTURES + 1)]
+    points = qmc.Halton(len(kept), scramble=False).random(POSTURES + 1)[1:]
+    rows = [middle + half * 0.5 * (2.0 * point - 1.0) for point in points]
     if home is not None and len(home) == len(every):
         rows.insert(0, home[[every.index(name) for name, _ in kept]])
     postures = tuple(tuple(float(q) for q in np.clip(row, low, high)) for row in rows)
@@ -284,20 +283,11 @@ def _urdf_speeds(path: Path) -> dict[str, float]:
     return found
 
 
-def _halton(k: int, dimensions: int) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """Point k of the Halton sequence, (dimensions,) in 0..1."""
-    from scipy.stats import qmc
-
-    return np.asarray(qmc.Halton(dimensions, scramble=False).random(k + 1)[k])
-
-
 def _drone_of(path: Path, spec: Any) -> RobotModel:
     model = spec.compile()
     body = int(model.jnt_bodyid[0])
-    mass, thrust = (
-        float(model.body_subtreemass[body]),
-        float((model.actuator_ctrlrange[:, 1] * model.actuator_gear[:, 2]).sum()),
-    )
+    mass = float(model.body_subtreemass[body])
+    thrust = float((model.actuator_ctrlrange[:, 1] * model.actuator_gear[:, 2]).sum())
     spare = thrust / mass - abs(float(model.opt.gravity[2]))
     if spare <= 0:
         raise RobotError(f"{path}: its rotors lift at most {thrust:.3g} N, and it weighs {mass:.3g} kg")

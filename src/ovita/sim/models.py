@@ -85,12 +85,8 @@ class RobotModel:
     """A robot that can be simulated.
 
     Args:
-        name: For commands and reports.
-        title: For people.
         model: The MJCF or URDF file.
-        controller: Which controller class drives it.
         tip: Site that follows the trajectory, or where on which body it is.
-        limits: As that controller wants them.
         corner: The path may cut a corner by this [m].
         tolerance: Tracking error, root mean square over time, that counts as followed [m].
         peak_tolerance: Largest tracking error at any moment that counts as followed [m].
@@ -118,8 +114,6 @@ class RobotModel:
 
 @dataclass(frozen=True)
 class _Common:
-    """The keys that every TOML file has."""
-
     model: str
     controller: Literal["arm", "rover", "drone"]
     tip: str | Tip
@@ -195,21 +189,11 @@ def _model(path: Path, document: dict[str, Any]) -> RobotModel:
     file = path.parent / common.model
     if not file.is_file():
         raise RobotError(f"{path}: model {common.model!r} does not exist beside it")
-    return RobotModel(
-        path.stem,
-        common.title or path.stem,
-        file,
-        common.controller,
-        common.tip,
-        limits,
-        common.corner,
-        common.tolerance,
-        common.peak_tolerance or 2.0 * common.tolerance,
-        _pattern(common.joint_names),
-        common.aliases,
-        common.ignore_contacts,
-    )
-
-
-def _pattern(names: str | tuple[str, ...]) -> tuple[str, ...]:
-    return (names if isinstance(names, str) else ",".join(names),) if names else ()
+    joints = common.joint_names if isinstance(common.joint_names, str) else ",".join(common.joint_names)
+    own = {
+        "title": common.title or path.stem,
+        "model": file,
+        "peak_tolerance": common.peak_tolerance or 2.0 * common.tolerance,
+        "joint_names": (joints,) if joints else (),
+    }
+    return RobotModel(**{"name": path.stem, "limits": limits, **vars(common), **own})

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
@@ -29,7 +30,6 @@ class Base:
         y: [m].
         z: [m].
         yaw: Heading of the robot's own x axis, turned from the scene's x axis towards its y axis [rad].
-        how: How it came about.
     """
 
     x: float = 0.0
@@ -79,9 +79,6 @@ class WorldTransform:
 
     "rfu" and "flu" scenes are taken over as they are; "ned" scenes are turned by half a turn about x, so that y and z
     change their sign. Both are rotations, so nothing is mirrored.
-
-    Args:
-        frame: The scene's.
     """
 
     frame: Frame
@@ -122,12 +119,9 @@ def floor_under(low: float, scene: Scene) -> float:
     Of a table or floor among the objects that is its upper side.
     `low` is the height of the lowest waypoint [m], in the simulator's coordinates as the scene is.
     """
-    bottoms = [float(top_of(item)[2] if is_support(item) else _bottom(item)) for item in scene]
+    below = [item.position[2] - 0.5 * np.abs(item.rotation[2]) @ item.size for item in scene]
+    bottoms = [float(top_of(item)[2] if is_support(item) else z) for item, z in zip(scene, below, strict=True)]
     return min(low, *bottoms) if bottoms and min(bottoms) < low + TOUCH else low - ROOM
-
-
-def _bottom(item: SceneObject) -> float:
-    return float(item.position[2] - 0.5 * np.abs(item.rotation[2]) @ item.size)
 
 
 def arm_base(paths: list[Array], scene: Scene, robot: Robot | None, shoulder: float, reach: float) -> Base:
@@ -155,20 +149,14 @@ def arm_base(paths: list[Array], scene: Scene, robot: Robot | None, shoulder: fl
     grid = reach * np.linspace(-1.0, 1.0, 17)
     surface = floor_under(float(low[2]), scene)
     heights = (surface, low[2] - 0.5 * shoulder, middle[2] - shoulder)
-    best: tuple[tuple[float, ...], Array] | None = None
-    for z in heights:
-        for dx in grid:
-            for dy in grid:
-                place = np.array([middle[0] + dx, middle[1] + dy, z])
-                near = _in_reach(points, place, shoulder, reach)
-                clear = _clear(place, shoulder, points, scene)
-                distance = np.linalg.norm(points - place - [0, 0, shoulder], axis=1)
-                off = float(np.abs(distance - 0.65 * reach).max())
-                score = (float(near.sum()), float(clear), float(z == surface), -round(off, 6))
-                if best is None or score > best[0]:
-                    best = (score, place)
-    assert best is not None
-    return _facing(best[1], middle)
+
+    def score(place: Array) -> tuple[float, ...]:
+        near = _in_reach(points, place, shoulder, reach).sum()
+        off = float(np.abs(np.linalg.norm(points - place - [0, 0, shoulder], axis=1) - 0.65 * reach).max())
+        return float(near), float(_clear(place, shoulder, points, scene)), float(place[2] == surface), -round(off, 6)
+
+    places = [np.array([middle[0] + dx, middle[1] + dy, z]) for z, dx, dy in product(heights, grid, grid)]
+    return _facing(max(places, key=score), middle)
 
 
 def start_base(trajectory: Trajectory, ground: float) -> Base:

@@ -25,7 +25,6 @@ class NoRenderer(OvitaError):
     """This machine cannot render without a screen."""
 
     def __init__(self, detail: str = "") -> None:
-        self.detail = detail
         super().__init__(REMEDY + (f" ({detail})" if detail else ""))
 
 

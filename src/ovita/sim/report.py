@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
 
 import numpy as np
 
+from ovita.paths.frame import matrix
 from ovita.paths.trajectory import Array, Trajectory, interpolate
 from ovita.sim.models import RobotModel
 from ovita.sim.placement import Base
@@ -60,7 +62,6 @@ class Report:
     """The numbers of one simulation.
 
     Args:
-        robot: Name of the robot model.
         status: "followed" (within both tolerances and in the time asked), "slowed" (within them, but later), "contact"
             (something was touched that is not meant to be), "off course" (beyond a tolerance), "unreachable" (some
             waypoints cannot be reached).
@@ -69,12 +70,8 @@ class Report:
         peak_tolerance: Largest tracking error that counts as followed [m].
         tracking: On the part of the trajectory that can be reached.
         orientation_error: Largest [rad], or None without reference orientations.
-        unreachable: By waypoint.
-        limits: That were reached.
-        contacts: By object.
         asked: Duration by the trajectory's time law [s].
         achieved: Duration of the simulated motion [s].
-        notes: What else a person should know.
     """
 
     robot: str
@@ -202,16 +199,10 @@ def assess(
     oriented: bool,
     meant: set[str],
 ) -> Report:
-    """Compare the recorded motion with the trajectory.
+    """Compare the recorded motion with the trajectory, which is in the simulator's coordinates.
 
-    Args:
-        model: The robot.
-        intent: What its controller meant to do.
-        log: What it did.
-        path: The trajectory, in the simulator's coordinates; a rover is measured along the ground.
-        base: In the scene's coordinates.
-        oriented: Whether orientations were to be tracked.
-        meant: Names of objects that are meant to be touched.
+    A rover is measured along the ground; `oriented`: orientations were to be tracked; objects that are `meant` may be
+    touched. The base is in the scene's coordinates.
     """
     plan = intent.plan
     due = interpolate(path.positions, plan.where)
@@ -227,21 +218,15 @@ def assess(
     worst = int(np.nonzero(reached)[0][np.argmax(shown)])
     tracking = Tracking(float(np.sqrt(np.mean(shown**2))), float(shown.max()), round(float(plan.where[worst])))
     asked, achieved = path.duration, float(plan.times[-1])
-    contacts = tuple(
-        Contact(
-            name,
-            round(float(plan.where[first : last + 1].min())),
-            round(float(plan.where[first : last + 1].max())),
-            float(plan.times[first]),
-            depth,
-            name in meant,
-            tuple(links),
-        )
-        for (name, *links), (first, last, depth) in log.contacts.items()
-    )
+    contacts: list[Contact] = []
+    for (name, *links), (first, last, depth) in log.contacts.items():
+        places, start = plan.where[first : last + 1], float(plan.times[first])
+        ends = round(float(places.min())), round(float(places.max()))
+        contacts.append(Contact(name, *ends, start, depth, name in meant, tuple(links)))
+    late = achieved > LATE * asked and achieved - asked > LATE_BY
     return Report(
         robot=model.name,
-        status=_status(model, intent.unreachable, tracking, contacts, late=_late(achieved, asked)),
+        status=_status(model, intent.unreachable, tracking, contacts, late=late),
         base=base,
         tolerance=model.tolerance,
         peak_tolerance=model.peak_tolerance,
@@ -249,22 +234,18 @@ def assess(
         orientation_error=_orientation_error(path, plan.where, log.turns) if oriented else None,
         unreachable=intent.unreachable,
         limits=(*intent.limits, *stretches("actuators", log.weak, plan.where)),
-        contacts=contacts,
+        contacts=tuple(contacts),
         asked=asked,
         achieved=achieved,
         notes=(*model.notes, *intent.notes),
     )
 
 
-def _late(achieved: float, asked: float) -> bool:
-    return achieved > LATE * asked and achieved - asked > LATE_BY
-
-
 def _status(
     model: RobotModel,
     unreachable: tuple[Unreachable, ...],
     tracking: Tracking,
-    contacts: tuple[Contact, ...],
+    contacts: Sequence[Contact],
     *,
     late: bool,
 ) -> Status:
@@ -290,13 +271,5 @@ def _orientation_error(path: Trajectory, where: Array, turns: Array) -> float | 
     asked = path.orientations_at(where)
     if asked is None:
         return None
-    w, x, y, z = asked.T
-    rows = np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
-    trace = (rows.transpose(2, 0, 1) * turns.reshape(-1, 3, 3)).sum(axis=(1, 2))
+    trace = (matrix(asked.T).transpose(2, 0, 1) * turns.reshape(-1, 3, 3)).sum(axis=(1, 2))
     return float(np.arccos(np.clip(0.5 * (trace - 1.0), -1.0, 1.0)).max())

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ovita.errors import MissingExtra, RequestError, TrajectoryError
+from ovita.errors import RequestError, TrajectoryError, needs
 from ovita.paths.robot import Box, Robot, Shell
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
@@ -44,10 +44,8 @@ class Simulation:
 
     Args:
         motion: Poses over time, in the scene's coordinates.
-        report: The numbers.
         stage: The simulator's world, for rendering.
         states: (T, Q) MuJoCo's positions at the motion's times.
-        plan: What the controller tracked.
         frames: (T,) the plan's steps at the motion's times.
     """
 
@@ -61,8 +59,6 @@ class Simulation:
 
 @dataclass(frozen=True)
 class _Ready:
-    """A robot that is placed and has a plan."""
-
     model: RobotModel
     path: Trajectory
     world: WorldTransform
@@ -178,10 +174,8 @@ def require() -> None:
         MissingExtra: If a package of the extra `sim` is not.
     """
     for package in ("mujoco", "toppra", "mink", "daqp"):
-        try:
+        with needs(package, "sim"):
             __import__(package)
-        except ImportError:
-            raise MissingExtra(package, "sim") from None
 
 
 def _ready(
@@ -263,7 +257,6 @@ def _turned(limits: Robot | None, world: WorldTransform) -> Robot | None:
 
 
 def _every(timestep: float, steps: int) -> int:
-    """Steps from one frame to the next."""
     return max(1, round(1.0 / FRAME_RATE / timestep), int(np.ceil(steps / FRAMES)))
 
 

@@ -123,8 +123,6 @@ class Rover:
     factor.
 
     Args:
-        robot: With `RoverLimits`.
-        stage: With the rover in it.
         trajectory: In the simulator's coordinates.
         base: Where it starts and which way it faces there.
     """

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ovita.errors import FormatError, MissingExtra
+from ovita.errors import FormatError, needs
 from ovita.io.files import atomic_write
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.sim import render
@@ -79,7 +79,6 @@ class Pane:
     Args:
         label: Such as "original"; that of the path that is drawn in red is "adapted", all others are blue.
         trajectory: In the scene's coordinates.
-        simulation: Of that trajectory.
     """
 
     label: str
@@ -110,10 +109,8 @@ def check_video(path: str) -> None:
     if not os.access(folder, os.W_OK):
         raise FormatError(path, "no permission to write here; choose another folder")
     for package in ("PIL", "matplotlib", "imageio_ffmpeg"):
-        try:
+        with needs(package, "sim"):
             __import__(package)
-        except ImportError:
-            raise MissingExtra(package, "sim") from None
     if render.backend() == "disable":
         raise render.NoRenderer
 
@@ -186,8 +183,6 @@ def frames(
 
 
 class _View:
-    """Renders one pane."""
-
     def __init__(
         self, pane: Pane, path: Array, camera: Any, world: WorldTransform, size: tuple[int, int], free: tuple[int, int]
     ) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, Literal
@@ -11,6 +10,7 @@ import numpy as np
 
 from ovita.errors import RobotError
 from ovita.limits.obstacles import is_support
+from ovita.paths.frame import matrix
 from ovita.paths.robot import Box, Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, nlerp
@@ -114,16 +114,11 @@ class SimWorld:
     """A compiled world.
 
     Args:
-        model: MuJoCo's model.
         tip: The site that follows the trajectory.
-        bodies: Of the robot.
-        names: Of the robot's bodies.
         objects: Name of the scene's object by geom.
         floor: The floor's geom.
         ground: Its height [m].
         rolls: Whether the robot is meant to touch the floor.
-        robot: Name of the robot model.
-        spec: What the model was compiled from.
         stand: Position and quaternion (7,) of the robot's base; at the origin for robots that move about.
     """
 
@@ -198,13 +193,8 @@ def build(
 ) -> SimWorld:
     """Put a robot and a scene into one world.
 
-    Args:
-        robot: Which robot.
-        scene: Its objects become bodies; in the simulator's coordinates.
-        base: Of an arm; robots that move about ignore it.
-        ground: Height of the floor [m].
-        solid: Whether objects push back. Otherwise contact is detected but not felt.
-        workspace: Whose workspace to show, in the simulator's coordinates.
+    Scene, workspace and the height of the floor [m] are in the simulator's coordinates; robots that move about ignore
+    the base. Objects that are not solid are detected in contact but not felt.
 
     Raises:
         RobotError: If the model cannot be loaded, or has no such tip.
@@ -225,8 +215,9 @@ def build(
     world.attach(child, frame=frame, prefix=PREFIX)
     rolls = robot.controller == "rover"
     _furnish(world, scene, base if fixed else None, ground, solid)
-    if rolls:
-        _let_pass(world, [i for i, item in enumerate(scene) if is_support(item)])
+    for geom in world.geoms if rolls else ():  # a rover stands on the simulator's own floor, not on supports
+        if geom.name in {f"object/{i}" for i, item in enumerate(scene) if is_support(item)}:
+            geom.contype = geom.conaffinity = 0
     if workspace is not None and workspace.workspace is not None:
         _show(world, workspace)
     try:
@@ -258,7 +249,6 @@ def _tip_name(robot: RobotModel) -> str:
 
 
 def _furnish(world: Any, scene: Scene, base: Base | None, ground: float, solid: bool) -> None:
-    """Add light, floor, pedestal and objects."""
     import mujoco
 
     kinds = mujoco.mjtGeom
@@ -309,13 +299,6 @@ def _furnish(world: Any, scene: Scene, base: Base | None, ground: float, solid: 
         )
 
 
-def _let_pass(world: Any, objects: Sequence[int]) -> None:
-    """Let a rover's wheels stand on supports of these numbers: for them, the floor is the simulator's own."""
-    for geom in world.geoms:
-        if geom.name in {f"object/{i}" for i in objects}:
-            geom.contype = geom.conaffinity = 0
-
-
 def _show(world: Any, robot: Robot) -> None:
     """Show the workspace as a transparent body that touches nothing."""
     import mujoco
@@ -340,34 +323,15 @@ def _shape(model: Any, geom: int, body: int) -> Shape:
     import mujoco
 
     kinds = mujoco.mjtGeom
-    kind, size = model.geom_type[geom], model.geom_size[geom]
+    scales: dict[Any, tuple[Any, Vector]] = {
+        kinds.mjGEOM_SPHERE: ("sphere", (1.0, 0.0, 0.0)),
+        kinds.mjGEOM_CYLINDER: ("cylinder", (1.0, 2.0, 0.0)),
+        kinds.mjGEOM_CAPSULE: ("capsule", (1.0, 2.0, 0.0)),
+    }
+    kind, size = mujoco.mjtGeom(model.geom_type[geom]), model.geom_size[geom]
     place, turn = model.geom_pos[geom], model.geom_quat[geom]
-    rgba = tuple(float(v) for v in model.geom_rgba[geom])
-    if kind == kinds.mjGEOM_SPHERE:
-        name, full = "sphere", (size[0], 0.0, 0.0)
-    elif kind == kinds.mjGEOM_CYLINDER:
-        name, full = "cylinder", (size[0], 2 * size[1], 0.0)
-    elif kind == kinds.mjGEOM_CAPSULE:
-        name, full = "capsule", (size[0], 2 * size[1], 0.0)
-    elif kind == kinds.mjGEOM_BOX:
-        name, full = "box", tuple(2 * size)
-    else:
-        center, half = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:]
-        name, full = "box", tuple(2 * half)
-        place = place + _rotated(turn, center)
-    return Shape(
-        body,
-        name,  # type: ignore[arg-type]
-        tuple(float(v) for v in full),  # type: ignore[arg-type]
-        tuple(float(v) for v in place),  # type: ignore[arg-type]
-        tuple(float(v) for v in turn),  # type: ignore[arg-type]
-        rgba,  # type: ignore[arg-type]
-    )
-
-
-def _rotated(wxyz: Array, vector: Array) -> Array:
-    import mujoco
-
-    out = np.zeros(3)
-    mujoco.mju_rotVecQuat(out, np.asarray(vector, dtype=float), np.asarray(wxyz, dtype=float))
-    return out
+    name, scale = scales.get(kind, ("box", (2.0, 2.0, 2.0)))
+    if name == "box" and kind != kinds.mjGEOM_BOX:
+        place, size = place + matrix(turn) @ model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:]
+    looks: list[Any] = [tuple(map(float, row)) for row in (size * scale, place, turn, model.geom_rgba[geom])]
+    return Shape(body, name, *looks)

@@ -25,9 +25,8 @@ from ovita.paths.geometry import lengths, path_distances
 from ovita.paths.robot import Robot
 from ovita.paths.trajectory import TIMESTEP, Array, Trajectory
 from ovita.sim.models import DroneLimits, RoverLimits, load_model
-from ovita.sources.legal import LimitsPlanner
 from ovita.sources.places import obstacles
-from ovita.sources.planner import Plan, PlanRequest, Progress
+from ovita.sources.planner import LimitsPlanner, Plan, PlanRequest, Progress
 from ovita.text import length
 
 HORIZON = 15

@@ -7,14 +7,15 @@ obstacle the point keeps the robot's distance and a little more.
 from __future__ import annotations
 
 import re
-from collections.abc import Container
+from collections.abc import Container, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
 from ovita.errors import RequestError
 from ovita.instruct.encoder import network
+from ovita.instruct.lexicon import concepts
 from ovita.instruct.numbers import amount_at, unit_at
 from ovita.instruct.objects import WORD, Catalog, Mention, singular
 from ovita.instruct.spelling import respelt
@@ -34,99 +35,30 @@ APPROACH = 0.05
 AROUND = 16
 """Directions that are tried for a place beside an object."""
 
-PHRASES: dict[str, Relation] = {
-    **dict.fromkeys(
-        (
-            *("above", "over", "on", "onto", "atop", "on top of", "over the top of", "top of", "the top of"),
-            *("higher than", "up from", "up above", "up over", "right over", "right above", "high above", "high over"),
-        ),
-        "over",
-    ),
-    **dict.fromkeys(("below", "under", "beneath", "underneath"), "under"),
-    **dict.fromkeys(
-        ("beside", "next to", "near", "close to", "by", "near to", "alongside", "by the side of"), "beside"
-    ),
-    **dict.fromkeys(("in front of", "the front of", "to the front of", "before"), "front"),
-    **dict.fromkeys(("behind", "in back of", "at the back of", "the back of", "to the back of", "back of"), "back"),
-    **{
-        phrase.format(side): side
-        for side in ("left", "right")
-        for phrase in (
-            *("{} of", "the {} of", "to the {} of", "on the {} of", "at the {} of", "the {} side of"),
-            *("on the {} side of", "to the {} side of", "{} side of", "on the {} hand side of"),
-            *("the {} hand side of", "the {} - hand side of", "on the {} - hand side of", "{} - hand side of"),
-        )
-    },
-    "between": "between",
-    "in between": "between",
-    **dict.fromkeys(
-        ("at", "the middle of", "the center of", "the centre of", "at the middle of", "in the middle of"), "at"
-    ),
-}
-"""How a place is told by an object; the longest phrase that fits is read."""
+Side = Literal["left", "right", "front", "back"]
+SIDES: tuple[Side, ...] = ("left", "right", "front", "back")
 
-AWAY = frozenset(("from", "away from", "off", "short of", "clear of", "to"))
-"""Behind a distance, these leave the side of an object open: "10 cm from the box"."""
 
-BEHIND: dict[str, Relation] = {
-    **dict.fromkeys(("from above", "from the top", "from overhead"), "over"),
-    **{
-        phrase.format(side): side
-        for side in ("left", "right")
-        for phrase in (
-            *(
-                "on the {}",
-                "on its {}",
-                "on the {} side",
-                "on its {} side",
-                "on {} side",
-                "on the {} of it",
-                "to the {} of it",
-                "to the {} side",
-                "to its {}",
-                "to its {} side",
-                "by the {}",
-                "from the {}",
-            ),
-            *("on the {} hand side", "on its {} hand side", "at the {} side", "at its {} side", "{} side"),
-        )
-    },
-    **dict.fromkeys(
-        (
-            "on its far side",
-            "from behind",
-            "on its back side",
-            "on back side",
-            "on the back side",
-            "at its back",
-            "at the back",
-        ),
-        "back",
-    ),
-    **dict.fromkeys(
-        ("at its front", "at the front", "on its front side", "on front side", "on the front side", "from the front"),
-        "front",
-    ),
-}
-"""How a side is told behind the object."""
+def way_words(name: str) -> frozenset[str]:
+    """The words and phrases of a class of `instruct/ways/*.txt`."""
+    return frozenset(concepts(folder="ways")[name])
 
-BARE: dict[str, Relation] = {
-    phrase.format(side): side for side in ("left", "right") for phrase in ("{}", "on {}", "to {}", "on our {}")
-}
-"""How a side is told behind the object where nothing follows: "pass the wall left"."""
+
+def _relations(prefix: str = "") -> dict[str, Relation]:
+    """The phrases of relations whose classes begin with some words, with theirs."""
+    found: dict[str, Relation] = {}
+    for relation in get_args(Relation):
+        found |= dict.fromkeys(concepts(folder="ways").get(f"{prefix}{relation}", ()), relation)
+    for phrase in concepts(folder="ways").get(f"{prefix}side", ()):
+        found |= {phrase.format("left"): "left", phrase.format("right"): "right"}
+    return found
+
+
+PHRASES, BEHIND, BARE, SEEN, OWNED = map(_relations, ("", "behind ", "bare ", "seen ", "owned "))
+AWAY, ARTICLES, HAVING = way_words("away"), way_words("article"), way_words("having")
 
 CLOSING = frozenset(", ; . : ! ? ( ) and then".split())
-"""What may follow such a side."""
-
-OWNED: dict[str, Relation] = {
-    "left": "left", "right": "right", "front": "front", "back": "back", "rear": "back", "top": "over",
-}  # fmt: skip
-"""How a side is told of its owner: "the box's left"."""
-
-ARTICLES = frozenset(
-    """the a an this that these those my our your his her its exactly right just directly about point spot position
-    place location height somewhere approximately roughly around of some level altitude""".split()
-)
+"""What may follow a side for which nothing else stands: "pass the wall left"."""
 
 _NUMBER = r"-?(?:\d+(?:\.\d+)?|\.\d+)(?:e[+-]?\d+)?"
 _AXES = r"[,;\s]*".join(rf"{axis}\s*[=:]?\s*{_NUMBER}" for axis in "xyz")
@@ -159,6 +91,7 @@ class Location:
         distance: From the surface [m], or None where it is left open.
         point: Coordinates [m], or None.
         unclear: What several objects, or none, fit; else "".
+        seen: Whether the relation is the side of the robot on its way that the object is to be on.
     """
 
     relation: Relation = "at"
@@ -166,6 +99,7 @@ class Location:
     distance: float | None = None
     point: tuple[float, float, float] | None = None
     unclear: str = ""
+    seen: bool = False
 
     @property
     def label(self) -> str:
@@ -174,18 +108,15 @@ class Location:
             return point(self.point)
         names = listed(the(item.name) for item in self.objects)
         far = "" if self.distance is None else f"{number(self.distance)} m "
-        how = {
-            "at": "" if self.distance is None else "from ",
-            "over": "above ",
-            "under": "under ",
-            "beside": "beside ",
-            "between": "between ",
-            "left": "left of ",
-            "right": "right of ",
-            "front": "in front of ",
-            "back": "behind ",
-        }
-        return f"{far}{how[self.relation]}{names}"
+        how = "" if self.relation == "at" and not far else TOLD[self.relation]
+        return f"{far}{how}{names}"
+
+
+TOLD: dict[Relation, str] = {
+    "at": "from ", "over": "above ", "under": "under ", "beside": "beside ", "between": "between ",
+    "left": "left of ", "right": "right of ", "front": "in front of ", "back": "behind ",
+}  # fmt: skip
+"""Relations in words."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,6 +132,19 @@ class Anchor:
     position: Array
     label: str
     objects: tuple[str, ...] = ()
+
+
+def phrase_at(words: Sequence[str], i: int, phrases: Container[str]) -> tuple[str, int]:
+    """The longest of some phrases that begins at word i, and how many words it takes; ("", 0) for none."""
+    for count in range(min(8, len(words) - i), 0, -1):
+        said = " ".join(words[i : i + count])
+        if said in phrases:
+            return said, count
+    return "", 0
+
+
+TURNED = ("left", "right")
+"""Sides that depend on where one is headed."""
 
 
 class Text:
@@ -220,45 +164,47 @@ class Text:
     def __len__(self) -> int:
         return len(self.pieces)
 
-    def phrase_at(self, i: int, phrases: Container[str]) -> tuple[str, int]:
-        """The longest of some phrases that begins at piece i, and how many pieces it takes; ("", 0) for none."""
-        for count in range(min(8, len(self.words) - i), 0, -1):
-            said = " ".join(self.words[i : i + count])
-            if said in phrases:
-                return said, count
-        return "", 0
-
     def place_at(self, i: int) -> tuple[Location, int] | None:
         """The place that is told from piece i on and the piece behind it, or None."""
         if self.words[i] in ("through", "thru") and (pair := self._pair(i + 1)) is not None:
             return pair
-        at = self._after_articles(i)
-        coordinates = self._point(at)
-        if coordinates is not None:
+        if (coordinates := self._point(self._after_articles(i))) is not None:
             return coordinates
+        distance, said, at = self._relation(i)
+        relation = PHRASES.get(said, "at")
+        if relation == "between" or said.endswith("middle of"):
+            pair = self.between(at)
+            if relation == "between" or pair is not None:
+                return pair
+        if distance is None and said and (coordinates := self._point(self._after_articles(at))) is not None:
+            return coordinates
+        if distance is not None and not said:
+            return None
+        found = self.object_at(at) or self._meant(at, bool(said))
+        if found is None:
+            return None
+        place, end = self.sided(replace(found[0], relation=relation, distance=distance), found[1])
+        alone = not said and (i == 0 or self.words[i - 1] in (",", ";", ".", ":"))  # "bottle on the left"
+        behind = BEHIND.get(phrase_at(self.words, found[1], BEHIND)[0]) == place.relation
+        return (replace(place, seen=True) if alone and behind and place.relation in TURNED else place), end
+
+    def _relation(self, i: int) -> tuple[float | None, str, int]:
+        """The distance [m] and the relation that are told from piece i on, and the piece behind them."""
+        at = self._after_articles(i)
         far = self._distance(i)  # "a metre above" has an article of its own
         distance, at = far if far[0] is not None else self._distance(at)
-        said, used = self.phrase_at(i, PHRASES) if distance is None else ("", 0)  # "the right of" is no article
-        at = i if used else at
-        said, used = (said, used) if used else self.phrase_at(at, PHRASES)
-        if not used and distance is not None:
-            said, used = self.phrase_at(at, AWAY)
-        relation = PHRASES.get(said, "at")
-        at += used
-        pair = self.between(at) if relation == "between" or said.endswith("middle of") else None
-        if relation == "between" or pair is not None:
-            return pair
-        if used and distance is None and (coordinates := self._point(self._after_articles(at))) is not None:
-            return coordinates
-        found = self.object_at(at) or self._meant(at, bool(used))
-        if found is None or (distance is not None and not used):
-            return None
-        item, end = found
-        return self.sided(replace(item, relation=relation, distance=distance), end)
+        tried = [(i, PHRASES), (at, PHRASES)] if distance is None else [(at, PHRASES), (at, AWAY)]
+        for begin, phrases in tried:  # in "the right of", "right" is no article
+            said, used = phrase_at(self.words, begin, phrases)
+            if used:
+                return distance, said, begin + used
+        return distance, "", at
 
     def _meant(self, i: int, related: bool) -> tuple[Location, int] | None:
         """What "above it" and "from there" mean: the object that was named last before."""
         said = self.words[i] if 0 < i < len(self) else ""
+        if i > 1 and self.words[i - 1] == "at" and self.words[i - 2].endswith(("'re", "'m", "is", "are")):
+            return None  # "while you're at it"
         there = said == "there" and self.words[i - 1] in ("from", "to") and "where" not in self.words[i : i + 6]
         if not there and not (said == "it" and related):
             return None
@@ -282,18 +228,34 @@ class Text:
 
     def sided(self, place: Location, end: int) -> tuple[Location, int]:
         """A place at an object with the side that is told behind it: "the lamp on its left"."""
-        if place.relation not in ("at", "beside"):
+        if place.relation not in ("at", "beside") or not place.objects:
             return place, end
         owned = OWNED.get(self.words[end]) if end < len(self) and self.words[end - 1].endswith("'s") else None
         if owned is not None:
             return replace(place, relation=owned), end + 1 + (self.words[end + 1 : end + 2] == ["side"])
-        said, used = self.phrase_at(end, BARE)
-        if used and (end + used == len(self) or self.words[end + used] in CLOSING):
-            return replace(place, relation=BARE[said]), end + used
-        said, used = self.phrase_at(end, BEHIND)
-        if used and self.words[end + used : end + used + 1] not in (["of"], ["side"]):
-            return replace(place, relation=BEHIND[said]), end + used
+        for phrases in (BARE, SEEN, BEHIND):
+            said, used = phrase_at(self.words, end, phrases)
+            if used and self._complete(phrases, end + used):
+                relation, before = phrases[said], self.words[max(end - 5, 0) : end]
+                kept = phrases is BEHIND and relation in ("left", "right") and not HAVING.isdisjoint(before)
+                side = replace(place, relation=relation, seen=phrases is SEEN or kept)  # "leave the lamp on the left"
+                return self._far_from(side, end + used)
         return place, end
+
+    def _complete(self, phrases: Container[str], end: int) -> bool:
+        """Whether a side that is told behind an object ends at a piece: "on the left", and not "on the left of it"."""
+        if phrases is BARE:
+            return end == len(self) or self.words[end] in CLOSING
+        return phrases is SEEN or self.words[end : end + 1] not in (["of"], ["side"])
+
+    def _far_from(self, place: Location, end: int) -> tuple[Location, int]:
+        """A place behind an object, on the side that is far from another one if that is told: "from the cup"."""
+        other = self.object_at(end + 1) if self.words[end : end + 1] == ["from"] else None
+        if place.relation != "back" or other is None or not other[0].objects:
+            return place, end
+        away = place.objects[0].position - other[0].objects[0].position
+        far = max(SIDES, key=lambda side: float(self.scene.frame.direction(side) @ away))
+        return replace(place, relation=far), other[1]
 
     def _distance(self, i: int) -> tuple[float | None, int]:
         amount = amount_at(self.words, i) if i < len(self) else None
@@ -365,6 +327,7 @@ _DRAWN = re.compile(r"([^\W\d_])\1{2,}")
 _ITS = re.compile(
     r"\b((?:when|while|if|because|cos|since|as) )its(?= (?:near|close|at|by|on|over|going|past|in)\b)", re.I
 )
+_AXIS = re.compile(r"\b([xyz])_?(max|min)\b", re.I)
 _THE = re.compile(r"\bt'(?=[a-z]{3})", re.I)
 SHORTHAND = {"frm": "from", "o'": "of", "thru": "through", "b4": "before", "til": "until"}
 _SHORT = re.compile(rf"(?<![\w/])({'|'.join(SHORTHAND)})(?=\s)", re.IGNORECASE)
@@ -372,6 +335,7 @@ _SHORT = re.compile(rf"(?<![\w/])({'|'.join(SHORTHAND)})(?=\s)", re.IGNORECASE)
 
 def _settled(text: str) -> str:
     """A text without drawn-out letters and the shorthand of messages: "pleeease", "frm"."""
+    text = _AXIS.sub(r"\1 \2", text)
     text = _THE.sub("the ", _ITS.sub(r"\1it's", _DRAWN.sub(r"\1", text)))
     return _SHORT.sub(lambda found: SHORTHAND[found[0].lower()], text)
 
@@ -466,17 +430,18 @@ def _free_place(said: Location, item: SceneObject, scene: Scene, robot: Robot, t
     """Above an object, or at the side of it that is nearest to where the path comes from, if that is legal."""
     over = not robot.planar and said.relation != "beside"
     above = [_beside(item, robot, scene.frame.direction("up"), said.distance)] if over else []
-    tried = [*above, *_sides(said, item, scene, robot, toward)]
+    tried = [*above, *sides_of(said, scene, robot, toward)]
     best = next((place for place in tried if not troubles(place, scene, robot)), tried[0])
     label = f"above {the(item.name)}" if above and best is tried[0] else f"beside {the(item.name)}"
     return Anchor(best, label, (item.name,))
 
 
-def _sides(said: Location, item: SceneObject, scene: Scene, robot: Robot, toward: Array | None) -> list[Array]:
-    """Places around an object, the nearest to where the path comes from first."""
+def sides_of(said: Location, scene: Scene, robot: Robot, toward: Array | None) -> list[Array]:
+    """Places (3,) [m] around an object, the nearest to where the path comes from first."""
     right, front = (scene.frame.direction(word) for word in ("right", "front"))
     angles = np.linspace(0.0, 2.0 * np.pi, AROUND, endpoint=False)
     directions = np.cos(angles)[:, None] * right + np.sin(angles)[:, None] * front
+    item = said.objects[0]
     sides = [_low_enough(_beside(item, robot, direction, said.distance), robot) for direction in directions]
     if toward is not None:
         sides.sort(key=lambda place: round(float(np.linalg.norm(place - toward)), 9))

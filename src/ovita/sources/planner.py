@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from numbers import Integral, Real
 from typing import Any, Protocol
@@ -22,11 +22,14 @@ from ovita.io.documents import Task, load_robot
 from ovita.io.documents import plain as as_json
 from ovita.io.messages import JointMotion
 from ovita.limits import ConstraintCheck, ConstraintOptions, constrain, verify
+from ovita.limits.path import PathProblem, ball, bounds
+from ovita.limits.qp import Weights
+from ovita.limits.route import find_route
 from ovita.paths.geometry import lengths
 from ovita.paths.robot import PRESETS, Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array, Trajectory, arc_length
-from ovita.sources.places import Anchor, Location, locate, read_place, troubles
+from ovita.sources.places import Anchor, Location, locate, obstacles, read_place, troubles
 from ovita.text import length, listed, number, point, sentence, shortened
 
 WAYPOINTS, MOST_WAYPOINTS = 60, 2000
@@ -211,8 +214,6 @@ def planner_named(name: str) -> Planner:
         RequestError: If there is no such planner.
     """
     if name == "limits":
-        from ovita.sources.legal import LimitsPlanner
-
         return LimitsPlanner()
     if name in ("rrt_connect", "rrt_star"):
         from ovita.sources.sampling import SamplingPlanner
@@ -380,3 +381,46 @@ def speed_profile(positions: Array, cruise: float) -> Array:
     ramp = max(RAMP * float(s[-1]), 1e-12)
     share = np.minimum(np.minimum(s, s[-1] - s) / ramp, 1.0)
     return np.asarray(cruise * np.sqrt(np.maximum(share, 0.0)))
+
+
+@dataclass(frozen=True)
+class LimitsPlanner:
+    """The constraint module as a planner: the straight way, moved as little as the limits need.
+
+    It goes around obstacles by a visibility graph and pulls the path back to the straight line as far as the limits let
+    it (see `limits.solve`), so it is deterministic and takes milliseconds. Where so few waypoints cannot go around
+    something, they are spread along the shortest legal polyline instead.
+    """
+
+    name: str = "limits"
+
+    def plan(self, request: PlanRequest, progress: Progress | None = None) -> Plan:
+        """Plan; seed and time limit do not matter."""
+        started = time.perf_counter()
+        if progress is not None:
+            progress("going around obstacles")
+        found = finished(request, request.corners, range(len(request.anchors)), self.name, started)
+        if found.ok:
+            return found
+        route = _legal_polyline(request)
+        if route is None:
+            return replace(found, seconds=time.perf_counter() - started)
+        again = finished(request, *route, self.name, started)
+        return again if again.ok else replace(found, seconds=again.seconds)
+
+
+def _legal_polyline(request: PlanRequest) -> tuple[Array, list[int]] | None:
+    """The shortest legal polyline (K, 3) [m] and which of its vertices are start, via points and goal, or None."""
+    robot, corners = request.robot, request.corners
+    lower, upper = bounds(robot)
+    if robot.planar:
+        lower[2] = upper[2] = corners[0, 2]
+    problem = PathProblem(corners, Weights(), lower, upper, obstacles(request.scene, robot), ball(robot))
+    rows, anchors = [corners[:1]], [0]
+    for a, b in pairwise(corners):
+        between = find_route(problem, a, b)
+        if isinstance(between, str):
+            return None
+        rows += [between, b[None]]
+        anchors.append(anchors[-1] + len(between) + 1)
+    return np.vstack(rows), anchors

@@ -9,23 +9,40 @@ import numpy as np
 
 from ovita.paths.robot import Box, Robot
 from ovita.paths.scene import Scene, SceneObject
-from ovita.paths.trajectory import Array, Trajectory
-from ovita.sources.heights import Level
-from ovita.sources.places import APPROACH, Anchor
-from ovita.sources.route import Route
-from ovita.text import number, the
-
-SIDES = {"left": "left", "right": "right", "front": "front", "back": "back"}
-"""Relations that are a side, as the frame names them."""
+from ovita.paths.trajectory import Array
+from ovita.sources.places import APPROACH, SIDES, Anchor, Location, sides_of, troubles
+from ovita.sources.planner import anchored
+from ovita.sources.route import Level, Route
+from ovita.text import number
 
 
-def beside_sides(route: Route, scene: Scene) -> dict[str, Array]:
-    """The room (3,) [m] around objects that are to be passed on one side, so that the path is nearest there."""
-    return {
-        place.objects[0].name: _across(place.objects[0], scene.frame.direction(SIDES[place.relation]), scene)
-        for place in route.via
-        if place.relation in SIDES
-    }
+def around_passed(route: Route, scene: Scene, robot: Robot) -> dict[str, Array]:
+    """The room (3,) [m] around objects that are to be passed on one side or so far above, and on no other."""
+    up, keep = scene.frame.direction("up"), robot.radius + robot.obstacle_margin
+    room: dict[str, Array] = {}
+    for place in route.via:
+        if place.relation in SIDES:
+            room[place.objects[0].name] = _across(place.objects[0], scene.frame.direction(place.relation), scene)
+        elif place.relation == "over" and (place.distance or 0.0) > keep:
+            item = place.objects[0]
+            more = max((place.distance or 0.0) - keep - SLACK, 0.0)
+            room[item.name] = np.where(_vertical(item, up) > 0.0, more, min(more, 2.0 * APPROACH))
+    return room
+
+
+SLACK = 0.001
+"""How much less room than told there is above an object that is passed, so that the place to pass is legal [m]."""
+
+
+def _vertical(item: SceneObject, up: Array) -> Array:
+    """One for the axis (3,) of an object that stands upright, else zero."""
+    return np.asarray(np.arange(3) == np.argmax(np.abs(item.rotation.T @ up)), dtype=float)
+
+
+def beneath_barred(route: Route, scene: Scene) -> dict[str, Array]:
+    """The room (3,) [m] around objects that the path is not to lead over."""
+    up = scene.frame.direction("up")
+    return {name: OVER * _vertical(scene[name], up) for name in route.barred}
 
 
 def around_circled(route: Route, scene: Scene) -> dict[str, Array]:
@@ -36,11 +53,8 @@ def around_circled(route: Route, scene: Scene) -> dict[str, Array]:
 
 def _to_corners(item: SceneObject, up: Array) -> Array:
     half = item.size / 2.0
-    vertical = int(np.argmax(np.abs(item.rotation.T @ up)))
-    level = np.delete(half, vertical)
-    room = float(np.linalg.norm(level)) - half + APPROACH
-    room[vertical] = 0.0
-    return np.maximum(room, 0.0)
+    level = 1.0 - _vertical(item, up)
+    return np.asarray(np.maximum(np.linalg.norm(half * level) - half + APPROACH, 0.0) * level)
 
 
 def _across(item: SceneObject, side: Array, scene: Scene) -> Array:
@@ -48,28 +62,13 @@ def _across(item: SceneObject, side: Array, scene: Scene) -> Array:
     along = int(np.argmax(np.abs(item.rotation.T @ side)))
     half = item.size / 2.0
     room = np.maximum(half[along] - half, 0.0) + 2.0 * APPROACH
-    room[int(np.argmax(np.abs(item.rotation.T @ scene.frame.direction("up"))))] = OVER
+    room[_vertical(item, scene.frame.direction("up")) > 0.0] = OVER
     room[along] = 0.0
     return np.asarray(room)
 
 
 OVER = 1.0
 """Room above an object that is to be passed on a side, so that the path does not lead over it [m]."""
-
-
-def other_sides(route: Route, path: Trajectory, scene: Scene) -> tuple[str, ...]:
-    """What a path passes on another side than was said, as sentences."""
-    level = path.resample(500, by="arc_length").positions
-    level = level - np.outer(level @ (up := scene.frame.direction("up")), up)
-    found = []
-    for place in (place for place in route.via if place.relation in SIDES):
-        item = place.objects[0]
-        away = level - (item.position - (item.position @ up) * up)
-        nearest = away[int(np.linalg.norm(away, axis=1).argmin())]
-        beside = float(nearest @ scene.frame.direction(SIDES[place.relation]))
-        if beside < 0.5 * float(np.linalg.norm(nearest)) or beside <= 0.0:
-            found.append(f"It would also pass {the(item.name)} on another side.")
-    return tuple(found)
 
 
 def enlarged(scene: Scene, robot: Robot, room: Mapping[str, Array]) -> Scene:
@@ -92,11 +91,22 @@ def capped(robot: Robot, ceiling: float | None) -> Robot:
     return replace(robot, workspace=Box(box.lower, (box.upper[0], box.upper[1], ceiling + robot.margin)))
 
 
-def leveled(anchors: Sequence[Anchor], level: Level | None, scene: Scene) -> list[Anchor]:
-    """Places of a way that goes at a height between its ends: it climbs above the first and comes down on the last."""
+def leveled(places: Sequence[Location], level: Level | None, scene: Scene, robot: Robot) -> list[Anchor]:
+    """Where the places of a way are that goes at a height between its ends, climbing and coming down where it can.
+
+    Raises:
+        RequestError: As `places.locate` does.
+    """
+    anchors = anchored(places, scene, robot)
     if level is None:
-        return list(anchors)
+        return anchors
     up = scene.frame.direction("up")
+    for end, other in ((0, 1), (-1, -2)):  # no way leads down on something that is taller than the height
+        above = _lifted(anchors[end], level, up)
+        if places[end].relation == "at" and places[end].objects and troubles(above.position, scene, robot):
+            beside = sides_of(places[end], scene, robot, anchors[other].position)
+            raised = (_lifted(Anchor(side, above.label, above.objects), level, up) for side in beside)
+            anchors[end] = next((one for one in raised if not troubles(one.position, scene, robot)), anchors[end])
     first, *_, last = anchors
     above, *lifted, over = (_lifted(anchor, level, up) for anchor in anchors)
     return [first, *([] if above is first else [above]), *lifted, *([] if over is last else [over]), last]

@@ -22,11 +22,11 @@ from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.request import MAX_INSTRUCTION, Request
 from ovita.result import Adaptation, Status, explain
-from ovita.sources.places import APPROACH, Location, Text
-from ovita.sources.planner import TIME_LIMIT, WAYPOINTS, Plan, Planner, PlanRequest, anchored, planned, planner_named
-from ovita.sources.room import around_circled, beside_sides, capped, enlarged, leveled, other_sides
+from ovita.sources.places import APPROACH, SIDES, Location, Text
+from ovita.sources.planner import TIME_LIMIT, WAYPOINTS, Plan, Planner, PlanRequest, planned, planner_named
+from ovita.sources.room import around_circled, around_passed, beneath_barred, capped, enlarged, leveled
 from ovita.sources.route import Route, Wish, read_route
-from ovita.text import number, sentence
+from ovita.text import number, sentence, the
 from ovita.writers.base import PolicyWriter, Progress, Reply, WriterChain, writer_named
 from ovita.writers.builtin import BuiltinWriter, FramesWriter
 from ovita.writers.prompt import Prompt
@@ -111,9 +111,9 @@ def from_words(
         return Generation(instruction, route, route.question)
     wanted = robot.max_speed if speed is None and route.fastest else speed
     chosen = planner_named(planner) if isinstance(planner, str) else planner
-    room = beside_sides(route, scene) | around_circled(route, scene)
+    room = beneath_barred(route, scene) | around_passed(route, scene, robot) | around_circled(route, scene)
     for body in dict.fromkeys((capped(robot, route.ceiling), robot)):
-        places = leveled(anchored([route.start, *route.via, route.goal], scene, body), route.level, scene)
+        places = leveled([route.start, *route.via, route.goal], route.level, scene, body)
         request = PlanRequest(scene, body, places[0], places[-1], tuple(places[1:-1]), waypoints, wanted, seed,
                               search_limit)  # fmt: skip
         found = _roomy(request, chosen, room, progress) or planned(request, chosen, progress)
@@ -215,7 +215,7 @@ def _adapted(
     else:
         limits = stages["constraints"] or ConstraintOptions()
         result, doubts = enforced(instruction, path, scene, robot, constraints=limits), route.doubts
-    doubts = (*doubts, *other_sides(route, result.adapted or path, scene))
+    doubts = (*doubts, *_otherwise(route, result.adapted or path, scene))
     result = to_confirm(result, doubts=doubts) if result.usable and doubts else result
     return _whole(result, instruction, sentence(f"Plan the way {request.told}"), (*route.notes, *_near(route, robot)))
 
@@ -262,6 +262,26 @@ def _moved_ends(path: Trajectory, result: Adaptation) -> tuple[str, ...]:
     return tuple(
         f"The {end} would lie {number(far)} m from where it was said." for end, far in away.items() if far > OFF
     )
+
+
+def _otherwise(route: Route, path: Trajectory, scene: Scene) -> tuple[str, ...]:
+    """What a path passes on another side than was said, or leads over against what was said, as sentences."""
+    dense = path.resample(500, by="arc_length").positions
+    up = scene.frame.direction("up")
+    found = []
+    for place in (place for place in route.via if place.relation in SIDES):
+        away = dense - place.objects[0].position
+        away -= np.outer(away @ up, up)
+        nearest = away[int(np.linalg.norm(away, axis=1).argmin())]
+        beside = float(nearest @ scene.frame.direction(place.relation))
+        if beside < 0.5 * float(np.linalg.norm(nearest)) or beside <= 0.0:
+            found.append(f"It would also pass {the(place.objects[0].name)} on another side.")
+    for item in (scene[name] for name in route.barred):
+        above = dense[(dense - item.position) @ up > 0.0]
+        shadow = above - np.outer((above - item.position) @ up, up)
+        if len(shadow) and float(item.clearance(shadow).min()) <= 0.0:
+            found.append(f"It would lead over {the(item.name)}.")
+    return tuple(found)
 
 
 OFF = 0.04

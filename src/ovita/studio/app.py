@@ -15,14 +15,14 @@ from pathlib import Path
 from typing import Any
 
 from ovita.dialogue.session import Session
-from ovita.errors import FormatError, MissingExtra, OvitaError, RequestError
+from ovita.errors import FormatError, OvitaError, RequestError, needs
 from ovita.studio.files import offered_files, open_file
 from ovita.studio.guide import page
 from ovita.studio.look import lookable
 from ovita.studio.security import Gate, gate_for, guarded, is_local, limit_uploads
 from ovita.studio.sessions import SessionController, Sessions, default_folder
 from ovita.studio.tab import Tab
-from ovita.studio.wire import PLACE, Wires
+from ovita.studio.timeline import PLACE, Wires
 
 PORT = 8765
 """Where the studio listens unless another port is named."""
@@ -61,10 +61,8 @@ class Studio:
     """
 
     def __init__(self, settings: StudioSettings) -> None:
-        try:
+        with needs("viser", "studio"):
             import viser
-        except ImportError:
-            raise MissingExtra("viser", "studio") from None
         token = secrets.token_urlsafe(24) if settings.token == "auto" else settings.token
         gate_for(settings.host, token, page)
         port = _free_port(settings.host, settings.port)
@@ -253,7 +251,6 @@ def _free_port(host: str, port: int) -> int:
 
 @contextlib.contextmanager
 def _quiet() -> Iterator[None]:
-    """Keep viser's banner off the terminal."""
     with contextlib.redirect_stdout(io.StringIO()):
         yield
 

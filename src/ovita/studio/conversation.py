@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
 from typing import Any
 
-from ovita.errors import OvitaError
 from ovita.request import FeedbackOn
 from ovita.studio import html, turns
-from ovita.studio.sessions import News, SessionController
+from ovita.studio.sessions import Desk, News, SessionController
 from ovita.studio.writing import writer_name
 
 _ON = {"current: what there is now": "current", "original: everything on the blue line": "original"}
@@ -19,10 +17,10 @@ _ASK, _ASK_WAY = "What should change?", "From where to where?"
 
 
 class Conversation:
-    """Instruction box, suggestions, progress, outcome and history of one tab; made as panels are, see `panels`."""
+    """Instruction box, suggestions, progress, outcome and history of one tab."""
 
-    def __init__(self, gui: Any, controller: Callable[[], SessionController], complain: Callable[[str], None]) -> None:
-        self.gui, self._controller, self._complain = gui, controller, complain
+    def __init__(self, desk: Desk) -> None:
+        self.desk, gui = desk, desk.client.gui
         self._suggested: tuple[str, ...] = ()
         self._tries: list[Any] = []
         self._clock: threading.Thread | None = None
@@ -43,18 +41,18 @@ class Conversation:
         self.tries = gui.add_folder(None)
         self.back = gui.add_button_group("history", ("Undo", "Redo"), visible=False)
         self.past = gui.add_html("")
-        self.form.on_submit(lambda _: self._say())
+        self.form.on_submit(lambda _: self.send_words(self.text.value, answering=True))
         self.send.on_click(lambda _: self.form.submit())
         self.on.on_update(lambda _: self._explain())
-        self.cancel.on_click(lambda _: self._controller().cancel())
-        self.accept.on_click(lambda _: self._controller().act(lambda s: s.accept()))
-        self.dismiss.on_click(lambda _: self._controller().act(lambda s: s.dismiss()))
+        self.cancel.on_click(lambda _: self.desk.controller.cancel())
+        self.accept.on_click(lambda _: self.desk.controller.act(lambda s: s.accept()))
+        self.dismiss.on_click(lambda _: self.desk.controller.act(lambda s: s.dismiss()))
         self.back.on_click(lambda _: self.step(self.back.value))
         self._explain()
 
     def refresh(self, news: News) -> None:
         """Show the session."""
-        controller = self._controller()
+        controller = self.desk.controller
         busy = controller.busy
         for node in (self.stage, self.bar, self.cancel):
             node.visible = busy is not None
@@ -83,25 +81,19 @@ class Conversation:
         """Stop the clock."""
         self._closed = True
 
-    def _say(self) -> None:
-        self.send_words(self.text.value, answering=True)
-
     def send_words(self, text: str, *, answering: bool) -> None:
         """Send an utterance, or the answer to a pending question."""
-        controller = self._controller()
+        controller = self.desk.controller
         if turns.is_help(text):
             self.text.value, self._helped = "", True
             self.refresh("error")
             return
-        try:
+        with self.desk.complaining():
             if answering and controller.said is not None and controller.said.question:
                 controller.answer(text)
             else:
                 controller.say(text, self._about())
-        except OvitaError as error:
-            self._complain(str(error))
-            return
-        self.text.value = ""
+            self.text.value = ""
 
     def _about(self) -> FeedbackOn:
         return "original" if _ON.get(self.on.value) == "original" else "current"
@@ -111,15 +103,15 @@ class Conversation:
 
     def step(self, which: str) -> None:
         """Undo or redo a turn."""
-        controller = self._controller()
+        controller = self.desk.controller
         did: list[bool] = []
         if controller.act(lambda s: did.append(s.undo() if which == "Undo" else s.redo())) and not did[0]:
-            self._complain(f"There is nothing to {which.lower()}.")
+            self.desk.complain(f"There is nothing to {which.lower()}.")
 
     def go(self, turn: int) -> None:
         """Go on from a turn, or from the beginning (`ROOT`); the turns after it stay in the history."""
-        if -1 <= turn < len(self._controller().session.history.steps):
-            self._controller().act(lambda session: session.branch(turn))
+        if -1 <= turn < len(self.desk.controller.session.history.steps):
+            self.desk.controller.act(lambda session: session.branch(turn))
 
     def _suggest(self, controller: SessionController) -> None:
         session = controller.session
@@ -133,20 +125,20 @@ class Conversation:
         self._tries = []
         with self.tries:
             if wanted:
-                self._tries.append(self.gui.add_html(html.block("<h4>Try</h4>")))
+                self._tries.append(self.desk.client.gui.add_html(html.block("<h4>Try</h4>")))
             for text in wanted:
-                button = self.gui.add_button(text, color=(228, 236, 243), hint="Click to say this")
+                button = self.desk.client.gui.add_button(text, color=(228, 236, 243), hint="Click to say this")
                 button.on_click(lambda _, text=text: self.send_words(text, answering=False))
                 self._tries.append(button)
 
     def _tick(self) -> None:
         done = threading.Event()
-        while not self._closed and self._controller().busy is not None:
+        while not self._closed and self.desk.controller.busy is not None:
             self._show_stage()
             done.wait(_TICK_S)
 
     def _show_stage(self) -> None:
-        busy = self._controller().busy
+        busy = self.desk.controller.busy
         if busy is not None:
             said = html.e(html.clipped(busy.said))
             self.stage.content = html.block(

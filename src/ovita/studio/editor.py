@@ -1,26 +1,104 @@
-"""Dragging by hand: an object, the start, the goal or a waypoint; pinning. Each becomes a turn of the session."""
+"""Editing by hand: what is dragged, pinned, inserted, deleted or drawn becomes a turn, mostly by a small policy."""
 
 from __future__ import annotations
 
 import contextlib
 import threading
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from ovita.dialogue.session import Session
-from ovita.errors import OvitaError
+from ovita.errors import OvitaError, RequestError
 from ovita.paths.correspondence import carried_over
 from ovita.paths.frame import Frame
+from ovita.paths.part import PathPart
 from ovita.paths.scene import Scene
-from ovita.paths.trajectory import Array, Trajectory
+from ovita.paths.trajectory import Array, Trajectory, interpolate, source_indices
 from ovita.studio import html
-from ovita.studio.hands import drawn, pulled
 from ovita.studio.scene_view import SceneView
-from ovita.studio.sessions import SessionController
+from ovita.studio.sessions import Desk, Latest
+from ovita.text import waypoints
 from ovita.toolkit import CATALOGUE
+
+MOST_POINTS = 24
+"""Points of a stroke that go into the policy; a hand draws no finer."""
+
+
+@dataclass(frozen=True)
+class HandEdit:
+    """What a hand did: its name in the history, the policy that does it, and the plan as a sentence."""
+
+    said: str
+    code: str
+    plan: str
+
+    def do(self, session: Session) -> None:
+        """Do it, as a turn of a session."""
+        session.draw(self.said, self.code, self.plan)
+
+
+def pulled(index: int, by: Array, frame: Frame, count: int) -> HandEdit:
+    """A waypoint (counted from 0) of `count` was pulled by (3,) [m]; two neighbours on either side follow it."""
+    words = {word: round(amount, 4) for word, amount in frame.words(by).items() if amount >= 5e-4}
+    if not words:
+        raise RequestError(f"waypoint {index + 1} was moved by less than 1 mm; drag it further")
+    told = ", ".join(f"{amount:.2f} m {word}" for word, amount in words.items())
+    knobs = "".join(f"    {word}={amount!r},  # [m] {word}\n" for word, amount in words.items())
+    width = round(min(3.0 / (count - 1), 0.5), 4)
+    knobs += f"    width={width!r},  # share of the path on either side that follows\n"
+    passed = ", ".join(f"{word}={word}" for word in words)
+    body = f"    return pull_waypoint(traj, {index}, width=width, {passed})\n"
+    return HandEdit(
+        f"moved waypoint {index + 1} {told}", _policy(knobs, body), f"Pull waypoint {index + 1} {told}, as by hand."
+    )
+
+
+def inserted(after: int) -> HandEdit:
+    """A waypoint was put behind one (counted from 0)."""
+    between = f"between waypoints {after + 1} and {after + 2}"
+    body = f"    return insert_waypoint(traj, {after})\n"
+    return HandEdit(f"inserted a waypoint {between}", _policy("", body), f"Put a waypoint {between}.")
+
+
+def deleted(first: int, last: int) -> HandEdit:
+    """The waypoints from one to another (counted from 0) were taken out."""
+    which = waypoints(first, last)
+    body = f"    return delete_waypoints(traj, {first}, {last})\n"
+    return HandEdit(f"deleted {which}", _policy("", body), f"Take out {which}.")
+
+
+def sketched(line: Array, first: int, last: int) -> HandEdit:
+    """The part from one waypoint to another (counted from 0) shall follow a line (M, 3) [m].
+
+    Raises:
+        RequestError: If the line is none, or the part is too short to follow it.
+    """
+    if line.ndim != 2 or line.shape[1] != 3 or len(line) < 2 or not np.isfinite(line).all():
+        raise RequestError(
+            "the stroke is too short; draw along the path, from where it should leave to where it returns"
+        )
+    if last - first < 2:
+        raise RequestError(
+            "the stroke is along less than 3 waypoints; draw along more of the path, or insert waypoints"
+        )
+    points = interpolate(line, source_indices(line, min(len(line), MOST_POINTS), "arc_length")).round(4)
+    part = PathPart("range", amount=first, until=last).words()
+    rows = ",\n".join(f"        {row}" for row in points.tolist())
+    knobs = "    stiffness=0.2,  # 0 follows the drawn line exactly, 1 keeps the shape of the path\n"
+    body = (
+        f"    drawn = [\n{rows},\n    ]\n    part = between(traj, {first}, {last})\n"
+        "    return follow_stroke(traj, drawn, stiffness=stiffness, where=part, keep_ends=True)\n"
+    )
+    return HandEdit(f"sketched a new way {part}", _policy(knobs, body), f"Follow the drawn line {part}.")
+
+
+def _policy(knobs: str, body: str) -> str:
+    arguments = f"\n    traj,\n    scene,\n    *,\n{knobs}" if knobs else "traj, scene"
+    return f"def adapt({arguments}):\n{body}"
+
 
 _NOTHING, _START, _GOAL = "nothing", "the start", "the goal"
 
@@ -32,33 +110,19 @@ class DragEditor:
     """
 
     def __init__(
-        self,
-        gui: Any,
-        space: SceneView,
-        controller: Callable[[], SessionController],
-        peek: Callable[[Session], None],
-        told: Callable[[int | None], None],
+        self, desk: Desk, space: SceneView, peek: Callable[[Session], None], told: Callable[[int | None], None]
     ) -> None:
-        self._space, self._controller, self._peek, self._told = space, controller, peek, told
-        self._wanted: tuple[str, Array] | None = None
+        self.desk, self._space, self._peek, self._told = desk, space, peek, told
         self._waypoint: int | None = None
-        self._on = controller().session.current  # the path that the waypoint is counted on
-        self._peeking, self.dragging = False, False
-        self._lock = threading.Lock()
+        self._on = desk.controller.session.current  # the path that the waypoint is counted on
+        self._previews = Latest(self._preview, "ovita-preview")
+        self.dragging = False
         self._gizmo: Any = None
-        gui.add_html(
-            html.block(
-                "<h4>Move</h4><p class='soft'>Choose what to move, or click an object; then drag its arrows."
-                " The program runs again when you let go.</p>"
-            )
-        )
+        gui = desk.client.gui
+        about = "Choose what to move, or click an object; then drag its arrows. The program runs again when you let go."
+        gui.add_html(html.section("Move", about))
         self.what = gui.add_dropdown("move", (_NOTHING,))
-        gui.add_html(
-            html.block(
-                "<h4>Pin</h4><p class='soft'>The limits may not move a pinned waypoint from where the program puts it."
-                "</p>"
-            )
-        )
+        gui.add_html(html.section("Pin", "The limits may not move a pinned waypoint from where the program puts it."))
         self.index = gui.add_slider("waypoint", 1, 2, 1, 1)
         self.pin = gui.add_button("Pin this waypoint", icon="pin")
         self.unpin = gui.add_button("Take all pins out", color=html.QUIET, icon="pinned-off")
@@ -70,8 +134,13 @@ class DragEditor:
 
     def refresh(self) -> None:
         """Fit the controls to the session."""
-        session, held = self._controller().session, str(self.what.value) in self._picked
-        self._follow(session.current)
+        session, held = self.desk.controller.session, str(self.what.value) in self._picked
+        path = session.current
+        if self._waypoint is not None and path is not self._on:  # counted anew; once it is gone, nothing is picked
+            found = carried_over(self._on.positions, path.positions, self._waypoint, self._waypoint)
+            self._waypoint = None if found is None else found[0]
+            self._told(self._waypoint)
+        self._on = path
         names = (_NOTHING, _START, _GOAL, *self._picked, *session.scene.names)
         if self.what.options != names:
             self.what.options = names
@@ -89,14 +158,6 @@ class DragEditor:
         if self._gizmo is not None and not self.dragging:
             self._gizmo.position = self._place(session, str(self.what.value))
 
-    def _follow(self, path: Trajectory) -> None:
-        """Count the picked waypoint on a path anew; once it is gone, nothing is picked."""
-        if self._waypoint is not None and path is not self._on:
-            found = carried_over(self._on.positions, path.positions, self._waypoint, self._waypoint)
-            self._waypoint = None if found is None else found[0]
-            self._told(self._waypoint)
-        self._on = path
-
     def let_go(self) -> None:
         """Take the arrows away."""
         self.what.value, self._waypoint = _NOTHING, None
@@ -108,7 +169,7 @@ class DragEditor:
 
     def pick(self, waypoint: int | None) -> None:
         """Put the arrows to a waypoint of the current path, counted from 0; None takes them away."""
-        self._waypoint, self._on = waypoint, self._controller().session.current
+        self._waypoint, self._on = waypoint, self.desk.controller.session.current
         self.what.value = _NOTHING
         self.refresh()
         self.what.value = self._picked[0] if self._picked else _NOTHING
@@ -116,33 +177,26 @@ class DragEditor:
 
     def move(self, what: str, place: Array) -> bool:
         """Move an object, the start, the goal or the picked waypoint to a place (3,) [m], as one turn."""
-        return self._controller().act(lambda session: self._moved(session, what, place))
+        return self.desk.controller.act(lambda session: self._moved(session, what, place))
 
     def _moved(self, session: Session, what: str, place: Array) -> None:
         by = np.asarray(place, dtype=float) - self._place(session, what)
         said = f"moved {what} {_words(by, session.scene.frame)}"
         if what in self._picked and self._waypoint is not None:
-            drawn(session, pulled(self._waypoint, by, session.scene.frame, len(session.current)))
+            pulled(self._waypoint, by, session.scene.frame, len(session.current)).do(session)
         elif what in (_START, _GOAL):
             session.change(said, original=with_end(session.original, place, goal=what == _GOAL))
         else:
             session.change(said, scene=with_object_at(session.scene, what, place))
 
-    def _preview(self) -> None:
-        """Preview a drag; of several positions only the last counts."""
-        while True:
-            with self._lock:
-                wanted, self._wanted = self._wanted, None
-                if wanted is None:
-                    self._peeking = False
-                    return
-            controller = self._controller()
-            with controller.lock:
-                draft = None if controller.busy is not None else controller.session.draft()
-            if draft is not None:
-                with contextlib.suppress(OvitaError):
-                    self._moved(draft, *wanted)
-                    self._peek(draft)
+    def _preview(self, wanted: tuple[str, Array]) -> None:
+        controller = self.desk.controller
+        with controller.lock:
+            draft = None if controller.busy is not None else controller.session.draft()
+        if draft is not None:
+            with contextlib.suppress(OvitaError):
+                self._moved(draft, *wanted)
+                self._peek(draft)
 
     def _choose(self, name: str) -> None:
         self.what.value = _NOTHING if self.what.value == name else name
@@ -153,7 +207,6 @@ class DragEditor:
             self._grip()
 
     def _grip(self) -> None:
-        """Attach the drag arrows to the selection."""
         if self._gizmo is not None:
             self._gizmo.remove()
             self._gizmo = None
@@ -162,7 +215,7 @@ class DragEditor:
             return
         self._gizmo = self._space.api.add_transform_controls(
             "/gizmo", 0.17 * self._space.stage.size, disable_rotations=True, depth_test=False, line_width=3.0,
-            position=self._place(self._controller().session, what),
+            position=self._place(self.desk.controller.session, what),
         )  # fmt: skip
         self._gizmo.on_update(self._dragged)
 
@@ -173,19 +226,13 @@ class DragEditor:
         if self.dragging:
             if holder is not None:
                 holder.position = place
-            with self._lock:
-                self._wanted = (what, place)
-                if self._peeking:
-                    return
-                self._peeking = True
-            threading.Thread(target=self._preview, name="ovita-preview", daemon=True).start()
+            self._previews.want((what, place))
             return
-        with self._lock:
-            self._wanted = None
+        self._previews.forget()
         threading.Thread(target=self._drop, args=(what, place), daemon=True).start()
 
     def _drop(self, what: str, place: Array) -> None:
-        session = self._controller().session
+        session = self.desk.controller.session
         there = self._place(session, what)
         if np.linalg.norm(place - there) < 1e-6:
             self._peek(session)
@@ -208,22 +255,22 @@ class DragEditor:
 
     async def _ring(self, event: Any) -> None:
         if event.client is not None:
-            path = self._controller().session.current
+            path = self.desk.controller.session.current
             self._space.mark(path.positions[min(int(self.index.value), len(path)) - 1])
 
     def _pin(self) -> None:
-        session = self._controller().session
+        session = self.desk.controller.session
         index = min(int(self.index.value), len(session.current)) - 1
         self._change_pins(tuple(sorted({*session.constraints.pinned, index})))
 
     def _change_pins(self, pins: tuple[int, ...]) -> None:
-        session = self._controller().session
+        session = self.desk.controller.session
         if pins == session.constraints.pinned:
             return
         new = [str(i + 1) for i in pins if i not in session.constraints.pinned]
         said = f"pinned waypoint {', '.join(new)}" if new else "took all pins out"
         options = replace(session.constraints, pinned=pins)
-        self._controller().act(lambda s: s.change(said, constraints=options))
+        self.desk.controller.act(lambda s: s.change(said, constraints=options))
 
 
 def with_object_at(scene: Scene, name: str, place: Array) -> Scene:

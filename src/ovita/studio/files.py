@@ -5,10 +5,9 @@ from __future__ import annotations
 import io
 import os
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from ovita.dialogue.history import SCHEMA
 from ovita.dialogue.session import Session
@@ -21,7 +20,7 @@ from ovita.paths.robot import PRESETS, Robot, preset_name
 from ovita.paths.trajectory import Array, Trajectory, standing_still
 from ovita.result import Adaptation
 from ovita.studio import html
-from ovita.studio.sessions import SessionController
+from ovita.studio.sessions import Desk
 
 MAX_UPLOAD = 8 * 1024 * 1024
 """Largest file that is taken from a browser [bytes]."""
@@ -114,7 +113,6 @@ def _task_or_scene(path: str) -> Task:
 
 
 def _generated(path: str) -> Task:
-    """What a skill generates as it was shown."""
     from ovita.sources.skills import Skill
 
     skill = Skill.load(path)
@@ -146,15 +144,6 @@ def open_upload(name: str, content: bytes, template: Session, *, limits: Robot |
 def too_large(size: int) -> str:
     """Why a file of that size is not taken."""
     return f"has {size / 2**20:.0f} MB; the studio takes files of up to {MAX_UPLOAD // 2**20} MB"
-
-
-def in_folder(folder: str) -> list[str]:
-    """The files of a folder that the studio can open, by name."""
-    try:
-        names = sorted(p.name for p in Path(folder).iterdir() if p.suffix.lower() in SUFFIXES and p.is_file())
-    except OSError as error:
-        raise FormatError(folder, f"cannot be read: {error.strerror}") from None
-    return names
 
 
 def exported(kind: str, session: Session, title: str = "") -> tuple[str, bytes]:
@@ -196,18 +185,15 @@ def _page(session: Session) -> str:
     from ovita import plots
 
     result = session.adaptation
+    notes = [] if result is None else [*filter(None, [result.verdict]), *result.explanation.split("\n")]
     return plots.interactive(
         session.original,
         session.current,
         session.scene,
         robot=session.robot,
         title="; ".join(step.said for step in session.steps) or "Trajectory",
-        notes=([result.verdict] if result is not None and result.verdict else []) + [*_lines(result)],
+        notes=notes,
     )
-
-
-def _lines(result: Adaptation | None) -> Sequence[str]:
-    return result.explanation.split("\n") if result is not None else ()
 
 
 def _check_length(path: str, *trajectories: Trajectory) -> None:
@@ -234,20 +220,14 @@ class FilesPanel:
     """Opening and saving in one tab.
 
     Args:
-        client: viser's handle of the tab.
-        gui: Its GUI; the controls are added to the container that is open.
-        controller: Gives the controller.
         opened, again, returned: Called with an opened session, to begin again, and with the name of an earlier session.
         offered, earlier: What can be opened without an upload: shown name to path, and to a session's name.
         limits: Of scenes whose file names no robot.
-        tell, complain: Show a sentence that is good to know, or about something that did not work.
     """
 
     def __init__(
         self,
-        client: Any,
-        gui: Any,
-        controller: Callable[[], SessionController],
+        desk: Desk,
         *,
         opened: Callable[[Opened], None],
         again: Callable[[], None],
@@ -255,22 +235,17 @@ class FilesPanel:
         earlier: Callable[[], dict[str, str]],
         returned: Callable[[str], None],
         limits: Robot,
-        tell: Callable[[str], None],
-        complain: Callable[[str], None],
     ) -> None:
-        self._client, self._controller, self._opened = client, controller, opened
-        self._limits, self._tell_note, self._complain = limits, tell, complain
-        self._offered, self._earlier = offered, earlier
+        self.desk, self._opened, self._limits, self._earlier = desk, opened, limits, earlier
+        gui = desk.client.gui
         size = MAX_UPLOAD // 2**20
-        gui.add_html(html.block(f"<h4>Open</h4><p class='soft'>A scene, a result or a session (.json), or waypoints"
-                                 f" (.csv), up to {size} MB and {MAX_WAYPOINTS} waypoints.</p>"))  # fmt: skip
+        taken = "A scene, a result or a session (.json), or waypoints (.csv)"
+        gui.add_html(html.section("Open", f"{taken}, up to {size} MB and {MAX_WAYPOINTS} waypoints."))
         self.upload = gui.add_upload_button("Upload a file", icon="upload", mime_type=",".join(SUFFIXES))
         self.upload.on_upload(lambda _: self._uploaded())
         if offered:
             self.which = gui.add_dropdown("at hand", tuple(offered), hint="Files of the folder, and shipped scenes")
-            gui.add_button("Open", icon="folder-open").on_click(
-                lambda _: self._open(self._offered.get(self.which.value, ""))
-            )
+            gui.add_button("Open", icon="folder-open").on_click(lambda _: self._open(offered.get(self.which.value)))
         gui.add_button("Begin again", color=html.QUIET, icon="refresh").on_click(lambda _: again())
         self.before = gui.add_dropdown("earlier", ("",), hint="Sessions that this browser had before")
         self.back = gui.add_button("Go back to it", color=html.QUIET, icon="history")
@@ -292,45 +267,38 @@ class FilesPanel:
 
     def _uploaded(self) -> None:
         file = self.upload.value
-        try:
-            self._opened(open_upload(file.name, file.content, self._controller().session, limits=self._limits))
-        except OvitaError as error:
-            self._complain(str(error))
+        with self.desk.complaining():
+            self._opened(open_upload(file.name, file.content, self.desk.controller.session, limits=self._limits))
 
-    def _open(self, path: str) -> None:
-        if not path:
-            return
-        try:
-            self._opened(open_file(path, self._controller().session, limits=self._limits))
-        except OvitaError as error:
-            self._complain(str(error))
+    def _open(self, path: str | None) -> None:
+        with self.desk.complaining():
+            if path:
+                self._opened(open_file(path, self.desk.controller.session, limits=self._limits))
 
     def _export(self, kind: str) -> None:
-        try:
-            name, content = exported(kind, self._controller().session, self._controller().title)
-        except OvitaError as error:
-            self._complain(str(error))
-            return
-        self._client.send_file_download(name, content, save_immediately=True)
-        result = self._controller().session.adaptation
-        if result is not None and result.status != "done" and kind != "session":
-            self._tell_note(f"Saved as {name}: {result.message}")
+        with self.desk.complaining():
+            name, content = exported(kind, self.desk.controller.session, self.desk.controller.title)
+            self.desk.client.send_file_download(name, content, save_immediately=True)
+            result = self.desk.controller.session.adaptation
+            if result is not None and result.status != "done" and kind != "session":
+                self.desk.tell(f"Saved as {name}: {result.message}")
 
     def _picture(self) -> None:
         import imageio.v3 as images
 
-        name = export_name("picture", ".png", self._controller().session, self._controller().title)
+        client = self.desk.client
+        name = export_name("picture", ".png", self.desk.controller.session, self.desk.controller.title)
         try:
-            height, width = self._client.camera.image_height, self._client.camera.image_width
-            seen = self._client.get_render(height, width, transport_format="png", timeout=20.0)
+            height, width = client.camera.image_height, client.camera.image_width
+            seen = client.get_render(height, width, transport_format="png", timeout=20.0)
         except (RuntimeError, TimeoutError, AssertionError):
-            self._complain("The browser gave no picture; try again with the tab in front.")
+            self.desk.complain("The browser gave no picture; try again with the tab in front.")
             return
         alpha = seen[..., 3:4] / 255.0
         flat = (seen[..., :3] * alpha + 255.0 * (1.0 - alpha)).astype("uint8")
         stream = io.BytesIO()
         images.imwrite(stream, flat, extension=".png")
-        self._client.send_file_download(name, stream.getvalue(), save_immediately=True)
+        client.send_file_download(name, stream.getvalue(), save_immediately=True)
 
 
 def offered_files(paths: Sequence[str]) -> dict[str, str]:
@@ -340,12 +308,22 @@ def offered_files(paths: Sequence[str]) -> dict[str, str]:
     """
     from ovita.perceive.sources import is_view
 
+    files: list[str] = []
+    for path in paths:
+        try:
+            inside = sorted(Path(path).iterdir()) if os.path.isdir(path) else []
+        except OSError as error:
+            raise FormatError(path, f"cannot be read: {error.strerror}") from None
+        if not is_view(path):
+            known = [str(p) for p in inside if p.suffix.lower() in SUFFIXES and p.is_file()]
+            files += known if os.path.isdir(path) else [path]
+    return by_name(files)
+
+
+def by_name(paths: Iterable[str]) -> dict[str, str]:
+    """Paths by their last part, or by the whole of what another has the last part of."""
     found: dict[str, str] = {}
     for path in paths:
-        if is_view(path):
-            continue
-        inside = [os.path.join(path, name) for name in in_folder(path)] if os.path.isdir(path) else [path]
-        for file in inside:
-            name = os.path.basename(file)
-            found[name if name not in found else file] = file
+        name = os.path.basename(os.path.normpath(path))
+        found[name if name not in found else path] = path
     return found

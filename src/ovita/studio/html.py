@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from html import escape
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -39,6 +41,29 @@ def block(content: str) -> str:
     return f'<div class="ov">{content}</div>'
 
 
+def section(title: str, about: str) -> str:
+    """The beginning of a part of a panel: its title, and what can be done with it."""
+    return block(f'<h4>{e(title)}</h4><p class="soft">{e(about)}</p>')
+
+
+def soft(text: str) -> str:
+    """A sentence that is good to know, in pale letters."""
+    return block(f'<p class="soft">{e(text)}</p>')
+
+
+@contextmanager
+def busy(button: Any, label: str) -> Iterator[None]:
+    """Inside the block, a button of viser's bears another label and cannot be pressed."""
+    if button.disabled:
+        yield
+        return
+    before, button.disabled, button.label = button.label, True, label
+    try:
+        yield
+    finally:
+        button.disabled, button.label = False, before
+
+
 def listed(items: Sequence[str], tag: str = "ul") -> str:
     """Escaped lines as a list; "" without any."""
     lines = "".join(f"<li>{e(item)}</li>" for item in items if item.strip())
@@ -68,9 +93,7 @@ def suggestions(trajectory: Trajectory, scene: Scene) -> list[str]:
 def plan(result: Adaptation | None) -> str:
     """Plan, assumptions and warnings."""
     if result is None:
-        return block(
-            '<p class="soft">What the robot is going to do differently stands here, once you said something.</p>'
-        )
+        return soft("What the robot is going to do differently stands here, once you said something.")
     parts = ["<h4>Plan</h4>", listed(result.plan, "ol")]
     if result.assumed:
         parts += ["<h4>Assumed, because you left it open</h4>", listed(result.assumed)]
@@ -83,7 +106,7 @@ def plan(result: Adaptation | None) -> str:
 def explanation(result: Adaptation | None) -> str:
     """The explanation in plain words, with warnings first."""
     if result is None:
-        return block('<p class="soft">Why the line looks as it does is told here in plain words.</p>')
+        return soft("Why the line looks as it does is told here in plain words.")
     warnings = f"<h4>Please look at</h4>{listed(result.cautions)}" if result.cautions else ""
     parts: list[str] = []
     for line in result.explanation.split("\n"):
@@ -98,7 +121,7 @@ def explanation(result: Adaptation | None) -> str:
 def changes(before: Trajectory, session: Session) -> str:
     """The measured difference between a trajectory and the current one, as sentences."""
     if session.adaptation is None:
-        return block('<p class="soft">Nothing has changed yet.</p>')
+        return soft("Nothing has changed yet.")
     found = session.adaptation.changes if session.adaptation.original is before else None
     return block(listed([str(s) for s in sentences(found or compare(before, session.current, session.scene))]))
 

@@ -5,21 +5,28 @@ What is uploaded is data: it is decoded and checked, and nothing in it is run.
 
 from __future__ import annotations
 
+import base64
+import io
 import os
 import tempfile
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ovita.errors import FormatError, OvitaError, RequestError
+import numpy as np
+
+from ovita.errors import FormatError, RequestError
+from ovita.limits.obstacles import is_support
 from ovita.paths.scene import Scene, SceneObject
 from ovita.studio import html
-from ovita.studio.look_picture import FIELD, moved_box, picture_html
-from ovita.studio.sessions import SessionController
+from ovita.studio.files import by_name
+from ovita.studio.sessions import Desk
 from ovita.text import listed
 
 if TYPE_CHECKING:
+    from ovita.perceive.pointed import Rectangle
     from ovita.perceive.recordings import Recorded
     from ovita.perceive.update import SceneUpdate
     from ovita.perceive.view import View
@@ -40,33 +47,22 @@ class _SeenRow:
 class LookPanel:
     """What a camera saw, for one tab.
 
-    Args:
-        gui: viser's GUI of the tab; the controls are added to the container that is open.
-        controller: Gives the controller.
-        offered: Folders of pictures and recordings that need no upload: shown name to path.
-        complain, tell: Show a sentence about something that did not work, or that is good to know.
+    `offered` are folders of pictures and recordings that need no upload: shown name to path.
     """
 
-    def __init__(
-        self,
-        gui: Any,
-        controller: Callable[[], SessionController],
-        *,
-        offered: Mapping[str, str],
-        complain: Callable[[str], None],
-        tell: Callable[[str], None],
-    ) -> None:
-        self._gui, self._controller, self._offered = gui, controller, offered
-        self._complain, self._tell = complain, tell
+    def __init__(self, desk: Desk, offered: Mapping[str, str]) -> None:
+        self.desk, self._offered = desk, offered
+        self._gui = gui = desk.client.gui
         self._files: dict[str, tuple[str, bytes]] = {}
         self._rows: list[_SeenRow] = []
         self._gone: list[tuple[SceneObject, Any]] = []
         self._change: SceneUpdate | None = None
         self._before = Scene()
-        gui.add_html(html.block(
-            "<h4>Look</h4><p class='soft'>Upload a picture (.png, .jpg), its depth (16-bit .png in millimetres, or .npy"
-            " in metres) and camera.json, one after the other.</p>"
-        ))  # fmt: skip
+        about = (
+            "Upload a picture (.png, .jpg), its depth (16-bit .png in millimetres, or .npy in metres) and camera.json,"
+            " one after the other."
+        )
+        gui.add_html(html.section("Look", about))
         self.upload = gui.add_upload_button("Upload for looking", icon="upload", mime_type=",".join(ENDINGS))
         self.upload.on_upload(lambda _: self._uploaded())
         self.have = gui.add_html("")
@@ -86,32 +82,21 @@ class LookPanel:
 
     def _uploaded(self) -> None:
         file = self.upload.value
-        try:
+        with self.desk.complaining():
             self._files[role_of(file.name, file.content)] = (file.name, file.content)
-        except OvitaError as error:
-            self._complain(str(error))
-            return
-        self.have.content = html.block(f"<p class='soft'>{html.e(self._told())}</p>")
-
-    def _told(self) -> str:
-        have = [f"{role}: {Path(name).name[:40]}" for role, (name, _) in self._files.items()]
-        return listed(have)
+            have = [f"{role}: {Path(name).name[:40]}" for role, (name, _) in self._files.items()]
+            self.have.content = html.soft(listed(have))
 
     def _look(self) -> None:
-        self.go.disabled = True
-        try:
+        with self.desk.complaining(), html.busy(self.go, "Look"):
             self._show()
-        except OvitaError as error:
-            self._complain(str(error))
-        finally:
-            self.go.disabled = False
 
     def _show(self) -> None:
         from ovita.perceive import perceive
         from ovita.perceive.assemble import perceive_clouds
         from ovita.perceive.update import update
 
-        session, there = self._controller().session, self._there()
+        session, there = self.desk.controller.session, self._there()
         names = [name.strip() for name in str(self.names.value).split(",") if name.strip()]
         look: Any = (perceive, there.views) if there.views else (perceive_clouds, there.clouds)
         seen = look[0](look[1], names=names, frame=session.scene.frame)
@@ -150,7 +135,10 @@ class LookPanel:
     def _show_picture(self, items: Sequence[SceneObject]) -> None:
         """The first picture with its boxes, and the field that takes one that was dragged."""
         if not self._views:
-            self._clear_picture()
+            for part in (self._picture, self.dragged):
+                if part is not None:
+                    part.remove()
+            self._picture = self.dragged = None
             return
         self._drawn += 1
         drawn = picture_html(self._views[0], items, self._drawn)
@@ -163,12 +151,6 @@ class LookPanel:
             self.dragged = self._gui.add_text("moved", FIELD, hint=hint)
         self.dragged.on_update(lambda _: self._drag())
 
-    def _clear_picture(self) -> None:
-        for part in (self._picture, self.dragged):
-            if part is not None:
-                part.remove()
-        self._picture = self.dragged = None
-
     def _drag(self) -> None:
         """Measure anew what is in a box that was dragged."""
         from ovita.perceive.pointed import look_in
@@ -177,23 +159,20 @@ class LookPanel:
         if text.strip() == FIELD.strip() or self._change is None:
             return
         self.dragged.value = FIELD
-        try:
+        with self.desk.complaining():
             number, box = moved_box(text, len(self._rows))
             found = look_in(self._views, box, self._change.scene.frame)
-        except OvitaError as error:
-            self._complain(str(error))
-            return
-        row = self._rows[number]
-        if found is None:
-            self._complain(f"nothing stands out in that box; {row.item.name} stays as it was")
-        else:
-            item = replace(found, name=row.item.name, extra={**row.item.extra, **found.extra})
-            self._change = _exchanged(self._change, row.item, item)
-            row.taken.hint = _size(item)
-            self._rows[number] = replace(row, item=item)
-            place = ", ".join(f"{value:.3f}" for value in item.position)
-            self._tell(f"{item.name} is now {_size(item)}, at ({place}) m.")
-        self._show_picture([row.item for row in self._rows])
+            row = self._rows[number]
+            if found is None:
+                self.desk.complain(f"nothing stands out in that box; {row.item.name} stays as it was")
+            else:
+                item = replace(found, name=row.item.name, extra={**row.item.extra, **found.extra})
+                self._change = _exchanged(self._change, row.item, item)
+                row.taken.hint = _size(item)
+                self._rows[number] = replace(row, item=item)
+                place = ", ".join(f"{value:.3f}" for value in item.position)
+                self.desk.tell(f"{item.name} is now {_size(item)}, at ({place}) m.")
+            self._show_picture([row.item for row in self._rows])
 
     def _show_rows(self, found: Sequence[SceneObject], gone: Sequence[SceneObject]) -> None:
         for row in self._rows:
@@ -201,13 +180,12 @@ class LookPanel:
             row.name.remove()
         for _, box in self._gone:
             box.remove()
+        self._rows = []
         with self._list:
-            self._rows = [self._row(item) for item in found]
+            for item in found:
+                taken = self._gui.add_checkbox(f"take {item.name}", True, hint=_size(item))
+                self._rows.append(_SeenRow(item, taken, self._gui.add_text(f"name of {item.name}", item.name)))
             self._gone = [(item, self._gui.add_checkbox(f"{item.name} is gone", True)) for item in gone]
-
-    def _row(self, item: SceneObject) -> _SeenRow:
-        taken = self._gui.add_checkbox(f"take {item.name}", True, hint=_size(item))
-        return _SeenRow(item, taken, self._gui.add_text(f"name of {item.name}", item.name))
 
     def _take(self) -> None:
         change = self._change
@@ -215,19 +193,16 @@ class LookPanel:
             return
         names = {row.item.name: str(row.name.value).strip() for row in self._rows if row.taken.value}
         removed = [item.name for item, box in self._gone if box.value]
-        before = self._controller().session.scene
+        before = self.desk.controller.session.scene
         if before != self._before:
-            self._complain("The scene has changed since the look; look again.")
+            self.desk.complain("The scene has changed since the look; look again.")
             return
-        try:
+        with self.desk.complaining():
             scene = accepted(before, change, names, removed)
-        except OvitaError as error:
-            self._complain(str(error))
-            return
-        said = f"looked: {listed(names.values()) or 'nothing new'}"
-        if self._controller().act(lambda session: session.change(said, scene=scene)):
-            self.take.visible = False
-            self._tell(f"{listed(names.values()) or 'Nothing'} taken into the scene; Undo takes it back.")
+            said = f"looked: {listed(names.values()) or 'nothing new'}"
+            if self.desk.controller.act(lambda session: session.change(said, scene=scene)):
+                self.take.visible = False
+                self.desk.tell(f"{listed(names.values()) or 'Nothing'} taken into the scene; Undo takes it back.")
 
 
 def _size(item: SceneObject) -> str:
@@ -291,12 +266,73 @@ def lookable(paths: Sequence[str]) -> dict[str, str]:
     """What can be looked at of the files and folders that a studio was started with: shown name to path."""
     from ovita.perceive.sources import is_view
 
-    found: dict[str, str] = {}
+    places: list[str] = []
     for path in paths:
-        inside = (
-            sorted(str(one) for one in Path(path).iterdir()) if os.path.isdir(path) and not is_view(path) else [path]
+        folder = os.path.isdir(path) and not is_view(path)
+        places += filter(is_view, sorted(str(one) for one in Path(path).iterdir()) if folder else [path])
+    return by_name(places)
+
+
+FIELD = "box "
+"""What the text of the panel's field for boxes begins with, by which the script in head.html finds it."""
+
+
+def picture_html(view: View, items: Sequence[SceneObject], time: int = 0) -> str:
+    """The picture with a box over each object, numbered from 1: small ones over large ones, so that each can be held.
+
+    What things stand on has no box: it is seen in the whole picture.
+
+    `time` is how often it was drawn: a browser that is told the same again changes nothing, and a box would stay where
+    it was left.
+    """
+    from ovita.perceive.pointed import INKS, rectangle_of
+
+    high, wide = view.shape
+    boxes: list[tuple[float, str]] = []
+    for number, item in enumerate(items, 1):
+        there = None if is_support(item) else rectangle_of(view, item)
+        if there is None:
+            continue
+        x0, y0, x1, y1 = there
+        ink = "#{:02x}{:02x}{:02x}".format(*INKS[(number - 1) % len(INKS)])
+        drawn = (
+            f'<rect data-box="{number}" x="{x0:.1f}" y="{y0:.1f}" width="{x1 - x0:.1f}" height="{y1 - y0:.1f}"'
+            f' stroke="{ink}"><title>{escape(item.name)}</title></rect>'
+            f'<text x="{x0 + 0.01 * wide:.1f}" y="{max(y0 - 0.012 * wide, 0.04 * wide):.1f}" fill="{ink}"'
+            f' font-size="{0.04 * wide:.1f}">{number} {escape(item.name[:40])}</text>'
         )
-        for place in filter(is_view, inside):
-            name = os.path.basename(os.path.normpath(place))
-            found[name if name not in found else place] = place
-    return found
+        boxes.append(((x1 - x0) * (y1 - y0), drawn))
+    over = "".join(drawn for _, drawn in sorted(boxes, key=lambda box: -box[0]))
+    return (
+        f'<div class="ov"><svg class="boxes" data-time="{time}" viewBox="0 0 {wide} {high}">'
+        f'<image width="{wide}" height="{high}" href="{_data(view)}"/>{over}</svg>'
+        '<p class="soft">Drag a box to move it, its edges to resize it: what is there is measured anew.</p></div>'
+    )
+
+
+def _data(view: View) -> str:
+    from PIL import Image
+
+    from ovita.perceive.pointed import backdrop
+
+    stream = io.BytesIO()
+    Image.fromarray(backdrop(view)).save(stream, "JPEG", quality=80)
+    return "data:image/jpeg;base64," + base64.b64encode(stream.getvalue()).decode()
+
+
+def moved_box(text: str, count: int) -> tuple[int, Rectangle]:
+    """Which box was dragged, from 0, and where it is now.
+
+    Raises:
+        RequestError: If the text says neither.
+    """
+    word, *values = text.replace(":", " ").split() or [""]
+    try:
+        number, x0, y0, x1, y1 = map(float, values)
+    except ValueError:
+        number, x0, y0, x1, y1 = (float("nan"),) * 5
+    if word != FIELD.strip() or number not in range(1, count + 1) or not np.isfinite((x0, y0, x1, y1)).all():
+        raise RequestError(f"{text[:60]!r} moves no box; write 'box 1: x0 y0 x1 y1' in pixels, with 1 to {count}")
+    if x1 - x0 < 1 or y1 - y0 < 1:
+        raise RequestError(f"{text[:60]!r} holds no pixel; the second corner must be right of and below the first")
+    return int(number) - 1, (x0, y0, x1, y1)

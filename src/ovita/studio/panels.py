@@ -1,14 +1,11 @@
 """The panels on the right: parameters, plan, explanation, changes, code and limits.
 
-Every panel takes viser's GUI of its tab, and adds its controls to the container that is open; a function that gives the
-tab's controller, which changes when another file is opened; and, where it can fail, one that shows a sentence to the
-person.
+Every panel takes the desk of its tab, and adds its controls to the container that is open.
 """
 
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -20,40 +17,24 @@ from ovita.limits import ConstraintOptions, parse_text
 from ovita.paths.robot import PRESETS, Box, Robot, Shell
 from ovita.paths.scene import Scene
 from ovita.policy import Parameter
-from ovita.result import Adaptation
 from ovita.studio import html
-from ovita.studio.sessions import SessionController
+from ovita.studio.sessions import Desk
 
-_RUN = "Run in the sandbox"
 _AGAINST = ("the original", "the turn before")
-
-
-class TextPanel:
-    """What `show` says of the adaptation in force, such as its plan or its explanation."""
-
-    def __init__(
-        self, gui: Any, controller: Callable[[], SessionController], show: Callable[[Adaptation | None], str]
-    ) -> None:
-        self._controller, self._show = controller, show
-        self.text = gui.add_html("")
-
-    def refresh(self) -> None:
-        """Show the session."""
-        self.text.content = self._show(self._controller().session.adaptation)
 
 
 class ChangesPanel:
     """The measured difference in sentences; the charts are in the timeline."""
 
-    def __init__(self, gui: Any, controller: Callable[[], SessionController]) -> None:
-        self._controller = controller
+    def __init__(self, desk: Desk) -> None:
+        self.desk, gui = desk, desk.client.gui
         self.against = gui.add_dropdown("compared with", _AGAINST, hint="What the sentences measure from")
         self.text = gui.add_html("")
         self.against.on_update(lambda _: self.refresh())
 
     def refresh(self) -> None:
         """Show the session."""
-        session = self._controller().session
+        session = self.desk.controller.session
         before = session.original
         if self.against.value == _AGAINST[1] and len(session.steps) > 1:
             before = session.steps[-2].adaptation.adapted
@@ -63,21 +44,21 @@ class ChangesPanel:
 class CodePanel:
     """The program, to read, to edit and to run again in the sandbox."""
 
-    def __init__(self, gui: Any, controller: Callable[[], SessionController], complain: Callable[[str], None]) -> None:
-        self._controller, self._complain = controller, complain
+    def __init__(self, desk: Desk) -> None:
+        self.desk, gui = desk, desk.client.gui
         self._shown = ""
         self.note = gui.add_html("")
         self.listing = gui.add_html("")
         with gui.add_folder("Edit", expand_by_default=False):
             self.text = gui.add_text("", "", multiline=True)
-            self.run = gui.add_button(_RUN, icon="player-play")
+            self.run = gui.add_button("Run in the sandbox", icon="player-play")
             self.reset = gui.add_button("Discard edits", color=html.QUIET, icon="arrow-back-up")
         self.run.on_click(lambda _: self._run())
         self.reset.on_click(lambda _: self._fill())
 
     def refresh(self) -> None:
         """Show the program in force; edits that were not run stay as long as it is the same program."""
-        result = self._controller().session.adaptation
+        result = self.desk.controller.session.adaptation
         source = result.code if result is not None else ""
         if source == self._shown and source:
             return
@@ -86,7 +67,7 @@ class CodePanel:
         else:
             where = f"isolation: {result.isolation}" if result.isolation else "not run on this machine yet"
             text = f"This program made the red line. It runs in a sandbox that can only compute ({where})."
-        self.note.content = html.block(f'<p class="soft">{html.e(text)}</p>')
+        self.note.content = html.soft(text)
         self._shown = source
         self.listing.content = html.code(source) if source else ""
         self._fill()
@@ -98,7 +79,7 @@ class CodePanel:
     def _run(self) -> None:
         source = self.text.value
         if not source.strip():
-            self._complain("There is no code to run; write a program, or discard the edits.")
+            self.desk.complain("There is no code to run; write a program, or discard the edits.")
             return
         failed: list[OvitaError] = []
 
@@ -109,12 +90,9 @@ class CodePanel:
                 failed.append(error)
                 raise
 
-        self.run.disabled, self.run.label = True, "Running\u2026"
-        try:
-            if self._controller().act(work):
+        with html.busy(self.run, "Running\u2026"):
+            if self.desk.controller.act(work):
                 return
-        finally:
-            self.run.disabled, self.run.label = False, _RUN
         error = failed[0] if failed else None
         line = error.line if isinstance(error, PolicyError) else None
         note = f'<p class="bad">{html.e(error)}</p>' if error else ""
@@ -134,17 +112,17 @@ def reach(value: float, unit: str) -> tuple[float, float, float]:
 class KnobsPanel:
     """The parameters of the policy in force, as sliders, boxes and fields."""
 
-    def __init__(self, gui: Any, controller: Callable[[], SessionController]) -> None:
-        self.gui, self._controller = gui, controller
-        self.note = gui.add_html("")
-        self.box = gui.add_folder(None)
+    def __init__(self, desk: Desk) -> None:
+        self.desk, self.gui = desk, desk.client.gui
+        self.note = self.gui.add_html("")
+        self.box = self.gui.add_folder(None)
         self.handles: dict[str, Any] = {}
         self._others: list[Any] = []
         self._made: tuple[tuple[str, type, str], ...] | None = None
 
     def refresh(self, *, turned: bool) -> None:
         """Show the parameters; where they were just `turned`, those under the hand are left alone."""
-        result = self._controller().session.adaptation
+        result = self.desk.controller.session.adaptation
         knobs = result.parameters if result is not None else ()
         made = tuple((p.name, type(p.value), p.meaning) for p in knobs)
         if turned and made == self._made:
@@ -166,7 +144,7 @@ class KnobsPanel:
             text = "This program has no parameters."
         else:
             text = "The numbers in what you say become knobs here."
-        self.note.content = html.block(f'<p class="soft">{text}</p>')
+        self.note.content = html.soft(text)
         with self.box:
             for knob in knobs:
                 self._make(knob)
@@ -201,7 +179,7 @@ class KnobsPanel:
         async def turned(event: Any, name: str = knob.name, like: Any = value) -> None:
             if event.client is not None:
                 _widen(handle_of(name))
-                self._controller().turn(name, knob.meant(_read(handle_of(name).value, like)))
+                self.desk.controller.turn(name, knob.meant(_read(handle_of(name).value, like)))
 
         def handle_of(name: str) -> Any:
             return self.handles[name]
@@ -240,10 +218,10 @@ _STATED = "as the scene states"
 class LimitsPanel:
     """The limits, applied when a person says so."""
 
-    def __init__(self, gui: Any, controller: Callable[[], SessionController], complain: Callable[[str], None]) -> None:
-        self._controller, self._complain = controller, complain
+    def __init__(self, desk: Desk) -> None:
+        self.desk, gui = desk, desk.client.gui
         self._filled: tuple[Robot, ConstraintOptions] | None = None
-        self._base = controller().session.robot  # whose limits the fields change
+        self._base = desk.controller.session.robot  # whose limits the fields change
         self.verdict = gui.add_html("")
         self.apply = gui.add_button("Apply the limits below", icon="check")
         self.preset = gui.add_dropdown(
@@ -270,7 +248,7 @@ class LimitsPanel:
 
     def refresh(self) -> None:
         """Show the session's limits and whether each holds."""
-        session = self._controller().session
+        session = self.desk.controller.session
         self.verdict.content = html.verdict(session)
         if self._filled == (session.robot, session.constraints):
             return
@@ -317,22 +295,19 @@ class LimitsPanel:
             self._take(name)
 
     def _take(self, name: str) -> None:
-        session = self._controller().session
+        session = self.desk.controller.session
         self._base = session.robot if name == session.robot.name else _limits(name, session.scene)
         self._fill(self._base, session.constraints)
         waiting = self._base != session.robot
-        note = f'<p class="soft">{html.e(name)}: filled in below, not applied yet.</p>'
-        self.verdict.content = html.verdict(session) + html.block(note) * waiting
+        note = html.soft(f"{name}: filled in below, not applied yet.")
+        self.verdict.content = html.verdict(session) + note * waiting
 
     def _apply(self) -> None:
-        try:
-            robot, options = self._read(self._controller().session)
-        except OvitaError as error:
-            self._complain(str(error))
-            return
-        known = robot.name != self._controller().session.robot.name
-        said = f"limits: {robot.name}" if known else "changed the limits"
-        self._controller().act(lambda s: s.change(said, robot=robot, constraints=options))
+        with self.desk.complaining():
+            robot, options = self._read(self.desk.controller.session)
+            known = robot.name != self.desk.controller.session.robot.name
+            said = f"limits: {robot.name}" if known else "changed the limits"
+            self.desk.controller.act(lambda s: s.change(said, robot=robot, constraints=options))
 
     def _read(self, session: Session) -> tuple[Robot, ConstraintOptions]:
         space: Box | Shell | None = None

@@ -12,6 +12,7 @@ from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.studio.scene_view import SceneView, ViewBounds, rgb
+from ovita.studio.sessions import Latest
 
 _TICK_S, _TELL_S = 1 / 25, 0.5
 
@@ -127,8 +128,7 @@ class RobotView:
         self._motion: Motion | None = None
         self._bodies: list[Any] = []
         self._moment = 0.0
-        self._wanted: tuple[Trajectory, Scene, Robot] | None = None
-        self._thinking = False
+        self._plans = Latest(self._plan, "ovita-robot")
         self._lock = threading.RLock()
 
     def choose(self, name: str) -> None:
@@ -139,14 +139,8 @@ class RobotView:
 
     def follow(self, trajectory: Trajectory, scene: Scene, limits: Robot) -> None:
         """Have the robot follow a trajectory, as soon as it is known how; of several wishes only the last counts."""
-        with self._lock:
-            if self.name == NOBODY:
-                return
-            self._wanted = (trajectory, scene, limits)
-            if self._thinking:
-                return
-            self._thinking = True
-        threading.Thread(target=self._think, name="ovita-robot", daemon=True).start()
+        if self.name != NOBODY:
+            self._plans.want((trajectory, scene, limits))
 
     def show(self, moment: float) -> None:
         """Put the robot where it is at a time of the trajectory's own law [s]."""
@@ -165,34 +159,30 @@ class RobotView:
                 node.remove()
             self._bodies, self._motion = [], None
 
-    def _think(self) -> None:
-        while True:
-            with self._lock:
-                wanted, self._wanted = self._wanted, None
-                name = ROBOTS[self.name]
-                if wanted is None or not name:
-                    self._thinking = False
-                    return
-            from ovita import sim
+    def _plan(self, wanted: tuple[Trajectory, Scene, Robot]) -> None:
+        from ovita import sim
 
-            trajectory, scene, limits = wanted
-            if name == "jackal":  # a rover stays on the floor, however high the line is
-                places = trajectory.positions.copy()
-                places[:, 2] = floor(trajectory, scene)
-                trajectory = trajectory.with_(positions=places)
-            try:
-                motion = sim.preview(trajectory, scene, name, limits=limits)
-            except OvitaError as error:
-                self.clear()
-                self._complain(f"The robot cannot be shown: {error}")
-                continue
-            with self._lock:
-                if ROBOTS[self.name] == name:
-                    if self._motion is None or self._motion.shapes != motion.shapes:
-                        self.clear()
-                        self._build(motion)
-                    self._motion = motion
-                    self.show(self._moment)
+        trajectory, scene, limits = wanted
+        name = ROBOTS[self.name]
+        if not name:
+            return
+        if name == "jackal":  # a rover stays on the floor, however high the line is
+            places = trajectory.positions.copy()
+            places[:, 2] = floor(trajectory, scene)
+            trajectory = trajectory.with_(positions=places)
+        try:
+            motion = sim.preview(trajectory, scene, name, limits=limits)
+        except OvitaError as error:
+            self.clear()
+            self._complain(f"The robot cannot be shown: {error}")
+            return
+        with self._lock:
+            if ROBOTS[self.name] == name:
+                if self._motion is None or self._motion.shapes != motion.shapes:
+                    self.clear()
+                    self._build(motion)
+                self._motion = motion
+                self.show(self._moment)
 
     def _build(self, motion: Motion) -> None:
         self._bodies = [self.api.add_frame(f"/robot/{i}", show_axes=False) for i in range(len(motion.bodies))]

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from ovita.errors import OvitaError, RequestError
+from ovita.errors import RequestError
 from ovita.io import Task, rendered
 from ovita.io.json_ import dumps
 from ovita.io.waypoints import from_columns
@@ -20,7 +20,7 @@ from ovita.paths.trajectory import Array
 from ovita.sources.skills import KINDS, packed
 from ovita.studio import html
 from ovita.studio.scene_view import STROKE, SceneView, rgb
-from ovita.studio.sessions import SessionController
+from ovita.studio.sessions import Desk
 from ovita.text import counted, length
 
 SHORTEST = 0.02
@@ -38,38 +38,21 @@ class PenSample:
 
 
 class PenRecorder:
-    """The panel with the pen, and the strokes that it drew.
+    """The panel with the pen, and the strokes that it drew in the tab's scene."""
 
-    Args:
-        client: Viser's handle of the tab.
-        space: The tab's scene.
-        controller: Gives the tab's controller.
-        tell: Shows a sentence.
-        complain: Shows a sentence on what did not work.
-    """
-
-    def __init__(
-        self,
-        client: Any,
-        space: SceneView,
-        controller: Callable[[], SessionController],
-        tell: Callable[[str], None],
-        complain: Callable[[str], None],
-    ) -> None:
-        self._client, self._space, self._controller = client, space, controller
-        self._tell, self._complain = tell, complain
+    def __init__(self, desk: Desk, space: SceneView) -> None:
+        self.desk, self._space = desk, space
         self.strokes: list[Task] = []
         self._samples: list[PenSample] = []
         self._pen: Any = None
         self._home = np.zeros(3)
         self._lock = threading.Lock()
-        gui = client.gui
-        gui.add_html(
-            html.block(
-                "<h4>Show</h4><p class='soft'>Take the pen, drag the ball from its place to where the movement ends,"
-                " and let go: that is one demonstration. Three or more make a skill.</p>"
-            )
+        gui = desk.client.gui
+        about = (
+            "Take the pen, drag the ball from its place to where the movement ends, and let go: that is one"
+            " demonstration. Three or more make a skill."
         )
+        gui.add_html(html.section("Show", about))
         self.plane = gui.add_dropdown("the pen moves", (_LEVEL, _FACING))
         self.take = gui.add_button("Take the pen", icon="pencil")
         self.kept = gui.add_html("")
@@ -87,7 +70,7 @@ class PenRecorder:
         if self._pen is not None:
             self.let_go()
             return
-        self._home = np.array(self._controller().session.original.positions[0])
+        self._home = np.array(self.desk.controller.session.original.positions[0])
         size = 0.025 * (self._space.stage.size if self._space.stage is not None else 1.0)
         self._pen = self._space.api.add_icosphere("/pen", size, rgb(STROKE), position=self._home, subdivisions=2)
         self._pen.on_drag(self._dragged)
@@ -104,7 +87,8 @@ class PenRecorder:
     async def _dragged(self, event: Any) -> None:
         place = np.array(event.end_position, dtype=float)
         if self.plane.value == _LEVEL:
-            place = level(place, np.array(event.client.camera.position), self._home, self._up())
+            up = self.desk.controller.session.scene.frame.direction("up")
+            place = level(place, np.array(event.client.camera.position), self._home, up)
         with self._lock:
             if event.phase == "start":
                 self._samples = [PenSample(time.monotonic(), tuple(self._home.tolist()))]
@@ -114,17 +98,9 @@ class PenRecorder:
             self._pen.position = place if event.phase != "end" else self._home
         self._draw(samples)
         if event.phase == "end":
-            self._keep(samples)
-
-    def _up(self) -> Array:
-        return self._controller().session.scene.frame.direction("up")
-
-    def _keep(self, samples: Sequence[PenSample]) -> None:
-        try:
-            self.strokes.append(stroke(samples, self._controller().session.scene))
-        except OvitaError as error:
-            self._complain(str(error))
-        self._count()
+            with self.desk.complaining():
+                self.strokes.append(stroke(samples, self.desk.controller.session.scene))
+            self._count()
 
     def _count(self) -> None:
         count = len(self.strokes)
@@ -141,26 +117,22 @@ class PenRecorder:
         for i, task in enumerate(self.strokes, start=1):
             content, _ = rendered(f"demonstration-{i}.json", task.trajectory, task.scene)
             text = content.encode() if isinstance(content, str) else content
-            self._client.send_file_download(f"demonstration-{i}.json", text, save_immediately=True)
+            self.desk.client.send_file_download(f"demonstration-{i}.json", text, save_immediately=True)
 
     def _learn(self) -> None:
         from ovita.sources.learning import learn  # what it needs takes longer to read than the page
         from ovita.sources.skill_files import document_of
 
-        try:
+        with self.desk.complaining():
             skill = learn(self.strokes, self.kind.value)
             made = skill.generate()
-        except OvitaError as error:
-            self._complain(str(error))
-            return
-        self._client.send_file_download(
-            "skill.json", dumps(document_of(skill), "skill.json").encode(), save_immediately=True
-        )
-        path = made.trajectory.positions
-        self._space.draw_stroke(path)
-        self._space.draw_tube(path, None if made.covariance is None else packed(made.covariance))
-        said = f"A {skill.kind} of {counted(skill.shown, 'demonstration')}, {length(skill.size)} across, was saved"
-        self._tell(". ".join([f"{said} as skill.json", *skill.notes]))
+            content = dumps(document_of(skill), "skill.json").encode()
+            self.desk.client.send_file_download("skill.json", content, save_immediately=True)
+            path = made.trajectory.positions
+            self._space.draw_stroke(path)
+            self._space.draw_tube(path, None if made.covariance is None else packed(made.covariance))
+            said = f"A {skill.kind} of {counted(skill.shown, 'demonstration')}, {length(skill.size)} across, was saved"
+            self.desk.tell(". ".join([f"{said} as skill.json", *skill.notes]))
 
     def _draw(self, samples: Sequence[PenSample]) -> None:
         self._space.draw_stroke(np.array([sample.position for sample in samples]).reshape(-1, 3))

@@ -16,10 +16,9 @@ from ovita.paths.robot import Robot
 from ovita.paths.trajectory import Trajectory
 from ovita.studio import html
 from ovita.studio.playback import NOBODY, ROBOTS, RobotView, floor
-from ovita.studio.sessions import SessionController
+from ovita.studio.sessions import Desk
 from ovita.text import length, sentence
 
-_CHECK, _GATE, _LIMITS = "Let it follow, and report", "Show what the gate says", "Use its limits"
 _NO_LIMITS = (
     "no robot's limits are in force, so nothing can be verified; choose the robot above and press 'Use its limits'"
 )
@@ -27,35 +26,27 @@ _HIGH = 0.05  # above the floor [m]; what is less is level for a rover
 
 
 class RobotPanel:
-    """The robot of one tab; made as panels are, see `panels`. Only where `local` may anything be sent.
+    """The robot of one tab. Only where `local` may anything be sent.
 
     `chosen` hears which robot's limits belong to the one that is shown. One whose limits are
     applied, or that a file names, is shown, too.
     """
 
-    def __init__(
-        self,
-        gui: Any,
-        controller: Callable[[], SessionController],
-        puppet: RobotView,
-        *,
-        chosen: Callable[[str], None],
-        complain: Callable[[str], None],
-        local: bool,
-    ) -> None:
-        self._controller, self._puppet, self._chosen, self._complain = controller, puppet, chosen, complain
+    def __init__(self, desk: Desk, puppet: RobotView, chosen: Callable[[str], None], *, local: bool) -> None:
+        self.desk, self._puppet, self._chosen = desk, puppet, chosen
+        gui = desk.client.gui
         self._about: tuple[Any, ...] = ()
         self._limits: Robot | None = None
         self._found: Review | None = None
         self.which = gui.add_dropdown("robot", tuple(ROBOTS), hint="A simulated robot that follows the line")
         self.note = gui.add_html("")
-        self.use = gui.add_button(_LIMITS, color=html.QUIET, icon="shield-check", visible=False)
-        self.check = gui.add_button(_CHECK, icon="robot", disabled=True)
+        self.use = gui.add_button("Use its limits", color=html.QUIET, icon="shield-check", visible=False)
+        self.check = gui.add_button("Let it follow, and report", icon="robot", disabled=True)
         self.report = gui.add_html("")
         gui.add_html(html.block("<h4>Send</h4>"), visible=local)
         self.gate = gui.add_html("")
         self.to = gui.add_text("send to", "", hint="ros2:/topic, mavlink:udp:HOST:PORT, or a file", visible=local)
-        self.ask = gui.add_button(_GATE, color=html.QUIET, icon="shield-check", visible=local)
+        self.ask = gui.add_button("Show what the gate says", color=html.QUIET, icon="shield-check", visible=local)
         self.send = gui.add_button("Send it", icon="send", visible=False)
         self.which.on_update(self._take)
         self.use.on_click(lambda _: self._use())
@@ -65,7 +56,7 @@ class RobotPanel:
 
     def refresh(self) -> None:
         """Have the robot follow the line as it is; what was said of another line is taken away."""
-        session = self._controller().session
+        session = self.desk.controller.session
         before, self._limits, name = self._limits, session.robot, session.robot.name
         applied = before is not session.robot and find_spec("mujoco") is not None
         if applied and name in ROBOTS and name not in (NOBODY, self.which.value):
@@ -76,7 +67,7 @@ class RobotPanel:
             return
         self._about = about
         self._puppet.follow(session.current, session.scene, session.robot)
-        self.note.content = html.block(f'<p class="soft">{html.e(_remark(session, str(self.which.value)))}</p>')
+        self.note.content = html.soft(_remark(session, str(self.which.value)))
         self.check.disabled = self.which.value == NOBODY
         self.use.visible = self.which.value not in (NOBODY, session.robot.name)
         self._found, self.send.visible = None, False
@@ -90,23 +81,18 @@ class RobotPanel:
 
     def _use(self) -> None:
         name = str(self.which.value)
-        self._controller().act(lambda session: session.change(f"limits: {name}", robot=Robot.preset(name)))
+        self.desk.controller.act(lambda session: session.change(f"limits: {name}", robot=Robot.preset(name)))
 
     def _simulate(self) -> None:
         about = self._about
-        self.check.disabled, self.check.label = True, "It follows\u2026"
-        try:
-            told = reported(self._controller().session, ROBOTS[str(self.which.value)])
-        except OvitaError as error:
-            self._complain(str(error))
-        else:
+        with self.desk.complaining(), html.busy(self.check, "It follows\u2026"):
+            told = reported(self.desk.controller.session, ROBOTS[str(self.which.value)])
             if about == self._about:
                 self.report.content = told
-        finally:
-            self.check.disabled, self.check.label = self.which.value == NOBODY, _CHECK
+        self.check.disabled = self.which.value == NOBODY
 
     def _review(self) -> None:
-        session = self._controller().session
+        session = self.desk.controller.session
         try:
             if session.robot.workspace is None and session.robot.max_speed is None:
                 raise RequestError(_NO_LIMITS)
@@ -119,14 +105,14 @@ class RobotPanel:
 
     def _refuse(self, error: OvitaError) -> None:
         self.gate.content = html.block(f'<p class="bad" data-show>{html.e(sentence(str(error)))}</p>')
-        self._complain(str(error))
+        self.desk.complain(str(error))
 
     def _send(self) -> None:
         found, place = self._found, self.to.value.strip()
         try:
-            if found is None or found.result is not self._controller().session.adaptation:
-                found = self._found = reviewed(self._controller().session)
-            self.gate.content = sent(found, place, self._controller().title)
+            if found is None or found.result is not self.desk.controller.session.adaptation:
+                found = self._found = reviewed(self.desk.controller.session)
+            self.gate.content = sent(found, place, self.desk.controller.title)
         except OvitaError as error:
             self._refuse(error)
 

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -14,7 +12,7 @@ from ovita.paths.geometry import closest_to_point
 from ovita.paths.trajectory import Array
 from ovita.studio import html
 from ovita.studio.scene_view import SceneView
-from ovita.studio.sessions import SessionController
+from ovita.studio.sessions import Desk
 from ovita.text import length, listed
 
 NOTHING, START, GOAL, LINE = "nothing", "the start", "the goal", "the line"
@@ -30,10 +28,10 @@ class Measured:
 
 
 class Ruler:
-    """What is measured in one tab; made as panels are, see `panels`."""
+    """What is measured in one tab."""
 
-    def __init__(self, gui: Any, space: SceneView, controller: Callable[[], SessionController]) -> None:
-        self._space, self._controller = space, controller
+    def __init__(self, desk: Desk, space: SceneView) -> None:
+        self.desk, self._space, gui = desk, space, desk.client.gui
         self._lock = threading.RLock()
         gui.add_html(html.block("<h4>Measure</h4>"))
         self.ends = [gui.add_dropdown(name, (NOTHING,)) for name in ("from", "to")]
@@ -44,7 +42,7 @@ class Ruler:
     def refresh(self) -> None:
         """Measure anew, in the session as it is."""
         with self._lock:  # both ends may be chosen at once
-            self._measure(self._controller().session)
+            self._measure(self.desk.controller.session)
 
     def _measure(self, session: Session) -> None:
         names = (NOTHING, START, GOAL, LINE, OLD_START, OLD_GOAL, *session.scene.names)

@@ -186,18 +186,15 @@ class SceneView:
 
     def draw_selected(self, path: Array) -> None:
         """Mark a part (N, 3) [m] of the line that a person selected; none where it has no segment."""
-        pairs = segments(path) if len(path) > 1 else _NO_SEGMENTS[:0]
-        self._segments("selected", pairs, plain_colours(len(pairs), SELECTED), 2.2 * _WIDE)
+        self._plain("selected", path, SELECTED, 2.2 * _WIDE)
 
     def draw_stroke(self, path: Array) -> None:
         """Show a line (N, 3) [m] that is drawn by hand; none where it has no segment."""
-        pairs = segments(path) if len(path) > 1 else _NO_SEGMENTS[:0]
-        self._segments("pen", pairs, plain_colours(len(pairs), STROKE), _WIDE)
+        self._plain("pen", path, STROKE, _WIDE)
 
     def draw_ruler(self, ends: Array | None, names: Sequence[str] = ()) -> None:
         """Show a line between two places (2, 3) [m] with their names and its length; None takes it away."""
-        pairs = _NO_SEGMENTS[:0] if ends is None else segments(ends)
-        self._segments("ruler", pairs, plain_colours(len(pairs), RULER), _WIDE)
+        self._plain("ruler", np.zeros((0, 3)) if ends is None else ends, RULER, _WIDE)
         for node in self._ruler_labels:
             node.remove()
         places = [] if ends is None else [*ends, ends.mean(axis=0)]
@@ -328,6 +325,11 @@ class SceneView:
         last = self._last.get(name, (None,))
         self._last[name] = (path, *looks)
         return path is None or last[0] is not path or last[1:] != looks
+
+    def _plain(self, name: str, path: Array, colour: str, width: float) -> None:
+        """A line (N, 3) of one colour; none where it has no segment."""
+        pairs = segments(path) if len(path) > 1 else _NO_SEGMENTS[:0]
+        self._segments(name, pairs, plain_colours(len(pairs), colour), width)
 
     def _segments(self, name: str, pairs: Array | Any, colours: Any, width: float, *, visible: bool = True) -> None:
         node = self._lines.get(name)

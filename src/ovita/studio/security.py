@@ -171,12 +171,7 @@ Socket = Callable[[Any], Awaitable[None]]
 
 @contextmanager
 def guarded(gate: Gate, beside: Mapping[str, Socket] = MappingProxyType({})) -> Iterator[None]:
-    """Put a gate before every server that viser starts inside the block, and web sockets of our own beside viser's.
-
-    Args:
-        gate: The checks.
-        beside: What serves a web socket, by the beginning of its path.
-    """
+    """Put a gate before every server that viser starts inside the block, and web sockets of our own beside viser's."""
     import websockets.asyncio.server as sockets
 
     genuine = sockets.serve

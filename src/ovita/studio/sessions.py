@@ -8,7 +8,7 @@ import re
 import secrets
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
@@ -300,6 +300,62 @@ class SessionController:
             watchers = list(self._watchers)
         for watcher in watchers:
             watcher(news)
+
+
+class Latest:
+    """Works on a thread of its own; of several wishes that come while it works only the last counts."""
+
+    def __init__(self, work: Callable[[Any], None], name: str) -> None:
+        self._work, self._name = work, name
+        self._wish: Any = None
+        self._busy = False
+        self._lock = threading.Lock()
+
+    def want(self, wish: Any) -> None:
+        """Work on a wish, which is not None, soon."""
+        with self._lock:
+            self._wish = wish
+            if self._busy:
+                return
+            self._busy = True
+        threading.Thread(target=self._run, name=self._name, daemon=True).start()
+
+    def forget(self) -> None:
+        """Forget a wish that is not worked on yet."""
+        with self._lock:
+            self._wish = None
+
+    def _run(self) -> None:
+        while True:
+            with self._lock:
+                wish, self._wish = self._wish, None
+                if wish is None:
+                    self._busy = False
+                    return
+            self._work(wish)
+
+
+class Desk:
+    """What all panels of one tab share: viser's handle of it, and a controller, another once a file is opened."""
+
+    def __init__(self, client: Any, controller: SessionController) -> None:
+        self.client, self.controller = client, controller
+
+    def tell(self, text: str) -> None:
+        """Show a sentence that is good to know."""
+        self.client.add_notification("Good to know", text, auto_close_seconds=9.0, color="blue")
+
+    def complain(self, text: str) -> None:
+        """Show a sentence about something that did not work."""
+        self.client.add_notification("That did not work", text, auto_close_seconds=9.0, color="red")
+
+    @contextlib.contextmanager
+    def complaining(self) -> Iterator[None]:
+        """Complain of an error inside the block, which ends there."""
+        try:
+            yield
+        except OvitaError as error:
+            self.complain(str(error))
 
 
 KEPT_DAYS = 30

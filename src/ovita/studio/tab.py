@@ -4,37 +4,29 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from ovita.dialogue.session import Session
-from ovita.errors import OvitaError
 from ovita.paths.robot import Robot
 from ovita.paths.trajectory import Trajectory
 from ovita.studio import html, playback, scene_view, turns
 from ovita.studio.conversation import Conversation
-from ovita.studio.editor import DragEditor
+from ovita.studio.editor import DragEditor, HandEdit, deleted, inserted, sketched
 from ovita.studio.files import FilesPanel, Opened
 from ovita.studio.guide import HOTKEYS
-from ovita.studio.hands import HandEdit, deleted, drawn, inserted, sketched
 from ovita.studio.html import BRAND
 from ovita.studio.look import LookPanel
-from ovita.studio.panels import (
-    ChangesPanel,
-    CodePanel,
-    KnobsPanel,
-    LimitsPanel,
-    TextPanel,
-)
+from ovita.studio.panels import ChangesPanel, CodePanel, KnobsPanel, LimitsPanel
 from ovita.studio.recording import PenRecorder
 from ovita.studio.robots import RobotPanel
 from ovita.studio.ruler import Ruler
 from ovita.studio.scene_view import SceneView
-from ovita.studio.sessions import News, SessionController
-from ovita.studio.timeline import Timeline
+from ovita.studio.sessions import Desk, News, SessionController
+from ovita.studio.timeline import Timeline, Wire
 from ovita.studio.turns import VIEWS
-from ovita.studio.wire import Wire
 from ovita.studio.writing import WritersPanel, writer_name
 
 _LEFT, _RIGHT = 350.0, 392.0
@@ -42,7 +34,7 @@ _LEFT_NARROW, _RIGHT_NARROW = 310.0, 310.0
 _NARROW = 400.0  # of the scene between the panels [pixels]; less is too little
 
 
-class Tab:
+class Tab(Desk):
     """One tab, viser's handle of it, and what it shows.
 
     `opened`, `again` and `returned` make the controller for an opened session, for the file that the studio was started
@@ -65,7 +57,7 @@ class Tab:
         lookable: dict[str, str] | None = None,
         wire: Wire,
     ) -> None:
-        self.client, self.controller = client, controller
+        super().__init__(client, controller)
         self._opened, self._again, self._returned = opened, again, returned
         self._limits = limits
         self._lock = threading.RLock()
@@ -76,10 +68,10 @@ class Tab:
         self.puppet = playback.RobotView(client.scene, self.complain)
         self.timeline = Timeline(
             wire,
-            self._controller,
+            self,
             self._show_moment,
             self.space.draw_selected,
-            {"pick": self._pick, "insert": self._insert, "delete": self._delete, "sketch": self._sketch},
+            dict.fromkeys(("pick", "insert", "delete", "sketch"), self._pointed),
         )
         self.player = self.timeline.player
         with client.atomic():
@@ -109,44 +101,40 @@ class Tab:
         self.header = gui.add_html("")
         tabs = gui.add_tab_group()
         with tabs.add_tab("Say", "message"):
-            self.conversation = Conversation(gui, self._controller, self.complain)
+            self.conversation = Conversation(self)
         with tabs.add_tab("Edit", "hand-move"):
-            self.hand = DragEditor(gui, self.space, self._controller, self._peek, self.timeline.show_picked)
-            self.pen = PenRecorder(self.client, self.space, self._controller, self.tell, self.complain)
+            self.hand = DragEditor(self, self.space, self._peek, self.timeline.show_picked)
+            self.pen = PenRecorder(self, self.space)
         with tabs.add_tab("Look", "camera"):
-            self.looking = LookPanel(gui, self._controller, offered=lookable, complain=self.complain, tell=self.tell)
+            self.looking = LookPanel(self, lookable)
         with tabs.add_tab("View", "eye"):
             self._build_view(gui)
         with tabs.add_tab("Files", "folder"):
             self.filing = FilesPanel(
-                self.client, gui, self._controller, opened=self.open, again=self.begin_again, offered=offered,
-                earlier=earlier, returned=self.go_back, limits=self._limits, tell=self.tell, complain=self.complain,
+                self, opened=self.open, again=lambda: self._change_desk(self._again), offered=offered, earlier=earlier,
+                returned=lambda name: self._change_desk(lambda: self._returned(name)), limits=self._limits,
             )  # fmt: skip
         with tabs.add_tab("Set up", "settings"):
-            self.writers = WritersPanel(
-                gui, self._controller, complain=self.complain, chosen=self._writer_chosen, local=local
-            )
+            WritersPanel(self, self._writer_chosen, local=local)
         top = gui.add_panel()
         with top.add_tab("Parameters", "adjustments"):
-            self.knobs = KnobsPanel(gui, self._controller)
+            self.knobs = KnobsPanel(self)
         with top.add_tab("Plan", "list-numbers"):
-            self.plan = TextPanel(gui, self._controller, html.plan)
+            self.plan = gui.add_html("")
         with top.add_tab("Explanation", "bulb"):
-            self.explanation = TextPanel(gui, self._controller, html.explanation)
+            self.explanation = gui.add_html("")
         top.dock_right()
         top.set_width(_RIGHT)
         self._right = top
         below = gui.add_panel()
         with below.add_tab("Changes", "chart-line"):
-            self.changes = ChangesPanel(gui, self._controller)
+            self.changes = ChangesPanel(self)
         with below.add_tab("Constraints", "shield-check"):
-            self.limits = LimitsPanel(gui, self._controller, self.complain)
+            self.limits = LimitsPanel(self)
         with below.add_tab("Robot", "robot"):
-            self.robots = RobotPanel(
-                gui, self._controller, self.puppet, chosen=self.limits.offer, complain=self.complain, local=local
-            )
+            self.robots = RobotPanel(self, self.puppet, self.limits.offer, local=local)
         with below.add_tab("Code", "code"):
-            self.code = CodePanel(gui, self._controller, self.complain)
+            self.code = CodePanel(self)
         below.dock_below(top)
         for key in HOTKEYS:
             command = gui.add_command(key.does.strip().capitalize(), hotkey=key.hotkey, modifier=key.held)
@@ -220,7 +208,7 @@ class Tab:
 
         for box in boxes.values():
             box.on_update(switched)
-        self.ruler = Ruler(gui, self.space, self._controller)
+        self.ruler = Ruler(self, self.space)
         gui.add_html(html.block(
             "<h4>Voice</h4><p><label><input type='checkbox' data-keep='voice'> a button to speak what should change"
             "</label></p><p class='soft'>The browser's own service writes it down, where it has one; what you say may"
@@ -264,7 +252,9 @@ class Tab:
         if news == "turn":
             self._redraw(news)
         self.knobs.refresh(turned=news == "knobs")
-        for part in (self.plan, self.explanation, self.changes, self.code, self.limits):
+        self.plan.content = html.plan(session.adaptation)
+        self.explanation.content = html.explanation(session.adaptation)
+        for part in (self.changes, self.code, self.limits):
             part.refresh()
         if news == "turn":
             self.hand.refresh()
@@ -281,22 +271,6 @@ class Tab:
         for note in opened.notes:
             self.tell(note)
 
-    def begin_again(self) -> None:
-        """Show the file that the studio was started with, as at first."""
-        self._change_desk(self._again)
-
-    def go_back(self, name: str) -> None:
-        """Show a session that this browser had before."""
-        self._change_desk(lambda: self._returned(name))
-
-    def complain(self, text: str) -> None:
-        """Show a sentence about something that did not work."""
-        self._notify("That did not work", text, "red")
-
-    def tell(self, text: str) -> None:
-        """Show a sentence that is good to know."""
-        self._notify("Good to know", text, "blue")
-
     def close(self) -> None:
         """Stop everything that runs for this tab."""
         self._leave()
@@ -312,60 +286,47 @@ class Tab:
                 with self.client.atomic():
                     self.space.draw_lines(session)
 
-    def _aside(self, work: Callable[[], object]) -> None:
+    def _pointed(self, said: Mapping[str, Any]) -> None:
         """Do what the timeline asks for on a thread of its own, since its line must not wait."""
+        edit: Callable[[], HandEdit]
+        match said["kind"]:
+            case "pick":
+                index = None if said["index"] is None else int(said["index"])
+                threading.Thread(target=self.hand.pick, args=(index,), name="ovita-hands", daemon=True).start()
+                return
+            case "insert":
+                edit = partial(inserted, int(said["after"]))
+            case "delete":
+                first, last = sorted(map(int, said["range"]))
+                edit = partial(deleted, first, last)
+            case _:
+                line, (first, last) = np.array(said["line"], dtype=float), sorted(map(int, said["range"]))
+                edit = partial(sketched, line, first, last)
+        work = partial(self.controller.act, lambda session: edit().do(session))
         threading.Thread(target=work, name="ovita-hands", daemon=True).start()
-
-    def _pick(self, said: Mapping[str, Any]) -> None:
-        index = None if said["index"] is None else int(said["index"])
-        self._aside(lambda: self.hand.pick(index))
-
-    def _insert(self, said: Mapping[str, Any]) -> None:
-        after = int(said["after"])
-        self._draw(lambda: inserted(after))
-
-    def _delete(self, said: Mapping[str, Any]) -> None:
-        first, last = sorted(map(int, said["range"]))
-        self._draw(lambda: deleted(first, last))
-
-    def _sketch(self, said: Mapping[str, Any]) -> None:
-        line, (first, last) = np.array(said["line"], dtype=float), sorted(map(int, said["range"]))
-        self._draw(lambda: sketched(line, first, last))
-
-    def _draw(self, edit: Callable[[], HandEdit]) -> None:
-        self._aside(lambda: self.controller.act(lambda session: drawn(session, edit())))
-
-    def _controller(self) -> SessionController:
-        return self.controller
 
     def _change_desk(self, make: Callable[[], SessionController]) -> None:
         if self.controller.busy is not None:
             self.complain("An instruction is being worked on; wait for it or cancel it.")
             return
-        try:
+        with self.complaining():
             controller = make()
-        except OvitaError as error:
-            self.complain(str(error))
-            return
-        with self._lock:
-            self._leave()
-            self.controller = controller
-            self.hand.let_go()
-            self.pen.let_go()
-            self.heads.place([])
-            self.puppet.choose(str(self.robots.which.value))
-            self.space.reset()
-            self._leave = controller.watch(self.refresh)
-            self.refresh("turn")
-            self.space.look(controller.session)
-        self.filing.refresh()
+            with self._lock:
+                self._leave()
+                self.controller = controller
+                self.hand.let_go()
+                self.pen.let_go()
+                self.heads.place([])
+                self.puppet.choose(str(self.robots.which.value))
+                self.space.reset()
+                self._leave = controller.watch(self.refresh)
+                self.refresh("turn")
+                self.space.look(controller.session)
+            self.filing.refresh()
 
     def _writer_chosen(self) -> None:
         self.refresh("turn")
         self.tell(f"From now on {writer_name(self.controller.session.writer)} writes the programs.")
-
-    def _notify(self, title: str, text: str, colour: Any) -> None:
-        self.client.add_notification(title, text, auto_close_seconds=9.0, color=colour)
 
     def _show_moment(self, at: float) -> None:
         session = self.controller.session

@@ -6,13 +6,19 @@ once, which viser's charts, closed boxes inside panels, cannot do.
 
 from __future__ import annotations
 
+import asyncio
 import base64
+import contextlib
+import json
+import secrets
+import threading
 from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
 from ovita.dialogue.session import Session
+from ovita.errors import OvitaError
 from ovita.paths.geometry import runs
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
@@ -20,8 +26,7 @@ from ovita.plots.geometry import corners
 from ovita.policy.direct import changed_by_line
 from ovita.policy.syntax import parse_tree
 from ovita.studio.playback import Player
-from ovita.studio.sessions import SessionController
-from ovita.studio.wire import Wire
+from ovita.studio.sessions import Desk
 
 POINTS = 400
 """At most about so many waypoints of a path are drawn; the extremes of every signal are among them."""
@@ -105,8 +110,6 @@ class Timeline:
     """The timeline of one tab.
 
     Args:
-        wire: To the page.
-        controller: Gives the tab's controller.
         show: Shows a moment [s] in the scene.
         mark: Marks the part (N, 3) [m] of the current path that is selected in the scene.
         hands: What else the page may ask for, by the message's kind.
@@ -115,12 +118,12 @@ class Timeline:
     def __init__(
         self,
         wire: Wire,
-        controller: Callable[[], SessionController],
+        desk: Desk,
         show: Callable[[float], None],
         mark: Callable[[Array], None],
         hands: Mapping[str, Callable[[Mapping[str, Any]], None]],
     ) -> None:
-        self.wire, self._controller = wire, controller
+        self.wire, self.desk = wire, desk
         self.player = Player(wire.send, show)
         self._mark, self._hands = mark, hands
         self._first: tuple[Trajectory, Scene, Mapping[str, Any]] | None = None  # the original, as drawn
@@ -128,7 +131,7 @@ class Timeline:
 
     def refresh(self, *, lines: bool) -> None:
         """Show the session; `lines`: and look anew when which line of its program acts."""
-        session = self._controller().session
+        session = self.desk.controller.session
         if self._first is None or self._first[0] is not session.original or self._first[1] is not session.scene:
             self._first = session.original, session.scene, drawn(session.original, session.scene)
         self.wire.send("paths", picture(session, self._first[2]))
@@ -139,7 +142,7 @@ class Timeline:
 
     def show_selection(self) -> None:
         """Show which part is selected."""
-        controller = self._controller()
+        controller = self.desk.controller
         ends = controller.selected
         first, last = ends or (0, -1)
         self._mark(controller.session.current.positions[first : last + 1])
@@ -151,9 +154,8 @@ class Timeline:
 
     def see(self, camera: Any) -> None:
         """Tell the page from where the scene is seen, so that it finds the line under the pointer."""
-        self.wire.send(
-            "camera", {"position": list(camera.position), "wxyz": list(camera.wxyz), "fov": float(camera.fov)}
-        )
+        pose = {"position": list(camera.position), "wxyz": list(camera.wxyz)}
+        self.wire.send("camera", pose | {"fov": float(camera.fov)})
 
     def _heard(self, message: Mapping[str, Any]) -> None:
         kind = message["kind"]
@@ -165,8 +167,95 @@ class Timeline:
             self.player.heard(kind, message)
 
     def _select(self, ends: Any) -> None:
-        controller = self._controller()
+        controller = self.desk.controller
         last = len(controller.session.current) - 1
         first, end = (None, None) if ends is None else sorted(min(max(int(i), 0), last) for i in ends)
         controller.selected = None if first is None or end is None else (first, end)
         self.show_selection()
+
+
+PLACE = "/timeline/"
+"""Where the page connects to, followed by the name of its line."""
+
+_LARGEST = 200_000  # of a message from the page [characters]
+
+Heard = Callable[[Mapping[str, Any]], None]
+
+
+class Wire:
+    """The connection of one tab's timeline; of several messages of a kind that wait only the last is sent."""
+
+    def __init__(self) -> None:
+        self.name = secrets.token_hex(16)
+        self.heard: Heard = lambda message: None
+        self._waiting: dict[str, Mapping[str, Any]] = {}
+        self._last: dict[str, Mapping[str, Any]] = {}
+        self._lock = threading.Lock()
+        self._wake: tuple[asyncio.AbstractEventLoop, asyncio.Event] | None = None
+
+    def send(self, kind: str, message: Mapping[str, Any]) -> None:
+        """Send a message soon, from any thread; one that comes to a page later gets the last of each kind."""
+        with self._lock:
+            self._waiting[kind] = self._last[kind] = message
+            wake = self._wake
+        if wake is not None:
+            with contextlib.suppress(RuntimeError):  # its loop has ended
+                wake[0].call_soon_threadsafe(wake[1].set)
+
+    async def serve(self, connection: Any) -> None:
+        """Serve the page's end until it goes."""
+        from websockets.exceptions import ConnectionClosed
+
+        woken = asyncio.Event()
+        with self._lock:
+            self._wake, self._waiting = (asyncio.get_running_loop(), woken), dict(self._last)
+        woken.set()
+        sending = asyncio.create_task(self._send(connection, woken))
+        try:
+            with contextlib.suppress(ConnectionClosed):  # the page went, or slept for long
+                async for text in connection:
+                    self._take(text)
+        finally:
+            sending.cancel()
+
+    async def _send(self, connection: Any, woken: asyncio.Event) -> None:
+        from websockets.exceptions import ConnectionClosed
+
+        with contextlib.suppress(ConnectionClosed):
+            while await woken.wait():
+                woken.clear()
+                with self._lock:
+                    waiting, self._waiting = self._waiting, {}
+                for kind, message in waiting.items():
+                    await connection.send(json.dumps({"kind": kind, **message}, separators=(",", ":")))
+
+    def _take(self, text: Any) -> None:
+        if not isinstance(text, str) or len(text) > _LARGEST:
+            return
+        with contextlib.suppress(ValueError, KeyError, TypeError, IndexError, OvitaError):  # no page of ours wrote it
+            self.heard(json.loads(text))
+
+
+class Wires:
+    """The timelines of one studio's tabs, by the names that only their pages know."""
+
+    def __init__(self) -> None:
+        self._wires: dict[str, Wire] = {}
+
+    def open(self) -> Wire:
+        """A new wire."""
+        wire = Wire()
+        self._wires[wire.name] = wire
+        return wire
+
+    def close(self, wire: Wire) -> None:
+        """Forget a wire."""
+        self._wires.pop(wire.name, None)
+
+    async def serve(self, connection: Any) -> None:
+        """Serve a connection whose address names a wire; close any other."""
+        wire = self._wires.get(connection.request.path.partition("?")[0].removeprefix(PLACE))
+        if wire is None:
+            await connection.close(1008, "there is no such timeline")
+        else:
+            await wire.serve(connection)

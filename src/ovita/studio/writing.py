@@ -6,16 +6,15 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib.resources import as_file, files
 from importlib.util import find_spec
-from typing import Any
 
 from ovita.chain import adapt
-from ovita.errors import OvitaError, RequestError
+from ovita.errors import RequestError
 from ovita.io import load_task
 from ovita.policy import sandbox
 from ovita.request import Request
 from ovita.result import Adaptation
 from ovita.studio import html, turns
-from ovita.studio.sessions import SessionController
+from ovita.studio.sessions import Desk
 from ovita.writers.base import PolicyWriter, configured_model, writer_named
 
 TRIAL = "Go left by 0.15 and move at half the speed near the cup"
@@ -34,7 +33,6 @@ class WriterChoice:
         asks: Whether a model has to be named; then `example` is one.
         example: What a model's name looks like.
         server: Whether an address has to be given.
-        key: Whether it may need a key.
     """
 
     name: str
@@ -75,28 +73,22 @@ def choices(*, local: bool) -> Mapping[str, WriterChoice]:
 
 
 class WritersPanel:
-    """The choice of the writer; made as panels are, see `panels`.
+    """The choice of the writer; `chosen` is called when another was chosen.
 
-    `chosen` is called when another was chosen. Only where `local`, that is, only this machine can reach the studio, may
-    a person name servers, which would be sent the owner's key, or take models of this machine.
+    Only where `local`, that is, only this machine can reach the studio, may a person name servers, which would be sent
+    the owner's key, or take models of this machine.
     """
 
-    def __init__(
-        self,
-        gui: Any,
-        controller: Callable[[], SessionController],
-        *,
-        complain: Callable[[str], None],
-        chosen: Callable[[], None],
-        local: bool,
-    ) -> None:
-        self._controller, self._complain, self._chosen = controller, complain, chosen
+    def __init__(self, desk: Desk, chosen: Callable[[], None], *, local: bool) -> None:
+        self.desk, self._chosen, gui = desk, chosen, desk.client.gui
         self._choices = choices(local=local)
-        gui.add_html(html.block(
-            "<h4>Writer</h4><p class='soft'>The built-in writer needs no model. What you say, the scene and a summary"
-            " of the path are sent to a model of a provider; one on this machine sends nothing.</p>"
-        ))  # fmt: skip
-        now = writer_name(controller().session.writer)
+        about = (
+            "The built-in writer needs no model. What you say, the scene and a summary of the path are sent to a model"
+            " of a provider; one on this machine sends nothing."
+        )
+        gui.add_html(html.section("Writer", about))
+        session = desk.controller.session
+        now = writer_name(session.writer)
         self.kind = gui.add_dropdown("writer", tuple(self._choices), initial_value=self._label(now))
         self.model = gui.add_text("model", now.partition(":")[2])
         self.hint = gui.add_html("")
@@ -113,9 +105,8 @@ class WritersPanel:
         self.test.on_click(lambda _: self._try())
         missing = sandbox.missing()
         level = "strict" if not missing else f"degraded, because this machine lacks {', '.join(missing)}"
-        wanted = html.e(controller().session.isolation)
         gui.add_html(html.block(
-            f"<h4>Isolation</h4><p class='soft'>Programs run in a sandbox: <b>{wanted}</b>"
+            f"<h4>Isolation</h4><p class='soft'>Programs run in a sandbox: <b>{html.e(session.isolation)}</b>"
             f" is asked for; this machine offers <b>{html.e(level)}</b>.</p>"
         ))  # fmt: skip
         self._show()
@@ -131,12 +122,11 @@ class WritersPanel:
     def _show(self) -> None:
         choice = self._choice()
         self.model.visible = self.hint.visible = choice.asks
-        self.hint.content = html.block(f'<p class="soft">such as {html.e(choice.example)}</p>')
+        self.hint.content = html.soft(f"such as {choice.example}")
         self.address.visible = choice.server
         self.key.visible = self.secret.visible = choice.key
 
     def _made(self) -> PolicyWriter:
-        """The writer as chosen; the key leaves the page."""
         key, self.key.value = self.key.value.strip(), ""
         choice = self._choice()
         address = self.address.value.strip() if choice.server else ""
@@ -145,24 +135,15 @@ class WritersPanel:
         return keyed_writer(choice.writer(self.model.value.strip()), key, address)
 
     def _use(self) -> None:
-        try:
-            writer = self._made()
-        except OvitaError as error:
-            self._complain(str(error))
-            return
-        controller = self._controller()
-        with controller.lock:
-            controller.session.writer = writer
-        self._chosen()
+        with self.desk.complaining():
+            writer, controller = self._made(), self.desk.controller
+            with controller.lock:
+                controller.session.writer = writer
+            self._chosen()
 
     def _try(self) -> None:
-        self.test.disabled, self.test.label = True, "It writes\u2026"
-        try:
+        with self.desk.complaining(), html.busy(self.test, "It writes\u2026"):
             self.told.content = trial(self._made())
-        except OvitaError as error:
-            self._complain(str(error))
-        finally:
-            self.test.disabled, self.test.label = False, "Try it"
 
 
 def trial(writer: PolicyWriter) -> str:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ovita.dialogue.session import Session
 from ovita.errors import OvitaError, RobotError
@@ -31,7 +32,6 @@ class AdaptedByPerson:
     """What others judge of a person's adapting; the words that led there stay with that person.
 
     Args:
-        item: The sample.
         path: As the person left it.
         changed: Whether it differs from the item's.
         told: What the system says of it, a line each.
@@ -77,18 +77,16 @@ class Conversations:
             return False
         session = self._session(progress, page)
         done = len(session.steps) > (said[-1].steps if said else 0)
-        last = asked[-1]
-        result = session.adaptation if done else None
-        self._answered(progress.person, page, last.turn, last.said, last.on, session, result, repeat=not done)
+        self._answered(progress.person, page, asked[-1], session, repeat=not done)
         return True
 
     def say(self, progress: StudyProgress, page: StudyPage, said: str, on: FeedbackOn) -> None:
         """Let the system do what a person says, and note both."""
         session = self._session(progress, page)
         turn = len(progress.turns(page.id)) + 1
-        text = said.strip()[:LONGEST]
-        note(self.study, progress.person, StudyEvent("saying", now(), page=page.id, turn=turn, said=text, on=on))
-        self._answered(progress.person, page, turn, text, on, session, None, repeat=True)
+        saying = StudyEvent("saying", now(), page=page.id, turn=turn, said=said.strip()[:LONGEST], on=on)
+        note(self.study, progress.person, saying)
+        self._answered(progress.person, page, saying, session, repeat=True)
 
     def forget(self, person: Participant) -> None:
         """Close the conversations of a person who withdrew."""
@@ -97,29 +95,17 @@ class Conversations:
                 del self._open[key]
 
     def _answered(
-        self,
-        person: Participant,
-        page: StudyPage,
-        turn: int,
-        said: str,
-        on: str,
-        session: Session,
-        result: Adaptation | None,
-        *,
-        repeat: bool,
+        self, person: Participant, page: StudyPage, saying: StudyEvent, session: Session, *, repeat: bool
     ) -> None:
-        status: str = "failed"
-        told: tuple[str, ...] = (FAILED,)
-        try:
+        """Note what the system answered; `repeat` asks it, else its last answer stands."""
+        said = replace(saying, event="said", status="failed", told=(FAILED,))
+        with contextlib.suppress(OvitaError):
+            result = session.adaptation
             if repeat:
-                result = session.say(said, on="original" if on == "original" else "current")
+                result = session.say(said.said, on="original" if said.on == "original" else "current")
             if result is not None:
-                status, told = result.status, self._told(result, page)
-        except OvitaError:
-            pass
-        event = StudyEvent("said", now(), page=page.id, turn=turn, said=said, on=on, status=status, told=told,
-                           steps=len(session.steps))  # fmt: skip
-        note(self.study, person, event)
+                said = replace(said, status=result.status, told=self._told(result, page))
+        note(self.study, person, replace(said, when=now(), steps=len(session.steps)))
 
     def _told(self, result: Adaptation, page: StudyPage) -> tuple[str, ...]:
         """What a person reads: questions and proposals always, the rest where explanations are shown."""

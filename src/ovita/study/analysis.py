@@ -22,6 +22,9 @@ SUCCESS = 4.0
 ATTENTION = 0.5
 """Who passed this share of the attention checks, or less, is left out."""
 
+RESAMPLES = 300
+"""Of people, for the intervals of preferences."""
+
 OVERALL = "all"
 
 LEFT_OUT = {
@@ -41,7 +44,6 @@ class Screened:
     """Ratings, and for each of them why it is left out, or "".
 
     Args:
-        ratings: All of them.
         reasons: One each, a key of LEFT_OUT or "".
         attention: The share of attention checks that was not enough.
     """
@@ -115,19 +117,10 @@ class Contrast:
 
 
 @dataclass(frozen=True)
-class Omnibus:
-    """Friedman's test of all conditions on one question, on people who rated each."""
-
-    question: str
-    test: Friedman
-
-
-@dataclass(frozen=True)
 class Preferred:
     """Preferences between pairs.
 
     Args:
-        strengths: The model.
         worth: Of each condition, with its interval from resampling people.
         counts: By pair: how often the first, none and the second was preferred.
     """
@@ -151,7 +144,6 @@ class Adapter:
     """What others say of what one person adapted, and what that person said.
 
     Args:
-        participant: Who adapted.
         own: Mean of the person's own ratings in the adaptation phase; NaN if there is none.
         others: Mean over the people who judged it.
     """
@@ -163,11 +155,11 @@ class Adapter:
 
 @dataclass(frozen=True)
 class Analysis:
-    """All that a study's report says."""
+    """All that a study's report says; `omnibus` is Friedman's test of all conditions, by question."""
 
     screened: Screened
     summaries: tuple[Summary, ...]
-    omnibus: tuple[Omnibus, ...]
+    omnibus: tuple[tuple[str, Friedman], ...]
     contrasts: tuple[Contrast, ...]
     agreements: tuple[tuple[str, str, Estimate], ...]
     preferred: Preferred | None
@@ -187,9 +179,7 @@ def screen(ratings: Sequence[Rating], *, attention: float = ATTENTION) -> Screen
     of the attention checks or less; a person's ratings of what they adapted themselves in the rating phase; all but
     the last answer to the same question about the same thing.
 
-    Args:
-        ratings: In the order in which they were given.
-        attention: A share, 0..1; who passed no more is left out.
+    `attention` is a share, 0..1; ratings are in the order in which they were given.
     """
     mixed = {r.pilot for r in ratings} == {True, False}
     reasons = ["pilot" if mixed and r.pilot else "" for r in ratings]
@@ -248,9 +238,10 @@ def _contrast(
         return Contrast(question, factor, a, b, paired.test, len(both), difference, paired.p, paired.effect)
     if min(len(left), len(right)) < 2:
         return None
-    apart = statistics.rank_sum(list(left.values()), list(right.values()))
-    difference = statistics.difference_of_groups(list(left.values()), list(right.values()))
-    return Contrast(question, factor, a, b, "Mann-Whitney", len(left) + len(right), difference, apart.p, apart.effect)
+    groups = list(left.values()), list(right.values())
+    p, effect = statistics.rank_sum(*groups)
+    difference = statistics.difference_of_groups(*groups)
+    return Contrast(question, factor, a, b, "Mann-Whitney", len(left) + len(right), difference, p, effect)
 
 
 def _reason(rating: Rating, careless: set[str], repeated: bool) -> str:
@@ -303,12 +294,12 @@ def _summary(question: str, phase: str, condition: str, group: str, mine: Sequen
     )
 
 
-def _omnibus(rated: Sequence[Rating]) -> Iterable[Omnibus]:
+def _omnibus(rated: Sequence[Rating]) -> Iterable[tuple[str, Friedman]]:
     for question in LIKERT:
         table = means(_asked(rated, question), _condition)
         people = sorted(set.intersection(*(set(column) for column in table.values()))) if table else []
         if len(table) >= 3 and len(people) >= 2:
-            yield Omnibus(question, statistics.friedman([[table[c][who] for c in table] for who in people]))
+            yield question, statistics.friedman([[table[c][who] for c in table] for who in people])
 
 
 def _contrasts(kept: Sequence[Rating], rated: Sequence[Rating]) -> Iterable[Contrast]:
@@ -338,7 +329,7 @@ def _agreements(rated: Sequence[Rating]) -> Iterable[tuple[str, str, Estimate]]:
                 yield question, condition, statistics.agreement(list(units.values()))
 
 
-def _preferences(given: Sequence[Rating], *, resamples: int = 300) -> Preferred | None:
+def _preferences(given: Sequence[Rating]) -> Preferred | None:
     pairs = [(r.participant, *r.condition.split("|", 1), str(r.value)) for r in given if "|" in r.condition]
     if not pairs:
         return None
@@ -353,7 +344,7 @@ def _preferences(given: Sequence[Rating], *, resamples: int = 300) -> Preferred 
             wins[people[who], place[first], place[second]] += value == first
     fitted = _fit(names, wins.sum(0), ties.sum(0))
     rng = np.random.default_rng(0)
-    weights = rng.multinomial(len(people), np.full(len(people), 1 / len(people)), resamples)
+    weights = rng.multinomial(len(people), np.full(len(people), 1 / len(people)), RESAMPLES)
     drawn = [_fit(names, np.tensordot(w, wins, 1), np.tensordot(w, ties, 1)).worth for w in weights]
     low, high = np.quantile(np.array(drawn), (0.025, 0.975), axis=0)
     spread = zip(fitted.worth, low, high, strict=True)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import datetime
 import os
+import random
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -24,15 +26,10 @@ class StudyEvent:
         event: "consent", "shown", "answer", "saying" and "said" (a turn of a conversation before and after the system
             answered), or "withdrawn".
         when: In UTC (ISO 8601).
-        page: Its id.
-        values: The answers.
         seconds: From when the page was first shown.
         consent_sha256: Of the text that was agreed to.
         turn: Which turn of the conversation, from 1.
-        said: What the person said.
         on: What it is about: "original" or "current".
-        status: How it went.
-        told: What the system answered.
         steps: Turns in force afterwards.
         of: Whose adapting is judged: a person's id and one of their pages, as "p07/s002".
     """
@@ -63,12 +60,7 @@ WITHDRAWN = "withdrawn"
 
 @dataclass(frozen=True)
 class StudyProgress:
-    """How far a person is.
-
-    Args:
-        person: Who.
-        events: Everything, oldest first.
-    """
+    """How far a person is."""
 
     person: Participant
     events: tuple[StudyEvent, ...]
@@ -193,3 +185,33 @@ def _value(question: str, given: int | str, page: StudyPage) -> float | str:
     if question == "attention":
         return float(given == page.expected)
     return given if isinstance(given, str) else float(given)
+
+
+def draw(study: StudyFolder, person: Participant) -> str:
+    """Draw the result of another person for this one to judge: "p07/s002", or "" while there is none.
+
+    Those that fewest people were shown come first, among them items that this person has not seen rated. Nobody judges
+    an item that they adapted themselves, and nobody judges a result twice.
+    """
+    everybody = [progress_of(study, other) for other in study.participants.values()]
+    seen = Counter(event.of for progress in everybody for event in progress.events if event.event == "shown")
+    mine = next(progress for progress in everybody if progress.person.id == person.id)
+    had = {event.of for event in mine.events}
+    open_ = [
+        (f"{progress.person.id}/{page.id}", page.item)
+        for progress in everybody
+        if progress.person.id != person.id and not progress.withdrawn
+        for page in progress.person.pages
+        if page.kind == "adapt" and page.id in progress.answered and page.item not in person.adapted
+    ]
+    left = sorted((of, item) for of, item in open_ if of not in had)
+    if not left:
+        return ""
+    random.Random(f"ovita cross-rating {study.design.seed} {person.id} {len(had)}").shuffle(left)
+    return min(left, key=lambda lot: (seen[lot[0]], lot[1] in person.rated))[0]
+
+
+def whose(study: StudyFolder, of: str) -> tuple[StudyProgress, StudyPage]:
+    """The person whose result it is, as far as they are, and the page on which they adapted."""
+    person, page = work_of(study, of)
+    return progress_of(study, person), page

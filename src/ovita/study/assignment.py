@@ -5,7 +5,7 @@ from __future__ import annotations
 import random
 from collections import Counter
 from collections.abc import Hashable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import TypeVar
 
@@ -154,10 +154,7 @@ class _Layout:
             pages.append(StudyPage("", "judge", "rate", 0, explanation=told))
         pages += [page for page in workload if page.phase == "rate"]
         pages.append(StudyPage("", "closing", "rate", 0))
-        numbered = tuple(
-            StudyPage(f"s{i:03d}", p.kind, p.phase, i, p.item, p.conditions, p.explanation, p.expected)
-            for i, p in enumerate(pages, 1)
-        )
+        numbered = tuple(replace(page, id=f"s{i:03d}", position=i) for i, page in enumerate(pages, 1))
         return Participant(f"p{number:0{len(str(len(design.people)))}d}", group, letters, numbered)
 
     def _block(self, item: str, number: int, shown: tuple[bool, ...]) -> list[StudyPage]:

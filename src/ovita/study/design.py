@@ -130,7 +130,6 @@ class FoundedStudy:
     """A design as it was made a study: what `study new` adds to it.
 
     Args:
-        design: What is asked.
         id: Random; answers from elsewhere must bear it.
         created: When, in UTC (ISO 8601).
         names: The conditions, in the order of their names.

@@ -9,9 +9,17 @@ from dataclasses import dataclass
 
 from ovita.study import pages
 from ovita.study.adapting import Conversations
-from ovita.study.answers import StudyEvent, StudyProgress, note, progress_of, seconds_between, withdraw
+from ovita.study.answers import (
+    StudyEvent,
+    StudyProgress,
+    draw,
+    note,
+    progress_of,
+    seconds_between,
+    whose,
+    withdraw,
+)
 from ovita.study.assignment import Participant, StudyPage
-from ovita.study.crossing import draw, whose
 from ovita.study.folder import StudyFolder, now
 from ovita.study.questions import COMMENT, read_answers
 
@@ -25,11 +33,7 @@ class DeskAnswer:
 
 
 class StudyDesk:
-    """A study that people take part in; one request of a person at a time, those of many at once.
-
-    Args:
-        study: On disk.
-    """
+    """A study that people take part in; one request of a person at a time, those of many at once."""
 
     def __init__(self, study: StudyFolder) -> None:
         self.study = study
@@ -78,7 +82,7 @@ class StudyDesk:
     def _current(self, person: Participant) -> str:
         progress = progress_of(self.study, person)
         if progress.withdrawn:
-            return self._document(pages.gone(), drawn=False)
+            return self._document(pages.message(*pages.GONE), drawn=False)
         if not progress.consented:
             return self._document(pages.consent(self.study), drawn=False)
         page = progress.current
@@ -87,7 +91,7 @@ class StudyDesk:
             progress = progress_of(self.study, person)
             page = progress.current
         if page is None:
-            return self._document(pages.farewell() + pages.footer(self.study), drawn=False)
+            return self._document(pages.message(*pages.FAREWELL) + pages.footer(self.study), drawn=False)
         if not progress.first_shown(page.id):
             note(self.study, person, StudyEvent("shown", now(), page=page.id))
         if page.kind == "judge" or (page.kind == "adapt" and self._conversations.settled(progress, page)):
@@ -97,16 +101,12 @@ class StudyDesk:
     def _drawn(
         self, progress: StudyProgress, page: StudyPage, given: Mapping[str, str], missing: tuple[str, ...]
     ) -> str:
-        person = progress.person
+        talk, outcome = None, None
         if page.kind == "adapt":
-            path, turns = self._conversations.current(progress, page), progress.turns(page.id)
-            body = pages.conversation(self.study, person, page, path, turns, given, missing)
+            talk = self._conversations.current(progress, page), progress.turns(page.id)
         elif page.kind == "judge":
-            adapter, theirs = whose(self.study, progress.judged(page.id))
-            outcome = self._conversations.outcome(adapter, theirs)
-            body = pages.judged(self.study, person, page, outcome, given, missing)
-        else:
-            body = pages.page_of(self.study, person, page, given, missing)
+            outcome = self._conversations.outcome(*whose(self.study, progress.judged(page.id)))
+        body = pages.page_of(self.study, progress.person, page, given, missing, talk=talk, outcome=outcome)
         return self._document(body + pages.footer(self.study), drawn=page.kind not in ("introduction", "closing"))
 
     def _has_lot(self, progress: StudyProgress, page: StudyPage) -> bool:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ovita.bench.figures import COLORS, frame, image, short
-from ovita.errors import MissingExtra
-from ovita.study.analysis import OVERALL, Analysis, Summary
+from ovita.errors import needs
+from ovita.study.analysis import OVERALL, Analysis, Contrast, Summary
 from ovita.study.statistics import Estimate
 
 if TYPE_CHECKING:
@@ -29,10 +28,8 @@ def study_panel(found: Analysis, watermark: str = "") -> Figure:
     Raises:
         MissingExtra: If matplotlib is not installed.
     """
-    try:
+    with needs("matplotlib", "plot"):
         from matplotlib.figure import Figure
-    except ImportError:
-        raise MissingExtra("matplotlib", "plot") from None
     figure = Figure(figsize=(16, 8.4), layout="constrained")
     axes = figure.subplots(2, 4).ravel()
     whole = [s for s in found.summaries if s.group == OVERALL]
@@ -45,8 +42,10 @@ def study_panel(found: Analysis, watermark: str = "") -> Figure:
     _stacks(axes[1], "B  correctness: share of 1 to 5", success)
     _points(axes[2], "C  interpretability (1 to 5)", [(s.condition, s.mean, color[s.condition]) for s in clear], (1, 5))
     _levels(axes[3], "D  correctness by group", found, color)
-    _differences(axes[4], "E  pairs: b minus a", found)
-    _factors(axes[5], "F  explanation, phase, group", found)
+    pairs = [c for c in found.contrasts if c.factor == "condition"]
+    factors = [c for c in found.contrasts if c.factor != "condition"]
+    _differences(axes[4], "E  pairs: b minus a", pairs, "one condition")
+    _differences(axes[5], "F  explanation, phase, group", factors, "one level of each")
     _worth(axes[6], "G  preference: worth", found, color)
     _questionnaires(axes[7], "H  questionnaires (0 to 100)", found)
     for part in axes if watermark else ():
@@ -69,11 +68,8 @@ def _points(axes: Axes, title: str, points: Sequence[tuple[str, Estimate, str]],
 
 
 def _spread(axes: Axes, x: float, estimate: Estimate, color: str, marker: str = "o", label: str = "") -> None:
-    known = math.isfinite(estimate.low) and math.isfinite(estimate.high)
-    error = [[max(estimate.value - estimate.low, 0)], [max(estimate.high - estimate.value, 0)]] if known else None
-    axes.errorbar(
-        [x], [estimate.value], yerr=error, fmt=marker, ms=7, lw=1.6, capsize=4, color=color, label=label or None
-    )
+    looks: dict[str, Any] = {"fmt": marker, "ms": 7, "lw": 1.6, "capsize": 4, "color": color, "label": label or None}
+    axes.errorbar([x], [estimate.value], yerr=estimate.error, **looks)
 
 
 def _names(axes: Axes, names: Sequence[str]) -> None:
@@ -120,47 +116,26 @@ def _levels(axes: Axes, title: str, found: Analysis, color: dict[str, str]) -> N
     _or_missing(axes, bool(parts), "one group")
 
 
-def _differences(axes: Axes, title: str, found: Analysis) -> None:
-    pairs = [c for c in found.contrasts if c.factor == "condition"]
-    _rows(axes, title, [(f"{short(c.b)}\n- {short(c.a)}", c.question, c.difference, c.holm) for c in pairs])
-    _or_missing(axes, bool(pairs), "one condition")
-
-
-def _factors(axes: Axes, title: str, found: Analysis) -> None:
-    pairs = [c for c in found.contrasts if c.factor != "condition"]
-    _rows(axes, title, [(f"{short(c.b)}\n- {short(c.a)}", c.question, c.difference, c.holm) for c in pairs])
-    _or_missing(axes, bool(pairs), "one level of each")
-
-
-def _rows(axes: Axes, title: str, rows: Sequence[tuple[str, str, Estimate, float]]) -> None:
+def _differences(axes: Axes, title: str, rows: Sequence[Contrast], otherwise: str) -> None:
     """Differences with their intervals, one line a pair, both questions on it; a filled mark is p (Holm) < 0.05."""
     frame(axes, title, share=False)
-    pairs = list(dict.fromkeys(name for name, *_ in rows))
+    names = {(c.a, c.b): f"{short(c.b)}\n- {short(c.a)}" for c in rows}
+    pairs = list(dict.fromkeys(names.values()))
     looks = {"correctness": (COLORS[0], -0.16), "interpretability": (COLORS[4], 0.16)}
-    for name, question, estimate, p in rows:
-        color, shift = looks[question]
-        known = math.isfinite(estimate.low) and math.isfinite(estimate.high)
-        error = [[estimate.value - estimate.low], [estimate.high - estimate.value]] if known else None
-        face = color if p < 0.05 else "white"
-        axes.errorbar(
-            [estimate.value],
-            [pairs.index(name) + shift],
-            xerr=error,
-            fmt="o",
-            ms=6,
-            capsize=3,
-            lw=1.4,
-            color=color,
-            mfc=face,
-        )
+    for c in rows:
+        estimate, (color, shift) = c.difference, looks[c.question]
+        line: dict[str, Any] = {"fmt": "o", "ms": 6, "capsize": 3, "lw": 1.4, "color": color}
+        line["mfc"] = color if c.holm < 0.05 else "white"
+        axes.errorbar([estimate.value], [pairs.index(names[c.a, c.b]) + shift], xerr=estimate.error, **line)
     axes.axvline(0, color="#888888", lw=0.8)
     axes.set_yticks(range(len(pairs)), pairs, fontsize=6.5 if len(pairs) > 8 else 7.5)
     axes.set_ylim(len(pairs) - 0.5, -1.1)
     axes.set_xlabel("points of 1 to 5; filled: p (Holm) < 0.05", fontsize=8)
-    for question in dict.fromkeys(question for _, question, *_ in rows):
+    for question in dict.fromkeys(c.question for c in rows):
         axes.plot([], [], "o", color=looks[question][0], label=question)
     if rows:
         axes.legend(fontsize=7, loc="upper center", ncols=2, handletextpad=0.2)
+    _or_missing(axes, bool(rows), otherwise)
 
 
 def _worth(axes: Axes, title: str, found: Analysis, color: dict[str, str]) -> None:

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
+from ovita.bench.report import csv_text
 from ovita.errors import FormatError, RequestError
 from ovita.io import atomic_write
 from ovita.io.documents import listing, plain, validated
@@ -50,9 +51,7 @@ class StudyFolder:
     """A study on disk.
 
     Args:
-        path: Its folder.
         founded: The design and what was added to it.
-        consent: The text that people agree to.
         participants: By id.
         tokens: The secret part of each person's link, by id.
     """
@@ -98,11 +97,7 @@ class StudyFolder:
 def found_study(file: str, runs: Sequence[str], out: str, changes: Mapping[str, object] | None = None) -> StudyFolder:
     """Make a study's folder from a STUDY.toml and bench runs.
 
-    Args:
-        file: The design.
-        runs: Folders that `ovita bench run` wrote.
-        out: The study's folder, which must not exist yet or be empty.
-        changes: Values in place of the design's own.
+    The folder `out` must not exist yet or be empty; `changes` are values in place of the design's own.
 
     Raises:
         FormatError: If a file cannot be read or written.
@@ -179,11 +174,8 @@ def _write(
     atomic_write(
         folder / LAYOUT, json.dumps({"participants": plain(tuple(people))}, ensure_ascii=False, indent=1) + "\n"
     )
-    stream = io.StringIO()
-    rows = csv.writer(stream, lineterminator="\n")
-    rows.writerow(["participant", "group", "path"])
-    rows.writerows([person.id, person.group, address_of(tokens[person.id])] for person in people)
-    atomic_write(folder / LINKS, stream.getvalue())
+    links = [[person.id, person.group, address_of(tokens[person.id])] for person in people]
+    atomic_write(folder / LINKS, csv_text([["participant", "group", "path"], *links]))
     os.chmod(folder / LINKS, 0o600)
 
 

@@ -21,7 +21,6 @@ class ConditionResult:
 
     Args:
         adapted: Waypoints; those of the item where the system changed nothing.
-        changed: Whether there is a result.
         told: What the system says of it, a line each.
     """
 
@@ -103,7 +102,6 @@ def hidden(text: str, secret: Iterable[str]) -> str:
 
 
 def _by_condition(runs: Sequence[str], conditions: Mapping[str, str]) -> dict[str, dict[str, Record]]:
-    """The records of each condition by sample."""
     by_run = {run: defaultdict(dict) for run in dict.fromkeys(runs)}  # type: dict[str, defaultdict[str, dict[str, Record]]]
     for run, groups in by_run.items():
         for record in read_records(run):

@@ -24,7 +24,6 @@ class Collected:
     """What came of a file with answers.
 
     Args:
-        participant: Whose it is.
         new: Answers that were not there yet.
         known: Answers to pages that were answered before; the first ones stay.
         withdrawn: Whether the file says that the person withdrew, so that all was deleted.

@@ -9,7 +9,8 @@ from functools import cache, lru_cache
 from importlib.resources import files
 from typing import Any
 
-from ovita.errors import MissingExtra
+from ovita.bench.page import template_of
+from ovita.errors import needs
 from ovita.io import scene_from_dict
 from ovita.io.waypoints import trajectory_from_rows
 from ovita.paths.trajectory import Trajectory
@@ -30,14 +31,8 @@ HEADINGS: Mapping[str, tuple[str, str]] = {
 NOTHING: Mapping[str, str] = {}
 
 
-@cache
 def _macros() -> Any:
-    try:
-        from jinja2 import Environment
-    except ImportError:
-        raise MissingExtra("jinja2", "plot") from None
-    environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    return environment.from_string(asset("pages.html.j2")).module
+    return template_of("ovita.study", "pages.html.j2").module
 
 
 @cache
@@ -53,10 +48,8 @@ def plotly() -> str:
     Raises:
         MissingExtra: If plotly is not installed.
     """
-    try:
+    with needs("plotly", "plot"):
         from plotly.offline import get_plotlyjs
-    except ImportError:
-        raise MissingExtra("plotly", "plot") from None
     text: str = get_plotlyjs()
     return text
 
@@ -71,11 +64,7 @@ def scripts() -> Mapping[str, tuple[bytes, bytes]]:
 def document(title: str, body: str, *, pilot: bool, drawn: bool) -> str:
     """A whole page for a server.
 
-    Args:
-        title: In the browser's tab.
-        body: HTML of the page.
-        pilot: Whether the watermark is shown.
-        drawn: Whether the page has pictures or sliders, and so needs the scripts.
+    With `drawn`, the page has pictures or sliders and so needs the scripts.
     """
     from markupsafe import Markup
 
@@ -102,20 +91,18 @@ def consent(study: StudyFolder, missing: bool = False) -> str:
     return str(_macros().consent(study.design.title, study.consent.split("\n\n"), missing))
 
 
+TROUBLE = (
+    "Something went wrong here",
+    "Your answers so far are saved. Please try again in a moment, or tell the person who sent you the link.",
+)
+FAREWELL = "Thank you", "All your answers are saved. You may close this page now."
+GONE = "You have withdrawn", "Everything that you answered and said was deleted. You may close this page."
+"""What `message` says where this side failed, after the last page, and to those who withdrew."""
+
+
 def message(heading: str, text: str) -> str:
     """A page with something to read."""
     return str(_macros().message(heading, text))
-
-
-def trouble() -> str:
-    """The page where this side failed."""
-    text = "Your answers so far are saved. Please try again in a moment, or tell the person who sent you the link."
-    return message("Something went wrong here", text)
-
-
-def farewell() -> str:
-    """The page after the last one."""
-    return message("Thank you", "All your answers are saved. You may close this page now.")
 
 
 def handing_over() -> str:
@@ -132,11 +119,6 @@ def forgotten(participant: str) -> str:
     return message("You have withdrawn", text)
 
 
-def gone() -> str:
-    """The page of those who withdrew."""
-    return message("You have withdrawn", "Everything that you answered and said was deleted. You may close this page.")
-
-
 def footer(study: StudyFolder) -> str:
     """Whom to ask, and the way out."""
     return str(_macros().foot(study.design.contact))
@@ -148,15 +130,14 @@ def page_of(
     page: StudyPage,
     given: Mapping[str, str] = NOTHING,
     missing: Sequence[str] = (),
+    *,
+    talk: tuple[Trajectory, Sequence[StudyEvent]] | None = None,
+    outcome: AdaptedByPerson | None = None,
 ) -> str:
-    """A page without the adaptation phase's, which `conversation` makes.
+    """A page of a person's study.
 
-    Args:
-        study: It belongs to this one.
-        person: For whom.
-        page: Which.
-        given: What the form held when it was sent with answers missing.
-        missing: The questions without an answer.
+    `given` is what the form held when it was sent with answers `missing`, which are named. A page of the adaptation
+    phase shows a `talk`: the path as it stands and what was said so far; a page that judges, another's `outcome`.
     """
     macros, design, questions = _macros(), study.design, ASKED.get(page.kind, ())
     head = macros.head(page, len(person.pages))
@@ -168,13 +149,21 @@ def page_of(
                                        design.preference, letters)  # fmt: skip
         case "rate":
             item, (name,) = study.items[page.item], page.conditions
-            shown = _side(item, name, person)
-            body = macros.rate(page, item.instruction, shown["letter"], shown["figure"], shown["lines"],
-                               shown["changed"], questions, given, missing, design.comments)  # fmt: skip
+            body = macros.rate(page, item.instruction, *_side(item, name, person).values(), questions, given, missing,
+                               design.comments)  # fmt: skip
         case "preference":
             item = study.items[page.item]
             sides = [_side(item, name, person) for name in page.conditions]
             body = macros.preference(page, item.instruction, sides, given, missing, design.comments)
+        case "judge" if outcome is not None:
+            item = outcome.item
+            body = macros.rate(page, item.instruction, "of another person", drawing(outcome.path, item), outcome.told,
+                               outcome.changed, questions, given, missing, design.comments)  # fmt: skip
+        case "adapt" if talk is not None:
+            item, (path, turns) = study.items[page.item], talk
+            left = max(design.adapt.turns - len(turns), 0)
+            body = macros.adapt(page, item.instruction, drawing(path, item), turns, len(turns) + 1, left, questions,
+                                given, missing, design.comments)  # fmt: skip
         case "attention":
             word = dict(questions[0].points)[page.expected]
             body = macros.attention(page, questions[0], word, given, missing)
@@ -183,51 +172,6 @@ def page_of(
         case _:
             body = macros.questionnaire(page, *HEADINGS[page.kind], questions, given, missing)
     return str(head + body)
-
-
-def judged(
-    study: StudyFolder,
-    person: Participant,
-    page: StudyPage,
-    outcome: AdaptedByPerson,
-    given: Mapping[str, str] = NOTHING,
-    missing: Sequence[str] = (),
-) -> str:
-    """A page on which a person judges what another one adapted."""
-    macros, item = _macros(), outcome.item
-    body = macros.rate(page, item.instruction, "of another person", drawing(outcome.path, item), outcome.told,
-                       outcome.changed, ASKED["judge"], given, missing, study.design.comments)  # fmt: skip
-    return str(macros.head(page, len(person.pages)) + body)
-
-
-def conversation(
-    study: StudyFolder,
-    person: Participant,
-    page: StudyPage,
-    current: Trajectory,
-    turns: Sequence[StudyEvent],
-    given: Mapping[str, str] = NOTHING,
-    missing: Sequence[str] = (),
-    alert: str = "",
-) -> str:
-    """A page of the adaptation phase.
-
-    Args:
-        study: It belongs to this one.
-        person: For whom.
-        page: Which.
-        current: The path as it stands.
-        turns: What was said so far.
-        given: What the form held when it was sent with answers missing.
-        missing: The questions without an answer.
-        alert: What went wrong with the last sentence.
-    """
-    macros, item = _macros(), study.items[page.item]
-    figure = drawing(current, item)
-    left = max(study.design.adapt.turns - len(turns), 0)
-    body = macros.adapt(page, item.instruction, figure, turns, len(turns) + 1, left, alert, ASKED["adapt"], given,
-                        missing, study.design.comments)  # fmt: skip
-    return str(macros.head(page, len(person.pages)) + body)
 
 
 def drawing(adapted: Trajectory, item: StudyItem) -> dict[str, Any]:

@@ -13,8 +13,6 @@ class Question:
     """A question with a scale from `low` to `high` in steps of `by`.
 
     Args:
-        name: As in the answers.
-        text: As people read it.
         anchors: What the points mean: one word each, or those at the two ends.
     """
 

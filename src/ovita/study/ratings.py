@@ -10,8 +10,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, fields
 from typing import Literal
 
+from ovita.bench.report import csv_text
 from ovita.errors import FormatError
-from ovita.io import atomic_write
 from ovita.io.files import file_name, read_text
 
 Phase = Literal["adapt", "rate"]
@@ -71,18 +71,14 @@ _PREFIXES = {"tlx_": (0.0, 100.0), "umux_": (1.0, 7.0), "sus_": (1.0, 5.0)}
 
 def answers_csv(ratings: Iterable[Rating]) -> str:
     """The ratings as CSV, one line each, with a line of names on top."""
-    out = io.StringIO()
-    writer = csv.DictWriter(out, COLUMNS, lineterminator="\n")
-    writer.writeheader()
-    for rating in ratings:
-        flags = {"explanation": int(rating.explanation), "pilot": int(rating.pilot)}
-        writer.writerow({**asdict(rating), **flags, "value": _plain(rating.value)})
-    return out.getvalue()
+    return csv_text([COLUMNS, *map(written_row, ratings)])
 
 
-def write_answers(path: str | os.PathLike[str], ratings: Iterable[Rating]) -> None:
-    """Write the ratings as CSV, in one step."""
-    atomic_write(path, answers_csv(ratings))
+def written_row(rating: Rating) -> list[object]:
+    """A rating as a row of `COLUMNS`."""
+    value = rating.value if isinstance(rating.value, str) else f"{rating.value:g}"
+    flags = {"explanation": int(rating.explanation), "pilot": int(rating.pilot)}
+    return list({**asdict(rating), **flags, "value": value}.values())
 
 
 def read_answers(path: str | os.PathLike[str]) -> tuple[Rating, ...]:
@@ -149,7 +145,3 @@ def _number(cells: Mapping[str, str], name: str, file: str, line: int, span: tup
         limits = f" from {span[0]:g} to {span[1]:g}" if math.isfinite(span[1]) else ""
         raise FormatError(file, f"line {line} has the {name} {cells[name]!r}, expected a number{limits}")
     return value
-
-
-def _plain(value: float | str) -> str:
-    return value if isinstance(value, str) else f"{value:g}"

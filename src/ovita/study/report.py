@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 import os
 from collections.abc import Iterable, Sequence
 from importlib.resources import files
 from pathlib import Path
 
-from ovita.bench.report import Table, cell, pipes
+from ovita.bench.report import Table, cell, csv_text, pipes
 from ovita.errors import MissingExtra, RequestError
 from ovita.io import atomic_write
 from ovita.io.files import make_folder
-from ovita.study.analysis import LEFT_OUT, Analysis, Contrast, Screened, Summary, people_by_group
-from ovita.study.ratings import COLUMNS, LIKERT, Rating, answers_csv
+from ovita.study.analysis import LEFT_OUT, Analysis, Screened, people_by_group
+from ovita.study.ratings import COLUMNS, LIKERT, Rating, written_row
 from ovita.study.statistics import Estimate
 
 PILOT = "PILOT: a trial of the study, not data"
@@ -93,26 +91,46 @@ def codebook(found: Analysis) -> str:
     for question, given in sorted(asked.items()):
         numbers = [r.value for r in given if isinstance(r.value, float | int)]
         ends = [f"{min(numbers):g}", f"{max(numbers):g}"] if numbers else ["-", "-"]
-        questions.append([question, str(len(given)), *ends, _question(question)])
+        meaning = next((text for prefix, text in _QUESTIONS.items() if question.startswith(prefix)), "")
+        questions.append([question, str(len(given)), *ends, meaning])
     mark = [f"> {PILOT}"] if found.pilot else []
     return "\n\n".join(["# Codebook of ratings.csv", *mark, pipes(rows), "## Questions", pipes(questions)]) + "\n"
 
 
 def _sections(found: Analysis) -> Iterable[tuple[str, Table, str]]:
     yield "People and answers", _people(found), ""
-    yield "Left out", _left_out(found.screened), _rule(found.screened)
+    rule = (
+        f"Rule: whoever passed {found.screened.attention:.0%} of the attention checks or less is left out with all"
+        " answers. Answers are left out in the order of the table and counted once."
+    )
+    out = found.screened
+    counts = [[str(out.reasons.count(r)), str(out.people(r)), why] for r, why in LEFT_OUT.items()]
+    yield "Left out", [["answers", "people", "because they were"], *counts], rule
     for question in LIKERT:
         yield f"{question.capitalize()} by condition", _by_condition(found, question, "rate"), _UNITS
     for question in LIKERT:
         yield f"{question.capitalize()} while adapting", _by_condition(found, question, "adapt"), ""
-    yield "All conditions at once", _omnibus(found), ""
+    rows = [["question", "test", "people", "conditions", "chi-squared", "df", "p", "Kendall's W"]]
+    for q, t in found.omnibus:
+        rows.append([q, "Friedman", str(t.n), str(t.k), f"{t.chi2:.3f}", str(t.k - 1), _p(t.p), f"{t.w:.2f}"])
+    yield "All conditions at once", rows, ""
     for factor, heading, explained in _FACTORS:
         yield heading, _contrasts(found, factor), explained
-    yield "Preferences", _preferences(found), ""
+    rows = [["a", "b", "a preferred", "no difference", "b preferred", "n"]]
+    for (a, b), given in (found.preferred.counts if found.preferred else {}).items():
+        rows.append([a, b, *map(str, given), str(sum(given))])
+    yield "Preferences", rows, ""
     yield "Strength by preference", _strengths(found), _BRADLEY_TERRY
-    yield "Questionnaires", _scores(found), ""
-    yield "Agreement", _agreement(found), _ALPHA
-    yield "Adaptations as others judge them", _adapters(found), ""
+    rows = [["instrument", "condition", "mean", "95 % interval", "people"]]
+    for s in found.scores:
+        rows.append([s.instrument, s.condition or "the whole", *_estimate(s.mean, "{:.1f}"), str(s.mean.n)])
+    yield "Questionnaires", rows, ""
+    rows = [["question", "condition", "Krippendorff's alpha", "95 % interval", "items rated twice or more"]]
+    rows += [[q, condition, *_estimate(alpha), str(alpha.n)] for q, condition, alpha in found.agreements]
+    yield "Agreement", rows, _ALPHA
+    rows = [["who adapted", "own correctness", "others' correctness", "95 % interval", "judges"]]
+    rows += [[x.participant, _number(x.own), *_estimate(x.others), str(x.others.n)] for x in found.adapters]
+    yield "Adaptations as others judge them", rows, ""
 
 
 def _people(found: Analysis) -> Table:
@@ -123,21 +141,6 @@ def _people(found: Analysis) -> Table:
     rows += [[f"{q} ratings", str(sum(r.question == q for r in kept))] for q in LIKERT]
     seconds = sorted(r.seconds for r in kept if r.question == LIKERT[0])
     return [*rows, ["median time on a page", f"{seconds[len(seconds) // 2]:.0f} s"]] if seconds else rows
-
-
-def _left_out(screened: Screened) -> Table:
-    rows = [["answers", "people", "because they were"]]
-    for reason, why in LEFT_OUT.items():
-        n = screened.reasons.count(reason)
-        rows += [[str(n), str(screened.people(reason)), why]]
-    return rows
-
-
-def _rule(screened: Screened) -> str:
-    return (
-        f"Rule: whoever passed {screened.attention:.0%} of the attention checks or less is left out with all answers."
-        " Answers are left out in the order of the table and counted once."
-    )
 
 
 def _by_condition(found: Analysis, question: str, phase: str) -> Table:
@@ -153,28 +156,12 @@ def _by_condition(found: Analysis, question: str, phase: str) -> Table:
     return rows
 
 
-def _omnibus(found: Analysis) -> Table:
-    rows = [["question", "test", "people", "conditions", "chi-squared", "df", "p", "Kendall's W"]]
-    for x in found.omnibus:
-        t = x.test
-        rows.append([x.question, "Friedman", str(t.n), str(t.k), f"{t.chi2:.3f}", str(t.k - 1), _p(t.p), f"{t.w:.2f}"])
-    return rows
-
-
 def _contrasts(found: Analysis, factor: str) -> Table:
     rows = [["question", "a", "b", "test", "n", "b minus a", "95 % interval", "p", "p (Holm)", "effect"]]
-    return [*rows, *(_contrast(c) for c in found.contrasts if c.factor == factor)]
-
-
-def _contrast(c: Contrast) -> list[str]:
-    mean, span = _estimate(c.difference, "{:+.2f}")
-    return [c.question, c.a, c.b, c.test, str(c.n), mean, span, _p(c.p), _p(c.holm), f"{c.effect:+.2f}"]
-
-
-def _preferences(found: Analysis) -> Table:
-    rows = [["a", "b", "a preferred", "no difference", "b preferred", "n"]]
-    for (a, b), counts in (found.preferred.counts if found.preferred else {}).items():
-        rows.append([a, b, *map(str, counts), str(sum(counts))])
+    for c in found.contrasts:
+        if c.factor == factor:
+            mean, span = _estimate(c.difference, "{:+.2f}")
+            rows.append([c.question, c.a, c.b, c.test, str(c.n), mean, span, _p(c.p), _p(c.holm), f"{c.effect:+.2f}"])
     return rows
 
 
@@ -187,25 +174,8 @@ def _strengths(found: Analysis) -> Table:
     return rows
 
 
-def _scores(found: Analysis) -> Table:
-    rows = [["instrument", "condition", "mean", "95 % interval", "people"]]
-    return [*rows, *([s.instrument, s.condition or "the whole", *_estimate(s.mean, "{:.1f}"), str(s.mean.n)]
-                     for s in found.scores)]  # fmt: skip
-
-
-def _agreement(found: Analysis) -> Table:
-    rows = [["question", "condition", "Krippendorff's alpha", "95 % interval", "items rated twice or more"]]
-    return [*rows, *([q, condition, *_estimate(a), str(a.n)] for q, condition, a in found.agreements)]
-
-
-def _adapters(found: Analysis) -> Table:
-    rows = [["who adapted", "own correctness", "others' correctness", "95 % interval", "judges"]]
-    return [*rows, *([a.participant, _number(a.own), *_estimate(a.others), str(a.others.n)] for a in found.adapters)]
-
-
 def _estimate(x: Estimate, form: str = "{:.2f}") -> list[str]:
-    known = math.isfinite(x.low) and math.isfinite(x.high)
-    return [_number(x.value, form), f"{form.format(x.low)} to {form.format(x.high)}" if known else "-"]
+    return [_number(x.value, form), f"{form.format(x.low)} to {form.format(x.high)}" if x.bounded else "-"]
 
 
 def _number(value: float, form: str = "{:.2f}") -> str:
@@ -218,40 +188,26 @@ def _p(p: float) -> str:
 
 def _long(screened: Screened) -> str:
     """All ratings, with a last column that says why one is left out."""
-    lines = io.StringIO(answers_csv(screened.ratings), newline="")
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    head, *rows = csv.reader(lines)
-    writer.writerow([*head, "left_out"])
-    writer.writerows([*row, reason] for row, reason in zip(rows, screened.reasons, strict=True))
-    return out.getvalue()
+    rows = zip(map(written_row, screened.ratings), screened.reasons, strict=True)
+    return csv_text([[*COLUMNS, "left_out"], *([*row, reason] for row, reason in rows)])
 
 
 def _for_bench(found: Analysis) -> str:
     """Interpretability by sample and writer, for `ovita bench report`; in a trial, the writer's name says so."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(["sample", "writer", "rating"])
     mark = PILOT_MARK if found.pilot else ""
     rated = [r for r in found.screened.kept if r.question == "interpretability" and r.phase == "rate"]
-    writer.writerows([r.item, r.condition + mark, f"{float(r.value):g}"] for r in rated)
-    return out.getvalue()
+    rows = [[r.item, r.condition + mark, f"{float(r.value):g}"] for r in rated]
+    return csv_text([["sample", "writer", "rating"], *rows])
 
 
 def _summary_csv(found: Analysis) -> str:
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
     spread = ["mean", "mean_low", "mean_high", "success", "success_low", "success_high"]
-    writer.writerow(["question", "phase", "condition", "group", *spread, "people", "ratings", "pilot"])
+    rows: Table = [["question", "phase", "condition", "group", *spread, "people", "ratings", "pilot"]]
     for s in found.summaries:
-        writer.writerow(
-            [s.question, s.phase, s.condition, s.group, *_figures(s), s.mean.n, s.ratings.n, int(found.pilot)]
-        )
-    return out.getvalue()
-
-
-def _figures(s: Summary) -> list[str]:
-    return [f"{x:.6g}" for part in (s.mean, s.success) for x in (part.value, part.low, part.high)]
+        figures = [f"{x:.6g}" for part in (s.mean, s.success) for x in (part.value, part.low, part.high)]
+        counts = map(str, (s.mean.n, s.ratings.n, int(found.pilot)))
+        rows.append([s.question, s.phase, s.condition, s.group, *figures, *counts])
+    return csv_text(rows)
 
 
 def _why_none(screened: Screened) -> str:
@@ -259,13 +215,6 @@ def _why_none(screened: Screened) -> str:
         f"{screened.reasons.count(reason)} were {why}" for reason, why in LEFT_OUT.items() if reason in screened.reasons
     ]
     return f" ({'; '.join(found)})" if found else ""
-
-
-def _question(name: str) -> str:
-    for prefix, meaning in _QUESTIONS.items():
-        if name.startswith(prefix):
-            return meaning
-    return ""
 
 
 _QUESTIONS = {

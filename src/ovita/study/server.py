@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import IO
 from urllib.parse import parse_qs, urlsplit
 
+from ovita.bench.records import lock
 from ovita.errors import OvitaError, RequestError
 from ovita.study import pages
 from ovita.study.desk import DeskAnswer, StudyDesk
@@ -79,7 +80,7 @@ class _Visit(BaseHTTPRequestHandler):
         try:
             answer = work()
         except OvitaError:
-            body = pages.document("A problem", pages.trouble(), pilot=False, drawn=False)
+            body = pages.document("A problem", pages.message(*pages.TROUBLE), pilot=False, drawn=False)
             self._send(HTTPStatus.INTERNAL_SERVER_ERROR, body.encode(), {"Content-Type": "text/html; charset=utf-8"})
             return
         if not answer.page:
@@ -173,13 +174,5 @@ def _form(body: bytes) -> dict[str, str]:
 def _hold(folder: Path) -> IO[bytes]:
     """Hold a study's folder, so that two servers never write the same answers."""
     stream = open(folder / ".serving", "ab")
-    try:
-        import fcntl
-    except ImportError:  # Windows: two servers of one study are then the user's concern
-        return stream
-    try:
-        fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        stream.close()
-        raise RequestError(f"{folder}: is being served already; stop that server first") from None
+    lock(stream, f"{folder}: is being served already; stop that server first")
     return stream

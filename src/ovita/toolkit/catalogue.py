@@ -10,7 +10,7 @@ import functools
 import inspect
 import re
 import warnings
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any, TypeVar
@@ -36,7 +36,7 @@ GROUPS = (
 )
 """What operations are for, in the order in which a prompt and the page show them."""
 
-HIDDEN = ("frame", "recorder")
+HIDDEN = frozenset({"frame", "recorder"})
 """Parameters that the runtime fills in and a policy never sees."""
 
 RARE = frozenset({"angle", "blend", "brake", "ease", "hold", "nearest", "ramp", "reach", "seed", "smooth", "width"})
@@ -281,33 +281,50 @@ def _public(function: Callable[..., Any]) -> inspect.Signature:
 
 
 @functools.cache
-def _taken(function: Callable[..., Any]) -> frozenset[str]:
-    """The names of a function's parameters."""
-    return frozenset(inspect.signature(function).parameters)
+def _taken(function: Callable[..., Any]) -> tuple[tuple[str, ...], frozenset[str]]:
+    """Which of a function's parameters the runtime fills in, and the names of the others."""
+    return tuple(HIDDEN & inspect.signature(function).parameters.keys()), frozenset(_public(function).parameters)
 
 
 def _plain(default: Any) -> str:
     return f"{default:g}" if isinstance(default, float) else repr(default)
 
 
+def invoked(
+    function: Callable[..., Any], args: Sequence[Any], kwargs: Mapping[str, Any], frame: Frame, recorder: Recorder
+) -> Any:
+    """What an operation returns that knows the frame and the recorder.
+
+    Raises:
+        ValueError: If the call does not fit the operation's signature, which it shows; and whatever it raises itself.
+    """
+    hidden, known = _taken(function)
+    if not kwargs.keys() <= known:
+        _bind(function, args, kwargs)
+    context = {"frame": frame, "recorder": recorder}
+    try:
+        return function(*args, **kwargs, **{name: context[name] for name in hidden})
+    except TypeError:
+        _bind(function, args, kwargs)
+        raise
+
+
 def _bound(function: Callable[..., Any], frame: Frame, recorder: Recorder) -> Callable[..., Any]:
-    available = _taken(function)
-    context = {name: value for name, value in (("frame", frame), ("recorder", recorder)) if name in available}
-    public = _public(function)
-
-    @functools.wraps(function)
     def call(*args: Any, **kwargs: Any) -> Any:
-        try:
-            public.bind(*args, **kwargs)
-        except TypeError as error:
-            shown = signature(function.__name__, spelled=True)
-            raise ValueError(f"{function.__name__}: {error}; call it as {shown}") from None
-        return function(*args, **kwargs, **context)
+        return invoked(function, args, kwargs, frame, recorder)
 
-    # Otherwise inspect.signature() would follow __wrapped__ and show the hidden parameters.
-    vars(call).pop("__wrapped__")
-    vars(call)["__signature__"] = public
+    call.__name__, call.__doc__ = function.__name__, function.__doc__
+    vars(call)["__signature__"] = _public(function)
     return call
+
+
+def _bind(function: Callable[..., Any], args: Sequence[Any], kwargs: Mapping[str, Any]) -> None:
+    """Check that a call fits a signature, which takes long; what does not is a ValueError that shows it."""
+    try:
+        _public(function).bind(*args, **kwargs)
+    except TypeError as error:
+        shown = signature(function.__name__, spelled=True)
+        raise ValueError(f"{function.__name__}: {error}; call it as {shown}") from None
 
 
 _INTRODUCTION = """# Toolkit: what a policy may call

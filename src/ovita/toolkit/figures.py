@@ -87,7 +87,7 @@ def spiral(
     rise = arguments.number(height, "height")
     up = frame.direction("up")
     ahead = level_heading(rows, i, up, frame.direction("front"))
-    side = _sense(_flag(clockwise)) * np.cross(up, ahead)
+    side = _sense(clockwise) * np.cross(up, ahead)
     centre = rows[i, :3].copy()
 
     def curve(u: Array) -> Array:
@@ -137,9 +137,10 @@ def circle(
     away -= (away @ up) * up
     distance = float(np.linalg.norm(away))
     outward = away / distance if distance > 1e-9 else np.cross(ahead, up)
-    ring = positive(radius, "radius") if radius is not None else max(distance, _size(obj) + CLEARANCE)
+    size = obj.radius if isinstance(obj, SceneObject) else 0.0
+    ring = positive(radius, "radius") if radius is not None else max(distance, size + CLEARANCE)
     tangent = np.cross(up, outward)
-    sense = _sense(_flag(clockwise) if clockwise is not None else bool(tangent @ ahead < 0.0))
+    sense = _sense(tangent @ ahead < 0.0 if clockwise is None else clockwise)
     step, whole, goes_on = spacing(rows[:, :3]), count.is_integer(), i + 1 < len(rows)
     bend = ring if distance > ring else ring / 2.0
     # In the plane, with the centre at 0 and the waypoint on the first axis.
@@ -274,10 +275,6 @@ def noise(
     return rows
 
 
-def _size(obj: Target) -> float:
-    return obj.radius if isinstance(obj, SceneObject) else 0.0
-
-
 def _rejoined(rows: Array, i: int, end: Array, heading: Array, radius: float, frame: Frame) -> Array:
     """Points (M, 3) from a place and heading to the waypoint after i, which is not one of them, and its heading."""
     up, front = frame.direction("up"), frame.direction("front")
@@ -331,14 +328,10 @@ def _swept(points: Array) -> float:
     return float(angles[-1] - angles[0]) if len(points) > 1 else 0.0
 
 
-def _sense(clockwise: bool) -> float:
-    return -1.0 if clockwise else 1.0
-
-
-def _flag(clockwise: object) -> bool:
+def _sense(clockwise: object) -> float:
     if not isinstance(clockwise, (bool, np.bool_)):
         raise ValueError(f"clockwise must be True or False, not {clockwise!r}")
-    return bool(clockwise)
+    return -1.0 if clockwise else 1.0
 
 
 def _rippled(

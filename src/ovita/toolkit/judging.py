@@ -440,10 +440,8 @@ def _pace(case: _Case, sign: float) -> Outcome:
 
 
 def _speed(case: _Case) -> Outcome:
-    return _speed_bounds(case) if "value" not in case.values else _speed_value(case)
-
-
-def _speed_bounds(case: _Case) -> Outcome:
+    if "value" in case.values:
+        return _speed_value(case)
     bounds = []
     for name, sign, which in (("at_least", 1.0, "lowest"), ("at_most", -1.0, "highest")):
         if name in case.values:

@@ -79,10 +79,7 @@ def move_start(
     OFFSET stands for the six direction words; the other end stays exactly where it is.
     """
     rows = arguments.waypoints(traj)
-    shift = arguments.offset(frame, offset)
-    note_contact(recorder, to, shift)
-    target = rows[0, :3] + shift if to is None else arguments.aimed(to, aim, frame, rows[:1, :3], shift, "to")
-    _move_first(rows, target, blend)
+    _move_first(rows, to, aim, arguments.offset(frame, offset), blend, frame, recorder)
     return rows
 
 
@@ -102,10 +99,7 @@ def move_goal(
     OFFSET stands for the six direction words; the other end stays exactly where it is.
     """
     rows = arguments.waypoints(traj)
-    shift = arguments.offset(frame, offset)
-    note_contact(recorder, to, shift)
-    target = rows[-1, :3] + shift if to is None else arguments.aimed(to, aim, frame, rows[-1:, :3], shift, "to")
-    _move_first(rows[::-1], target, blend)
+    _move_first(rows[::-1], to, aim, arguments.offset(frame, offset), blend, frame, recorder)
     return rows
 
 
@@ -259,8 +253,12 @@ def _turned(heading: Array, chord: Array) -> Array:
     return np.asarray(along_arcs(begin, parts, 0.0, np.pi / 90.0) @ np.stack([heading, side]))
 
 
-def _move_first(rows: Array, target: Array, blend: float) -> None:
-    """Move the first row of a view to a point (3,); the shift fades out along the path, before its end."""
+def _move_first(
+    rows: Array, to: Target | None, aim: Aim, shift: Array, blend: float, frame: Frame, recorder: Recorder | None
+) -> None:
+    """Move the first row of a view to a target; the shift fades out along the path, before its end."""
+    note_contact(recorder, to, shift)
+    target = rows[0, :3] + shift if to is None else arguments.aimed(to, aim, frame, rows[:1, :3], shift, "to")
     share = arguments.number(blend, "blend", low=0.0, high=1.0)
     fraction = fractions(rows[:, :3])
     if share == 0.0:

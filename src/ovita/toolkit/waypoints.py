@@ -18,6 +18,7 @@ from ovita.paths.trajectory import Array, interpolate, source_indices
 from ovita.toolkit import arguments
 from ovita.toolkit.arguments import Place, Target
 from ovita.toolkit.catalogue import operation
+from ovita.toolkit.insertion import distinct
 from ovita.toolkit.weights import followed
 
 
@@ -131,7 +132,7 @@ def smooth(traj: ArrayLike, strength: float = 1.0) -> Array:
     rows = arguments.waypoints(traj)
     amount = arguments.number(strength, "strength", low=0.0)
     # A dwell repeats a waypoint: it is smoothed as one waypoint, so that it stays a dwell.
-    fresh = np.concatenate([[True], (np.diff(rows[:, :3], axis=0) != 0).any(axis=1)])
+    fresh = distinct(rows)
     path = rows[fresh, :3]
     n = len(path)
     if amount == 0.0 or n < 3:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
-from ovita.paths.geometry import Cuboid, Mask, dots, lengths, runs, turning_angles
-from ovita.paths.trajectory import Array, arc_length, interpolate, source_indices
+from ovita.paths.geometry import Cuboid, Mask, crosses, dots, lengths, runs, turning_angles
+from ovita.paths.trajectory import Array, arc_length
 from ovita.toolkit.weights import GENTLE, ROUNDING, perpendicular, smoothstep
 
 BENDS = 8
@@ -22,11 +23,17 @@ FLAT = (0.0, 0.5, 1.0)
 CLOSE_ENOUGH = 1.02
 """Overshoot of a bend from which no flatter one is tried."""
 
-HALVINGS = 17
-"""Halvings in the search for where a point leaves a body: to a hundred-thousandth of its size."""
+NEWTON = 20
+"""Steps in the search for where a point leaves a body, at most; most take three."""
 
-STEPS, GROWTH = 12, 1.15
-"""Halvings of the last step in the search for the smallest shift, and the growth of its strides."""
+STRIDES: Array = 1.15 ** np.arange(10.0)
+"""Factors by which a shift is made larger until it is enough."""
+
+CUTS, PARTS = 3, np.arange(1, 13) / 12
+"""How often the last stride is cut to find the smallest shift, and where."""
+
+SLOW, HAIR = 3, 1e-6
+"""Rounds of moving segments out of bodies after which they go a hair farther than they must [m]."""
 
 CORNER = np.radians(20.0)
 """From this turn on a way around has a corner."""
@@ -34,7 +41,7 @@ CORNER = np.radians(20.0)
 FARTHER = 2.0
 """How much farther an end may go than it is deep in a body."""
 
-PULLS, COARSE = 100, 16
+PULLS, COARSE = 60, 16
 """How often a band is pulled taut, first with at most so many points."""
 
 SETTLED, TOUCHING = 2e-5, 1e-9
@@ -108,11 +115,12 @@ def _taut(bent: Array, original: Array, bodies: Sequence[Cuboid], up: Array | No
     first, last = max(first, 0), min(int(np.searchsorted(s, s[moved[-1]] + beside)), len(path) - 1)
     band = path[first : last + 1]
     for count in (min(len(band), COARSE), len(band)):  # what many points would take long to settle, few settle soon
+        even = np.linspace(0.0, 1.0, count)
         for _ in range(PULLS):
             # Even spacing lets the band slide along itself; without it, it would bunch up where it began.
-            even = interpolate(band, source_indices(band, count, "arc_length"))
-            pulled = even.copy()
-            pulled[1:-1] = _aside((even[:-2] + 2.0 * even[1:-1] + even[2:]) / 4.0, bodies, up)
+            s = arc_length(band)
+            pulled = np.column_stack([np.interp(s[-1] * even, s, coordinate) for coordinate in band.T])
+            pulled[1:-1] = _aside((2.0 * pulled[:-2] + pulled[1:-1] + 2.0 * pulled[2:]) / 5.0, bodies, up)
             settled = len(band) == count and float(np.abs(pulled - band).max()) < SETTLED
             band = pulled
             if settled:
@@ -129,17 +137,13 @@ def _aside(points: Array, bodies: Sequence[Cuboid], up: Array | None) -> Array:
     for _ in range(ROUNDS // 10):
         moved = False
         for body in bodies:
-            offset = points - body.center
-            near = np.flatnonzero(dots(offset, offset) < body.reach**2)
-            distance, normals = body.signed(points[near])
-            deep = np.maximum(-distance, 0.0)
-            if not (deep > TOUCHING).any():
-                continue
-            aside = normals if up is None else normals - (normals @ up)[:, None] * up
-            size = np.maximum(lengths(aside), 0.2)
-            points[near] += (deep / size**2)[:, None] * aside
-            moved = True
-        if not moved:
+            inside = np.flatnonzero(body.depth(points) < -TOUCHING)
+            if len(inside):
+                distance, normals = body.signed(points[inside])
+                aside = normals if up is None else normals - (normals @ up)[:, None] * up
+                points[inside] -= (distance / np.maximum(lengths(aside), 0.2) ** 2)[:, None] * aside
+                moved = True
+        if not moved or (up is None and len(bodies) == 1):  # the shortest way out of one body is found at once
             break
     return points
 
@@ -165,7 +169,7 @@ def _free_ends(positions: Array, bodies: Sequence[Cuboid]) -> Mask:
 
 def _depth(points: Array, bodies: Sequence[Cuboid]) -> Array:
     """Signed distance of points (M, 3) to the nearest of some bodies, (M,) [m]."""
-    return np.asarray(np.min([body.signed(points)[0] for body in bodies], axis=0))
+    return np.asarray(np.min([body.depth(points) for body in bodies], axis=0))
 
 
 def _gaps(positions: Array, bodies: Sequence[Cuboid]) -> Array:
@@ -228,7 +232,7 @@ def _ways(path: Array, bodies: Sequence[Cuboid], a: int, b: int, up: Array | Non
     k = min(int(place), after - before - 1)
     nearest = path[before + k] + (place - k) * (path[before + k + 1] - path[before + k])
     first = perpendicular(chord[None])[0]
-    second = np.cross(chord, first) / max(float(lengths(chord)), 1e-12)
+    second = crosses(chord, first) / max(float(lengths(chord)), 1e-12)
     angles = np.array([0.0, np.pi]) if up is not None else np.arange(8) * np.pi / 4
     around = np.cos(angles)[:, None] * first + np.sin(angles)[:, None] * second
     found = []
@@ -248,14 +252,25 @@ def _exits(points: Array, bodies: Sequence[Cuboid], ways: Array) -> Array:
     t = np.zeros(len(start))
     for _ in bodies:
         for body in bodies:
-            at = start + t[:, None] * along
-            low, high = np.zeros(len(at)), np.where(body.signed(at)[0] < -ROUNDING, 2.0 * body.reach, 0.0)
-            for _ in range(HALVINGS if high.any() else 0):
-                middle = (low + high) / 2.0
-                still = body.signed(at + middle[:, None] * along)[0] < 0.0
-                low, high = np.where(still, middle, low), np.where(still, high, middle)
-            t += high
+            inside = np.flatnonzero(body.depth(start + t[:, None] * along) < -ROUNDING)
+            if len(inside):
+                t[inside] += _exit(body, start[inside] + t[inside, None] * along[inside], along[inside])
     return t.reshape(len(ways), len(points))
+
+
+def _exit(body: Cuboid, points: Array, along: Array) -> Array:
+    """How far points (M, 3) in a body must go along directions (M, 3) to leave it, (M,) [m].
+
+    The signed distance is convex along a ray, so that Newton's steps from beyond the body never go too far.
+    """
+    t = np.full(len(points), 2.0 * body.reach)
+    for _ in range(NEWTON):
+        distance, normals = body.signed(points + t[:, None] * along)
+        step = distance / dots(normals, along)
+        t -= step
+        if float(step.max()) < ROUNDING:
+            break
+    return t
 
 
 def _weights(
@@ -294,23 +309,37 @@ def _least_shift(path: Array, bodies: Sequence[Cuboid], own: Mask, along: Array,
         return np.inf
     window = slice(max(int(moving[0]) - 1, 0), int(moving[-1]) + 2)
     rows, steps, points = path[window], along[window], own[window]
-    segments = points[:-1] & points[1:]
+    segments = np.flatnonzero(points[:-1] & points[1:])
+    alone = points.copy()
+    alone[segments] = alone[segments + 1] = False
+    single = bool(alone.any())
 
-    def clear(factor: float) -> bool:
-        moved = rows + factor * steps
-        return bool(
-            (_depth(moved[points], bodies) >= -ROUNDING).all() and (_gaps(moved, bodies)[segments] >= -ROUNDING).all()
-        )
+    def first_clear(factors: Array) -> int:
+        """Which of some factors (K,) is the first with which nothing is in a body; K if none is."""
+        moved = rows + factors[:, None, None] * steps
+        starts, ends = (moved[:, segments + k].reshape(-1, 3) for k in (0, 1))
+        cut = np.zeros(len(factors), dtype=bool)
+        for body in bodies:
+            cut |= body.hit(starts, ends, -ROUNDING).reshape(len(factors), -1).any(axis=1)
+        if single:
+            deep = _depth(moved[:, alone].reshape(-1, 3), bodies) < -ROUNDING
+            cut |= deep.reshape(len(factors), -1).any(axis=1)
+        return len(factors) if cut.all() else int(cut.argmin())
 
-    low = high = least * (1.0 + 1e-9)
-    while not clear(high):
-        low, high = high, GROWTH * high
-        if high > 4.0 * least:
-            return np.inf
-    for _ in range(STEPS if high > low else 0):
-        middle = (low + high) / 2.0
-        low, high = (low, middle) if clear(middle) else (middle, high)
-    return high
+    tried: Array = np.asarray(least * (1.0 + 1e-9) * STRIDES)
+    found = 0
+    for begin, end in pairwise((0, 1, 3, len(tried))):  # the first is enough more often than not
+        found = begin + first_clear(tried[begin:end])
+        if found < end:
+            break
+    if found in (0, len(tried)):
+        return np.inf if found else float(tried[0])
+    low, high = tried[found - 1], tried[found]
+    for _ in range(CUTS):
+        tried = low + (high - low) * PARTS
+        found = min(first_clear(tried[:-1]), len(tried) - 1)
+        low, high = tried[found - 1] if found else low, tried[found]
+    return float(high)
 
 
 def _cleared(path: Array, bodies: Sequence[Cuboid], selected: Mask, fixed: Mask, up: Array | None) -> Array:
@@ -335,7 +364,9 @@ def _cleared(path: Array, bodies: Sequence[Cuboid], selected: Mask, fixed: Mask,
             aside = np.where(size > 1e-6, aside / np.maximum(size, 1e-12), perpendicular(steps))
             # Between overlapping bodies a segment would go to and fro without growing strides.
             stride = (1.0 + 0.1 * max(turn - 10, 0)) / np.maximum(np.abs(dots(aside, normals)), 0.2)
-            shift = (ROUNDING - distance[deep])[:, None] * stride[:, None] * aside
+            # Where pushes draw near the surface ever more slowly, a hair beyond it ends them.
+            spare = ROUNDING if turn < SLOW else HAIR
+            shift = (spare - distance[deep])[:, None] * stride[:, None] * aside
             moves = np.zeros((2, *result.shape))
             for k, (ends, others) in enumerate(((deep, deep + 1), (deep + 1, deep))):
                 lever = np.abs(1.0 - k - share[deep])

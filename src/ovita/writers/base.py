@@ -307,7 +307,11 @@ def _auto(temperature: float) -> tuple[PolicyWriter, ...]:
 def configured_model() -> tuple[str, str]:
     """The model that OVITA_MODEL names, or "", and the local one that is present where it names none, or ""."""
     configured = os.environ.get(MODEL_VARIABLE, "").strip()
-    return configured, "" if configured or find_spec("xllamacpp") is None else _local_model()
+    if configured or find_spec("xllamacpp") is None:
+        return configured, ""
+    from ovita.writers.models.catalogue import default_model
+
+    return "", default_model()
 
 
 def _model(name: str, temperature: float, reason: str) -> PolicyWriter:
@@ -316,12 +320,6 @@ def _model(name: str, temperature: float, reason: str) -> PolicyWriter:
         return _Chosen(_one(name, None, temperature), reason)
     except (MissingExtra, RequestError) as problem:
         return UnavailableWriter(name, str(problem))
-
-
-def _local_model() -> str:
-    from ovita.writers.models.catalogue import default_model
-
-    return default_model()
 
 
 def _one(name: str, base_url: str | None, temperature: float) -> PolicyWriter:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 from ovita.errors import OvitaError
 from ovita.instruct.frames import Reading, SemanticFrame, with_selection
@@ -99,7 +100,6 @@ def reply_for(
     *,
     effort: int = 1,
     notes: Sequence[str] = (),
-    question: str = "",
     unplaced: Sequence[str] = (),
 ) -> Reply:
     """The built-in writer's reply for frames.
@@ -109,17 +109,15 @@ def reply_for(
         request: With the trajectory and its scene.
         effort: How much to exceed the usual amounts where none is stated; 1 is as usual.
         notes: What was corrected or assumed in reading, for people.
-        question: What the reader has to ask back, or "".
         unplaced: Words that no frame was read from; then there is no policy.
     """
     from ovita.instruct.realise import realise
 
     draft = realise(frames, request.trajectory, request.scene, effort=effort, robot=request.robot)
-    question = question or draft.question
     plan, info = tuple(draft.plan), WriterInfo("builtin")
-    if unplaced or question:
-        kind = "question" if question else "not_understood"
-        return Reply(kind, plan, question=question, unplaced=tuple(unplaced), writer=info)  # type: ignore[arg-type]
+    if unplaced or draft.question:
+        kind: Literal["question", "not_understood"] = "question" if draft.question else "not_understood"
+        return Reply(kind, plan, question=draft.question, unplaced=tuple(unplaced), writer=info)
     summary = " ".join(plan).replace("\\", "/").replace('"""', "'''").rstrip('"')
     source = draft.source(summary)
     return Reply(

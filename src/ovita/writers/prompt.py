@@ -154,10 +154,7 @@ class Prompt:
 
     def after(self, attempt: Attempt) -> Prompt:
         """Return the prompt that follows a failed attempt."""
-        follows = replace(self, attempts=(*self.attempts, attempt))
-        if "sections" in self.__dict__:
-            follows.__dict__["sections"] = self.sections
-        return follows
+        return replace(self, attempts=(*self.attempts, attempt))
 
 
 @called_as('ground(Request("go left by 0.1", trajectory))')

@@ -110,8 +110,8 @@ def test_an_interrupt_stops_the_model_before_it_goes_on(weights: Path, request_:
     ended: list[bool] = []
     inner = asks._beat
 
-    def beat(budget: WritingBudget, stopped: Any, what: str) -> Any:
-        told = inner(budget, stopped, what)
+    def beat(budget: WritingBudget, stopped: Any) -> Any:
+        told = inner(budget, stopped)
         return lambda now: ended.append(told(now)) or ended[-1]
 
     def interrupted(budget: WritingBudget) -> bool:

@@ -6,11 +6,10 @@ from collections.abc import Sequence
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ovita.measure.predicates.check import CheckResult, Pair, Where, predicate, said, say, selected
+from ovita.measure.predicates.check import FEW, GONE, CheckResult, Pair, Where, predicate, said, say, selected
 from ovita.measure.predicates.shape import net_turning, swept
-from ovita.paths.geometry import closest_to_point, fractions, path_distances, project
+from ovita.paths.geometry import closest_to_point, fractions, lengths, path_distances, project, runs
 from ovita.paths.part import PathPart, outside
 from ovita.paths.trajectory import Array, arc_length, interpolate
 
@@ -36,12 +35,12 @@ def passes_at(pair: Pair, place: Any, at_most: float, *, at_least: float = 0.0, 
 def part_approached(pair: Pair, place: Any, sense: Literal["closer", "farther"], *, where: Where = None) -> CheckResult:
     """A part of the path comes closer to a place, or stays farther from it, at its closest point."""
     centre, name = pair.place(place)
-    mask = selected(pair, where) & pair.found
-    if not mask.any():
-        return say(False, f"come {sense} to {name}{said(where)}", "none of those waypoints is left")
-    old, new = (float(np.linalg.norm(rows[mask, :3] - centre, axis=1).min()) for rows in (pair.original, pair.matched))
+    wish, parts = f"come {sense} to {name}{said(where)}", pair.part(where)
+    if not len(parts[0]):
+        return say(False, wish, GONE)
+    old, new = (float(lengths(rows[:, :3] - centre).min()) for rows in parts)
     held = (new - old) * (1.0 if sense == "farther" else -1.0) >= 0.5 * pair.noticeable
-    return say(held, f"come {sense} to {name}{said(where)}", f"the distance went from {old:.3f} to {new:.3f} m")
+    return say(held, wish, f"the distance went from {old:.3f} to {new:.3f} m")
 
 
 @predicate
@@ -61,7 +60,7 @@ def passes_beyond(
     along = fine @ axis
     aside = np.linalg.norm(fine - along[:, None] * axis, axis=1)
     beam = aside <= max(2 * pair.noticeable, 1.05 * float(aside.min()))
-    reach = float(along[beam].min()) - _half(pair, place, axis)
+    reach = float(along[beam].min()) - pair.reach(place, axis)
     slack = max(AIM * (by or 0.0), 0.5 * pair.noticeable)
     held = aside.min() <= 2 * pair.noticeable and reach >= (by or 0.0) - slack
     held = held and (not exactly or by is None or reach <= by + slack)
@@ -85,7 +84,7 @@ def passes_beside(pair: Pair, place: Any, direction: str) -> CheckResult:
     if len(passing) and direction not in ("up", "down"):
         near = fine[passing[[int(np.argmin(np.abs(fine[passing] @ axis)))]]]
     reach = float(np.median(near @ axis))
-    held = reach >= max(0.8 * _half(pair, place, axis), 0.5 * pair.noticeable)
+    held = reach >= max(0.8 * pair.reach(place, axis), 0.5 * pair.noticeable)
     return say(held, f"pass {direction} of {name}", f"where it is closest it is {reach:.3f} m {direction} of {name}")
 
 
@@ -97,7 +96,7 @@ def end_beside(
     centre, name = pair.place(place)
     axis = pair.scene.frame.direction(direction)
     away = pair.adapted[0 if end == "start" else -1, :3] - centre
-    reach, half = float(away @ axis), _half(pair, place, axis)
+    reach, half = float(away @ axis), pair.reach(place, axis)
     aside = float(np.linalg.norm(away - reach * axis))
     slack = max(AIM * (by or 0.0), pair.noticeable)
     right = 0.0 < reach - half <= 0.25 * pair.extent if by is None else min(abs(reach - by), abs(reach - half - by))
@@ -149,12 +148,11 @@ def within_bound(
     """
     axis = pair.scene.frame.direction(direction)
     origin = np.zeros(3) if of is None else pair.place(of)[0]
-    mask = selected(pair, where) & pair.found
-    rows = pair.adapted[:, :3] if where is None else pair.matched[mask, :3]
+    rows = pair.adapted if where is None else pair.part(where)[1]
     wish = f"stay within {at_most:g} m {direction}{said(where)}"
     if not len(rows):
-        return say(False, wish, "none of those waypoints is left")
-    along = (rows - origin) @ axis
+        return say(False, wish, GONE)
+    along = (rows[:, :3] - origin) @ axis
     most = float(along.max())
     held = most <= at_most + 0.5 * pair.noticeable
     if exactly:
@@ -197,8 +195,7 @@ def speed_within(
         otherwise: Whether speeds within the bounds must be as before.
         slack: Share of the bound by which it may be missed.
     """
-    mask = selected(pair, where) & pair.found
-    old, new = pair.original[mask, 3], pair.matched[mask, 3]
+    old, new = (rows[:, 3] for rows in pair.part(where))
     wish = f"keep the speed within {at_least or 0:g} and {at_most or np.inf:g} m/s{said(where)}"
     moving = (new > 0.05 * float(pair.original[:, 3].mean())) & (old > 0)
     if not moving.any():
@@ -215,8 +212,7 @@ def speed_within(
 @predicate
 def speed_is(pair: Pair, value: float, *, where: Where = None) -> CheckResult:
     """Three of four original waypoints are passed at one speed [m/s], within 5 %."""
-    mask = selected(pair, where) & pair.found
-    speeds = pair.matched[mask, 3]
+    speeds = pair.part(where)[1][:, 3]
     share = float((np.abs(speeds - value) <= 0.05 * value).mean()) if len(speeds) else 0.0
     return say(share >= 0.75, f"go at {value:g} m/s{said(where)}", f"{share:.0%} of the waypoints do")
 
@@ -224,17 +220,16 @@ def speed_is(pair: Pair, value: float, *, where: Where = None) -> CheckResult:
 @predicate
 def speed_changed(pair: Pair, by: float, *, where: Where = None) -> CheckResult:
     """The average speed changed by so many m/s, within 15 %."""
-    mask = selected(pair, where) & pair.found
-    change = float((pair.matched[mask, 3] - pair.original[mask, 3]).mean()) if mask.any() else 0.0
-    held = mask.any() and abs(change - by) <= AIM * abs(by)
-    return say(bool(held), f"change the speed by {by:g} m/s{said(where)}", f"it changed by {change:.3f} m/s")
+    old, new = (rows[:, 3] for rows in pair.part(where))
+    change = float((new - old).mean()) if len(old) else 0.0
+    held = len(old) > 0 and abs(change - by) <= AIM * abs(by)
+    return say(held, f"change the speed by {by:g} m/s{said(where)}", f"it changed by {change:.3f} m/s")
 
 
 @predicate
 def accelerates(pair: Pair, rate: float, *, where: Where = None) -> CheckResult:
     """The squared speed rises or falls over the length by twice a rate [m/s^2], until it reaches 0; within 20 %."""
-    mask = selected(pair, where) & pair.found
-    rows = pair.matched[mask]
+    _, rows = pair.part(where)
     wish = f"accelerate by {rate:g} m/s^2{said(where)}"
     s, squares = arc_length(rows[:, :3]), rows[:, 3] ** 2
     moving = rows[:, 3] > 1e-4
@@ -248,8 +243,7 @@ def accelerates(pair: Pair, rate: float, *, where: Where = None) -> CheckResult:
 @predicate
 def scaled(pair: Pair, factor: float, *, where: Where = None, about: Any = None) -> CheckResult:
     """Distances within the path are so many times as large, within 10 %, and a fixed point stays."""
-    mask = selected(pair, where) & pair.found
-    old, new = pair.original[mask, :3], pair.matched[mask, :3]
+    old, new = (rows[:, :3] for rows in pair.part(where))
     sizes = [float(np.linalg.norm(rows - rows.mean(axis=0), axis=1).mean()) for rows in (old, new)]
     ratio = sizes[1] / max(sizes[0], 1e-12)
     held, fact = abs(ratio / factor - 1.0) <= 0.1, f"the path is {ratio:.2f} times as large"
@@ -329,11 +323,10 @@ def bends(pair: Pair, change: Literal["more", "less"], *, where: Where = None, s
         where: Only this part of the path, whose surroundings stay.
         straight: Whether kinks count and not the sagitta, as for a smoother path.
     """
-    mask = selected(pair, where) & pair.found
     wish = f"bend {change}{said(where)}"
-    old, new = pair.original[mask, :3], pair.matched[mask, :3]
+    old, new = (rows[:, :3] for rows in pair.part(where))
     if len(old) < 3:
-        return say(False, wish, "too few waypoints are left")
+        return say(False, wish, FEW)
     values = [_kinks(old), _kinks(new)] if straight else [_sagitta(old), _sagitta(new)]
     ratio = values[1] / max(values[0], 1e-9)
     held = ratio >= 1.05 if change == "more" else ratio <= (0.95 if values[0] > 1e-6 else 1.0)
@@ -403,7 +396,7 @@ def rests_at(pair: Pair, place: Any, *, steps: int | None = None, ends: bool = F
         distance = np.linalg.norm(new - centre, axis=1)
         away = np.minimum(np.abs(share - nearest), (distance[index] - distance.min()) / pair.extent + 0.01)
     here = index[away <= 0.04]
-    longest = max((b - a + 1 for a, b in _streaks(here)), default=0)
+    longest = max((b - a + 1 for a, b in runs(np.isin(np.arange(len(new)), here))), default=0)
     held = longest > 0 and (steps is None or abs(longest - 1 - steps) <= max(1, round(0.1 * steps)))
     held = held and (not ends or len(pair.adapted) - 1 in here)
     return say(held, wish, f"it stands for {longest} waypoints there and {len(index)} in all")
@@ -413,7 +406,7 @@ def rests_at(pair: Pair, place: Any, *, steps: int | None = None, ends: bool = F
 def lifted(pair: Pair, direction: str, degrees: float) -> CheckResult:
     """What lies on one side is lifted in proportion: by an angle, within 2 degrees or a fifth of it."""
     axis, up = pair.scene.frame.direction(direction), pair.scene.frame.direction("up")
-    old, new = pair.original[pair.found, :3], pair.matched[pair.found, :3]
+    old, new = (rows[:, :3] for rows in pair.part(None))
     slope = float(np.polyfit(old @ axis, (new - old) @ up, 1)[0])
     angle = float(np.degrees(np.arctan(slope)))
     held = angle > 0.3 * degrees and abs(angle - degrees) <= max(2.0, 0.4 * degrees)
@@ -423,8 +416,7 @@ def lifted(pair: Pair, direction: str, degrees: float) -> CheckResult:
 @predicate
 def flipped(pair: Pair, directions: Sequence[str], *, where: Where = None) -> CheckResult:
     """Mirrored along direction words, and perhaps shifted: coordinates change their sign but for a constant."""
-    mask = selected(pair, where) & pair.found
-    old, new = pair.original[mask, :3], pair.matched[mask, :3]
+    old, new = (rows[:, :3] for rows in pair.part(where))
     off = 0.0
     for word in ("right", "front", "up"):
         axis = pair.scene.frame.direction(word)
@@ -432,23 +424,6 @@ def flipped(pair: Pair, directions: Sequence[str], *, where: Where = None) -> Ch
         off = max(off, float(((old + sign * new) @ axis).std()))
     held = off <= 5 * pair.noticeable
     return say(held, f"mirror the path {' and '.join(directions)}", f"it deviates from that by {off:.3f} m")
-
-
-def _streaks(index: NDArray[np.intp]) -> list[tuple[int, int]]:
-    """First and last of each run of consecutive whole numbers."""
-    if not len(index):
-        return []
-    breaks = np.flatnonzero(np.diff(index) > 1)
-    starts, stops = np.r_[0, breaks + 1], np.r_[breaks, len(index) - 1]
-    return [(int(index[a]), int(index[b])) for a, b in zip(starts, stops, strict=True)]
-
-
-def _half(pair: Pair, place: Any, axis: Array) -> float:
-    """How far a place reaches beyond its centre along an axis [m]."""
-    item = pair.item(place)
-    if item is None or item.dimensions is None:
-        return 0.0
-    return float(np.abs(axis @ item.rotation) @ item.dimensions) / 2.0
 
 
 def _sagitta(rows: Array) -> float:

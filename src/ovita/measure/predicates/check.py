@@ -19,6 +19,7 @@ from ovita.paths.part import PathPart, locate, named
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array, Trajectory, interpolate, source_indices
 from ovita.text import sentence
+from ovita.toolkit.approach import extent as extent_along
 from ovita.toolkit.arguments import OffsetLimits, spelled_out
 
 NOTICEABLE = 0.01
@@ -152,12 +153,20 @@ class Pair:
         """The object that an argument names; None where it means a place."""
         return self.scene[what] if isinstance(what, str) and what in self.scene else None
 
+    def reach(self, what: Any, axis: Array) -> float:
+        """How far what an argument means reaches beyond its centre along a unit vector (3,) [m]."""
+        item = self.item(what)
+        return 0.0 if item is None else extent_along(item, axis)
+
     def stretch(self, where: Where) -> Array:
         """The adapted positions (K, 3) [m] of a part of the original; all of them where nothing of it is left."""
-        if where is None:
-            return self.adapted[:, :3]
+        _, rows = (self.original, self.adapted) if where is None else self.part(where)
+        return (rows if len(rows) else self.adapted)[:, :3]
+
+    def part(self, where: Where) -> tuple[Array, Array]:
+        """The waypoints of a part that are left: original rows (K, 4) and the adapted rows (K, 4) that they became."""
         mask = selected(self, where) & self.found
-        return np.asarray(self.matched[mask, :3]) if mask.any() else self.adapted[:, :3]
+        return self.original[mask], self.matched[mask]
 
     def along(self, word: str) -> Array:
         """Displacement (N,) of each original waypoint along a direction word [m]."""
@@ -189,6 +198,9 @@ JSON = Any
 """What a JSON file can hold: None, bool, int, float, str, lists and string-keyed mappings of these."""
 
 P = ParamSpec("P")
+
+BUILDERS: dict[str, Callable[..., Check]] = {}
+"""The functions that build the checks of one predicate, by its name."""
 
 
 @dataclass(frozen=True)
@@ -233,10 +245,12 @@ class Check:
             raise ValueError(f"unknown check {self.kind!r}; known are {', '.join(sorted(kinds()))}")
         if self.children:
             raise ValueError(f"{self.kind} takes no children; combine checks with all_of, any_of and not_")
-        try:
-            _SIGNATURES[self.kind].bind(**self.arguments)
-        except TypeError as error:
-            raise ValueError(f"{self.kind}: {error}") from None
+        needed, known = _taken(self.kind)
+        if not needed <= self.arguments.keys() <= known:
+            try:
+                _SIGNATURES[self.kind].bind(**self.arguments)
+            except TypeError as error:
+                raise ValueError(f"{self.kind}: {error}") from None
 
     def __hash__(self) -> int:
         return hash(json.dumps(self.to_dict(), sort_keys=True))
@@ -259,6 +273,15 @@ class Check:
         if self.kind not in _COMBINATIONS:
             return _PREDICATES[self.kind](pair, **self.arguments)
         return _COMBINATIONS[self.kind]([child.judge_pair(pair) for child in self.children])
+
+    def passes(self, pair: Pair) -> bool:
+        """Whether `judge_pair` passes; looks no further than it must."""
+        match self.kind:
+            case "all_of":
+                return all(child.passes(pair) for child in self.children)
+            case "any_of":
+                return any(child.passes(pair) for child in self.children)
+        return self.judge_pair(pair).passed
 
     def to_dict(self) -> dict[str, JSON]:
         """The check as a JSON document: "kind", and "arguments" and "children" where it has any."""
@@ -306,7 +329,12 @@ def predicate(judge: Callable[Concatenate[Pair, P], CheckResult]) -> Callable[P,
 
     vars(build).pop("__wrapped__")
     vars(build)["__signature__"] = public
+    BUILDERS[kind] = build
     return build
+
+
+GONE, FEW = "none of those waypoints is left", "too few waypoints are left"
+"""Facts about a part of the path that cannot be measured any more."""
 
 
 def say(passed: bool, wish: str, fact: str) -> CheckResult:
@@ -363,6 +391,13 @@ def _plain(value: Any) -> JSON:
     if value is None or isinstance(value, bool | int | float | str):
         return value
     raise ValueError(f"a check's arguments are JSON values; {value!r} is none")
+
+
+@functools.cache
+def _taken(kind: str) -> tuple[frozenset[str], frozenset[str]]:
+    """The names of a predicate's arguments without defaults, and of all."""
+    parameters = _SIGNATURES[kind].parameters
+    return frozenset(name for name, p in parameters.items() if p.default is p.empty), frozenset(parameters)
 
 
 _PREDICATES: dict[str, Callable[..., CheckResult]] = {}

@@ -6,7 +6,19 @@ from typing import Any, Literal, TypeAlias, Unpack
 
 import numpy as np
 
-from ovita.measure.predicates.check import EDGE, CheckResult, Pair, Where, predicate, said, say, selected, stated
+from ovita.measure.predicates.check import (
+    EDGE,
+    FEW,
+    GONE,
+    CheckResult,
+    Pair,
+    Where,
+    predicate,
+    said,
+    say,
+    selected,
+    stated,
+)
 from ovita.paths.frame import DIRECTIONS
 from ovita.paths.geometry import Mask, closest_to_point, fractions, path_distances, runs
 from ovita.paths.trajectory import Array
@@ -94,7 +106,7 @@ def min_distance(pair: Pair, place: Any, at_least: float, *, where: Where = None
 def max_distance(pair: Pair, place: Any, at_most: float, *, where: Where = None) -> CheckResult:
     """No selected waypoint is farther from a place's centre than so many metres (5 % more will do)."""
     centre, name = pair.place(place)
-    rows = pair.matched[selected(pair, where) & pair.found]
+    rows = pair.part(where)[1]
     most = float(np.linalg.norm(rows[:, :3] - centre, axis=1).max()) if len(rows) else np.inf
     fact = f"the path is up to {most:.3f} m from {name}"
     return say(most <= 1.05 * at_most, f"stay within {at_most:g} m of {name}{said(where)}", fact)
@@ -105,7 +117,7 @@ def passes_through(pair: Pair, place: Any, *, within: float | None = None) -> Ch
     """The path passes through a place, within some metres (5 % of the extent unless given), or touches the object."""
     centre, name = pair.place(place)
     allowed = EDGE * pair.extent if within is None else within
-    distance, item = _path_distance(pair.adapted, centre), pair.item(place)
+    distance, item = closest_to_point(pair.adapted[:, :3], centre)[0], pair.item(place)
     if item is not None and item.dimensions is not None:
         gap = item.cuboid.closest(pair.adapted[:, :3])[0]
         distance = max(gap, 0.0) if gap <= pair.noticeable else distance
@@ -172,13 +184,15 @@ def _approach(
     mask = selected(pair, where) & pair.found
     wish = f"come closer to {name}{said(where)}" if sign < 0 else f"stay farther from {name}{said(where)}"
     if not mask.any():
-        return say(False, wish, "none of those waypoints is left")
+        return say(False, wish, GONE)
     least, around = _distances(pair, rows, centre, mask, whole=where is None)
     gain = sign * (least[1] - least[0]), sign * (around[1] - around[0])
     fact = f"the nearest distance to {name} went from {least[0]:.3f} to {least[1]:.3f} m"
     if abs(around[0] - least[0]) > pair.noticeable:
         fact += f", the average of its nearest quarter from {around[0]:.3f} to {around[1]:.3f} m"
-    arrived = sign < 0 and least[1] <= max(EDGE * pair.extent, _size(pair, place) + pair.noticeable)
+    item = pair.item(place)
+    size = 0.0 if item is None else item.radius  # that the limits spare; without dimensions that of a small cube
+    arrived = sign < 0 and least[1] <= max(EDGE * pair.extent, size + pair.noticeable)
     held = _came_closer(pair, rows, centre, mask, gain, arrived) if sign < 0 else min(gain) >= pair.noticeable
     if where is not None:
         change = np.linalg.norm(pair.matched[:, :3] - centre, axis=1) - np.linalg.norm(rows - centre, axis=1)
@@ -190,7 +204,7 @@ def _approach(
             held, fact = False, f"{fact}, but that to the {rival} changed more, by {more:.3f} m"
     if by is not None:
         wish += f" by {by:g} m"
-        reached = sign < 0 and least[1] <= _radius(pair, place) + pair.noticeable
+        reached = sign < 0 and least[1] <= radius_of(item) + pair.noticeable
         held = held and (reached or abs(gain[0] - by) <= max(0.15 * by, 0.5 * pair.noticeable))
     if amount is not None:
         wish += ", but only a little" if amount == "little" else ", by a lot"
@@ -222,7 +236,7 @@ def _distances(
     old, new = np.linalg.norm(rows - centre, axis=1), np.linalg.norm(pair.matched[:, :3] - centre, axis=1)
     part = np.flatnonzero(mask)[np.argsort(old[mask], kind="stable")[: max(3, round(NEAR_SHARE * mask.sum()))]]
     if whole:
-        least = _path_distance(rows, centre), _path_distance(pair.adapted, centre)
+        least = closest_to_point(rows, centre)[0], closest_to_point(pair.adapted[:, :3], centre)[0]
     else:
         least = _part_distance(rows, mask, centre), _part_distance(pair.matched[:, :3], mask, centre)
     return least, (float(old[part].mean()), float(new[part].mean()))
@@ -239,32 +253,16 @@ def _rival(pair: Pair, rows: Array, centre: Array, mask: Mask, sign: float, *, w
     return name, gains[name]
 
 
-def _size(pair: Pair, place: Any) -> float:
-    """Radius of the bounding sphere that the limits spare; an object without dimensions is a small cube [m]."""
-    item = pair.item(place)
-    return 0.0 if item is None else item.radius
-
-
-def _radius(pair: Pair, place: Any) -> float:
-    item = pair.item(place)
-    return 0.0 if item is None else radius_of(item)
-
-
 def _multiplied(pair: Pair, place: Any, times: float, where: Where) -> CheckResult:
     centre, name = pair.place(place)
-    mask = selected(pair, where) & pair.found
     wish = f"multiply the distance to {name} by {times:g}{said(where)}"
-    if not mask.any():
-        return say(False, wish, "none of those waypoints is left")
-    old = np.linalg.norm(pair.original[mask, :3] - centre, axis=1)
-    ratio = np.linalg.norm(pair.matched[mask, :3] - centre, axis=1) / np.maximum(old, 1e-9)
+    old, new = (np.linalg.norm(rows[:, :3] - centre, axis=1) for rows in pair.part(where))
+    if not len(old):
+        return say(False, wish, GONE)
+    ratio = new / np.maximum(old, 1e-9)
     right = float((np.abs(ratio / times - 1.0) <= 0.15).mean())
     fact = f"the distance became {np.median(ratio):.2f} times as large (median; right for {right:.0%} of the waypoints)"
     return say(right >= 0.8, wish, fact)
-
-
-def _path_distance(rows: Array, centre: Array) -> float:
-    return closest_to_point(rows[:, :3], centre)[0]
 
 
 def _part_distance(rows: Array, mask: Mask, centre: Array) -> float:
@@ -306,7 +304,7 @@ def moved(
     mask = selected(pair, where) & pair.found
     wish = f"move the path{said(where)} {_spoken(words)}"
     if not mask.any():
-        return say(False, wish, "none of those waypoints is left")
+        return say(False, wish, GONE)
     held, parts = True, []
     for word, asked in words.items():
         along = pair.along(word)[mask]
@@ -385,7 +383,7 @@ def growing(pair: Pair, direction: str, along: str = "path", *, exponential: boo
     wish = f"move the path {direction} more and more towards {'its goal' if along == 'path' else 'the ' + along}"
     wish += ", ever faster" if exponential else ""
     if len(gain) < 5:
-        return say(False, wish, "too few waypoints are left")
+        return say(False, wish, FEW)
     order = np.argsort(place, kind="stable")
     fifth = max(1, len(gain) // 5)
     low, high = float(gain[order[:fifth]].mean()), float(gain[order[-fifth:]].mean())

@@ -7,7 +7,19 @@ from typing import Any, Unpack
 
 import numpy as np
 
-from ovita.measure.predicates.check import EDGE, CheckResult, Pair, Where, feet, predicate, said, say, selected, stated
+from ovita.measure.predicates.check import (
+    EDGE,
+    FEW,
+    CheckResult,
+    Pair,
+    Where,
+    feet,
+    predicate,
+    said,
+    say,
+    selected,
+    stated,
+)
 from ovita.paths.frame import DIRECTIONS
 from ovita.paths.geometry import SAME_PLACE, Mask, rotation_about, runs, turning_angles
 from ovita.paths.part import bends
@@ -88,7 +100,7 @@ def straight(pair: Pair, where: Where = None) -> CheckResult:
     index = np.flatnonzero(selected(pair, where) & pair.found)
     wish = f"go straight{said(where)}"
     if len(index) < 3:
-        return say(False, wish, "too few waypoints are left")
+        return say(False, wish, FEW)
     low, high = np.sort(pair.source[[index[0], index[-1]]])
     inner = pair.adapted[int(np.ceil(low)) : int(np.floor(high)) + 1, :3]
     a, b = pair.matched[index[0], :3], pair.matched[index[-1], :3]
@@ -106,15 +118,15 @@ def mirrored(pair: Pair, directions: Sequence[str], *, where: Where = None) -> C
 
     The mirror may stand anywhere; the other coordinates stay within 5 % of the extent.
     """
-    mask = selected(pair, where) & pair.found
+    parts = pair.part(where)
     wish = f"mirror the path{said(where)} {' and '.join(directions)}"
     frame = pair.scene.frame
-    if mask.sum() < 3:
-        return say(False, wish, "too few waypoints are left")
+    if len(parts[0]) < 3:
+        return say(False, wish, FEW)
     off, lever = 0.0, 0.0
     for word in DIRECTIONS[1::2]:
         axis = frame.direction(word)
-        old, new = pair.original[mask, :3] @ axis, pair.matched[mask, :3] @ axis
+        old, new = (rows[:, :3] @ axis for rows in parts)
         if any(abs(axis @ frame.direction(flipped)) > 0.5 for flipped in directions):
             off = max(off, float((old + new).std()))
             lever = max(lever, float(np.abs(new - old).max()))
@@ -135,11 +147,10 @@ def rotated(pair: Pair, degrees: float, axis: str = "up", *, where: Where = None
         axis: A direction word.
         where: Only these waypoints.
     """
-    mask = selected(pair, where) & pair.found
     wish = f"turn the path by {degrees:g} degrees about {axis}{said(where)}"
-    if mask.sum() < 3:
-        return say(False, wish, "too few waypoints are left")
-    old, new = pair.original[mask, :3], pair.matched[mask, :3]
+    old, new = (rows[:, :3] for rows in pair.part(where))
+    if len(old) < 3:
+        return say(False, wish, FEW)
     old, new = old - old.mean(axis=0), new - new.mean(axis=0)
     best = float("inf")
     for miss in np.linspace(-10.0, 10.0, 9):
@@ -151,9 +162,8 @@ def rotated(pair: Pair, degrees: float, axis: str = "up", *, where: Where = None
 @predicate
 def reversed_part(pair: Pair, where: Where = None) -> CheckResult:
     """The selected stretch is travelled the other way round, within 5 % of the extent (RMS)."""
-    mask = selected(pair, where) & pair.found
-    off = pair.matched[mask, :3] - pair.original[mask, :3][::-1]
-    rms = float(np.sqrt((off**2).sum(axis=1).mean())) if mask.any() else float("inf")
+    old, new = (rows[:, :3] for rows in pair.part(where))
+    rms = float(np.sqrt(((new - old[::-1]) ** 2).sum(axis=1).mean())) if len(old) else float("inf")
     return say(
         rms <= EDGE * pair.extent, f"reverse the path{said(where)}", f"it deviates from that by {rms:.3f} m (RMS)"
     )

@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ovita.measure.predicates.check import CheckResult, Pair, Where, predicate, said, say, selected
+from ovita.measure.predicates.check import FEW, GONE, CheckResult, Pair, Where, predicate, said, say, selected
 from ovita.measure.predicates.places import Amount
 from ovita.paths.geometry import SAME_PLACE, Mask, fractions
 from ovita.paths.part import PathPart, outside
@@ -70,11 +70,10 @@ def faster(
 @predicate
 def speeds_kept(pair: Pair, where: Where = None) -> CheckResult:
     """The average speed of the selected waypoints changed by less than 5 %, nine of ten by less than a fifth of it."""
-    mask = selected(pair, where) & pair.found
     wish = f"leave the speed{said(where)} as it was"
-    if not mask.any():
+    old, new = (rows[:, 3] for rows in pair.part(where))
+    if not len(old):
         return say(True, wish, "there are no such waypoints")
-    old, new = pair.original[mask, 3], pair.matched[mask, 3]
     usual = max(float(old.mean()), 1e-9)
     off = np.abs(new - old) / usual
     mean = abs(float(new.mean()) - float(old.mean())) / usual
@@ -88,7 +87,7 @@ def constant_speed(pair: Pair, value: float | None = None, *, where: Where = Non
     speeds = _speeds(pair, where)
     wish = f"keep a constant speed{'' if value is None else f' of {value:g} m/s'}{said(where)}"
     if not len(speeds):
-        return say(False, wish, "none of those waypoints is left")
+        return say(False, wish, GONE)
     aim = float(np.median(speeds)) if value is None else value
     share = float((np.abs(speeds - aim) <= 0.05 * max(aim, 1e-9)).mean())
     fact = f"speeds{said(where)} run from {speeds.min():.3f} to {speeds.max():.3f} m/s, {share:.0%} near {aim:.3f}"
@@ -112,27 +111,21 @@ def monotone_speed(
         speeds = speeds[-max(3, round(final * len(speeds))) :]
     wish = _wish(sense, to, where)
     if len(speeds) < 3:
-        return say(False, wish, "too few waypoints are left")
-    held = _only(speeds, sense)
-    if to is not None:
-        held = held and abs(float(speeds[-1]) - to) <= 0.05 * max(float(speeds.max()), to)
-    return say(held, wish, _course(speeds))
+        return say(False, wish, FEW)
+    return say(_only(speeds, sense, to), wish, _course(speeds))
 
 
 @predicate
 def uniform_acceleration(pair: Pair, sense: Sense, *, to: float | None = None, where: Where = None) -> CheckResult:
     """The speed rises or falls steadily: it is a straight line over waypoints, length or time (R^2 >= 0.95)."""
-    mask = selected(pair, where) & pair.found
-    rows = pair.adapted if where is None else pair.matched[mask]
+    rows = pair.adapted if where is None else pair.part(where)[1]
     wish = f"{_wish(sense, to, where)}, steadily"
     if len(rows) < 3:
-        return say(False, wish, "too few waypoints are left")
+        return say(False, wish, FEW)
     speeds, s = rows[:, 3], fractions(rows[:, :3])
     # Constant acceleration makes v^2 linear over length, which is v linear over time.
     fit = max(_fit(np.arange(len(speeds), dtype=float), speeds), _fit(s, speeds), _fit(s, speeds**2))
-    held = fit >= 0.95 and _only(speeds, sense)
-    if to is not None:
-        held = held and abs(float(speeds[-1]) - to) <= 0.05 * max(float(speeds.max()), to)
+    held = fit >= 0.95 and _only(speeds, sense, to)
     return say(held, wish, f"{_course(speeds)} (straight to R^2 = {fit:.2f})")
 
 
@@ -156,7 +149,7 @@ def trapezoidal_speed(pair: Pair, *, where: Where = None) -> CheckResult:
     speeds = _speeds(pair, where)
     wish = f"speed up, keep the speed and slow down again{said(where)}"
     if len(speeds) < 5:
-        return say(False, wish, "too few waypoints are left")
+        return say(False, wish, FEW)
     top = float(speeds.max())
     flat = np.flatnonzero(speeds >= 0.99 * top)
     a, b = int(flat[0]), int(flat[-1])
@@ -239,7 +232,7 @@ def _pace_at(
     wish = f"go {'faster' if sign > 0 else 'slower'}{said(where)}"
     mask = selected(view, where) & pair.found
     if not mask.any():
-        return say(False, wish, "none of those waypoints is left")
+        return say(False, wish, GONE)
     ratio, fact = _ratio(pair, mask, where)
     held = sign * (ratio - 1.0) >= LEAST_CHANGE
     if factor is not None:
@@ -298,9 +291,7 @@ def _ratio(pair: Pair, mask: Mask, where: PathPart) -> tuple[float, str]:
 
 
 def _speeds(pair: Pair, where: Where) -> Array:
-    if where is None:
-        return pair.adapted[:, 3]
-    return np.asarray(pair.matched[selected(pair, where) & pair.found, 3])
+    return (pair.adapted if where is None else pair.part(where)[1])[:, 3]
 
 
 def _wrong(speeds: Array, sign: float) -> float:
@@ -308,10 +299,12 @@ def _wrong(speeds: Array, sign: float) -> float:
     return float(np.maximum(-sign * np.diff(speeds), 0.0).sum())
 
 
-def _only(speeds: Array, sense: Sense) -> bool:
-    sign = 1.0 if sense == "rising" else -1.0
+def _only(speeds: Array, sense: Sense, to: float | None = None) -> bool:
+    """Whether speeds change in one sense only, and end at a speed [m/s]."""
+    sign, top = 1.0 if sense == "rising" else -1.0, float(speeds.max())
     change = sign * float(speeds[-1] - speeds[0])
-    return change >= 0.1 * float(speeds.max()) and change > 1e-6 and _wrong(speeds, sign) <= 0.1 * change
+    arrived = to is None or abs(float(speeds[-1]) - to) <= 0.05 * max(top, to)
+    return change >= 0.1 * top and change > 1e-6 and _wrong(speeds, sign) <= 0.1 * change and arrived
 
 
 def _fit(x: Array, y: Array) -> float:

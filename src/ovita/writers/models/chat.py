@@ -15,7 +15,16 @@ from urllib.parse import urlsplit, urlunsplit
 
 from ovita.errors import MissingExtra, MissingKey, RequestError, WriterError, WriterFailure
 from ovita.writers.base import WritingBudget
-from ovita.writers.models.exchange import LARGE_FROM, Answer, Exchange, Form, ModelRequest, ModelWriter, billions
+from ovita.writers.models.exchange import (
+    LARGE_FROM,
+    Answer,
+    Exchange,
+    Form,
+    ModelRequest,
+    ModelWriter,
+    billions,
+    on_one_line,
+)
 
 if TYPE_CHECKING:
     import httpx2
@@ -137,10 +146,11 @@ class LLMWriter(ModelWriter):
             try:
                 return await _request(model, ask)
             except ModelAPIError as error:
-                if ask.temperature is not None and rejects_temperature(error):
+                status, said = _status(error), str(getattr(error, "body", "")).lower()
+                if ask.temperature is not None and status in (400, 422) and "temperature" in said:
                     ask, tries = replace(ask, temperature=None), tries - 1
                     continue
-                if ask.form != "text" and rejects_schema(error):
+                if ask.form != "text" and status in _NO_SCHEMA and any(word in said for word in _SCHEMA_WORDS):
                     ask, tries = replace(ask, form="text"), tries - 1
                     continue
                 delay = retry_delay(error, tries)
@@ -310,11 +320,6 @@ class ModelEndpoint:
         return _PROVIDERS[self.provider][1][0]
 
     @property
-    def needs_key(self) -> bool:
-        """Whether nothing is answered without a key."""
-        return self.provider in ("openai", "anthropic", "google")
-
-    @property
     def address(self) -> str:
         """The server as it may be shown: without user, password and query."""
         if self.base_url is None:
@@ -344,7 +349,7 @@ class ModelEndpoint:
         """
         candidates = (self.given_key, *(os.environ.get(variable) for variable in _PROVIDERS[self.provider][1]))
         key = next((candidate.strip() for candidate in candidates if candidate and candidate.strip()), "")
-        if not key and self.needs_key:
+        if not key and self.provider in ("openai", "anthropic", "google"):
             raise MissingKey(writer, self.key_variable, self.instead)
         return key or NO_KEY
 
@@ -372,10 +377,8 @@ class ModelEndpoint:
     def scrubbed(self, text: str, key: str) -> str:
         """Return the text on one line, shortened, without the key and without anything that looks like one."""
         line = " ".join(text.split())
-        if key and key != NO_KEY:
-            line = line.replace(key, "***")
-        line = _LOOKS_LIKE_KEY.sub("***", line)
-        return line if len(line) <= 200 else line[:197] + "..."
+        line = line.replace(key, "***") if key and key != NO_KEY else line
+        return on_one_line(_LOOKS_LIKE_KEY.sub("***", line))
 
 
 def ollama_url(host: str) -> str:
@@ -412,21 +415,13 @@ def _installed(package: str) -> bool:
 BACKOFF = 0.5
 """Wait before the first retry when the server names none; it doubles with each one [s]."""
 
+_NO_SCHEMA = (400, 404, 422, 500, 501)
 _SCHEMA_WORDS = ("response_format", "json_schema", "schema", "grammar", "structured", "tool", "json mode")
+"""How a server refuses a request because of the JSON schema, or of the tool that goes with it."""
 
 # What a client raises when an answer lacks what it takes for granted, such as a first choice.
 _UNCONNECTED = ("ConnectError", "ConnectTimeout")
 _MISREAD = LookupError | TypeError | ValueError | AttributeError
-
-
-def rejects_temperature(error: Exception) -> bool:
-    """Whether the server refused the request because of its temperature."""
-    return _status(error) in (400, 422) and "temperature" in _details(error)
-
-
-def rejects_schema(error: Exception) -> bool:
-    """Whether the server refused the request because of the JSON schema or the tool that goes with it."""
-    return _status(error) in (400, 404, 422, 500, 501) and any(word in _details(error) for word in _SCHEMA_WORDS)
 
 
 def retry_delay(error: Exception, tries: int) -> float | None:
@@ -511,10 +506,6 @@ def _http_diagnosis(error: ModelHTTPError, endpoint: ModelEndpoint, key: str, tr
 def _status(error: Exception) -> int:
     status = getattr(error, "status_code", 0)
     return status if isinstance(status, int) else 0
-
-
-def _details(error: Exception) -> str:
-    return str(getattr(error, "body", "")).lower()
 
 
 def _message(body: object) -> str:

@@ -98,6 +98,12 @@ def billions(name: str) -> float | None:
     return max(sizes, default=None)
 
 
+def on_one_line(text: str) -> str:
+    """A text on one line, cut to 200 characters."""
+    line = " ".join(text.split())
+    return line if len(line) <= 200 else line[:197] + "..."
+
+
 class ModelWriter(ABC):
     """A chat model as a policy writer.
 
@@ -177,8 +183,7 @@ class ModelWriter(ABC):
 
     def shown(self, text: str) -> str:
         """Return a model's text on one line and shortened, for a message."""
-        line = " ".join(text.split())
-        return line if len(line) <= 200 else line[:197] + "..."
+        return on_one_line(text)
 
     def _no_answer(self, why: str, budget: WritingBudget) -> WriterError:
         """The error for an exchange that timed out or was cancelled."""
@@ -202,11 +207,9 @@ class ModelWriter(ABC):
 
 
 def _read(done: Exchange) -> Answer | None:
-    if done.arguments is not None and not done.truncated:
-        answer = answer_from(done.arguments)
-        if answer is not None and answer.reply(WriterInfo("")) is not None:
-            return answer
-    return read_answer(done.text, truncated=done.truncated)
+    arguments = None if done.truncated else done.arguments
+    answer = None if arguments is None else _useful(answer_from(arguments))
+    return answer or read_answer(done.text, truncated=done.truncated)
 
 
 # Reading answers
@@ -295,15 +298,18 @@ def read_answer(text: str, *, truncated: bool = False) -> Answer | None:
     """
     text = _THOUGHTS.sub("", text).replace("\r\n", "\n").strip()
     data = _json_in(text, truncated=truncated)
-    answer = answer_from(data) if data is not None else _from_prose(text, truncated=truncated)
+    return _useful(answer_from(data) if data is not None else _from_prose(text, truncated=truncated))
+
+
+def _useful(answer: Answer | None) -> Answer | None:
+    """The answer, if it has code, a question or words that could not be placed."""
     return answer if answer is not None and answer.reply(WriterInfo("")) is not None else None
 
 
 def answer_from(data: dict[str, Any]) -> Answer | None:
     """Read an answer from a JSON object, forgiving missing keys and texts in place of lists."""
-    empty = dict.fromkeys(("plan", "code", "assumptions", "contacts", "question", "not_understood"))
     try:
-        return Answer.model_validate({**empty, **data})
+        return Answer.model_validate({**dict.fromkeys(Answer.model_fields), **data})
     except ValidationError:
         return None
 

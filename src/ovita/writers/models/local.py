@@ -21,7 +21,7 @@ from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
 from threading import Event, Lock, RLock
-from typing import Any, NamedTuple
+from typing import Any
 from weakref import WeakSet
 
 from ovita.errors import MissingExtra, RequestError, WriterError
@@ -41,15 +41,6 @@ KEPT_STATES = 4
 Message = Mapping[str, str]
 
 
-class Heartbeat(NamedTuple):
-    """Whether a model "reads" or "writes", how many tokens are done, of how many to read (or 0), for how long [s]."""
-
-    doing: str
-    tokens: int
-    total: int
-    seconds: float
-
-
 @dataclass(frozen=True)
 class Generated:
     """A generated text, whether it was cut off by `max_tokens` or the context, or stopped on the way, and what it took.
@@ -67,8 +58,8 @@ class Generated:
     write_seconds: float
 
 
-Beat = Callable[[Heartbeat], bool]
-"""Called at least with every token; it returns True to stop."""
+Beat = Callable[[str], bool]
+"""Called at least with every token, with how far the model is in words; it returns True to stop."""
 
 
 class Engine:
@@ -131,7 +122,7 @@ class Engine:
                 state.touch()
                 return
             messages = [{"role": "system", "content": rules}, {"role": "user", "content": "."}]
-            read = self.chat(messages, beat, max_tokens=1, temperature=0.0)
+            read = self.chat(messages, beat, "the rules, only this once", max_tokens=1, temperature=0.0)
             if state is not None and not read.stopped:
                 self._save(state)
 
@@ -139,6 +130,7 @@ class Engine:
         self,
         messages: Sequence[Message],
         beat: Beat,
+        what: str = "the request",
         *,
         max_tokens: int,
         temperature: float | None,
@@ -149,6 +141,7 @@ class Engine:
         Args:
             messages: Each with a role and a content.
             beat: Called with the progress.
+            what: What the model reads, for the progress.
             max_tokens: Longest answer [tokens].
             temperature: Sampling temperature; 0 always takes the likeliest token.
             grammar: GBNF grammar that the answer is held to; "" leaves it free.
@@ -170,7 +163,7 @@ class Engine:
             body["temperature"] = temperature
         if grammar:
             body["grammar"] = grammar
-        stream = _Stream(beat)
+        stream = _Stream(beat, what)
         with self._lock:
             failure = self._server.handle_chat_completions(body, stream)
         error = (failure or {}).get("error") or stream.error
@@ -219,9 +212,9 @@ class Engine:
 class _Stream:
     """Collects a model's output chunk by chunk."""
 
-    def __init__(self, beat: Beat) -> None:
-        self._beat, self._started = beat, time.monotonic()
-        self._doing = "reads"
+    def __init__(self, beat: Beat, what: str) -> None:
+        self._beat, self._what, self._started = beat, what, time.monotonic()
+        self._reading = True
         self._text: list[str] = []
         self._finish, self._stopped = "", False
         self._timings: dict[str, float] = {}
@@ -236,13 +229,16 @@ class _Stream:
         for choice in chunk.get("choices", ()):
             self._text.append(choice["delta"].get("content") or "")
             self._finish = choice.get("finish_reason") or self._finish
-        doing, total = ("reads", int(progress["total"])) if progress else ("writes", 0)
-        if doing != self._doing:
-            self._doing, self._started = doing, time.monotonic()
-        tokens = int(progress["processed"]) if progress else int(self._timings.get("predicted_n", 0))
-        self._stopped = (
-            self._beat(Heartbeat(doing, tokens, total, time.monotonic() - self._started)) or _closing.is_set()
-        )
+        if bool(progress) != self._reading:
+            self._reading, self._started = bool(progress), time.monotonic()
+        seconds = time.monotonic() - self._started
+        if progress:
+            share = 100 * int(progress["processed"]) // max(1, int(progress["total"]))
+            said = f"reads {self._what}: {share} %, {seconds:.0f} s"
+        else:
+            tokens = int(self._timings.get("predicted_n", 0))
+            said = f"writes: {tokens} tokens, {tokens / seconds if seconds else 0.0:.0f} tokens/s, {seconds:.1f} s"
+        self._stopped = self._beat(said) or _closing.is_set()
         return self._stopped
 
     def result(self) -> Generated:
@@ -364,7 +360,7 @@ class LocalWriter(ModelWriter):
             budget.say(f"{self.path.stem} gets ready")
             engine = engine_for(self.path, models_dir() / "states", context=self._context, threads=self._threads)
             if ask.structured and not self._goes_on(ask):
-                engine.read_once(rules, self._beat(budget, ended, "the rules, only this once"))
+                engine.read_once(rules, self._beat(budget, ended))
         self.ready_seconds += time.monotonic() - started
         if ended():
             return None
@@ -372,7 +368,7 @@ class LocalWriter(ModelWriter):
         held = ask.structured and ask.functions
         return engine.chat(
             messages,
-            self._beat(budget, ended, "the request"),
+            self._beat(budget, ended),
             max_tokens=self._max_tokens if ask.structured else ask.max_tokens,
             temperature=ask.temperature,
             grammar=_grammar(repair=len(ask.turns) > 1) if held else "",
@@ -383,21 +379,15 @@ class LocalWriter(ModelWriter):
         before, self._asked = self._asked, ask.turns[0]
         return len(ask.turns) > 1 or (before != "" and before != ask.turns[0] and ask.turns[0].startswith(before))
 
-    def _beat(self, budget: WritingBudget, ended: Callable[[], bool], what: str) -> Beat:
+    def _beat(self, budget: WritingBudget, ended: Callable[[], bool]) -> Beat:
         """A callback that reports progress and returns whether the model must stop."""
         told = 0.0
 
-        def beat(now: Heartbeat) -> bool:
+        def beat(said: str) -> bool:
             nonlocal told
             if time.monotonic() - told > TOLD_EVERY:
                 told = time.monotonic()
-                who = self.path.stem
-                if now.doing == "reads":
-                    share = 100 * now.tokens // max(1, now.total)
-                    budget.say(f"{who} reads {what}: {share} %, {now.seconds:.0f} s")
-                else:
-                    rate = now.tokens / now.seconds if now.seconds else 0.0
-                    budget.say(f"{who} writes: {now.tokens} tokens, {rate:.0f} tokens/s, {now.seconds:.1f} s")
+                budget.say(f"{self.path.stem} {said}")
             return ended()
 
         return beat

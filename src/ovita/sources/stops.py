@@ -1,0 +1,396 @@
+"""The stops of a way that a sentence tells: which places it names, and what starts, is passed and ends the way."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise, product
+
+from ovita.instruct.lexicon import DETERMINERS, PLAIN, concept_at, is_filler, term_at
+from ovita.instruct.numbers import Amount, amount_at
+from ovita.sources.places import BEHIND, SEEN, SIDES, Location, Text, phrase_at, way_words
+from ovita.sources.tagging import Role, seen_with_points, tagger
+
+BACK, CARRIERS, TIES, TOUCHING, DISMISSAL = map(way_words, ("again", "carrier", "tie", "touching", "dismissal"))
+REASON = way_words("reason")
+
+
+@dataclass(frozen=True, eq=False)
+class WayPhrase:
+    """Words of a sentence that belong together, and which pieces of the text they are."""
+
+    role: Role | None
+    shares: Mapping[Role, float]
+    span: tuple[int, int]
+    pieces: range
+    words: tuple[str, ...]
+    said: str
+
+    @cached_property
+    def classes(self) -> frozenset[str]:
+        """Of its words, see `instruct.lexicon.term_at`."""
+        return frozenset(term_at(self.words, k)[0] for k in range(len(self.words)))
+
+    @cached_property
+    def amounts(self) -> tuple[tuple[int, Amount], ...]:
+        """What is measured, and which word tells it."""
+        found = ((k, amount_at(self.words, k)) for k in range(len(self.words)))
+        return tuple((k, amount) for k, amount in found if amount is not None)
+
+    @property
+    def measured(self) -> bool:
+        """Whether it holds an amount with a unit, or behind a word that says of what."""
+        of = ("by", "to", "at", "of")
+        return any(amount.unit or (k > 0 and self.words[k - 1] in of) for k, amount in self.amounts)
+
+    @property
+    def tells_a_side(self) -> bool:
+        """Whether it tells on which side something is: "on the left"."""
+        return any(phrase_at(self.words, k, phrases)[1] for k in range(len(self.words)) for phrases in (BEHIND, SEEN))
+
+    @property
+    def lasting(self) -> bool:
+        """Whether it tells how long something takes."""
+        return any(amount.unit == "s" for _, amount in self.amounts)
+
+    @property
+    def careful(self) -> bool:
+        """Whether it asks for nothing but what a plan does anyway: "without hitting the cup", "no stops"."""
+        seen_to = TOUCHING & set(self.words) or self.classes & {"wait", "stop"}
+        return self.denies and bool(seen_to) and not self.amounts
+
+    @property
+    def reasons(self) -> bool:
+        """Whether it tells why: a place in it is none of the way."""
+        return self.role in WAY and next((word for word in self.words if word[0].isalnum()), "") in REASON
+
+    @property
+    def denies(self) -> bool:
+        """Whether all that it does is to deny something: "on no account drive over the cup"."""
+        return any(self._all_from(k) for k in range(len(self.words)) if term_at(self.words, k)[0] == "never")
+
+    @property
+    def dismisses(self) -> bool:
+        """Whether all that it does is to leave something out: "never mind the cup"."""
+        return any(self._all_from(k) for k in range(len(self.words)) if phrase_at(self.words, k, DISMISSAL)[1])
+
+    def _all_from(self, k: int) -> bool:
+        """Whether nothing is told before a word, nor behind a comma or a tie that follows it."""
+        tied = (n for n in range(k + 1, len(self.words)) if self.words[n] in TYING)
+        told = (*self.words[:k], *self.words[next(tied, len(self.words)) :])
+        asking = (word for n, word in enumerate(told) if concept_at(told, n)[0] not in ("", PLAIN))
+        return all(word in TIES | CARRIERS or is_filler(word) for word in asking)
+
+
+TYING = (TIES | {","}) - {"or", "having", "been", "please"}
+"""Words and marks behind which something else may be asked for."""
+
+
+@dataclass(frozen=True, eq=False)
+class WayStop:
+    """A place of the way, or the words of one that the scene lacks; which pieces tell it, and what they leave out."""
+
+    phrase: WayPhrase
+    role: Role | None
+    place: Location | None
+    pieces: range
+    lacking: str = ""
+    left: str = ""
+    waits: bool = False
+    back: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class WayStops:
+    """What the phrases of a sentence tell of its way.
+
+    Args:
+        phrases: All phrases, in order.
+        told: All places, those that are taken back included.
+        denied: Those that are said to be none of the way.
+        placed: Those that make the way, in order, with the roles that are likeliest together.
+        sure: How likely the way is that these make (0..1).
+    """
+
+    phrases: Sequence[WayPhrase]
+    told: Sequence[WayStop]
+    denied: Sequence[WayStop]
+    placed: Sequence[WayStop]
+    sure: float
+
+
+def read_stops(text: Text) -> WayStops:
+    """Read which places a sentence names, and what each is for its way."""
+    phrases = _phrases(text)
+    told = _told(text, phrases)
+    denied = [stop for stop in told if stop.place is not None and _denied(text, phrases, stop)]
+    kept = _repaired(text, [stop for stop in told if stop not in denied])
+    return WayStops(phrases, told, denied, *_weighed(text, kept + _waited(text, phrases, kept)))
+
+
+def _phrases(text: Text) -> list[WayPhrase]:
+    points = [piece.span for piece in text.pieces if piece.point is not None]
+    found = []
+    for tagged in tagger().read(seen_with_points(text.text, text.scene, points)):
+        begin, end = tagged.span
+        inside = [k for k, piece in enumerate(text.pieces) if begin <= piece.span[0] < end]
+        pieces = range(inside[0], inside[-1] + 1) if inside else range(0)
+        words = tuple(text.words[k] for k in pieces)
+        found.append(WayPhrase(tagged.role, tagged.shares, tagged.span, pieces, words, text.text[begin:end].strip()))
+    return found
+
+
+def _told(text: Text, phrases: Sequence[WayPhrase]) -> list[WayStop]:
+    """The stops of the phrases of the way, each place once, and one without a role where an end is missing."""
+    found: list[WayStop] = []
+    for phrase in (phrase for phrase in phrases if phrase.role in WAY and not phrase.reasons):
+        taken = {k for stop in found for k in stop.pieces}
+        for stop in stops_of(text, phrase):
+            if taken.isdisjoint(stop.pieces if stop.place else phrase.pieces):
+                found.append(stop)
+    if len({"start", "goal"} - {stop.role for stop in found}) == 1:
+        beside = (phrase for before, phrase in pairwise(phrases) if before.role in ("start", "goal"))
+        found += (stop for phrase in beside if phrase.role is None for stop in _bare(text, phrase))
+    return found
+
+
+WAY: tuple[Role, ...] = ("start", "via", "goal")
+
+
+def _bare(text: Text, phrase: WayPhrase) -> list[WayStop]:
+    """The place that is all that a phrase holds: "box plate"."""
+    words = [k for k in phrase.pieces if text.words[k][0].isalnum()]
+    return [stop for stop in stops_of(text, phrase) if stop.place and len(stop.pieces) == len(words)]
+
+
+def stops_of(text: Text, phrase: WayPhrase) -> list[WayStop]:
+    """The places that a phrase names: one, or several in a row; without any, that it leads back or what is lacking."""
+    found = places_among(text, phrase.pieces)
+    if found:
+        return _row(text, phrase, found)
+    if BACK & {*phrase.words}:
+        return [WayStop(phrase, phrase.role, None, phrase.pieces, back=True)]
+    lacking = _lacking(text, phrase)
+    left = phrase.said if phrase.measured and not lacking else ""
+    return [WayStop(phrase, phrase.role, None, phrase.pieces, lacking, left)]
+
+
+def _lacking(text: Text, phrase: WayPhrase) -> str:
+    """The last words of a phrase without a place that may be the name of a thing, or ""."""
+    named = [k for k in phrase.pieces if text.words[k].isalpha() and not carries(text.words, k)]
+    named = [k for k in named if len(text.words[k]) > 2 and text.words[k] not in TIES]
+    last = [k for k in named if k == named[-1] or all(n in named for n in range(k, named[-1]))]
+    if phrase.role == "via" and last and text.words[max(last[0] - 1, 0)] not in DETERMINERS:
+        return ""  # "sittin right there" is no thing that is lacking
+    return " ".join(text.words[k] for k in last)
+
+
+def places_among(text: Text, pieces: range) -> list[tuple[Location, range]]:
+    """The places that begin among some pieces, one behind the other."""
+    found, k = list[tuple[Location, range]](), pieces.start
+    while k < pieces.stop:
+        place = text.place_at(k)
+        if place is not None:
+            found.append((place[0], range(k, place[1])))
+        k = k + 1 if place is None else max(place[1], k + 1)
+    return found
+
+
+def _row(text: Text, phrase: WayPhrase, found: Sequence[tuple[Location, range]]) -> list[WayStop]:
+    """The first place of a phrase, and those that are joined to it: "via the mast and the pad", "box plate"."""
+    rows = [[found[0]]]
+    for (_, before), (place, pieces) in pairwise(found):
+        joined = JOINING.issuperset(text.words[before.stop : pieces.start])
+        if joined and not same_place(place, rows[-1][0][0]):
+            rows.append([])
+        rows[-1].append((place, pieces))
+    until = [*(row[0][1].start for row in rows[1:]), phrase.pieces.stop]
+    stops = []
+    for ((first, pieces), *others), end in zip(rows, until, strict=True):
+        alike = [place for place, _ in others if same_place(place, first)]
+        place = _detailed(text, first, alike, range(pieces.stop, end))
+        stops.append(WayStop(phrase, phrase.role, place, pieces))
+    return [*stops[:-1], replace(stops[-1], left=_left(text, phrase, stops[-1], found))]
+
+
+JOINING = frozenset(("and", "&", "n", "plus", "+", ",", "->", "then"))
+"""Words between places that are passed one after the other."""
+
+
+def _detailed(text: Text, first: Location, alike: Sequence[Location], behind: range) -> Location:
+    """A place with the distance or the side that is told behind it, perhaps with its object once more."""
+    for place in alike:
+        if place.distance is not None:  # "finish at the plate half a metre above it"
+            return place
+    sides = (text.sided(first, k)[0] for k in behind)  # "the bottle shall be passed on the left"
+    place = next((place for place in sides if place.relation != first.relation), first)
+    if place.distance is not None or place.relation in ("at", "between"):
+        return place
+    return replace(place, distance=_metres(text.words, behind))  # "above the vase with 10 cm to spare"
+
+
+def _metres(words: Sequence[str], pieces: Iterable[int]) -> float | None:
+    """The first distance [m] that is told among some words, or None."""
+    amounts = (amount_at(words, k) for k in pieces)
+    return next((amount.value for amount in amounts if amount is not None and amount.unit == "m"), None)
+
+
+def _left(text: Text, phrase: WayPhrase, stop: WayStop, found: Sequence[tuple[Location, range]]) -> str:
+    """The words of a phrase if they tell a distance or a side that its place does not hold, else ""."""
+    place, taken = stop.place, {k for _, pieces in found for k in pieces}
+    if place is None or place.point is not None:
+        return ""
+    over = [k for k in phrase.pieces if k not in taken]
+    far = place.distance is None and _metres(text.words, over) is not None
+    turned = any(term_at(text.words, k)[0] in TURNING or text.words[k] == "side" for k in over)
+    return phrase.said if far or (turned and phrase.role == "via" and place.relation not in SIDES) else ""
+
+
+TURNING = frozenset(("left", "right"))
+
+
+def carries(words: Sequence[str], k: int) -> bool:
+    """Whether a word only carries the way."""
+    return is_filler(words[k]) or bool(concept_at(words, k)[0]) or words[k] in CARRIERS
+
+
+def same_place(one: Location | None, other: Location | None) -> bool:
+    """Whether two places are at the same objects or point."""
+    return one is not None and other is not None and one.objects == other.objects and one.point == other.point
+
+
+def _waited(text: Text, phrases: Sequence[WayPhrase], stops: Sequence[WayStop]) -> list[WayStop]:
+    """Places that are named only for a wait at them."""
+    waits = [stops_of(text, phrase)[0] for phrase in phrases if phrase.role == "wait"]
+    return [
+        replace(stop, role="via", waits=True, left="")
+        for stop in waits
+        if stop.place is not None and not any(same_place(stop.place, other.place) for other in stops)
+    ]
+
+
+def _denied(text: Text, phrases: Sequence[WayPhrase], stop: WayStop) -> bool:
+    """Whether a place is said to be none of the way: "do not start from the box", "never mind the box"."""
+    first = stop.pieces.start
+    wished = {k for phrase in phrases if phrase.role in ("wish", "wait") for k in phrase.pieces}
+    begun = (k + 1 for k in range(first - 1, -1, -1) if not text.words[k][0].isalnum() or k in wished)
+    before = range(max(next(begun, 0), first - 6), first)
+    return any(term_at(text.words, k)[0] == "never" or phrase_at(text.words, k, DISMISSAL)[1] for k in before)
+
+
+STARTS, GOALS = (0.08, 0.9, 0.03), (0.02, 1.0, 0.2, 0.1)
+"""How likely a sentence tells so many starts, and so many goals."""
+
+MOST = 7
+"""Places whose roles are weighed together."""
+
+MEANT = 0.3
+"""How likely a place behind a word that takes back what was said has to have the role of the one before it."""
+
+PASSED = frozenset(("past", "thru"))
+"""Classes of words with which a place is passed, and neither start nor goal."""
+
+EPS = 1e-4
+"""Roles that are so much less likely than the likeliest do not count."""
+
+UNLIKELY = 0.02
+"""How likely a role is against what arrows and such words tell."""
+
+
+def _repaired(text: Text, stops: Sequence[WayStop]) -> list[WayStop]:
+    """The stops without those that were taken back at once: "from the box, sorry, from the cup"."""
+    found, gone = sorted(stops, key=_where), set[WayStop]()
+    for k, (one, other) in enumerate(pairwise(found)):
+        between = range(one.phrase.pieces.stop, other.phrase.pieces.start)
+        taken = any(term_at(text.words, n)[0] == "correct" for n in between)
+        if taken and one.role is not None and other.place is not None and other.phrase.shares[one.role] > MEANT:
+            gone.add(one)
+            found[k + 1] = replace(other, role=one.role)
+    return [stop for stop in found if stop not in gone]
+
+
+def _where(stop: WayStop) -> int:
+    return stop.pieces.start
+
+
+def _against(text: Text, stops: Sequence[WayStop]) -> list[set[Role]]:
+    """The roles that each place cannot well have: "past the cup" is no goal, and what an arrow leads to no start."""
+    found: list[set[Role]] = []
+
+    def told(role: Role) -> bool:
+        return any(stop.role == role for stop in stops)
+
+    for stop in stops:
+        cues = range(min(stop.phrase.pieces.start, stop.pieces.start), stop.pieces.start + 1)
+        passed = any(term_at(text.words, k)[0] in PASSED for k in cues)
+        found.append({"start", "goal"} if passed else set())
+    for k, ((one, first), (other, second)) in enumerate(pairwise(zip(stops, found, strict=True))):
+        between = {*text.words[one.pieces.stop : other.pieces.start]}
+        listed_alike = one.phrase is other.phrase and one.role != "via"
+        if "->" in between or listed_alike or "then" in between:
+            first.add("goal")
+            second.add("start")
+            if "->" not in between:  # of a mere list, the ends are the first and the last
+                first |= {"via"} if k == 0 and not told("start") else set()
+                second |= {"via"} if k == len(stops) - 2 and not told("goal") else set()
+    return found
+
+
+def _weighed(text: Text, stops: Sequence[WayStop]) -> tuple[list[WayStop], float]:
+    """The stops in order with the likeliest roles together, and how likely the way is that these make."""
+    found = sorted(stops, key=_where)
+    placed = [stop for stop in found if stop.place is not None and not stop.waits][:MOST]
+    told = [stop.role for stop in found if stop.back]
+    against = _against(text, placed)
+
+    def likely(roles: Sequence[Role]) -> float:
+        starts, goals = (sum(role == end for role in (*roles, *told)) for end in ("start", "goal"))
+        prior = STARTS[min(starts, 2)] * GOALS[min(goals, 3)]
+        shares = (max(s.phrase.shares[r], 1e-3) for s, r in zip(placed, roles, strict=True))
+        odd = sum(role in unlike for role, unlike in zip(roles, against, strict=True))
+        return prior * UNLIKELY**odd * math.prod(shares)
+
+    def given(roles: Sequence[Role]) -> list[WayStop]:
+        of = dict(zip(placed, roles, strict=True))
+        return [replace(stop, role=of[stop]) if stop in of else stop for stop in found]
+
+    weighed = [(likely(roles), roles) for roles in product(WAY, repeat=len(placed))]
+    most, roles = max(weighed, key=lambda one: one[0])
+    likeliest = given(roles)
+    if likeliest and likeliest[0].waits and not any(stop.role == "start" for stop in likeliest):
+        likeliest[0] = replace(likeliest[0], role="start")  # "wait at the box for 2 s, then go to the plate"
+    way = ordered_way(likeliest)
+    alike = sum(share for share, roles in weighed if share > EPS * most and ordered_way(given(roles)) == way)
+    return likeliest, alike / sum(share for share, _ in weighed)
+
+
+Way = tuple[Location | None, tuple[Location, ...], Location | None]
+"""The start, what is passed in order, and the goal."""
+
+
+def ordered_way(stops: Sequence[WayStop]) -> Way:
+    """The way that stops with these roles make; a goal before the last one is passed."""
+    stops = _corrected([stop for stop in stops if stop.place or stop.back])
+    start = next((stop.place for stop in stops if stop.role == "start" and stop.place), None)
+    last = next((stop for stop in reversed(stops) if stop.role == "goal"), None)
+    goal = None if last is None else start if last.back else last.place
+    passed = [stop.place for stop in stops if stop.place and stop.role != "start" and stop is not last]
+    if passed and same_place(passed[-1], goal) and passed[-1].relation == "at":
+        passed.pop()
+    if goal is not None and goal.relation == "between" and not (start or passed):
+        one, other = goal.objects  # "two laps of the cup between the box and the plate"
+        return Location(objects=(one,)), (), Location(objects=(other,))
+    return start, tuple(passed), goal
+
+
+def _corrected(stops: Sequence[WayStop]) -> Sequence[WayStop]:
+    """The stops that count: "the box to the cup, no, the box to the plate" starts anew."""
+    starts = [k for k, stop in enumerate(stops) if stop.role == "start" and stop.place is not None]
+    if len(starts) < 2 or not any(stop.role == "goal" for stop in stops[starts[-1] :]):
+        return stops
+    again = starts[-1]
+    if any(same_place(stop.place, stops[again].place) for stop in stops[:again] if stop.role != "start"):
+        return stops  # "from A to B, then from B to C"
+    return [stop for k, stop in enumerate(stops) if k >= again or stop.role == "via"]
