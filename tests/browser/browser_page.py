@@ -25,6 +25,22 @@ def until(condition, seconds=20.0):
         time.sleep(0.1)
 
 
+def at_rest(page, seconds=0.8):
+    """Wait until the camera has come to rest: the page tells of its own size late, and then it looks anew."""
+    seen, since = None, 0.0
+
+    def rests():
+        nonlocal seen, since
+        camera, now = page.view.client.camera, time.monotonic()
+        state = (*camera.position, *camera.look_at, camera.image_width, camera.image_height)
+        if state != seen:
+            seen, since = state, now
+        return now - since > seconds
+
+    until(rests)
+    return page
+
+
 def tab(page, name):
     page.get_by_text(name, exact=True).locator("visible=true").first.click()
 

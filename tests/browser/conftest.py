@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from browser_page import ready
+from browser_page import at_rest, ready
 
 CHROMIUM = os.environ.get("OVITA_CHROMIUM") or shutil.which("chromium") or shutil.which("chromium-browser")
 FLAGS = (
@@ -98,7 +98,7 @@ def browser(chromium):
         page.goto(studio.url)
         ready(page, bare)
         (page.view,) = set(studio.views) - before
-        return page
+        return at_rest(page)
 
     yield come
     for context in contexts:

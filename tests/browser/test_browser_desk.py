@@ -1,7 +1,7 @@
 """Keys, help, a lost server and a phone, as a person meets them."""
 
 import numpy as np
-from browser_page import tab, until
+from browser_page import at_rest, tab, until
 
 
 def say(page, text):
@@ -32,6 +32,7 @@ def test_keys_help_and_words(start, browser):
     page.wait_for_selector("text=shift to the left")
     slider = page.locator("[role=slider]:visible").first
     slider.focus()
+    at_rest(page)
     eye = np.array(page.view.client.camera.position)
     for _ in range(6):
         page.keyboard.press("ArrowRight")

@@ -192,6 +192,13 @@ def test_the_whole_task_without_a_mouse(studio, browser):
     assert nameless == []
 
 
+def framed(page, view):
+    """Whether the camera is where a view of everything puts it, for the size that the page has now."""
+    space = page.view.space
+    wanted = space._seen.camera(session(page).scene.frame, space._aspect(), 0.75, view)[0]
+    return np.linalg.norm(np.asarray(page.view.client.camera.position) - wanted) < 0.02 * space._seen.size
+
+
 def test_the_list_of_keys_is_what_the_page_hears(studio, browser):
     page = browser(studio)
     listed = {key.wish for keys in guide.KEYS.values() for key in keys if key.keys}
@@ -202,9 +209,7 @@ def test_the_list_of_keys_is_what_the_page_hears(studio, browser):
     for key, view in (("1", "top"), ("2", "front"), ("3", "side"), ("h", "fit")):
         page.keyboard.press("Escape")
         page.keyboard.press(key)
-        stage, frame = page.view.space._seen, session(page).scene.frame
-        wanted, near = stage.camera(frame, page.view.space._aspect(), 0.75, view)[0], 0.02 * stage.size
-        until(lambda wanted=wanted, near=near: np.linalg.norm(np.asarray(camera.position) - wanted) < near)
+        until(lambda view=view: framed(page, view))
     assert [label.text for label in page.view.space._labels if label.text.startswith("grid")] == ["grid 0.1 m"]
 
     page.keyboard.press("4")
