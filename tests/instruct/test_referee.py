@@ -153,3 +153,14 @@ def test_a_kind_of_request_that_the_network_was_not_trained_on_is_read_by_the_ru
     assert (found.by, found.learned) == ("rules", None)
     assert notation.show(found.reading.frames) == "hop box by=8cm"
     assert understand("slow down near the cup", SCENE).learned is not None
+
+
+@pytest.mark.parametrize("text", ["slower in that segment", "speed up over there", "that one slower"])
+def test_what_is_pointed_at_is_never_the_whole_path_without_a_yes(text):
+    assert understand(text, SCENE, quick=True).outcome != "do"
+
+
+@pytest.mark.parametrize("text", ["go left by 0.2", "please slow down near the cup", "raise it by 10 cm"])
+def test_the_network_is_not_asked_about_short_plain_utterances(text):
+    found = understand(text, SCENE, quick=True)
+    assert (found.outcome, found.learned) == ("do", None)

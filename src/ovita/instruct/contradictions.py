@@ -16,7 +16,7 @@ from ovita.instruct.chunks import Chunk
 from ovita.instruct.constituents import turned
 from ovita.instruct.lexicon import DETERMINERS
 from ovita.instruct.numbers import FRACTIONS
-from ovita.paths.part import PathPart
+from ovita.paths.part import WHOLE, PathPart
 from ovita.text import quoted
 
 Check = Callable[[Sequence[Chunk], frozenset[str], tuple[F.SemanticFrame, ...]], str]
@@ -260,6 +260,13 @@ def _height_lost(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.S
     return f"{asked[0].text!r} has no place in it." if asked and frames and level else ""
 
 
+def _pointed(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.SemanticFrame, ...]) -> str:
+    """A place that is only pointed at, where the whole path is changed: "speed up over there"."""
+    local = F.Pace | F.Shift | F.Height | F.Smooth | F.Approach
+    placed = any(frame.named or frame.part != WHOLE or not isinstance(frame, local) for frame in frames)
+    return f"{_said(said, {'there'})} points at a place that nothing names." if "there" in kinds and not placed else ""
+
+
 OWN_NAMES = frozenset("path trajectory route way track line course motion movement it waypoints points".split())
 """What the path is called, which asks for nothing by itself."""
 
@@ -287,9 +294,10 @@ CHECKS = (
     _end_lost,
     _above_lost,
     _height_lost,
+    _pointed,
 )
 
-NEVER = (_conditional, _thing_moved, _wish_left, _end_lost, _above_lost, _height_lost)
+NEVER = (_conditional, _thing_moved, _wish_left, _end_lost, _above_lost, _height_lost, _pointed)
 """What is never done at once, however likely its reading is."""
 
 

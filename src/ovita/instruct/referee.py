@@ -69,6 +69,12 @@ the network reads nothing, or nothing that counts against it."""
 SHORT = 6
 """Chunks of an utterance that is so short that the network is not asked what it thinks of the rules' one frame."""
 
+EMPTY = frozenset(
+    "the a an it its your my our please pls kindly thanks you go goes going move fly drive come be is are do make put set"
+    " use take let let's give me us in and of to than now".split()
+)
+"""Words that point at nothing and ask for nothing; of others that the rules pass over, the network is asked too."""
+
 CURT, DOUBTED = 6, 10
 """Chunks of an utterance that is so short that every word of it counts, and that every doubt about it does."""
 
@@ -124,7 +130,7 @@ def understand(
     positions = None if trajectory is None else trajectory.positions
     rules = by_rules(text, scene, before, positions)
     said, _ = chunks(text, scene, positions)
-    if quick and len(said) <= SHORT and len(rules.frames) == 1 and _whole(said, rules) and not rules.aside:
+    if quick and _plain(said) and len(rules.frames) == 1 and _whole(said, rules):
         rules = replace(rules, frames=spread(rules.frames, said))
         return Understanding("do", rules, "rules", confidence=DO, rules=rules)
     reader = learned_reader()
@@ -237,6 +243,11 @@ def _shown_first(said: Sequence[Chunk], reading: F.Reading, left: Sequence[str])
     if contradictions(said, _frames(reading), NEVER) or (left and len(said) <= CURT):
         return True
     return len(said) <= DOUBTED and bool(contradictions(said, _frames(reading)))
+
+
+def _plain(said: Sequence[Chunk]) -> bool:
+    """Whether an utterance is short and no word of it is mere filler but for the plainest ones."""
+    return len(said) <= SHORT and all({*c.text.lower().split()} <= EMPTY for c in said if c.kind == "filler")
 
 
 def _gives_way(said: Sequence[Chunk], learned: F.Reading, rules: F.Reading | None) -> bool:
