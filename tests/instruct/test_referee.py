@@ -6,6 +6,7 @@ import pytest
 from click.testing import CliRunner
 
 from ovita.cli.main import cli
+from ovita.instruct import frames as F
 from ovita.instruct import notation, referee
 from ovita.instruct.chunks import chunks
 from ovita.instruct.contradictions import contradictions
@@ -164,3 +165,24 @@ def test_what_is_pointed_at_is_never_the_whole_path_without_a_yes(text):
 def test_the_network_is_not_asked_about_short_plain_utterances(text):
     found = understand(text, SCENE, quick=True)
     assert (found.outcome, found.learned) == ("do", None)
+
+
+@pytest.mark.parametrize(
+    ("text", "meant", "opposite"),
+    [
+        ("always stay more high than 30 cm", "height at_least=0.3m", "height at_most=0.3m"),
+        ("stay above 1 m at all times", "height at_least=1m", "height at_most=1m"),
+        ("keep it lower than 30 cm", "height at_most=0.3m", "height at_least=0.3m"),
+        ("everywhere faster than 0.2 m/s", "pace at_least=0.2m/s", "pace at_most=0.2m/s"),
+    ],
+)
+def test_a_bound_on_the_other_side_is_never_done(text, meant, opposite):
+    assert verdict(text, Reading(), reading(opposite, confidence=0.99)).outcome != "do"
+    assert verdict(text, Reading(), reading(meant, confidence=0.99)).outcome == "do"
+    (frame,) = understand(text, SCENE).reading.frames
+    assert F.same((frame,), notation.parse(meant, SCENE.names))
+
+
+def test_what_is_denied_may_be_bounded_from_the_other_side():
+    for text in ("never go higher than 1 m", "avoid going above 1 m", "anything above 1 m is too high"):
+        assert not contradictions(said(text), notation.parse("height at_most=1m", ()))

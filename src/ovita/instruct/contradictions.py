@@ -44,6 +44,10 @@ PAIRS = (
 _OTHER = {a: b for pair in PAIRS for a, b in (pair, pair[::-1])}
 UPPER = frozenset("at_most max limit vmax ceiling".split())
 LOWER = frozenset("at_least min vmin floorlimit".split())
+RISING = frozenset("up raise over farther faster larger inc".split())
+FALLING = frozenset("down lower under closer slower smaller dec".split())
+NOT = frozenset("never clear avoid too".split()) | UPPER
+"""What may turn a comparison round: "never higher than"."""
 
 
 def contradictions(
@@ -95,6 +99,22 @@ def _unbounded(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.Sem
             and (wrong in roles or roles & {"by", "to", "at"})
         ):
             return f"{_said(said, words)} asks for a limit that the reading does not have."
+    return ""
+
+
+def _compared(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.SemanticFrame, ...]) -> str:
+    """A bound on the other side than a comparison puts it: "higher than 30 cm" as at most 30 cm."""
+    if kinds & NOT:
+        return ""
+    row = [chunk for chunk in said if chunk.kind not in ("filler", "approx")]
+    for word, than, amount in zip(row, row[1:], row[2:] + row[-1:], strict=False):
+        q = than.q if word.kind in ("over", "under") and than.q is not None else amount.q
+        wrong = "at_most" if word.kind in RISING else "at_least" if word.kind in FALLING else ""
+        if q is None or not wrong or not (than.kind == "than" or than.q is q):
+            continue
+        held = [one.value for frame in frames for one in frame.quantities.values() if one.role == wrong]
+        if any(_near(q.value, value) for value in held):
+            return f"{word.text!r} {q.said or amount.text} is a bound on the other side."
     return ""
 
 
@@ -282,6 +302,7 @@ CHECKS = (
     _turned,
     _negated,
     _unbounded,
+    _compared,
     _number_left,
     _object_left,
     _conditional,
@@ -297,7 +318,7 @@ CHECKS = (
     _pointed,
 )
 
-NEVER = (_conditional, _thing_moved, _wish_left, _end_lost, _above_lost, _height_lost, _pointed)
+NEVER = (_compared, _conditional, _thing_moved, _wish_left, _end_lost, _above_lost, _height_lost, _pointed)
 """What is never done at once, however likely its reading is."""
 
 

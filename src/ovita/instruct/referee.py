@@ -70,8 +70,8 @@ SHORT = 6
 """Chunks of an utterance that is so short that the network is not asked what it thinks of the rules' one frame."""
 
 EMPTY = frozenset(
-    "the a an it its your my our please pls kindly thanks you go goes going move fly drive come be is are do make put set"
-    " use take let let's give me us in and of to than now".split()
+    """the a an it its your my our please pls kindly thanks you go goes going move fly drive come be is are do make put
+    set use take let let's give me us in and of to than now""".split()
 )
 """Words that point at nothing and ask for nothing; of others that the rules pass over, the network is asked too."""
 
