@@ -459,6 +459,7 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("Qn|Qm|Qv|Qs to Qm|Qv|Qs|Qpc|Qdeg", _spread),
     ("every Qn|second|third|quarter|fifth|tenth|rest|unknown waypoints", _every),
     ("Qn laps|turns|times|circle", _counted("turns")),
+    ("laps (?=(?:at|near|by|in|around|before|halfway|middle) )", lambda f: merged(f, "circle")),
     ("Qn waves|wave", _counted("waves")),
     ("1st|start Qn? SHARE of? path?", _amount("first")),
     ("1st Qn? SPAN of? path?", _amount("first")),
