@@ -97,6 +97,7 @@ SHAPES = [
     ("draw a spiral with a radius of 0.1 near the cup", "spiral at=cup radius=0.1m"),
     ("orbit the fan twice with a radius of 0.3", "circle fan radius=0.3m turns=2"),
     ("circle once around the cup", "circle cup turns=1"),
+    ("do a loop at the cup", "circle cup"),
     ("fly a figure eight at the goal", "eight at=goal"),
     ("follow the path in a zig-zag with an amplitude of 0.05", "zigzag size=0.05m"),
     ("move in a sinusoidal pattern in the last half", "wave @last=50%"),
