@@ -22,8 +22,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial.transform import Rotation
 
-from ovita.paths.frame import matrix
-from ovita.paths.scene import SceneObject
+from ovita.paths.scene import SceneObject, matrix
 from ovita.perceive import View, perceive
 from ovita.sim.render import backend
 

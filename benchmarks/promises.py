@@ -19,9 +19,8 @@ from typing import Any
 
 import numpy as np
 
-from ovita.paths.frame import DIRECTIONS, RFU
 from ovita.paths.geometry import closest_to_point
-from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.scene import DIRECTIONS, RFU, Scene, SceneObject
 from ovita.paths.trajectory import Array, arc_length, interpolate, source_indices
 from ovita.toolkit import CATALOGUE, judge
 

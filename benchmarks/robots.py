@@ -13,9 +13,8 @@ import numpy as np
 
 from ovita import sim
 from ovita.errors import RequestError
-from ovita.paths.frame import Frame
 from ovita.paths.robot import Box, Robot
-from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.scene import Frame, Scene, SceneObject
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.sim.joints import joint_motion, start_problem, tool_path
 from ovita.sim.simulate import simulate

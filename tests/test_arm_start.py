@@ -18,9 +18,8 @@ from ovita.io.bags import bag_maker, bag_of, load_joint_motion, save_joint_motio
 from ovita.io.controllers import JOINT_STATE, joint_state
 from ovita.io.links import Address
 from ovita.io.messages import TopicMessage
-from ovita.paths.frame import Frame, transformed
 from ovita.paths.robot import Box, Robot
-from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.scene import Frame, Scene, SceneObject, transformed
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
 from ovita.sim import Base, load_model

@@ -10,8 +10,7 @@ from ovita.errors import FormatError
 from ovita.io.documents import plain, validated
 from ovita.measure import Changes, compare, sentences, shape_warnings
 from ovita.measure.changes import Insertion, Kink, Span
-from ovita.paths.frame import Frame
-from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.scene import Frame, Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 
 CUP = SceneObject("cup", (0.5, 0.3, 0.0), (0.1, 0.1, 0.1))

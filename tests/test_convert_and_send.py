@@ -16,8 +16,7 @@ from ovita.gate import release, review
 from ovita.io import Choices, load_task, save_trajectory
 from ovita.io.geodesy import Home
 from ovita.limits import ConstraintOptions
-from ovita.paths.frame import Frame
-from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.scene import Frame, Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
 from ovita.result import seal

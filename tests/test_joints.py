@@ -18,9 +18,8 @@ from ovita.io import load_task, ros2, save_trajectory
 from ovita.io.bags import load_joint_motion
 from ovita.io.links import deliver_joints
 from ovita.io.messages import JointMotion
-from ovita.paths.frame import Frame, transformed
 from ovita.paths.robot import Box, Robot
-from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.scene import Frame, Scene, SceneObject, transformed
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
 from ovita.sim import Base

@@ -12,9 +12,8 @@ pytest.importorskip("plotly")
 from ovita import plots
 from ovita.errors import FormatError, MissingExtra
 from ovita.limits import ConstraintCheck
-from ovita.paths.frame import Frame
 from ovita.paths.robot import Box, Robot, Shell
-from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.scene import Frame, Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.plots import geometry
 

@@ -13,7 +13,7 @@ import command_line
 import ovita as ov
 from ovita import plugins
 from ovita.errors import FormatError, RequestError, RobotError, WriterError
-from ovita.paths.frame import RFU
+from ovita.paths.scene import RFU
 from ovita.perceive.detect import detector_named
 from ovita.policy import sandbox
 from ovita.toolkit import catalogue

@@ -6,8 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ovita.errors import SceneError, UnknownObject
-from ovita.paths.frame import DIRECTIONS, Frame
-from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.scene import DIRECTIONS, Frame, Scene, SceneObject
 
 
 def scene(*names):

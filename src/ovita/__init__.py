@@ -20,9 +20,8 @@ if TYPE_CHECKING:
     from ovita.io import Task, load, load_robot, load_task, save_task, save_trajectory
     from ovita.limits import ConstraintOptions, Verdict, constrain, verify
     from ovita.measure import Changes, compare
-    from ovita.paths.frame import Frame
     from ovita.paths.robot import Robot
-    from ovita.paths.scene import Scene, SceneObject
+    from ovita.paths.scene import Frame, Scene, SceneObject
     from ovita.paths.trajectory import Trajectory
     from ovita.policy import Policy
     from ovita.request import Request
@@ -40,7 +39,7 @@ _HOMES = {
     "Adaptation": "result",
     "Changes": "measure",
     "ConstraintOptions": "limits",
-    "Frame": "paths.frame",
+    "Frame": "paths.scene",
     "Generation": "sources.words",
     "OvitaError": "errors",
     "Plan": "sources.planner",

@@ -13,10 +13,9 @@ from numpy.typing import ArrayLike
 from ovita.errors import RequestError, TrajectoryError
 from ovita.io import Task, is_address, load_robot, load_task
 from ovita.io.waypoints import COLUMNS, from_columns
-from ovita.paths.frame import Frame
 from ovita.paths.part import WHOLE, PathPart
 from ovita.paths.robot import Robot
-from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.scene import Frame, Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.policy import Parameter
 from ovita.policy.wire import MAX_ROWS

@@ -20,7 +20,7 @@ from ovita.bench.dataset import load_dataset
 from ovita.errors import FormatError, RequestError
 from ovita.io import Choices, load_task
 from ovita.io.lerobot import episode, episodes
-from ovita.paths.frame import transformed
+from ovita.paths.scene import transformed
 
 pyarrow = pytest.importorskip("pyarrow", reason="pyarrow (extra lerobot) is not installed")
 pytest.importorskip("rosbags", reason="rosbags (extra ros) is not installed")

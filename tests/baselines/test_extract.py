@@ -8,9 +8,8 @@ import pytest
 from ovita.baselines import adapted_by, encoder
 from ovita.baselines.extract import OVITA, PUBLISHED, Extract, Feature, best, deformed, features
 from ovita.errors import MissingExtra
-from ovita.paths.frame import Frame
 from ovita.paths.robot import Box, Robot
-from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.scene import Frame, Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
 

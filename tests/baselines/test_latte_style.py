@@ -11,8 +11,7 @@ import pytest
 from ovita.baselines import Baseline, adapted_by, baseline_named, encoder, labelled, latte
 from ovita.baselines.latte import Inputs, LatteStyle, PathBox, inputs, latte_network, quieted, seen
 from ovita.errors import MissingExtra, OvitaError
-from ovita.paths.frame import RFU, Frame, rotation
-from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.scene import RFU, Frame, Scene, SceneObject, rotation
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
 

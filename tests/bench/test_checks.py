@@ -14,8 +14,7 @@ from ovita.errors import UnknownObject
 from ovita.measure import predicates as ck
 from ovita.measure.predicates import asked
 from ovita.paths.correspondence import correspond
-from ovita.paths.frame import Frame
-from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.scene import Frame, Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 
 EVERY = TABLE + KEEPING + COMBINED

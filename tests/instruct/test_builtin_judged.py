@@ -5,8 +5,7 @@ import pytest
 
 from ovita import adapt
 from ovita.instruct.rules import read
-from ovita.paths.frame import Frame
-from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.scene import Frame, Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
 

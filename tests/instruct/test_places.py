@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ovita import Request, Robot, Scene, SceneObject, Trajectory, adapt
-from ovita.paths.frame import Frame
+from ovita.paths.scene import Frame
 from ovita.policy.environment import scene_from_json, scene_to_json
 from ovita.result import Adaptation, Postcondition, judged_status
 from ovita.toolkit import judge

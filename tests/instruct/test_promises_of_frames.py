@@ -5,7 +5,7 @@ import pytest
 
 from ovita import Request, Robot, Scene, SceneObject, Trajectory, adapt
 from ovita.instruct.notation import parse
-from ovita.paths.frame import Frame
+from ovita.paths.scene import Frame
 from ovita.toolkit.catalogue import Expectation
 from ovita.toolkit.judging import judge
 from ovita.writers.builtin import FramesWriter

@@ -6,7 +6,7 @@ import pytest
 from ovita import Scene, SceneObject, Trajectory, adapt
 from ovita.dialogue.session import Session
 from ovita.instruct.notation import show
-from ovita.paths.frame import Frame
+from ovita.paths.scene import Frame
 from ovita.paths.trajectory import interpolate
 
 N = 60

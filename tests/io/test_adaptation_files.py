@@ -8,9 +8,8 @@ import pytest
 from ovita.errors import FormatError
 from ovita.io import is_adaptation, load_document, load_task, save_document, scene_dict
 from ovita.measure import compare
-from ovita.paths.frame import Frame
 from ovita.paths.robot import Robot
-from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.scene import Frame, Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.result import Adaptation
 

@@ -19,8 +19,7 @@ from ovita.errors import FormatError, MissingExtra, TrajectoryError
 from ovita.io import Choices, bags, load_task, save_trajectory
 from ovita.io.bags import load_joint_motion, save_joint_motion
 from ovita.io.messages import TYPES, JointMotion, Maker, build, parse
-from ovita.paths.frame import Frame, transformed
-from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.scene import Frame, Scene, SceneObject, transformed
 from ovita.paths.trajectory import Trajectory
 
 STORE = get_typestore(Stores.ROS2_HUMBLE)

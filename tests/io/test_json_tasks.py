@@ -18,8 +18,7 @@ from ovita.io import (
     trajectory_from_rows,
     trajectory_rows,
 )
-from ovita.paths.frame import Frame
-from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.scene import Frame, Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 
 ROWS = [[0, 0, 0, 0.5], [1.5, 0, 0, 0.25]]

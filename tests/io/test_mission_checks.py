@@ -14,9 +14,8 @@ from ovita.io.mission_checks import Flight
 from ovita.io.mission_files import dumps, dumps_plan, parse_plan
 from ovita.io.missions import Item, Mission, mission_from, moved
 from ovita.io.setpoints import Course
-from ovita.paths.frame import Frame
 from ovita.paths.robot import Robot
-from ovita.paths.scene import Scene
+from ovita.paths.scene import Frame, Scene
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
 

@@ -13,8 +13,7 @@ from ovita.errors import FormatError, TrajectoryError
 from ovita.io import Choices, load_task, mission_files, missions, save_task, save_trajectory
 from ovita.io.geodesy import Home, on_earth, to_geodetic, to_local
 from ovita.io.missions import Item, Mission, mission_from, numbered
-from ovita.paths.frame import Frame
-from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.scene import Frame, Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 
 HOME = Home(47.3977419, 8.5455938, 488.2)

@@ -5,8 +5,7 @@ from hypothesis import strategies as st
 
 from ovita.errors import FormatError
 from ovita.io import load_task, save_task, save_trajectory, tables
-from ovita.paths.frame import Frame
-from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.scene import Frame, Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 
 RNG = np.random.default_rng(5)

@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 
 from ovita.io.geodesy import on_earth
-from ovita.paths.frame import Frame, rotation, transformed
-from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.scene import Frame, Scene, SceneObject, rotation, transformed
 from ovita.paths.trajectory import Trajectory
 
 FRAMES = [Frame(name) for name in ("rfu", "flu", "ned")]

@@ -11,8 +11,7 @@ from ovita.errors import TrajectoryError
 from ovita.io import Choices, load_task, save_task, save_trajectory
 from ovita.io.geodesy import Home
 from ovita.io.messages import JointMotion, build_joints, parse, parse_joints
-from ovita.paths.frame import Frame
-from ovita.paths.scene import Scene
+from ovita.paths.scene import Frame, Scene
 from ovita.paths.trajectory import Trajectory
 from ovita.result import Adaptation
 

@@ -19,8 +19,7 @@ from ovita.errors import FormatError, LinkError, MissingExtra
 from ovita.io import bus, open_task
 from ovita.io.links import Address, deliver
 from ovita.io.messages import JOINTS, TYPES, JointMotion, Maker, build, build_joints, parse_joints
-from ovita.paths.frame import Frame, transformed
-from ovita.paths.scene import Scene
+from ovita.paths.scene import Frame, Scene, transformed
 from ovita.paths.trajectory import Trajectory
 
 LOOPBACK = """<CycloneDDS><Domain>

@@ -11,8 +11,7 @@ import pytest
 
 from ovita.cli.main import cli
 from ovita.io.links import deliver
-from ovita.paths.frame import Frame
-from ovita.paths.scene import Scene
+from ovita.paths.scene import Frame, Scene
 from ovita.paths.trajectory import Trajectory
 
 HERE = Path(__file__).parent

@@ -19,9 +19,8 @@ from ovita.errors import LinkError, RequestError
 from ovita.io import Choices
 from ovita.io.links import Address, deliver
 from ovita.io.setpoints import Course, Pilot
-from ovita.paths.frame import Frame
 from ovita.paths.robot import Box, Robot
-from ovita.paths.scene import Scene
+from ovita.paths.scene import Frame, Scene
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
 

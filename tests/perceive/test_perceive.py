@@ -7,7 +7,7 @@ import pytest
 from depth_pictures import Thing, picture, tilted
 
 from ovita.errors import SceneError
-from ovita.paths.frame import matrix
+from ovita.paths.scene import matrix
 from ovita.perceive import Found, View, perceive
 from ovita.perceive.looks import Look, Wanted, assign
 

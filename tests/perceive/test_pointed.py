@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from depth_pictures import Thing, picture
 
-from ovita.paths.frame import Frame
-from ovita.paths.scene import SceneObject
+from ovita.paths.scene import Frame, SceneObject
 from ovita.perceive import perceive
 from ovita.perceive.pointed import look_in, pixels_in, rectangle_of
 

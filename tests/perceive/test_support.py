@@ -10,7 +10,7 @@ from ovita import Request, Robot, Scene, SceneObject, Trajectory, adapt
 from ovita.gate import review
 from ovita.limits import ConstraintOptions, constrain
 from ovita.limits.obstacles import top_of
-from ovita.paths.frame import Frame
+from ovita.paths.scene import Frame
 from ovita.perceive import View, perceive
 from ovita.perceive.support import name_of
 from ovita.sources.planner import plan

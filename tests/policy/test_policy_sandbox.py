@@ -13,8 +13,7 @@ from ovita.errors import (
     PolicyTimeout,
     RequestError,
 )
-from ovita.paths.frame import Frame
-from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.scene import Frame, Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.policy import Policy, sandbox
 from ovita.policy.reading import parse

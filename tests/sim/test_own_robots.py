@@ -5,8 +5,7 @@ import pytest
 
 from ovita import sim
 from ovita.errors import RequestError, RobotError
-from ovita.paths.frame import Frame
-from ovita.paths.scene import Scene
+from ovita.paths.scene import Frame, Scene
 from ovita.paths.trajectory import Trajectory
 
 pytest.importorskip("mujoco", reason="the extra sim is not installed")

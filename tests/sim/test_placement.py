@@ -5,9 +5,8 @@ import pytest
 
 from ovita import sim
 from ovita.errors import RequestError
-from ovita.paths.frame import Frame
 from ovita.paths.robot import Robot, Shell
-from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.scene import Frame, Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.sim.placement import arm_base, floor_under
 

@@ -10,8 +10,7 @@ import pytest
 
 from ovita import sim
 from ovita.errors import MissingExtra, RequestError, TrajectoryError
-from ovita.paths.frame import Frame
-from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.scene import Frame, Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 
 pytest.importorskip("mujoco", reason="the extra sim is not installed")

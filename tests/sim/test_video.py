@@ -10,8 +10,7 @@ import pytest
 
 from ovita import sim
 from ovita.errors import FormatError, MissingExtra
-from ovita.paths.frame import Frame
-from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.scene import Frame, Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.sim import render
 from ovita.sim.video import frames
@@ -122,7 +121,7 @@ def test_egl_is_taken_before_osmesa_unless_mujoco_gl_says_otherwise(monkeypatch,
 def test_osmesa_renders_too():
     code = (
         "import numpy as np; from ovita import sim; from ovita.sim.video import frames;"
-        "from ovita.paths.trajectory import Trajectory; from ovita.paths.frame import Frame;"
+        "from ovita.paths.trajectory import Trajectory; from ovita.paths.scene import Frame;"
         "t = Trajectory(np.array([[0, 0, 1], [0.3, 0, 1.0]]), np.ones(2));"
         "p = sim.Pane('a', t, sim.simulate(t, robot='crazyflie'));"
         "print(next(frames([p], sim.WorldTransform(Frame()), scale=0.2)).std() > 5)"

@@ -10,8 +10,7 @@ from shown import demonstration, demonstrations, swing
 
 from ovita.errors import FormatError, RequestError
 from ovita.io import Task, load_task, save_trajectory
-from ovita.paths.frame import Frame
-from ovita.paths.scene import Scene
+from ovita.paths.scene import Frame, Scene
 from ovita.paths.trajectory import Trajectory
 from ovita.sources.demonstrations import aligned, read_demonstrations, warp
 from ovita.sources.learning import learn

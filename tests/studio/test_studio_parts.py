@@ -9,9 +9,8 @@ import pytest
 
 from ovita.dialogue.session import Session
 from ovita.errors import FormatError
-from ovita.paths.frame import Frame
 from ovita.paths.robot import Box, Robot
-from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.scene import Frame, Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.plots.geometry import corners
 from ovita.studio import editor, files, html, panels, scene_view, turns

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import ovita.toolkit
-from ovita.paths.frame import DIRECTIONS, RFU, Frame
+from ovita.paths.scene import DIRECTIONS, RFU, Frame
 from ovita.toolkit import CATALOGUE, Recorder, describe, namespace
 from ovita.toolkit.arguments import Offset, OffsetLimits
 from ovita.toolkit.catalogue import HIDDEN, as_text, core_names, operation, reference, signature

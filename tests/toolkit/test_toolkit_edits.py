@@ -4,10 +4,9 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from toolkit_paths import amounts, bending, distances, modest, paths, paths_and_masks, points, shares, words
 
-from ovita.paths.frame import RFU, Frame
 from ovita.paths.geometry import closest_to_point, turning_angles
 from ovita.paths.robot import Robot
-from ovita.paths.scene import SceneObject
+from ovita.paths.scene import RFU, Frame, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.toolkit import (
     closer,

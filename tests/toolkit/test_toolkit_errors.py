@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ovita.paths.frame import RFU
+from ovita.paths.scene import RFU
 from ovita.toolkit import Recorder, namespace
 
 WRONG = {

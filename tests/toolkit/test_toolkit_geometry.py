@@ -4,8 +4,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from toolkit_paths import distances, modest, paths, paths_and_masks, points
 
-from ovita.paths.frame import Frame
-from ovita.paths.scene import SceneObject
+from ovita.paths.scene import Frame, SceneObject
 from ovita.paths.trajectory import Trajectory, arc_length
 from ovita.toolkit import (
     Recorder,

@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from ovita.paths.frame import Frame
-from ovita.paths.scene import Scene
+from ovita.paths.scene import Frame, Scene
 from ovita.toolkit import (
     Expectation,
     at_height,

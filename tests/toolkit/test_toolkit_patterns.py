@@ -4,9 +4,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from toolkit_paths import amounts, modest, paths, paths_and_masks, points
 
-from ovita.paths.frame import Frame
 from ovita.paths.geometry import turning_angles
-from ovita.paths.scene import SceneObject
+from ovita.paths.scene import Frame, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.toolkit import Recorder, circle, figure_eight, hop, hover, noise, spiral, wave, zigzag
 

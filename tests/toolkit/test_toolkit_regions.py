@@ -4,8 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from toolkit_paths import modest, paths, paths_and_masks, points, words
 
-from ovita.paths.frame import Frame
-from ovita.paths.scene import SceneObject
+from ovita.paths.scene import Frame, SceneObject
 from ovita.toolkit import at_height, bound, quadrant, stay_on
 
 frames = st.sampled_from(["rfu", "flu", "ned"]).map(Frame)

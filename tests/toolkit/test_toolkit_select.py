@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from toolkit_paths import distances, modest, paths, points, words
 
-from ovita.paths.frame import Frame
+from ovita.paths.scene import Frame
 from ovita.toolkit import between, every, first, last, move, near, where_rising
 
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ovita.paths.frame import Frame
-from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.scene import Frame, Scene, SceneObject
 from ovita.paths.trajectory import Trajectory, interpolate, source_indices
 
 

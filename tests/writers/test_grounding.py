@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from ovita.errors import RequestError
-from ovita.paths.frame import Frame
 from ovita.paths.robot import Robot
-from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.scene import Frame, Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.policy.reading import parse
 from ovita.policy.sandbox import run

@@ -20,8 +20,7 @@ from ovita.baselines.base import Deformed
 from ovita.baselines.encoder import Embed, minilm
 from ovita.errors import OvitaError
 from ovita.instruct.transformer import Floats, Layers
-from ovita.paths.frame import RFU, rotation
-from ovita.paths.scene import Scene
+from ovita.paths.scene import RFU, Scene, rotation
 from ovita.paths.trajectory import Array, Trajectory, interpolate
 from ovita.request import Request
 

@@ -13,9 +13,8 @@ from ovita.instruct import frames as F
 from ovita.instruct.builder import direction_word
 from ovita.measure import predicates as P
 from ovita.measure.predicates import Check, asked
-from ovita.paths.frame import OPPOSITE
 from ovita.paths.part import PathPart, both, outside
-from ovita.paths.scene import Scene
+from ovita.paths.scene import OPPOSITE, Scene
 from ovita.paths.trajectory import Trajectory
 
 SHARE_UNITS = ("%", "x")

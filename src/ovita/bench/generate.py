@@ -27,9 +27,8 @@ from ovita.io.files import make_folder
 from ovita.limits import constrain
 from ovita.measure import predicates as checks
 from ovita.measure.predicates import Check
-from ovita.paths.frame import Frame
 from ovita.paths.geometry import path_distances
-from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.scene import Frame, Scene, SceneObject
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.toolkit import Recorder, namespace
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from ovita.bench.records import Record, Rows
 from ovita.errors import OvitaError, needs
-from ovita.paths.frame import Frame
+from ovita.paths.scene import Frame
 from ovita.paths.trajectory import Array
 
 if TYPE_CHECKING:

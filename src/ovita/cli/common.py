@@ -24,9 +24,8 @@ from ovita.io import Choices, Task, load_robot, load_task, open_task
 from ovita.io.geodesy import Home
 from ovita.limits import ConstraintOptions, parse_text
 from ovita.measure import sentences
-from ovita.paths.frame import Frame
 from ovita.paths.robot import Robot
-from ovita.paths.scene import Scene
+from ovita.paths.scene import Frame, Scene
 from ovita.paths.trajectory import standing_still
 from ovita.result import Adaptation, Status
 from ovita.writers.base import MODEL_VARIABLE, PolicyWriter, Progress, UnavailableWriter, flatten, writer_named

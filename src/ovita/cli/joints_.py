@@ -15,9 +15,8 @@ from ovita.io.bags import load_joint_motion
 from ovita.io.controllers import STATE_TOPIC, joint_state
 from ovita.io.links import Address
 from ovita.io.messages import JointMotion
-from ovita.paths.frame import Frame
 from ovita.paths.robot import Robot
-from ovita.paths.scene import Scene
+from ovita.paths.scene import Frame, Scene
 from ovita.paths.trajectory import Trajectory
 
 TIP = click.option("--tip", metavar="NAME", help="Site or link of the arm that follows the path. [the robot file's]")

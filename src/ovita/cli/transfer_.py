@@ -35,9 +35,8 @@ from ovita.io.links import Address
 from ovita.io.messages import TYPES, JointMotion
 from ovita.io.mission_checks import flight_of
 from ovita.io.signatures import SIGNATURE, TRUSTED, make_keys, signed
-from ovita.paths.frame import Frame, transformed
 from ovita.paths.robot import PRESETS, Robot, preset_name
-from ovita.paths.scene import Scene
+from ovita.paths.scene import Frame, Scene, transformed
 
 _ENDINGS = f"Formats by ending: {', '.join(READ)} (ROS 1); NAME/ is the folder of a ROS 2 bag."
 

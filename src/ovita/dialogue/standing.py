@@ -13,8 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ovita.paths.correspondence import correspond
-from ovita.paths.frame import OPPOSITE
-from ovita.paths.scene import Scene
+from ovita.paths.scene import OPPOSITE, Scene
 from ovita.paths.trajectory import Trajectory
 from ovita.policy.reading import parse
 from ovita.result import Adaptation, LostPostcondition, Postcondition

@@ -14,11 +14,10 @@ from ovita.instruct import frames as F
 from ovita.instruct.frames import Quantity, SemanticFrame
 from ovita.instruct.scale import END_SHARE, Scale, end_share, nice
 from ovita.limits.obstacles import from_object
-from ovita.paths.frame import DIRECTIONS, OPPOSITE, Frame
 from ovita.paths.geometry import Mask, runs
 from ovita.paths.part import PathPart
 from ovita.paths.robot import Robot
-from ovita.paths.scene import Scene, SceneObject, canonical
+from ovita.paths.scene import DIRECTIONS, OPPOSITE, Frame, Scene, SceneObject, canonical
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.policy import Parameter
 from ovita.policy.direct import TooMuch, prove_statements, run_proof

@@ -10,8 +10,7 @@ import numpy as np
 from ovita.instruct import frames as F
 from ovita.instruct.builder import PolicyBuilder, aiming, argument
 from ovita.instruct.scale import Degree, nice
-from ovita.paths.frame import OPPOSITE
-from ovita.paths.scene import SceneObject
+from ovita.paths.scene import OPPOSITE, SceneObject
 from ovita.paths.trajectory import Array
 from ovita.policy.policy import Role
 from ovita.toolkit.approach import extent

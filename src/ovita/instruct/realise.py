@@ -14,10 +14,9 @@ from ovita.instruct.notation import name_of, show
 from ovita.instruct.object_steps import OBJECT_STEPS, surface_distance
 from ovita.instruct.pace_steps import PACE_STEPS
 from ovita.instruct.path_steps import PATH_STEPS
-from ovita.paths.frame import OPPOSITE, Frame
 from ovita.paths.part import WHOLE, PathPart, both, outside
 from ovita.paths.robot import Robot
-from ovita.paths.scene import Scene
+from ovita.paths.scene import OPPOSITE, Frame, Scene
 from ovita.paths.trajectory import Trajectory
 
 STEPS = {**PATH_STEPS, **OBJECT_STEPS, **FIGURE_STEPS, **PACE_STEPS}

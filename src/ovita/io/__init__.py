@@ -34,8 +34,7 @@ from ovita.io.json_ import load_document, save_document
 from ovita.io.lerobot import episode, is_data_set
 from ovita.io.tables import START, dumps_csv, dumps_poses, dumps_tum, looks_like_tum, parse_csv, parse_tum
 from ovita.io.waypoints import excerpt, trajectory_from_rows, trajectory_rows
-from ovita.paths.frame import Frame, transformed
-from ovita.paths.scene import Scene
+from ovita.paths.scene import Frame, Scene, transformed
 from ovita.paths.trajectory import Trajectory
 from ovita.text import shortened
 

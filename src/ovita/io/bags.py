@@ -38,8 +38,7 @@ from ovita.io.messages import (
 )
 from ovita.io.recorded import JOINT_STATE, RECORDED, TRANSFORMS, StampedMessage, joints_of, looks_recorded, path_of
 from ovita.io.waypoints import excerpt
-from ovita.paths.frame import Frame, transformed
-from ovita.paths.scene import Scene
+from ovita.paths.scene import Frame, Scene, transformed
 from ovita.paths.trajectory import Trajectory
 
 TOPIC, JOINT_TOPIC = "/path", "/joint_trajectory"

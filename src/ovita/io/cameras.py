@@ -19,7 +19,7 @@ from ovita.errors import FormatError, MissingExtra
 from ovita.io.clouds import PointCloud, of_columns
 from ovita.io.documents import brief, listing
 from ovita.io.messages import stamp_ns
-from ovita.paths.frame import matrix
+from ovita.paths.scene import matrix
 from ovita.paths.trajectory import Array
 
 IMAGE, COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"

@@ -34,10 +34,9 @@ from pydantic_core import ErrorDetails, PydanticCustomError, to_json
 from ovita.errors import FormatError, OvitaError, RobotError, SceneError, TrajectoryError, called_as
 from ovita.io.files import errors_of, examine, file_name, read_text, suffix
 from ovita.io.geodesy import Home
-from ovita.paths.frame import RFU, Frame
 from ovita.paths.geometry import Mask
 from ovita.paths.robot import Box, Robot, Shell
-from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.scene import RFU, Frame, Scene, SceneObject
 from ovita.paths.trajectory import Array, Trajectory
 
 T = TypeVar("T")

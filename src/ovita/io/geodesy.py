@@ -13,8 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ovita.errors import RequestError
-from ovita.paths.frame import RFU, Frame, rotated, transformed
-from ovita.paths.scene import Scene
+from ovita.paths.scene import RFU, Frame, Scene, rotated, transformed
 from ovita.paths.trajectory import Array, Trajectory
 
 

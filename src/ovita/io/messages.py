@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from ovita.errors import MissingExtra, TrajectoryError
 from ovita.io.documents import Kind, brief, listing
 from ovita.io.waypoints import from_columns, speeds_from_times, timed
-from ovita.paths.frame import Frame
+from ovita.paths.scene import Frame
 from ovita.paths.trajectory import Array, Trajectory, first_bad
 
 TYPES: dict[Kind, str] = {

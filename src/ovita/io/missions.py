@@ -16,8 +16,7 @@ import numpy as np
 from ovita.errors import FormatError, TrajectoryError
 from ovita.io.documents import Task, listing, plain, validated
 from ovita.io.geodesy import MISSION, Home, about_home, to_geodetic, to_local, yaw
-from ovita.paths.frame import RFU
-from ovita.paths.scene import Scene
+from ovita.paths.scene import RFU, Scene
 from ovita.paths.trajectory import TIMESTEP, Array, Trajectory, arc_length
 from ovita.text import listed
 

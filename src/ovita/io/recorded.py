@@ -20,8 +20,8 @@ from ovita.io.documents import NONE, Choices, brief, listing
 from ovita.io.messages import JointMotion, frame_of, stamp_ns
 from ovita.io.smoothing import FEWEST, Smoothed, noise_of, smoothed
 from ovita.io.waypoints import from_columns
-from ovita.paths.frame import quaternion
 from ovita.paths.geometry import Mask
+from ovita.paths.scene import quaternion
 from ovita.paths.trajectory import Array, Trajectory
 
 JOINT_STATE = "sensor_msgs/msg/JointState"

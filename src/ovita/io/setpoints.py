@@ -24,9 +24,8 @@ from ovita.io.documents import NONE, Choices
 from ovita.io.geodesy import on_earth
 from ovita.io.links import Address
 from ovita.io.mavlink import ARDUPILOT, RESEND, RETRIES, Vehicle, vehicle_at
-from ovita.paths.frame import RFU, Frame, transformed
 from ovita.paths.robot import Robot
-from ovita.paths.scene import Scene
+from ovita.paths.scene import RFU, Frame, Scene, transformed
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.text import clean_text, point
 

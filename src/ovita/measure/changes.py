@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from ovita.errors import called_as
 from ovita.paths.correspondence import Correspondence, Method, correspond
-from ovita.paths.frame import Frame
 from ovita.paths.geometry import (
     Mask,
     closest_to_point,
@@ -26,7 +25,7 @@ from ovita.paths.geometry import (
     turning_angles,
     within,
 )
-from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.scene import Frame, Scene, SceneObject
 from ovita.paths.trajectory import Array, Trajectory, nlerp
 
 Vector = tuple[float, float, float]

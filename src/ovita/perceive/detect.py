@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 import ovita.plugins as plugins
 from ovita.errors import RequestError, SceneError
-from ovita.paths.frame import Frame
+from ovita.paths.scene import Frame
 from ovita.perceive.segment import Segments, segment
 from ovita.perceive.view import Mask, View
 

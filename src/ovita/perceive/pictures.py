@@ -16,7 +16,7 @@ from ovita.io.cameras import decode_picture
 from ovita.io.documents import brief, unknown_key, validated
 from ovita.io.files import examine, file_name, read_text, suffix
 from ovita.io.json_ import parse_object
-from ovita.paths.frame import matrix
+from ovita.paths.scene import matrix
 from ovita.paths.trajectory import Array
 from ovita.perceive.view import View
 

@@ -10,8 +10,7 @@ from itertools import product
 import numpy as np
 
 from ovita.errors import needs
-from ovita.paths.frame import Frame
-from ovita.paths.scene import SceneObject
+from ovita.paths.scene import Frame, SceneObject
 from ovita.paths.trajectory import Array
 from ovita.perceive.assemble import perceive
 from ovita.perceive.detect import Found

@@ -9,8 +9,7 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from ovita.limits.obstacles import SUPPORT, is_support, top_of
-from ovita.paths.frame import quaternion
-from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.scene import Scene, SceneObject, quaternion
 from ovita.paths.trajectory import Array
 from ovita.perceive.segment import Footing, Plane, sides_of
 from ovita.text import listed

@@ -11,8 +11,7 @@ from scipy.optimize import linear_sum_assignment
 from ovita.limits import ConstraintCheck
 from ovita.limits.obstacles import is_support, top_of
 from ovita.limits.verify import verify
-from ovita.paths.frame import Frame
-from ovita.paths.scene import Scene, SceneObject, canonical
+from ovita.paths.scene import Frame, Scene, SceneObject, canonical
 from ovita.paths.trajectory import Array
 from ovita.perceive.looks import distinct
 from ovita.perceive.support import description, with_objects

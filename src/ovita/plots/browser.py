@@ -11,9 +11,8 @@ from typing import Any
 import numpy as np
 
 from ovita.errors import MissingExtra
-from ovita.paths.frame import Frame
 from ovita.paths.robot import Robot
-from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.scene import Frame, Scene, SceneObject
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.plots import geometry
 from ovita.plots.geometry import COLOURS, OBJECT_COLOURS, TRIANGLES, Extent, View

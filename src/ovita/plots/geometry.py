@@ -10,9 +10,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ovita.paths.frame import DIRECTIONS, Frame
 from ovita.paths.robot import Box, Shell
-from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.scene import DIRECTIONS, Frame, Scene, SceneObject
 from ovita.paths.trajectory import Array, Trajectory
 
 View = Literal["auto", "3d", "top"]

@@ -16,9 +16,8 @@ from ovita.errors import FormatError, MissingExtra
 from ovita.io import atomic_write
 from ovita.limits import ConstraintCheck
 from ovita.measure import compare
-from ovita.paths.frame import Frame
 from ovita.paths.robot import Box, Robot, Shell
-from ovita.paths.scene import Scene
+from ovita.paths.scene import Frame, Scene
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.plots import geometry
 from ovita.plots.geometry import COLOURS, FACES, OBJECT_COLOURS, Extent, View, axis_of, axis_word, workspace_lines

@@ -19,8 +19,7 @@ from typing import Any
 import numpy as np
 
 from ovita.errors import PolicyError, PolicyOutputInvalid
-from ovita.paths.frame import Frame
-from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.scene import Frame, Scene, SceneObject
 from ovita.paths.trajectory import Array
 from ovita.policy import wire
 from ovita.policy.check import BUILTINS, MODULES, ONLY, SCIPY_PARTS, check, is_dunder, refusal

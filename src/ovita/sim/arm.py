@@ -7,7 +7,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ovita.errors import RobotError
-from ovita.paths.frame import quaternion
+from ovita.paths.scene import quaternion
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.sim.models import ArmLimits, RobotModel
 from ovita.sim.timing import (

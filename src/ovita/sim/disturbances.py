@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ovita.errors import RequestError
-from ovita.paths.frame import matrix, quaternion
+from ovita.paths.scene import matrix, quaternion
 from ovita.paths.trajectory import Array
 from ovita.sim.world import SimWorld
 

@@ -9,9 +9,8 @@ import numpy as np
 
 from ovita.errors import RequestError
 from ovita.limits.obstacles import is_support, top_of
-from ovita.paths.frame import Frame
 from ovita.paths.robot import Robot, Shell
-from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.scene import Frame, Scene, SceneObject
 from ovita.paths.trajectory import Array, Trajectory
 
 ROOM = 0.2

@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ovita.paths.frame import matrix
+from ovita.paths.scene import matrix
 from ovita.paths.trajectory import Array, Trajectory, interpolate
 from ovita.sim.models import RobotModel
 from ovita.sim.placement import Base

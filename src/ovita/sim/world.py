@@ -10,9 +10,8 @@ import numpy as np
 
 from ovita.errors import RobotError
 from ovita.limits.obstacles import is_support
-from ovita.paths.frame import matrix
 from ovita.paths.robot import Box, Robot
-from ovita.paths.scene import Scene
+from ovita.paths.scene import Scene, matrix
 from ovita.paths.trajectory import Array, nlerp
 from ovita.sim.model_files import add_tip, make_arm, read_spec
 from ovita.sim.models import ArmLimits, RobotModel, Tip

@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ovita.errors import RequestError
-from ovita.paths.frame import matrix, product
-from ovita.paths.scene import Scene
+from ovita.paths.scene import Scene, matrix, product
 from ovita.paths.trajectory import Array
 
 if TYPE_CHECKING:

@@ -13,9 +13,8 @@ import numpy as np
 from ovita.dialogue.session import Session
 from ovita.errors import OvitaError, RequestError
 from ovita.paths.correspondence import carried_over
-from ovita.paths.frame import Frame
 from ovita.paths.part import PathPart
-from ovita.paths.scene import Scene
+from ovita.paths.scene import Frame, Scene
 from ovita.paths.trajectory import Array, Trajectory, interpolate, source_indices
 from ovita.studio import html
 from ovita.studio.scene_view import SceneView

@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 
 from ovita.dialogue.session import Session
 from ovita.limits.problem import TOLERANCE
-from ovita.paths.frame import Frame
 from ovita.paths.robot import Robot
-from ovita.paths.scene import Scene
+from ovita.paths.scene import Frame, Scene
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.plots import geometry
 from ovita.plots.geometry import COLOURS, OBJECT_COLOURS

@@ -9,10 +9,9 @@ from typing import Any, Unpack
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ovita.paths.frame import RFU, Frame
 from ovita.paths.geometry import Cuboid, Mask, closest_to_point, fractions, lengths, runs
 from ovita.paths.geometry import extent as extent_of
-from ovita.paths.scene import SceneObject
+from ovita.paths.scene import RFU, Frame, SceneObject
 from ovita.paths.trajectory import Array, arc_length, interpolate
 from ovita.toolkit import arguments
 from ovita.toolkit.arguments import Aim, Offset, Target

@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ovita.errors import SceneError
-from ovita.paths.frame import DIRECTIONS, Frame
 from ovita.paths.geometry import Mask, fractions
-from ovita.paths.scene import SceneObject
+from ovita.paths.scene import DIRECTIONS, Frame, SceneObject
 from ovita.paths.trajectory import Array, first_bad, interpolate
 from ovita.text import shortened
 

@@ -7,8 +7,8 @@ from typing import Unpack
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ovita.paths.frame import RFU, Frame
 from ovita.paths.geometry import fractions, runs
+from ovita.paths.scene import RFU, Frame
 from ovita.paths.trajectory import Array, arc_length, interpolate, source_indices
 from ovita.toolkit import arguments
 from ovita.toolkit.arguments import Offset

@@ -17,8 +17,7 @@ from typing import Any, TypeVar
 
 import ovita.plugins as plugins
 from ovita.errors import OvitaError
-from ovita.paths.frame import DIRECTIONS, Frame
-from ovita.paths.scene import SceneObject
+from ovita.paths.scene import DIRECTIONS, Frame, SceneObject
 from ovita.paths.trajectory import Array
 from ovita.toolkit.arguments import Target, spelled_out
 

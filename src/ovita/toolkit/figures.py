@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ovita.paths.frame import RFU, Frame
 from ovita.paths.geometry import Mask, runs, spacing
-from ovita.paths.scene import SceneObject
+from ovita.paths.scene import RFU, Frame, SceneObject
 from ovita.paths.trajectory import Array, arc_length
 from ovita.toolkit import arguments
 from ovita.toolkit.arguments import Place, Target, positive

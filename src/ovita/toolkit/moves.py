@@ -7,9 +7,8 @@ from typing import Literal, Unpack
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ovita.paths.frame import RFU, Frame
 from ovita.paths.geometry import fractions, spacing, turning_angles
-from ovita.paths.scene import SceneObject
+from ovita.paths.scene import RFU, Frame, SceneObject
 from ovita.paths.trajectory import Array, arc_length, interpolate, source_indices
 from ovita.toolkit import arguments
 from ovita.toolkit.arguments import Aim, Offset, Place, Target

@@ -7,9 +7,8 @@ from typing import Any, Unpack
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ovita.paths.frame import DIRECTIONS, OPPOSITE, RFU, Frame
 from ovita.paths.geometry import runs
-from ovita.paths.scene import SceneObject
+from ovita.paths.scene import DIRECTIONS, OPPOSITE, RFU, Frame, SceneObject
 from ovita.paths.trajectory import Array
 from ovita.text import point
 from ovita.toolkit import arguments

@@ -7,8 +7,8 @@ from typing import Unpack
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ovita.paths.frame import RFU, Frame
 from ovita.paths.geometry import Mask, fractions, runs
+from ovita.paths.scene import RFU, Frame
 from ovita.paths.trajectory import Array
 from ovita.toolkit import arguments
 from ovita.toolkit.approach import extent

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ovita.paths.correspondence import correspond
-from ovita.paths.frame import RFU, Frame
 from ovita.paths.geometry import Mask, runs
 from ovita.paths.geometry import within as passing
+from ovita.paths.scene import RFU, Frame
 from ovita.paths.trajectory import Array, interpolate, source_indices
 from ovita.toolkit import arguments
 from ovita.toolkit.arguments import Place, Target

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from ovita.instruct.lexicon import PLAIN, concept_at, is_filler, stems
-from ovita.paths.frame import DIRECTIONS
+from ovita.paths.scene import DIRECTIONS
 from ovita.paths.trajectory import Array
 from ovita.units import LENGTHS, symbol
 

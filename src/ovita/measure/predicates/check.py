@@ -13,10 +13,9 @@ from typing import Any, Concatenate, ParamSpec, TypeAlias
 import numpy as np
 
 from ovita.paths.correspondence import Correspondence, correspond
-from ovita.paths.frame import DIRECTIONS
 from ovita.paths.geometry import Mask, extent, path_distances, project
 from ovita.paths.part import PathPart, locate, named
-from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.scene import DIRECTIONS, Scene, SceneObject
 from ovita.paths.trajectory import Array, Trajectory, interpolate, source_indices
 from ovita.text import sentence
 from ovita.toolkit.approach import extent as extent_along

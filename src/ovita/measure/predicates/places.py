@@ -19,8 +19,8 @@ from ovita.measure.predicates.check import (
     selected,
     stated,
 )
-from ovita.paths.frame import DIRECTIONS
 from ovita.paths.geometry import Mask, closest_to_point, fractions, path_distances, runs
+from ovita.paths.scene import DIRECTIONS
 from ovita.paths.trajectory import Array
 from ovita.toolkit.approach import radius_of
 from ovita.toolkit.arguments import OffsetLimits

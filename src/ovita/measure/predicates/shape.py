@@ -20,9 +20,9 @@ from ovita.measure.predicates.check import (
     selected,
     stated,
 )
-from ovita.paths.frame import DIRECTIONS
 from ovita.paths.geometry import SAME_PLACE, Mask, rotation_about, runs, turning_angles
 from ovita.paths.part import bends
+from ovita.paths.scene import DIRECTIONS
 from ovita.paths.trajectory import Array, arc_length, interpolate, source_indices
 from ovita.toolkit.arguments import OffsetLimits
 
