@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from ovita.limits import ConstraintOptions, constrain
-from ovita.limits.speed import Dynamics, curvature, limit_speeds
+from ovita.limits.solve import limit_speeds
+from ovita.limits.verify import Dynamics, curvature
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory

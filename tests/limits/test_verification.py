@@ -32,12 +32,12 @@ def check(name, t, scene=None, robot=None, **options):
     return next(c for c in found if c.name == name)
 
 
-@pytest.mark.parametrize("source", ["verify", "problem", "obstacles", "speed"])
+@pytest.mark.parametrize("source", ["verify", "problem", "obstacles"])
 def test_it_imports_no_solver(source):
     tree = ast.parse((Path(problem.__file__).parent / f"{source}.py").read_text(encoding="utf-8"))
     names = {n.module or "" for n in ast.walk(tree) if isinstance(n, ast.ImportFrom)}
     names |= {a.name for n in ast.walk(tree) if isinstance(n, ast.Import) for a in n.names}
-    allowed = {"obstacles", "speed", "problem"}
+    allowed = {"obstacles", "problem"}
     assert {n.split(".")[2] for n in names if n.startswith("ovita.limits.")} <= allowed
     assert not {n for n in names if n.split(".")[0] in ("piqp", "scipy", "optuna")}
 

@@ -17,7 +17,8 @@ from ovita.instruct.scale import Scale
 from ovita.io import Task, load_robot
 from ovita.limits.obstacles import Obstacle, build
 from ovita.limits.problem import ConstraintOptions
-from ovita.limits.speed import dynamics, limit_speeds, too_bent, too_quick
+from ovita.limits.solve import limit_speeds
+from ovita.limits.verify import dynamics, too_bent, too_quick
 from ovita.measure.predicates.check import Pair
 from ovita.paths.geometry import closest_to_point, lengths
 from ovita.paths.robot import Box, Robot

@@ -24,12 +24,11 @@ from ovita.limits.problem import (
 from ovita.limits.qp import Weights, smooth_axes
 from ovita.limits.route import Blocked, legal_path
 from ovita.limits.sequential import STEPS, improve
-from ovita.limits.speed import dynamics, limit_speeds
-from ovita.limits.verify import FLAT, Measure, Worst, compare, measure_all, plane
+from ovita.limits.verify import FLAT, Dynamics, Measure, Worst, bend_speed, compare, dynamics, measure_all, plane
 from ovita.paths.geometry import lengths
 from ovita.paths.robot import Robot, Shell
 from ovita.paths.scene import Scene
-from ovita.paths.trajectory import Array, Trajectory
+from ovita.paths.trajectory import Array, Trajectory, arc_length
 
 RANGE = (1e-3, 1e1)
 """Of the ratio lambda_smooth / lambda_dev; the paper's range."""
@@ -306,3 +305,27 @@ def smoothing_criterion(proposed: Trajectory, problem: PathProblem) -> Callable[
         return deviation + roughness + float((depth**2).sum()) / steps
 
     return score
+
+
+def limit_speeds(speeds: Array, positions: Array, limits: Dynamics) -> Array:
+    """The speeds (N,) [m/s] at positions (N, 3) [m], raised to the least one and then lowered to every limit.
+
+    Standstill stays, and so does the path.
+    """
+    legal = np.maximum(speeds, 0.0) if (speeds < 0).any() else speeds
+    if limits.least > 0.0:
+        legal = np.where((legal > 0.0) & (legal < limits.least), limits.least, legal)
+    if np.isfinite(limits.top):
+        legal = np.minimum(legal, limits.top)
+    if np.isfinite(limits.across):
+        legal = np.minimum(legal, bend_speed(positions, limits.across))
+    if np.isfinite(limits.along):
+        # w_{i+1} <= w_i + 2 a ds is  w_i <= min over j <= i of (w_j + 2 a (s_i - s_j)), and the same backwards.
+        gain = 2.0 * limits.along * arc_length(positions)
+        squares = legal**2
+        reachable = gain + np.minimum.accumulate(squares - gain)
+        reachable = np.minimum(squares, reachable)
+        stoppable = np.minimum.accumulate((reachable + gain)[::-1])[::-1] - gain
+        lowered = np.sqrt(np.maximum(np.minimum(reachable, stoppable), 0.0))
+        legal = np.where(lowered < legal * (1.0 - 1e-12), lowered, legal)
+    return np.asarray(legal)

@@ -21,7 +21,8 @@ from ovita.limits import ConstraintOptions, verify
 from ovita.limits.obstacles import build as obstacles_of
 from ovita.limits.obstacles import is_support
 from ovita.limits.path import bounds, keep_out
-from ovita.limits.speed import dynamics, limit_speeds
+from ovita.limits.solve import limit_speeds
+from ovita.limits.verify import dynamics
 from ovita.paths.geometry import path_distances
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array, Trajectory, arc_length
