@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 
 from ovita.bench.generate import SETTINGS, random_scene
-from ovita.instruct.scale import Scale
+from ovita.instruct.numbers import Scale
 from ovita.io import Task, load_robot
 from ovita.limits.obstacles import Obstacle, build
 from ovita.limits.problem import ConstraintOptions

@@ -12,7 +12,7 @@ import numpy as np
 from ovita.errors import OvitaError
 from ovita.instruct import frames as F
 from ovita.instruct.frames import Quantity, SemanticFrame
-from ovita.instruct.scale import END_SHARE, Scale, end_share, nice
+from ovita.instruct.numbers import END_SHARE, Scale, end_share, nice
 from ovita.limits.obstacles import from_object
 from ovita.paths.geometry import Mask, runs
 from ovita.paths.part import PathPart

@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 
 from ovita import text as words_of
-from ovita.instruct.aims import aimed
 from ovita.instruct.edits import Also, Edit
 from ovita.instruct.encoder import QUERIES, Encoded, Network, Output, concepts_of, encode, network
 from ovita.instruct.fillers import held_along
 from ovita.instruct.frames import Quantity, Reading, SemanticFrame, Span
 from ovita.instruct.sketch import Referent, Sketch, sketch
 from ovita.instruct.slots import ACTIONS, AMOUNTS, CHOICES, HEADS, OBJECTS, TRAINED, Atom, Unfit, atoms_of, items_of
+from ovita.instruct.together import aimed
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array
 

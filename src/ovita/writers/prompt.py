@@ -25,7 +25,7 @@ from ovita.units import to_si
 from ovita.writers.base import Attempt, Failure, Reply, WritingBudget, as_data, one_line
 
 if TYPE_CHECKING:
-    from ovita.instruct.scale import Scale
+    from ovita.instruct.numbers import Scale
     from ovita.writers.examples import Example
 
 ExampleMode = Literal["retrieved", "paper", "none"]
@@ -234,7 +234,7 @@ def _names(scene: Scene) -> list[str]:
 
 
 def _scene_lines(request: Request) -> list[str]:
-    from ovita.instruct.scale import Scale
+    from ovita.instruct.numbers import Scale
 
     scene, scale = request.scene, Scale.of(request.trajectory)
     lines = [
