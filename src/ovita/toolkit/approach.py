@@ -14,12 +14,11 @@ from ovita.paths.geometry import extent as extent_of
 from ovita.paths.scene import RFU, Frame, SceneObject
 from ovita.paths.trajectory import Array, arc_length, interpolate
 from ovita.toolkit import arguments
-from ovita.toolkit.arguments import Aim, Offset, Target
+from ovita.toolkit.arguments import ROUNDING, Aim, Offset, Target, followed, headings, perpendicular, smoothstep
 from ovita.toolkit.catalogue import Recorder, note_contact, operation
 from ovita.toolkit.insertion import densified
 from ovita.toolkit.speed import dwell, stop_at
 from ovita.toolkit.ways_around import kept_out, pushed_out
-from ovita.toolkit.weights import ROUNDING, followed, headings, perpendicular, smoothstep
 
 STEEPEST = 1.125
 """Reach per metre of push above which no waypoint overtakes the nearest: the maximum of smoothstep(x) / x."""

@@ -11,9 +11,8 @@ from ovita.paths.geometry import fractions, runs
 from ovita.paths.scene import RFU, Frame
 from ovita.paths.trajectory import Array, arc_length, interpolate, source_indices
 from ovita.toolkit import arguments
-from ovita.toolkit.arguments import Offset
+from ovita.toolkit.arguments import Offset, smoothstep
 from ovita.toolkit.catalogue import operation
-from ovita.toolkit.weights import smoothstep
 
 _KNOTS = 60
 """So many points of a part are fitted to a stroke; what lies between them follows."""

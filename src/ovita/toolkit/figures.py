@@ -13,7 +13,7 @@ from ovita.paths.geometry import Mask, runs, spacing
 from ovita.paths.scene import RFU, Frame, SceneObject
 from ovita.paths.trajectory import Array, arc_length
 from ovita.toolkit import arguments
-from ovita.toolkit.arguments import Place, Target, positive
+from ovita.toolkit.arguments import Place, Target, perpendicular, positive
 from ovita.toolkit.catalogue import Recorder, operation
 from ovita.toolkit.insertion import (
     along_arcs,
@@ -25,7 +25,6 @@ from ovita.toolkit.insertion import (
     inserted,
     level_heading,
 )
-from ovita.toolkit.weights import perpendicular
 
 PER_TURN = 24
 """The fewest waypoints on one turn of a loop."""

@@ -9,8 +9,7 @@ import numpy as np
 from ovita.paths.geometry import Mask, fractions
 from ovita.paths.trajectory import Array, arc_length, interpolate
 from ovita.toolkit import arguments
-from ovita.toolkit.arguments import Place
-from ovita.toolkit.weights import ROUNDING, headings, snapped
+from ovita.toolkit.arguments import ROUNDING, Place, headings, snapped
 
 SOFT = 0.3
 """Share of a new stretch over which its speed rises from, and falls to, the speeds at its ends."""

@@ -11,11 +11,10 @@ from ovita.paths.geometry import fractions, spacing, turning_angles
 from ovita.paths.scene import RFU, Frame, SceneObject
 from ovita.paths.trajectory import Array, arc_length, interpolate, source_indices
 from ovita.toolkit import arguments
-from ovita.toolkit.arguments import Aim, Offset, Place, Target
+from ovita.toolkit.arguments import Aim, Offset, Place, Target, eased, final_heading, perpendicular, smoothstep
 from ovita.toolkit.catalogue import Recorder, note_contact, operation
 from ovita.toolkit.insertion import along_arcs, anchor, distinct, dubins, leg, speeds_between, usual_speed
 from ovita.toolkit.speed import stop_at
-from ovita.toolkit.weights import eased, final_heading, perpendicular, smoothstep
 
 SMOOTH = np.radians(15.0)
 """How far a curve that goes on beyond the goal turns from one waypoint to the next, half of it being straight."""

@@ -12,11 +12,10 @@ from ovita.paths.scene import RFU, Frame
 from ovita.paths.trajectory import Array
 from ovita.toolkit import arguments
 from ovita.toolkit.approach import extent
-from ovita.toolkit.arguments import OffsetLimits, Place, Target, positive
+from ovita.toolkit.arguments import OffsetLimits, Place, Target, blended, followed, positive, smoothstep
 from ovita.toolkit.catalogue import operation
 from ovita.toolkit.insertion import anchor
 from ovita.toolkit.postconditions import SIDES
-from ovita.toolkit.weights import blended, followed, smoothstep
 
 FLIPPED = {"x": 1, "y": 0, "z": 2}
 """The coordinate that changes its sign when a path is mirrored around an axis."""

@@ -10,10 +10,9 @@ from numpy.typing import ArrayLike
 from ovita.paths.geometry import Mask, fractions, runs
 from ovita.paths.trajectory import Array, arc_length
 from ovita.toolkit import arguments
-from ovita.toolkit.arguments import Place
+from ovita.toolkit.arguments import ROUNDING, Place, eased, smoothstep, snapped
 from ovita.toolkit.catalogue import operation
 from ovita.toolkit.insertion import densified
-from ovita.toolkit.weights import ROUNDING, eased, smoothstep, snapped
 
 SPARSE = 0.1
 """Segments of up to this share of the path's length are short enough for any ramp."""

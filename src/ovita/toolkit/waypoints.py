@@ -16,10 +16,9 @@ from ovita.paths.geometry import within as passing
 from ovita.paths.scene import RFU, Frame
 from ovita.paths.trajectory import Array, interpolate, source_indices
 from ovita.toolkit import arguments
-from ovita.toolkit.arguments import Place, Target
+from ovita.toolkit.arguments import Place, Target, followed
 from ovita.toolkit.catalogue import operation
 from ovita.toolkit.insertion import distinct
-from ovita.toolkit.weights import followed
 
 
 @operation("Choose waypoints", core=True)

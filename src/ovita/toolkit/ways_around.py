@@ -9,7 +9,7 @@ import numpy as np
 
 from ovita.paths.geometry import Cuboid, Mask, crosses, dots, lengths, runs, turning_angles
 from ovita.paths.trajectory import Array, arc_length
-from ovita.toolkit.weights import GENTLE, ROUNDING, perpendicular, smoothstep
+from ovita.toolkit.arguments import GENTLE, ROUNDING, perpendicular, smoothstep
 
 BENDS = 8
 """How often a path is bent at most; a bend may bring another stretch too near something else."""
