@@ -26,12 +26,22 @@ import ovita.plugins as plugins
 from ovita.errors import FormatError, RequestError, TrajectoryError, called_as
 from ovita.io import json_
 from ovita.io.documents import NONE, VERDICT, Choices, Task, load_robot, scene_dict, scene_from_dict
-from ovita.io.files import BAGS, atomic_write, errors_of, examine, file_name, is_address, is_bag, read_text, suffix
+from ovita.io.files import (
+    BAGS,
+    atomic_write,
+    errors_of,
+    examine,
+    file_name,
+    is_address,
+    is_bag,
+    is_data_set,
+    read_text,
+    suffix,
+)
 from ovita.io.geodesy import MISSION, ROS
 from ovita.io.json_ import is_adaptation_file as is_adaptation
 from ovita.io.json_ import is_skill_file as is_skill
 from ovita.io.json_ import load_document, save_document
-from ovita.io.lerobot import episode, is_data_set
 from ovita.io.tables import START, dumps_csv, dumps_poses, dumps_tum, looks_like_tum, parse_csv, parse_tum
 from ovita.io.waypoints import excerpt, trajectory_from_rows, trajectory_rows
 from ovita.paths.scene import Frame, Scene, transformed
@@ -142,6 +152,8 @@ def _load(path: str | os.PathLike[str], choices: Choices) -> Task:
 
         return bags.load(path, choices)
     if is_data_set(path):
+        from ovita.io.lerobot import episode
+
         return episode(path, choices.message)
     examine(path)
     ending, file = suffix(path), file_name(path)

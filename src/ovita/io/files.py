@@ -22,10 +22,18 @@ BUSES = ("ros2", "mavlink")
 BAGS = (".mcap", ".db3", ".bag")
 """Endings of bag files; the last is ROS 1."""
 
+DATA_SET_INFO = ("meta", "info.json")
+"""What every LeRobot data set has, below its folder."""
+
 
 def is_bag(path: str | os.PathLike[str]) -> bool:
     """Whether a path has a bag's file extension or is a bag folder."""
     return suffix(path) in BAGS or os.path.isfile(os.path.join(path, "metadata.yaml"))
+
+
+def is_data_set(path: str | os.PathLike[str]) -> bool:
+    """Whether a path is the folder of a LeRobot data set."""
+    return os.path.isfile(os.path.join(path, *DATA_SET_INFO))
 
 
 def is_address(text: str) -> bool:

@@ -16,7 +16,7 @@ import numpy as np
 
 from ovita.errors import FormatError, MissingExtra
 from ovita.io.documents import Task, listing, scene_from_dict, validated
-from ovita.io.files import errors_of, examine, file_name, read_text
+from ovita.io.files import DATA_SET_INFO, errors_of, examine, file_name, read_text
 from ovita.io.json_ import parse_object
 from ovita.io.waypoints import from_columns
 from ovita.paths.scene import Scene
@@ -26,15 +26,8 @@ from ovita.text import counted
 OVITA = ("meta", "ovita")
 """Where data that ovita wrote keeps what lerobot has no column for, below the folder of the data set."""
 
-_INFO = ("meta", "info.json")
-
 _XYZ, _QUATERNION, _ANGLES = ("x", "y", "z"), ("qw", "qx", "qy", "qz"), ("roll", "pitch", "yaw")
 _FIRST = ("observation.state", "observation.state.ee", "observation.ee_pose", "action")
-
-
-def is_data_set(path: str | os.PathLike[str]) -> bool:
-    """Whether a path is the folder of a LeRobot data set."""
-    return os.path.isfile(os.path.join(path, "meta", "info.json"))
 
 
 def episodes(folder: str | os.PathLike[str]) -> tuple[Task, ...]:
@@ -63,7 +56,7 @@ def episode(folder: str | os.PathLike[str], number: int | None = None) -> Task:
     """
     file = file_name(folder)
     count = validated(
-        int, _info(folder).get("total_episodes"), file_name(os.path.join(folder, *_INFO)), "total_episodes"
+        int, _info(folder).get("total_episodes"), file_name(os.path.join(folder, *DATA_SET_INFO)), "total_episodes"
     )
     chosen = -1 if number is None else number
     if not -count <= chosen < count:
@@ -106,7 +99,7 @@ def _read(folder: str | os.PathLike[str], only: int | None) -> list[Task]:
 
 
 def _info(folder: str | os.PathLike[str]) -> dict[str, Any]:
-    path = os.path.join(folder, *_INFO)
+    path = os.path.join(folder, *DATA_SET_INFO)
     examine(path)
     return parse_object(read_text(path), file_name(path))
 
@@ -144,7 +137,7 @@ def _surroundings(folder: str | os.PathLike[str], only: int | None) -> dict[int,
 
 def _feature(folder: str | os.PathLike[str]) -> tuple[str, tuple[str, ...]]:
     """The feature that holds positions, and the names of its components without what they have in common."""
-    file, document = file_name(os.path.join(folder, *_INFO)), _info(folder)
+    file, document = file_name(os.path.join(folder, *DATA_SET_INFO)), _info(folder)
     features = validated(dict[str, dict[str, Any]], document.get("features"), file, "features")
     named = {name: _names(feature.get("names")) for name, feature in features.items()}
     order = sorted(named, key=lambda name: (name not in _FIRST, _FIRST.index(name) if name in _FIRST else 0, name))

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from ovita.errors import FormatError, RequestError
 from ovita.io import Choices, Task, open_task
 from ovita.io.documents import NONE
-from ovita.io.lerobot import episodes, is_data_set
+from ovita.io.files import is_data_set
+from ovita.io.lerobot import episodes
 from ovita.paths.geometry import extent
 from ovita.paths.trajectory import Array, Trajectory, interpolate, nlerp, source_indices
 from ovita.sources.taskframes import logarithm
