@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from ovita.errors import RequestError, TrajectoryError
 from ovita.io import Task, is_address, load_robot, load_task
 from ovita.io.waypoints import COLUMNS, from_columns
+from ovita.paths.geometry import on_the_ground
 from ovita.paths.part import WHOLE, PathPart
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Frame, Scene, SceneObject
@@ -20,7 +21,6 @@ from ovita.paths.trajectory import Trajectory
 from ovita.policy import Parameter
 from ovita.policy.wire import MAX_ROWS
 from ovita.text import sentence
-from ovita.toolkit.approach import on_the_ground
 
 MAX_INSTRUCTION = 2000
 """Longest instruction that is accepted [characters]."""

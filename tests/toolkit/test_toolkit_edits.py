@@ -4,7 +4,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from toolkit_paths import amounts, bending, distances, modest, paths, paths_and_masks, points, shares, words
 
-from ovita.paths.geometry import closest_to_point, turning_angles
+from ovita.paths.geometry import closest_to_point, is_level, turning_angles
 from ovita.paths.robot import Robot
 from ovita.paths.scene import RFU, Frame, SceneObject
 from ovita.paths.trajectory import Trajectory
@@ -24,7 +24,7 @@ from ovita.toolkit import (
     smooth,
     stop_before,
 )
-from ovita.toolkit.approach import is_level, passes_at
+from ovita.toolkit.approach import passes_at
 
 BALL = SceneObject("ball", [0.5, 0.02, 0.0], [0.1, 0.1, 0.1])
 

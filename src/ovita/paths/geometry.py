@@ -26,6 +26,12 @@ _NEXT, _AFTER = np.array([1, 2, 0]), np.array([2, 0, 1])
 _PAIRS = np.triu_indices(6, 1)
 _BLOCK = 1_000_000
 
+GROUND = 0.01
+"""Heights up to this are on the ground [m]."""
+
+LEVEL = 0.01
+"""A path whose heights differ by no more than this share of its extent is level."""
+
 
 def dots(a: Array, b: Array) -> Array:
     """Scalar products of vectors (..., 3), (...)."""
@@ -51,6 +57,16 @@ def fractions(positions: Array) -> Array:
 def extent(positions: Array) -> float:
     """Diagonal of the axis-aligned box around points (N, 3) [m]."""
     return float(np.linalg.norm(np.ptp(positions, axis=0)))
+
+
+def is_level(positions: Array, up: Array) -> bool:
+    """Whether a path (N, 3) [m] keeps its height, but for 1 % of its extent, as on a floor."""
+    return bool(np.ptp(positions @ up) <= LEVEL * extent(positions))
+
+
+def on_the_ground(positions: Array, up: Array) -> bool:
+    """Whether a path (N, 3) [m] is level at the height of the ground, where only a robot that rolls can be."""
+    return is_level(positions, up) and bool(np.abs(positions @ up).max() <= GROUND)
 
 
 def spacing(positions: Array) -> float:

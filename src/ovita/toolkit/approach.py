@@ -9,8 +9,7 @@ from typing import Any, Unpack
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ovita.paths.geometry import Cuboid, Mask, closest_to_point, fractions, lengths, runs
-from ovita.paths.geometry import extent as extent_of
+from ovita.paths.geometry import Cuboid, Mask, closest_to_point, fractions, is_level, lengths, on_the_ground, runs
 from ovita.paths.scene import RFU, Frame, SceneObject
 from ovita.paths.trajectory import Array, arc_length, interpolate
 from ovita.toolkit import arguments
@@ -25,12 +24,6 @@ STEEPEST = 1.125
 
 SURFACE_GAP = 0.01
 """How near "closer" comes to an object's surface, unless another gap is asked for [m]: the limits' standard margin."""
-
-GROUND = 0.01
-"""Heights up to this are on the ground [m]."""
-
-LEVEL = 0.01
-"""A path whose heights differ by no more than this share of its extent is level."""
 
 PER_SLOPE = 4.0
 """The fewest segments on the rise or the fall of a jump."""
@@ -298,16 +291,6 @@ def _around(target: Target, gap: float) -> Cuboid:
 def _thickness(target: Target) -> float:
     """The least distance of an object's centre to its surface [m]; 0 for what has no dimensions."""
     return float(target.size.min()) / 2.0 if isinstance(target, SceneObject) and target.dimensions is not None else 0.0
-
-
-def is_level(positions: Array, up: Array) -> bool:
-    """Whether a path (N, 3) [m] keeps its height, but for 1 % of its extent, as on a floor."""
-    return bool(np.ptp(positions @ up) <= LEVEL * extent_of(positions))
-
-
-def on_the_ground(positions: Array, up: Array) -> bool:
-    """Whether a path (N, 3) [m] is level at the height of the ground, where only a robot that rolls can be."""
-    return is_level(positions, up) and bool(np.abs(positions @ up).max() <= GROUND)
 
 
 def _level_shift(away: Array, aim: Array, up: Array, rows: Array) -> Array:
