@@ -89,9 +89,6 @@ TABLE: tuple[Unit, ...] = (
     _unit("Hz", "Hz", 1.0, "hz, hertz"),
 )
 
-AMBIGUOUS = {"mil": "millimetres (mm) or thousandths of an inch (thou)"}
-"""Words that people use for units of very different sizes, in the singular, and which ones; they are no unit."""
-
 SPELLINGS: Mapping[str, Unit] = {spelling: unit for unit in TABLE for spelling in unit.spellings}
 
 
@@ -102,16 +99,6 @@ def find(word: str) -> Unit | None:
         if candidate in SPELLINGS:
             return SPELLINGS[candidate]
     return None
-
-
-def ambiguous(text: str) -> str:
-    """A question back where a text measures in a word that means very different units; else ""."""
-    said = [word.strip(".,;:!?()") for word in text.lower().split()]
-    for before, word in zip(["", *said], said, strict=False):
-        unit = word.lstrip("0123456789.,").removesuffix("s")
-        if unit in AMBIGUOUS and (word[:1].isdigit() or before[-1:].isdigit()):
-            return f"{unit!r} can be {AMBIGUOUS[unit]}: which is meant?"
-    return ""
 
 
 def symbol(word: str) -> str:

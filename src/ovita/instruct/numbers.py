@@ -61,6 +61,20 @@ class Amount:
     used: int
 
 
+AMBIGUOUS = {"mil": "millimetres (mm) or thousandths of an inch (thou)"}
+"""Words that people use for units of very different sizes, in the singular, and which ones; they are no unit."""
+
+
+def ambiguous(text: str) -> str:
+    """A question back where a text measures in a word that means very different units; else ""."""
+    said = [word.strip(".,;:!?()") for word in text.lower().split()]
+    for before, word in zip(["", *said], said, strict=False):
+        unit = word.lstrip("0123456789.,").removesuffix("s")
+        if unit in AMBIGUOUS and (word[:1].isdigit() or before[-1:].isdigit()):
+            return f"{unit!r} can be {AMBIGUOUS[unit]}: which is meant?"
+    return ""
+
+
 def is_digits(word: str) -> bool:
     """Whether a word is a number in digits."""
     return _DIGITS.fullmatch(word) is not None

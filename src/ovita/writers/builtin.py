@@ -8,10 +8,10 @@ from typing import Literal
 
 from ovita.errors import OvitaError
 from ovita.instruct.frames import Reading, SemanticFrame, with_selection
+from ovita.instruct.numbers import ambiguous
 from ovita.policy import Policy
 from ovita.request import Request
 from ovita.text import listed, quoted
-from ovita.units import ambiguous
 from ovita.writers.base import Reply, WriterInfo
 from ovita.writers.prompt import Prompt
 
