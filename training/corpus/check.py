@@ -13,8 +13,8 @@ from pathlib import Path
 
 from ovita.errors import InputError
 from ovita.instruct.edits import Edit
-from ovita.instruct.frames import SemanticFrame
-from ovita.instruct.notation import name_of, parse, parse_edits
+from ovita.instruct.frames import SemanticFrame, name_of
+from ovita.instruct.notation import parse, parse_edits
 
 HERE = Path(__file__).parent
 FOLDERS = (HERE / "voices", HERE / "held_out")

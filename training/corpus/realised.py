@@ -24,7 +24,8 @@ from ovita.bench.expected import expected
 from ovita.errors import OvitaError
 from ovita.instruct import frames as F
 from ovita.instruct.editing import apply, realised_values
-from ovita.instruct.notation import name_of, show
+from ovita.instruct.frames import name_of
+from ovita.instruct.notation import show
 from ovita.instruct.realise import realise
 from ovita.limits.obstacles import kind_of
 from ovita.paths.part import PathPart

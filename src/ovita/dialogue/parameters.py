@@ -10,8 +10,20 @@ from ovita.instruct import frames as F
 from ovita.instruct.editing import MORE, chosen, further, quantity_of, slots
 from ovita.instruct.edits import Drop, Edit, Rescale
 from ovita.instruct.feedback import stated
-from ovita.instruct.frames import Approach, Clearance, Curve, Offset, Pace, Quantity, SemanticFrame, Shift, Smooth, Wait
-from ovita.instruct.notation import DIRECTIONS, name_of
+from ovita.instruct.frames import (
+    Approach,
+    Clearance,
+    Curve,
+    Offset,
+    Pace,
+    Quantity,
+    SemanticFrame,
+    Shift,
+    Smooth,
+    Wait,
+    name_of,
+)
+from ovita.instruct.notation import DIRECTIONS
 from ovita.paths.part import PathPart
 from ovita.paths.scene import Scene, canonical
 from ovita.policy import Parameter

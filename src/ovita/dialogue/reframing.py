@@ -22,8 +22,7 @@ from ovita.instruct.chunks import chunks
 from ovita.instruct.editing import apply, realised_values
 from ovita.instruct.edits import Again, Also, Command, Edit, Rescale, Set
 from ovita.instruct.feedback import named_frames, named_objects, only_where, read_feedback
-from ovita.instruct.frames import Quantity, Reading, SemanticFrame, with_selection
-from ovita.instruct.notation import name_of
+from ovita.instruct.frames import Quantity, Reading, SemanticFrame, name_of, with_selection
 from ovita.instruct.numbers import amount_at
 from ovita.instruct.referee import feedback
 from ovita.measure import compare

@@ -10,7 +10,8 @@ from ovita.instruct import edits as E
 from ovita.instruct import frames as F
 from ovita.instruct.corrections import parts_in
 from ovita.instruct.editing import OPPOSITE, directions_of, scale_of, slots
-from ovita.instruct.notation import name_of, quantity
+from ovita.instruct.frames import name_of
+from ovita.instruct.notation import quantity
 from ovita.instruct.remarks import (
     ADJECTIVES,
     DIRECTIONS,

@@ -9,7 +9,8 @@ from typing import Any, Literal, TypeAlias
 from ovita.errors import InputError
 from ovita.instruct import frames as F
 from ovita.instruct.edits import Again, Also, Command, Drop, Edit, Except, Flip, Replace, Rescale, Restrict, Set
-from ovita.instruct.notation import ROLES, name_of, quantity
+from ovita.instruct.frames import name_of
+from ovita.instruct.notation import ROLES, quantity
 from ovita.instruct.numbers import Degree
 from ovita.paths.part import WHOLE, PathPart, both, outside
 from ovita.paths.scene import Scene

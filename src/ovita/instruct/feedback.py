@@ -9,8 +9,8 @@ from ovita.instruct import corrections as C
 from ovita.instruct import edits as E
 from ovita.instruct import frames as F
 from ovita.instruct.amounts import amounts, numbers
+from ovita.instruct.frames import name_of
 from ovita.instruct.looking_back import Retrospect, kin, looks_back
-from ovita.instruct.notation import name_of
 from ovita.instruct.remarks import ACTING, DIRECTIONS, SENSES, SKIPPED, Candidate, Phrase, Remark, pieces_of, steps_of
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array

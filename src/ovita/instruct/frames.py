@@ -583,6 +583,11 @@ def _selected(part: PathPart, selection: PathPart) -> PathPart:
     return replace(part, parts=tuple(_selected(inner, selection) for inner in part.parts)) if part.parts else part
 
 
+def name_of(frame: SemanticFrame) -> str:
+    """The notation's name of a frame, such as "farther" or "spiral"."""
+    return frame.sense if isinstance(frame, Approach) else frame.shape if isinstance(frame, Figure) else frame.NAME
+
+
 def to_json(frames: Sequence[SemanticFrame]) -> list[dict[str, Any]]:
     """Frames as JSON documents, which `from_json` reads; slots that are left open are left out."""
     return [{"frame": type(frame).__name__, **_slots_json(frame)} for frame in frames]

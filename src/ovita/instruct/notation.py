@@ -43,16 +43,6 @@ _AIMS: dict[str, F.Aim] = {"on": "top", "touch": "surface"}
 """Keys that say what of an object is meant; for other frames than these, objects have no such key."""
 
 
-def name_of(frame: F.SemanticFrame) -> str:
-    """The notation's name of a frame, such as "farther" or "spiral"."""
-    match frame:
-        case F.Approach(sense=sense):
-            return sense
-        case F.Figure(shape=shape):
-            return shape
-    return frame.NAME
-
-
 def parse(text: str, objects: Collection[str] = ()) -> tuple[F.SemanticFrame, ...]:
     """The frames that a text in the notation says.
 
@@ -400,7 +390,7 @@ def _put(place: F.Place) -> str:
 
 
 def _shown(frame: F.SemanticFrame) -> str:
-    said = [name_of(frame)]
+    said = [F.name_of(frame)]
     for slot in fields(frame):
         value: Any = getattr(frame, slot.name)
         if slot.name in _SHOWN and value not in ("", None, (), False):
@@ -426,7 +416,7 @@ def _objects_shown(frame: F.SemanticFrame, names: tuple[str, ...]) -> str:
 
 
 def _place_shown(frame: F.SemanticFrame, place: F.Place) -> str:
-    usual = "to" if isinstance(frame, F.Extend) else "" if name_of(frame) == "circle" else "at"
+    usual = "to" if isinstance(frame, F.Extend) else "" if F.name_of(frame) == "circle" else "at"
     key = _key_shown(frame, "relation", "cut") or usual
     return (f"{key}=" if key else "") + _put(place)
 

@@ -10,7 +10,8 @@ from typing import Literal
 from ovita.instruct import frames as F
 from ovita.instruct.builder import PolicyBuilder, direction_word
 from ovita.instruct.figure_steps import FIGURE_STEPS
-from ovita.instruct.notation import name_of, show
+from ovita.instruct.frames import name_of
+from ovita.instruct.notation import show
 from ovita.instruct.object_steps import OBJECT_STEPS, surface_distance
 from ovita.instruct.pace_steps import PACE_STEPS
 from ovita.instruct.path_steps import PATH_STEPS

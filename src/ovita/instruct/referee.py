@@ -19,7 +19,7 @@ from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk, chunks
 from ovita.instruct.contradictions import NEVER, UNKNOWN, contradictions
 from ovita.instruct.edits import Also, Edit
-from ovita.instruct.notation import name_of
+from ovita.instruct.frames import name_of
 from ovita.instruct.slots import TRAINED
 from ovita.instruct.together import spread
 from ovita.paths.part import WHOLE

@@ -11,8 +11,8 @@ from ovita.instruct import edits as E
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import cut, respelt
 from ovita.instruct.editing import directions_of, is_called
+from ovita.instruct.frames import name_of
 from ovita.instruct.lexicon import FEEDBACK, concept_at, concepts, stems
-from ovita.instruct.notation import name_of
 from ovita.instruct.numbers import amount_at, and_a_half, is_digits, unit_at
 from ovita.instruct.objects import GENERIC, Catalog, Mention, singular
 from ovita.paths.scene import Scene, SceneObject

@@ -11,7 +11,8 @@ from typing import Any
 
 from ovita.instruct import edits as E
 from ovita.instruct import frames as F
-from ovita.instruct.notation import DIRECTIONS, EDITS, FRAMES, name_of
+from ovita.instruct.frames import name_of
+from ovita.instruct.notation import DIRECTIONS, EDITS, FRAMES
 from ovita.paths.part import WHOLE, PathPart, outside
 
 COMMANDS = ("undo", "redo", "restart", "accept", "explain")
