@@ -15,7 +15,7 @@ from ovita.io import Task, is_address, load_robot, load_task
 from ovita.io.waypoints import COLUMNS, from_columns
 from ovita.paths.geometry import on_the_ground
 from ovita.paths.part import WHOLE, PathPart
-from ovita.paths.robot import Robot
+from ovita.paths.robot import UNLIMITED, Robot
 from ovita.paths.scene import Frame, Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.policy import Parameter
@@ -78,7 +78,7 @@ class Request:
     instruction: str
     trajectory: Trajectory
     scene: Scene = field(default_factory=Scene)
-    robot: Robot = field(default_factory=lambda: Robot.preset("none"))
+    robot: Robot = UNLIMITED
     history: tuple[Turn, ...] = ()
     origin: str = ""
     assumed: tuple[str, ...] = ()
@@ -215,7 +215,7 @@ def _level(trajectory: Trajectory, robot: Robot, frame: Frame) -> float | None:
     """The height [m] that a robot keeps, if it is a planar one, or none is known and its path lies on the ground."""
     up = frame.direction("up")
     heights = trajectory.positions @ up
-    rolls = robot == Robot.preset("none") and on_the_ground(trajectory.positions, up)
+    rolls = robot == UNLIMITED and on_the_ground(trajectory.positions, up)
     return float(np.median(heights)) if robot.planar or rolls else None
 
 
@@ -243,7 +243,7 @@ def robot_of(robot: Robot | str | None) -> Robot:
         return robot
     if not isinstance(robot, str | os.PathLike | None):
         raise RequestError(f"a robot is a Robot or a name such as 'drone', not {_kind(robot)}")
-    return load_robot(robot or "none")
+    return load_robot(robot) if robot else UNLIMITED
 
 
 def _said(instruction: str | None, otherwise: str) -> str:

@@ -17,7 +17,7 @@ from ovita.io.json_ import seal
 from ovita.io.waypoints import trajectory_table
 from ovita.limits import ConstraintOptions, Verdict
 from ovita.measure import Changes, compare, moved_ends, sentences
-from ovita.paths.robot import Robot
+from ovita.paths.robot import UNLIMITED, Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.policy import Parameter
@@ -179,7 +179,7 @@ class Adaptation:
     adapted: Trajectory
     proposed: Trajectory | None = None
     scene: Scene = field(default_factory=Scene)
-    robot: Robot = field(default_factory=lambda: Robot.preset("none"))
+    robot: Robot = UNLIMITED
     options: ConstraintOptions = field(default_factory=ConstraintOptions)
     frames: tuple[SemanticFrame, ...] = ()
     plan: tuple[str, ...] = ()

@@ -53,7 +53,7 @@ from ovita.io import (
 )
 from ovita.io.files import make_folder
 from ovita.io.waypoints import covariance_rows
-from ovita.paths.robot import Robot
+from ovita.paths.robot import UNLIMITED, Robot
 from ovita.plots.geometry import View
 from ovita.request import FeedbackOn, Request
 from ovita.result import PICTURES, Adaptation, accept
@@ -338,7 +338,7 @@ def demo(out: str, open_page: bool) -> None:
     pictures = ("png", "html") if find_spec("matplotlib") and find_spec("plotly") else ()
     for i, instruction in enumerate(INSTRUCTIONS, start=1):
         click.secho(f"\n[{i}/{len(INSTRUCTIONS)}] {instruction}", bold=True)
-        result = adapt(Request(instruction, task.trajectory, task.scene, Robot.preset("none")), writer="builtin")
+        result = adapt(Request(instruction, task.trajectory, task.scene, UNLIMITED), writer="builtin")
         show(result)
         result.save(str(folder / f"{i}.json"))
         for suffix in pictures:

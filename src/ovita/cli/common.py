@@ -24,7 +24,7 @@ from ovita.io import Choices, Task, load_robot, load_task, open_task
 from ovita.io.geodesy import Home
 from ovita.limits import ConstraintOptions, parse_text
 from ovita.measure import sentences
-from ovita.paths.robot import Robot
+from ovita.paths.robot import UNLIMITED, Robot
 from ovita.paths.scene import Frame, Scene
 from ovita.paths.trajectory import standing_still
 from ovita.result import Adaptation, Status
@@ -217,10 +217,10 @@ def slowed(robot: Robot, max_speed: float | None) -> Robot:
 def own_robot(task: Task) -> tuple[Robot, tuple[str, ...]]:
     """The robot that a file names; one that is not known sets no limits, and a note says so."""
     try:
-        return load_robot(task.robot or "none"), ()
+        return load_robot(task.robot) if task.robot else UNLIMITED, ()
     except RobotError as error:
         note = f"the file names an {error}; no limits of a robot are enforced"
-        return Robot.preset("none"), (note,)
+        return UNLIMITED, (note,)
 
 
 def notes_on_writer(writer: PolicyWriter | str) -> list[str]:

@@ -27,7 +27,7 @@ from ovita.instruct.rules import read
 from ovita.io.files import Journal
 from ovita.limits import ConstraintOptions
 from ovita.paths.part import WHOLE, PathPart
-from ovita.paths.robot import Robot
+from ovita.paths.robot import UNLIMITED, Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 from ovita.policy.reading import parse
@@ -53,7 +53,7 @@ class Session:
 
     original: Trajectory
     scene: Scene = field(default_factory=Scene)
-    robot: Robot = field(default_factory=lambda: Robot.preset("none"))
+    robot: Robot = UNLIMITED
     writer: PolicyWriter | str = "auto"
     constraints: ConstraintOptions = field(default_factory=ConstraintOptions)
     isolation: Isolation = "auto"

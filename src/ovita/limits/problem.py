@@ -20,8 +20,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from ovita.errors import ConstraintDefinitionError
-from ovita.paths.robot import is_real
-from ovita.paths.trajectory import Trajectory
+from ovita.paths.trajectory import Trajectory, is_real
 from ovita.text import counted, listed, sentence
 
 _WANTED: Mapping[str, tuple[Callable[[Any], bool], str]] = {

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass
-from numbers import Real
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
 from ovita.errors import RobotError
 from ovita.paths.scene import DEFAULT_SIZE
-from ovita.paths.trajectory import Array
+from ovita.paths.trajectory import Array, is_real
 from ovita.plugins import blamed, culprit, entries, load
 
 Vector = tuple[float, float, float]
@@ -163,15 +161,6 @@ def preset_name(name: str) -> str:
     return ALIASES.get(name.lower(), name.lower())
 
 
-LARGEST = sys.float_info.max
-
-
-def is_real(value: object) -> bool:
-    """Whether a value is a finite number, other than True and False."""
-    number: Any = value
-    return isinstance(value, Real) and not isinstance(value, bool) and bool(-LARGEST <= number <= LARGEST)
-
-
 def _vector(key: str, value: object) -> Vector:
     try:
         x, y, z = (float(v) for v in value)  # type: ignore[attr-defined]
@@ -210,3 +199,6 @@ PRESETS: dict[str, Robot] = {
         Robot("none", None, max_speed=None),
     )
 }
+
+UNLIMITED = PRESETS["none"]
+"""The robot where none is named: no workspace and no limits on speed."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from numbers import Real
@@ -335,6 +336,15 @@ def nlerp(quaternions: Array, source: Array) -> Array:
     mixed = interpolate(quaternions * signs[:, None], source)
     norms = np.linalg.norm(mixed, axis=1, keepdims=True)
     return np.asarray(np.where(norms > 1e-9, mixed / np.maximum(norms, 1e-9), np.array([1.0, 0.0, 0.0, 0.0])))
+
+
+_LARGEST = sys.float_info.max
+
+
+def is_real(value: object) -> bool:
+    """Whether a value is a finite number, other than True and False."""
+    number: Any = value
+    return isinstance(value, Real) and not isinstance(value, bool) and bool(-_LARGEST <= number <= _LARGEST)
 
 
 def first_bad(rows: Array) -> int | None:

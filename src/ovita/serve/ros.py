@@ -32,7 +32,7 @@ from ovita.io.bus import Bus, Publisher, joined
 from ovita.io.links import Address
 from ovita.io.messages import TYPES
 from ovita.measure import sentences
-from ovita.paths.robot import Robot
+from ovita.paths.robot import UNLIMITED, Robot
 from ovita.paths.scene import Scene
 from ovita.policy.sandbox import Isolation
 from ovita.result import Adaptation
@@ -62,7 +62,7 @@ class PathNode:
     """
 
     scene: tuple[Scene, bool] | None = None
-    robot: Robot = field(default_factory=lambda: Robot.preset("none"))
+    robot: Robot = UNLIMITED
     writer: PolicyWriter | str = "builtin"
     isolation: Isolation = "auto"
     session: Session | None = field(default=None, init=False)

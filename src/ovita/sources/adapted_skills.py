@@ -10,7 +10,7 @@ from ovita.chain import adapt
 from ovita.limits import ConstraintOptions
 from ovita.paths.correspondence import correspond
 from ovita.paths.geometry import path_distances
-from ovita.paths.robot import Robot
+from ovita.paths.robot import UNLIMITED, Robot
 from ovita.paths.trajectory import Array, Trajectory, interpolate, nlerp
 from ovita.request import FeedbackOn, Request
 from ovita.result import Adaptation, accept
@@ -65,7 +65,7 @@ def adapt_skill(
     """
     before = skill if on == "current" else replace(skill, offset=None, pace=None, edits=())
     mean = before.generate().trajectory
-    limits = Robot.preset("none") if robot is None else robot
+    limits = UNLIMITED if robot is None else robot
     result = adapt(Request(instruction, mean, skill.scene, limits), writer=writer, constraints=constraints)
     if accepting and result.proposal is not None:
         result = accept(result)

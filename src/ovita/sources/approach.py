@@ -8,7 +8,7 @@ import numpy as np
 
 from ovita.errors import RequestError
 from ovita.io.messages import JointMotion
-from ovita.paths.robot import Robot
+from ovita.paths.robot import UNLIMITED, Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, arc_length
 from ovita.sim import Base
@@ -49,7 +49,7 @@ def approach(
     Raises:
         RequestError: If the arm touches something at either end, or no way is found in that time.
     """
-    limits = robot or Robot.preset("none")
+    limits = robot or UNLIMITED
     goal = motion.positions[0]
     here, there = (_tip(model, scene, base, joints) for joints in (state, goal))
     request = PlanRequest(

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from ovita.errors import RequestError
 from ovita.io import Task
 from ovita.paths.geometry import path_distances
-from ovita.paths.robot import Robot
+from ovita.paths.robot import UNLIMITED, Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import TIMESTEP, Array, Trajectory, interpolate
 from ovita.sources.dmp import Dmp
@@ -201,7 +201,7 @@ class Skill:
             UnknownObject: If the scene lacks the object of a task frame.
         """
         scene = self.scene if scene is None else scene
-        asked = _asked(start, goal, via, scene, robot or Robot.preset("none"))
+        asked = _asked(start, goal, via, scene, robot or UNLIMITED)
         if self.kind == "dmp" and any(one.what == "via" for one in asked):
             raise RequestError("a dmp has a start and a goal, but no via-points; learn a kmp for these")
         if waypoints is not None and waypoints < 2:

@@ -14,7 +14,7 @@ import numpy as np
 from ovita.dialogue.session import Session
 from ovita.errors import OvitaError, PolicyError, RequestError
 from ovita.limits import ConstraintOptions, parse_text
-from ovita.paths.robot import PRESETS, Box, Robot, Shell
+from ovita.paths.robot import PRESETS, UNLIMITED, Box, Robot, Shell
 from ovita.paths.scene import Scene
 from ovita.policy import Parameter
 from ovita.studio import html
@@ -339,4 +339,4 @@ def _limits(name: str, scene: Scene) -> Robot:
     """The limits of a preset, or those that a scene states in words."""
     if name != _STATED:
         return Robot.preset(name)
-    return replace(parse_text(scene.constraints_text).apply(Robot.preset("none")), name="scene")
+    return replace(parse_text(scene.constraints_text).apply(UNLIMITED), name="scene")

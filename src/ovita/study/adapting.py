@@ -11,7 +11,7 @@ from ovita.dialogue.session import Session
 from ovita.errors import OvitaError, RobotError
 from ovita.io import load_robot, scene_from_dict
 from ovita.io.waypoints import trajectory_from_rows
-from ovita.paths.robot import Robot
+from ovita.paths.robot import UNLIMITED
 from ovita.paths.trajectory import Trajectory
 from ovita.request import FeedbackOn
 from ovita.result import Adaptation
@@ -142,7 +142,7 @@ def _new(item: StudyItem, writer: str) -> Session:
     try:
         robot = load_robot(item.robot)
     except RobotError:
-        robot = Robot.preset("none")
+        robot = UNLIMITED
     return Session(trajectory_from_rows(item.original), scene_from_dict(item.scene), robot, writer)
 
 
