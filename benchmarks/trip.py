@@ -25,12 +25,10 @@ from typing import Any
 INSTRUCTION = "go left by 0.2"
 
 
-def trip(scene: Path) -> tuple[list[str], dict[str, float], list[float]]:
-    """The files entered in order, milliseconds by stage of a call, and of 60 warm calls at 100 waypoints each."""
+def files_entered(scene: Path) -> list[str]:
+    """The files that the command enters, in order."""
     import ovita
     from ovita.cli.main import cli
-    from ovita.io import load_task
-    from ovita.paths.trajectory import Trajectory
 
     root = str(Path(ovita.__file__).parent)
     entered: dict[str, None] = {}
@@ -41,11 +39,21 @@ def trip(scene: Path) -> tuple[list[str], dict[str, float], list[float]]:
             entered[code.co_filename[len(root) + 1 : -3].removesuffix("/__init__")] = None
 
     command = ["adapt", str(scene), INSTRUCTION, "-o", str(scene.with_name("result.json"))]
+    usual = sys.getprofile()
     for watched in (False, True):  # the first run imports, which is no part of the trip
         with open(os.devnull, "w") as nowhere, redirect_stdout(nowhere), suppress(SystemExit):
-            sys.setprofile(look if watched else None)
+            sys.setprofile(look if watched else usual)
             cli(command, standalone_mode=False)
-        sys.setprofile(None)
+        sys.setprofile(usual)
+    return list(entered)
+
+
+def timed(scene: Path) -> tuple[dict[str, float], list[float]]:
+    """Milliseconds by stage of a call, and of 60 warm calls at 100 waypoints each."""
+    import ovita
+    from ovita.io import load_task
+    from ovita.paths.trajectory import Trajectory
+
     task = load_task(str(scene))
     rows = task.trajectory.to_array()
     index = [round(i * (len(rows) - 1) / 99) for i in range(100)]
@@ -56,7 +64,7 @@ def trip(scene: Path) -> tuple[list[str], dict[str, float], list[float]]:
         result = ovita.adapt(request, writer="builtin")
         took.append((time.process_time() - started) * 1e3)
     assert result is not None and threading.active_count() == 1
-    return list(entered), dict(result.timings_ms), took
+    return dict(result.timings_ms), took
 
 
 def cold(source: str, scene: Path) -> tuple[float, float]:
@@ -80,7 +88,8 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         scene = Path(folder) / "scene.json"
         scene.write_text((files("ovita") / "data" / "tabletop.json").read_text(encoding="utf-8"), encoding="utf-8")
-        entered, stages, took = trip(scene)
+        entered = files_entered(scene)
+        stages, took = timed(scene)
         print(f"{len(entered)} files are entered:\n  {' > '.join(entered)}")
         print("warm, by stage [ms]: " + ", ".join(f"{stage} {ms:.1f}" for stage, ms in stages.items()))
         p95 = statistics.quantiles(took, n=20)[-1]

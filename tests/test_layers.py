@@ -1,10 +1,14 @@
 """The shape of the house: data flows one way, a file is a subject, and a concept has one name."""
 
 import ast
+import re
+import runpy
 from functools import cache
+from importlib.resources import files
 from pathlib import Path
 
-SRC = Path(__file__).parents[1] / "src" / "ovita"
+ROOT = Path(__file__).parents[1]
+SRC = ROOT / "src" / "ovita"
 
 
 @cache
@@ -126,3 +130,19 @@ def test_no_class_name_twice():
                 homes.setdefault(node.name, []).append(path)
     twice = {name: where for name, where in homes.items() if len(where) > 1}
     assert not twice, f"one concept, one name: {twice}"
+
+
+def test_one_instruction_enters_few_files_and_the_page_names_them(tmp_path, monkeypatch):
+    monkeypatch.delenv("OVITA_MODEL", raising=False)
+    scene = tmp_path / "scene.json"
+    scene.write_text((files("ovita") / "data" / "tabletop.json").read_text(encoding="utf-8"), encoding="utf-8")
+    entered = runpy.run_path(str(ROOT / "benchmarks" / "trip.py"))["files_entered"](scene)
+    page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    told = re.search(r"(\d+) files are entered:\n(.*?)\nwarm", page, re.DOTALL)
+    assert told is not None
+    named = told[2].replace(">", " ").split()
+    assert len(named) == int(told[1]) == 54, "a file more is a step more to follow: does the instruction need it?"
+    # Whether there is a local model is looked up only where it could run.
+    assert [name for name in named if name != "writers/models/catalogue"] == [
+        name for name in entered if name != "writers/models/catalogue"
+    ]
