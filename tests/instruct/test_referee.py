@@ -110,6 +110,8 @@ def test_questions_come_before_reasons_to_decline(rules, learned, outcome):
         ("go left by 10 cm and frobnicate the gizmo", "move left=10cm", "'frobnicate"),
         ("come closer to the cup, to 10 cm", "closer cup by=10cm", "'to 10 cm'"),
         ("go left and slow down near the box", "move left; pace slower", "'box'"),
+        ("the height lower than 0.45 m", "height at_least=0.45m", "'lower'"),
+        ("height above 0.4 m", "height at_most=0.4m", "'above'"),
     ],
 )
 def test_plain_facts_of_the_words_contradict_a_reading(text, frames, doubt):
@@ -132,6 +134,7 @@ def test_plain_facts_of_the_words_contradict_a_reading(text, frames, doubt):
         ("waypoints 5 to 15 up by 2 cm", "move up=2cm @range=5-15"),
         ("30 % slower in the last third", "pace slower by=30% @last=33%"),
         ("never go higher than a metre and a half", "height at_most=1.5m"),
+        ("the height must not be lower than 0.3 m", "height at_least=0.3m"),
         ("go at seven tenths of the usual speed", "pace to=70%"),
     ],
 )

@@ -320,6 +320,53 @@ def test_a_place_in_a_reason_is_none_of_the_way():
     assert [place.label for place in read_route(said, TABLE).via] == ["0.20 m above the bottle"]
 
 
+@pytest.mark.parametrize(
+    ("text", "why", "rest"),
+    [
+        ("From the box to the plate, keep 15 cm from the bottle as it is fragile", "as it is fragile",
+         "keep 15 cm from the bottle"),
+        ("From the box to the plate, slowly, since the bottle is full", "since the bottle is full", "slowly"),
+        ("Since the bottle is hot, go slowly from the box to the plate", "Since the bottle is hot", "go slowly"),
+        ("Slowly, given that the left post is loose, from the box to the plate", "given that the left post is loose",
+         "Slowly"),
+    ],
+)  # fmt: skip
+def test_a_clause_with_a_verb_behind_since_or_as_is_a_reason(text, why, rest):
+    route = read_route(text, TABLE)
+    assert (route.start.label, route.via, route.goal.label) == ("the box", (), "the plate")
+    assert (route.rest, route.doubts) == (rest, ()) and f"took {why!r} as a reason" in route.notes
+
+
+def test_what_a_reason_may_ask_for_is_shown():
+    doubts = read_route("As it is fragile go slowly from the box to the plate", TABLE).doubts
+    assert any("go slowly" in doubt for doubt in doubts)
+
+
+def test_an_as_that_compares_or_tells_when_is_no_reason():
+    for text in (
+        "From the box to the plate as fast as you can",
+        "From the box to the plate, slow down as it is passing the bottle",
+        "From the box to the plate, slow down as you get close to the bottle",
+    ):
+        assert not any("a reason" in note for note in read_route(text, TABLE).notes), text
+
+
+@pytest.mark.parametrize(
+    ("said", "role"),
+    [
+        ("height lower than 0.45 m", "at_most"),
+        ("the height should be under half a metre", "at_most"),
+        ("keep below 0.5 m on the way", "at_most"),
+        ("with the height not lower than 0.4 m", "at_least"),
+    ],
+)
+def test_a_bound_on_the_height_is_one_from_the_side_that_is_said(said, role):
+    route = read_route(f"From the box to the plate, {said}", TABLE)
+    levels = [frame.level.role for wish in route.wishes for frame in wish.frames]
+    levels += ["at_least"] if route.level is not None and route.level.least else []
+    assert levels == [role] and all(wish.outcome == "do" for wish in route.wishes)
+
+
 def test_a_speed_of_each_part_is_no_wish_for_the_highest_speed():
     said = "From the box to the plate, slow in the first third and in the last third it can be fast"
     route = read_route(said, TABLE)

@@ -32,6 +32,7 @@ from ovita.instruct.referee import DO, Outcome, understand
 from ovita.paths.part import WHOLE, PathPart
 from ovita.paths.scene import Scene
 from ovita.sources.places import PHRASES, SIDES, Location, Text, way_words
+from ovita.sources.reasons import FINITE
 from ovita.sources.stops import (
     CARRIERS,
     TIES,
@@ -236,7 +237,9 @@ class _Besides:
     def _excused(self, phrase: WayPhrase, said: str, denied: bool) -> bool:
         """Whether a phrase says what to leave out, which is noted."""
         if phrase.reasons:
-            self.passed[said] = "a reason"
+            asks = phrase.why and any(wish.outcome == "do" for wish in _wishes(_behind_verb(phrase), self.text.scene))
+            self.left += [said] if asks else []
+            self.passed |= {} if asks else {said: "a reason"}
             return True
         besides = phrase.role in (None, "wish", "wait")
         barred = _barred(self.text, phrase) if denied or besides else []
@@ -415,6 +418,12 @@ class _Besides:
         named |= {name for wish in self.wishes for frame in wish.frames for name in frame.named}
         said = " ".join((*self.left, *self.passed)).lower()
         self.left += [item for item in _mentioned(self.text) if item not in named and item.lower() not in said]
+
+
+def _behind_verb(phrase: WayPhrase) -> str:
+    """What stands behind the verb of a reason, in which something may be asked for: "as it is full go slowly"."""
+    verb = next((k for k, word in enumerate(phrase.words) if word in FINITE), 0)
+    return " ".join(phrase.words[verb + 1 :])
 
 
 def _open_ended(frame: SemanticFrame) -> bool:

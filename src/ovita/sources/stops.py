@@ -11,7 +11,8 @@ from itertools import pairwise, product
 from ovita.instruct.lexicon import DETERMINERS, PLAIN, concept_at, is_filler, term_at
 from ovita.instruct.numbers import Amount, amount_at
 from ovita.sources.places import BEHIND, SEEN, SIDES, Location, Text, phrase_at, way_words
-from ovita.sources.tagging import Role, seen_with_points, tagger
+from ovita.sources.reasons import Clause, clauses
+from ovita.sources.tagging import ROLES, Role, seen_with_points, tagger
 
 BACK, CARRIERS, TIES, TOUCHING, DISMISSAL = map(way_words, ("again", "carrier", "tie", "touching", "dismissal"))
 REASON = way_words("reason")
@@ -19,7 +20,7 @@ REASON = way_words("reason")
 
 @dataclass(frozen=True, eq=False)
 class WayPhrase:
-    """Words of a sentence that belong together, and which pieces of the text they are."""
+    """Words of a sentence that belong together, which pieces of the text they are, and whether they only tell why."""
 
     role: Role | None
     shares: Mapping[Role, float]
@@ -27,6 +28,7 @@ class WayPhrase:
     pieces: range
     words: tuple[str, ...]
     said: str
+    why: bool = False
 
     @cached_property
     def classes(self) -> frozenset[str]:
@@ -64,7 +66,8 @@ class WayPhrase:
     @property
     def reasons(self) -> bool:
         """Whether it tells why: a place in it is none of the way."""
-        return self.role in WAY and next((word for word in self.words if word[0].isalnum()), "") in REASON
+        begins = next((word for word in self.words if word[0].isalnum()), "")
+        return self.why or (self.role in WAY and begins in REASON)
 
     @property
     def denies(self) -> bool:
@@ -139,7 +142,37 @@ def _phrases(text: Text) -> list[WayPhrase]:
         pieces = range(inside[0], inside[-1] + 1) if inside else range(0)
         words = tuple(text.words[k] for k in pieces)
         found.append(WayPhrase(tagged.role, tagged.shares, tagged.span, pieces, words, text.text[begin:end].strip()))
+    for clause in clauses(text):
+        found = _set_apart(text, found, clause)
     return found
+
+
+def _set_apart(text: Text, phrases: Sequence[WayPhrase], clause: Clause) -> list[WayPhrase]:
+    """The phrases with a clause that tells why as one of its own; it ends where something is asked for behind it."""
+    begun = (p.pieces.start for p in phrases if p.role and p.shares[p.role] > CERTAIN and p.pieces.start > clause.verb)
+    why = range(clause.pieces.start, min(next(begun, clause.pieces.stop), clause.pieces.stop))
+    found, none = list[WayPhrase](), dict.fromkeys(ROLES, 0.0)
+    for phrase in phrases:
+        if phrase.pieces.start >= why.stop or phrase.pieces.stop <= why.start:
+            found.append(phrase)
+            continue
+        before, behind = range(phrase.pieces.start, why.start), range(why.stop, phrase.pieces.stop)
+        found += [
+            _part(text, phrase, part) for part in (before, behind) if any(text.words[k][0].isalnum() for k in part)
+        ]
+    found.append(_part(text, WayPhrase(None, none, (0, 0), why, (), "", why=True), why))
+    return sorted(found, key=lambda phrase: phrase.span)
+
+
+CERTAIN = 0.6
+"""How likely a phrase behind a reason has to have its role to be none of it."""
+
+
+def _part(text: Text, phrase: WayPhrase, pieces: range) -> WayPhrase:
+    """Some pieces of a phrase, as a phrase."""
+    span = text.pieces[pieces[0]].span[0], text.pieces[pieces[-1]].span[1]
+    words = tuple(text.words[k] for k in pieces)
+    return replace(phrase, span=span, pieces=pieces, words=words, said=text.text[span[0] : span[1]].strip())
 
 
 def _told(text: Text, phrases: Sequence[WayPhrase]) -> list[WayStop]:
@@ -152,7 +185,7 @@ def _told(text: Text, phrases: Sequence[WayPhrase]) -> list[WayStop]:
                 found.append(stop)
     if len({"start", "goal"} - {stop.role for stop in found}) == 1:
         beside = (phrase for before, phrase in pairwise(phrases) if before.role in ("start", "goal"))
-        found += (stop for phrase in beside if phrase.role is None for stop in _bare(text, phrase))
+        found += (stop for phrase in beside if phrase.role is None and not phrase.why for stop in _bare(text, phrase))
     return found
 
 

@@ -1,0 +1,58 @@
+"""Why something is asked for: clauses such as "since the cup is full", which ask for nothing themselves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ovita.sources.places import Text, phrase_at, way_words
+
+GROUND, FINITE, MEANWHILE = map(way_words, ("ground", "finite", "meanwhile"))
+
+ENDING = frozenset(", ; . : ! ? ( )".split())
+"""Marks at which a clause ends."""
+
+SUBJECT = 7
+"""Words in front of the verb of a clause, at most."""
+
+
+@dataclass(frozen=True)
+class Clause:
+    """A clause that tells why.
+
+    Args:
+        pieces: Of the text.
+        verb: The piece of its verb.
+    """
+
+    pieces: range
+    verb: int
+
+
+def clauses(text: Text) -> list[Clause]:
+    """The clauses that begin with "since", "as" and the like and hold a verb, which the words alone tell."""
+    found: list[Clause] = []
+    for k in range(len(text)):
+        told = found and k in found[-1].pieces
+        clause = None if told else _clause(text, k)
+        found += [] if clause is None else [clause]
+    return found
+
+
+def _clause(text: Text, k: int) -> Clause | None:
+    """The clause that begins at piece k, or None."""
+    said, used = phrase_at(text.words, k, GROUND)
+    end = next((n for n in range(k, len(text)) if text.words[n] in ENDING), len(text))
+    if not used or (said == "as" and _compares(text, k, end)):
+        return None
+    begin = k + used
+    verb = next((n for n in range(begin, min(end, begin + SUBJECT)) if text.words[n] in FINITE), None)
+    if verb is None or (verb == begin and "'" not in text.words[verb]):
+        return None  # without a subject: "as is"
+    meanwhile = text.words[verb + 1 : verb + 2] and text.words[verb + 1] in MEANWHILE
+    return None if said == "as" and meanwhile else Clause(range(k, end), verb)
+
+
+def _compares(text: Text, k: int, end: int) -> bool:
+    """Whether an "as" compares or tells how: "as fast as you can", "the same as", "drive as you would a car"."""
+    twice = "as" in text.words[max(k - 4, 0) : k] or "as" in text.words[k + 1 : min(k + 4, end)]
+    return twice or text.words[k - 1 : k] in (["same"], ["such"]) or text.words[k + 1 : k + 2] in (["you"], ["if"])
