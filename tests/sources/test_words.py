@@ -385,6 +385,83 @@ def test_a_wait_at_a_share_of_the_way_is_there(where):
     assert abs(length[int(np.flatnonzero(still)[0])] / length[-1] - 0.5) < 0.05
 
 
+def still_at(said, scene=TABLE, robot=ARM):
+    """Where the adapted path of a sentence stands still, as a share of its length."""
+    made = from_words(said, scene, robot, writer="builtin").adaptation
+    path = (made.proposal or made).adapted
+    still = np.flatnonzero(np.linalg.norm(np.diff(path.positions, axis=0), axis=1) < 1e-9)
+    assert len(still), made.message
+    return path, int(still[0])
+
+
+@pytest.mark.parametrize(
+    ("said", "share"),
+    [
+        ("From the box to the bottle and half way wait 2 s, then on to the plate", 0.5),
+        ("Go from the box to the bottle, at half of that way pause 2 s, afterwards on to the plate", 0.5),
+        ("From the box to the bottle and a quarter of the way wait 2 s, then on to the plate", 0.25),
+    ],
+)
+def test_a_wait_half_way_to_a_place_counts_on_the_stretch_to_it(said, share):
+    path, still = still_at(said)
+    there = int(np.linalg.norm(path.positions[:, :2] - TABLE["bottle"].position[:2], axis=1).argmin())
+    assert path.arc_length[still] / path.arc_length[there] == pytest.approx(share, abs=0.06)
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "From the box over the bottle to the plate and half way wait 2 s",
+        "From the box to the plate over the bottle with a 2 s stop half of the way in",
+    ],
+)
+def test_a_wait_half_way_counts_on_the_whole_way_where_no_place_but_the_goal_is_come_to(said):
+    path, still = still_at(said)
+    assert path.arc_length[still] / path.arc_length[-1] == pytest.approx(0.5, abs=0.05)
+
+
+def test_a_share_that_is_told_behind_a_wait_is_where_it_is():
+    route = read_route("From the box to the plate behind the bottle with a 3 s stop a third of the way in", TABLE)
+    (frame,) = (frame for wish in route.wishes for frame in wish.frames)
+    assert frame.place.value == pytest.approx(1 / 3, abs=0.01)
+
+
+def test_it_of_a_wait_is_what_was_told_by_the_same_relation():
+    said = "Go left of the bottle from the box to the plate and stop for 2 s when you are next to it"
+    (frame,) = (frame for wish in read_route(said, TABLE).wishes for frame in wish.frames)
+    assert frame.place == "bottle"
+
+
+def test_two_places_of_the_way_may_say_where_a_wish_counts():
+    route = read_route("box -> bottle -> plate, slow between the bottle and the plate", TABLE)
+    (frame,) = (frame for wish in route.wishes for frame in wish.frames)
+    assert [place.label for place in route.via] == ["the bottle"]
+    assert frame.part.kind == "between" and set(frame.part.places) == {"bottle", "plate"}
+
+
+def test_speeds_up_to_a_place_and_from_then_on_count_on_either_side_of_it():
+    route = read_route("Box to plate right of the bottle, 0.1 m/s up to the bottle and 0.2 m/s from then on", TABLE)
+    parts = [(frame.amount.value, frame.part.kind) for wish in route.wishes for frame in wish.frames]
+    assert parts == [(0.1, "before"), (0.2, "after")] and [v.label for v in route.via] == ["right of the bottle"]
+
+
+def test_stopping_short_of_a_place_that_was_not_named_before_ends_there():
+    route = read_route("Start at the box, pass in front of the bottle, stop 30 cm short of the plate", TABLE)
+    assert route.goal.label == "0.30 m from the plate"
+    assert [place.label for place in route.via] == ["in front of the bottle"]
+
+
+def test_up_to_a_height_is_no_shift_by_so_much():
+    route = read_route("From the box go up to 0.45 m, pass behind the bottle and come down on the plate", TABLE)
+    assert route.level is not None and route.level.height == pytest.approx(0.45) and not route.wishes
+
+
+def test_a_place_that_an_adaptation_leads_away_from_is_told():
+    said = "From the box to the plate between the two posts, and avoid the bottle by 20 cm"
+    made = from_words(said, TABLE, ARM, writer="builtin")
+    assert made.status == "needs_confirmation" and "It would not pass between the left post" in made.message
+
+
 def test_going_on_does_not_move_the_goal_that_was_said():
     said = "From the box to the plate, wait 2 s over the bottle, then carry on"
     route = read_route(said, TABLE)

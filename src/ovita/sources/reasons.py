@@ -16,7 +16,7 @@ SUBJECT = 7
 
 
 @dataclass(frozen=True)
-class Clause:
+class ReasonClause:
     """A clause that tells why.
 
     Args:
@@ -28,9 +28,9 @@ class Clause:
     verb: int
 
 
-def clauses(text: Text) -> list[Clause]:
+def clauses(text: Text) -> list[ReasonClause]:
     """The clauses that begin with "since", "as" and the like and hold a verb, which the words alone tell."""
-    found: list[Clause] = []
+    found: list[ReasonClause] = []
     for k in range(len(text)):
         told = found and k in found[-1].pieces
         clause = None if told else _clause(text, k)
@@ -38,7 +38,7 @@ def clauses(text: Text) -> list[Clause]:
     return found
 
 
-def _clause(text: Text, k: int) -> Clause | None:
+def _clause(text: Text, k: int) -> ReasonClause | None:
     """The clause that begins at piece k, or None."""
     said, used = phrase_at(text.words, k, GROUND)
     end = next((n for n in range(k, len(text)) if text.words[n] in ENDING), len(text))
@@ -49,7 +49,7 @@ def _clause(text: Text, k: int) -> Clause | None:
     if verb is None or (verb == begin and "'" not in text.words[verb]):
         return None  # without a subject: "as is"
     meanwhile = text.words[verb + 1 : verb + 2] and text.words[verb + 1] in MEANWHILE
-    return None if said == "as" and meanwhile else Clause(range(k, end), verb)
+    return None if said == "as" and meanwhile else ReasonClause(range(k, end), verb)
 
 
 def _compares(text: Text, k: int, end: int) -> bool:

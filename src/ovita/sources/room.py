@@ -12,7 +12,8 @@ from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array
 from ovita.sources.places import APPROACH, SIDES, Anchor, Location, sides_of, troubles
 from ovita.sources.planner import anchored
-from ovita.sources.route import Level, Route
+from ovita.sources.route import Route
+from ovita.sources.wishes import Level
 from ovita.text import number
 
 

@@ -11,10 +11,11 @@ from itertools import pairwise, product
 from ovita.instruct.lexicon import DETERMINERS, PLAIN, concept_at, is_filler, term_at
 from ovita.instruct.numbers import Amount, amount_at
 from ovita.sources.places import BEHIND, SEEN, SIDES, Location, Text, phrase_at, way_words
-from ovita.sources.reasons import Clause, clauses
+from ovita.sources.reasons import ReasonClause, clauses
 from ovita.sources.tagging import ROLES, Role, seen_with_points, tagger
+from ovita.sources.wishes import TIES, wishes_of
 
-BACK, CARRIERS, TIES, TOUCHING, DISMISSAL = map(way_words, ("again", "carrier", "tie", "touching", "dismissal"))
+BACK, CARRIERS, TOUCHING, DISMISSAL = map(way_words, ("again", "carrier", "touching", "dismissal"))
 REASON = way_words("reason")
 
 
@@ -127,7 +128,7 @@ class WayStops:
 def read_stops(text: Text) -> WayStops:
     """Read which places a sentence names, and what each is for its way."""
     phrases = _phrases(text)
-    told = _told(text, phrases)
+    phrases, told = _held_together(text, phrases, _told(text, phrases))
     denied = [stop for stop in told if stop.place is not None and _denied(text, phrases, stop)]
     kept = _repaired(text, [stop for stop in told if stop not in denied])
     return WayStops(phrases, told, denied, *_weighed(text, kept + _waited(text, phrases, kept)))
@@ -147,7 +148,7 @@ def _phrases(text: Text) -> list[WayPhrase]:
     return found
 
 
-def _set_apart(text: Text, phrases: Sequence[WayPhrase], clause: Clause) -> list[WayPhrase]:
+def _set_apart(text: Text, phrases: Sequence[WayPhrase], clause: ReasonClause) -> list[WayPhrase]:
     """The phrases with a clause that tells why as one of its own; it ends where something is asked for behind it."""
     begun = (p.pieces.start for p in phrases if p.role and p.shares[p.role] > CERTAIN and p.pieces.start > clause.verb)
     why = range(clause.pieces.start, min(next(begun, clause.pieces.stop), clause.pieces.stop))
@@ -190,6 +191,44 @@ def _told(text: Text, phrases: Sequence[WayPhrase]) -> list[WayStop]:
 
 
 WAY: tuple[Role, ...] = ("start", "via", "goal")
+
+
+def _held_together(
+    text: Text, phrases: Sequence[WayPhrase], told: Sequence[WayStop]
+) -> tuple[list[WayPhrase], list[WayStop]]:
+    """The phrases and stops with places that only say where a wish or a wait counts as a part of it.
+
+    "A -> B -> C, slow between B and C" passes nothing between them.
+    """
+    found, stops = list[WayPhrase](), list(told)
+    for phrase in phrases:
+        mine = [stop for stop in stops if stop.phrase is phrase]
+        said = found[:-1] if found and found[-1].role is None and all(map(is_filler, found[-1].words)) else found
+        if said and mine and _counts_there(text, said[-1], mine, [stop for stop in stops if stop not in mine]):
+            found = [*said[:-1], _part(text, said[-1], range(said[-1].pieces.start, phrase.pieces.stop))]
+            stops = [stop for stop in stops if stop not in mine]
+        else:
+            found.append(phrase)
+    return found, stops
+
+
+def _counts_there(text: Text, before: WayPhrase, mine: Sequence[WayStop], others: Sequence[WayStop]) -> bool:
+    """Whether a phrase that follows a wish or a wait at once only says where that counts, at places told elsewhere."""
+    (phrase, *_), role = [stop.phrase for stop in mine], mine[0].phrase.role
+    between = text.words[before.pieces.stop - 1 : phrase.pieces.start]
+    at_once = len(before.pieces) > 0 and TYING.isdisjoint(between) and all(map(is_filler, between[1:]))
+    elsewhere = {item.name for stop in others if stop.place for item in stop.place.objects}
+    names = {item.name for stop in mine if stop.place for item in stop.place.objects}
+    ends = role == "via" or (role == "goal" and any(stop.role == "goal" for stop in others))
+    if not (at_once and ends and names and names <= elsewhere):
+        return False
+    if before.role == "wait":
+        return "it" in phrase.words
+    if before.role != "wish":
+        return False
+    said = text.text[before.span[0] : phrase.span[1]]
+    frames = [frame for wish in wishes_of(said, text.scene) for frame in wish.frames]
+    return bool(frames) and all(names <= {*map(str, frame.part.places)} for frame in frames)
 
 
 def _bare(text: Text, phrase: WayPhrase) -> list[WayStop]:

@@ -16,6 +16,7 @@ import numpy as np
 from ovita.chain import adapt, enforced, to_confirm
 from ovita.dialogue.session import Session
 from ovita.errors import RequestError, called_as
+from ovita.instruct.frames import Quantity, SemanticFrame, Wait
 from ovita.limits import ConstraintOptions, verify
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
@@ -25,7 +26,9 @@ from ovita.result import Adaptation, Status, explain
 from ovita.sources.places import APPROACH, SIDES, Location, Text
 from ovita.sources.planner import TIME_LIMIT, WAYPOINTS, Plan, Planner, PlanRequest, planned, planner_named
 from ovita.sources.room import around_circled, around_passed, beneath_barred, capped, enlarged, leveled
-from ovita.sources.route import Route, Wish, read_route
+from ovita.sources.route import Route, read_route
+from ovita.sources.stops import same_place
+from ovita.sources.wishes import Wish
 from ovita.text import number, sentence, the
 from ovita.writers.base import PolicyWriter, Progress, Reply, WriterChain, writer_named
 from ovita.writers.builtin import BuiltinWriter, FramesWriter
@@ -209,8 +212,9 @@ def _adapted(
     """A planned path adapted to what the sentence asks for besides the way."""
     scene, robot = request.scene, request.robot
     if route.rest:
+        wishes = tuple(_on_the_stretch(wish, route, request, path) for wish in route.wishes)
         asked = Request(route.rest, path, scene, robot, origin=f"planned {request.told}")
-        result = adapt(asked, **(stages | {"writer": _with_wishes(stages["writer"], route.wishes)}))
+        result = adapt(asked, **(stages | {"writer": _with_wishes(stages["writer"], wishes)}))
         doubts = (*route.doubts, *_moved_ends(path, result))
     else:
         limits = stages["constraints"] or ConstraintOptions()
@@ -218,6 +222,32 @@ def _adapted(
     doubts = (*doubts, *_otherwise(route, result.adapted or path, scene))
     result = to_confirm(result, doubts=doubts) if result.usable and doubts else result
     return _whole(result, instruction, sentence(f"Plan the way {request.told}"), (*route.notes, *_near(route, robot)))
+
+
+def _on_the_stretch(wish: Wish, route: Route, request: PlanRequest, path: Trajectory) -> Wish:
+    """A wish whose shares of a stretch are shares of the whole way: "to the cup and half way wait, then to the box"."""
+    told = [place for place in (route.start, *route.via, route.goal) if place is not None]
+    ends = [k for k, place in enumerate(told) if k and same_place(place, wish.stretch)]
+    if not ends:
+        return wish
+    begin = 0.0 if ends[0] == 1 else _share_at(told[ends[0] - 1], request, path)
+    end = 1.0 if ends[0] == len(told) - 1 else _share_at(told[ends[0]], request, path)
+
+    def whole(frame: SemanticFrame) -> SemanticFrame:
+        if not isinstance(frame, Wait) or not (frame.place == "middle" or isinstance(frame.place, Quantity)):
+            return frame
+        share = frame.place.value if isinstance(frame.place, Quantity) else 0.5
+        return replace(frame, place=Quantity(begin + share * (end - begin), "%", "at"))
+
+    frames = tuple(map(whole, wish.frames))
+    return replace(wish, reading=replace(wish.reading, frames=frames))
+
+
+def _share_at(place: Location, request: PlanRequest, path: Trajectory) -> float:
+    """The share of a path's length at which it passes a place."""
+    names = tuple(item.name for item in place.objects)
+    there = next(a.position for a in request.via if a.objects == names and (names or a.label == place.label))
+    return float(path.arc_length[int(np.linalg.norm(path.positions - there, axis=1).argmin())] / path.arc_length[-1])
 
 
 @dataclass(frozen=True)
@@ -276,12 +306,30 @@ def _otherwise(route: Route, path: Trajectory, scene: Scene) -> tuple[str, ...]:
         beside = float(nearest @ scene.frame.direction(place.relation))
         if beside < 0.5 * float(np.linalg.norm(nearest)) or beside <= 0.0:
             found.append(f"It would also pass {the(place.objects[0].name)} on another side.")
+    found += [f"It would not pass {place.label}." for place in route.via if _missed(place, dense, up)]
     for item in (scene[name] for name in route.barred):
         above = dense[(dense - item.position) @ up > 0.0]
         shadow = above - np.outer((above - item.position) @ up, up)
         if len(shadow) and float(item.clearance(shadow).min()) <= 0.0:
             found.append(f"It would lead over {the(item.name)}.")
     return tuple(found)
+
+
+def _missed(place: Location, dense: Array, up: Array) -> bool:
+    """Whether a path (N, 3) does not lead over an object, or between two, as was said."""
+    if place.relation == "over":
+        item = place.objects[0]
+        above = dense[(dense - item.position) @ up > 0.0]
+        shadow = above - np.outer((above - item.position) @ up, up)
+        return not len(shadow) or float(item.clearance(shadow).min()) > OFF
+    if place.relation != "between":
+        return False
+    one, other = (item.position - (item.position @ up) * up for item in place.objects)
+    along, length = (other - one) / np.linalg.norm(other - one), float(np.linalg.norm(other - one))
+    away = dense - np.outer(dense @ up, up) - one
+    across = np.linalg.norm(away - np.outer(away @ along, along), axis=1)
+    inside = (away @ along > 0.0) & (away @ along < length)
+    return not inside.any() or float(across[inside].min()) > OFF
 
 
 OFF = 0.04

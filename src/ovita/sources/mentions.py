@@ -1,0 +1,97 @@
+"""What a phrase means by what is told around it: "it", the place that follows, and what is mentioned besides."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ovita.sources.places import PHRASES, SIDES, Location, Text, phrase_at, way_words
+from ovita.sources.stops import WayPhrase, WayStop, places_among, same_place
+from ovita.text import the
+
+POINTING, THEREAFTER = map(way_words, ("pointing", "thereafter"))
+
+
+@dataclass(frozen=True, eq=False)
+class WayTold:
+    """The way that a sentence tells.
+
+    Args:
+        text: The sentence.
+        stops: The places of the way, in the order of the sentence.
+        start: Where it starts.
+        goal: Where it ends.
+    """
+
+    text: Text
+    stops: tuple[WayStop, ...]
+    start: Location | None
+    goal: Location | None
+
+    def is_place(self, phrase: WayPhrase) -> bool:
+        """Whether a phrase tells a place of the way, or was to."""
+        return any(stop.phrase is phrase for stop in self.stops)
+
+    def leads_to_a_place(self, phrase: WayPhrase) -> bool:
+        """Whether a place of the way follows a phrase at once."""
+        return any(stop.phrase.pieces.start == phrase.pieces.stop and stop.place for stop in self.stops)
+
+    def passed_before(self, phrase: WayPhrase) -> list[WayStop]:
+        """What the way passes that is told before a phrase."""
+        return [stop for stop in self.stops if stop.role == "via" and stop.phrase.span < phrase.span]
+
+    def resolved(self, phrase: WayPhrase) -> str:
+        """The words of a phrase, with the object that is meant for "it": "30 cm clearance from it"."""
+        text, said = self.text, ""
+        for k in phrase.pieces:
+            begin, end = text.pieces[k].span
+            pointed = text.words[k] == "it" and k > 0 and text.words[k - 1] in POINTING
+            meant = self.it_at(k, PHRASES.get(text.words[k - 1], "at")) if pointed else None
+            gap = text.text[text.pieces[k - 1].span[1] : begin] if said else ""
+            said += gap + (the(meant.objects[0].name) if meant else text.text[begin:end])
+        return said.strip()
+
+    def it_at(self, k: int, relation: str) -> Location | None:
+        """The object that is told before piece k by the same relation, else the one that was named last.
+
+        What is passed on a side is beside the way too: "left of the cup, and wait when you are next to it".
+        """
+        fitting = {"at": (), "beside": ("beside", *SIDES)}.get(relation, (relation,))
+        before = [stop.place for stop in self.stops if stop.pieces.stop <= k and stop.place and stop.place.objects]
+        alike = [place for place in before if place.relation in fitting]
+        return alike[-1] if alike else self.text.meant_at(k)
+
+    def thereafter(self, phrase: WayPhrase) -> str | None:
+        """The object behind which a wish counts: "0.1 m/s up to the cup and 0.2 m/s from then on"."""
+        told = any(phrase_at(phrase.words, k, THEREAFTER)[1] for k in range(len(phrase.words)))
+        place = self.text.meant_at(phrase.pieces.start) if told else None
+        passed = place is not None and any(same_place(stop.place, place) for stop in self.passed_before(phrase))
+        return place.objects[0].name if place is not None and passed else None
+
+    def joined(self, phrase: WayPhrase) -> str:
+        """The words of an object that a figure is told of besides another: "an eight around the cup and the box"."""
+        text, stop = self.text, phrase.pieces.stop
+        other = text.object_at(stop + 1) if stop + 1 < len(text) and text.words[stop] in ("and", "&", "n") else None
+        named = text.object_at(stop - 1) is not None
+        if other is None or not named or other[0].unclear:
+            return ""
+        begin, end = text.pieces[stop].span[0], text.pieces[other[1] - 1].span[1]
+        return text.text[begin:end]
+
+
+def barred_by(text: Text, phrase: WayPhrase) -> list[str]:
+    """Names of the objects that a phrase says not to lead over: "on no account drive over the pallet"."""
+    if not phrase.denies or phrase.amounts:
+        return []
+    over = [place for place, _ in places_among(text, phrase.pieces) if place.relation == "over" and place.objects]
+    return [place.objects[0].name for place in over]
+
+
+def mentioned(text: Text) -> list[str]:
+    """The objects that a sentence names, each on its own."""
+    names, k = list[str](), 0
+    while k < len(text):
+        found = text.object_at(k)
+        if found is not None and not found[0].unclear:
+            names += [item.name for item in found[0].objects]
+        k = k + 1 if found is None else found[1]
+    return list(dict.fromkeys(names))

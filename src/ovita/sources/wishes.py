@@ -1,0 +1,140 @@
+"""What phrases of a sentence without a trajectory ask for besides its way: read as any instruction is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from ovita.instruct.frames import Clearance, Extend, Figure, Height, Pace, Reading, SemanticFrame, Shift, Smooth, same
+from ovita.instruct.referee import DO, Outcome, Understanding, understand
+from ovita.paths.part import WHOLE, PathPart
+from ovita.paths.scene import Scene
+from ovita.sources.places import Location, way_words
+
+TIES = way_words("tie")
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What is asked for besides the way.
+
+    Args:
+        text: In the words of the sentence.
+        outcome: What is to be done about it: do it, show it first, ask back, or decline.
+        reading: The frames that it comes to, or its question.
+        unused: Words that ask for something and that the reading leaves out.
+        doubts: What speaks against the reading, as sentences.
+        stretch: The place that the way comes to, if shares of the way are shares of the stretch to it; else None.
+    """
+
+    text: str
+    outcome: Outcome
+    reading: Reading
+    unused: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()
+    stretch: Location | None = None
+
+    @property
+    def frames(self) -> tuple[SemanticFrame, ...]:
+        """What it comes to."""
+        return self.reading.frames
+
+
+@dataclass(frozen=True)
+class Level:
+    """A height over the ground to go at between the ends of the way.
+
+    Args:
+        height: [m].
+        least: Whether higher is as good.
+    """
+
+    height: float
+    least: bool
+
+
+def bare(said: str) -> str:
+    """A wish without the words that tie it to what is before."""
+    said = said.strip(" ,;.:")
+    first, _, rest = said.partition(" ")
+    return bare(rest) if first.lower().strip(",") in TIES and rest else said
+
+
+def wishes_of(said: str, scene: Scene) -> list[Wish]:
+    """What a phrase of wishes comes to: as a whole, or part by part where only that is certain."""
+    whole = _wish(said, scene)
+    texts = map(bare, said.replace(";", ",").replace(" and ", ", ").split(", "))
+    parts = [_wish(part, scene) for part in texts if part]
+    sure = [part for part in parts if part.outcome == "do"]
+    if 1 < len(parts) == len(sure) and (whole.outcome != "do" or len(whole.frames) < len(parts)):
+        return parts
+    if whole.outcome == "needs_confirmation" and _say_all(sure, parts, whole):
+        return sure  # "a metre from the nest, she sits on six eggs"
+    kinds = {type(frame) for frame in whole.frames}
+    lost = (part for part in sure if kinds and kinds.isdisjoint(map(type, part.frames)))
+    return [whole, *lost]
+
+
+def _say_all(sure: Sequence[Wish], parts: Sequence[Wish], whole: Wish) -> bool:
+    """Whether the parts that are certain say what the whole does, and the others nothing."""
+    if not sure or any(part.frames for part in parts if part not in sure):
+        return False
+    return same(tuple(frame for part in sure for frame in part.frames), whole.frames)
+
+
+def _wish(said: str, scene: Scene) -> Wish:
+    """What a phrase comes to: within a sentence, a word too many that asks for nothing does not put it in doubt."""
+    verdict = understand(said, scene)
+    if (level := _come_to(verdict)) is not None:
+        return Wish(said, "do", level)
+    upright = all(isinstance(frame, Figure | Smooth | Clearance) for frame in verdict.reading.frames)
+    enough = {"both": DO, "rules": PLAIN, "learned": LEARNED if upright else 2.0}[verdict.by]
+    plain = verdict.by == "both" or not verdict.unused
+    sure = verdict.confidence >= enough and plain and not verdict.doubts
+    outcome: Outcome = "do" if sure and verdict.outcome == "needs_confirmation" else verdict.outcome
+    return Wish(said, outcome, verdict.reading, verdict.unused, verdict.doubts)
+
+
+def _come_to(verdict: Understanding) -> Reading | None:
+    """The rules' height where the network reads a shift by so much: "up to 1 m" does not move ends that were said."""
+    rules = verdict.rules
+    if verdict.by != "learned" or rules is None or rules.unread or rules.aside or len(rules.frames) != 1:
+        return None
+    shifts = all(isinstance(f, Shift) and f.part == WHOLE for f in verdict.reading.frames)
+    height = isinstance(rules.frames[0], Height) and rules.frames[0].level.role == "to"
+    return rules if shifts and height else None
+
+
+PLAIN = 0.55
+"""How likely a phrase of which the rules read every word has to be meant to be done without asking."""
+
+LEARNED = 0.65
+"""The same of one that only the network reads, of a kind that cannot be taken the wrong way round, as a bound can."""
+
+
+def level_of(heard: Sequence[Wish]) -> Level | None:
+    """The height over the ground at which the whole way is to go, if that is all that is asked for."""
+    if len(heard) != 1 or heard[0].outcome != "do" or len(heard[0].frames) != 1:
+        return None
+    (frame,) = heard[0].frames
+    if not isinstance(frame, Height) or frame.of or frame.part != WHOLE or frame.level.role not in ("to", "at_least"):
+        return None
+    return Level(frame.level.value, frame.level.role == "at_least")
+
+
+def open_ended(frame: SemanticFrame) -> bool:
+    """Whether it only goes on, neither so far nor to anywhere."""
+    return isinstance(frame, Extend) and not (frame.by or frame.offset or frame.place)
+
+
+def without_going_on(wish: Wish) -> Wish:
+    """A wish without what only goes on."""
+    kept = tuple(frame for frame in wish.frames if not open_ended(frame))
+    return replace(wish, reading=replace(wish.reading, frames=kept))
+
+
+def behind(wish: Wish, place: str) -> Wish:
+    """A wish whose speed counts behind an object: "wait at the cup, then move on, faster"."""
+    part = PathPart("after", places=(place,))
+    frames = (replace(f, part=part) if isinstance(f, Pace) and f.part == WHOLE else f for f in wish.frames)
+    return replace(wish, reading=replace(wish.reading, frames=tuple(frames)))
