@@ -432,6 +432,24 @@ def test_it_of_a_wait_is_what_was_told_by_the_same_relation():
     assert frame.place == "bottle"
 
 
+def test_it_that_is_kept_clear_of_is_what_is_passed_and_no_end():
+    route = read_route("Left of the bottle from box to plate, no closer than 12 cm to it", TABLE)
+    (frame,) = (frame for wish in route.wishes for frame in wish.frames)
+    assert frame.named == ("bottle",)
+
+
+def test_all_of_it_is_the_way():
+    route = read_route("From the box to the plate, all of it at half speed", TABLE)
+    (frame,) = (frame for wish in route.wishes for frame in wish.frames)
+    assert frame.named == () and not frame.part.places
+
+
+def test_a_second_wait_of_a_phrase_is_not_lost():
+    route = read_route("From box to plate, wait at the start for 2 seconds and at the end for 3", TABLE)
+    waits = [frame for wish in route.wishes for frame in wish.frames]
+    assert len(waits) == 2 or any("for 3" in doubt for doubt in route.doubts)
+
+
 def test_two_places_of_the_way_may_say_where_a_wish_counts():
     route = read_route("box -> bottle -> plate, slow between the bottle and the plate", TABLE)
     (frame,) = (frame for wish in route.wishes for frame in wish.frames)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 from ovita.sources.places import PHRASES, SIDES, Location, Text, phrase_at, way_words
 from ovita.sources.stops import WayPhrase, WayStop, places_among, same_place
 from ovita.text import the
 
-POINTING, THEREAFTER = map(way_words, ("pointing", "thereafter"))
+POINTING, THEREAFTER, PARTS = map(way_words, ("pointing", "thereafter", "part"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,16 +40,34 @@ class WayTold:
         """What the way passes that is told before a phrase."""
         return [stop for stop in self.stops if stop.role == "via" and stop.phrase.span < phrase.span]
 
-    def resolved(self, phrase: WayPhrase) -> str:
-        """The words of a phrase, with the object that is meant for "it": "30 cm clearance from it"."""
+    def ends_at(self, names: Collection[str]) -> bool:
+        """Whether the way begins or ends at one of some objects, so that it cannot keep clear of it."""
+        ends = (place for place in (self.start, self.goal) if place is not None)
+        return any(item.name in names for place in ends for item in place.objects)
+
+    def resolved(self, phrase: WayPhrase, *, passed: bool = False) -> str:
+        """The words of a phrase, with the object that is meant for "it": "30 cm clearance from it".
+
+        Args:
+            phrase: Of the sentence.
+            passed: Whether it is what the way passes that is meant, where that is one object.
+        """
         text, said = self.text, ""
+        one = self._passed_alone(phrase) if passed else None
         for k in phrase.pieces:
             begin, end = text.pieces[k].span
-            pointed = text.words[k] == "it" and k > 0 and text.words[k - 1] in POINTING
-            meant = self.it_at(k, PHRASES.get(text.words[k - 1], "at")) if pointed else None
+            before = text.words[max(k - 2, 0) : k]
+            pointed = text.words[k] == "it" and k > 0 and before[-1] in POINTING
+            pointed = pointed and not (before[-1] == "of" and before[0] in PARTS)
+            meant = (one or self.it_at(k, PHRASES.get(text.words[k - 1], "at"))) if pointed else None
             gap = text.text[text.pieces[k - 1].span[1] : begin] if said else ""
             said += gap + (the(meant.objects[0].name) if meant else text.text[begin:end])
         return said.strip()
+
+    def _passed_alone(self, phrase: WayPhrase) -> Location | None:
+        """The one object that the way passes and that is told before a phrase, or None."""
+        places = [stop.place for stop in self.passed_before(phrase) if stop.place and len(stop.place.objects) == 1]
+        return places[0] if places and all(same_place(place, places[0]) for place in places) else None
 
     def it_at(self, k: int, relation: str) -> Location | None:
         """The object that is told before piece k by the same relation, else the one that was named last.

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ovita.instruct.frames import Figure, Height, Pace, SemanticFrame, Shift, StopAt, Wait
+from ovita.instruct.frames import Clearance, Figure, Height, Pace, SemanticFrame, Shift, StopAt, Wait
 from ovita.paths.part import WHOLE
 from ovita.paths.scene import Scene
 from ovita.sources.mentions import WayTold, barred_by, mentioned
@@ -205,7 +205,8 @@ class _Besides:
 
     def _reason(self, phrase: WayPhrase, said: str) -> None:
         """A reason asks for nothing, unless its words hold more: "as it is full go slowly"."""
-        asks = phrase.why and any(wish.outcome == "do" for wish in wishes_of(_behind_verb(phrase), self.way.text.scene))
+        more = _behind_verb(phrase) if phrase.why else ""
+        asks = " " in more and any(wish.outcome == "do" for wish in wishes_of(more, self.way.text.scene))
         self.left += [said] if asks else []
         self.passed |= {} if asks else {said: "a reason"}
 
@@ -277,6 +278,8 @@ class _Besides:
         text = self.way.text
         said = bare(self.way.resolved(phrase))
         heard = wishes_of(said, text.scene)
+        if any(isinstance(frame, Clearance) and self.way.ends_at(frame.named) for frame in _frames(heard)):
+            heard = wishes_of(bare(self.way.resolved(phrase, passed=True)), text.scene)
         meant = text.meant_at(phrase.pieces.start) if [wish.outcome for wish in heard] == ["ask"] else None
         if meant is None or any(same_place(stop.place, meant) for stop in self.way.stops):
             return heard

@@ -219,7 +219,7 @@ def _counts_there(text: Text, before: WayPhrase, mine: Sequence[WayStop], others
     at_once = len(before.pieces) > 0 and TYING.isdisjoint(between) and all(map(is_filler, between[1:]))
     elsewhere = {item.name for stop in others if stop.place for item in stop.place.objects}
     names = {item.name for stop in mine if stop.place for item in stop.place.objects}
-    ends = role == "via" or (role == "goal" and any(stop.role == "goal" for stop in others))
+    ends = role == "via" or any(stop.role == role for stop in others)
     if not (at_once and ends and names and names <= elsewhere):
         return False
     if before.role == "wait":

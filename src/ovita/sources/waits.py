@@ -46,7 +46,9 @@ class Waits:
         if _shared(heard) and (own is None or self._ends_a_stretch(own)):
             return self._at_a_share(phrase, own, heard)
         spots = [] if duration is None else self._spots(phrase, own, heard)
-        return [_waiting(duration, spot) for spot in dict.fromkeys(spots)] if duration and spots else list(heard)
+        waits = [_waiting(duration, spot) for spot in dict.fromkeys(spots)] if duration and spots else list(heard)
+        more = [words for words in _durations(phrase)[1:] if waits and duration is not None]
+        return [*waits, *(Wish(words, "decline", Reading()) for words in more)]
 
     def _at_a_share(self, phrase: WayPhrase, own: WayStop | None, heard: Sequence[Wish]) -> list[Wish]:
         """Waits at a share of the way, or of a stretch of it: "to the cup and half way wait, then to the box"."""
@@ -99,6 +101,13 @@ def _shared(heard: Sequence[Wish]) -> bool:
     """Whether it comes to a wait at a share of the way."""
     waits = [frame for wish in heard for frame in wish.frames if isinstance(frame, Wait)]
     return any(frame.place == "middle" or isinstance(frame.place, Quantity) for frame in waits)
+
+
+def _durations(phrase: WayPhrase) -> list[str]:
+    """What is said to last how long, each in its words: "2 s", "for 3"."""
+    words = phrase.words
+    lasting = [(k, one) for k, one in phrase.amounts if one.unit == "s" or (not one.unit and words[k - 1] == "for")]
+    return [" ".join(words[max(k - 1, 0) : k + one.used]) for k, one in lasting]
 
 
 def _waiting(duration: Amount, where: str) -> Wish:
