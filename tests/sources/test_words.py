@@ -326,6 +326,8 @@ def test_a_place_in_a_reason_is_none_of_the_way():
         ("From the box to the plate, keep 15 cm from the bottle as it is fragile", "as it is fragile",
          "keep 15 cm from the bottle"),
         ("From the box to the plate, slowly, since the bottle is full", "since the bottle is full", "slowly"),
+        ("From the box to the plate, slowly, as the bottle is open at the top", "as the bottle is open at the top",
+         "slowly"),
         ("Since the bottle is hot, go slowly from the box to the plate", "Since the bottle is hot", "go slowly"),
         ("Slowly, given that the left post is loose, from the box to the plate", "given that the left post is loose",
          "Slowly"),

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from ovita.sources.places import Text, phrase_at, way_words
 
-GROUND, FINITE, MEANWHILE = map(way_words, ("ground", "finite", "meanwhile"))
+GROUND, FINITE, MEANWHILE, BIDDING = map(way_words, ("ground", "finite", "meanwhile", "bidding"))
 
 ENDING = frozenset(", ; . : ! ? ( )".split())
 """Marks at which a clause ends."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
+from itertools import zip_longest
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from ovita.paths.part import WHOLE
 from ovita.paths.scene import Scene
 from ovita.sources.mentions import WayTold, barred_by, mentioned
 from ovita.sources.places import SIDES, Location, Text, way_words
-from ovita.sources.reasons import FINITE
+from ovita.sources.reasons import BIDDING, ENDING, FINITE
 from ovita.sources.stops import (
     CARRIERS,
     TOUCHING,
@@ -167,7 +168,7 @@ class _Besides:
     def hear(self, phrases: Sequence[WayPhrase], denied: Collection[WayPhrase]) -> None:
         """Take up all phrases, of which the places of some may be denied."""
         heard: WayPhrase | None = None  # together with the one before
-        for phrase, following in zip(phrases, (*phrases[1:], None), strict=True):
+        for phrase, following in zip_longest(phrases, phrases[1:]):
             if phrase is not heard and any(map(str.isalnum, phrase.said)):
                 heard = following if self._hear(phrase, following, phrase in denied) else None
 
@@ -205,8 +206,11 @@ class _Besides:
 
     def _reason(self, phrase: WayPhrase, said: str) -> None:
         """A reason asks for nothing, unless its words hold more: "as it is full go slowly"."""
+        text, stop = self.way.text, phrase.pieces.stop
         more = _behind_verb(phrase) if phrase.why else ""
-        asks = " " in more and any(wish.outcome == "do" for wish in wishes_of(more, self.way.text.scene))
+        closed = stop == len(text) or text.words[stop] in ENDING
+        more = more if not closed or BIDDING & {*more.split()[1:]} else ""
+        asks = " " in more and any(wish.outcome == "do" for wish in wishes_of(more, text.scene))
         self.left += [said] if asks else []
         self.passed |= {} if asks else {said: "a reason"}
 

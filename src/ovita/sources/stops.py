@@ -11,7 +11,7 @@ from itertools import pairwise, product
 from ovita.instruct.lexicon import DETERMINERS, PLAIN, concept_at, is_filler, term_at
 from ovita.instruct.numbers import Amount, amount_at
 from ovita.sources.places import BEHIND, SEEN, SIDES, Location, Text, phrase_at, way_words
-from ovita.sources.reasons import ReasonClause, clauses
+from ovita.sources.reasons import BIDDING, ReasonClause, clauses
 from ovita.sources.tagging import ROLES, Role, seen_with_points, tagger
 from ovita.sources.wishes import TIES, wishes_of
 
@@ -150,7 +150,8 @@ def _phrases(text: Text) -> list[WayPhrase]:
 
 def _set_apart(text: Text, phrases: Sequence[WayPhrase], clause: ReasonClause) -> list[WayPhrase]:
     """The phrases with a clause that tells why as one of its own; it ends where something is asked for behind it."""
-    begun = (p.pieces.start for p in phrases if p.role and p.shares[p.role] > CERTAIN and p.pieces.start > clause.verb)
+    certain = (p for p in phrases if p.role and p.shares[p.role] > CERTAIN and p.pieces.start > clause.verb)
+    begun = (p.pieces.start for p in certain if p.role in WAY or p.words[0] in BIDDING)
     why = range(clause.pieces.start, min(next(begun, clause.pieces.stop), clause.pieces.stop))
     found, none = list[WayPhrase](), dict.fromkeys(ROLES, 0.0)
     for phrase in phrases:
