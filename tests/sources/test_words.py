@@ -113,6 +113,8 @@ ARM = Robot.preset("arm")
         ("Start 0.5 m above the box, come down to 20 cm above the plate", "0.50 m above the box", [],
          "0.20 m above the plate", ""),
         ("Hold at the box for 4 s and then proceed to the plate", "the box", [], "the plate", "wait 4 s at the start"),
+        ("Start at the box, wait there for 4 s, then over to the plate", "the box", [], "the plate", "wait 4 s at the start"),
+        ("To the plate from the box, wait there for 4 s", "the box", [], "the plate", "wait 4 s at the goal"),
         ("Start box, end plate, wait 2 s at the start", "the box", [], "the plate", "wait 2 s at the start"),
         ("go to the bottle then the plate, start on the box", "above the box", ["the bottle"], "the plate", ""),
         ("Take the dirty sheets from the box to the plate", "the box", [], "the plate", ""),

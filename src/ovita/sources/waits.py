@@ -83,8 +83,11 @@ class Waits:
     def _near_by(self, phrase: WayPhrase) -> list[Location | None]:
         """The places that a wait may be at, the likeliest first: what follows at once, was told last, or comes next."""
         others = [stop for stop in self.way.stops if stop.phrase is not phrase]
-        before = [stop.place for stop in others if stop.phrase.span < phrase.span and stop.role != "start"]
-        behind = [stop for stop in others if stop.phrase.span > phrase.span and stop.role == "via"]
+        told = [stop for stop in others if stop.phrase.span < phrase.span]
+        ahead = [stop for stop in others if stop.phrase.span > phrase.span]
+        behind = [stop for stop in ahead if stop.role == "via"]
+        sets_off = any(stop.role == "goal" for stop in ahead)  # "start at A, wait there, then on to B"
+        before = [stop.place for k, stop in enumerate(told, 1) if stop.role != "start" or (sets_off and k == len(told))]
         text = self.way.text.text
         at_once = [s.place for s in behind if not text[phrase.span[1] : s.phrase.span[0]].strip()]
         return [*at_once, *before[::-1], *(stop.place for stop in behind), self.way.goal]
