@@ -189,3 +189,10 @@ def test_a_bound_on_the_other_side_is_never_done(text, meant, opposite):
 def test_what_is_denied_may_be_bounded_from_the_other_side():
     for text in ("never go higher than 1 m", "avoid going above 1 m", "anything above 1 m is too high"):
         assert not contradictions(said(text), notation.parse("height at_most=1m", ()))
+
+
+def test_read_needs_no_trajectory(tmp_path):
+    scene = tmp_path / "bare.json"
+    scene.write_text(json.dumps({"objects": [{"name": "drill", "x": 0.3, "y": 0, "z": 0.1}]}))
+    shown = CliRunner().invoke(cli, ["read", "clear the drill by 10 cm", "--scene", str(scene)])
+    assert shown.exit_code == 0 and "clearance drill at_least=10cm" in shown.output

@@ -112,6 +112,8 @@ ARM = Robot.preset("arm")
         ("Plate to box, leave the bottle on its left-hand side", "the plate", ["left of the bottle"], "the box", ""),
         ("Start 0.5 m above the box, come down to 20 cm above the plate", "0.50 m above the box", [],
          "0.20 m above the plate", ""),
+        ("Box to plate over the bottle, clear it by 10 cm", "the box", ["above the bottle"], "the plate",
+         "clear the bottle by 10 cm"),
         ("Hold at the box for 4 s and then proceed to the plate", "the box", [], "the plate", "wait 4 s at the start"),
         ("Start at the box, wait there for 4 s, then over to the plate", "the box", [], "the plate",
          "wait 4 s at the start"),
