@@ -32,7 +32,18 @@ from ovita.sources.stops import (
 )
 from ovita.sources.tagging import Role
 from ovita.sources.waits import Waits
-from ovita.sources.wishes import TIES, Level, Wish, bare, behind, level_of, open_ended, wishes_of, without_going_on
+from ovita.sources.wishes import (
+    TIES,
+    Level,
+    Wish,
+    bare,
+    behind,
+    level_of,
+    open_ended,
+    wishes_of,
+    without_going_on,
+    without_twins,
+)
 from ovita.text import listed, quoted, the
 
 SURE = 0.6
@@ -125,7 +136,7 @@ def read_route(sentence: str, scene: Scene) -> Route:
         start,
         asked.goal,
         tuple(_seen(place, start, asked.goal, scene) for place in (*via, *asked.via)),
-        tuple(asked.wishes),
+        tuple(without_twins(asked.wishes)),
         notes=(*text.notes, *(f"took {words!r} as {why}" for words, why in asked.passed.items())),
         unknown=tuple(dict.fromkeys(unknown)),
         names=tuple(scene.names),

@@ -16,7 +16,7 @@ from ovita.sources.tagging import ROLES, Role, seen_with_points, tagger
 from ovita.sources.wishes import TIES, wishes_of
 
 BACK, CARRIERS, TOUCHING, DISMISSAL = map(way_words, ("again", "carrier", "touching", "dismissal"))
-REASON = way_words("reason")
+REASON, HEED = map(way_words, ("reason", "heed"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,10 +142,17 @@ def _phrases(text: Text) -> list[WayPhrase]:
         inside = [k for k, piece in enumerate(text.pieces) if begin <= piece.span[0] < end]
         pieces = range(inside[0], inside[-1] + 1) if inside else range(0)
         words = tuple(text.words[k] for k in pieces)
-        found.append(WayPhrase(tagged.role, tagged.shares, tagged.span, pieces, words, text.text[begin:end].strip()))
+        role = "wish" if tagged.role == "via" and _heeds(words) else tagged.role
+        found.append(WayPhrase(role, tagged.shares, tagged.span, pieces, words, text.text[begin:end].strip()))
     for clause in clauses(text):
         found = _set_apart(text, found, clause)
     return found
+
+
+def _heeds(words: Sequence[str]) -> bool:
+    """Whether a phrase is about something to keep clear of: "and mind the lamp"."""
+    first = next((k for k, word in enumerate(words) if word not in TIES), 0)
+    return bool(phrase_at(words, first, HEED)[1])
 
 
 def _set_apart(text: Text, phrases: Sequence[WayPhrase], clause: ReasonClause) -> list[WayPhrase]:
@@ -318,10 +325,14 @@ def _left(text: Text, phrase: WayPhrase, stop: WayStop, found: Sequence[tuple[Lo
     over = [k for k in phrase.pieces if k not in taken]
     far = place.distance is None and _metres(text.words, over) is not None
     turned = any(term_at(text.words, k)[0] in TURNING or text.words[k] == "side" for k in over)
-    return phrase.said if far or (turned and phrase.role == "via" and place.relation not in SIDES) else ""
+    widely = any(text.words[k] in WIDELY and k + 1 in taken for k in over) and place.distance is None
+    aside = turned and phrase.role == "via" and place.relation not in SIDES
+    return phrase.said if far or widely or aside else ""
 
 
 TURNING = frozenset(("left", "right"))
+WIDELY = frozenset(("well", "high", "far"))
+"""In front of a relation, these ask for more than a place by itself: "well above the statue"."""
 
 
 def carries(words: Sequence[str], k: int) -> bool:

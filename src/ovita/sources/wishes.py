@@ -138,3 +138,18 @@ def behind(wish: Wish, place: str) -> Wish:
     part = PathPart("after", places=(place,))
     frames = (replace(f, part=part) if isinstance(f, Pace) and f.part == WHOLE else f for f in wish.frames)
     return replace(wish, reading=replace(wish.reading, frames=tuple(frames)))
+
+
+def without_twins(wishes: Sequence[Wish]) -> list[Wish]:
+    """Wishes but for a change of speed by no amount that another one tells: "take it easy, half speed"."""
+    told = [(f.change, f.part) for f in _paces(wishes) if f.quantities]
+    return [
+        wish
+        for wish in wishes
+        if not (wish.frames and all((f.change, f.part) in told and not f.quantities for f in _paces([wish])))
+        or len(_paces([wish])) < len(wish.frames)
+    ]
+
+
+def _paces(wishes: Sequence[Wish]) -> list[Pace]:
+    return [frame for wish in wishes for frame in wish.frames if isinstance(frame, Pace)]
