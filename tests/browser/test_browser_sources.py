@@ -63,8 +63,12 @@ def test_a_pen_that_is_dragged_shows_a_movement(start, browser, tmp_path):
     page.get_by_role("button", name="Put the pen away").wait_for()
     until(lambda: len(changed(before, picture(page))) > 20)
     x, y = np.median(changed(before, picture(page)), axis=0)
+    page.mouse.move(x - 1, y)
+    page.wait_for_timeout(300)
     page.mouse.move(x, y)
+    page.wait_for_timeout(300)
     page.mouse.down()
+    page.wait_for_timeout(300)
     for k in range(1, 13):
         page.mouse.move(x + 12 * k, y - 3 * k)
         page.wait_for_timeout(60)
