@@ -142,14 +142,10 @@ def behind(wish: Wish, place: str) -> Wish:
 
 def without_twins(wishes: Sequence[Wish]) -> list[Wish]:
     """Wishes but for a change of speed by no amount that another one tells: "take it easy, half speed"."""
-    told = [(f.change, f.part) for f in _paces(wishes) if f.quantities]
-    return [
-        wish
-        for wish in wishes
-        if not (wish.frames and all((f.change, f.part) in told and not f.quantities for f in _paces([wish])))
-        or len(_paces([wish])) < len(wish.frames)
-    ]
+    paces = [frame for wish in wishes for frame in wish.frames if isinstance(frame, Pace)]
+    told = [(pace.change, pace.part) for pace in paces if pace.quantities]
 
+    def twin(frame: SemanticFrame) -> bool:
+        return isinstance(frame, Pace) and not frame.quantities and (frame.change, frame.part) in told
 
-def _paces(wishes: Sequence[Wish]) -> list[Pace]:
-    return [frame for wish in wishes for frame in wish.frames if isinstance(frame, Pace)]
+    return [wish for wish in wishes if not wish.frames or not all(map(twin, wish.frames))]
