@@ -26,7 +26,7 @@ from ovita.augment.wording import families_from
 from ovita.chain import adapt
 from ovita.instruct.frames import from_json
 from ovita.policy import direct
-from ovita.writers.builtin import FramesWriter
+from ovita.writers.generate import FramesWriter
 
 POOL = RandomScenes(waypoints=50)
 MANNER = Manner(0, families_from(()))

@@ -21,7 +21,7 @@ from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
 from ovita.result import Adaptation
 from ovita.writers.base import Reply, WriterChain, WriterInfo
-from ovita.writers.builtin import BuiltinWriter
+from ovita.writers.generate import BuiltinWriter
 
 PATH = Trajectory(np.column_stack([np.linspace(0, 1, 30), np.zeros((30, 2))]), np.full(30, 0.4))
 SCENE = Scene((SceneObject("cup", [0.5, 0.3, 0.0]),))

@@ -51,7 +51,7 @@ def _forget():
 @pytest.fixture(autouse=True)
 def _as_before():
     yield
-    catalogue._withdraw({name for name in catalogue.CATALOGUE if not catalogue.is_shipped(name)})
+    catalogue._withdraw({name for name in catalogue.CATALOGUE if not catalogue.is_shipped(catalogue.CATALOGUE[name])})
     for module in [name for name in sys.modules if name.startswith(("acme_ovita", "sour_"))]:
         del sys.modules[module]
     _forget()

@@ -20,11 +20,10 @@ from ovita.bench.expected import expected
 from ovita.errors import OvitaError
 from ovita.paths.trajectory import Trajectory
 from ovita.policy.direct import run_proven
-from ovita.policy.syntax import parse_tree
+from ovita.policy.policy import parse_tree
 from ovita.request import Request
-from ovita.writers.base import Reply
-from ovita.writers.builtin import BuiltinWriter
-from ovita.writers.prompt import ground
+from ovita.writers.base import Reply, ground
+from ovita.writers.generate import BuiltinWriter
 
 KINDS = ("right", "after a yes", "shown, not meant", "asked or declined", "rightly refused", "silently wrong")
 

@@ -26,7 +26,7 @@ from ovita.dialogue.session import Session
 from ovita.errors import OvitaError
 from ovita.instruct import edits as E
 from ovita.paths.trajectory import Trajectory
-from ovita.writers.builtin import FramesWriter
+from ovita.writers.generate import FramesWriter
 
 CORPUS = Path(__file__).parent / "corpus"
 

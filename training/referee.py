@@ -30,7 +30,7 @@ from ovita.instruct.rules import read
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
-from ovita.writers.builtin import reply_for
+from ovita.writers.generate import reply_for
 
 VOICES = Path(__file__).parent / "corpus" / "voices"
 RIDGE = 1.0

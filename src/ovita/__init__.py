@@ -30,8 +30,7 @@ if TYPE_CHECKING:
     from ovita.sources.planner import Plan, plan
     from ovita.sources.skills import Skill
     from ovita.sources.words import Generation, from_words
-    from ovita.writers.base import PolicyWriter, Reply, writer_named
-    from ovita.writers.prompt import Prompt, ground
+    from ovita.writers.base import PolicyWriter, Prompt, Reply, ground, writer_named
 
 __version__ = "0.1.0"
 
@@ -45,7 +44,7 @@ _HOMES = {
     "Plan": "sources.planner",
     "Policy": "policy",
     "PolicyWriter": "writers.base",
-    "Prompt": "writers.prompt",
+    "Prompt": "writers.base",
     "Reply": "writers.base",
     "Request": "request",
     "Robot": "paths.robot",
@@ -62,7 +61,7 @@ _HOMES = {
     "compare": "measure",
     "constrain": "limits",
     "from_words": "sources.words",
-    "ground": "writers.prompt",
+    "ground": "writers.base",
     "learn": "sources.learning",
     "load": "io",
     "load_robot": "io",

@@ -18,7 +18,7 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from ovita.errors import InputError, PolicyError, PolicyRejected, RequestError, WriterError, called_as
+from ovita.errors import InputError, PolicyError, PolicyRejected, RequestError, WriterError
 from ovita.instruct.editing import by_hand
 from ovita.limits import ConstraintOptions, Solution, Verdict, constrain
 from ovita.measure import compare, shape_warnings
@@ -30,14 +30,23 @@ from ovita.policy import Policy
 from ovita.policy.sandbox import Rollout, known_isolation, run
 from ovita.request import Adaptable, Request, requested, scene_of
 from ovita.result import Adaptation, Postcondition, Status, explain, facts, judged_status
-from ovita.text import number, quoted, sentence, the
+from ovita.text import called_as, number, quoted, sentence, the
 from ovita.toolkit import Outcome
 from ovita.toolkit.moves import move_goal, move_start
-from ovita.writers.base import Attempt, PolicyWriter, Progress, Reply, WriterInfo, WritingBudget, writer_named
+from ovita.writers.base import (
+    Attempt,
+    ExampleMode,
+    PolicyWriter,
+    Progress,
+    Reply,
+    WriterInfo,
+    WritingBudget,
+    ground,
+    writer_named,
+)
 from ovita.writers.explain import reworded
 from ovita.writers.generate import Isolation as Isolation
 from ovita.writers.generate import judged, write
-from ovita.writers.prompt import ExampleMode, ground
 
 RESTORED = 0.3
 """Share of the path that bends when an end is brought back that was to stay."""

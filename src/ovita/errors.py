@@ -30,13 +30,9 @@ into the `status` of an `Adaptation`; so is infeasibility, which is never an exc
 from __future__ import annotations
 
 import contextlib
-import functools
 import re
-import sys
-from collections.abc import Callable, Iterator, Sequence
-from numbers import Real
-from types import UnionType
-from typing import Any, Literal, ParamSpec, TypeVar, Union, get_args, get_origin, get_type_hints
+from collections.abc import Iterator, Sequence
+from typing import Literal
 
 
 class OvitaError(Exception):
@@ -101,73 +97,6 @@ class FormatError(InputError):
 
 class RequestError(InputError):
     """An instruction or an option cannot be used."""
-
-
-P = ParamSpec("P")
-R = TypeVar("R")
-
-
-def called_as(example: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Decorate a function of the public interface, so that arguments that do not fit it are one sentence.
-
-    Args:
-        example: A call that is right.
-    """
-
-    def decorate(function: Callable[P, R]) -> Callable[P, R]:
-        import inspect  # not needed by a command that only prints its help
-
-        signature = inspect.signature(function)
-
-        @functools.wraps(function)
-        def call(*args: P.args, **kwargs: P.kwargs) -> R:
-            try:
-                given = signature.bind(*args, **kwargs).arguments
-            except TypeError as error:
-                raise RequestError(f"{function.__name__}: {error}; call it like this: {example}") from None
-            try:
-                return function(*args, **kwargs)
-            except (TypeError, AttributeError, ValueError, LookupError):
-                names = sys.modules[function.__module__].__dict__
-                for name, value in given.items():
-                    hint = signature.parameters[name].annotation
-                    if not _fits(value, hint, names):
-                        wrong = f"{name} is to be {hint}, not {_short(value)}"
-                        raise RequestError(f"{function.__name__}: {wrong}; call it like this: {example}") from None
-                raise  # what fits is a fault of ours
-
-        return call
-
-    return decorate
-
-
-def _fits(value: object, annotation: object, names: dict[str, Any]) -> bool:
-    """Whether a value may be of a type; True where that cannot be told."""
-    try:
-        named = type("Named", (), {"__annotations__": {"hint": annotation}})
-        hint = get_type_hints(named, names)["hint"]
-    except NameError:  # of a type checker alone
-        return True
-    parts = get_args(hint)
-    kind = get_origin(hint) or hint
-    if kind in (Union, UnionType):
-        return any(_fits(value, part, names) for part in parts)
-    if kind is Literal:
-        return isinstance(value, str | int) and value in parts
-    if kind is Callable or hint is float:
-        return callable(value) if kind is Callable else isinstance(value, Real)
-    if not isinstance(kind, type):
-        return True
-    if getattr(kind, "_is_protocol", False):
-        return all(hasattr(value, name) for name in vars(kind) if not name.startswith("_"))
-    if kind in (tuple, Sequence) and isinstance(value, list | tuple):
-        return all(_fits(item, parts[0], names) for item in value) if parts else True
-    return isinstance(value, kind) and not (kind is Sequence and isinstance(value, str | bytes))
-
-
-def _short(value: object) -> str:
-    text = repr(value)
-    return text if len(text) <= 40 and "\n" not in text else f"a {type(value).__name__}"
 
 
 class PolicyError(OvitaError):

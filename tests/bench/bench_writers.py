@@ -6,8 +6,7 @@ import threading
 from dataclasses import replace
 
 from ovita.errors import MissingKey, WriterError
-from ovita.writers.base import Reply, WriterInfo
-from ovita.writers.prompt import Prompt
+from ovita.writers.base import Prompt, Reply, WriterInfo
 
 LEFT = "def adapt(traj, scene, *, left=0.2):\n    return move(traj, left=left)\n"
 NOTHING = "def adapt(traj, scene):\n    expect_same_path()\n    return traj\n"

@@ -10,7 +10,7 @@ from ovita.chain import REPAIRS
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
-from ovita.writers.prompt import ground
+from ovita.writers.base import ground
 
 PATH = Trajectory.from_array(np.column_stack([np.linspace(0, 2, 30), np.zeros((30, 2)), np.full(30, 0.4)]))
 REQUEST = Request("circle the cup", PATH, Scene((SceneObject("cup", [0.5, 0.3, 0.0]),)))

@@ -12,7 +12,7 @@ from ovita.instruct.notation import parse, show
 from ovita.paths.part import PathPart
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
-from ovita.writers.builtin import reply_for
+from ovita.writers.generate import reply_for
 
 N = 41
 PATH = Trajectory.from_array(np.column_stack([np.zeros(N), np.linspace(0, 2, N), np.full(N, 0.3), np.full(N, 0.4)]))

@@ -15,8 +15,8 @@ from ovita.policy.reading import parse as parse_policy
 from ovita.policy.sandbox import run
 from ovita.request import Request
 from ovita.toolkit import judge
-from ovita.writers.builtin import BuiltinWriter
-from ovita.writers.prompt import ground
+from ovita.writers.base import ground
+from ovita.writers.generate import BuiltinWriter
 
 SCENE = Scene(
     (
@@ -258,7 +258,7 @@ def test_path_steps_come_before_speed_and_before_what_changes_the_count():
 
 
 def test_near_is_never_empty_and_never_everything():
-    from ovita.instruct.numbers import Scale
+    from ovita.instruct.lexicon import Scale
 
     trajectory = Trajectory.from_array(ROWS)
     scale = Scale.of(trajectory)

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from ovita.instruct.chunks import close, cut, distance, respelt
-from ovita.instruct.lexicon import concept_at, concepts, filler, phrases, stems
-from ovita.instruct.numbers import amount_at
+from ovita.instruct.lexicon import amount_at, concept_at, concepts, filler, phrases, stems
 from ovita.instruct.objects import Catalog
 from ovita.instruct.rules import read
 from ovita.paths.scene import Scene, SceneObject
@@ -17,8 +16,8 @@ from ovita.policy.reading import parse as parse_policy
 from ovita.policy.sandbox import run
 from ovita.request import Request
 from ovita.toolkit import judge
-from ovita.writers.builtin import BuiltinWriter
-from ovita.writers.prompt import ground
+from ovita.writers.base import ground
+from ovita.writers.generate import BuiltinWriter
 
 SCENE = Scene(
     (

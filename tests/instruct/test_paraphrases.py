@@ -13,8 +13,8 @@ from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.policy.sandbox import run
 from ovita.request import Request
-from ovita.writers.builtin import BuiltinWriter
-from ovita.writers.prompt import ground
+from ovita.writers.base import ground
+from ovita.writers.generate import BuiltinWriter
 
 SCENE = Scene(
     (

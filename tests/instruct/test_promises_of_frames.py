@@ -8,7 +8,7 @@ from ovita.instruct.notation import parse
 from ovita.paths.scene import Frame
 from ovita.toolkit.catalogue import Expectation
 from ovita.toolkit.judging import judge
-from ovita.writers.builtin import FramesWriter
+from ovita.writers.generate import FramesWriter
 
 N = 60
 T = np.linspace(0, 1, N)

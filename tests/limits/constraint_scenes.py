@@ -10,8 +10,8 @@ from collections import Counter
 import numpy as np
 
 from ovita.limits import ConstraintOptions, constrain
-from ovita.limits.obstacles import build
 from ovita.limits.path import keep_out
+from ovita.limits.problem import obstacles_of
 from ovita.paths.robot import Box, Robot, Shell
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
@@ -74,7 +74,7 @@ def faults(seed):
     proposed, original, scene, robot, options = random_case(seed)
     solution = constrain(proposed, scene, robot, original=original, options=options)
     x, verdict, n = solution.trajectory.positions, solution.verdict, len(proposed)
-    bodies = (*build(scene, robot, shape=options.obstacle_shape), *keep_out(robot))
+    bodies = (*obstacles_of(scene, robot, shape=options.obstacle_shape), *keep_out(robot))
     pins = list(options.pins(n))
     wrong = []
     if len(solution.trajectory) != n or not np.array_equal(x[pins], proposed.positions[pins]):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ovita.limits import ConstraintOptions, constrain
-from ovita.limits.obstacles import kind_of
+from ovita.limits.problem import kind_of
 from ovita.paths.robot import Box, Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory

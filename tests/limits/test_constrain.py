@@ -6,7 +6,7 @@ from constraint_scenes import faults, segment_distances
 
 from ovita.errors import ConstraintDefinitionError, UnknownObject
 from ovita.limits import ConstraintOptions, constrain
-from ovita.limits.obstacles import build
+from ovita.limits.problem import obstacles_of
 from ovita.paths.robot import Box, Robot, Shell
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
@@ -34,7 +34,7 @@ CUP = ("cup", [0.0, 0.02, 0.0], [0.2, 0.2, 0.2])
 
 def clearance(solution, scene_, robot=OPEN, shape="box"):
     x = solution.trajectory.positions
-    return min(segment_distances(body, x).min() for body in build(scene_, robot, shape=shape))
+    return min(segment_distances(body, x).min() for body in obstacles_of(scene_, robot, shape=shape))
 
 
 def test_a_legal_trajectory_is_returned_bit_by_bit():
@@ -62,7 +62,7 @@ def test_a_speed_edit_never_moves_the_path():
 def test_an_obstacle_is_cleared_between_waypoints_too():
     t = line(n=9)
     plate = scene(("plate", [0.06, 0.0, 0.0], [0.01, 0.4, 0.4]))
-    assert min(build(plate, OPEN)[0].signed(t.positions)[0]) > 0, "no waypoint is inside the plate"
+    assert min(obstacles_of(plate, OPEN)[0].signed(t.positions)[0]) > 0, "no waypoint is inside the plate"
     found = constrain(t, plate, OPEN, original=moved(t))
     assert found.verdict.status == "repaired"
     assert clearance(found, plate) > -1e-6
@@ -75,7 +75,7 @@ def test_near_the_centre_of_an_obstacle_the_push_stays_small(offset, shape):
     t = line()
     where = scene(("ball", [0.0, offset, 0.0], [0.2, 0.2, 0.2]))
     found = constrain(t, where, OPEN, original=moved(t), options=ConstraintOptions(obstacle_shape=shape))
-    body = build(where, OPEN, shape=shape)[0]
+    body = obstacles_of(where, OPEN, shape=shape)[0]
     assert found.verdict.status == "repaired"
     assert clearance(found, where, shape=shape) > -1e-6
     assert found.verdict.max_shift < body.reach * 1.3

@@ -6,7 +6,7 @@ from constraint_scenes import segment_distances
 
 from ovita.errors import ConstraintDefinitionError
 from ovita.limits import ConstraintOptions, constrain
-from ovita.limits.obstacles import build
+from ovita.limits.problem import obstacles_of
 from ovita.paths.robot import Box, Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
@@ -38,7 +38,7 @@ def test_a_fixed_start_inside_an_object():
     assert "cup" not in text(found)
     x = found.trajectory.positions
     assert np.array_equal(x[0], t.positions[0])
-    for body in build(scene, OPEN):
+    for body in obstacles_of(scene, OPEN):
         assert segment_distances(body, x[1:]).min() > -1e-6, "only the way out of the table may break a limit"
     assert (found.trajectory.speeds <= 1.0).all()
     free = solve(t, scene, options=ConstraintOptions(fix_goal=True))

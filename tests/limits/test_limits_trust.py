@@ -8,7 +8,7 @@ import trust_scenes
 
 from ovita import Adaptation
 from ovita.limits import ConstraintOptions
-from ovita.limits.obstacles import from_object
+from ovita.limits.problem import from_object
 from ovita.paths.robot import Box, Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory

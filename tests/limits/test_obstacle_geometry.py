@@ -5,7 +5,7 @@ import pytest
 from constraint_scenes import segment_distances
 
 from ovita.errors import UnknownObject
-from ovita.limits.obstacles import Obstacle, build
+from ovita.limits.problem import Obstacle, obstacles_of
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene, SceneObject
 
@@ -72,11 +72,11 @@ def test_sieve_misses_nothing():
 def test_objects_become_obstacles():
     scene = Scene((SceneObject("cup", [1, 0, 0]), SceneObject("table", [0, 0, 0], [1, 2, 0.1])))
     robot = Robot("r", None, obstacle_margin=0.03, object_size=0.08)
-    cup, table = build(scene, robot)
+    cup, table = obstacles_of(scene, robot)
     assert cup.half == pytest.approx(0.04)
     assert table.radius == pytest.approx(0.03)
-    sphere = build(scene, robot, shape="sphere")[1]
+    sphere = obstacles_of(scene, robot, shape="sphere")[1]
     assert sphere.radius == pytest.approx(np.linalg.norm([1, 2, 0.1]) / 2 + 0.03)
-    assert [b.name for b in build(scene, robot, contacts=["the Cup"])] == ["table"]
+    assert [b.name for b in obstacles_of(scene, robot, contacts=["the Cup"])] == ["table"]
     with pytest.raises(UnknownObject):
-        build(scene, robot, contacts=["plate"])
+        obstacles_of(scene, robot, contacts=["plate"])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ovita.limits import ConstraintOptions, constrain, problem, verify
-from ovita.limits.obstacles import build
+from ovita.limits.problem import obstacles_of
 from ovita.paths.robot import Box, Robot, Shell
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
@@ -32,13 +32,12 @@ def check(name, t, scene=None, robot=None, **options):
     return next(c for c in found if c.name == name)
 
 
-@pytest.mark.parametrize("source", ["verify", "problem", "obstacles"])
+@pytest.mark.parametrize("source", ["verify", "problem"])
 def test_it_imports_no_solver(source):
     tree = ast.parse((Path(problem.__file__).parent / f"{source}.py").read_text(encoding="utf-8"))
     names = {n.module or "" for n in ast.walk(tree) if isinstance(n, ast.ImportFrom)}
     names |= {a.name for n in ast.walk(tree) if isinstance(n, ast.Import) for a in n.names}
-    allowed = {"obstacles", "problem"}
-    assert {n.split(".")[2] for n in names if n.startswith("ovita.limits.")} <= allowed
+    assert {n.split(".")[2] for n in names if n.startswith("ovita.limits.")} <= {"problem"}
     assert not {n for n in names if n.split(".")[0] in ("piqp", "scipy", "optuna")}
 
 
@@ -103,7 +102,7 @@ def test_every_public_file():
             if fixed and found.verdict.status == "infeasible":
                 ends = t.positions[[0, -1]]
                 outside = (robot.workspace.inside(ends) < robot.margin).any()
-                inside = any((body.signed(ends)[0] < 0).any() for body in build(scene, robot))
+                inside = any((body.signed(ends)[0] < 0).any() for body in obstacles_of(scene, robot))
                 assert outside or inside, path.name
                 assert found.verdict.conflicts
             else:

@@ -9,7 +9,7 @@ from depth_pictures import Thing, picture
 from ovita import Request, Robot, Scene, SceneObject, Trajectory, adapt
 from ovita.gate import review
 from ovita.limits import ConstraintOptions, constrain
-from ovita.limits.obstacles import top_of
+from ovita.limits.problem import top_of
 from ovita.paths.scene import Frame
 from ovita.perceive import View, perceive
 from ovita.perceive.support import name_of

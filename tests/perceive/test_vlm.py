@@ -17,7 +17,7 @@ from ovita.paths.trajectory import Trajectory
 from ovita.perceive import View, perceive
 from ovita.perceive.vlm import CONVENTIONS, VlmDetector, convention_of, read_boxes
 from ovita.request import Request
-from ovita.writers.prompt import ground
+from ovita.writers.base import ground
 
 CUP = Thing("box", (0.0, 0.15, 0.06), (0.08, 0.08, 0.12), colour="red")
 BOOK = Thing("box", (0.05, -0.15, 0.03), (0.16, 0.1, 0.06), 0.4, "blue")

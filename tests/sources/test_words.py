@@ -13,7 +13,7 @@ from ovita.cli.main import cli
 from ovita.errors import RequestError
 from ovita.request import Request
 from ovita.sources.route import read_route
-from ovita.writers.prompt import ground
+from ovita.writers.base import ground
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 import generation

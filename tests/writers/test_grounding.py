@@ -14,8 +14,8 @@ from ovita.policy.sandbox import run
 from ovita.request import Request, Turn
 from ovita.toolkit import CATALOGUE
 from ovita.toolkit.catalogue import core_names
+from ovita.writers.base import ground
 from ovita.writers.models.exchange import billions
-from ovita.writers.prompt import ground
 
 PATH = Trajectory.from_array(np.column_stack([np.linspace(0, 2, 30), np.zeros((30, 2)), np.full(30, 0.4)]))
 SCENE = Scene(

@@ -19,10 +19,11 @@ from ovita.paths.robot import Box, Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
-from ovita.writers.base import CUT, Reply, WriterInfo, as_data, one_line
-from ovita.writers.builtin import BuiltinWriter
+from ovita.text import CUT, as_data, one_line
+from ovita.writers.base import Prompt, Reply, WriterInfo, ground
+from ovita.writers.generate import BuiltinWriter
 from ovita.writers.models.exchange import ModelWriter
-from ovita.writers.prompt import MAX_ENVIRONMENT, MAX_NAME, Prompt, ground
+from ovita.writers.prompt import MAX_ENVIRONMENT, MAX_NAME
 
 T = np.linspace(0, 1, 30)
 PATH = Trajectory.from_array(np.column_stack([T, 0.2 * np.sin(3 * T), 0.3 + 0 * T, 0.3 + 0 * T]))

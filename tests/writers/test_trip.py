@@ -16,8 +16,7 @@ from ovita.policy import sandbox
 from ovita.policy.policy import Parameter, Policy
 from ovita.request import Request
 from ovita.writers import generate
-from ovita.writers.base import Reply
-from ovita.writers.prompt import Prompt
+from ovita.writers.base import Prompt, Reply
 
 PATH = Trajectory(np.linspace([0.0, 0, 0], [1.0, 0.5, 0.2], 50), np.full(50, 0.2))
 SCENE = Scene((SceneObject("cup", np.array([0.5, 0.6, 0.1]), np.full(3, 0.1)),))

@@ -24,10 +24,9 @@ from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
 from ovita.result import Adaptation
-from ovita.writers.base import PolicyWriter, Reply, WriterChain, WriterInfo, writer_named
+from ovita.writers.base import PolicyWriter, Prompt, Reply, WriterChain, WriterInfo, writer_named
 from ovita.writers.generate import unused
 from ovita.writers.models.chat import LLMWriter
-from ovita.writers.prompt import Prompt
 
 PATH = Trajectory.from_array(
     np.column_stack([np.linspace(0, 1, 20), np.zeros(20), np.zeros(20), np.full(20, 0.4)]), timestep=0.2

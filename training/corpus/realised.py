@@ -27,12 +27,12 @@ from ovita.instruct.editing import apply, realised_values
 from ovita.instruct.frames import name_of
 from ovita.instruct.notation import show
 from ovita.instruct.realise import realise
-from ovita.limits.obstacles import kind_of
+from ovita.limits.problem import kind_of
 from ovita.paths.part import PathPart
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.policy.direct import run_proven
-from ovita.policy.syntax import parse_tree
+from ovita.policy.policy import parse_tree
 
 VOICES = Path(__file__).parent / "voices"
 SIZES = {"person": (0.5, 0.4, 1.75), "animal": (0.6, 0.3, 0.5)}

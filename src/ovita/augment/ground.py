@@ -13,10 +13,9 @@ from typing import Protocol
 import numpy as np
 
 from ovita.bench.generate import SETTINGS, random_scene
-from ovita.instruct.numbers import Scale
+from ovita.instruct.lexicon import Scale
 from ovita.io import Task, load_robot
-from ovita.limits.obstacles import Obstacle, build
-from ovita.limits.problem import ConstraintOptions
+from ovita.limits.problem import ConstraintOptions, Obstacle, obstacles_of
 from ovita.limits.solve import limit_speeds
 from ovita.limits.verify import dynamics, too_bent, too_quick
 from ovita.measure.predicates.check import Pair
@@ -24,7 +23,7 @@ from ovita.paths.geometry import closest_to_point, lengths
 from ovita.paths.robot import Box, Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
-from ovita.policy.output import reach
+from ovita.policy.sandbox import reach
 
 TRIES = 50
 """Scenes drawn before the last one is taken whatever its original does to the limits."""
@@ -100,7 +99,7 @@ class Legality:
     @cached_property
     def _bodies(self) -> tuple[tuple[Obstacle, ...], Array, Array]:
         """The obstacles with the centres (K, 3) and radii (K,) of balls that hold them with the distance to keep."""
-        bodies = build(self.scene, self.robot)
+        bodies = obstacles_of(self.scene, self.robot)
         centres = np.array([body.center for body in bodies]).reshape(-1, 3)
         radii = np.array([float(np.linalg.norm(body.half)) + body.radius for body in bodies])
         return bodies, centres, radii

@@ -21,7 +21,7 @@ from ovita.io.json_ import parse_object
 from ovita.request import Request
 from ovita.result import Adaptation
 from ovita.text import counted
-from ovita.writers.builtin import FramesWriter
+from ovita.writers.generate import FramesWriter
 
 SAME = 1e-6
 """How far two motions may be apart that are called the same [m, m/s]."""

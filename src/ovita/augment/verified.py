@@ -33,7 +33,8 @@ from ovita.measure.predicates.check import CheckResult, Pair
 from ovita.paths.geometry import lengths
 from ovita.paths.trajectory import Trajectory
 from ovita.policy.direct import TooMuch
-from ovita.policy.output import to_rows, to_trajectory
+from ovita.policy.policy import to_rows
+from ovita.policy.sandbox import to_trajectory
 
 TRIES = 12
 """Draws for a sample before its number stays empty."""

@@ -23,7 +23,7 @@ from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 from ovita.request import MAX_INSTRUCTION, FeedbackOn, Request, Turn
 from ovita.result import Adaptation
-from ovita.writers.prompt import ExampleMode, Prompt
+from ovita.writers.base import ExampleMode, Prompt
 
 ABLATIONS: dict[str, str] = {
     "examples": "the prompt without examples, and with the paper's two instead of those that are like the instruction",

@@ -19,8 +19,7 @@ from ovita.errors import OvitaError, RequestError, TrajectoryError, UnusableRepl
 from ovita.io import trajectory_rows
 from ovita.io.waypoints import trajectory_from_rows
 from ovita.request import Request
-from ovita.writers.base import MODEL_VARIABLE, PolicyWriter, Reply, configured_model, writer_named
-from ovita.writers.prompt import Prompt
+from ovita.writers.base import MODEL_VARIABLE, PolicyWriter, Prompt, Reply, configured_model, writer_named
 
 if TYPE_CHECKING:
     from ovita.bench.evaluate import Condition

@@ -23,7 +23,7 @@ from ovita.instruct.editing import apply, realised_values
 from ovita.instruct.edits import Again, Also, Command, Edit, Rescale, Set
 from ovita.instruct.feedback import named_frames, named_objects, only_where, read_feedback
 from ovita.instruct.frames import Quantity, Reading, SemanticFrame, name_of, with_selection
-from ovita.instruct.numbers import amount_at
+from ovita.instruct.lexicon import amount_at
 from ovita.instruct.referee import feedback
 from ovita.measure import compare
 from ovita.paths.part import PathPart
@@ -33,7 +33,7 @@ from ovita.request import MAX_INSTRUCTION, FeedbackOn, Request, Turn
 from ovita.result import Adaptation
 from ovita.text import number, sentence
 from ovita.writers.base import PolicyWriter, WriterInfo
-from ovita.writers.builtin import FramesWriter
+from ovita.writers.generate import FramesWriter
 
 CODE_TURNS = 2
 """How many of the last turns a writer is shown the code of."""

@@ -12,8 +12,8 @@ import numpy as np
 from ovita.errors import OvitaError
 from ovita.instruct import frames as F
 from ovita.instruct.frames import Quantity, SemanticFrame
-from ovita.instruct.numbers import END_SHARE, Scale, end_share, nice
-from ovita.limits.obstacles import from_object
+from ovita.instruct.lexicon import END_SHARE, Scale, end_share, nice
+from ovita.limits.problem import from_object
 from ovita.paths.geometry import Mask, runs
 from ovita.paths.part import PathPart
 from ovita.paths.robot import Robot
@@ -21,8 +21,7 @@ from ovita.paths.scene import DIRECTIONS, OPPOSITE, Frame, Scene, SceneObject, c
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.policy import Parameter
 from ovita.policy.direct import TooMuch, prove_statements, run_proof
-from ovita.policy.policy import MAX_NOTE, Role
-from ovita.policy.syntax import Value
+from ovita.policy.policy import MAX_NOTE, Role, Value
 from ovita.text import clean_text
 from ovita.toolkit import CATALOGUE, Recorder
 

@@ -13,20 +13,24 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, lru_cache
 from itertools import pairwise
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, cast
 
-from ovita.instruct.frames import Quantity, Span
+from ovita.instruct.frames import Quantity, Role, Span
 from ovita.instruct.lexicon import (
     CONNECTIVES,
     DETERMINERS,
     FEEDBACK,
+    NUMBER_WORDS,
+    UNITS,
+    amount_at,
     concepts,
+    is_digits,
     known_words,
     stems,
     term_at,
     terms,
+    unit_at,
 )
-from ovita.instruct.numbers import NUMBER_WORDS, UNITS, amount_at, is_digits, unit_at
 from ovita.instruct.objects import GENERIC, WORD, Catalog, singular
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array
@@ -259,6 +263,12 @@ def merged(found: Sequence[Chunk], kind: str, **more: Any) -> Chunk:
     q = next((c.q for c in reversed(found) if c.q is not None), None)
     made = Chunk(kind, text, (found[0].span[0], found[-1].span[1]), names, q)
     return replace(made, **more)
+
+
+def in_role(role: str, found: Sequence[Chunk]) -> Chunk:
+    """Chunks about one quantity as that quantity, in a role."""
+    chunk = next(c for c in found if c.q is not None)
+    return merged(found, chunk.kind, q=replace(chunk.number, role=cast(Role, role)), value=role)
 
 
 def kinds(found: Sequence[Chunk]) -> list[str]:

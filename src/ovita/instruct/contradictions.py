@@ -13,8 +13,7 @@ from itertools import pairwise
 
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk
-from ovita.instruct.lexicon import DETERMINERS
-from ovita.instruct.numbers import FRACTIONS
+from ovita.instruct.lexicon import DETERMINERS, FRACTIONS
 from ovita.instruct.rules import turned
 from ovita.paths.part import WHOLE, PathPart
 from ovita.text import quoted

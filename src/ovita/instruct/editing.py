@@ -10,8 +10,8 @@ from ovita.errors import InputError
 from ovita.instruct import frames as F
 from ovita.instruct.edits import Again, Also, Command, Drop, Edit, Except, Flip, Replace, Rescale, Restrict, Set
 from ovita.instruct.frames import name_of
+from ovita.instruct.lexicon import Degree
 from ovita.instruct.notation import ROLES, quantity
-from ovita.instruct.numbers import Degree
 from ovita.paths.part import WHOLE, PathPart, both, outside
 from ovita.paths.scene import Scene
 from ovita.policy import Parameter

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Literal, TypeAlias
 
 from ovita.instruct.frames import Direction, Quantity, SemanticFrame
-from ovita.instruct.numbers import Degree
+from ovita.instruct.lexicon import Degree
 from ovita.paths.part import PathPart
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ovita.instruct import frames as F
 from ovita.instruct.builder import PolicyBuilder, argument, resolved
-from ovita.instruct.numbers import Degree
+from ovita.instruct.lexicon import Degree
 from ovita.instruct.path_steps import degree, size, spot, target, tolerance
 from ovita.paths.geometry import Mask, closest_to_point, runs
 from ovita.paths.part import PathPart

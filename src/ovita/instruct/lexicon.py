@@ -1,17 +1,26 @@
-"""The built-in writer's words: concepts, and the words and phrases that stand for them.
+"""The words that the built-in writer knows, and how much they say.
 
-They stand in `words/*.txt`, grouped by concept. To teach the writer a word, add it to the line of its concept.
-Inflected forms (-s, -ed, -ing, -ly, -er, -est) are found by themselves.
+Concepts and the words and phrases that stand for them are in `words/*.txt`, grouped by concept. To teach the writer a
+word, add it to the line of its concept. Inflected forms (-s, -ed, -ing, -ly, -er, -est) are found by themselves.
+How much: digits and number words with their units, in SI, and what words of degree come to in a given scene.
 """
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, lru_cache
 from importlib.resources import files
+from typing import Literal
+
+import numpy as np
 
 from ovita.errors import OvitaError
+from ovita.paths.scene import SceneObject
+from ovita.paths.trajectory import Array, Trajectory
+from ovita.units import SPELLINGS
 
 PLAIN = "plain"
 """The concept of words that ask for nothing by themselves."""
@@ -199,3 +208,265 @@ def known_words() -> frozenset[str]:
 def is_filler(word: str) -> bool:
     """Whether a word asks for nothing by itself."""
     return any(form in filler() for form in stems(word))
+
+
+UNITS: Mapping[tuple[str, ...], tuple[str, float]] = {
+    tuple(spelling.split()): (unit.dimension, unit.factor) for spelling, unit in SPELLINGS.items()
+}
+"""Unit words in the singular to (dimension, factor to SI)."""
+
+_ONES = (
+    "zero one two three four five six seven eight nine ten eleven twelve thirteen fourteen fifteen sixteen seventeen"
+)
+_TENS = "twenty thirty forty fifty sixty seventy eighty ninety"
+NUMBER_WORDS: dict[str, float] = {
+    **{w: float(i) for i, w in enumerate(f"{_ONES} eighteen nineteen".split())},
+    **{w: 20.0 + 10.0 * i for i, w in enumerate(_TENS.split())},
+    "nought": 0.0,
+    "hundred": 100.0,
+    "dozen": 12.0,
+}
+
+FRACTIONS = {
+    "half": 0.5,
+    "third": 1 / 3,
+    "quarter": 0.25,
+    "fourth": 0.25,
+    "fifth": 0.2,
+    "sixth": 1 / 6,
+    "eighth": 0.125,
+}
+FRACTIONS |= {"tenth": 0.1, "hundredth": 0.01}
+
+_DIGITS = re.compile(r"\d+(?:[.,]\d+)?|\.\d+")
+
+
+@dataclass(frozen=True)
+class Amount:
+    """A number that begins at a word.
+
+    Args:
+        value: In SI units, a share for %.
+        unit: "", "m", "m/s", "%", "x" (times), "step", "s" or "deg".
+        used: How many words it takes.
+    """
+
+    value: float
+    unit: str
+    used: int
+
+
+AMBIGUOUS = {"mil": "millimetres (mm) or thousandths of an inch (thou)"}
+"""Words that people use for units of very different sizes, in the singular, and which ones; they are no unit."""
+
+
+def ambiguous(text: str) -> str:
+    """A question back where a text measures in a word that means very different units; else ""."""
+    said = [word.strip(".,;:!?()") for word in text.lower().split()]
+    for before, word in zip(["", *said], said, strict=False):
+        unit = word.lstrip("0123456789.,").removesuffix("s")
+        if unit in AMBIGUOUS and (word[:1].isdigit() or before[-1:].isdigit()):
+            return f"{unit!r} can be {AMBIGUOUS[unit]}: which is meant?"
+    return ""
+
+
+def is_digits(word: str) -> bool:
+    """Whether a word is a number in digits."""
+    return _DIGITS.fullmatch(word) is not None
+
+
+def amount_at(words: Sequence[str], i: int) -> Amount | None:
+    """The amount that begins at word i ("20 cm", "thirty five percent", "half a metre", "a couple of seconds")."""
+    if words[i] in ("factor", "times"):
+        at = i + 1 + (words[i + 1 : i + 2] == ["of"])
+        times = _plain(words, at) if at < len(words) else None
+        return None if times is None else Amount(times[0], "x", at - i + times[1])
+    found = _plain(words, i)
+    if found is None:
+        return _of_a_unit(words, i)
+    value, used = found
+    used += and_a_half(words, i + used) if used else 0
+    value += 0.5 if words[i + used - 1] == "half" else 0.0
+    if i > 0 and words[i - 1] == "-":
+        value = -value
+    fraction = _fraction_behind(words, i, used)
+    if fraction is not None:
+        value, used = value * fraction[0], used + fraction[1]
+    unit, factor, more = unit_at(words, i + used)
+    return Amount(value * factor, unit, used + more)
+
+
+def _fraction_behind(words: Sequence[str], i: int, used: int) -> tuple[float, int] | None:
+    """The "quarters of" in "three quarters of a metre"."""
+    if i + used + 2 >= len(words) or words[i] not in NUMBER_WORDS:
+        return None
+    share = next((FRACTIONS[f] for f in stems(words[i + used]) if f in FRACTIONS), None)
+    skipped = 1 + (words[i + used + 1] == "of") + (words[i + used + 2] in ("a", "an"))
+    if share is None or unit_at(words, i + used + skipped)[0] != "m":
+        return None
+    return share, skipped
+
+
+def unit_at(words: Sequence[str], i: int) -> tuple[str, float, int]:
+    """The unit that begins at word i: dimension, factor and words taken; ("", 1.0, 0) for none."""
+    for length in range(min(3, len(words) - i), 0, -1):
+        for last in stems(words[i + length - 1]):
+            for first in stems(words[i]) if length > 1 else (last,):
+                key = (last,) if length == 1 else (first, *words[i + 1 : i + length - 1], last)
+                if key in UNITS:
+                    return (*UNITS[key], length)
+    return "", 1.0, 0
+
+
+def _plain(words: Sequence[str], i: int) -> tuple[float, int] | None:
+    """A number without its unit, and how many words it takes."""
+    word, behind = words[i], list(words[i + 1 : i + 3])
+    if is_digits(word):
+        return _in_digits(word, behind)
+    if word in ("a", "the") and behind == ["couple", "of"]:
+        return 2.0, 3
+    if word == "a" and behind[:1] in (["dozen"], ["hundred"]):
+        return NUMBER_WORDS[behind[0]], 2
+    if word == "point" and behind and behind[0] in NUMBER_WORDS:
+        decimals, used = _decimals(words, i + 1)
+        return decimals, used + 1
+    return _in_words(words, i) if word in NUMBER_WORDS else None
+
+
+def _in_digits(word: str, behind: Sequence[str]) -> tuple[float, int]:
+    """A number in digits, or the first of two as in "3/4"."""
+    thousands = re.fullmatch(r"[1-9]\d*,\d{3}", word)
+    value = float(word.replace(",", "" if thousands else "."))
+    if len(behind) == 2 and behind[0] == "/" and is_digits(behind[1]) and float(behind[1]) > 0:
+        return value / float(behind[1]), 3
+    return value, 1
+
+
+def _in_words(words: Sequence[str], i: int) -> tuple[float, int]:
+    """Number words put together: "two hundred and thirty five", "two point five"."""
+    value, used = NUMBER_WORDS[words[i]], 1
+    while i + used < len(words):
+        word, behind = words[i + used], "".join(words[i + used + 1 : i + used + 2])
+        step, further = NUMBER_WORDS.get(word), NUMBER_WORDS.get(behind)
+        if word == "point" and further is not None:
+            decimals, more = _decimals(words, i + used + 1)
+            return value + decimals, used + 1 + more
+        if word == "and" and value >= 100 and further is not None and further < 100:
+            value, used = value + further, used + 2
+        elif step == 100.0 and value < 100:
+            value, used = value * 100.0, used + 1
+        elif step is not None and 0 < step < 10 and value >= 20 and value % 10 == 0:
+            value, used = value + step, used + 1
+        else:
+            break
+    return value, used
+
+
+def _decimals(words: Sequence[str], i: int) -> tuple[float, int]:
+    digits, used = "", 0
+    while i + used < len(words) and words[i + used] in NUMBER_WORDS and NUMBER_WORDS[words[i + used]] < 100:
+        digits += f"{NUMBER_WORDS[words[i + used]]:g}"
+        used += 1
+    return float(f"0.{digits}"), used
+
+
+def and_a_half(words: Sequence[str], i: int) -> int:
+    """The words of "and a half" at word i: 3, or 0 where it is not said."""
+    return 3 if list(words[i : i + 3]) == ["and", "a", "half"] else 0
+
+
+def _of_a_unit(words: Sequence[str], i: int) -> Amount | None:
+    """Half a metre, a quarter of a metre, a metre, for a second."""
+    at = i + (words[i] in ("a", "one"))
+    share = FRACTIONS.get(words[at]) if at < len(words) else None
+    if share is not None:
+        begin = next((k for k in range(at + 1, len(words)) if words[k] not in ("of", "a", "an", "one")), len(words))
+        unit, factor, used = unit_at(words, begin)
+        timed = unit == "s" and begin > at + 1
+        return Amount(share * factor, unit, begin + used - i) if used and (timed or unit in ("m", "m/s")) else None
+    if at >= len(words) or words[i] not in ("a", "an"):
+        return None
+    unit, factor, used = unit_at(words, i + 1)
+    timed = unit == "s" and i > 0 and words[i - 1] in ("for", "wait", "pause", "about", "than")
+    measured = unit in ("m", "m/s") and words[i + 1] not in ("m", "unit", "units")
+    return Amount(factor, unit, 1 + used) if used and (timed or measured) else None
+
+
+Degree = Literal["slight", "moderate", "large"]
+
+DEGREES: tuple[Degree, ...] = ("slight", "moderate", "large")
+
+STEP_SHARE: dict[Degree, float] = {"slight": 0.05, "moderate": 0.12, "large": 0.22}
+"""Share of the path's extent that a displacement of each degree covers."""
+
+SLOWER: dict[Degree, float] = {"slight": 0.75, "moderate": 0.5, "large": 0.25}
+FASTER: dict[Degree, float] = {"slight": 1.25, "moderate": 1.5, "large": 2.0}
+"""Factors on the speed where an instruction gives a degree and no amount."""
+
+NEAR_SHARE = 0.15
+"""Half the length of the stretch that is "near an object" on a straight path, as a share of the path's extent."""
+
+
+END_SHARE = 0.25
+"""Share of the waypoints that "at the start" or "at the end" means."""
+
+NEAR_WAYPOINTS = 0.1
+"""Least share of the waypoints that are "near an object", so that sparse waypoints have some too."""
+
+
+def end_share(kind: str) -> str:
+    """What "at the start" (first) or "at the end" (last) is taken to be, as an assumption."""
+    return f'"at the {"start" if kind == "first" else "end"}" is the {kind} {END_SHARE:.0%} of the waypoints'
+
+
+@dataclass(frozen=True)
+class Scale:
+    """Sizes that words of degree stand for.
+
+    Args:
+        extent: Diagonal of the path's bounding box [m].
+    """
+
+    extent: float
+
+    @classmethod
+    def of(cls, trajectory: Trajectory) -> Scale:
+        """The scale of a trajectory; a path without extent counts as 1 m."""
+        extent = float(np.linalg.norm(np.ptp(trajectory.positions, axis=0)))
+        return cls(extent if extent > 1e-9 else 1.0)
+
+    def step(self, degree: Degree) -> float:
+        """Displacement for a degree [m], to two digits."""
+        return nice(STEP_SHARE[degree] * self.extent)
+
+    def describe(self) -> str:
+        """What words of degree amount to, as a prompt says it."""
+        shift, slower, faster = (
+            "/".join(f"{of[degree]:g}" for degree in DEGREES)
+            for of in ({degree: self.step(degree) for degree in DEGREES}, SLOWER, FASTER)
+        )
+        return f"slightly/plain/much: {shift} m, slower x{slower}, faster x{faster}."
+
+    def near(self, positions: Array, item: SceneObject, kept: float = 0.0) -> float:
+        """Distance to the object's centre that counts as near a path [m].
+
+        On a straight path that passes at distance d, the sphere of radius sqrt(d^2 + h^2) holds a stretch of length 2h;
+        so the radius is never so small that no waypoint is near, nor so large that all are.
+
+        Args:
+            positions: The path, (N, 3) [m].
+            item: The object.
+            kept: Distance [m] to its centre to which the path is pushed out before it is asked what is near.
+        """
+        distances = np.maximum(np.sort(item.distance(positions)), kept)
+        few = distances[min(math.ceil(NEAR_WAYPOINTS * len(distances)), len(distances)) - 1]
+        return nice(max(math.hypot(float(distances[0]), NEAR_SHARE * self.extent), float(few)))
+
+
+def nice(value: float) -> float:
+    """Round up to two significant digits, so that knobs read well."""
+    if value <= 0:
+        return 0.0
+    digits = 1 - math.floor(math.log10(value))
+    step = 10.0**digits
+    return round(math.ceil(value * step - 1e-9) / step, max(digits, 0))

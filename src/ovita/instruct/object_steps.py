@@ -8,7 +8,7 @@ import numpy as np
 
 from ovita.instruct import frames as F
 from ovita.instruct.builder import PolicyBuilder, aiming, argument
-from ovita.instruct.numbers import nice
+from ovita.instruct.lexicon import nice
 from ovita.instruct.path_steps import APPROACH, OF, aimed_at, degree, size, steps, tolerance, usual_gap
 from ovita.paths.geometry import closest_to_point
 from ovita.paths.scene import SceneObject

@@ -8,7 +8,7 @@ import numpy as np
 
 from ovita.instruct import frames as F
 from ovita.instruct.builder import PolicyBuilder, aiming, argument
-from ovita.instruct.numbers import FASTER, SLOWER
+from ovita.instruct.lexicon import FASTER, SLOWER
 from ovita.instruct.object_steps import surface_distance
 from ovita.instruct.path_steps import aimed_at, degree, spot, steps, tolerance
 from ovita.paths.scene import SceneObject

@@ -9,7 +9,7 @@ import numpy as np
 
 from ovita.instruct import frames as F
 from ovita.instruct.builder import PolicyBuilder, aiming, argument
-from ovita.instruct.numbers import Degree, nice
+from ovita.instruct.lexicon import Degree, nice
 from ovita.paths.scene import OPPOSITE, SceneObject
 from ovita.paths.trajectory import Array
 from ovita.policy.policy import Role

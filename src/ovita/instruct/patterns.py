@@ -10,9 +10,10 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from typing import Any, cast
 
-from ovita.instruct.chunks import COUNTED, Build, Chunk, kinds, merged, numbers
+from ovita.instruct.chunks import COUNTED, Build, Chunk, in_role, kinds, merged, numbers
 from ovita.instruct.frames import Quantity, Role
 from ovita.paths.part import PathPart, outside
 
@@ -183,14 +184,6 @@ def _other_side(found: Sequence[Chunk]) -> list[Chunk]:
     return [merged(found[: k + 1], FLIPPED[found[k].kind], value="flipped"), *found[k + 1 :]]
 
 
-def _role(role: str) -> Build:
-    def build(found: Sequence[Chunk]) -> Chunk:
-        chunk = next(c for c in found if c.q is not None)
-        return merged(found, chunk.kind, q=replace(chunk.number, role=cast(Role, role)), value=role)
-
-    return build
-
-
 def _bounding(found: Sequence[Chunk]) -> str:
     """Whether "over", "not slower than" and the like are a least or a greatest value."""
     least = next(how for c in found if (how := BOUNDING.get(c.kind))) == "at_least"
@@ -198,7 +191,7 @@ def _bounding(found: Sequence[Chunk]) -> str:
 
 
 def _bounded(found: Sequence[Chunk]) -> Chunk | list[Chunk] | None:
-    return _role(_bounding(found))(found)
+    return in_role(_bounding(found), found)
 
 
 def _high(found: Sequence[Chunk]) -> Chunk | list[Chunk] | None:
@@ -523,7 +516,7 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("closer to? OBJ comma? to Qm (?!of|from|to|around|near|OBJ)", _within),
     ("raise|lower|up|down over OBJ", _higher_there),
     ("over OBJ raise|lower|up|down", _higher_there),
-    ("never within Qm", _role("at_least")),
+    ("never within Qm", partial(in_role, "at_least")),
     ("within Qm of|from|to|around|near OBJ", _within),
     ("in|on|at|by|to|from|near? middle of? path?", _plain("middle")),
     ("except where? over|under|up|down Qm", lambda f: part(f, outside(_beyond(f).value))),
@@ -550,8 +543,8 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("never faster|inc|slower|dec than? Qv|Qn", _bounded),
     ("faster|slower than Qv", _bounded),
     ("never closer|near of|to|from|at? OBJ than|by? Qm", _distance("at_least")),
-    ("never farther|closer|near|within|side than|to? Qm", lambda f: _role("at_least" if f[1].kind in ("closer", "near", "within") else "at_most")(f)),
-    ("never at_least|limit|at_most|after ANYQ", lambda f: _role("at_least" if f[1].kind == "at_most" else "at_most")(f)),
+    ("never farther|closer|near|within|side than|to? Qm", lambda f: in_role("at_least" if f[1].kind in ("closer", "near", "within") else "at_most", f)),
+    ("never at_least|limit|at_most|after ANYQ", lambda f: in_role("at_least" if f[1].kind == "at_most" else "at_most", f)),
     ("keep over|under|up|down Qm ground?", _high),
     ("keep? over|under Qm ground", _high),
     ("over|under Qm", _high),
@@ -561,15 +554,15 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("Qm of|in? diameter", _label("radius", 0.5)),
     ("size to|of|by? Qm", _label("size")),
     ("Qm of|in? size", _label("size")),
-    ("at_least approx? ANYQ", _role("at_least")),
-    ("min of|to|at? ANYQ", _role("at_least")),
-    ("ANYQ min", _role("at_least")),
-    ("at_most approx? ANYQ", _role("at_most")),
-    ("max of|to|at|under? ANYQ", _role("at_most")),
-    ("ANYQ max", _role("at_most")),
-    ("to approx? ANYQ", _role("to")),
-    ("by approx? ANYQ", _role("by")),
-    ("at approx? Qv", _role("to")),
+    ("at_least approx? ANYQ", partial(in_role, "at_least")),
+    ("min of|to|at? ANYQ", partial(in_role, "at_least")),
+    ("ANYQ min", partial(in_role, "at_least")),
+    ("at_most approx? ANYQ", partial(in_role, "at_most")),
+    ("max of|to|at|under? ANYQ", partial(in_role, "at_most")),
+    ("ANYQ max", partial(in_role, "at_most")),
+    ("to approx? ANYQ", partial(in_role, "to")),
+    ("by approx? ANYQ", partial(in_role, "by")),
+    ("at approx? Qv", partial(in_role, "to")),
     ("goal by stop", lambda f: f[2]),
     ("never stop at|by goal", lambda f: merged(f, "extend")),
     ("never? faster|inc never? slower|dec", lambda f: merged(f, "constant") if f[0].kind == "never" else None),

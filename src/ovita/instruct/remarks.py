@@ -12,8 +12,7 @@ from ovita.instruct import frames as F
 from ovita.instruct.chunks import cut, respelt
 from ovita.instruct.editing import directions_of, is_called
 from ovita.instruct.frames import name_of
-from ovita.instruct.lexicon import FEEDBACK, concept_at, concepts, stems
-from ovita.instruct.numbers import amount_at, and_a_half, is_digits, unit_at
+from ovita.instruct.lexicon import FEEDBACK, amount_at, and_a_half, concept_at, concepts, is_digits, stems, unit_at
 from ovita.instruct.objects import GENERIC, Catalog, Mention, singular
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array

@@ -11,9 +11,17 @@ from dataclasses import dataclass, replace
 
 from ovita.instruct.chunks import respelt
 from ovita.instruct.frames import SemanticFrame, Span, unaimed
-from ovita.instruct.lexicon import concept_at, is_filler
+from ovita.instruct.lexicon import (
+    FRACTIONS,
+    NUMBER_WORDS,
+    amount_at,
+    and_a_half,
+    concept_at,
+    is_digits,
+    is_filler,
+    unit_at,
+)
 from ovita.instruct.notation import show
-from ovita.instruct.numbers import FRACTIONS, NUMBER_WORDS, amount_at, and_a_half, is_digits, unit_at
 from ovita.instruct.objects import WORD, Catalog
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array

@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any
 
 import ovita.plugins as plugins
-from ovita.errors import FormatError, RequestError, TrajectoryError, called_as
+from ovita.errors import FormatError, RequestError, TrajectoryError
 from ovita.io import json_
 from ovita.io.documents import NONE, VERDICT, Choices, Task, load_robot, scene_dict, scene_from_dict
 from ovita.io.files import (
@@ -46,7 +46,7 @@ from ovita.io.tables import START, dumps_csv, dumps_poses, dumps_tum, looks_like
 from ovita.io.waypoints import excerpt, trajectory_from_rows, trajectory_rows
 from ovita.paths.scene import Frame, Scene, transformed
 from ovita.paths.trajectory import Trajectory
-from ovita.text import shortened
+from ovita.text import called_as, shortened
 
 __all__ = [
     "READ",

@@ -31,13 +31,14 @@ from pydantic import (
 )
 from pydantic_core import ErrorDetails, PydanticCustomError, to_json
 
-from ovita.errors import FormatError, OvitaError, RobotError, SceneError, TrajectoryError, called_as
+from ovita.errors import FormatError, OvitaError, RobotError, SceneError, TrajectoryError
 from ovita.io.files import errors_of, examine, file_name, read_text, suffix
 from ovita.io.geodesy import Home
 from ovita.paths.geometry import Mask
 from ovita.paths.robot import Box, Robot, Shell
 from ovita.paths.scene import RFU, Frame, Scene, SceneObject
 from ovita.paths.trajectory import Array, Trajectory
+from ovita.text import called_as
 
 T = TypeVar("T")
 

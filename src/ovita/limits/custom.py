@@ -34,7 +34,7 @@ from typing import Any, Protocol, Self, runtime_checkable
 import numpy as np
 
 from ovita.errors import ConstraintDefinitionError
-from ovita.limits.obstacles import Obstacle
+from ovita.limits.problem import Obstacle
 from ovita.limits.qp import Rows
 from ovita.paths.geometry import lengths
 from ovita.paths.trajectory import Array, Trajectory

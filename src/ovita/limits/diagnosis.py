@@ -8,9 +8,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from ovita.limits.obstacles import Obstacle
 from ovita.limits.path import PathProblem
-from ovita.limits.problem import TOLERANCE, ConstraintCheck, ConstraintOptions, amount, at
+from ovita.limits.problem import TOLERANCE, ConstraintCheck, ConstraintOptions, Obstacle, amount, at
 from ovita.limits.route import Blocked, find_route, nearest_legal
 from ovita.paths.robot import Box, Robot
 from ovita.text import sentence, waypoints

@@ -22,9 +22,8 @@ from typing import Any
 import numpy as np
 
 from ovita.errors import MissingExtra
-from ovita.limits.obstacles import build
 from ovita.limits.path import bounds
-from ovita.limits.problem import ConstraintOptions
+from ovita.limits.problem import ConstraintOptions, obstacles_of
 from ovita.limits.qp import Rows, Weights, solve_qp
 from ovita.paths.robot import Robot, Shell
 from ovita.paths.scene import Scene
@@ -84,7 +83,7 @@ def linearise(
     """First-order expansion of the squared distances at x_ref (N, 3): rows over (x, y, z, v) of each waypoint."""
     parts = [Rows.none(4)]
     if options.obstacles:
-        for body in build(scene, robot, contacts=contacts, path=reference, shape="sphere"):
+        for body in obstacles_of(scene, robot, contacts=contacts, path=reference, shape="sphere"):
             if body.half.any():
                 continue  # a support: no sphere stands for a table top, so only the verification knows it
             radius = body.radius - body.keep

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ovita.limits.custom import Ball, ConvexSet
-from ovita.limits.obstacles import Obstacle
+from ovita.limits.problem import Obstacle
 from ovita.limits.qp import Rows, Weights
 from ovita.paths.geometry import lengths
 from ovita.paths.robot import Box, Robot, Shell

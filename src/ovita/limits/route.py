@@ -20,8 +20,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ovita.limits.obstacles import Obstacle
 from ovita.limits.path import GRAZE, PAD, PathProblem
+from ovita.limits.problem import Obstacle
 from ovita.paths.geometry import lengths
 from ovita.paths.trajectory import Array, arc_length
 

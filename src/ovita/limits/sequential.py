@@ -12,8 +12,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ovita.limits.obstacles import Obstacle
 from ovita.limits.path import GRAZE, PAD, PathProblem
+from ovita.limits.problem import Obstacle
 from ovita.limits.qp import LONGEST, Rows, ShortWindow, halo, objective, solve_qp
 from ovita.paths.geometry import dots, lengths
 from ovita.paths.trajectory import Array

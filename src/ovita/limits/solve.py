@@ -8,18 +8,19 @@ from functools import cached_property
 
 import numpy as np
 
-from ovita.errors import called_as
 from ovita.limits import custom, diagnosis, paper
 from ovita.limits.custom import ConvexSet, KeepOut
-from ovita.limits.obstacles import Obstacle, build, in_the_way
 from ovita.limits.path import PAD, PathProblem, ball, bounds, flatten, keep_out
 from ovita.limits.problem import (
     TOLERANCE,
     ConstraintCheck,
     ConstraintOptions,
+    Obstacle,
     Solution,
     Status,
     Verdict,
+    in_the_way,
+    obstacles_of,
 )
 from ovita.limits.qp import Weights, smooth_axes
 from ovita.limits.route import Blocked, legal_path
@@ -29,6 +30,7 @@ from ovita.paths.geometry import lengths
 from ovita.paths.robot import Robot, Shell
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory, arc_length
+from ovita.text import called_as
 
 RANGE = (1e-3, 1e1)
 """Of the ratio lambda_smooth / lambda_dev; the paper's range."""
@@ -175,7 +177,9 @@ class _Task:
             granted = None if options.repair_original else self.original.positions
             shape = options.obstacle_shape
             path = self.proposed.positions
-            bodies += build(self.scene, self.robot, contacts=self.contacts, path=path, shape=shape, original=granted)
+            bodies += obstacles_of(
+                self.scene, self.robot, contacts=self.contacts, path=path, shape=shape, original=granted
+            )
         return bodies
 
     def speeds(self, positions: Array, weights: Weights) -> Array:

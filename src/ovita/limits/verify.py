@@ -15,13 +15,23 @@ from typing import Any
 
 import numpy as np
 
-from ovita.errors import called_as
-from ovita.limits.obstacles import Obstacle, counted, from_object, in_the_way, is_support
-from ovita.limits.problem import TOLERANCE, ConstraintCheck, ConstraintOptions, Place, about_path
+from ovita.limits.problem import (
+    TOLERANCE,
+    ConstraintCheck,
+    ConstraintOptions,
+    Obstacle,
+    Place,
+    about_path,
+    from_object,
+    in_the_way,
+    is_support,
+    solid_of,
+)
 from ovita.paths.geometry import crosses, dots, lengths
 from ovita.paths.robot import Box, Robot, Shell
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array, Trajectory, arc_length
+from ovita.text import called_as
 
 
 @dataclass(frozen=True)
@@ -311,7 +321,7 @@ def _obstacle(item: SceneObject, robot: Robot, original: Trajectory, options: Co
     if options.obstacle_shape == "sphere" and not is_support(item):
         distance, what = item.distance, "its bounding sphere"
     else:
-        known = counted(item, robot) if item.dimensions is not None else replace(item, dimensions=2.0 * body.half)
+        known = solid_of(item, robot) if item.dimensions is not None else replace(item, dimensions=2.0 * body.half)
         distance, what = known.clearance, "its sides, and do not go through its top" if is_support(item) else "it"
     text = f"keep {body.keep:g} m from {what}" + (f" ({body.note})" if body.note else "")
     if robot.radius > 0.0:

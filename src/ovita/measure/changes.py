@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ovita.errors import called_as
 from ovita.paths.correspondence import Correspondence, Method, correspond
 from ovita.paths.geometry import (
     Mask,
@@ -27,6 +26,7 @@ from ovita.paths.geometry import (
 )
 from ovita.paths.scene import Frame, Scene, SceneObject
 from ovita.paths.trajectory import Array, Trajectory, nlerp
+from ovita.text import called_as
 
 Vector = tuple[float, float, float]
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ovita.errors import SceneError
 from ovita.io.clouds import PointCloud
-from ovita.limits.obstacles import is_support
+from ovita.limits.problem import is_support
 from ovita.paths.scene import Frame, Scene, SceneObject, canonical, quaternion
 from ovita.paths.trajectory import Array
 from ovita.perceive.detect import FEWEST, Detector, Found, Sighting, clusters, mask_of, sighting

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from ovita.limits.obstacles import SUPPORT, is_support, top_of
+from ovita.limits.problem import SUPPORT, is_support, top_of
 from ovita.paths.scene import Scene, SceneObject, quaternion
 from ovita.paths.trajectory import Array
 from ovita.perceive.segment import Footing, Plane, sides_of

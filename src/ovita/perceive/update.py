@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from ovita.limits import ConstraintCheck
-from ovita.limits.obstacles import is_support, top_of
+from ovita.limits.problem import is_support, top_of
 from ovita.limits.verify import verify
 from ovita.paths.scene import Frame, Scene, SceneObject, canonical
 from ovita.paths.trajectory import Array

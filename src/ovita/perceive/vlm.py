@@ -22,8 +22,8 @@ from ovita.paths.scene import canonical
 from ovita.perceive.detect import Found, Sighting
 from ovita.perceive.looks import distinct
 from ovita.perceive.view import View
-from ovita.text import quoted
-from ovita.writers.base import WritingBudget, as_data, harmless
+from ovita.text import as_data, harmless, quoted
+from ovita.writers.base import WritingBudget
 from ovita.writers.models.chat import LLMWriter
 from ovita.writers.models.exchange import Exchange, ModelRequest
 

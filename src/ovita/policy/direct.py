@@ -22,11 +22,11 @@ from numpy.typing import NDArray
 from ovita.errors import PolicyCrashed
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array
-from ovita.policy.syntax import all_bindings, entry_of, literal, names_in, own_bindings, parse_tree
+from ovita.policy.policy import all_bindings, entry_of, literal, names_in, own_bindings, parse_tree
 from ovita.policy.wire import MAX_MESSAGE
 from ovita.text import clean_text
 from ovita.toolkit import CATALOGUE, Expectation, Recorder
-from ovita.toolkit.catalogue import invoked, is_shipped
+from ovita.toolkit.arguments import invoked, is_shipped
 
 MAX_WAYPOINTS = 5_000
 """Most rows of an array that is handed to the toolkit in this process."""
@@ -191,7 +191,7 @@ def _is_simple(node: ast.AST) -> bool:
         case ast.Assign(targets=[ast.Tuple(elts=names)], value=ast.Tuple(elts=values)):
             return len(names) == len(values) and all(isinstance(name, ast.Name) for name in names)
         case ast.Call(func=ast.Name(id=name), keywords=keywords):
-            return is_shipped(name) or (name in _FUNCTIONS and not keywords)
+            return (name in CATALOGUE and is_shipped(CATALOGUE[name])) or (name in _FUNCTIONS and not keywords)
         case ast.keyword(arg=name):
             return name is not None
         case ast.Attribute(attr=attribute, ctx=ast.Load()):

@@ -23,8 +23,7 @@ from ovita.paths.scene import Frame, Scene, SceneObject
 from ovita.paths.trajectory import Array
 from ovita.policy import wire
 from ovita.policy.check import BUILTINS, MODULES, ONLY, SCIPY_PARTS, check, is_dunder, refusal
-from ovita.policy.output import to_rows
-from ovita.policy.syntax import RESULT, EntryPoint, entry_of, parse_tree
+from ovita.policy.policy import RESULT, EntryPoint, entry_of, parse_tree, to_rows
 from ovita.toolkit import Recorder, extended, namespace
 
 

@@ -13,15 +13,16 @@ from functools import lru_cache
 
 from ovita.errors import PolicyRejected
 from ovita.policy.check import MODULES, PROVIDED, REASONS, SCRIPT_CALLS, check, refusal
-from ovita.policy.policy import Policy, find_parameters
-from ovita.policy.syntax import (
+from ovita.policy.policy import (
     MAX_SOURCE,
     NO_POLICY,
     RESULT,
     EntryPoint,
+    Policy,
     bound_names,
     entry_of,
     find_function,
+    find_parameters,
     names_in,
     own_bindings,
     parse_tree,

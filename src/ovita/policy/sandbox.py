@@ -1,4 +1,4 @@
-"""Running a policy where it can compute and nothing else.
+"""Running a policy where it can compute and nothing else, and taking only a trajectory from it.
 
 A policy that is proven to be toolkit calls only runs in this process (`ovita.policy.direct`); every other one in a
 process that the kernel locks in (`ovita.policy.processes`).
@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal, cast, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ovita.errors import (
     IsolationUnavailable,
@@ -22,14 +23,14 @@ from ovita.errors import (
     PolicyRejected,
     PolicyTimeout,
     RequestError,
+    TrajectoryError,
 )
+from ovita.paths.geometry import lengths
 from ovita.paths.scene import Scene
-from ovita.paths.trajectory import Array, Trajectory
+from ovita.paths.trajectory import Array, Trajectory, arc_length, nlerp
 from ovita.policy import wire
 from ovita.policy.direct import TooMuch, run_proven
-from ovita.policy.output import to_rows, to_trajectory
-from ovita.policy.policy import Policy
-from ovita.policy.syntax import entry_of
+from ovita.policy.policy import Policy, entry_of, to_rows
 from ovita.policy.wire import CHECKED, ENDED, FLOODED, LOCKED, TIMED_OUT, JobEnd, JobHeader
 from ovita.text import clean_text
 from ovita.toolkit import CATALOGUE, Expectation, Recorder
@@ -87,6 +88,18 @@ class Rollout:
     elapsed_ms: float = 0.0
     corners: bool = False
 
+
+MAX_EXTENT = 100.0
+"""How many times the size of the scene a policy's path may reach."""
+
+MIN_REACH = 10.0
+"""What a policy's path may always reach from the middle of the scene [m]."""
+
+MAX_SPEED_FACTOR = 1000.0
+"""How many times the original's highest speed a policy may ask for."""
+
+MIN_TOP_SPEED = 100.0
+"""Speed that a policy may always ask for [m/s]."""
 
 LIMITS = SandboxLimits()
 
@@ -301,3 +314,74 @@ def _is_plain(value: object, depth: int = 6) -> bool:
         case str():
             return value == clean_text(value, wire.MAX_MESSAGE)
     return True
+
+
+def to_trajectory(
+    rows: Array, original: Trajectory, scene: Scene, within: tuple[Array, float] | None = None
+) -> Trajectory:
+    """Turn rows that nobody vouches for into a trajectory.
+
+    Positions may lie at most 100 times the size of the scene from its middle (the diagonal and the centre of the box
+    around the original path and all objects), and always up to 10 m; speeds may be 1000 times the original's highest,
+    and always up to 100 m/s.
+
+    Args:
+        rows: (M, 4) or (M, 8).
+        original: Gives orientations and the time step: row by row if the counts agree, else along the path.
+        scene: Its objects count for the size of the scene.
+        within: What `reach` says of both, where that is known.
+
+    Raises:
+        PolicyOutputInvalid: Naming the first waypoint that is wrong.
+    """
+    if rows.ndim != 2 or rows.shape[1] not in (4, 8) or not 2 <= len(rows) <= wire.MAX_ROWS:
+        raise PolicyOutputInvalid(
+            f"the policy returned {len(rows)} waypoints of {rows.shape[-1]} values; "
+            f"it must return 2 to {wire.MAX_ROWS} of x, y, z, speed"
+        )
+    speeds = np.where((rows[:, 3] < 0) & (rows[:, 3] > -1e-9), 0.0, rows[:, 3])
+    top = max(MIN_TOP_SPEED, MAX_SPEED_FACTOR * float(original.speeds.max()))
+    centre, farthest = within or reach(original, scene)
+    away = lengths(rows[:, :3] - centre)
+    _refuse(np.asarray(~np.isfinite(rows).all(axis=1)), lambda i: f"is {rows[i, :4].tolist()}, which is not finite")
+    _refuse(speeds < 0, lambda i: f"has the negative speed {speeds[i]:g} m/s")
+    _refuse(speeds > top, lambda i: f"has the speed {speeds[i]:g} m/s; {top:g} is the most")
+    _refuse(away > farthest, lambda i: f"is {away[i]:g} m from the middle of the scene; {farthest:g} m is the most")
+    try:
+        return Trajectory(rows[:, :3], speeds, _orientations(rows, original), original.timestep)
+    except TrajectoryError as error:
+        raise PolicyOutputInvalid(str(error)) from None
+
+
+def _refuse(bad: NDArray[np.bool_], problem: Callable[[int], str]) -> None:
+    if bad.any():
+        i = int(np.argmax(bad))
+        raise PolicyOutputInvalid(f"waypoint {i} of the result {problem(i)}")
+
+
+def reach(original: Trajectory, scene: Scene) -> tuple[Array, float]:
+    """The middle of the scene (3,) [m], and how far from it a policy's path may lie [m]."""
+    corners = [original.positions, *(item.position[None] + sign * item.radius for item in scene for sign in (-1, 1))]
+    points = np.concatenate(corners)
+    low, high = points.min(axis=0), points.max(axis=0)
+    return (low + high) / 2.0, max(MIN_REACH, MAX_EXTENT * float(np.linalg.norm(high - low)))
+
+
+def _orientations(rows: Array, original: Trajectory) -> Array | None:
+    if original.orientations is None:
+        return None
+    if rows.shape[1] == 8:
+        return rows[:, 4:]
+    if len(rows) == len(original):
+        return original.orientations
+    return nlerp(original.orientations, _source(rows[:, :3], original))
+
+
+def _source(positions: Array, original: Trajectory) -> Array:
+    """Fractional indices into the original that lie equally far along the path, as a share of its length."""
+    s, old = arc_length(positions), original.arc_length
+    if s[-1] <= 0 or old[-1] <= 0:
+        return np.linspace(0.0, len(original) - 1.0, len(positions))
+    keep = np.concatenate([[True], np.diff(old) > 0])
+    indices = np.arange(len(old), dtype=float)[keep]
+    return np.asarray(np.interp(s / s[-1], old[keep] / old[-1], indices))

@@ -8,7 +8,7 @@ from itertools import product
 import numpy as np
 
 from ovita.errors import RequestError
-from ovita.limits.obstacles import is_support, top_of
+from ovita.limits.problem import is_support, top_of
 from ovita.paths.robot import Robot, Shell
 from ovita.paths.scene import Frame, Scene, SceneObject
 from ovita.paths.trajectory import Array, Trajectory

@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ovita.errors import RobotError
-from ovita.limits.obstacles import is_support
+from ovita.limits.problem import is_support
 from ovita.paths.robot import Box, Robot
 from ovita.paths.scene import Scene, matrix
 from ovita.paths.trajectory import Array, nlerp

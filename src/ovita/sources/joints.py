@@ -18,9 +18,8 @@ import numpy as np
 
 from ovita.io.messages import JointMotion
 from ovita.limits import ConstraintOptions, verify
-from ovita.limits.obstacles import build as obstacles_of
-from ovita.limits.obstacles import is_support
 from ovita.limits.path import bounds, keep_out
+from ovita.limits.problem import is_support, obstacles_of
 from ovita.limits.solve import limit_speeds
 from ovita.limits.verify import dynamics
 from ovita.paths.geometry import path_distances

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ovita.errors import RequestError, called_as
+from ovita.errors import RequestError
 from ovita.io import Task
 from ovita.paths.geometry import extent
 from ovita.paths.trajectory import Array, Trajectory
@@ -28,6 +28,7 @@ from ovita.sources.taskframes import (
     vectors,
 )
 from ovita.sources.tpgmm import COMPONENTS, Mixture
+from ovita.text import called_as
 
 
 @called_as('learn(["a.csv", "b.csv"], "promp")')

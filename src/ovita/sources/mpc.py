@@ -20,7 +20,7 @@ from typing import Protocol
 import numpy as np
 
 from ovita.limits import ConstraintOptions, constrain, verify
-from ovita.limits.obstacles import Obstacle
+from ovita.limits.problem import Obstacle
 from ovita.paths.geometry import lengths, path_distances
 from ovita.paths.robot import Robot
 from ovita.paths.trajectory import TIMESTEP, Array, Trajectory

@@ -16,12 +16,10 @@ import numpy as np
 from ovita.errors import RequestError
 from ovita.instruct.chunks import respelt
 from ovita.instruct.encoder import network
-from ovita.instruct.lexicon import concepts
-from ovita.instruct.numbers import amount_at, unit_at
+from ovita.instruct.lexicon import amount_at, concepts, unit_at
 from ovita.instruct.objects import WORD, Catalog, Mention, singular
-from ovita.limits.obstacles import Obstacle, build, from_object, is_support
 from ovita.limits.path import bounds, flatten, keep_out
-from ovita.limits.problem import TOLERANCE
+from ovita.limits.problem import TOLERANCE, Obstacle, from_object, is_support, obstacles_of
 from ovita.paths.robot import Box, Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array
@@ -471,4 +469,4 @@ def troubles(position: Array, scene: Scene, robot: Robot) -> list[str]:
 
 def obstacles(scene: Scene, robot: Robot) -> tuple[Obstacle, ...]:
     """What a path must keep out of: the objects with the distance to keep, and the middle of a shell."""
-    return flatten([*keep_out(robot), *build(scene, robot)], *bounds(robot))
+    return flatten([*keep_out(robot), *obstacles_of(scene, robot)], *bounds(robot))

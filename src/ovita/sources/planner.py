@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 import ovita.plugins as plugins
-from ovita.errors import RequestError, called_as
+from ovita.errors import RequestError
 from ovita.io.documents import Task, load_robot
 from ovita.io.documents import plain as as_json
 from ovita.io.messages import JointMotion
@@ -30,7 +30,7 @@ from ovita.paths.robot import PRESETS, Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array, Trajectory, arc_length
 from ovita.sources.places import Anchor, Location, locate, obstacles, read_place, troubles
-from ovita.text import length, listed, number, point, sentence, shortened
+from ovita.text import called_as, length, listed, number, point, sentence, shortened
 
 WAYPOINTS, MOST_WAYPOINTS = 60, 2000
 TIME_LIMIT = 30.0

@@ -17,9 +17,8 @@ from typing import Any
 import numpy as np
 
 from ovita.errors import MissingExtra
-from ovita.limits.obstacles import Obstacle
 from ovita.limits.path import bounds
-from ovita.limits.problem import TOLERANCE
+from ovita.limits.problem import TOLERANCE, Obstacle
 from ovita.paths.robot import Robot, Shell
 from ovita.paths.trajectory import Array, arc_length
 from ovita.sources.places import obstacles

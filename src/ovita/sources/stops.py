@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise, product
 
-from ovita.instruct.lexicon import DETERMINERS, PLAIN, concept_at, is_filler, term_at
-from ovita.instruct.numbers import Amount, amount_at
+from ovita.instruct.lexicon import DETERMINERS, PLAIN, Amount, amount_at, concept_at, is_filler, term_at
 from ovita.sources.places import BEHIND, SEEN, SIDES, Location, Text, phrase_at, way_words
 from ovita.sources.reasons import BIDDING, ReasonClause, clauses
 from ovita.sources.tagging import ROLES, Role, seen_with_points, tagger

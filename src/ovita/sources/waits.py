@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from ovita.instruct.frames import Quantity, Reading, Wait
-from ovita.instruct.numbers import Amount
+from ovita.instruct.lexicon import Amount
 from ovita.sources.mentions import WayTold
 from ovita.sources.places import Location, way_words
 from ovita.sources.stops import WayPhrase, WayStop, same_place, stops_of

@@ -15,7 +15,7 @@ import numpy as np
 
 from ovita.chain import adapt, enforced, to_confirm
 from ovita.dialogue.session import Session
-from ovita.errors import RequestError, called_as
+from ovita.errors import RequestError
 from ovita.instruct.frames import Quantity, SemanticFrame, Wait
 from ovita.limits import ConstraintOptions, verify
 from ovita.paths.robot import Robot
@@ -29,10 +29,9 @@ from ovita.sources.room import around_circled, around_passed, beneath_barred, ca
 from ovita.sources.route import Route, read_route
 from ovita.sources.stops import same_place
 from ovita.sources.wishes import Wish
-from ovita.text import number, sentence, the
-from ovita.writers.base import PolicyWriter, Progress, Reply, WriterChain, writer_named
-from ovita.writers.builtin import BuiltinWriter, FramesWriter
-from ovita.writers.prompt import Prompt
+from ovita.text import called_as, number, sentence, the
+from ovita.writers.base import PolicyWriter, Progress, Prompt, Reply, WriterChain, writer_named
+from ovita.writers.generate import BuiltinWriter, FramesWriter
 
 
 @dataclass(frozen=True, eq=False)

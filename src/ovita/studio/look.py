@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ovita.errors import FormatError, RequestError
-from ovita.limits.obstacles import is_support
+from ovita.limits.problem import is_support
 from ovita.paths.scene import Scene, SceneObject
 from ovita.studio import html
 from ovita.studio.files import by_name

@@ -1,12 +1,14 @@
-"""What a policy passes to the toolkit: its checks, and the weights that a part of the path gives its waypoints.
+"""What a policy passes to the toolkit: how a call looks, its checks, and the weights that a part gives its waypoints.
 
 What does not fit is a ValueError of one sentence for the policy's writer.
 """
 
 from __future__ import annotations
 
+import functools
 import inspect
-from typing import Any, Literal, TypeAlias, TypedDict, get_args
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypedDict, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,6 +18,15 @@ from ovita.paths.geometry import Mask, fractions, runs
 from ovita.paths.scene import DIRECTIONS, Frame, SceneObject
 from ovita.paths.trajectory import Array, arc_length, first_bad, interpolate
 from ovita.text import shortened
+
+if TYPE_CHECKING:
+    from ovita.toolkit.catalogue import Recorder
+
+HIDDEN = frozenset({"frame", "recorder"})
+"""Parameters that the runtime fills in and a policy never sees."""
+
+RARE = frozenset({"angle", "blend", "brake", "ease", "hold", "nearest", "ramp", "reach", "seed", "smooth", "width"})
+"""Parameters with defaults that a prompt leaves out to stay short; the page has them all."""
 
 Target: TypeAlias = SceneObject | ArrayLike
 """An object, meaning its centre, or a point (3,) [m]."""
@@ -63,6 +74,82 @@ def spelled_out(signature: inspect.Signature) -> inspect.Signature:
 
 MOST_WAYPOINTS = 10_000
 """The most waypoints that one call may ask for."""
+
+
+def is_shipped(function: Callable[..., Any]) -> bool:
+    """Whether an operation is ovita's own, not that of a plug-in."""
+    return function.__module__.startswith("ovita.")
+
+
+@functools.cache
+def public(function: Callable[..., Any]) -> inspect.Signature:
+    """An operation's signature with the direction words spelled out, and without what the runtime fills in."""
+    whole = spelled_out(inspect.signature(function))
+    return whole.replace(parameters=[p for p in whole.parameters.values() if p.name not in HIDDEN])
+
+
+@functools.cache
+def _taken(function: Callable[..., Any]) -> tuple[tuple[str, ...], frozenset[str]]:
+    """Which of a function's parameters the runtime fills in, and the names of the others."""
+    return tuple(HIDDEN & inspect.signature(function).parameters.keys()), frozenset(public(function).parameters)
+
+
+def _plain(default: Any) -> str:
+    return f"{default:g}" if isinstance(default, float) else repr(default)
+
+
+def invoked(
+    function: Callable[..., Any], args: Sequence[Any], kwargs: Mapping[str, Any], frame: Frame, recorder: Recorder
+) -> Any:
+    """What an operation returns that knows the frame and the recorder.
+
+    Raises:
+        ValueError: If the call does not fit the operation's signature, which it shows; and whatever it raises itself.
+    """
+    hidden, known = _taken(function)
+    if not kwargs.keys() <= known:
+        _bind(function, args, kwargs)
+    context = {"frame": frame, "recorder": recorder}
+    try:
+        return function(*args, **kwargs, **{name: context[name] for name in hidden})
+    except TypeError:
+        _bind(function, args, kwargs)
+        raise
+
+
+def _bind(function: Callable[..., Any], args: Sequence[Any], kwargs: Mapping[str, Any]) -> None:
+    """Check that a call fits a signature, which takes long; what does not is a ValueError that shows it."""
+    try:
+        public(function).bind(*args, **kwargs)
+    except TypeError as error:
+        raise ValueError(f"{function.__name__}: {error}; call it as {written(function, spelled=True)}") from None
+
+
+def written(function: Callable[..., Any], *, spelled: bool = False, brief: bool = False, short: bool = False) -> str:
+    """A call as a policy writes it, such as "move(traj, *, OFFSET, where=None, ...)".
+
+    Args:
+        function: An operation.
+        spelled: Write the direction words out, instead of one OFFSET for all.
+        brief: For a prompt: optional parameters are marked with "?" and rare ones left out.
+        short: Write "name?" where the default is None, and no "*".
+    """
+    parts: list[str] = []
+    for parameter in public(function).parameters.values():
+        optional = parameter.default is not parameter.empty
+        if brief and optional and parameter.name in RARE:
+            continue
+        if not (brief or short) and parameter.kind is parameter.KEYWORD_ONLY and "*" not in parts:
+            parts.append("*")
+        if parameter.name in DIRECTIONS and not spelled:
+            if "OFFSET" not in parts:
+                parts.append("OFFSET")
+        elif not optional:
+            parts.append(parameter.name)
+        else:
+            bare = brief or (short and parameter.default is None)
+            parts.append(f"{parameter.name}?" if bare else f"{parameter.name}={_plain(parameter.default)}")
+    return f"{function.__name__}({', '.join(parts)})"
 
 
 def waypoints(traj: ArrayLike) -> Array:

@@ -10,7 +10,7 @@ import functools
 import inspect
 import re
 import warnings
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any, TypeVar
@@ -19,7 +19,7 @@ import ovita.plugins as plugins
 from ovita.errors import OvitaError
 from ovita.paths.scene import DIRECTIONS, Frame, SceneObject
 from ovita.paths.trajectory import Array
-from ovita.toolkit.arguments import Target, spelled_out
+from ovita.toolkit.arguments import HIDDEN, Target, invoked, is_shipped, public, written
 
 GROUPS = (
     "Choose waypoints",
@@ -34,12 +34,6 @@ GROUPS = (
     "State what is meant",
 )
 """What operations are for, in the order in which a prompt and the page show them."""
-
-HIDDEN = frozenset({"frame", "recorder"})
-"""Parameters that the runtime fills in and a policy never sees."""
-
-RARE = frozenset({"angle", "blend", "brake", "ease", "hold", "nearest", "ramp", "reach", "seed", "smooth", "width"})
-"""Parameters with defaults that a prompt leaves out to stay short; the page has them all."""
 
 NOTES = {
     "OFFSET": f"{', '.join(f'{word}=' for word in DIRECTIONS)} in metres, such as left=0.2, up=0.1",
@@ -128,18 +122,13 @@ def extended() -> frozenset[str]:
             _withdraw(set(_registry) - before)
             warnings.warn(str(problem), plugins.PluginWarning, stacklevel=2)
     _withdraw({name for name in set(_registry) - shipped if name.startswith("expect_")})
-    return frozenset(name for name in _registry if not is_shipped(name))
+    return frozenset(name for name in _registry if not is_shipped(_registry[name]))
 
 
 def _withdraw(names: set[str]) -> None:
     for name in names:
         del _registry[name], _group[name]
     _core.difference_update(names)
-
-
-def is_shipped(name: str) -> bool:
-    """Whether an operation is ovita's own, not that of a plug-in."""
-    return name in _registry and _registry[name].__module__.startswith("ovita.")
 
 
 @dataclass(frozen=True)
@@ -241,71 +230,14 @@ def summary(name: str) -> str:
     return (CATALOGUE[name].__doc__ or "").strip().splitlines()[0].rstrip(".")
 
 
-def signature(name: str, *, spelled: bool = False, brief: bool = False, short: bool = False) -> str:
-    """A call as a policy writes it, such as "move(traj, *, OFFSET, where=None, ...)".
-
-    Args:
-        name: Of an operation.
-        spelled: Write the direction words out, instead of one OFFSET for all.
-        brief: For a prompt: optional parameters are marked with "?" and rare ones left out.
-        short: Write "name?" where the default is None, and no "*".
-    """
-    parts: list[str] = []
-    for parameter in public_signature(name).parameters.values():
-        optional = parameter.default is not parameter.empty
-        if brief and optional and parameter.name in RARE:
-            continue
-        if not (brief or short) and parameter.kind is parameter.KEYWORD_ONLY and "*" not in parts:
-            parts.append("*")
-        if parameter.name in DIRECTIONS and not spelled:
-            if "OFFSET" not in parts:
-                parts.append("OFFSET")
-        elif not optional:
-            parts.append(parameter.name)
-        else:
-            bare = brief or (short and parameter.default is None)
-            parts.append(f"{parameter.name}?" if bare else f"{parameter.name}={_plain(parameter.default)}")
-    return f"{name}({', '.join(parts)})"
+def signature(name: str, *, brief: bool = False, short: bool = False) -> str:
+    """A call as a policy writes it, see `arguments.written`."""
+    return written(CATALOGUE[name], brief=brief, short=short)
 
 
 def public_signature(name: str) -> inspect.Signature:
     """An operation's signature with the direction words spelled out, and without what the runtime fills in."""
-    return _public(CATALOGUE[name])
-
-
-@functools.cache
-def _public(function: Callable[..., Any]) -> inspect.Signature:
-    whole = spelled_out(inspect.signature(function))
-    return whole.replace(parameters=[p for p in whole.parameters.values() if p.name not in HIDDEN])
-
-
-@functools.cache
-def _taken(function: Callable[..., Any]) -> tuple[tuple[str, ...], frozenset[str]]:
-    """Which of a function's parameters the runtime fills in, and the names of the others."""
-    return tuple(HIDDEN & inspect.signature(function).parameters.keys()), frozenset(_public(function).parameters)
-
-
-def _plain(default: Any) -> str:
-    return f"{default:g}" if isinstance(default, float) else repr(default)
-
-
-def invoked(
-    function: Callable[..., Any], args: Sequence[Any], kwargs: Mapping[str, Any], frame: Frame, recorder: Recorder
-) -> Any:
-    """What an operation returns that knows the frame and the recorder.
-
-    Raises:
-        ValueError: If the call does not fit the operation's signature, which it shows; and whatever it raises itself.
-    """
-    hidden, known = _taken(function)
-    if not kwargs.keys() <= known:
-        _bind(function, args, kwargs)
-    context = {"frame": frame, "recorder": recorder}
-    try:
-        return function(*args, **kwargs, **{name: context[name] for name in hidden})
-    except TypeError:
-        _bind(function, args, kwargs)
-        raise
+    return public(CATALOGUE[name])
 
 
 def _bound(function: Callable[..., Any], frame: Frame, recorder: Recorder) -> Callable[..., Any]:
@@ -313,17 +245,8 @@ def _bound(function: Callable[..., Any], frame: Frame, recorder: Recorder) -> Ca
         return invoked(function, args, kwargs, frame, recorder)
 
     call.__name__, call.__doc__ = function.__name__, function.__doc__
-    vars(call)["__signature__"] = _public(function)
+    vars(call)["__signature__"] = public(function)
     return call
-
-
-def _bind(function: Callable[..., Any], args: Sequence[Any], kwargs: Mapping[str, Any]) -> None:
-    """Check that a call fits a signature, which takes long; what does not is a ValueError that shows it."""
-    try:
-        _public(function).bind(*args, **kwargs)
-    except TypeError as error:
-        shown = signature(function.__name__, spelled=True)
-        raise ValueError(f"{function.__name__}: {error}; call it as {shown}") from None
 
 
 _INTRODUCTION = """# Toolkit: what a policy may call

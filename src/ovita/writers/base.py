@@ -1,30 +1,30 @@
-"""Policy writers: the protocol, writers in line, and choosing them by name."""
+"""Policy writers: what they are asked and answer, writers in line, and choosing them by name.
+
+Phase one, grounding, makes a `Prompt` of a request; its text (`writers.prompt`) is made when a model reads it.
+"""
 
 from __future__ import annotations
 
 import math
 import os
-import re
 import time
-import unicodedata
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, wait
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from importlib.util import find_spec
 from threading import Event, Thread
-from typing import TYPE_CHECKING, Literal, Protocol, TypeVar, runtime_checkable
+from typing import Literal, Protocol, TypeVar, runtime_checkable
 
 import ovita.plugins as plugins
-from ovita.errors import MissingExtra, RequestError, WriterError, WriterFailure, called_as
+from ovita.errors import MissingExtra, RequestError, WriterError, WriterFailure
 from ovita.instruct.frames import SemanticFrame
 from ovita.policy import Policy
 from ovita.policy.sandbox import Rollout
-from ovita.text import quoted
+from ovita.request import Request
+from ovita.text import as_data, called_as, quoted
 from ovita.toolkit import Outcome
-
-if TYPE_CHECKING:
-    from ovita.writers.prompt import Prompt
 
 MODEL_VARIABLE = "OVITA_MODEL"
 """Environment variable that names the configured model, such as "openai:gpt-5", or a line of them with commas."""
@@ -324,7 +324,7 @@ def _model(name: str, temperature: float, reason: str) -> PolicyWriter:
 
 def _one(name: str, base_url: str | None, temperature: float) -> PolicyWriter:
     if name == "builtin":
-        from ovita.writers.builtin import BuiltinWriter
+        from ovita.writers.generate import BuiltinWriter
 
         return BuiltinWriter()
     provider, _, model = name.partition(":")
@@ -441,39 +441,117 @@ class WritingBudget:
         return outcome.result()
 
 
-CUT = "…"
-"""What shows that a text was cut."""
-
-_SPECIAL = frozenset("<>[]`")
-_HIDDEN = ("C", "Zl", "Zp")
-_TURN = re.compile(r"<(?=[|/!a-zA-Z\uff5c])|```|~~~")
+ExampleMode = Literal["retrieved", "paper", "none"]
+"""Which examples a prompt shows: the most similar ones of the bank, the paper's way of two fixed ones, or none."""
 
 
-def as_data(text: str, limit: int) -> str:
-    """Whatever a file says as one string as Python writes it, cut after `limit` characters with a mark."""
-    text = " ".join(text.split())
-    if len(text) > limit:
-        head = text[:limit]
-        text = (head.rpartition(" ")[0] or head) + CUT
-    return '"' + "".join(_escaped(character) for character in text) + '"'
+@dataclass(frozen=True)
+class PromptStyle:
+    """What a prompt shows.
+
+    Args:
+        examples: Which examples.
+        toolkit: Whether the policy is to be a function made of toolkit calls; else the prompt asks for the paper's
+            scripts, and the examples are scripts as well.
+        scene: Whether the scene is described; else only the objects' names are given, as in the paper.
+        whole: Whether every function is listed, with its defaults and with what signatures leave open: for models in
+            the cloud and those above some 7 billion parameters. Smaller ones get the core and what is retrieved.
+    """
+
+    examples: ExampleMode = "retrieved"
+    toolkit: bool = True
+    scene: bool = True
+    whole: bool = False
 
 
-def one_line(text: str) -> str:
-    """Text of the person at the keyboard: on one line, and harmless."""
-    return harmless(" ".join(text.split()))
+@dataclass(frozen=True)
+class Sections:
+    """The text of a prompt by its sections.
+
+    Args:
+        rules: Role, rules, toolkit and fixed examples: the same for every request, so that prefix caches work.
+        help: Functions and examples that are like the instruction.
+        scene: Frame, objects, environment, trajectory and limits.
+        history: Earlier turns.
+        instruction: The instruction.
+    """
+
+    rules: str
+    help: str = ""
+    scene: str = ""
+    history: str = ""
+    instruction: str = ""
 
 
-def harmless(text: str) -> str:
-    """Text without hidden characters, fences and the words of chat templates; line breaks stay."""
-    return _TURN.sub(lambda found: " ".join(found[0]) + " ", "".join(c for c in text if c == "\n" or not _hidden(c)))
+@dataclass(frozen=True)
+class Prompt:
+    """What a policy writer is given; the text for a language model is made when it is first read.
+
+    Args:
+        request: The request.
+        style: What the text shows.
+        hints: What earlier writers in line made of the instruction.
+        attempts: Failed attempts so far, oldest first.
+        budget: Deadline, cancellation and progress reports.
+        own: Text instead of what `style` would show, or None.
+    """
+
+    request: Request
+    style: PromptStyle = PromptStyle()
+    hints: tuple[str, ...] = ()
+    attempts: tuple[Attempt, ...] = ()
+    budget: WritingBudget = field(default_factory=WritingBudget, compare=False, repr=False)
+    own: Sections | None = field(default=None, repr=False)
+
+    @classmethod
+    def of_text(cls, request: Request, rules: str, situation: str, *, budget: WritingBudget | None = None) -> Prompt:
+        """Return a prompt with text of one's own instead of what `style` would show."""
+        return cls(request, budget=budget or WritingBudget(), own=Sections(rules, instruction=situation))
+
+    @cached_property
+    def sections(self) -> Sections:
+        """The text by section."""
+        if self.own is not None:
+            return self.own
+        from ovita.writers.prompt import told
+
+        return told(self.request, self.style)
+
+    @property
+    def fixed(self) -> str:
+        """The text that is the same for every request, to be read first."""
+        return self.sections.rules
+
+    @property
+    def situation(self) -> str:
+        """The text that depends on the request."""
+        s = self.sections
+        return "".join([s.help, s.scene, s.history, s.instruction, *self.hints])
+
+    def for_model(self, large: bool) -> Prompt:
+        """Return the prompt as a large or a small model is shown it; one with text of its own stays."""
+        return self if self.style.whole == large else replace(self, style=replace(self.style, whole=large))
+
+    def repaired(self, code: str, error: str, failure: Failure = "failed") -> Prompt:
+        """Return the prompt that follows when `code` failed with `error`."""
+        return self.after(Attempt(Reply("policy", code=code), failure=failure, error=error))
+
+    def after(self, attempt: Attempt) -> Prompt:
+        """Return the prompt that follows a failed attempt."""
+        return replace(self, attempts=(*self.attempts, attempt))
 
 
-def _escaped(character: str) -> str:
-    if character in _SPECIAL or _hidden(character):
-        code = ord(character)
-        return f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}"
-    return "\\" + character if character in '"\\' else character
+@called_as('ground(Request("go left by 0.1", trajectory))')
+def ground(
+    request: Request, *, examples: ExampleMode | bool = "retrieved", toolkit: bool = True, scene: bool = True
+) -> Prompt:
+    """Ground a request: a prompt that says everything a policy writer needs to know.
 
-
-def _hidden(character: str) -> bool:
-    return unicodedata.category(character).startswith(_HIDDEN)
+    Args:
+        request: Instruction, trajectory, scene, robot and history.
+        examples: Which examples are shown; True is "retrieved", False is "none".
+        toolkit: As in `PromptStyle`.
+        scene: As in `PromptStyle`.
+    """
+    mode: ExampleMode = examples if isinstance(examples, str) else "retrieved" if examples else "none"
+    return Prompt(request, PromptStyle(mode, toolkit, scene))

@@ -11,8 +11,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from ovita.errors import WriterError
+from ovita.text import harmless
 from ovita.units import symbol
-from ovita.writers.base import PolicyWriter, WritingBudget, harmless
+from ovita.writers.base import PolicyWriter, WritingBudget
 
 TEMPERATURE = 0.3
 """Sampling temperature of explanations, as in the paper."""

@@ -1,4 +1,4 @@
-"""Phase one: grounding. A request becomes a prompt that says everything a policy writer needs to know.
+"""The text of a prompt: everything that a policy writer needs to know of a request.
 
 The fixed part (role, rules, the core of the toolkit) comes first and is the same for every request, so that servers can
 keep it in their cache. Behind it comes what depends on the request: further functions and examples that are like the
@@ -9,27 +9,23 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
-from functools import cache, cached_property
+from functools import cache
 from importlib.resources import files
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ovita.errors import called_as
 from ovita.paths.part import PathPart
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.request import Request, Turn
+from ovita.text import as_data, one_line
 from ovita.units import to_si
-from ovita.writers.base import Attempt, Failure, Reply, WritingBudget, as_data, one_line
+from ovita.writers.base import ExampleMode, PromptStyle, Sections
 
 if TYPE_CHECKING:
-    from ovita.instruct.numbers import Scale
+    from ovita.instruct.lexicon import Scale
     from ovita.writers.examples import Example
-
-ExampleMode = Literal["retrieved", "paper", "none"]
-"""Which examples a prompt shows: the most similar ones of the bank, the paper's way of two fixed ones, or none."""
 
 EXAMPLES, FUNCTIONS = 2, 4
 """How many examples of the bank a prompt shows, and how many functions beyond the core and those that they call."""
@@ -53,124 +49,18 @@ MAX_NAME, MAX_ENVIRONMENT, MAX_LIMITS = 80, 1200, 400
 """Longest name, environment text and constraints text that go into a prompt [characters]."""
 
 
-@dataclass(frozen=True)
-class PromptStyle:
-    """What a prompt shows.
-
-    Args:
-        examples: Which examples.
-        toolkit: Whether the policy is to be a function made of toolkit calls; else the prompt asks for the paper's
-            scripts, and the examples are scripts as well.
-        scene: Whether the scene is described; else only the objects' names are given, as in the paper.
-        whole: Whether every function is listed, with its defaults and with what signatures leave open: for models in
-            the cloud and those above some 7 billion parameters. Smaller ones get the core and what is retrieved.
-    """
-
-    examples: ExampleMode = "retrieved"
-    toolkit: bool = True
-    scene: bool = True
-    whole: bool = False
-
-
-@dataclass(frozen=True)
-class Sections:
-    """The text of a prompt by its sections.
-
-    Args:
-        rules: Role, rules, toolkit and fixed examples: the same for every request, so that prefix caches work.
-        help: Functions and examples that are like the instruction.
-        scene: Frame, objects, environment, trajectory and limits.
-        history: Earlier turns.
-        instruction: The instruction.
-    """
-
-    rules: str
-    help: str = ""
-    scene: str = ""
-    history: str = ""
-    instruction: str = ""
-
-
-@dataclass(frozen=True)
-class Prompt:
-    """What a policy writer is given; the text for a language model is made when it is first read.
-
-    Args:
-        request: The request.
-        style: What the text shows.
-        hints: What earlier writers in line made of the instruction.
-        attempts: Failed attempts so far, oldest first.
-        budget: Deadline, cancellation and progress reports.
-        own: Text instead of what `style` would show, or None.
-    """
-
-    request: Request
-    style: PromptStyle = PromptStyle()
-    hints: tuple[str, ...] = ()
-    attempts: tuple[Attempt, ...] = ()
-    budget: WritingBudget = field(default_factory=WritingBudget, compare=False, repr=False)
-    own: Sections | None = field(default=None, repr=False)
-
-    @classmethod
-    def of_text(cls, request: Request, rules: str, situation: str, *, budget: WritingBudget | None = None) -> Prompt:
-        """Return a prompt with text of one's own instead of what `style` would show."""
-        return cls(request, budget=budget or WritingBudget(), own=Sections(rules, instruction=situation))
-
-    @cached_property
-    def sections(self) -> Sections:
-        """The text by section."""
-        if self.own is not None:
-            return self.own
-        request, style = self.request, self.style
-        helpful = _helpful(request, style.whole) if style.toolkit and style.examples == "retrieved" else []
-        scene = _scene_lines(request) if style.scene else _names(request.scene)
-        history = [_turn_lines(i, turn) for i, turn in enumerate(request.history, start=1)]
-        return Sections(
-            rules=_fixed(style.examples, style.toolkit, style.whole),
-            help="".join(f"{part}\n" for part in helpful),
-            scene="".join(f"{line}\n" for line in ("# This scene", *scene)),
-            history="".join(f"{turn}\n" for turn in history),
-            instruction=f"# Instruction\n{_in_units(one_line(request.instruction))}\n",
-        )
-
-    @property
-    def fixed(self) -> str:
-        """The text that is the same for every request, to be read first."""
-        return self.sections.rules
-
-    @property
-    def situation(self) -> str:
-        """The text that depends on the request."""
-        s = self.sections
-        return "".join([s.help, s.scene, s.history, s.instruction, *self.hints])
-
-    def for_model(self, large: bool) -> Prompt:
-        """Return the prompt as a large or a small model is shown it; one with text of its own stays."""
-        return self if self.style.whole == large else replace(self, style=replace(self.style, whole=large))
-
-    def repaired(self, code: str, error: str, failure: Failure = "failed") -> Prompt:
-        """Return the prompt that follows when `code` failed with `error`."""
-        return self.after(Attempt(Reply("policy", code=code), failure=failure, error=error))
-
-    def after(self, attempt: Attempt) -> Prompt:
-        """Return the prompt that follows a failed attempt."""
-        return replace(self, attempts=(*self.attempts, attempt))
-
-
-@called_as('ground(Request("go left by 0.1", trajectory))')
-def ground(
-    request: Request, *, examples: ExampleMode | bool = "retrieved", toolkit: bool = True, scene: bool = True
-) -> Prompt:
-    """Ground a request: a prompt that says everything a policy writer needs to know.
-
-    Args:
-        request: Instruction, trajectory, scene, robot and history.
-        examples: Which examples are shown; True is "retrieved", False is "none".
-        toolkit: As in `PromptStyle`.
-        scene: As in `PromptStyle`.
-    """
-    mode: ExampleMode = examples if isinstance(examples, str) else "retrieved" if examples else "none"
-    return Prompt(request, PromptStyle(mode, toolkit, scene))
+def told(request: Request, style: PromptStyle) -> Sections:
+    """The text of a prompt by section."""
+    helpful = _helpful(request, style.whole) if style.toolkit and style.examples == "retrieved" else []
+    scene = _scene_lines(request) if style.scene else _names(request.scene)
+    history = [_turn_lines(i, turn) for i, turn in enumerate(request.history, start=1)]
+    return Sections(
+        rules=_fixed(style.examples, style.toolkit, style.whole),
+        help="".join(f"{part}\n" for part in helpful),
+        scene="".join(f"{line}\n" for line in ("# This scene", *scene)),
+        history="".join(f"{turn}\n" for turn in history),
+        instruction=f"# Instruction\n{_in_units(one_line(request.instruction))}\n",
+    )
 
 
 @cache
@@ -234,7 +124,7 @@ def _names(scene: Scene) -> list[str]:
 
 
 def _scene_lines(request: Request) -> list[str]:
-    from ovita.instruct.numbers import Scale
+    from ovita.instruct.lexicon import Scale
 
     scene, scale = request.scene, Scale.of(request.trajectory)
     lines = [

@@ -15,7 +15,7 @@ class AcmeWriter:
         self.height = float(model or 0.2)
 
     def write(self, prompt):
-        """Answer a prompt (`ovita.writers.prompt.Prompt`)."""
+        """Answer a prompt (`ovita.writers.base.Prompt`)."""
         request, info = prompt.request, WriterInfo("acme")
         named = [name for name in request.scene.names if name in request.instruction.lower()]
         if not named:

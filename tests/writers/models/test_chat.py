@@ -16,11 +16,10 @@ from ovita.errors import MissingExtra, MissingKey, OvitaError, RequestError, Wri
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
-from ovita.writers.base import PolicyWriter
+from ovita.writers.base import PolicyWriter, Prompt
 from ovita.writers.explain import reworded
 from ovita.writers.models.chat import LLMWriter, ollama_url
 from ovita.writers.models.exchange import read_answer
-from ovita.writers.prompt import Prompt
 
 KEY = "sk-secret-0123456789abcdef"
 CODE = 'def adapt(traj, scene, *, left=0.2):\n    """Shift left."""\n    return move(traj, left=left)'

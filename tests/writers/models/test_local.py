@@ -21,12 +21,11 @@ from ovita.errors import MissingExtra, RequestError, UnusableReply, WriterError
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
-from ovita.writers.base import Reply, WriterChain, WritingBudget, writer_named
+from ovita.writers.base import Prompt, Reply, WriterChain, WritingBudget, writer_named
 from ovita.writers.models import catalogue as models
 from ovita.writers.models import local as engine
 from ovita.writers.models.exchange import read_answer
 from ovita.writers.models.local import LocalWriter
-from ovita.writers.prompt import Prompt
 
 RULES = "You write Python policies, def adapt(traj, scene), that move a robot's trajectory. " * 6
 

@@ -16,10 +16,9 @@ from ovita.errors import WriterError
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
-from ovita.writers.base import Reply
+from ovita.writers.base import Prompt, Reply
 from ovita.writers.explain import reworded
 from ovita.writers.models.chat import LLMWriter
-from ovita.writers.prompt import Prompt
 
 FIXED = "You write Python policies that move a robot's trajectory."
 SITUATION = (

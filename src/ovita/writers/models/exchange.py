@@ -17,8 +17,8 @@ from pydantic import BaseModel, ConfigDict, ValidationError, WithJsonSchema, fie
 from pydantic_core import from_json
 
 from ovita.errors import RequestError, UnusableReply, WriterError
-from ovita.writers.base import Reply, WriterInfo, WritingBudget, harmless
-from ovita.writers.prompt import Prompt
+from ovita.text import harmless
+from ovita.writers.base import Prompt, Reply, WriterInfo, WritingBudget
 
 Form = Literal["native", "tool", "text"]
 """How an answer is asked for: JSON that follows a schema, the arguments of a tool, or plain text."""
