@@ -18,7 +18,7 @@ from ovita.dialogue.history import ROOT, History, Kind, Situation, Step, in_forc
 from ovita.dialogue.parameters import called, frames_of, scaled, shown, values_after, which
 from ovita.dialogue.standing import KEEP_IT, Loss, lost
 from ovita.errors import PolicyError, RequestError
-from ovita.instruct.chunks import chunks
+from ovita.instruct.chunks import Chunk, chunks
 from ovita.instruct.editing import apply, realised_values
 from ovita.instruct.edits import Again, Also, Command, Edit, Rescale, Set
 from ovita.instruct.feedback import named_frames, named_objects, only_where, read_feedback
@@ -229,21 +229,20 @@ class DialogueState:
     def _about(self, said: str, results: Sequence[Adaptation], first: int) -> Heard | None:
         """Feedback on some of the turns in force; with a language model only if it needs no further frames."""
         frames, values = _frames(results)
-        fresh = self._read(said)
-        whole = bool(fresh.frames) and not (fresh.unread or fresh.question)
-        turned = called(said, results[-1], self.now.scene) if results and not whole else {}
         reading = read_feedback(said, self.now.scene, frames, self.current.positions, self._read)
-        if self._offline and results and not whole and not only_where(said, self.now.scene):
-            reading = feedback(said, self.now.scene, frames, self.current.positions, reading)
-        placing = [p for p in results[-1].parameters if p.name in turned and p.role in PLACING] if turned else []
-        if turned and (placing or reading is None or reading.unread or reading.question):
-            return Heard(said, Reading(), frames, first, values, turned)
+        last, fresh = (results[-1] if results else None), self._read(said)
+        if last is not None and (fresh.unread or fresh.question or not fresh.frames):
+            if self._offline and not only_where(said, self.now.scene):
+                reading = feedback(said, self.now.scene, frames, self.current.positions, reading)
+            turned = called(said, last, self.now.scene)
+            placing = any(p.name in turned and p.role in PLACING for p in last.parameters)
+            if turned and (placing or reading is None or reading.unread or reading.question):
+                return Heard(said, Reading(), frames, first, values, turned)
         if reading is None:
             return None
         heard = Heard(said, reading, frames, first, values)
-        if results and not results[-1].frames and not self._by_parameters(heard, results[-1]):
-            return None
-        return heard
+        doable = last is None or last.frames or self._by_parameters(heard, last)
+        return heard if doable else None
 
     def _by_parameters(self, heard: Heard, last: Adaptation) -> bool:
         """Whether feedback on a policy of another writer can be done without asking it."""
@@ -290,12 +289,7 @@ class DialogueState:
         words = f"{self.asked.rstrip('.')}: {said}" if frames else said
         before, results = self.current, self._results
         if on == "original":
-            drawn = [step.said for step, _ in in_force(self.steps) if step.kind == "drawn"]
-            if drawn:
-                raise RequestError(
-                    f"{drawn[0]!r} was done by hand on the path as it was then, and cannot be said again"
-                    " on the original; choose feedback on current, or undo it"
-                )
+            self._refuse_drawn()
             found = self._with_earlier(words, frames, results)
             if found is not None:
                 return Interpretation(found, on=on)
@@ -305,6 +299,15 @@ class DialogueState:
         result = self._adapt(words, before, frames)
         on = "original" if before is self.now.original and on == "original" else "current"
         return Interpretation(result, on=on, asked=said if result.status == "needs_clarification" else "")
+
+    def _refuse_drawn(self) -> None:
+        """Refuse what would have to repeat an edit by hand on the original."""
+        for step, _ in in_force(self.steps):
+            if step.kind == "drawn":
+                raise RequestError(
+                    f"{step.said!r} was done by hand on the path as it was then, and cannot be said again"
+                    " on the original; choose feedback on current, or undo it"
+                )
 
     def _declined(self, said: str) -> Interpretation | None:
         """What says nothing but where is about the turn before: as an instruction it would lose the "only"."""
@@ -366,23 +369,27 @@ class DialogueState:
         if not isinstance(edit, Set):
             return ""
         said, _ = chunks(heard.said, self.now.scene, self.current.positions)
-        if said and said[0].text.lower() in FURTHER:
-            return "It may be a further change."
-        after_never = [b.q for a, b in pairwise(said) if a.kind == "never" and b.q is not None]
-        if any(q.value == edit.quantity.value for q in after_never):
-            return f"{number(edit.quantity.value)} is what it should not be."
+        asked = edit.quantity.value
+        after_never = [b.q.value for a, b in pairwise(said) if a.kind == "never" and b.q is not None]
         about = {name for frame in (*heard.frames, *result.frames) for name in frame.named}
-        if any(chunk.kind == "OBJ" and not about & set(chunk.names) for chunk in said):
-            return "It may be about the object, not about the change."
-        if heard.said.rstrip().endswith("?"):
-            return "It is a question."
-        bare = all(chunk.q is None or not chunk.q.unit for chunk in said)
-        strange = bare and any(chunk.kind == "unknown" for chunk in said)
+        things = [chunk for chunk in said if chunk.kind == "OBJ"]
+        grounds = (
+            (bool(said) and said[0].text.lower() in FURTHER, "It may be a further change."),
+            (asked in after_never, f"{number(asked)} is what it should not be."),
+            (not all(about & {*c.names} for c in things), "It may be about the object, not about the change."),
+            (heard.said.rstrip().endswith("?"), "It is a question."),
+        )
+        return next((why for speaks, why in grounds if speaks), self._far(said, result))
+
+    def _far(self, said: Sequence[Chunk], result: Adaptation) -> str:
+        """That a bare number among unknown words is far from what it was, or ""."""
+        if any(chunk.q is not None and chunk.q.unit for chunk in said) or all(c.kind != "unknown" for c in said):
+            return ""
         values = {p.name: p.value for p in self._results[-1].parameters}
         pairs = [(values.get(p.name), p.value) for p in result.parameters]
         amounts = [(old, new) for old, new in pairs if isinstance(old, int | float) and isinstance(new, int | float)]
         far = [new for old, new in amounts if old and new and not 1 / FAR <= abs(new / old) <= FAR]
-        return f"{number(far[0])} is far from what it was." if strange and far else ""
+        return f"{number(far[0])} is far from what it was." if far else ""
 
     def _without(self, heard: Heard, turn: int) -> Interpretation:
         """All turns but one, on the original."""

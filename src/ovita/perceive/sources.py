@@ -30,16 +30,16 @@ def gathered(places: Sequence[str], *, camera: str | None = None, choices: Recor
         MissingExtra: If a package is not installed.
     """
     choices = choices or RecordingChoices()
-    recordings = [place for place in places if is_address(place) or is_bag(place)]
-    files = [place for place in places if _is_cloud(place)]
-    pictures = [place for place in places if place not in (*recordings, *files)]
-    recorded = [(read_live if is_address(place) else read_recording)(place, choices) for place in recordings]
-    clouds = [load_cloud(place) for place in files]
+    kinds: dict[str, list[str]] = {"recording": [], "cloud": [], "picture": []}
+    for place in places:
+        kinds[_kind(place)].append(place)
+    recorded = [(read_live if is_address(place) else read_recording)(place, choices) for place in kinds["recording"]]
+    clouds = [load_cloud(place) for place in kinds["cloud"]]
     if choices.options and not recorded:
         raise RequestError(f"{listed(choices.options)}: for a bag or a live camera; there is none among the pictures")
-    if camera is not None and not pictures:
+    if camera is not None and not kinds["picture"]:
         raise RequestError("--camera goes with pictures; a recording holds its own, and --pose says where it stood")
-    views = [*views_from(pictures, camera), *(view for one in recorded for view in one.views)]
+    views = [*views_from(kinds["picture"], camera), *(view for one in recorded for view in one.views)]
     clouds += [cloud for one in recorded for cloud in one.clouds]
     if views and clouds:
         raise RequestError("pictures and point clouds cannot be looked at together; make a scene of one, --update it")
@@ -49,6 +49,12 @@ def gathered(places: Sequence[str], *, camera: str | None = None, choices: Recor
 def is_view(path: str) -> bool:
     """Whether a file or folder is something to look at: a folder with a camera.json, a view in one file, or a bag."""
     return os.path.isfile(os.path.join(path, CAMERA)) or suffix(path) == ".npz" or is_bag(path) or _is_cloud(path)
+
+
+def _kind(place: str) -> str:
+    if is_address(place) or is_bag(place):
+        return "recording"
+    return "cloud" if _is_cloud(place) else "picture"
 
 
 def _is_cloud(place: str) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -114,13 +114,11 @@ def update(before: Scene, seen: Scene, views: Sequence[View] = ()) -> SceneUpdat
     seen = seen.in_frame(before.frame)
     pairs = _assigned(before.objects, seen.objects)
     matches = tuple(FoundAgain(old, _taken_over(old, new)) for old, new in pairs)
-    matched = {id(old) for old, _ in pairs}
-    found = {id(new) for _, new in pairs}
-    missing = [item for item in before if id(item) not in matched]
+    missing = _without(before, [old for old, _ in pairs])
     gone = tuple(item for item in missing if SEEN in item.extra and sees_through(views, item))
-    unseen = tuple(item for item in missing if not any(item is other for other in gone))
+    unseen = _without(missing, gone)
     kept = [*(m.now for m in matches), *unseen]
-    came = [item for item in seen if id(item) not in found]
+    came = _without(seen, [new for _, new in pairs])
     names = distinct([item.name for item in came], [item.name for item in kept])
     new = tuple(replace(item, name=name) for item, name in zip(came, names, strict=True))
     order = {canonical(item.name): i for i, item in enumerate(before)}
@@ -129,6 +127,12 @@ def update(before: Scene, seen: Scene, views: Sequence[View] = ()) -> SceneUpdat
     scene = with_objects(before, (*kept, *new))
     scene = replace(scene, environment=said or scene.environment or description(scene))
     return SceneUpdate(scene, matches, new, gone, unseen)
+
+
+def _without(items: Iterable[SceneObject], taken: Sequence[SceneObject]) -> tuple[SceneObject, ...]:
+    """The objects that are none of those taken; two that are equal are two."""
+    gone = {id(item) for item in taken}
+    return tuple(item for item in items if id(item) not in gone)
 
 
 def _assigned(old: Sequence[SceneObject], new: Sequence[SceneObject]) -> list[tuple[SceneObject, SceneObject]]:

@@ -91,9 +91,13 @@ def judge(expectation: Expectation, original: Array, adapted: Array, scene: Scen
     case = _Case(values, np.asarray(original, dtype=float), np.asarray(adapted, dtype=float), scene)
     if not values.get("where", {}).get("ranges", True):
         return Outcome(False, "no waypoint is in the part that is meant")
-    if not (case.new.any() or case.paired.any()):
+    if not (case.paired.any() or (case.new.any() and expectation.kind not in _OF_PAIRS)):
         return Outcome(False, "none of the selected waypoints is left")
     return check(case)
+
+
+_OF_PAIRS = ("moved", "same_speed", "faster", "slower")
+"""What is measured on waypoints of the original and the same ones of the result."""
 
 
 class _Case:
@@ -153,6 +157,17 @@ class _Case:
     @property
     def offset(self) -> Array:
         return self.scene.frame.offset(**self.values.get("offset", {}))
+
+    @property
+    def beside(self) -> str:
+        """The offset in words, before what it is an offset of; "" where there is none."""
+        return f"the place {say(self.values['offset'])} of " if "offset" in self.values else ""
+
+    def anchor(self, axis: Array) -> tuple[Array, float, str]:
+        """The target's centre (3,) [m], how far it reaches along an axis [m], and its name; the origin for none."""
+        if not self.named:
+            return np.zeros(3), 0.0, "the origin"
+        return point(self.target), extent(self.target, axis), self.name
 
 
 def _parts(where: Mapping[str, Any] | None, match: Correspondence) -> tuple[Mask, Mask]:
@@ -272,8 +287,6 @@ def _distance(case: _Case) -> Outcome:
 
 
 def _moved(case: _Case) -> Outcome:
-    if not case.paired.any():
-        return Outcome(False, "none of the selected waypoints is left")
     shift = case.matched[case.paired, :3] - case.original[case.paired, :3]
     held, parts = True, []
     for word, asked in case.values["offset"].items():
@@ -316,8 +329,6 @@ def _same_path(case: _Case) -> Outcome:
 
 
 def _same_speed(case: _Case) -> Outcome:
-    if not case.paired.any():
-        return Outcome(False, "none of the selected waypoints is left")
     old, new = case.original[case.paired, 3], case.matched[case.paired, 3]
     usual, off = max(float(old.mean()), AT_REST), np.abs(new - old)
     # A ramp from rest that limits demand touches a few waypoints only.
@@ -330,29 +341,28 @@ def _side(case: _Case) -> Outcome:
     """How far on one side the path lies: from the surface for at_least, from the centre for at_most."""
     word, within = case.values["side"], case.values.get("within")
     axis = case.scene.frame.direction(word)
-    centre = point(case.target) if case.named else np.zeros(3)
-    half = extent(case.target, axis) if case.named else 0.0
+    centre, half, place = case.anchor(axis)
     masks = (case.paired, case.new) if case.paired.any() and case.new.any() else (None, None)
     old, new = (
         _reaches(rows[:, :3] - centre, None if case.whole else part, axis, within)
         for rows, part in zip((case.original, case.adapted), masks, strict=True)
     )
-    place = case.name if case.named else "the origin"
     if new is None:
-        said = f"the path does not pass within {float(within or 0.0):g} m of {case.name}, seen along that side"
+        said = f"the path does not pass within {float(within or 0.0):g} m of {place}, seen along that side"
         return Outcome(False, said, 0.0)
     at_least, at_most = (case.values.get(name) for name in ("at_least", "at_most"))
     exact = at_least is not None and at_least == at_most
     slack = _about if exact or within is not None else _hardly
-    inset, bounds = (0.0 if exact else half), []
-    for sign, asked, before, now in (
-        (1.0, at_least, old and old[0] - inset, new[0] - inset),
-        (-1.0, at_most, old and old[1], new[1]),
-    ):
-        if asked is not None:
-            surface = "the surface of " if inset and sign > 0 else ""
-            said = f"at {'least' if sign > 0 else 'most'} {now:.3f} m {word} of {surface}{place}"
-            bounds.append(_Bound(sign, asked, before, now, slack(asked), said))
+    inset = 0.0 if exact else half
+    sides = (
+        (1.0, at_least, old and old[0] - inset, new[0] - inset, "least", "the surface of " if inset else ""),
+        (-1.0, at_most, old and old[1], new[1], "most", ""),
+    )
+    bounds = [
+        _Bound(sign, asked, before, now, slack(asked), f"at {which} {now:.3f} m {word} of {surface}{place}")
+        for sign, asked, before, now, which, surface in sides
+        if asked is not None
+    ]
     wish = " to ".join(f"{bound:g}" for bound in dict.fromkeys((at_least, at_most)) if bound is not None)
     outcome = _bounded(bounds, "the path is ", f" (asked {wish} m)")
     opposite = case.named and at_least is not None and at_least >= 0.0 and new[1] < 0.0
@@ -411,8 +421,8 @@ def _visits(case: _Case) -> Outcome:
     change = max(old - within, 0.0) - max(distance - within, 0.0)
     if not held and _beyond(case, case.adapted[:, :3]):
         change = min(change, 0.0)
-    beside = f"the place {say(case.values['offset'])} of " if "offset" in case.values else ""
-    return Outcome(held, f"the path comes within {distance:.3f} m of {beside}{case.aimed} (asked {within:g} m)", change)
+    said = f"the path comes within {distance:.3f} m of {case.beside}{case.aimed} (asked {within:g} m)"
+    return Outcome(held, said, change)
 
 
 def _beyond(case: _Case, path: Array) -> bool:
@@ -429,8 +439,6 @@ def _beyond(case: _Case, path: Array) -> bool:
 
 def _pace(case: _Case, sign: float) -> Outcome:
     """Sign +1: faster, -1: slower."""
-    if not case.paired.any():
-        return Outcome(False, "none of the selected waypoints is left")
     old, new = float(case.original[case.paired, 3].mean()), float(case.matched[case.paired, 3].mean())
     held = sign * (new - old) > TINY + SPEED_CHANGE * old or (sign < 0 and new <= old <= AT_REST)
     ratio = f", {new / old:.2f} times as fast" if old > AT_REST else ""
@@ -510,8 +518,8 @@ def _stop(case: _Case) -> Outcome:
     # A path that is led on beyond its goal may pass by the place once more, and nearer.
     before = case.original[lengths(case.original[:, :3] - place).argmin(), :3]
     held = at <= passed + slack or bool(lengths(case.adapted[stopped, :3] - before).min() <= slack)
-    beside = f"the place {say(case.values['offset'])} of " if "offset" in case.values else ""
-    return Outcome(held, f"the robot stops {at:.3f} m from {beside}{case.name} (the path comes within {passed:.3f} m)")
+    said = f"the robot stops {at:.3f} m from {case.beside}{case.name} (the path comes within {passed:.3f} m)"
+    return Outcome(held, said)
 
 
 def _length(case: _Case) -> Outcome:
