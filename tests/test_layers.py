@@ -72,7 +72,7 @@ def test_a_file_is_a_subject():
 
 MAY_MATCH_TEXT = {
     # What people wrote: instructions, feedback, limits in words, and names of objects.
-    "augment/voices.py",
+    "augment/wording.py",
     "bench/generate.py",
     "instruct/chunks.py",
     "dialogue/parameters.py",
@@ -86,7 +86,6 @@ MAY_MATCH_TEXT = {
     "paths/scene.py",
     "sources/places.py",
     "writers/prompt.py",
-    "writers/retrieval.py",
     "writers/generate.py",
     # What models wrote: replies, policies and the exceptions these raise, explanations.
     "errors.py",

@@ -317,10 +317,7 @@ def _declined(request: Request, last: Attempt, clock: _Clock) -> Adaptation:
 def to_confirm(result: Adaptation, unplaced: tuple[str, ...] = (), doubts: tuple[str, ...] = ()) -> Adaptation:
     """A result that a person has to agree to: the trajectory stays, and the result waits as the proposal.
 
-    Args:
-        result: What would be done.
-        unplaced: Words that nothing is done about.
-        doubts: What speaks against it, as sentences.
+    Nothing is done about the words in `unplaced`; `doubts` are sentences that speak against it.
     """
     unused = (f"Nothing is done about {quoted(unplaced)}.",) if unplaced else ()
     waiting = Adaptation(

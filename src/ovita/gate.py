@@ -241,14 +241,7 @@ def _of_world(result: Adaptation, robot: Robot, checks: Sequence[ConstraintCheck
 
 
 def simulated(found: Review, said: Sequence[str], *, failed: bool, slowed: bool = False) -> Review:
-    """The review after the motion was simulated, which refuses it where that failed.
-
-    Args:
-        found: What the gate found before.
-        said: What the simulation said, each a sentence.
-        failed: Whether the robot was off course, could not reach it, or touched what it should not.
-        slowed: Whether it followed, but later than asked.
-    """
+    """The review after the motion was simulated, which refuses it where that failed."""
     why = " ".join(said)
     refused = (f"Simulated, the robot does not follow it: {why}",) if failed else ()
     late = (f"Simulated, the robot follows it later than asked: {why}",) if slowed else ()
@@ -263,9 +256,6 @@ def explained(path: str) -> str:
 
     Plan, assumptions and parameters are the writer's own words. What the file holds as its explanation follows only
     where it says something else, such as in a model's words, and is called unchecked.
-
-    Args:
-        path: The file.
 
     Raises:
         FormatError: If the file holds no readable result.
@@ -347,15 +337,7 @@ def record(log: str | os.PathLike[str], event: Mapping[str, Any]) -> None:
 
 
 def refuse(found: Review, place: str, log: str, about: Mapping[str, Any], why: Sequence[str] = ()) -> None:
-    """Log that a result does not go to a place.
-
-    Args:
-        found: What the gate found.
-        place: Where it was to go.
-        log: The log of sendings.
-        about: What else the log says, such as who asked.
-        why: Sentences; none takes those of the gate.
-    """
+    """Log that a result does not go to a place, and why: what the gate says where no other sentences are given."""
     record(log, {"event": "refused", **_event(found, place, about), "why": list(why or found.refusals)})
 
 

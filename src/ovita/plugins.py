@@ -73,15 +73,7 @@ def load(kind: str, name: str, error: type[OvitaError] = RequestError) -> Any | 
 
 
 def make(kind: str, name: str, wanted: str, *arguments: Any, error: type[OvitaError] = RequestError) -> Any | None:
-    """What a plug-in's function under a name gives; None if no plug-in has the name.
-
-    Args:
-        kind: One of `KINDS`.
-        name: As the user wrote it.
-        wanted: The method that it must have.
-        arguments: For the plug-in's function.
-        error: The type of error that its failures are, now and whenever it is called.
-    """
+    """What a plug-in's function under a name gives; None if no plug-in has the name."""
     function = load(kind, name, error)
     if function is None:
         return None

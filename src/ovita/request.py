@@ -133,15 +133,9 @@ def requested(
     times: ArrayLike | None = None,
     selection: PathPart = WHOLE,
 ) -> Request:
-    """The request that a caller means.
+    """The request that a caller means; what is None is that of the task, the file or the request.
 
-    Args:
-        about: A whole request, or what the instruction is about.
-        instruction: None takes the one of the task or file.
-        scene: None takes that of the task or file.
-        robot: Or its name or file; None takes the one that the task or file names, else none.
-        times: When the waypoints of an array are reached (N,) [s], in place of speeds.
-        selection: The part of the path that "here" and "this part" mean.
+    `times` (N,) [s], when the waypoints of an array are reached, stand in place of speeds.
 
     Raises:
         InputError: If any of these cannot be used; says which, and what to give.

@@ -454,9 +454,6 @@ _COMES_OUT = {
 def accept(result: Adaptation) -> Adaptation:
     """The result that was proposed, now that a person agrees to it.
 
-    Args:
-        result: With the status "needs_confirmation".
-
     Raises:
         RequestError: If nothing was proposed.
     """
@@ -477,10 +474,7 @@ UNSEEN, UNMISSED = 0.01, 0.1
 def judged_status(verdict: Verdict | None, postconditions: Sequence[Postcondition], *, vain: bool = False) -> Status:
     """The status of a result, from best to worst: done, limited, not as meant, infeasible.
 
-    Args:
-        verdict: On the limits.
-        postconditions: As measured.
-        vain: Whether the result is of no use for another reason: nothing changed, or it comes to a standstill.
+    It is `vain` where nothing changed, or where it comes to a standstill.
     """
     if verdict is not None and verdict.status == "infeasible":
         return "infeasible"

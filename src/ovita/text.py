@@ -129,11 +129,7 @@ def _hidden(character: str) -> bool:
 
 
 def called_as(example: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Decorate a function of the public interface, so that arguments that do not fit it are one sentence.
-
-    Args:
-        example: A call that is right.
-    """
+    """Decorate a function of the public interface, so that arguments that do not fit it are one sentence."""
 
     def decorate(function: Callable[P, R]) -> Callable[P, R]:
         import inspect  # not needed by a command that only prints its help

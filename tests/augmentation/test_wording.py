@@ -5,8 +5,7 @@ from random import Random
 import pytest
 
 from ovita.augment.ground import RandomScenes
-from ovita.augment.voices import slotted, with_voices
-from ovita.augment.wording import NotOffered, draw, families_from, grammar, sentences, slots_of
+from ovita.augment.wording import NotOffered, draw, families_from, grammar, sentences, slots_of, slotted, with_voices
 from ovita.errors import RequestError
 from ovita.instruct import notation
 from ovita.instruct.frames import same

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ovita.baselines import NAMES, Baseline, adapted_by, baseline_named
-from ovita.baselines.floor import FACTOR, SHIFT, Copy, Random
+from ovita.baselines.catalogue import FACTOR, SHIFT, Copy, Random
 from ovita.errors import RequestError
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request

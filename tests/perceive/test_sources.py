@@ -12,8 +12,8 @@ from depth_pictures import Thing, picture
 from ovita.errors import FormatError, RequestError
 from ovita.perceive import perceive
 from ovita.perceive.detect import ClusterDetector, detector_named
+from ovita.perceive.pictures import gathered
 from ovita.perceive.recordings import Mount, RecordingChoices
-from ovita.perceive.sources import gathered
 from ovita.perceive.vlm import VlmDetector
 
 CUP = Thing("box", (0.0, 0.1, 0.06), (0.08, 0.08, 0.12), colour="red")

@@ -12,7 +12,7 @@ from ovita.limits import ConstraintOptions, constrain
 from ovita.limits.problem import top_of
 from ovita.paths.scene import Frame
 from ovita.perceive import View, perceive
-from ovita.perceive.support import name_of
+from ovita.perceive.segment import name_of
 from ovita.sources.planner import plan
 
 CUP = Thing("cylinder", (0.0, 0.12, 0.05), (0.08, 0.08, 0.1), colour="red")

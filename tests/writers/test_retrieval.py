@@ -10,9 +10,8 @@ from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
 from ovita.toolkit import CATALOGUE
 from ovita.writers.base import ground
-from ovita.writers.examples import examples, functions_like, similar, use_of
+from ovita.writers.examples import Index, examples, functions_like, similar, terms, use_of
 from ovita.writers.prompt import ROOM
-from ovita.writers.retrieval import Index, terms
 
 PATH = Trajectory.from_array(np.column_stack([np.linspace(0, 2, 30), np.zeros((30, 2)), np.full(30, 0.4)]))
 NAMES = ("kettle", "traffic cone", "shelf", "water bottle")

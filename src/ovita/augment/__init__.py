@@ -9,8 +9,7 @@ from ovita.augment.engine import AugmentedDataset, Job, Progressed, run
 from ovita.augment.shards import JsonLines, Sink
 from ovita.augment.sources import Given, open_pool
 from ovita.augment.verified import Manner
-from ovita.augment.voices import with_voices
-from ovita.augment.wording import families_from
+from ovita.augment.wording import families_from, with_voices
 from ovita.workers import Engine
 
 __all__ = ["AugmentedDataset", "Job", "augment"]
@@ -49,7 +48,7 @@ def augment(
         robot: Whose limits hold; None takes what each task names.
         waypoints: Of random scenes.
         repairs: Share of the draws whose path breaks a limit that the solver repairs; the others are rejected.
-        voices: A folder of what people wrote, whose wordings are used as well (see `voices.with_voices`).
+        voices: A folder of what people wrote, whose wordings are used as well (see `wording.with_voices`).
         shard: Samples in a shard.
         sinks: Formats.
         jobs: Workers.

@@ -68,10 +68,6 @@ class DatasetCard(Sink):
 def licences_from(stated: Sequence[str], sources: Sequence[str]) -> tuple[tuple[str, str], ...]:
     """The licence of each source from texts such as "demos/=CC-BY-4.0"; one without a source holds for all others.
 
-    Args:
-        stated: What the maker of the dataset says.
-        sources: Names of the sources, such as "file:demos/a.json".
-
     Raises:
         RequestError: If a text names no licence, or a source that is not there.
     """
@@ -97,12 +93,7 @@ def _is_of(name: str, source: str) -> bool:
 
 
 def card(manifest: Mapping[str, Any], licences: Mapping[str, str]) -> str:
-    """The card as Markdown with the header that data set hubs read.
-
-    Args:
-        manifest: Of the dataset, as `engine.run` writes it.
-        licences: By the name of a source.
-    """
+    """The card as Markdown with the header that data set hubs read."""
     kept, splits = manifest["kept"], manifest["counts"].get("split", {})
     sources = [
         (source["name"], source["what"], licences.get(source["name"], NOT_STATED)) for source in manifest["sources"]

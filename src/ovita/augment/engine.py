@@ -212,13 +212,6 @@ def run(
 ) -> AugmentedDataset:
     """Make a dataset, or go on where an earlier run of the same job was stopped or killed.
 
-    Args:
-        job: What it is made of.
-        folder: Where it goes.
-        jobs: Workers; 1 works in this process.
-        engine: "processes" on this machine, or "ray" on a machine or a cluster with a common disk.
-        progress: Called after each shard.
-
     Raises:
         RequestError: If the folder holds another dataset, another run writes there, or there is no such engine.
         MissingExtra: If Ray is not installed.

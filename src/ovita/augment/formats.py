@@ -164,10 +164,6 @@ _READERS: Mapping[str, Callable[[Path, str], Iterator[AugmentedSample]]] = {
 def sinks_named(names: Sequence[str], licences: tuple[tuple[str, str], ...] = ()) -> tuple[Sink, ...]:
     """The sinks of some formats, each once, and of the dataset's card.
 
-    Args:
-        names: Of the formats.
-        licences: Names of sources with their licences, for the card.
-
     Raises:
         RequestError: If there is no such format, or none is named.
         MissingExtra: If a format needs a package that is not installed; said now rather than after an hour of work.

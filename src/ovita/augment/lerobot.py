@@ -90,15 +90,7 @@ class LeRobotEpisodes(Sink):
 
 
 def write_dataset(target: Path, records: Sequence[Path], split: str, *, fps: int = FPS, language: bool = False) -> None:
-    """Write the samples of record files as one LeRobotDataset; what was there before is replaced once it is whole.
-
-    Args:
-        target: Folder of the data set.
-        records: Files of `ParquetRecords`, in order.
-        split: What the data set calls its episodes.
-        fps: Frames a second.
-        language: Whether to write the language columns.
-    """
+    """Write the samples of record files as one LeRobotDataset; what was there before is replaced once it is whole."""
     part = make_folder(target.parent) / f".{target.name}.part"
     shutil.rmtree(part, ignore_errors=True)
     make_folder(part / "meta")

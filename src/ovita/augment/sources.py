@@ -55,13 +55,8 @@ def open_pool(
         load_robot(robot)
     scales = [scale for one in given if isinstance(one, str) for scale in _scales(one)]
     notes: list[str] = []
-    found: list[tuple[str, Task, str]] = []
-    for number, one in enumerate(given):
-        if isinstance(one, Task | Trajectory):
-            task = one if isinstance(one, Task) else Task(one)
-            found.append((f"task:{number:05d}", task, _digest(task.trajectory.to_array().tobytes())))
-        elif not _scales(os.fspath(one)):
-            found += _of_path(Path(one), notes, partial(_of_file, robot=robot, waypoints=waypoints, planner=planner))
+    of_file = partial(_of_file, robot=robot, waypoints=waypoints, planner=planner)
+    found = [one for number, source in enumerate(given) for one in _of_source(source, number, notes, of_file)]
     if robot is not None:
         found = [(name, replace(task, robot=robot), what) for name, task, what in found]
     found = [one for one in found if _usable(*one[:2], notes)]
@@ -103,6 +98,14 @@ def _usable(name: str, task: Task, notes: list[str]) -> bool:
 
 Named = Iterator[tuple[str, Task, str]]
 """Tasks, each with the name of its source and what identifies its content."""
+
+
+def _of_source(source: Given, number: int, notes: list[str], of_file: Callable[[Path, str], Named]) -> Named:
+    if isinstance(source, Task | Trajectory):
+        task = source if isinstance(source, Task) else Task(source)
+        yield f"task:{number:05d}", task, _digest(task.trajectory.to_array().tobytes())
+    elif not _scales(os.fspath(source)):
+        yield from _of_path(Path(source), notes, of_file)
 
 
 def _of_path(path: Path, notes: list[str], of_file: Callable[[Path, str], Named]) -> Named:

@@ -99,16 +99,7 @@ class Made:
 def make(
     index: int, ground: Ground, manner: Manner, wordings: Wordings, taken: set[str], no: dict[str, int]
 ) -> Made | None:
-    """The sample of a number, or None if no draw passed; `taken` holds the keys of the scene's earlier samples.
-
-    Args:
-        index: The sample's number.
-        ground: What it is drawn from.
-        manner: How.
-        wordings: The meanings and words.
-        taken: Keys of near duplicates; the sample's own is added.
-        no: Counts rejected draws by reason.
-    """
+    """The sample of a number, or None if no draw passed; `taken` holds the keys of the scene's earlier samples."""
     for attempt in range(TRIES):
         rng = Random(f"{manner.seed}/{index}/{attempt}")
         own = manner.families[index % len(manner.families)]

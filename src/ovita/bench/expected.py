@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -258,25 +258,24 @@ def _pace(case: _Asked, frame: F.Pace) -> Check | None:
     value = 0.0 if q is None else q.value
     if change in _PACES:
         return _paced(case, frame, value)
-    placed = case.part(frame.part) if frame.part else None
     others = any(f is not frame and isinstance(f, PACING) for f in case.frames)
-    match change:
-        case "constant":
-            return P.constant_speed(None if q is None else value, where=placed)
-        case "cap" | "floor":
-            bound = {"at_most" if change == "cap" else "at_least": value}
-            slack = 0.1 if case.has(F.Resample) else 0.02
-            return asked.speed_within(**bound, where=where, otherwise=not others, slack=slack)
-        case "rampup" | "rampdown":
-            end = None if q is None or others else value
-            return P.monotone_speed("rising" if change == "rampup" else "falling", where=where, to=end)
-        case "turns":
-            turns = PathPart("turns", amount=SHARES["turns"])
-            return P.slower(where=both(turns, placed) if placed else turns)
+    if change in _RAMPS:
+        return P.monotone_speed(_RAMPS[change], where=where, to=None if others or q is None else value)
+    if change in _BOUNDS:
+        slack = 0.1 if case.has(F.Resample) else 0.02
+        return asked.speed_within(**{_BOUNDS[change]: value}, where=where, otherwise=not others, slack=slack)
+    placed = case.part(frame.part) if frame.part else None
+    if change == "constant":
+        return P.constant_speed(None if q is None else value, where=placed)
+    if change == "turns":
+        turns = PathPart("turns", amount=SHARES["turns"])
+        return P.slower(where=both(turns, placed) if placed else turns)
     return asked.accelerates(value, where=where)
 
 
 _PACES = ("faster", "slower", "set")
+_RAMPS: Mapping[str, Literal["rising", "falling"]] = {"rampup": "rising", "rampdown": "falling"}
+_BOUNDS = {"cap": "at_most", "floor": "at_least"}
 
 
 def _paced(case: _Asked, frame: F.Pace, value: float) -> Check:
@@ -378,16 +377,9 @@ def _resample(case: _Asked, frame: F.Resample) -> Check:
 def _figure(case: _Asked, frame: F.Figure) -> Check:
     where = case.where(frame) if frame.part else None
     place, size = _place(frame.place or "goal", case), case.metres(frame.size or frame.radius)
-    turns = 0.0 if frame.turns is None else frame.turns.value
     match frame.shape:
-        case "circle" if case.has(F.Return):
-            return P.not_(P.same_path())
-        case "circle":
-            return asked.winds(place, turns or 1.0, radius=case.metres(frame.radius), sense=frame.sense or "")
-        case "spiral":
-            near, most = None if place == "goal" else place, case.metres(frame.radius)
-            counts = [turns or 3.0] if near is None else [turns or 3.0, (turns or 3.0) + 1]  # the way on may add one
-            return P.any_of(*(P.spiral(near=near, turns=count, max_radius=most) for count in counts))
+        case "circle" | "spiral":
+            return _wound(case, frame, place)
         case "eight":
             long = 4 * size if size is not None and frame.size is None else size
             return asked.figure_eight(size=long, near=None if where else place)
@@ -396,6 +388,18 @@ def _figure(case: _Asked, frame: F.Figure) -> Check:
     waves = frame.waves or frame.turns
     least = 3 if waves is None else max(1, round(2 * waves.value) - 2)
     return asked.swings(least, amplitude=size, where=where)
+
+
+def _wound(case: _Asked, frame: F.Figure, place: Any) -> Check:
+    """So many turns: once on a circle, three times on a spiral where they are not counted."""
+    turns, radius = frame.turns.value if frame.turns else 0.0, case.metres(frame.radius)
+    if frame.shape == "circle":
+        wound = asked.winds(place, turns or 1.0, radius=radius, sense=frame.sense or "")
+        return P.not_(P.same_path()) if case.has(F.Return) else wound
+    counts, near = [turns or 3.0], None if place == "goal" else place
+    if near is not None:  # the way on may add one
+        counts.append(counts[0] + 1)
+    return P.any_of(*(P.spiral(near=near, turns=count, max_radius=radius) for count in counts))
 
 
 def _around(place: F.Place) -> PathPart:

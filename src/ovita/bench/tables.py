@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from scipy.stats import binomtest, rankdata, wilcoxon
@@ -78,6 +78,10 @@ def columns(records: Sequence[Record]) -> list[Column]:
     return list(dict.fromkeys((r.writer, r.condition) for r in records))
 
 
+def _of(column: Column, records: Sequence[Record]) -> list[Record]:
+    return [r for r in records if (r.writer, r.condition) == column]
+
+
 def named(column: Column) -> str:
     """A column as a heading."""
     writer, condition = labelled(column[0]), column[1]
@@ -90,7 +94,7 @@ def tallies(
     """Count records by writer, condition and group."""
     found: list[Tally] = []
     for writer, condition in columns(records):
-        mine = [r for r in records if (r.writer, r.condition) == (writer, condition)]
+        mine = _of((writer, condition), records)
         for group in sorted({_group(r, by) for r in mine}):
             part = [r for r in mine if _group(r, by) == group]
             found.append(_tally(part, writer, condition, by, group, prices or {}))
@@ -105,7 +109,7 @@ def idle(records: Sequence[Record]) -> Interval:
 
 def rounds(records: Sequence[Record], column: Column) -> list[Interval]:
     """Success after 0, 1, 2, ... turns of feedback."""
-    mine = [r for r in records if (r.writer, r.condition) == column]
+    mine = _of(column, records)
     most = max((len(r.rounds) for r in mine), default=0)
     return [wilson(sum(any(x.passed for x in r.rounds[: k + 1]) for r in mine), len(mine)) for k in range(most)]
 
@@ -116,18 +120,12 @@ def comparisons(records: Sequence[Record]) -> list[Comparison]:
     Success is compared by McNemar's test; the share of clauses that hold, and the time to the first answer between
     writers, by Wilcoxon's.
     """
-    by_column = {
-        column: {r.sample: r for r in records if (r.writer, r.condition) == column} for column in columns(records)
-    }
+    by_column = {column: {r.sample: r for r in _of(column, records)} for column in columns(records)}
     found: list[Comparison] = []
     for a, b in combinations(by_column, 2):
         one_differs = a[1] == b[1] or a[0] == b[0]  # two writers as they are, or a condition and its default one
-        if "default" not in (a[1], b[1]) or not one_differs:
-            continue
-        left, right = by_column[a], by_column[b]
-        common = [s for s in left if s in right]
-        if common:
-            found += _pair(named(a), named(b), [left[s] for s in common], [right[s] for s in common], a[0] != b[0])
+        if "default" in (a[1], b[1]) and one_differs:
+            found += _pair(a, b, by_column[a], by_column[b])
     for column, mine in by_column.items():
         if any(len(r.rounds) > 1 for r in mine.values()):
             paired = mcnemar([r.first.passed for r in mine.values()], [r.last.passed for r in mine.values()])
@@ -143,14 +141,21 @@ def _corrected(found: Sequence[Comparison]) -> list[Comparison]:
     return [replace(c, holm=float(value)) for c, value in zip(found, p, strict=True)]
 
 
-def _pair(a: str, b: str, left: list[Record], right: list[Record], timed: bool) -> list[Comparison]:
-    found = [
-        Comparison("success", a, b, mcnemar([r.last.passed for r in left], [r.last.passed for r in right])),
-        Comparison("clauses", a, b, signed_rank([r.last.score for r in left], [r.last.score for r in right])),
-    ]
-    if timed:
-        found.append(Comparison("time", a, b, signed_rank([r.first.ms for r in left], [r.first.ms for r in right])))
-    return found
+def _pair(a: Column, b: Column, left: Mapping[str, Record], right: Mapping[str, Record]) -> list[Comparison]:
+    """Two columns on their common samples; how long they took where the writers differ."""
+    common = [sample for sample in left if sample in right]
+    if not common:
+        return []
+
+    def both(value: Callable[[Record], Any]) -> tuple[list[Any], list[Any]]:
+        return [value(left[sample]) for sample in common], [value(right[sample]) for sample in common]
+
+    tests = {
+        "success": mcnemar(*both(lambda r: r.last.passed)),
+        "clauses": signed_rank(*both(lambda r: r.last.score)),
+        **({"time": signed_rank(*both(lambda r: r.first.ms))} if a[0] != b[0] else {}),
+    }
+    return [Comparison(what, named(a), named(b), paired) for what, paired in tests.items()]
 
 
 def _group(record: Record, by: By) -> str:

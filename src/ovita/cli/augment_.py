@@ -87,8 +87,7 @@ def make(sources: tuple[str, ...], out: str | None, families: str, formats: str,
     from ovita.augment.formats import sinks_named
     from ovita.augment.sources import open_pool
     from ovita.augment.verified import Manner
-    from ovita.augment.voices import with_voices
-    from ovita.augment.wording import families_from
+    from ovita.augment.wording import families_from, with_voices
 
     chosen = families_from(names_in(families))
     manner = Manner(options["seed"], chosen, options["paraphrases"], options["repairs"])

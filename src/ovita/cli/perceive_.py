@@ -16,8 +16,8 @@ from ovita.paths.scene import Scene, SceneObject
 from ovita.perceive import Perceived, perceive, regions
 from ovita.perceive.assemble import perceive_clouds
 from ovita.perceive.detect import detector_named
+from ovita.perceive.pictures import gathered
 from ovita.perceive.recordings import Recorded, RecordingChoices, load_mount
-from ovita.perceive.sources import gathered
 from ovita.perceive.update import impact, update
 from ovita.result import Adaptation
 

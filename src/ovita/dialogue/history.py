@@ -125,9 +125,6 @@ class Step:
 def in_force(steps: Sequence[Step]) -> list[tuple[Step, int]]:
     """The turns that make the current trajectory of the original, oldest first.
 
-    Args:
-        steps: The steps from the first to the current one.
-
     Returns:
         For every turn its last correction, and how many steps it took with all of them.
     """
@@ -192,12 +189,7 @@ class History:
         return self._last.get(self.head)
 
     def situation(self, turn: int, first: Situation) -> Situation:
-        """The situation at a turn.
-
-        Args:
-            turn: Which one.
-            first: The situation before the first turn.
-        """
+        """The situation at a turn."""
         for i in reversed(self.path(turn)):
             situation = self.steps[i].situation
             if situation is not None:
@@ -209,11 +201,7 @@ class History:
         return {"event": "turn", "at": self.parents[turn], **self.steps[turn].to_document()}
 
     def events(self, first: Situation) -> list[dict[str, Any]]:
-        """The fewest events that lead to this history.
-
-        Args:
-            first: The situation before the first turn.
-        """
+        """The fewest events that lead to this history."""
         start = {"event": "open", "schema": SCHEMA, "situation": first.to_document()}
         return [start, *map(self.event, range(len(self.steps))), {"event": "head", "at": self.head}]
 

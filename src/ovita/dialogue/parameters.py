@@ -119,11 +119,7 @@ def values_after(
 ) -> dict[str, float | int] | None:
     """The values of another writer's parameters that do what edited frames say; None if values cannot say it.
 
-    Args:
-        parameters: As they are.
-        scene: The surroundings.
-        edits: What was said; dropped frames get the value with which they do nothing.
-        after: The frames after the edits.
+    Dropped frames get the value with which they do nothing.
     """
     before = _standing(parameters, scene)
     if any(isinstance(edit, Drop) for edit in edits):

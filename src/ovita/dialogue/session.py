@@ -295,11 +295,6 @@ class Session:
     def draw(self, said: str, code: str, plan: str) -> Adaptation:
         """Edit the current trajectory by hand: run a policy of what the hand did, as a turn of its own.
 
-        Args:
-            said: What was done, for the history, such as "moved waypoint 5 0.10 m up".
-            code: The policy.
-            plan: What it does, as a sentence.
-
         Raises:
             PolicyError: If the policy is refused or fails; nothing changes then.
         """
@@ -320,13 +315,6 @@ class Session:
         constraints: ConstraintOptions | None = None,
     ) -> Adaptation:
         """Change the session's trajectory, scene, robot or options and rerun every active policy, without a writer.
-
-        Args:
-            said: What was done, for the history.
-            original: The trajectory with another start or goal.
-            scene: With objects elsewhere.
-            robot: With other limits.
-            constraints: How limits are enforced, such as with pinned waypoints.
 
         Raises:
             PolicyError: If a policy fails in the new situation; nothing changes then.
@@ -401,10 +389,7 @@ class Session:
         self._pending = draft._pending
 
     def keep(self, path: str) -> None:
-        """Write this session to a journal from now on, so that a killed process loses at most the turn it was in.
-
-        Args:
-            path: Of the journal, which must not exist yet.
+        """Write this session to a new journal from now on, so that a killed process loses at most the turn it was in.
 
         Raises:
             FormatError: If it cannot be written.

@@ -166,11 +166,7 @@ class TextLimits:
 
 
 def parse_text(text: str) -> TextLimits:
-    """Read a constraint text.
-
-    Args:
-        text: Free English text, such as `Scene.constraints_text`.
-    """
+    """Read a constraint text."""
     found = TextLimits()
     said: list[str] = []
     ignored: list[str] = []

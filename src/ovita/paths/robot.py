@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -66,6 +67,28 @@ class Shell:
         return f"reach {self.r_min:g}..{self.r_max:g} m around ({c})"
 
 
+def _not_negative(value: Any) -> bool:
+    return is_real(value) and value >= 0
+
+
+def _limit(value: Any) -> bool:
+    return value is None or (is_real(value) and value > 0)
+
+
+_WANTED: Mapping[str, tuple[Callable[[Any], bool], str]] = {
+    **dict.fromkeys(
+        ("margin", "obstacle_margin", "object_size", "radius", "person_margin"), (_not_negative, "a length >= 0 m")
+    ),
+    "max_speed": (_limit, "a speed > 0 m/s; leave it out for no limit"),
+    **dict.fromkeys(
+        ("max_acceleration", "max_lateral_acceleration"),
+        (_limit, "an acceleration > 0 m/s^2; leave it out for no limit"),
+    ),
+    "min_speed": (_not_negative, "a speed >= 0 m/s"),
+}
+"""What each value has to be."""
+
+
 @dataclass(frozen=True)
 class Robot:
     """The limits that an adapted trajectory must obey.
@@ -105,16 +128,9 @@ class Robot:
     planar: bool = False
 
     def __post_init__(self) -> None:
-        for key in ("margin", "obstacle_margin", "object_size", "radius", "person_margin"):
-            if not (is_real(getattr(self, key)) and getattr(self, key) >= 0):
-                raise RobotError(f"{key} {getattr(self, key)!r} is not a length >= 0 m")
-        for key in ("max_speed", "max_acceleration", "max_lateral_acceleration"):
-            value = getattr(self, key)
-            if value is not None and not (is_real(value) and value > 0):
-                what = "a speed > 0 m/s" if key == "max_speed" else "an acceleration > 0 m/s^2"
-                raise RobotError(f"{key} {value!r} is not {what}; leave it out for no limit")
-        if not (is_real(self.min_speed) and self.min_speed >= 0):
-            raise RobotError(f"min_speed {self.min_speed!r} is not a speed >= 0 m/s")
+        for key, (fits, what) in _WANTED.items():
+            if not fits(getattr(self, key)):
+                raise RobotError(f"{key} {getattr(self, key)!r} is not {what}")
         if self.max_speed is not None and self.min_speed > self.max_speed:
             raise RobotError(f"min_speed {self.min_speed:g} m/s exceeds max_speed {self.max_speed:g} m/s")
         if not isinstance(self.planar, bool):

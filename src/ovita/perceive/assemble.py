@@ -17,10 +17,9 @@ from ovita.perceive.doubts import doubts, strange_sizes
 from ovita.perceive.evidence import Evidence, evidence_of, joined
 from ovita.perceive.fit import fit
 from ovita.perceive.looks import Look, assign, colour_of, distinct, names_of_support, support_word
-from ovita.perceive.segment import Footing, Plane, Segments, segment
+from ovita.perceive.segment import Footing, Plane, Segments, description, segment, support_object
 from ovita.perceive.solids import Solid
 from ovita.perceive.space import SpaceSegments, taken_apart
-from ovita.perceive.support import description, support_object
 from ovita.perceive.view import Mask, View
 
 COLOURS = 400

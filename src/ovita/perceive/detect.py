@@ -55,13 +55,7 @@ class Detector(Protocol):
     name: str
 
     def find(self, view: View, names: Sequence[str], text: str) -> tuple[Found, ...]:
-        """The things in a view.
-
-        Args:
-            view: Where to look; detectors of pictures raise a `SceneError` if it has no colours.
-            names: What the person wants found; empty for all things.
-            text: What the person says about the scene, or "".
-        """
+        """The things in a view, of `names` where there are any; a `SceneError` where colours are needed and missing."""
         ...
 
 

@@ -11,7 +11,7 @@ from ovita.errors import RequestError, SceneError
 from ovita.io.clouds import PointCloud
 from ovita.paths.trajectory import Array
 from ovita.perceive.assemble import Perceived
-from ovita.perceive.support import with_objects
+from ovita.perceive.segment import with_objects
 from ovita.perceive.view import Mask, View
 from ovita.text import listed
 

@@ -14,7 +14,7 @@ from ovita.limits.verify import verify
 from ovita.paths.scene import Frame, Scene, SceneObject, canonical
 from ovita.paths.trajectory import Array
 from ovita.perceive.looks import distinct
-from ovita.perceive.support import description, with_objects
+from ovita.perceive.segment import description, with_objects
 from ovita.perceive.view import View
 from ovita.result import Adaptation, Postcondition
 from ovita.text import length, listed, the

@@ -171,9 +171,6 @@ _INSTEAD = "numpy (as np), math and parts of scipy are at hand"
 def check(source: str | ast.Module) -> None:
     """Check that a policy contains only what it may.
 
-    Args:
-        source: The policy's source, or its syntax tree.
-
     Raises:
         PolicyRejected: With the line and what to do instead.
     """

@@ -229,12 +229,7 @@ def prove(tree: ast.Module) -> Proof | None:
 
 
 def run_proven(tree: ast.Module, given: Array, scene: Scene) -> tuple[Any, Recorder]:
-    """Run a proven policy; return its unchecked result and its postconditions.
-
-    Args:
-        tree: Of the policy.
-        given: The trajectory's rows (N, 4+k).
-        scene: The scene.
+    """Run a proven policy on rows (N, 4+k); return its unchecked result and its postconditions.
 
     Raises:
         TooMuch: If it is not proven, or takes more than this process gives; nothing of it is left then.

@@ -307,11 +307,15 @@ def _surplus(source: str, tree: ast.Module, entry: EntryPoint) -> set[ast.stmt]:
     surplus |= {s for s in tree.body if _is_dummy(s)}
     if entry.form == "function":
         surplus |= _demo(source, tree, entry, surplus)
-    used = set[str]().union(*(names_in(s) for s in tree.body if s not in surplus))
+    return surplus | _surplus_imports(tree, surplus)
+
+
+def _surplus_imports(tree: ast.Module, gone: set[ast.stmt]) -> set[ast.stmt]:
+    """The imports of what is given, and at the top level those that nothing left of the policy uses."""
+    used = set[str]().union(*(names_in(s) for s in tree.body if s not in gone))
     rebound, top = _rebound(tree), set(tree.body)
     imports = [node for node in ast.walk(tree) if isinstance(node, ast.Import | ast.ImportFrom)]
-    surplus |= {node for node in imports if _is_given(node, rebound)}
-    return surplus | {node for node in imports if node in top and _is_idle_import(node, used)}
+    return {node for node in imports if _is_given(node, rebound) or (node in top and _is_idle_import(node, used))}
 
 
 def _is_main_guard(statement: ast.stmt) -> bool:

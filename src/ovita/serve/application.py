@@ -223,7 +223,7 @@ class Application:
         """Find the things in pictures with depth."""
         places = tuple(self.rules.picture(name) for name in given.pictures)
         from ovita.perceive import perceive
-        from ovita.perceive.sources import gathered
+        from ovita.perceive.pictures import gathered
 
         there = gathered(places)
         if not there.views:

@@ -306,7 +306,7 @@ def offered_files(paths: Sequence[str]) -> dict[str, str]:
 
     What a camera saw is none of them: that is for the Look panel.
     """
-    from ovita.perceive.sources import is_view
+    from ovita.perceive.pictures import is_view
 
     files: list[str] = []
     for path in paths:

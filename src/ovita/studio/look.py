@@ -112,7 +112,7 @@ class LookPanel:
 
     def _there(self) -> Recorded:
         """What is to be looked at: what was uploaded, else what was chosen."""
-        from ovita.perceive.sources import gathered
+        from ovita.perceive.pictures import gathered
 
         if not self._files and self.which is not None:
             return gathered([self._offered[str(self.which.value)]])
@@ -236,7 +236,7 @@ def accepted(before: Scene, change: SceneUpdate, names: Mapping[str, str], remov
     Raises:
         SceneError: If two objects would bear one name, or one none.
     """
-    from ovita.perceive.support import with_objects
+    from ovita.perceive.segment import with_objects
 
     found = {match.before.name: match.now for match in change.matches}
     kept = [found[o.name] if o.name in found and o.name in names else o for o in before if o.name not in removed]
@@ -264,7 +264,7 @@ def role_of(name: str, content: bytes) -> str:
 
 def lookable(paths: Sequence[str]) -> dict[str, str]:
     """What can be looked at of the files and folders that a studio was started with: shown name to path."""
-    from ovita.perceive.sources import is_view
+    from ovita.perceive.pictures import is_view
 
     places: list[str] = []
     for path in paths:

@@ -47,11 +47,6 @@ _OPPOSITE = dict(zip(_DIRECTIONS, (_DIRECTIONS[i ^ 1] for i in range(len(_DIRECT
 def reworded(writer: PolicyWriter, facts: Mapping[str, str], *, budget: WritingBudget | None = None) -> str:
     """Return a language model's short explanation for a lay person.
 
-    Args:
-        writer: A model, or a writer that wraps one.
-        facts: What is known, by title: plan, parameters with values, assumptions, what changed.
-        budget: Deadline, cancellation and progress.
-
     Raises:
         WriterError: If the writer is no language model, no answer could be had, or the explanation holds a number, a
             unit or a direction that is in no fact; a template then explains.

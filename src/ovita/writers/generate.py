@@ -43,13 +43,6 @@ Lap = Callable[[str], None]
 def write(prompt: Prompt, writer: PolicyWriter, *, isolation: Isolation, repairs: int, lap: Lap) -> Attempt:
     """Try the writers in order until a policy meets its postconditions or a writer asks a question.
 
-    Args:
-        prompt: The grounded request; its budget bounds the time, reports progress and carries cancellation.
-        writer: A writer, or a chain of them.
-        isolation: How policies must be isolated while they run.
-        repairs: How often a failing policy goes back to its writer.
-        lap: Books the time of the stages.
-
     Returns:
         The best result, with every writer tried in `reply.writer.tried`.
     """
