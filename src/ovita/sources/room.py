@@ -12,6 +12,7 @@ from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array
 from ovita.sources.places import APPROACH, SIDES, Anchor, Location, sides_of, troubles
 from ovita.sources.planner import anchored
+from ovita.sources.rings import Ring, ringed
 from ovita.sources.route import Route
 from ovita.sources.wishes import Level
 from ovita.text import number
@@ -44,18 +45,6 @@ def beneath_barred(route: Route, scene: Scene) -> dict[str, Array]:
     """The room (3,) [m] around objects that the path is not to lead over."""
     up = scene.frame.direction("up")
     return {name: OVER * _vertical(scene[name], up) for name in route.barred}
-
-
-def around_circled(route: Route, scene: Scene) -> dict[str, Array]:
-    """The room (3,) [m] around objects that are to be circled, so that a circle is clear of their corners."""
-    up = scene.frame.direction("up")
-    return {name: _to_corners(scene[name], up) for name in route.circled}
-
-
-def _to_corners(item: SceneObject, up: Array) -> Array:
-    half = item.size / 2.0
-    level = 1.0 - _vertical(item, up)
-    return np.asarray(np.maximum(np.linalg.norm(half * level) - half + APPROACH, 0.0) * level)
 
 
 def _across(item: SceneObject, side: Array, scene: Scene) -> Array:
@@ -92,15 +81,19 @@ def capped(robot: Robot, ceiling: float | None) -> Robot:
     return replace(robot, workspace=Box(box.lower, (box.upper[0], box.upper[1], ceiling + robot.margin)))
 
 
-def leveled(places: Sequence[Location], level: Level | None, scene: Scene, robot: Robot) -> list[Anchor]:
+def leveled(
+    places: Sequence[Location], level: Level | None, scene: Scene, robot: Robot, rings: Sequence[Ring] = ()
+) -> list[Anchor] | None:
     """Where the places of a way are that goes at a height between its ends, climbing and coming down where it can.
+
+    Its rings are among them; None if one of these cannot be.
 
     Raises:
         RequestError: As `places.locate` does.
     """
     anchors = anchored(places, scene, robot)
     if level is None:
-        return anchors
+        return ringed(anchors, rings, scene, robot)
     up = scene.frame.direction("up")
     for end, other in ((0, 1), (-1, -2)):  # no way leads down on something that is taller than the height
         above = _lifted(anchors[end], level, up)
@@ -109,8 +102,11 @@ def leveled(places: Sequence[Location], level: Level | None, scene: Scene, robot
             raised = (_lifted(Anchor(side, above.label, above.objects), level, up) for side in beside)
             anchors[end] = next((one for one in raised if not troubles(one.position, scene, robot)), anchors[end])
     first, *_, last = anchors
-    above, *lifted, over = (_lifted(anchor, level, up) for anchor in anchors)
-    return [first, *([] if above is first else [above]), *lifted, *([] if over is last else [over]), last]
+    lifted = ringed([_lifted(anchor, level, up) for anchor in anchors], rings, scene, robot)
+    if lifted is None:
+        return None
+    above, *between, over = lifted
+    return [first, *([] if above is first else [above]), *between, *([] if over is last else [over]), last]
 
 
 def _lifted(anchor: Anchor, level: Level, up: Array) -> Anchor:

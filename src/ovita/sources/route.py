@@ -19,6 +19,7 @@ from ovita.paths.scene import Scene
 from ovita.sources.mentions import WayTold, barred_by, mentioned
 from ovita.sources.places import SIDES, Location, Text, way_words
 from ovita.sources.reasons import BIDDING, ENDING, FINITE
+from ovita.sources.rings import Ring, ring_of
 from ovita.sources.stops import (
     CARRIERS,
     TOUCHING,
@@ -66,6 +67,7 @@ class Route:
         names: Of the objects that are.
         fastest: Whether it asks for the robot's highest speed.
         level: The height to go at, or None.
+        rings: The circles to go in.
         barred: Names of the objects that it is not to lead over.
         doubts: Why the way should be shown before it counts, as sentences.
     """
@@ -79,6 +81,7 @@ class Route:
     names: tuple[str, ...] = ()
     fastest: bool = False
     level: Level | None = None
+    rings: tuple[Ring, ...] = ()
     barred: tuple[str, ...] = ()
     doubts: tuple[str, ...] = ()
 
@@ -87,11 +90,13 @@ class Route:
         """What else it asks for, in words."""
         return ", ".join(wish.text for wish in self.wishes)
 
-    @property
-    def circled(self) -> tuple[str, ...]:
-        """Names of the objects that are to be circled."""
-        frames = (frame for wish in self.wishes for frame in wish.frames)
-        return tuple(name for f in frames if getattr(f, "shape", "") == "circle" for name in f.named)
+    def with_rings(self) -> Route:
+        """The route as its rings are planned: they are no wishes, and their objects are none of the way otherwise."""
+        figures = [ring.figure for ring in self.rings]
+        wishes = (wish.without(figures) for wish in self.wishes)
+        kept = tuple(wish for wish in wishes if wish.frames or wish.outcome != "do")
+        via = tuple(place for place in self.via if not any(circles(figure, place) for figure in figures))
+        return replace(self, wishes=kept, via=via)
 
     @property
     def ceiling(self) -> float | None:
@@ -142,9 +147,20 @@ def read_route(sentence: str, scene: Scene) -> Route:
         names=tuple(scene.names),
         fastest=asked.fastest,
         level=asked.level,
+        rings=tuple(asked.rings),
         barred=tuple(asked.barred),
         doubts=(*unsure, *(f"Nothing is done about {quoted([words])}." for words in asked.left)),
     )
+
+
+def circles(figure: Figure, place: Location | None) -> bool:
+    """Whether a figure leads around the object that a place is at, for which going there stands."""
+    at = place is not None and place.relation in ("at", "beside") and place.distance is None
+    return at and place is not None and [item.name for item in place.objects] == [figure.place]
+
+
+FROM = frozenset(("away", "distance", "clearance", "gap", "off"))
+"""Among the words of a ring, these say that an amount is its distance from the object."""
 
 
 def _seen(place: Location, start: Location | None, goal: Location | None, scene: Scene) -> Location:
@@ -170,6 +186,7 @@ class _Besides:
         self.via: tuple[Location, ...] = ()  # what is passed besides, as the goal turned out to be farther
         self.wishes: list[Wish] = []
         self.level: Level | None = None
+        self.rings: list[Ring] = []
         self.fastest = False
         self.passed: dict[str, str] = {}  # what asks for nothing, and why
         self.left: list[str] = []  # what nothing is done about
@@ -249,15 +266,39 @@ class _Besides:
                 return
         if (place := self.onward.get(phrase.pieces.start) or self.way.thereafter(phrase)) is not None:
             heard = [behind(wish, place) for wish in heard]
-        frames, level = _frames(heard), level_of(heard)
+        frames = _frames(heard)
         if any(isinstance(f, Figure) for f in frames) and (joined := self.way.joined(phrase)):
             self.left.append(joined)
-        if level is not None and self.level is None:
-            self.level = level
-        elif self._leads_on(phrase, frames):
+        heard = self._without_levels(phrase, heard)
+        if frames and not heard:
+            return
+        if self._leads_on(phrase, frames):
             self.passed[phrase.said] = "how the next place is come to"
         elif not self._ends_there(phrase, frames):
             self._take(phrase, heard)
+
+    def _without_levels(self, phrase: WayPhrase, heard: Sequence[Wish]) -> list[Wish]:
+        """The wishes but for a height of the way, which is planned, or that of a ring, which is planned with it."""
+        levels = {id(wish): level for wish in heard if (level := level_of([wish])) is not None}
+        height = next(iter(levels.values())).height if levels else None
+        rings = [ring for frame in _frames(heard) if (ring := self._ring(phrase, frame, height)) is not None]
+        self.rings += rings
+        if not levels or (self.level is not None and not rings):
+            return list(heard)
+        if not rings:
+            self.level = next(iter(levels.values()))
+        return [wish for wish in heard if id(wish) not in levels]
+
+    def _ring(self, phrase: WayPhrase, frame: SemanticFrame, height: float | None) -> Ring | None:
+        """The ring that a frame is; where something is told before and behind it, it is between these."""
+        if not isinstance(frame, Figure):
+            return None
+        before = [stop for stop in self.way.stops if stop.phrase.span < phrase.span and stop.place]
+        behind = [stop for stop in self.way.stops if stop.phrase.span > phrase.span and stop.place]
+        passed = [stop for stop in before if stop.role == "via" and not circles(frame, stop.place)]
+        ordered = any(s.role == "start" for s in before) and any(s.role in ("via", "goal") for s in behind)
+        away = not FROM.isdisjoint(phrase.words) and "radius" not in phrase.words
+        return ring_of(frame, away=away, height=height, index=len(passed) if ordered else None)
 
     def _asks_for_the_fastest(self, phrase: WayPhrase, heard: Sequence[Wish]) -> bool:
         """Whether it is for the highest speed, and neither for an amount nor for the speed of a part."""

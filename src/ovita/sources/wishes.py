@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from ovita.instruct.frames import Clearance, Extend, Figure, Height, Pace, Reading, SemanticFrame, Shift, Smooth, same
-from ovita.instruct.referee import DO, Outcome, Understanding, understand
+from ovita.instruct.frames import Clearance, Extend, Figure, Height, Pace, Quantity, Reading, SemanticFrame, Smooth, same
+from ovita.instruct.referee import DO, Outcome, understand
 from ovita.paths.part import WHOLE, PathPart
 from ovita.paths.scene import Scene
+from ovita.sources.heights import height_in
 from ovita.sources.places import Location, way_words
 
 TIES = way_words("tie")
@@ -39,6 +40,11 @@ class Wish:
         """What it comes to."""
         return self.reading.frames
 
+    def without(self, frames: Sequence[SemanticFrame]) -> Wish:
+        """The wish but for some frames, which are seen to otherwise."""
+        kept = tuple(frame for frame in self.frames if frame not in frames)
+        return replace(self, reading=replace(self.reading, frames=kept))
+
 
 @dataclass(frozen=True)
 class Level:
@@ -61,7 +67,19 @@ def bare(said: str) -> str:
 
 
 def wishes_of(said: str, scene: Scene) -> list[Wish]:
-    """What a phrase of wishes comes to: as a whole, or part by part where only that is certain."""
+    """What a phrase of wishes comes to; a height over the ground that stands in it is a wish of its own."""
+    told = height_in(said)
+    if told is None:
+        return _apart(said, scene)
+    rest, words, height = told
+    level = Wish(words, "do", Reading(frames=(Height(level=Quantity(height, "m", "to")),)))
+    others = _apart(bare(rest), scene) if bare(rest) else []
+    sure = all(wish.outcome == "do" and wish.frames for wish in others)
+    return [*others, level] if sure else _apart(said, scene)
+
+
+def _apart(said: str, scene: Scene) -> list[Wish]:
+    """What a phrase comes to as a whole, or part by part where only that is certain."""
     whole = _wish(said, scene)
     texts = map(bare, said.replace(";", ",").replace(" and ", ", ").split(", "))
     parts = [_wish(part, scene) for part in texts if part]
@@ -85,24 +103,12 @@ def _say_all(sure: Sequence[Wish], parts: Sequence[Wish], whole: Wish) -> bool:
 def _wish(said: str, scene: Scene) -> Wish:
     """What a phrase comes to: within a sentence, a word too many that asks for nothing does not put it in doubt."""
     verdict = understand(said, scene)
-    if (level := _come_to(verdict)) is not None:
-        return Wish(said, "do", level)
     upright = all(isinstance(frame, Figure | Smooth | Clearance) for frame in verdict.reading.frames)
     enough = {"both": DO, "rules": PLAIN, "learned": LEARNED if upright else 2.0}[verdict.by]
     plain = verdict.by == "both" or not verdict.unused
     sure = verdict.confidence >= enough and plain and not verdict.doubts
     outcome: Outcome = "do" if sure and verdict.outcome == "needs_confirmation" else verdict.outcome
     return Wish(said, outcome, verdict.reading, verdict.unused, verdict.doubts)
-
-
-def _come_to(verdict: Understanding) -> Reading | None:
-    """The rules' height where the network reads a shift by so much: "up to 1 m" does not move ends that were said."""
-    rules = verdict.rules
-    if verdict.by != "learned" or rules is None or rules.unread or rules.aside or len(rules.frames) != 1:
-        return None
-    shifts = all(isinstance(f, Shift) and f.part == WHOLE for f in verdict.reading.frames)
-    height = isinstance(rules.frames[0], Height) and rules.frames[0].level.role == "to"
-    return rules if shifts and height else None
 
 
 PLAIN = 0.55

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -23,9 +24,9 @@ from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.request import MAX_INSTRUCTION, Request
 from ovita.result import Adaptation, Status, explain
-from ovita.sources.places import APPROACH, SIDES, Location, Text
+from ovita.sources.places import APPROACH, SIDES, Anchor, Location, Text
 from ovita.sources.planner import TIME_LIMIT, WAYPOINTS, Plan, Planner, PlanRequest, planned, planner_named
-from ovita.sources.room import around_circled, around_passed, beneath_barred, capped, enlarged, leveled
+from ovita.sources.room import around_passed, beneath_barred, capped, enlarged, leveled
 from ovita.sources.route import Route, read_route
 from ovita.sources.stops import same_place
 from ovita.sources.wishes import Wish
@@ -113,10 +114,12 @@ def from_words(
         return Generation(instruction, route, route.question)
     wanted = robot.max_speed if speed is None and route.fastest else speed
     chosen = planner_named(planner) if isinstance(planner, str) else planner
-    room = beneath_barred(route, scene) | around_passed(route, scene, robot) | around_circled(route, scene)
-    for body in dict.fromkeys((capped(robot, route.ceiling), robot)):
-        places = leveled([route.start, *route.via, route.goal], route.level, scene, body)
-        request = PlanRequest(scene, body, places[0], places[-1], tuple(places[1:-1]), waypoints, wanted, seed,
+    told = route
+    for body in dict.fromkeys((capped(robot, told.ceiling), robot)):
+        route, places = _placed(told, scene, body)
+        room = beneath_barred(route, scene) | around_passed(route, scene, robot)
+        more = sum(here.label == before.label for before, here in pairwise(places))
+        request = PlanRequest(scene, body, places[0], places[-1], tuple(places[1:-1]), waypoints + more, wanted, seed,
                               search_limit)  # fmt: skip
         found = _roomy(request, chosen, room, progress) or planned(request, chosen, progress)
         if found.ok:
@@ -128,6 +131,19 @@ def from_words(
     stages = {"writer": writer, "constraints": constraints, "progress": progress, **options}
     made = replace(made, adaptation=_adapted(instruction, route, request, found.trajectory, stages))
     return _with_distance(made, request, chosen, stages)
+
+
+def _placed(route: Route, scene: Scene, robot: Robot) -> tuple[Route, list[Anchor]]:
+    """The places of a way, and what else is asked for; rings are among the places where they can be."""
+    planned_rings = route.with_rings()
+    if route.rings and planned_rings.start is not None and planned_rings.goal is not None:
+        told = [planned_rings.start, *planned_rings.via, planned_rings.goal]
+        found = leveled(told, route.level, scene, robot, route.rings)
+        if found is not None:
+            return planned_rings, found
+    places = [place for place in (route.start, *route.via, route.goal) if place is not None]
+    doubts = ("There is no room for the circle as it was told.",) if route.rings else ()
+    return replace(route, doubts=(*route.doubts, *doubts)), leveled(places, route.level, scene, robot) or []
 
 
 def _roomy(request: PlanRequest, planner: Planner, room: Mapping[str, Array], progress: Progress | None) -> Plan | None:
