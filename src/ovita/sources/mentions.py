@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 from ovita.sources.places import PHRASES, SIDES, Location, Text, phrase_at, way_words
 from ovita.sources.stops import WayPhrase, WayStop, places_among, same_place
+from ovita.sources.wishes import TIES
 from ovita.text import the
 
-POINTING, THEREAFTER, PARTS = map(way_words, ("pointing", "thereafter", "part"))
+POINTING, THEREAFTER, PARTS, ONWARD = map(way_words, ("pointing", "thereafter", "part", "onward"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,8 +38,10 @@ class WayTold:
         return any(stop.phrase.pieces.start == phrase.pieces.stop and stop.place for stop in self.stops)
 
     def passed_before(self, phrase: WayPhrase) -> list[WayStop]:
-        """What the way passes that is told before a phrase."""
-        return [stop for stop in self.stops if stop.role == "via" and stop.phrase.span < phrase.span]
+        """What the way passes that is told before a phrase; of several goals, only the last is not passed."""
+        goals = [stop for stop in self.stops if stop.role == "goal"][:-1]
+        passed = (stop for stop in self.stops if stop.role == "via" or stop in goals)
+        return [stop for stop in passed if stop.phrase.span < phrase.span]
 
     def ends_at(self, names: Collection[str]) -> bool:
         """Whether the way begins or ends at one of some objects, so that it cannot keep clear of it."""
@@ -80,11 +83,18 @@ class WayTold:
         return alike[-1] if alike else self.text.meant_at(k)
 
     def thereafter(self, phrase: WayPhrase) -> str | None:
-        """The object behind which a wish counts: "0.1 m/s up to the cup and 0.2 m/s from then on"."""
+        """The object behind which a wish counts: "0.1 m/s up to the cup and 0.2 m/s from then on", "then faster"."""
+        text, first = self.text, phrase.pieces.start
         told = any(phrase_at(phrase.words, k, THEREAFTER)[1] for k in range(len(phrase.words)))
-        place = self.text.meant_at(phrase.pieces.start) if told else None
-        passed = place is not None and any(same_place(stop.place, place) for stop in self.passed_before(phrase))
-        return place.objects[0].name if place is not None and passed else None
+        place = text.meant_at(first) if told else None
+        begun = next((k for k, word in enumerate(phrase.words) if word not in TIES), 0)
+        onward = phrase_at(phrase.words, begun, ONWARD)[1] > 0
+        then = onward or "then" in text.words[max(first - 2, 0) : first + 2]
+        passed = [stop.place for stop in self.passed_before(phrase) if stop.place and stop.place.objects]
+        if then and place is None and passed:
+            place = passed[-1]
+        there = place is not None and any(same_place(one, place) for one in passed)
+        return place.objects[0].name if place is not None and there else None
 
     def joined(self, phrase: WayPhrase) -> str:
         """The words of an object that a figure is told of besides another: "an eight around the cup and the box"."""

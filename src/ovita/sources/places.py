@@ -268,6 +268,10 @@ class Text:
         """Whether a word is an article, and no name such as "A"."""
         return self.words[i] in ARTICLES and not self._is_letter(i)
 
+    def is_article_at(self, i: int) -> bool:
+        """Whether the word at piece i says nothing of a place."""
+        return self._is_article(i)
+
     def _is_letter(self, i: int) -> bool:
         """Whether a word is the name of an object that is spelt as an article: "from A to B"."""
         said = self.pieces[i].text

@@ -7,14 +7,16 @@ from dataclasses import replace
 
 import numpy as np
 
+from ovita.instruct.frames import Approach, Clearance, Quantity, SemanticFrame
+from ovita.instruct.numbers import Scale
 from ovita.paths.robot import Box, Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array
 from ovita.sources.places import APPROACH, SIDES, Anchor, Location, sides_of, troubles
-from ovita.sources.planner import anchored
+from ovita.sources.planner import PlanRequest, anchored
 from ovita.sources.rings import Ring, ringed
 from ovita.sources.route import Route
-from ovita.sources.wishes import Level
+from ovita.sources.wishes import Level, Wish
 from ovita.text import number
 
 
@@ -24,7 +26,8 @@ def around_passed(route: Route, scene: Scene, robot: Robot) -> dict[str, Array]:
     room: dict[str, Array] = {}
     for place in route.via:
         if place.relation in SIDES:
-            room[place.objects[0].name] = _across(place.objects[0], scene.frame.direction(place.relation), scene)
+            side = scene.frame.direction(place.relation)
+            room[place.objects[0].name] = _across(place.objects[0], side, place.distance or 0.0, scene)
         elif place.relation == "over" and (place.distance or 0.0) > keep:
             item = place.objects[0]
             more = max((place.distance or 0.0) - keep - SLACK, 0.0)
@@ -47,14 +50,37 @@ def beneath_barred(route: Route, scene: Scene) -> dict[str, Array]:
     return {name: OVER * _vertical(scene[name], up) for name in route.barred}
 
 
-def _across(item: SceneObject, side: Array, scene: Scene) -> Array:
-    """Room along every axis of an object but the one that leads to a side of it."""
+def _across(item: SceneObject, side: Array, far: float, scene: Scene) -> Array:
+    """Room along every axis of an object but the one that leads to a side of it, so far from which it is passed."""
     along = int(np.argmax(np.abs(item.rotation.T @ side)))
     half = item.size / 2.0
-    room = np.maximum(half[along] - half, 0.0) + 2.0 * APPROACH
+    room = np.maximum(half[along] - half, 0.0) + 2.0 * APPROACH + far
     room[_vertical(item, scene.frame.direction("up")) > 0.0] = OVER
     room[along] = 0.0
     return np.asarray(room)
+
+
+def kept_clear(wish: Wish, request: PlanRequest) -> Wish:
+    """A wish to keep farther from objects as one for a distance: of a way that is planned there is no nearer one.
+
+    Where no distance is told, it is one that suits the way and leaves its ends where they are.
+    """
+    robot, ends = request.robot, np.stack([request.start.position, request.goal.position])
+    least, scale = robot.radius + robot.obstacle_margin, Scale(float(np.linalg.norm(np.ptp(request.corners, axis=0))))
+
+    def kept(frame: SemanticFrame) -> SemanticFrame:
+        if not isinstance(frame, Approach) or frame.sense != "farther":
+            return frame
+        far = frame.by
+        if far is None:
+            free = min(float(request.scene[name].clearance(ends).min()) for name in frame.objects)
+            wanted = least + scale.step(frame.degree or "moderate")
+            far = Quantity(float(f"{min(wanted, max(free, least)):.2g}"), "m")
+        if far.unit not in ("m", ""):
+            return frame
+        return Clearance(part=frame.part, objects=frame.objects, distance=replace(far, role="at_least"))
+
+    return replace(wish, reading=replace(wish.reading, frames=tuple(map(kept, wish.frames))))
 
 
 OVER = 1.0

@@ -13,7 +13,7 @@ from itertools import zip_longest
 
 import numpy as np
 
-from ovita.instruct.frames import Clearance, Figure, Height, Pace, SemanticFrame, Shift, StopAt, Wait
+from ovita.instruct.frames import Clearance, Figure, Height, Pace, Quantity, Reading, SemanticFrame, Shift, StopAt, Wait
 from ovita.paths.part import WHOLE
 from ovita.paths.scene import Scene
 from ovita.sources.mentions import WayTold, barred_by, mentioned
@@ -38,8 +38,8 @@ from ovita.sources.wishes import (
     Level,
     Wish,
     bare,
-    behind,
     level_of,
+    on_part,
     open_ended,
     wishes_of,
     without_going_on,
@@ -50,7 +50,7 @@ from ovita.text import listed, quoted, the
 SURE = 0.6
 """How likely the way has to be, among all that the places might make, to be planned without asking."""
 
-FASTEST, HASTE, DEMANDS = map(way_words, ("fastest", "haste", "demand"))
+FASTEST, HASTE, DEMANDS, AGAIN, APART = map(way_words, ("fastest", "haste", "demand", "as before", "apart"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,7 +140,7 @@ def read_route(sentence: str, scene: Scene) -> Route:
     return Route(
         start,
         asked.goal,
-        tuple(_seen(place, start, asked.goal, scene) for place in (*via, *asked.via)),
+        tuple(_apart(_seen(place, start, asked.goal, scene), asked.wishes) for place in (*via, *asked.via)),
         tuple(without_twins(asked.wishes)),
         notes=(*text.notes, *(f"took {words!r} as {why}" for words, why in asked.passed.items())),
         unknown=tuple(dict.fromkeys(unknown)),
@@ -172,6 +172,16 @@ def _seen(place: Location, start: Location | None, goal: Location | None, scene:
     right = np.cross(heading, scene.frame.direction("up"))
     away = right if place.relation == "left" else -right
     return replace(place, relation=max(SIDES, key=lambda side: float(scene.frame.direction(side) @ away)))
+
+
+def _apart(place: Location, wishes: Sequence[Wish]) -> Location:
+    """A place beside or over an object as far from it as is to be kept: "left of the cup, 20 cm away from it"."""
+    kept = (frame for frame in _frames(wishes) if isinstance(frame, Clearance) and frame.part == WHOLE)
+    least = [f.distance.value for f in kept if [*f.objects] == [o.name for o in place.objects]
+             and f.distance.role == "at_least" and f.distance.unit == "m"]  # fmt: skip
+    if not least or place.distance is not None or place.relation not in (*SIDES, "over"):
+        return place
+    return replace(place, distance=least[0])
 
 
 class _Besides:
@@ -256,16 +266,22 @@ class _Besides:
     def _wish(self, phrase: WayPhrase) -> None:
         """A wish as any instruction, where it is not about planning: a pace, a height, how a place is come to."""
         heard = self._heard(phrase)
-        if self._asks_for_the_fastest(phrase, heard):
+        place = self.onward.get(phrase.pieces.start) or self.way.thereafter(phrase)
+        if place is None and self._asks_for_the_fastest(phrase, heard):
             self.fastest = True
+            return
+        if self._as_before(phrase, heard):
+            self.passed[phrase.said] = "the speed as planned"
             return
         if any(map(open_ended, _frames(heard))):
             self._go_on(phrase)
             heard = list(map(without_going_on, heard))
             if not _frames(heard):
                 return
-        if (place := self.onward.get(phrase.pieces.start) or self.way.thereafter(phrase)) is not None:
-            heard = [behind(wish, place) for wish in heard]
+        if place is not None:
+            heard = [on_part(wish, "after", place) for wish in heard]
+            if any(isinstance(frame, Pace) for frame in _frames(heard)):
+                self.wishes = [on_part(wish, "before", place) for wish in self.wishes]
         frames = _frames(heard)
         if any(isinstance(f, Figure) for f in frames) and (joined := self.way.joined(phrase)):
             self.left.append(joined)
@@ -306,6 +322,12 @@ class _Besides:
         words = {*phrase.words}
         return bool(HASTE & words and FASTEST & words) and not (phrase.amounts or varied)
 
+    def _as_before(self, phrase: WayPhrase, heard: Sequence[Wish]) -> bool:
+        """Whether it ends a slower part: "slow past the cup, then speed up again"."""
+        paces = [frame for frame in _frames(self.wishes) if isinstance(frame, Pace) and frame.part != WHOLE]
+        faster = all(isinstance(f, Pace) and f.change == "faster" and f.part == WHOLE for f in _frames(heard))
+        return bool(paces) and faster and not (phrase.amounts or AGAIN.isdisjoint(phrase.words))
+
     def _go_on(self, phrase: WayPhrase) -> None:
         """Going on leads to the goal behind a stop on the way; else it would move the goal, which was said."""
         before, text = self.way.passed_before(phrase), self.way.text
@@ -333,14 +355,40 @@ class _Besides:
         """What a wish comes to; one that lacks an object is about the one that was only mentioned before it."""
         text = self.way.text
         said = bare(self.way.resolved(phrase))
+        if (kept := self._kept_alone(phrase)) is not None:
+            return [kept]
         heard = wishes_of(said, text.scene)
         if any(isinstance(frame, Clearance) and self.way.ends_at(frame.named) for frame in _frames(heard)):
             heard = wishes_of(bare(self.way.resolved(phrase, passed=True)), text.scene)
         meant = text.meant_at(phrase.pieces.start) if [wish.outcome for wish in heard] == ["ask"] else None
-        if meant is None or any(same_place(stop.place, meant) for stop in self.way.stops):
+        if meant is None or not self._passed_or_aside(meant):
             return heard
         again = wishes_of(f"{said} from {the(meant.objects[0].name)}", text.scene)
         return heard if any(wish.outcome == "ask" for wish in again) else again
+
+    def _kept_alone(self, phrase: WayPhrase) -> Wish | None:
+        """The distance that is all that a phrase tells, kept from its object, or from what is passed: "50 cm away"."""
+        text = self.way.text
+        told = [amount for _, amount in phrase.amounts if amount.unit == "m"]
+        taken = {k + n for k, amount in phrase.amounts for n in range(amount.used)}
+        named = ((k, text.object_at(k)) for k in phrase.pieces)
+        own = next(((k, *found) for k, found in named if found is not None), None)
+        if own is not None:
+            taken |= {*range(own[0] - phrase.pieces.start, own[2] - phrase.pieces.start)}
+        meant = text.meant_at(phrase.pieces.start) if own is None else own[1]
+        others = [word for k, word in enumerate(phrase.words) if k not in taken and word[0].isalnum()]
+        if len(told) != 1 or not APART.issuperset(others) or meant is None or meant.unclear:
+            return None
+        if not self._passed_or_aside(meant):
+            return None
+        name, far = meant.objects[0].name, Quantity(told[0].value, "m", "at_least")
+        said = bare(self.way.resolved(phrase)) if own is not None else f"{bare(phrase.said)} from {the(name)}"
+        return Wish(said, "do", Reading(frames=(Clearance(objects=(name,), distance=far),)))
+
+    def _passed_or_aside(self, place: Location) -> bool:
+        """Whether a place is only passed, or mentioned and none of the way."""
+        roles = {stop.role for stop in self.way.stops if same_place(stop.place, place)}
+        return roles <= {"via"} and not self.way.ends_at([item.name for item in place.objects])
 
     def _leads_on(self, phrase: WayPhrase, frames: Sequence[SemanticFrame]) -> bool:
         """Whether a shift without a distance only leads to the place behind it: "come down to 30 cm over the cup"."""

@@ -11,6 +11,7 @@ from itertools import pairwise, product
 from ovita.instruct.lexicon import DETERMINERS, PLAIN, Amount, amount_at, concept_at, is_filler, term_at
 from ovita.sources.places import BEHIND, SEEN, SIDES, Location, Text, phrase_at, way_words
 from ovita.sources.reasons import BIDDING, ReasonClause, clauses
+from ovita.sources.sides import SeenSide, seen_sides
 from ovita.sources.tagging import ROLES, Role, seen_with_points, tagger
 from ovita.sources.wishes import TIES, wishes_of
 
@@ -20,7 +21,10 @@ REASON, HEED = map(way_words, ("reason", "heed"))
 
 @dataclass(frozen=True, eq=False)
 class WayPhrase:
-    """Words of a sentence that belong together, which pieces of the text they are, and whether they only tell why."""
+    """Words of a sentence that belong together, which pieces of the text they are, and whether they only tell why.
+
+    Where they tell on which side of the robot something is to be passed, `seen` is that place.
+    """
 
     role: Role | None
     shares: Mapping[Role, float]
@@ -29,6 +33,7 @@ class WayPhrase:
     words: tuple[str, ...]
     said: str
     why: bool = False
+    seen: Location | None = None
 
     @cached_property
     def classes(self) -> frozenset[str]:
@@ -38,8 +43,13 @@ class WayPhrase:
     @cached_property
     def amounts(self) -> tuple[tuple[int, Amount], ...]:
         """What is measured, and which word tells it."""
-        found = ((k, amount_at(self.words, k)) for k in range(len(self.words)))
-        return tuple((k, amount) for k, amount in found if amount is not None)
+        found, end = list[tuple[int, Amount]](), 0
+        for k in range(len(self.words)):
+            amount = amount_at(self.words, k) if k >= end else None
+            if amount is not None:
+                found.append((k, amount))
+                end = k + amount.used
+        return tuple(found)
 
     @property
     def measured(self) -> bool:
@@ -128,6 +138,7 @@ def read_stops(text: Text) -> WayStops:
     """Read which places a sentence names, and what each is for its way."""
     phrases = _phrases(text)
     phrases, told = _held_together(text, phrases, _told(text, phrases))
+    phrases = [part for phrase in phrases for part in _trimmed(text, phrase, told)]
     denied = [stop for stop in told if stop.place is not None and _denied(text, phrases, stop)]
     kept = _repaired(text, [stop for stop in told if stop not in denied])
     return WayStops(phrases, told, denied, *_weighed(text, kept + _waited(text, phrases, kept)))
@@ -145,7 +156,60 @@ def _phrases(text: Text) -> list[WayPhrase]:
         found.append(WayPhrase(role, tagged.shares, tagged.span, pieces, words, text.text[begin:end].strip()))
     for clause in clauses(text):
         found = _set_apart(text, found, clause)
+    for side in seen_sides(text):
+        found = _with_side(text, found, side)
+    return _with_manners(text, _with_particles(text, found))
+
+
+def _with_manners(text: Text, phrases: Sequence[WayPhrase]) -> list[WayPhrase]:
+    """The phrases with words that tell how fast a place is come to as wishes: "then | slowly | to the cup"."""
+    found = list[WayPhrase]()
+    for phrase in phrases:
+        rest = [phrase]
+        named = {k for _, pieces in places_among(text, phrase.pieces) for k in pieces}
+        manners = [k for k in phrase.pieces if k not in named and term_at(text.words, k)[0] in MANNERS]
+        if named and phrase.role in WAY and not phrase.reasons:
+            for k in manners:
+                *before, last = rest
+                if k in last.pieces:
+                    rest = [*before, *_around(text, last, range(k, k + 1))]
+            none = dict.fromkeys(ROLES, 0.0) | {"wish": 1.0}
+            rest += [_part(text, replace(phrase, role="wish", shares=none), range(k, k + 1)) for k in manners]
+        found += rest
+    return sorted(found, key=lambda phrase: phrase.span)
+
+
+MANNERS = frozenset(("slower", "faster", "creep"))
+"""Classes of words that tell how fast a place is come to."""
+
+
+def _with_side(text: Text, phrases: Sequence[WayPhrase], side: SeenSide) -> list[WayPhrase]:
+    """The phrases with the words on which side something is to be passed as one of their own."""
+    cut = (part for phrase in phrases if not phrase.why for part in _around(text, phrase, side.pieces))
+    shares = dict.fromkeys(ROLES, 0.0) | {"via": 1.0}
+    whole = _part(text, WayPhrase("via", shares, (0, 0), side.pieces, (), "", seen=side.place), side.pieces)
+    return sorted([*cut, *(phrase for phrase in phrases if phrase.why), whole], key=lambda phrase: phrase.span)
+
+
+def _around(text: Text, phrase: WayPhrase, pieces: range) -> list[WayPhrase]:
+    """What is left of a phrase before and behind some pieces."""
+    if phrase.pieces.start >= pieces.stop or phrase.pieces.stop <= pieces.start:
+        return [phrase]
+    parts = range(phrase.pieces.start, pieces.start), range(pieces.stop, phrase.pieces.stop)
+    return [_part(text, phrase, part) for part in parts if any(text.words[k][0].isalnum() for k in part)]
+
+
+def _with_particles(text: Text, phrases: Sequence[WayPhrase]) -> list[WayPhrase]:
+    """The phrases with "speed up" and "slow down" whole: "then speed | up to the cup"."""
+    found = list(phrases)
+    for k, (one, other) in enumerate(pairwise(phrases)):
+        if one.role == "wish" and (one.words[-1:] + other.words[:1]) in PARTED and len(other.pieces) > 1:
+            found[k] = _part(text, found[k], range(found[k].pieces.start, other.pieces.start + 1))
+            found[k + 1] = _part(text, other, range(other.pieces.start + 1, other.pieces.stop))
     return found
+
+
+PARTED = {("speed", "up"), ("slow", "down"), ("hurry", "up")}
 
 
 def _heeds(words: Sequence[str]) -> bool:
@@ -159,15 +223,8 @@ def _set_apart(text: Text, phrases: Sequence[WayPhrase], clause: ReasonClause) -
     certain = (p for p in phrases if p.role and p.shares[p.role] > CERTAIN and p.pieces.start > clause.verb)
     begun = (p.pieces.start for p in certain if p.role in WAY or p.words[0] in BIDDING)
     why = range(clause.pieces.start, min(next(begun, clause.pieces.stop), clause.pieces.stop))
-    found, none = list[WayPhrase](), dict.fromkeys(ROLES, 0.0)
-    for phrase in phrases:
-        if phrase.pieces.start >= why.stop or phrase.pieces.stop <= why.start:
-            found.append(phrase)
-            continue
-        before, behind = range(phrase.pieces.start, why.start), range(why.stop, phrase.pieces.stop)
-        found += [
-            _part(text, phrase, part) for part in (before, behind) if any(text.words[k][0].isalnum() for k in part)
-        ]
+    none = dict.fromkeys(ROLES, 0.0)
+    found = [part for phrase in phrases for part in _around(text, phrase, why)]
     found.append(_part(text, WayPhrase(None, none, (0, 0), why, (), "", why=True), why))
     return sorted(found, key=lambda phrase: phrase.span)
 
@@ -238,6 +295,13 @@ def _counts_there(text: Text, before: WayPhrase, mine: Sequence[WayStop], others
     return bool(frames) and all(names <= {*map(str, frame.part.places)} for frame in frames)
 
 
+def _trimmed(text: Text, phrase: WayPhrase, stops: Sequence[WayStop]) -> list[WayPhrase]:
+    """A phrase without what a place before it took of it: "past the cup | on its right, 20 cm away"."""
+    taken = [stop.pieces for stop in stops if stop.place and phrase.pieces.start in stop.pieces[1:]]
+    own = any(stop.phrase is phrase for stop in stops)
+    return [phrase] if own or not taken else _around(text, phrase, taken[0])
+
+
 def _bare(text: Text, phrase: WayPhrase) -> list[WayStop]:
     """The place that is all that a phrase holds: "box plate"."""
     words = [k for k in phrase.pieces if text.words[k][0].isalnum()]
@@ -246,6 +310,8 @@ def _bare(text: Text, phrase: WayPhrase) -> list[WayStop]:
 
 def stops_of(text: Text, phrase: WayPhrase) -> list[WayStop]:
     """The places that a phrase names: one, or several in a row; without any, that it leads back or what is lacking."""
+    if phrase.seen is not None:
+        return [WayStop(phrase, "via", phrase.seen, phrase.pieces)]
     found = places_among(text, phrase.pieces)
     if found:
         return _row(text, phrase, found)
@@ -290,9 +356,14 @@ def _row(text: Text, phrase: WayPhrase, found: Sequence[tuple[Location, range]])
     for ((first, pieces), *others), end in zip(rows, until, strict=True):
         alike = [place for place, _ in others if same_place(place, first)]
         place = _detailed(text, first, alike, range(pieces.stop, end))
+        past = phrase.role == "via" and not PAST.isdisjoint(text.words[max(pieces.start - 1, 0) : pieces.start + 1])
+        if past and place.relation == "at" and place.objects:
+            place = replace(place, relation="beside")  # "pass the cup" leads by it, and not over it
         stops.append(WayStop(phrase, phrase.role, place, pieces))
     return [*stops[:-1], replace(stops[-1], left=_left(text, phrase, stops[-1], found))]
 
+
+PAST = frozenset(("past", "pass", "passing", "passes"))
 
 JOINING = frozenset(("and", "&", "n", "plus", "+", ",", "->", "then"))
 """Words between places that are passed one after the other."""
@@ -363,6 +434,9 @@ def _denied(text: Text, phrases: Sequence[WayPhrase], stop: WayStop) -> bool:
     return any(term_at(text.words, k)[0] == "never" or phrase_at(text.words, k, DISMISSAL)[1] for k in before)
 
 
+PASSING = frozenset((*SIDES, "over", "under", "between"))
+"""Relations with which a place that follows a goal at once is passed on the way there."""
+
 STARTS, GOALS = (0.08, 0.9, 0.03), (0.02, 1.0, 0.2, 0.1)
 """How likely a sentence tells so many starts, and so many goals."""
 
@@ -409,12 +483,15 @@ def _against(text: Text, stops: Sequence[WayStop]) -> list[set[Role]]:
         cues = range(min(stop.phrase.pieces.start, stop.pieces.start), stop.pieces.start + 1)
         passed = any(term_at(text.words, k)[0] in PASSED for k in cues)
         found.append({"start", "goal"} if passed else set())
-    for k, ((one, first), (other, second)) in enumerate(pairwise(zip(stops, found, strict=True))):
-        between = {*text.words[one.pieces.stop : other.pieces.start]}
-        listed_alike = one.phrase is other.phrase and one.role != "via"
+    for k, ((one, first), (two, second)) in enumerate(pairwise(zip(stops, found, strict=True))):
+        between = {*text.words[one.pieces.stop : two.pieces.start]}
+        listed_alike = one.phrase is two.phrase and one.role != "via"
         if "->" in between or listed_alike or "then" in between:
             first.add("goal")
             second.add("start")
+            if not between and two.place is not None and two.place.relation in PASSING:
+                first.discard("goal")  # "to the gate left of the tower"
+                second.add("goal")
             if "->" not in between:  # of a mere list, the ends are the first and the last
                 first |= {"via"} if k == 0 and not told("start") else set()
                 second |= {"via"} if k == len(stops) - 2 and not told("goal") else set()

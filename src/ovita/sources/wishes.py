@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 from ovita.instruct.frames import Clearance, Extend, Figure, Height, Pace, Quantity, Reading, SemanticFrame, Smooth, same
 from ovita.instruct.referee import DO, Outcome, understand
 from ovita.paths.part import WHOLE, PathPart
 from ovita.paths.scene import Scene
 from ovita.sources.heights import height_in
-from ovita.sources.places import Location, way_words
+from ovita.sources.places import Location, phrase_at, way_words
 
-TIES = way_words("tie")
+TIES, ONWARD = map(way_words, ("tie", "onward"))
 
 
 @dataclass(frozen=True)
@@ -70,12 +71,21 @@ def wishes_of(said: str, scene: Scene) -> list[Wish]:
     """What a phrase of wishes comes to; a height over the ground that stands in it is a wish of its own."""
     told = height_in(said)
     if told is None:
-        return _apart(said, scene)
+        return _onward(said, scene) or _apart(said, scene)
     rest, words, height = told
     level = Wish(words, "do", Reading(frames=(Height(level=Quantity(height, "m", "to")),)))
     others = _apart(bare(rest), scene) if bare(rest) else []
     sure = all(wish.outcome == "do" and wish.frames for wish in others)
     return [*others, level] if sure else _apart(said, scene)
+
+
+def _onward(said: str, scene: Scene) -> list[Wish]:
+    """How a phrase says to go on, if that is a speed: "carry on faster"; else nothing."""
+    words = bare(said).split()
+    used = phrase_at([word.lower() for word in words], 0, ONWARD)[1]
+    heard = _apart(" ".join(words[used:]), scene) if 0 < used < len(words) else []
+    paces = all(wish.frames and all(isinstance(frame, Pace) for frame in wish.frames) for wish in heard)
+    return heard if paces else []
 
 
 def _apart(said: str, scene: Scene) -> list[Wish]:
@@ -139,10 +149,11 @@ def without_going_on(wish: Wish) -> Wish:
     return replace(wish, reading=replace(wish.reading, frames=kept))
 
 
-def behind(wish: Wish, place: str) -> Wish:
-    """A wish whose speed counts behind an object: "wait at the cup, then move on, faster"."""
-    part = PathPart("after", places=(place,))
-    frames = (replace(f, part=part) if isinstance(f, Pace) and f.part == WHOLE else f for f in wish.frames)
+def on_part(wish: Wish, kind: Literal["before", "after"], place: str) -> Wish:
+    """A wish whose speed counts before or behind an object: "wait at the cup, then move on, faster"."""
+    part = PathPart(kind, places=(place,))
+    varied = (isinstance(f, Pace) and f.part == WHOLE and f.change in ("faster", "slower", "set") for f in wish.frames)
+    frames = (replace(f, part=part) if here else f for f, here in zip(wish.frames, varied, strict=True))
     return replace(wish, reading=replace(wish.reading, frames=tuple(frames)))
 
 

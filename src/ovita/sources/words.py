@@ -26,7 +26,7 @@ from ovita.request import MAX_INSTRUCTION, Request
 from ovita.result import Adaptation, Status, explain
 from ovita.sources.places import APPROACH, SIDES, Anchor, Location, Text
 from ovita.sources.planner import TIME_LIMIT, WAYPOINTS, Plan, Planner, PlanRequest, planned, planner_named
-from ovita.sources.room import around_passed, beneath_barred, capped, enlarged, leveled
+from ovita.sources.room import around_passed, beneath_barred, capped, enlarged, kept_clear, leveled
 from ovita.sources.route import Route, read_route
 from ovita.sources.stops import same_place
 from ovita.sources.wishes import Wish
@@ -117,7 +117,7 @@ def from_words(
     told = route
     for body in dict.fromkeys((capped(robot, told.ceiling), robot)):
         route, places = _placed(told, scene, body)
-        room = beneath_barred(route, scene) | around_passed(route, scene, robot)
+        room = _sides_kept(route, scene, robot)
         more = sum(here.label == before.label for before, here in pairwise(places))
         request = PlanRequest(scene, body, places[0], places[-1], tuple(places[1:-1]), waypoints + more, wanted, seed,
                               search_limit)  # fmt: skip
@@ -170,11 +170,17 @@ def _with_distance(made: Generation, request: PlanRequest, planner: Planner, sta
     kept = [promise.arguments for promise in result.postconditions if promise.kind == "distance"]
     asked = [(promise.get("object"), promise.get("at_least")) for promise in kept]
     room = {str(name): np.full(3, least - keep + SPARE) for name, least in asked if name and least and least > keep}
+    room |= {name: np.maximum(more, room.get(name, 0.0)) for name, more in _sides_kept(made.route, request.scene, request.robot).items()}
     found = _roomy(request, planner, room, stages["progress"])
     if found is None or found.trajectory is None:
         return made
     again = _adapted(made.instruction, made.route, request, found.trajectory, stages)
     return replace(made, plan=found, adaptation=again) if RANK.get(again.status, 9) <= RANK[result.status] else made
+
+
+def _sides_kept(route: Route, scene: Scene, robot: Robot) -> dict[str, Array]:
+    """The room (3,) [m] around objects so that a path passes them on the side that was said."""
+    return beneath_barred(route, scene) | around_passed(route, scene, robot)
 
 
 RANK: dict[Status, int] = {"done": 0, "limited": 1, "not_as_meant": 2}
@@ -227,7 +233,7 @@ def _adapted(
     """A planned path adapted to what the sentence asks for besides the way."""
     scene, robot = request.scene, request.robot
     if route.rest:
-        wishes = tuple(_on_the_stretch(wish, route, request, path) for wish in route.wishes)
+        wishes = tuple(kept_clear(_on_the_stretch(wish, route, request, path), request) for wish in route.wishes)
         asked = Request(route.rest, path, scene, robot, origin=f"planned {request.told}")
         result = adapt(asked, **(stages | {"writer": _with_wishes(stages["writer"], wishes)}))
         doubts = (*route.doubts, *_moved_ends(path, result))
