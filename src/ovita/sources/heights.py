@@ -2,46 +2,84 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Sequence
+from collections.abc import Callable, Container, Sequence
+from dataclasses import dataclass
 
 from ovita.instruct.lexicon import term_at
 from ovita.instruct.numbers import amount_at
 from ovita.instruct.objects import WORD
 from ovita.sources.places import phrase_at, way_words
 
-LEVEL, CLIMB, CRUISE, RAISED, HEDGE, BOUND, THROUGHOUT = map(
-    way_words, ("level", "climb", "cruise", "raised", "hedge", "bound", "throughout")
-)
-AT = frozenset(("at", "to", "in"))
-CLOSED = frozenset(", ; . : ! ? ( ) and then but with while".split())
+LEVEL, CLIMB, CRUISE, SINK, FLOOR, LEAST = map(way_words, ("level", "climb", "cruise", "sink", "floor", "at least"))
+RAISED, HEDGE, BOUND, THROUGHOUT, ARRIVED = map(way_words, ("raised", "hedge", "bound", "throughout", "arrived"))
+AT = frozenset(("at", "to", "in", "a"))
+CLOSED = frozenset(", ; . : ! ? ( ) and then but with".split())
 """What may follow a height that is that of the whole way."""
 
 
-def height_in(said: str) -> tuple[str, str, float] | None:
-    """A phrase without the height that it tells, that height in its words, and in metres; None if it tells none.
+@dataclass(frozen=True)
+class HeightTold:
+    """A height over the ground in a phrase.
 
-    A bound, a height over a thing and the height of a part of the way are none of these.
+    Args:
+        height: [m].
+        least: Whether higher is as good.
+        words: That tell it.
+        rest: The phrase without them.
+        ends: Whether it is that of the goal, by its own words.
+        sinks: Whether the way comes down to it.
+    """
+
+    height: float
+    least: bool
+    words: str
+    rest: str
+    ends: bool
+    sinks: bool
+
+
+def height_in(said: str, mentions: Callable[[str], bool]) -> HeightTold | None:
+    """The height over the ground that a phrase tells, or None.
+
+    A greatest height, a height over a thing and the height of a part of the way are none of these.
+
+    Args:
+        said: The phrase.
+        mentions: Whether words mention a thing.
     """
     found = list(WORD.finditer(said.lower()))
     words = [piece[0] for piece in found]
-    if any(term_at(words, k)[0] == "never" for k in range(len(words))):
-        return None
+    end = 0
     for k in range(len(words)):
-        amount = amount_at(words, k)
-        if amount is None or amount.unit != "m" or (k > 0 and amount_at(words, k - 1) is not None):
+        amount = amount_at(words, k) if k >= end else None
+        end = k + amount.used if amount is not None else end
+        if amount is None or amount.unit != "m":
             continue
+        raised = phrase_at(words, end, RAISED)[1]
+        last, arrived = _closing(words, end + raised, mentions)
         first = _without(words, k, HEDGE)
-        raised = phrase_at(words, k + amount.used, RAISED)[1]
-        end = k + amount.used + raised
-        end += phrase_at(words, end, THROUGHOUT)[1]
-        leading = {name: _before(words, first, phrases) for name, phrases in LEADS.items()}
-        closed = end == len(words) or words[end] in CLOSED
-        told = raised or leading["level"] or leading["climb"] or leading["cruise"]
-        begin = _without(words, first - max(leading.values()), HEDGE | AT)
-        if told and closed and not (begin > 0 and words[begin - 1] in BOUND):
-            cut = found[begin].start(), found[end - 1].end()
-            return f"{said[: cut[0]]} {said[cut[1] :]}".strip(" ,;"), said[cut[0] : cut[1]], amount.value
+        least = _before(words, first, FLOOR) or _before(words, first, LEAST)
+        first = _without(words, first - least, HEDGE | AT) if least else first
+        leads = [_before(words, first, phrases) for phrases in (LEVEL, CLIMB, CRUISE, SINK)]
+        begin = _without(words, first - max(leads), HEDGE | AT)
+        told = raised or any(leads) or _before(words, first + least, FLOOR)
+        bound = not least and begin > 0 and words[begin - 1] in BOUND
+        denied = any(term_at(words, n)[0] == "never" for n in range(begin))
+        if told and last and not (bound or denied):
+            cut = found[begin].start(), found[last - 1].end()
+            rest = f"{said[: cut[0]]} {said[cut[1] :]}".strip(" ,;")
+            return HeightTold(amount.value, least > 0, said[cut[0] : cut[1]], rest, arrived, leads[3] > 0)
     return None
+
+
+def _closing(words: Sequence[str], end: int, mentions: Callable[[str], bool]) -> tuple[int, bool]:
+    """Where what belongs to a height ends, or 0 where it is one of a part of the way; and whether it is at the goal."""
+    arrived = phrase_at(words, end, ARRIVED)[1]
+    end += arrived or phrase_at(words, end, THROUGHOUT)[1]
+    if end < len(words) and words[end] in ("while", "until", "till"):
+        stop = next((n for n in range(end, len(words)) if words[n] in CLOSED - {"with"}), len(words))
+        return (0, False) if mentions(" ".join(words[end + 1 : stop])) else (stop, False)
+    return (end, arrived > 0) if end == len(words) or words[end] in CLOSED else (0, False)
 
 
 def _without(words: Sequence[str], end: int, skipped: Container[str]) -> int:
@@ -49,9 +87,6 @@ def _without(words: Sequence[str], end: int, skipped: Container[str]) -> int:
     while end > 0 and words[end - 1] in skipped:
         end -= 1
     return end
-
-
-LEADS = {"level": LEVEL, "climb": CLIMB, "cruise": CRUISE}
 
 
 def _before(words: Sequence[str], end: int, phrases: Container[str]) -> int:

@@ -90,6 +90,7 @@ class Location:
         point: Coordinates [m], or None.
         unclear: What several objects, or none, fit; else "".
         seen: Whether the relation is the side of the robot on its way that the object is to be on.
+        height: Over the ground, which counts instead of that of the place [m], or None.
     """
 
     relation: Relation = "at"
@@ -98,10 +99,15 @@ class Location:
     point: tuple[float, float, float] | None = None
     unclear: str = ""
     seen: bool = False
+    height: float | None = None
 
     @property
     def label(self) -> str:
         """In words."""
+        return self._place + ("" if self.height is None else f" at a height of {number(self.height)} m")
+
+    @property
+    def _place(self) -> str:
         if self.point is not None:
             return point(self.point)
         names = listed(the(item.name) for item in self.objects)
@@ -353,6 +359,13 @@ def _cut(text: str) -> list[Snippet]:
     return pieces
 
 
+def mentioned_in(words: str, scene: Scene) -> list[str]:
+    """The objects that some words mention."""
+    text = Text(words, scene)
+    found = (text.object_at(k) for k in range(len(text)))
+    return [item.name for place in found if place is not None and not place[0].unclear for item in place[0].objects]
+
+
 def read_place(text: str, scene: Scene) -> Location:
     """Read a place in words or as coordinates.
 
@@ -389,6 +402,15 @@ def locate(said: Location, scene: Scene, robot: Robot, toward: Array | None = No
     Raises:
         RequestError: If there is no such place, such as above an object for a robot on the ground.
     """
+    there = _located(replace(said, height=None), scene, robot, toward)
+    if said.height is None or robot.planar:
+        return there
+    up = scene.frame.direction("up")
+    position = there.position + (said.height - float(there.position @ up)) * up
+    return replace(there, position=position, label=f"{there.label} at a height of {number(said.height)} m")
+
+
+def _located(said: Location, scene: Scene, robot: Robot, toward: Array | None) -> Anchor:
     names = tuple(item.name for item in said.objects)
     if said.point is not None:
         return Anchor(np.array(said.point), said.label)

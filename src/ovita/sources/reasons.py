@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ovita.instruct.numbers import amount_at
 from ovita.sources.places import Text, phrase_at, way_words
 
 GROUND, FINITE, MEANWHILE, BIDDING = map(way_words, ("ground", "finite", "meanwhile", "bidding"))
+SPEAKER, TELLING, DEMANDS = map(way_words, ("speaker", "telling", "demand"))
 
 ENDING = frozenset(", ; . : ! ? ( )".split())
 """Marks at which a clause ends."""
@@ -42,7 +44,9 @@ def _clause(text: Text, k: int) -> ReasonClause | None:
     """The clause that begins at piece k, or None."""
     said, used = phrase_at(text.words, k, GROUND)
     end = next((n for n in range(k, len(text)) if text.words[n] in ENDING), len(text))
-    if not used or (said == "as" and _compares(text, k, end)):
+    if not used or said in ("so", "so that"):
+        return _statement(text, k, k + used, end)
+    if said == "as" and _compares(text, k, end):
         return None
     begin = k + used
     verb = next((n for n in range(begin, min(end, begin + SUBJECT)) if text.words[n] in FINITE), None)
@@ -50,6 +54,25 @@ def _clause(text: Text, k: int) -> ReasonClause | None:
         return None  # without a subject: "as is"
     meanwhile = text.words[verb + 1 : verb + 2] and text.words[verb + 1] in MEANWHILE
     return None if said == "as" and meanwhile else ReasonClause(range(k, end), verb)
+
+
+def _statement(text: Text, k: int, begin: int, end: int) -> ReasonClause | None:
+    """A clause behind a comma, or behind "so", that states something and asks for nothing: "..., it tips over easily".
+
+    One that holds an amount, or a word with which a way is told, may ask for something.
+    """
+    behind_comma = k > 0 and text.words[k - 1] in (",", ";", ".", ":", "(")
+    told = text.words[begin:end]
+    if (begin == k and not behind_comma) or not told or not TELLING.isdisjoint(told) or not DEMANDS.isdisjoint(told):
+        return None
+    if any(amount_at(text.words, n) is not None for n in range(begin, end)):
+        return None
+    first = begin + (told[0] == "that")
+    verb = next((n for n in range(first, min(end, first + SUBJECT)) if text.words[n] in FINITE), None)
+    if text.words[first] in SPEAKER and first + 1 < end and verb is None:
+        verb = first + 1  # "it tips over easily"
+    stated = verb is not None and (verb > first or text.words[verb].partition("'")[0] in SPEAKER)
+    return ReasonClause(range(k, end), verb) if stated and verb is not None else None
 
 
 def _compares(text: Text, k: int, end: int) -> bool:

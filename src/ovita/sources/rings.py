@@ -12,7 +12,7 @@ from ovita.instruct.frames import Figure, Quantity
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array, arc_length
-from ovita.sources.places import APPROACH, Anchor, troubles
+from ovita.sources.places import APPROACH, Anchor, obstacles, troubles
 from ovita.text import number, the
 
 PER_TURN = 36
@@ -89,7 +89,8 @@ def _around(
     plane = np.stack([right, front])
     corners = item.rotation @ (np.array(list(product((-0.5, 0.5), repeat=3))) * item.size).T
     corner = float(np.linalg.norm(plane @ corners, axis=0).max())
-    least = corner + robot.radius + robot.obstacle_margin
+    keep = max((body.keep for body in obstacles(scene, robot) if body.name == item.name), default=0.0)
+    least = corner + max(keep, robot.radius + robot.obstacle_margin)
     radius = least + APPROACH if ring.gap is None else max(corner + ring.gap, least)
     if ring.radius is not None:  # what is less than the object needs is told from its surface
         radius = ring.radius if ring.radius >= least else corner + ring.radius

@@ -50,6 +50,7 @@ from ovita.text import listed, quoted, the
 SURE = 0.6
 """How likely the way has to be, among all that the places might make, to be planned without asking."""
 
+STARTING, FINISHING = map(way_words, ("starting", "finishing"))
 FASTEST, HASTE, DEMANDS, AGAIN, APART = map(way_words, ("fastest", "haste", "demand", "as before", "apart"))
 
 
@@ -138,7 +139,7 @@ def read_route(sentence: str, scene: Scene) -> Route:
     unknown = [stop.lacking for stop in stops.placed if stop.lacking and not known.get(stop.role, False)]
     unsure = ("It is not certain what starts, what is passed and what ends the way.",) if stops.sure < SURE else ()
     return Route(
-        start,
+        asked.start,
         asked.goal,
         tuple(_apart(_seen(place, start, asked.goal, scene), asked.wishes) for place in (*via, *asked.via)),
         tuple(without_twins(asked.wishes)),
@@ -192,7 +193,7 @@ class _Besides:
     """
 
     def __init__(self, way: WayTold) -> None:
-        self.way, self.waits, self.goal = way, Waits(way), way.goal
+        self.way, self.waits, self.start, self.goal = way, Waits(way), way.start, way.goal
         self.via: tuple[Location, ...] = ()  # what is passed besides, as the goal turned out to be farther
         self.wishes: list[Wish] = []
         self.level: Level | None = None
@@ -295,15 +296,37 @@ class _Besides:
 
     def _without_levels(self, phrase: WayPhrase, heard: Sequence[Wish]) -> list[Wish]:
         """The wishes but for a height of the way, which is planned, or that of a ring, which is planned with it."""
+        heard = [wish for wish in heard if not self._of_an_end(phrase, wish)]
         levels = {id(wish): level for wish in heard if (level := level_of([wish])) is not None}
         height = next(iter(levels.values())).height if levels else None
         rings = [ring for frame in _frames(heard) if (ring := self._ring(phrase, frame, height)) is not None]
         self.rings += rings
         if not levels or (self.level is not None and not rings):
-            return list(heard)
+            return heard
         if not rings:
             self.level = next(iter(levels.values()))
         return [wish for wish in heard if id(wish) not in levels]
+
+    def _of_an_end(self, phrase: WayPhrase, wish: Wish) -> bool:
+        """Whether a height is that of an end of the way: "and end in front of the cup at a height of 1.5 m"."""
+        told, text = wish.height, self.way.text
+        if told is None or told.least:
+            return False
+        before = [stop for stop in self.way.stops if stop.place and stop.phrase.span < phrase.span]
+        if not before:
+            return False
+        begun = before[-1].phrase
+        at_once = "," not in text.words[begun.pieces.stop - 1 : phrase.pieces.start]
+        whole = len(before) == len([stop for stop in self.way.stops if stop.place])
+        if before[-1].role == "start" and at_once and not STARTING.isdisjoint(begun.words):
+            self.start = replace(before[-1].place, height=told.height) if before[-1].place else None
+            return True
+        then = "then" in text.words[max(phrase.pieces.start - 2, 0) : phrase.pieces.start + 1]
+        last = self.goal is not None and before[-1].role == "goal" and whole
+        if last and (told.ends or told.sinks or then or (at_once and not FINISHING.isdisjoint(begun.words))):
+            self.goal = replace(self.goal, height=told.height) if self.goal else None
+            return True
+        return False
 
     def _ring(self, phrase: WayPhrase, frame: SemanticFrame, height: float | None) -> Ring | None:
         """The ring that a frame is; where something is told before and behind it, it is between these."""

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from ovita.instruct.frames import Clearance, Extend, Figure, Height, Pace, Quantity, Reading, SemanticFrame, Smooth, same
+from ovita.instruct.frames import Clearance, Extend, Figure, Height, Pace, Quantity, Reading, Role, SemanticFrame, Shift, Smooth, same
 from ovita.instruct.referee import DO, Outcome, understand
 from ovita.paths.part import WHOLE, PathPart
 from ovita.paths.scene import Scene
-from ovita.sources.heights import height_in
-from ovita.sources.places import Location, phrase_at, way_words
+from ovita.sources.heights import HeightTold, height_in
+from ovita.sources.places import Location, mentioned_in, phrase_at, way_words
 
 TIES, ONWARD = map(way_words, ("tie", "onward"))
 
@@ -27,6 +27,7 @@ class Wish:
         unused: Words that ask for something and that the reading leaves out.
         doubts: What speaks against the reading, as sentences.
         stretch: The place that the way comes to, if shares of the way are shares of the stretch to it; else None.
+        height: The height over the ground that it is about, or None.
     """
 
     text: str
@@ -35,6 +36,7 @@ class Wish:
     unused: tuple[str, ...] = ()
     doubts: tuple[str, ...] = ()
     stretch: Location | None = None
+    height: HeightTold | None = None
 
     @property
     def frames(self) -> tuple[SemanticFrame, ...]:
@@ -69,14 +71,21 @@ def bare(said: str) -> str:
 
 def wishes_of(said: str, scene: Scene) -> list[Wish]:
     """What a phrase of wishes comes to; a height over the ground that stands in it is a wish of its own."""
-    told = height_in(said)
+    told = height_in(said, lambda words: bool(mentioned_in(words, scene)))
     if told is None:
         return _onward(said, scene) or _apart(said, scene)
-    rest, words, height = told
-    level = Wish(words, "do", Reading(frames=(Height(level=Quantity(height, "m", "to")),)))
-    others = _apart(bare(rest), scene) if bare(rest) else []
+    role: Role = "at_least" if told.least else "to"
+    level = Wish(told.words, "do", Reading(frames=(Height(level=Quantity(told.height, "m", role)),)), height=told)
+    others = wishes_of(bare(told.rest), scene) if bare(told.rest) else []
+    others = [] if all(map(_lies_low, others)) else others
     sure = all(wish.outcome == "do" and wish.frames for wish in others)
     return [*others, level] if sure else _apart(said, scene)
+
+
+def _lies_low(wish: Wish) -> bool:
+    """Whether it only goes lower or higher by no amount, which a height tells that is told beside it."""
+    shifts = [f.offset for f in wish.frames if isinstance(f, Shift) and f.part == WHOLE]
+    return len(shifts) == len(wish.frames) == 1 and shifts[0] in ((("down", None),), (("up", None),))
 
 
 def _onward(said: str, scene: Scene) -> list[Wish]:
