@@ -82,8 +82,13 @@ class WayTold:
         alike = [place for place in before if place.relation in fitting]
         return alike[-1] if alike else self.text.meant_at(k)
 
-    def thereafter(self, phrase: WayPhrase) -> str | None:
-        """The object behind which a wish counts: "0.1 m/s up to the cup and 0.2 m/s from then on", "then faster"."""
+    def thereafter(self, phrase: WayPhrase, circled: str | None = None) -> str | None:
+        """The object behind which a wish counts: "0.1 m/s up to the cup and 0.2 m/s from then on", "then faster".
+
+        Args:
+            phrase: Of the wish.
+            circled: The object that is circled before it, or None.
+        """
         text, first = self.text, phrase.pieces.start
         told = any(phrase_at(phrase.words, k, THEREAFTER)[1] for k in range(len(phrase.words)))
         place = text.meant_at(first) if told else None
@@ -91,6 +96,8 @@ class WayTold:
         onward = phrase_at(phrase.words, begun, ONWARD)[1] > 0
         then = onward or "then" in text.words[max(first - 2, 0) : first + 2]
         passed = [stop.place for stop in self.passed_before(phrase) if stop.place and stop.place.objects]
+        if then and place is None and circled:
+            return circled
         if then and place is None and passed:
             place = passed[-1]
         there = place is not None and any(same_place(one, place) for one in passed)

@@ -90,6 +90,7 @@ class Location:
         point: Coordinates [m], or None.
         unclear: What several objects, or none, fit; else "".
         seen: Whether the relation is the side of the robot on its way that the object is to be on.
+        away: Level direction (3,) in which the place lies instead of along the relation, for a side of the robot, or None.
         height: Over the ground, which counts instead of that of the place [m], or None.
     """
 
@@ -99,6 +100,7 @@ class Location:
     point: tuple[float, float, float] | None = None
     unclear: str = ""
     seen: bool = False
+    away: tuple[float, float, float] | None = None
     height: float | None = None
 
     @property
@@ -112,7 +114,7 @@ class Location:
             return point(self.point)
         names = listed(the(item.name) for item in self.objects)
         far = "" if self.distance is None else f"{number(self.distance)} m "
-        how = "" if self.relation == "at" and not far else TOLD[self.relation]
+        how = "" if self.relation == "at" and not far else TOLD[self.relation] if self.away is None else "beside "
         return f"{far}{how}{names}"
 
 
@@ -423,7 +425,8 @@ def _located(said: Location, scene: Scene, robot: Robot, toward: Array | None) -
     if said.relation in ("at", "beside"):
         return _free_place(said, item, scene, robot, toward)
     word = {"over": "up", "under": "down"}.get(said.relation, said.relation)
-    return Anchor(_beside(item, robot, scene.frame.direction(word), said.distance), said.label, names)
+    direction = scene.frame.direction(word) if said.away is None else np.array(said.away)
+    return Anchor(_beside(item, robot, direction, said.distance), said.label, names)
 
 
 def _beside(item: SceneObject, robot: Robot, direction: Array, distance: float | None) -> Array:

@@ -29,7 +29,7 @@ from ovita.paths.geometry import lengths
 from ovita.paths.robot import PRESETS, Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array, Trajectory, arc_length
-from ovita.sources.places import Anchor, Location, locate, obstacles, read_place, troubles
+from ovita.sources.places import SIDES, Anchor, Location, locate, obstacles, read_place, troubles
 from ovita.text import called_as, length, listed, number, point, sentence, shortened
 
 WAYPOINTS, MOST_WAYPOINTS = 60, 2000
@@ -294,7 +294,30 @@ def anchored(places: Sequence[Location], scene: Scene, robot: Robot) -> list[Anc
     """Where places are for a robot, each on the side that faces its neighbour."""
     centers = [np.array(p.point) if p.point else np.mean([o.position for o in p.objects], axis=0) for p in places]
     others = [*centers[1:2], *centers[:-1]] if len(centers) > 1 else [None]
-    return [locate(place, scene, robot, other) for place, other in zip(places, others, strict=True)]
+    found = [locate(place, scene, robot, other) for place, other in zip(places, others, strict=True)]
+    for k, place in enumerate(places):
+        if 0 < k < len(places) - 1 and place.relation in (*SIDES, "beside") and place.height is None:
+            found[k] = _passed(place, found[k - 1 : k + 2], scene, robot)
+    return found
+
+
+def _passed(place: Location, anchors: Sequence[Anchor], scene: Scene, robot: Robot) -> Anchor:
+    """Where a way passes beside an object: at the height at which it comes by, as far as the object reaches there.
+
+    Where an object is to be on one side of the robot and is there on the straight way, that is where it passes.
+    """
+    before, there, behind = anchors
+    item, leg, up = place.objects[0], behind.position - before.position, scene.frame.direction("up")
+    share = float((item.position - before.position) @ leg) / max(float(leg @ leg), 1e-12)
+    foot = before.position + min(max(share, 0.0), 1.0) * leg
+    if place.seen and not troubles(foot, scene, robot):
+        away = scene.frame.direction(place.relation) if place.away is None else np.array(place.away)
+        if (foot - item.position) @ away > 0.0 and item.clearance(foot[None])[0] >= (place.distance or 0.0):
+            return replace(there, position=foot)
+    half = float(np.abs(item.rotation.T @ up) @ item.size) / 2.0
+    middle, now = float(item.position @ up), float(there.position @ up)
+    level = there.position + (float(np.clip(foot @ up, middle - half, middle + half)) - now) * up
+    return replace(there, position=level) if not (robot.planar or troubles(level, scene, robot)) else there
 
 
 def _said(place: str | Location | SceneObject | ArrayLike, scene: Scene) -> Location:

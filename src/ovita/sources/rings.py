@@ -9,9 +9,11 @@ from itertools import product
 import numpy as np
 
 from ovita.instruct.frames import Figure, Quantity
+from ovita.instruct.numbers import Degree
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array, arc_length
+from ovita.sources.laps import Lap
 from ovita.sources.places import APPROACH, Anchor, obstacles, troubles
 from ovita.text import number, the
 
@@ -21,10 +23,10 @@ PER_TURN = 36
 NO_TURN = 0.1
 """So little more than full turns, or less, is none at all [rad]."""
 
-LOOP = 0.1
+LOOPS: dict[Degree, float] = {"slight": 0.05, "moderate": 0.1, "large": 0.15}
 """Radius of a loop beside the way where none is said, as a share of the way's length."""
 
-ABOUT_HALF = (0.5, 0.45, 0.55, 0.4, 0.6, 0.35, 0.65)
+ABOUT_HALF = (0.5, 0.45, 0.55, 0.4, 0.6, 0.35, 0.65, 0.3, 0.7)
 """Shares of the way at which a loop in its middle may be."""
 
 
@@ -38,6 +40,7 @@ class Ring:
         radius: [m], or None where it is left open.
         gap: Distance from the object's corners that is told instead [m], or None.
         height: Over the ground [m], or None.
+        over: Whether it is above the object, which its radius has not to keep clear of.
         index: How many of the places on the way come before it, or None where the words do not tell.
     """
 
@@ -46,24 +49,26 @@ class Ring:
     radius: float | None = None
     gap: float | None = None
     height: float | None = None
+    over: bool = False
     index: int | None = None
 
 
-def ring_of(figure: Figure, *, away: bool, height: float | None, index: int | None) -> Ring | None:
+def ring_of(figure: Figure, lap: Lap | None, height: float | None, index: int | None) -> Ring | None:
     """The ring that a figure is, or None if it is none that can be planned.
 
     Args:
         figure: As it was read.
-        away: Whether its words say how far from the object it is, rather than from the object's middle.
+        lap: How it was told, if that is known.
         height: Over the ground [m], or None.
         index: See `Ring`.
     """
-    wide = figure.radius or figure.size
+    wide, away = figure.radius or figure.size, lap is not None and lap.away
     turns = 1.0 if figure.turns is None else figure.turns.value
     if figure.shape != "circle" or turns <= 0.0 or (wide is not None and wide.unit != "m"):
         return None
-    far = None if wide is None else wide.value / (2.0 if figure.radius is None and not away else 1.0)
-    return Ring(figure, turns, None if away else far, far if away else None, height, index)
+    far = None if wide is None else wide.value / (2.0 if figure.radius is None else 1.0)
+    over = lap is not None and lap.over
+    return Ring(figure, turns, None if away else far, far if away else None, height, over, index)
 
 
 def ringed(anchors: Sequence[Anchor], rings: Sequence[Ring], scene: Scene, robot: Robot) -> list[Anchor] | None:
@@ -92,7 +97,9 @@ def _around(
     keep = max((body.keep for body in obstacles(scene, robot) if body.name == item.name), default=0.0)
     least = corner + max(keep, robot.radius + robot.obstacle_margin)
     radius = least + APPROACH if ring.gap is None else max(corner + ring.gap, least)
-    if ring.radius is not None:  # what is less than the object needs is told from its surface
+    if ring.radius is not None and ring.over:
+        radius = ring.radius
+    elif ring.radius is not None:  # what is less than the object needs is told from its surface
         radius = ring.radius if ring.radius >= least else corner + ring.radius
     legs = [ring.index + 1] if ring.index is not None else range(1, len(anchors))
     middle, best = plane @ item.position, None
@@ -109,6 +116,8 @@ def _around(
         return None
     _, k, angles = best
     height = ring.height
+    if ring.over and height is None:
+        height = float(item.position @ up + (up @ corners).max()) + least - corner + APPROACH
     if height is None or robot.planar:
         height = float((anchors[k - 1].position + anchors[k].position) @ up) / 2.0
     level = item.position + (height - item.position @ up) * up
@@ -140,12 +149,12 @@ def _turning(one: Array, other: Array, radius: float, turns: float, sense: float
 
 def _beside(ring: Ring, anchors: Sequence[Anchor], scene: Scene, robot: Robot) -> tuple[int, list[Anchor]] | None:
     """The points of a loop that touches the way at a share of it, and which place comes behind them."""
-    place, told = ring.figure.place, None
+    place, told = ring.figure.place, 0.5
     if isinstance(place, Quantity) and place.unit in ("%", "x"):
         told = place.value
     elif place not in ("", "middle"):
         return None
-    shares = ABOUT_HALF if told is None else (told,)
+    shares = ABOUT_HALF if told == 0.5 else (told,)
     loops = (_loop(ring, share, sense, anchors, scene) for share in shares for sense in _senses(ring))
     placed = (_legal(k, points, alike, scene, robot) for k, points, alike in filter(None, loops))
     return next((found for found in placed if found is not None), None)
@@ -164,7 +173,7 @@ def _loop(
     if np.linalg.norm(ahead) < 1e-9:
         return None
     ahead /= np.linalg.norm(ahead)
-    radius = LOOP * float(s[-1]) if ring.radius is None else ring.radius
+    radius = LOOPS[ring.figure.degree or "moderate"] * float(s[-1]) if ring.radius is None else ring.radius
     angles = np.linspace(0.0, 2.0 * np.pi * ring.turns, int(np.ceil(PER_TURN * ring.turns)) + 1)[:, None]
     points = here + radius * (np.sin(angles) * ahead + (1.0 - np.cos(angles)) * sense * np.cross(up, ahead))
     return k, points, Anchor(here, f"{_times(ring.turns)} around a loop of radius {number(radius)} m")

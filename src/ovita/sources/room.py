@@ -25,7 +25,7 @@ def around_passed(route: Route, scene: Scene, robot: Robot) -> dict[str, Array]:
     up, keep = scene.frame.direction("up"), robot.radius + robot.obstacle_margin
     room: dict[str, Array] = {}
     for place in route.via:
-        if place.relation in SIDES:
+        if place.relation in SIDES and place.away is None:
             side = scene.frame.direction(place.relation)
             room[place.objects[0].name] = _across(place.objects[0], side, place.distance or 0.0, scene)
         elif place.relation == "over" and (place.distance or 0.0) > keep:

@@ -160,10 +160,6 @@ def circles(figure: Figure, place: Location | None) -> bool:
     return at and place is not None and [item.name for item in place.objects] == [figure.place]
 
 
-FROM = frozenset(("away", "distance", "clearance", "gap", "off"))
-"""Among the words of a ring, these say that an amount is its distance from the object."""
-
-
 def _seen(place: Location, start: Location | None, goal: Location | None, scene: Scene) -> Location:
     """A side on which an object is seen from the way as the side of the object on which the way passes."""
     ends = [p.point or p.objects[0].position for p in (start, goal) if p is not None and (p.point or p.objects)]
@@ -172,7 +168,16 @@ def _seen(place: Location, start: Location | None, goal: Location | None, scene:
     heading = np.asarray(ends[1], dtype=float) - np.asarray(ends[0], dtype=float)
     right = np.cross(heading, scene.frame.direction("up"))
     away = right if place.relation == "left" else -right
-    return replace(place, relation=max(SIDES, key=lambda side: float(scene.frame.direction(side) @ away)))
+    side = max(SIDES, key=lambda side: float(scene.frame.direction(side) @ away))
+    length = float(np.linalg.norm(away))
+    if length < 1e-9 or float(scene.frame.direction(side) @ away) > ALONG * length:
+        return replace(place, relation=side)
+    x, y, z = (away / length).tolist()
+    return replace(place, relation=side, away=(x, y, z))
+
+
+ALONG = 0.98
+"""A direction is one of the scene's up to this cosine."""
 
 
 def _apart(place: Location, wishes: Sequence[Wish]) -> Location:
@@ -267,7 +272,7 @@ class _Besides:
     def _wish(self, phrase: WayPhrase) -> None:
         """A wish as any instruction, where it is not about planning: a pace, a height, how a place is come to."""
         heard = self._heard(phrase)
-        place = self.onward.get(phrase.pieces.start) or self.way.thereafter(phrase)
+        place = self.onward.get(phrase.pieces.start) or self.way.thereafter(phrase, self._circled())
         if place is None and self._asks_for_the_fastest(phrase, heard):
             self.fastest = True
             return
@@ -299,7 +304,7 @@ class _Besides:
         heard = [wish for wish in heard if not self._of_an_end(phrase, wish)]
         levels = {id(wish): level for wish in heard if (level := level_of([wish])) is not None}
         height = next(iter(levels.values())).height if levels else None
-        rings = [ring for frame in _frames(heard) if (ring := self._ring(phrase, frame, height)) is not None]
+        rings = [ring for w in heard for f in w.frames if (ring := self._ring(phrase, w, f, height)) is not None]
         self.rings += rings
         if not levels or (self.level is not None and not rings):
             return heard
@@ -328,22 +333,27 @@ class _Besides:
             return True
         return False
 
-    def _ring(self, phrase: WayPhrase, frame: SemanticFrame, height: float | None) -> Ring | None:
+    def _ring(self, phrase: WayPhrase, wish: Wish, frame: SemanticFrame, height: float | None) -> Ring | None:
         """The ring that a frame is; where something is told before and behind it, it is between these."""
         if not isinstance(frame, Figure):
             return None
         before = [stop for stop in self.way.stops if stop.phrase.span < phrase.span and stop.place]
         behind = [stop for stop in self.way.stops if stop.phrase.span > phrase.span and stop.place]
         passed = [stop for stop in before if stop.role == "via" and not circles(frame, stop.place)]
-        ordered = any(s.role == "start" for s in before) and any(s.role in ("via", "goal") for s in behind)
-        away = not FROM.isdisjoint(phrase.words) and "radius" not in phrase.words
-        return ring_of(frame, away=away, height=height, index=len(passed) if ordered else None)
+        first = phrase.pieces.start
+        then = bool(before) and "then" in self.way.text.words[max(first - 2, 0) : first + 2]
+        ordered = then or (any(s.role == "start" for s in before) and any(s.role in ("via", "goal") for s in behind))
+        return ring_of(frame, wish.lap, height, len(passed) if ordered else None)
 
     def _asks_for_the_fastest(self, phrase: WayPhrase, heard: Sequence[Wish]) -> bool:
         """Whether it is for the highest speed, and neither for an amount nor for the speed of a part."""
         varied = any(isinstance(f, Pace) and (f.part != WHOLE or f.change == "slower") for f in _frames(heard))
         words = {*phrase.words}
         return bool(HASTE & words and FASTEST & words) and not (phrase.amounts or varied)
+
+    def _circled(self) -> str | None:
+        """The object that was circled last, or None."""
+        return next((name for ring in reversed(self.rings) for name in ring.figure.named), None)
 
     def _as_before(self, phrase: WayPhrase, heard: Sequence[Wish]) -> bool:
         """Whether it ends a slower part: "slow past the cup, then speed up again"."""
@@ -441,7 +451,7 @@ class _Besides:
     def weigh_up(self, told: Sequence[WayStop]) -> None:
         """Add what else nothing is done about: amounts and sides of places, objects, and questions beside wishes."""
         self.left += [stop.left for stop in self.way.stops if stop.left and not stop.back]
-        places = [*(stop.place for stop in told), self.goal]
+        places = [*(stop.place for stop in (*told, *self.way.stops)), self.goal]
         named = {item.name for place in places if place is not None for item in place.objects}
         named |= {name for frame in _frames(self.wishes) for name in frame.named}
         said = " ".join((*self.left, *self.passed)).lower()

@@ -209,7 +209,7 @@ def _with_particles(text: Text, phrases: Sequence[WayPhrase]) -> list[WayPhrase]
     return found
 
 
-PARTED = {("speed", "up"), ("slow", "down"), ("hurry", "up")}
+PARTED = {("speed", "up"), ("slow", "down"), ("hurry", "up"), ("figure", "eight"), ("figure", "8")}
 
 
 def _heeds(words: Sequence[str]) -> bool:
@@ -519,10 +519,10 @@ def _weighed(text: Text, stops: Sequence[WayStop]) -> tuple[list[WayStop], float
     weighed = [(likely(roles), roles) for roles in product(WAY, repeat=len(placed))]
     most, roles = max(weighed, key=lambda one: one[0])
     likeliest = given(roles)
-    if likeliest and likeliest[0].waits and not any(stop.role == "start" for stop in likeliest):
-        likeliest[0] = replace(likeliest[0], role="start")  # "wait at the box for 2 s, then go to the plate"
     way = ordered_way(likeliest)
     alike = sum(share for share, roles in weighed if share > EPS * most and ordered_way(given(roles)) == way)
+    if likeliest and likeliest[0].waits and not any(stop.role == "start" for stop in likeliest):
+        likeliest[0] = replace(likeliest[0], role="start")  # "wait at the box for 2 s, then go to the plate"
     return likeliest, alike / sum(share for share, _ in weighed)
 
 

@@ -7,10 +7,11 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from ovita.instruct.frames import Clearance, Extend, Figure, Height, Pace, Quantity, Reading, Role, SemanticFrame, Shift, Smooth, same
-from ovita.instruct.referee import DO, Outcome, understand
+from ovita.instruct.referee import DO, Outcome, Understanding, understand
 from ovita.paths.part import WHOLE, PathPart
 from ovita.paths.scene import Scene
 from ovita.sources.heights import HeightTold, height_in
+from ovita.sources.laps import Lap, lap_in
 from ovita.sources.places import Location, mentioned_in, phrase_at, way_words
 
 TIES, ONWARD = map(way_words, ("tie", "onward"))
@@ -28,6 +29,7 @@ class Wish:
         doubts: What speaks against the reading, as sentences.
         stretch: The place that the way comes to, if shares of the way are shares of the stretch to it; else None.
         height: The height over the ground that it is about, or None.
+        lap: The circle that it is, as it was told, or None.
     """
 
     text: str
@@ -37,6 +39,7 @@ class Wish:
     doubts: tuple[str, ...] = ()
     stretch: Location | None = None
     height: HeightTold | None = None
+    lap: Lap | None = None
 
     @property
     def frames(self) -> tuple[SemanticFrame, ...]:
@@ -73,13 +76,26 @@ def wishes_of(said: str, scene: Scene) -> list[Wish]:
     """What a phrase of wishes comes to; a height over the ground that stands in it is a wish of its own."""
     told = height_in(said, lambda words: bool(mentioned_in(words, scene)))
     if told is None:
-        return _onward(said, scene) or _apart(said, scene)
+        return _around(said, scene) or _onward(said, scene) or _apart(said, scene)
     role: Role = "at_least" if told.least else "to"
     level = Wish(told.words, "do", Reading(frames=(Height(level=Quantity(told.height, "m", role)),)), height=told)
     others = wishes_of(bare(told.rest), scene) if bare(told.rest) else []
     others = [] if all(map(_lies_low, others)) else others
     sure = all(wish.outcome == "do" and wish.frames for wish in others)
     return [*others, level] if sure else _apart(said, scene)
+
+
+def _around(said: str, scene: Scene) -> list[Wish]:
+    """The circle that a phrase tells, and what else it asks for; else nothing."""
+    lap = lap_in(said, scene)
+    if lap is None:
+        return []
+    left = bare(lap.left)
+    others = _apart(left, scene) if left else []
+    doing = [wish for wish in others if wish.outcome == "do" and wish.frames]
+    unused = () if len(doing) == len(others) else (left,)
+    circle = Wish(said, "needs_confirmation" if unused else "do", Reading(frames=(lap.figure,)), unused, lap=lap)
+    return [circle, *(doing if not unused else [])]
 
 
 def _lies_low(wish: Wish) -> bool:
@@ -125,9 +141,17 @@ def _wish(said: str, scene: Scene) -> Wish:
     upright = all(isinstance(frame, Figure | Smooth | Clearance) for frame in verdict.reading.frames)
     enough = {"both": DO, "rules": PLAIN, "learned": LEARNED if upright else 2.0}[verdict.by]
     plain = verdict.by == "both" or not verdict.unused
-    sure = verdict.confidence >= enough and plain and not verdict.doubts
+    sure = (verdict.confidence >= enough and plain and not verdict.doubts) or _same_speed(verdict)
     outcome: Outcome = "do" if sure and verdict.outcome == "needs_confirmation" else verdict.outcome
     return Wish(said, outcome, verdict.reading, verdict.unused, verdict.doubts)
+
+
+def _same_speed(verdict: Understanding) -> bool:
+    """Whether a highest speed that the network reads is the speed that the rules read: "at 5 cm per second max"."""
+    told = [frame for reading in (verdict.reading, verdict.rules) if reading for frame in reading.frames]
+    amounts = {f.amount.value for f in told if isinstance(f, Pace) and f.change in ("cap", "set") and f.amount}
+    capped = isinstance(told[0], Pace) and told[0].change == "cap" if len(told) == 2 else False
+    return capped and len(amounts) == 1 and not (verdict.unused or verdict.doubts)
 
 
 PLAIN = 0.55

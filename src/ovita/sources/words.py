@@ -17,8 +17,9 @@ import numpy as np
 from ovita.chain import adapt, enforced, to_confirm
 from ovita.dialogue.session import Session
 from ovita.errors import RequestError
-from ovita.instruct.frames import Quantity, SemanticFrame, Wait
+from ovita.instruct.frames import Pace, Quantity, SemanticFrame, Wait
 from ovita.limits import ConstraintOptions, verify
+from ovita.paths.part import WHOLE
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
@@ -113,6 +114,7 @@ def from_words(
     if route.question or route.start is None or route.goal is None:
         return Generation(instruction, route, route.question)
     wanted = robot.max_speed if speed is None and route.fastest else speed
+    route, wanted = _at_a_speed(route, robot, wanted)
     chosen = planner_named(planner) if isinstance(planner, str) else planner
     told = route
     for body in dict.fromkeys((capped(robot, told.ceiling), robot)):
@@ -131,6 +133,18 @@ def from_words(
     stages = {"writer": writer, "constraints": constraints, "progress": progress, **options}
     made = replace(made, adaptation=_adapted(instruction, route, request, found.trajectory, stages))
     return _with_distance(made, request, chosen, stages)
+
+
+def _at_a_speed(route: Route, robot: Robot, wanted: float | None) -> tuple[Route, float | None]:
+    """The route without the speed [m/s] that it asks for all along, and that speed, which is planned from rest to rest."""
+    paces = [frame for wish in route.wishes for frame in wish.frames if isinstance(frame, Pace) and frame.part == WHOLE]
+    told = [frame for frame in paces if frame.change == "set" and frame.amount is not None]
+    amount = told[0].amount if len(paces) == len(told) == 1 else None
+    top = np.inf if robot.max_speed is None else robot.max_speed
+    if amount is None or amount.unit != "m/s" or amount.role not in ("to", "at") or not 0.0 < amount.value <= top:
+        return route, wanted
+    wishes = (wish.without(told) for wish in route.wishes)
+    return replace(route, wishes=tuple(w for w in wishes if w.frames or w.outcome != "do")), amount.value
 
 
 def _placed(route: Route, scene: Scene, robot: Robot) -> tuple[Route, list[Anchor]]:
@@ -324,7 +338,8 @@ def _otherwise(route: Route, path: Trajectory, scene: Scene) -> tuple[str, ...]:
         away = dense - place.objects[0].position
         away -= np.outer(away @ up, up)
         nearest = away[int(np.linalg.norm(away, axis=1).argmin())]
-        beside = float(nearest @ scene.frame.direction(place.relation))
+        side = scene.frame.direction(place.relation) if place.away is None else np.array(place.away)
+        beside = float(nearest @ side)
         if beside < 0.5 * float(np.linalg.norm(nearest)) or beside <= 0.0:
             found.append(f"It would also pass {the(place.objects[0].name)} on another side.")
     found += [f"It would not pass {place.label}." for place in route.via if _missed(place, dense, up)]
