@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Iterator
 from itertools import islice
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args
 
-from ovita.errors import MissingExtra, OvitaError, RequestError
+from ovita.errors import OvitaError, RequestError, needs
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -120,11 +120,9 @@ def _by_ray(work: Callable[[T], R], items: Iterable[T], jobs: int) -> Iterator[R
     Only functions are mapped, never a pool of actors: a pool as large as the number of CPUs waits for ever (ray
     #44687).
     """
-    try:
+    with needs("ray[data]", "ray"):
         import ray
         import ray.data
-    except ImportError:
-        raise MissingExtra("ray[data]", "ray") from None
     rows = [{"item": pickle.dumps(item)} for item in items]
     if not rows:
         return

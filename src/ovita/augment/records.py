@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from ovita.augment.shards import SPLITS, AugmentedSample, ShardFile, Sink, written
-from ovita.errors import FormatError, MissingExtra
+from ovita.errors import FormatError, needs
 from ovita.io.files import file_name
 from ovita.paths.trajectory import Array, Trajectory
 
@@ -37,11 +37,9 @@ def arrow() -> tuple[Any, Any]:
     Raises:
         MissingExtra: If they are not installed.
     """
-    try:
+    with needs("pyarrow", "lerobot"):
         import pyarrow
         from pyarrow import parquet
-    except ImportError:
-        raise MissingExtra("pyarrow", "lerobot") from None
     return pyarrow, parquet
 
 

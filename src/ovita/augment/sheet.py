@@ -8,18 +8,16 @@ from collections.abc import Sequence
 import numpy as np
 
 from ovita.augment.shards import AugmentedSample
-from ovita.errors import MissingExtra
+from ovita.errors import needs
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 from ovita.plots.geometry import COLOURS, OBJECT_COLOURS, axis_word, corners, extent
 
-try:
+with needs("matplotlib", "plot"):
     from matplotlib.axes import Axes
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
-except ImportError:
-    raise MissingExtra("matplotlib", "plot") from None
 
 COLUMNS = 4
 """Pictures in a row."""

@@ -17,7 +17,7 @@ from pydantic import TypeAdapter, ValidationError
 from ovita.bench.dataset import natural
 from ovita.errors import FormatError, OvitaError, RequestError
 from ovita.io import atomic_write
-from ovita.io.files import Journal, read_text
+from ovita.io.files import Journal, read_text, system_errors
 from ovita.io.json_ import parse_object
 
 OUTCOMES = ("right", "right after one yes", "asked", "declined", "flagged", "silently wrong")
@@ -159,11 +159,9 @@ class RecordLog:
     def __init__(self, folder: str | os.PathLike[str]) -> None:
         self._journal = Journal(Path(folder) / RECORDS)
         path = self._journal.path
-        try:
+        with system_errors(path, "written"):
             path.parent.mkdir(parents=True, exist_ok=True)
             self._lock: IO[bytes] = open(path, "ab")
-        except OSError as error:
-            raise FormatError(str(path), f"cannot be written: {error.strerror}") from None
         try:
             lock(self._lock, f"{folder}: another run writes there; wait for it, or choose another --out")
             self.records = {record.key: record for record in read_records(path)}
@@ -244,12 +242,8 @@ def read_ratings(path: str | os.PathLike[str]) -> Mapping[str, tuple[float, ...]
         if not file.exists():
             return {}
     found: dict[str, list[float]] = defaultdict(list)
-    try:
-        with open(file, encoding="utf-8", newline="") as stream:
-            for number, row in enumerate(csv.DictReader(stream), start=2):
-                found[_cell(row, "writer", file, number)].append(_rating(row, file, number))
-    except (OSError, UnicodeDecodeError) as error:
-        raise FormatError(str(file), f"cannot be read: {error}") from None
+    for number, row in enumerate(csv.DictReader(read_text(file).splitlines()), start=2):
+        found[_cell(row, "writer", file, number)].append(_rating(row, file, number))
     return {writer: tuple(values) for writer, values in sorted(found.items())}
 
 

@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from ovita.errors import MissingExtra
+from ovita.errors import needs
 from ovita.limits.path import bounds
 from ovita.limits.problem import ConstraintOptions, obstacles_of
 from ovita.limits.qp import Rows, Weights, solve_qp
@@ -57,10 +57,8 @@ def solve(
     smooth = 0.0 if options.lambda_smooth == "auto" else options.lambda_smooth
     notes: tuple[str, ...] = ()
     if options.trials:
-        try:
+        with needs("optuna", "tuning"):
             optuna = importlib.import_module("optuna")
-        except ImportError:
-            raise MissingExtra("optuna", "tuning") from None
         optuna.logging.set_verbosity(optuna.logging.ERROR)
         study = optuna.create_study(sampler=optuna.samplers.TPESampler(seed=options.seed))
 

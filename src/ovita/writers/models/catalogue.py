@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
-from ovita.errors import DownloadError, MissingExtra, RequestError
+from ovita.errors import DownloadError, RequestError, needs
 from ovita.io.files import atomic_write, make_folder
 
 DIR_VARIABLE = "OVITA_MODELS"
@@ -167,11 +167,9 @@ def pull(name: str) -> tuple[Path, str]:
         DownloadError: If it cannot be had; says whether trying again helps.
     """
     known = known_named(name)
-    try:
+    with needs("huggingface-hub", "local"):
         from huggingface_hub import get_session
         from huggingface_hub.file_download import http_get
-    except ImportError:
-        raise MissingExtra("huggingface-hub", "local") from None
     target = models_dir() / known.file
     part = target.with_name(target.name + ".part")
     host = urlsplit(known.url).hostname or known.url
